@@ -1,0 +1,33 @@
+/* planar2r: columns DE + DU of kinetic plus potential energy: E + U = out . X
+ * 9 mul, 1 add, 1 sincos for one sample.
+ */
+#include "planar2r.h"
+
+#include <math.h>
+
+void planar2r_energy_regressor(const double *q, const double *qd, double *out)
+{
+    const double V2d2 = qd[0] * planar2r_L1;
+    const double C2 = cos(q[1]);
+    const double S2 = sin(q[1]);
+    const double V1e2 = V2d2 * S2;
+    const double V2e2 = V2d2 * C2;
+    const double W32 = qd[0] + qd[1];
+    const double Hqd1 = 0.5 * qd[0];
+    const double DZZ1 = qd[0] * Hqd1;
+    const double HW32 = 0.5 * W32;
+    const double DZZ2 = W32 * HW32;
+    const double DMX2 = V2e2 * W32;
+    const double DMY2 = -V1e2 * W32;
+    out[0] = DZZ1;
+    out[1] = DZZ2;
+    out[2] = DMX2;
+    out[3] = DMY2;
+}
+
+void planar2r_energy_regressor_batch(size_t N, const double *q, const double *qd, double *out)
+{
+    for (size_t k = 0; k < N; ++k) {
+        planar2r_energy_regressor(q + k * 2u, qd + k * 2u, out + k * 4u);
+    }
+}

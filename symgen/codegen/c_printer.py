@@ -1,0 +1,125 @@
+"""A tape as C99: one `const` for each step, in the order of the tape.
+
+Terms and factors are written in the order in which the tape names them, literals by `repr`, so
+that the text depends on the robot alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from symgen.errors import SymgenError
+from symgen.symbolic.tape import Tape, terms
+
+DTYPES = ("double", "float")
+_FUNCTIONS = {"sin": "sin", "cos": "cos", "Abs": "fabs", "tanh": "tanh"}
+
+
+@dataclass(frozen=True)
+class CFunction:
+    """What a template needs to place one kernel: arguments, and the lines of its body."""
+
+    arguments: tuple[str, ...]
+    body: tuple[str, ...]
+    needs_math: bool
+
+
+def literal(value: sp.Expr, dtype: str) -> str:
+    """Return a number as a C literal of the type: the shortest text that reads back the same."""
+    number = float(value.evalf(50))
+    if dtype == "float":
+        import numpy as np
+
+        return f"{_decimal(repr(float(str(np.float32(number)))))}f"
+    return _decimal(repr(number))
+
+
+def _decimal(digits: str) -> str:
+    return digits if any(mark in digits for mark in ".en") else f"{digits}.0"
+
+
+def print_kernel(
+    tape: Tape, geometry: Mapping[sp.Symbol, str], values: Mapping[sp.Symbol, sp.Expr], dtype: str
+) -> CFunction:
+    """Write the body of a kernel.
+
+    Args:
+        tape: the kernel.
+        geometry: the macro that holds each named length.
+        values: exact value of each named length, for constants derived from them.
+        dtype: double or float.
+    """
+    return _Printer(tape, geometry, values, dtype).function()
+
+
+class _Printer:
+    def __init__(
+        self,
+        tape: Tape,
+        geometry: Mapping[sp.Symbol, str],
+        values: Mapping[sp.Symbol, sp.Expr],
+        dtype: str,
+    ) -> None:
+        self.tape, self.values, self.dtype = tape, values, dtype
+        self.word: dict[sp.Symbol, str] = {s: s.name for s in tape.order}
+        for name, symbols in tape.inputs:
+            self.word |= {s: f"{name}[{i}]" for i, s in enumerate(symbols)}
+        self.word |= {s: m for s, m in geometry.items() if s in tape.order}
+        self.geometry = geometry
+
+    def function(self) -> CFunction:
+        used = {s for _, e in self.tape.steps for s in e.free_symbols}
+        used |= {s for e in self.tape.outputs for s in e.free_symbols}
+        arguments = tuple(name for name, _ in self.tape.inputs)
+        lines = [
+            f"(void){name};"
+            for name, symbols in self.tape.inputs
+            if not used.intersection(symbols)
+        ]
+        lines += [
+            f"const {self.dtype} {symbol.name} = {literal(value.subs(self.values), self.dtype)};"
+            for symbol, value in self.tape.constants
+            if symbol not in self.geometry
+        ]
+        lines += [
+            f"const {self.dtype} {symbol.name} = {self.expression(expr)};"
+            for symbol, expr in self.tape.steps
+        ]
+        lines += [f"out[{i}] = {self.expression(e)};" for i, e in enumerate(self.tape.outputs)]
+        needs_math = any(e.is_Function for _, e in self.tape.steps)
+        return CFunction(arguments, tuple(lines), needs_math)
+
+    def expression(self, expr: sp.Expr) -> str:
+        if expr.is_Symbol:
+            return self.word[expr]
+        if expr.is_number:
+            return literal(expr, self.dtype)
+        if expr.is_Function:
+            name = _FUNCTIONS.get(expr.func.__name__)
+            if name is None:
+                raise SymgenError(f"{expr} cannot be written in C")
+            suffix = "f" if self.dtype == "float" else ""
+            return f"{name}{suffix}({self.expression(expr.args[0])})"
+        out = ""
+        for negative, factors in terms(expr, self.tape.order):
+            product = " * ".join(self.factor(f) for f in factors)
+            if out:
+                out += f" - {product}" if negative else f" + {product}"
+            else:
+                out = f"-{product}" if negative else product
+        return out
+
+    def factor(self, expr: sp.Expr) -> str:
+        written = self.expression(expr)
+        return f"({written})" if expr.is_Add else written
+
+
+def operation_counts(tapes: Sequence[Tape]) -> dict[str, int]:
+    """Return the summed operation counts of some tapes, as the manifest records them."""
+    counts = [tape.operations for tape in tapes]
+    return {
+        key: sum(getattr(c, key) for c in counts) for key in ("mul", "add", "div", "sincos", "other")
+    }

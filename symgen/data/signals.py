@@ -1,0 +1,315 @@
+"""From a log to samples: uniform steps, a velocity for every joint, and the tools for both.
+
+Everything here has zero phase. A filter that delays q against tau would be identified as a
+parameter that the robot does not have.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from symgen.data.log import FloatArray, Log, read_only
+from symgen.errors import LogError
+
+#: Steps that vary by more than this part of the median are resampled.
+STEP_TOLERANCE = 0.01
+
+#: A step of this many medians is a hole in the log, which no interpolation may fill.
+GAP = 10.0
+
+#: Part of the velocity's energy that lies within the motion's bandwidth.
+ENERGY = 0.999
+
+#: Cutoff over bandwidth. The filter loses (1/5)**8 = 3e-6 of the motion at its upper edge.
+MARGIN = 5.0
+
+#: Highest cutoff that is chosen without being asked for, as a part of the Nyquist frequency.
+HIGHEST = 0.8
+
+_ORDER = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """A log that is ready for identification. All arrays are read-only, C-contiguous float64.
+
+    Attributes:
+        name: name of the log.
+        t: (N,) time in s, in uniform steps.
+        q: (N, n) joint positions in rad (m).
+        qd: (N, n) joint velocities in rad/s (m/s).
+        tau: (N, n) joint torques in N m (forces in N), never filtered.
+        step: sampling step in s.
+        cutoff_hz: cutoff in Hz of the zero-phase filter that gave q and qd; None when the measured
+            qd was used, or when q needed no filter.
+        notes: what was done to the log, in words, one line each.
+    """
+
+    name: str
+    t: FloatArray
+    q: FloatArray
+    qd: FloatArray
+    tau: FloatArray
+    step: float
+    cutoff_hz: float | None
+    notes: tuple[str, ...]
+
+
+def prepare(log: Log, cutoff: float | None = None) -> Samples:
+    """Give a log uniform steps and a velocity.
+
+    Steps that vary by more than 1 % are resampled by a cubic spline. Measured velocities are used
+    as they are; missing ones are the derivative of q after a zero-phase low-pass filter, and q is
+    then the filtered one, so that both belong to the same motion. A log that is free of noise, or
+    too coarse for a filter that spares the motion, is differentiated without one.
+
+    Args:
+        log: the measured log.
+        cutoff: cutoff of the filter in Hz; None to take it from the motion's bandwidth.
+
+    Raises:
+        LogError: a gap in time, or a cutoff that is not between 0 and the Nyquist frequency.
+    """
+    t, q, qd, tau = log.t, log.q, log.qd, log.tau
+    notes: list[str] = []
+    step = float((t[-1] - t[0]) / (len(t) - 1))
+    steps = np.diff(t)
+    median = float(np.median(steps))
+    hole = int(np.argmax(steps))
+    if steps[hole] > GAP * median:
+        raise LogError(
+            f"{log.name}: no samples between t = {t[hole]:.6g} s and t = {t[hole + 1]:.6g} s, "
+            f"where the step is {median:.4g} s elsewhere; accepted: a log without gaps, so split "
+            "it there"
+        )
+    if float(np.max(np.abs(steps - median))) > STEP_TOLERANCE * median:
+        grid = np.linspace(t[0], t[-1], len(t))
+        q, tau = _resample(t, q, grid), _resample(t, tau, grid)
+        qd = None if qd is None else _resample(t, qd, grid)
+        t = grid
+        notes.append(
+            f"{log.name}: steps between {steps.min():.4g} s and {steps.max():.4g} s were resampled "
+            f"to {step:.4g} s by a cubic spline"
+        )
+    if cutoff is not None:
+        _require_cutoff(log.name, cutoff, step)
+    used = None
+    if qd is None:
+        q, qd, used, note = _derive_velocity(q, step, cutoff)
+        notes.append(f"{log.name}: {note}")
+    elif cutoff is not None:
+        notes.append(f"{log.name}: qd was measured and is used unfiltered, whatever the cutoff")
+    t, q, qd, tau = (read_only(array) for array in (t, q, qd, tau))
+    return Samples(log.name, t, q, qd, tau, step, used, tuple(notes))
+
+
+def _derive_velocity(
+    q: FloatArray, step: float, cutoff: float | None
+) -> tuple[FloatArray, FloatArray, float | None, str]:
+    source = "from the user"
+    if cutoff is None:
+        cutoff, source = motion_bandwidth(q, step), "from the motion's bandwidth"
+        reason = None
+        if _is_noise_free(q):
+            reason = "its noise is negligible"
+        elif cutoff >= HIGHEST * 0.5 / step:
+            reason = f"the motion reaches too near the Nyquist frequency of {0.5 / step:.4g} Hz"
+        if reason:
+            note = f"qd is missing and was derived from q, not filtered because {reason}"
+            return q, differentiate(q, step), None, note
+    smooth = lowpass(q, step, cutoff)
+    note = (
+        "qd is missing and was derived from q, both through a zero-phase low-pass filter at "
+        f"{cutoff:.4g} Hz ({source})"
+    )
+    return smooth, differentiate(smooth, step), cutoff, note
+
+
+def motion_bandwidth(q: FloatArray, step: float) -> float:
+    """Choose the cutoff of a low-pass filter that spares the motion, in Hz.
+
+    The bandwidth f of a joint holds 99.9 % of its velocity's energy above the noise floor; the
+    cutoff is five times the largest f of the joints that move, after the practice of the field
+    (Gautier and co-workers) of filtering well above the bandwidth.
+
+    The spectrum is the cosine transform of
+    the velocity, whose even continuation has no jump at the ends and so needs no window that would
+    hide them; its kinks there only raise the result, for a log cut out of a motion to twice. Noise
+    is taken as white in position, its power as the median over the upper half of the spectrum, and
+    its part in the velocity as that times the gain
+    (2 sin(pi f step) / step)**2 of the differences.
+
+    Args:
+        q: (N, n) or (N,) positions in rad (m), in uniform steps.
+        step: sampling step in s.
+
+    Returns:
+        The cutoff in Hz, at most 0.8 of the Nyquist frequency, and that where nothing moves.
+    """
+    from scipy.fft import dct
+
+    highest = HIGHEST * 0.5 / step
+    velocity = np.diff(q.reshape(len(q), -1), axis=0) / step
+    count = len(velocity)
+    if count < 2:
+        return highest
+    frequency = np.arange(1, count) / (2 * count * step)
+    gain = (2.0 * np.sin(np.pi * frequency * step) / step) ** 2
+    power = dct(velocity, type=2, norm="ortho", axis=0)[1:] ** 2
+    # A constant velocity is motion too: it says which joints move, not how fast the filter must be.
+    constant = count * np.mean(velocity, axis=0) ** 2
+    found = []
+    for column, steady in zip(power.T, constant, strict=True):
+        energy = _energy_above_noise(column, gain, frequency > 0.25 / step)
+        total = float(np.sum(energy))
+        if total > 0.0:
+            edge = int(np.searchsorted(np.cumsum(energy), ENERGY * total))
+            found.append((total + float(steady), float(frequency[min(edge, count - 2)])))
+    if not found:
+        return highest
+    # A joint that is held still trembles at any frequency: below 1 % of the fastest one's RMS
+    # velocity it has no say.
+    largest = max(total for total, _ in found)
+    bandwidth = max(edge for total, edge in found if total >= 1e-4 * largest)
+    return min(MARGIN * bandwidth, highest)
+
+
+def _energy_above_noise(
+    power: FloatArray, gain: FloatArray, upper: npt.NDArray[np.bool_]
+) -> FloatArray:
+    """Return the part of each spectral line that stands clearly above the noise floor."""
+    floors = power[upper] / gain[upper]
+    if len(floors) == 0:
+        return power
+    bands = np.array_split(floors, min(8, len(floors)))
+    noise = float(np.median([np.mean(band) for band in bands])) * gain
+    energy = np.zeros_like(power)
+    start = 0
+    while start < len(power):
+        # Single lines of noise scatter by their own size; means of eight or more do not reach 4.
+        band = slice(start, max(start + 8, int(1.15 * start)))
+        if np.mean(power[band]) > 4.0 * np.mean(noise[band]):
+            energy[band] = np.maximum(power[band] - noise[band], 0.0)
+        start = band.stop
+    return energy
+
+
+def _is_noise_free(q: FloatArray) -> bool:
+    """Tell whether unfiltered noise would be below 0.1 % of the acceleration, on every joint.
+
+    The sixth difference of white noise of standard deviation s has sqrt(924) s, its second
+    difference sqrt(6) s; of a smooth motion the sixth leaves next to nothing.
+    """
+    sixth = np.sqrt(np.mean(np.diff(q, 6, axis=0) ** 2, axis=0) / 924.0)
+    second = np.sqrt(np.mean(np.diff(q, 2, axis=0) ** 2, axis=0))
+    # Rounding of q itself is no noise: a joint at rest, or at constant speed, has no second one.
+    rounding = 1e-14 * np.max(np.abs(q), axis=0)
+    return bool(np.all(math.sqrt(6.0) * sixth <= 1e-3 * second + rounding))
+
+
+def lowpass(x: FloatArray, step: float, cutoff: float) -> FloatArray:
+    """Filter forward and backward with a fourth-order Butterworth low-pass: no phase.
+
+    The gain is 1 / (1 + (f / cutoff)**8) at frequencies far below Nyquist, one half at the cutoff.
+    The signal is continued at both ends by x(-s) = 2 x0 - x(s) + a0 s**2, with x0 and a0 from a
+    local cubic: unlike the plain odd continuation it keeps the acceleration, so that a log cut out
+    of a motion keeps its ends.
+
+    Args:
+        x: (N,) or (N, k) signal in uniform steps.
+        step: sampling step in s.
+        cutoff: in Hz.
+
+    Returns:
+        The filtered signal, of the shape of x.
+
+    Raises:
+        LogError: the cutoff is not between 0 and the Nyquist frequency.
+    """
+    from scipy.signal import butter, sosfiltfilt
+
+    _require_cutoff("low-pass filter", cutoff, step)
+    samples = len(x)
+    period = 1.0 / (cutoff * step)
+    # The slowest pole decays by exp(-2.4) per period of the cutoff.
+    length = min(samples - 1, math.ceil(4.0 * period))
+    if length < 1:
+        return x.copy()
+    # Tried on sines at a fifth of the cutoff: shorter windows pass noise, longer ones bend.
+    window = min(samples, max(6, math.ceil(0.6 * period)))
+    head = _continuation(x, length, window)
+    tail = _continuation(x[::-1], length, window)[::-1]
+    sections = butter(_ORDER, cutoff, fs=1.0 / step, output="sos")
+    padded = np.concatenate([head, x, tail])
+    filtered: FloatArray = sosfiltfilt(sections, padded, axis=0, padtype=None)
+    return np.ascontiguousarray(filtered[length : length + samples])
+
+
+def _continuation(x: FloatArray, length: int, window: int) -> FloatArray:
+    """Return `length` samples that precede x, in their order in time."""
+    s = np.arange(window) / window
+    degree = min(3, window - 1)
+    fit = np.linalg.lstsq(np.vander(s, degree + 1, increasing=True), x[:window], rcond=None)[0]
+    start = fit[0]
+    curvature = 2.0 * fit[2] / window**2 if degree >= 2 else np.zeros_like(start)
+    back = np.arange(length, 0, -1, dtype=np.float64).reshape(-1, *[1] * (x.ndim - 1))
+    return np.asarray(2.0 * start - x[length:0:-1] + curvature * back**2, dtype=np.float64)
+
+
+def differentiate(x: FloatArray, step: float) -> FloatArray:
+    """Return dx/dt, the derivative of the interpolating spline of degree five: no phase.
+
+    Exact on polynomials up to degree five. Its error on a sine is of the sixth order in the step
+    at inner samples, which matters on coarse logs.
+
+    Args:
+        x: (N,) or (N, k) signal in uniform steps, N at least 2.
+        step: sampling step in s.
+
+    Returns:
+        The derivative, of the shape of x, in the unit of x per second.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    at = np.arange(len(x), dtype=np.float64)
+    degree = max(k for k in (1, 3, 5) if k < max(len(x), 2))
+    spline = make_interp_spline(at, x, k=degree)
+    return np.asarray(spline.derivative()(at) / step, dtype=np.float64)
+
+
+def cumulative_integral(y: FloatArray, step: float) -> FloatArray:
+    """Integrate from the first sample to each one: F_k = int from t_0 to t_k of y dt.
+
+    The integral of the interpolating cubic spline: exact on cubics, of the fourth order on smooth
+    signals, where the trapezoid is of the second and biases coarse logs.
+
+    Args:
+        y: (N,) or (N, k) signal in uniform steps, N at least 2.
+        step: sampling step in s.
+
+    Returns:
+        The integral, of the shape of y, zero at the first sample.
+    """
+    from scipy.interpolate import CubicSpline
+
+    at = np.arange(len(y), dtype=np.float64)
+    return np.asarray(CubicSpline(at, y).antiderivative()(at) * step, dtype=np.float64)
+
+
+def _resample(t: FloatArray, x: FloatArray, grid: FloatArray) -> FloatArray:
+    from scipy.interpolate import CubicSpline
+
+    return np.asarray(CubicSpline(t, x)(grid), dtype=np.float64)
+
+
+def _require_cutoff(where: str, cutoff: float, step: float) -> None:
+    nyquist = 0.5 / step
+    if not 0.0 < cutoff < nyquist:
+        raise LogError(
+            f"{where}: the cutoff is {cutoff:.4g} Hz; accepted: above 0 and below the Nyquist "
+            f"frequency of {nyquist:.4g} Hz"
+        )

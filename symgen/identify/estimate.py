@@ -1,0 +1,155 @@
+"""The result of an identification, as a frozen value that is written, compared and drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+SCHEMA = "symgen.estimate/1"
+
+
+@dataclass(frozen=True)
+class ParameterEstimate:
+    """One identified parameter: value and standard deviation, in `unit`."""
+
+    name: str
+    expression: str
+    value: float
+    std: float
+    unit: str
+
+    @property
+    def relative_std_percent(self) -> float:
+        """100 std / |value|; infinite for a value of zero."""
+        return 100 * self.std / abs(self.value) if self.value else float("inf")
+
+
+@dataclass(frozen=True)
+class Residual:
+    """Relative residual ||y - W X|| / ||y||, and the same joint by joint where it has a meaning."""
+
+    relative: float
+    per_joint: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """What was measured and what the model says, window by window or sample by sample.
+
+    Attributes:
+        log: name of the log.
+        kind: "train" or "validation".
+        quantity: "energy" (one column, J) or "torque" (one column a joint, N m or N).
+        t: time of the row, s, shape (K,).
+        measured: shape (K, m).
+        predicted: shape (K, m).
+    """
+
+    log: str
+    kind: str
+    quantity: str
+    t: FloatArray
+    measured: FloatArray
+    predicted: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Convergence:
+    """The recursive estimate as data come in: t (K,) in s of data seen, values (K, p)."""
+
+    t: FloatArray
+    values: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """Identified parameters with their precision, the fit, and a verdict in words.
+
+    Attributes:
+        robot: name of the robot.
+        model: energy, momentum or torque.
+        method: name of the estimator.
+        parameters: in the order of X.
+        condition_number: of the regressor with its columns scaled to unit norm.
+        train: residual of the model's own equations on the training data.
+        validation: the same on data that the estimate never saw.
+        torque_train: residual in torque of the same parameters, per joint.
+        torque_validation: the same on the validation data.
+        cutoff_hz: of the zero-phase filter, None where none was used.
+        window_s: length of the energy windows, s.
+        verdict: "trusted" or "doubtful".
+        reasons: why it is doubtful, in words; empty for "trusted".
+        notes: what was done to the logs, in words.
+        correlation: of the estimated parameters, shape (p, p).
+    """
+
+    robot: str
+    model: str
+    method: str
+    parameters: tuple[ParameterEstimate, ...]
+    condition_number: float
+    train: Residual
+    validation: Residual
+    torque_train: Residual | None
+    torque_validation: Residual | None
+    cutoff_hz: float | None
+    window_s: float | None
+    verdict: str
+    reasons: tuple[str, ...]
+    notes: tuple[str, ...]
+    correlation: FloatArray
+    traces: tuple[Trace, ...] = ()
+    convergence: Convergence | None = None
+    provenance: tuple[tuple[str, str], ...] = field(default=())
+
+    @property
+    def X(self) -> FloatArray:
+        """The values, shape (p,), in the order of every kernel."""
+        return np.array([p.value for p in self.parameters])
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the content of estimate.json (schema symgen.estimate/1)."""
+
+        def both(train: Residual | None, validation: Residual | None) -> dict[str, Any] | None:
+            if train is None or validation is None:
+                return None
+            return {
+                key: {"relative": r.relative, "per_joint": r.per_joint and list(r.per_joint)}
+                for key, r in (("train", train), ("validation", validation))
+            }
+
+        return {
+            "schema": SCHEMA,
+            "robot": self.robot,
+            "model": self.model,
+            "method": self.method,
+            "parameters": [
+                {
+                    "name": p.name,
+                    "expression": p.expression,
+                    "value": p.value,
+                    "std": _finite(p.std),
+                    "relative_std_percent": _finite(p.relative_std_percent),
+                    "unit": p.unit,
+                }
+                for p in self.parameters
+            ],
+            "condition_number": self.condition_number,
+            "residual": both(self.train, self.validation),
+            "torque_residual": both(self.torque_train, self.torque_validation),
+            "cutoff_hz": self.cutoff_hz,
+            "window_s": self.window_s,
+            "verdict": self.verdict,
+            "reasons": list(self.reasons),
+            "notes": list(self.notes),
+            "provenance": dict(self.provenance),
+        }
+
+
+def _finite(value: float) -> float | None:
+    """JSON has no infinity and no NaN: null stands for them."""
+    return value if np.isfinite(value) else None

@@ -1,0 +1,259 @@
+"""The safe grammar of robot files: text to exact SymPy expressions, and back.
+
+    sum     = ["+" | "-"] product {("+" | "-") product}
+    product = power {("*" | "/") power}
+    power   = ["+" | "-"] power  |  atom ["**" power]
+    atom    = NUMBER | NAME | FUNCTION "(" sum {"," sum} ")" | "(" sum ")"
+
+A recursive-descent parser of these four rules and nothing else: no text is ever evaluated as
+code. Decimals become exact rationals (0.225 is 9/40), so that what follows is exact.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection, Mapping
+from decimal import Decimal
+
+import sympy as sp
+
+from symgen.errors import ExpressionError
+
+_TOKEN = re.compile(
+    r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)"
+    r"|(?P<op>\*\*|[-+*/(),]))",
+    re.ASCII,
+)
+_MAX_LENGTH = 1000
+_MAX_DEPTH = 50
+_MAX_EXPONENT = 16
+
+#: Constants and functions of geometry expressions.
+CONSTANTS: Mapping[str, sp.Expr] = {"pi": sp.pi}
+FUNCTIONS: Mapping[str, sp.FunctionClass] = {"sqrt": sp.sqrt}
+
+
+def parse(text: str, names: Collection[str] = ()) -> sp.Expr:
+    """Return the exact expression that a text of the safe grammar stands for.
+
+    Args:
+        text: for example "pi/2", "-L1" or "sqrt(2)*L1/2".
+        names: the names that may occur, each a real symbol.
+
+    Raises:
+        ExpressionError: the text is not of the grammar, uses a name that is not declared,
+            divides by zero, or is unreasonably large.
+    """
+    if len(text) > _MAX_LENGTH:
+        raise ExpressionError(f"expression of {len(text)} characters; at most {_MAX_LENGTH} are")
+    parser = _Parser(text, names)
+    expr = parser.sum()
+    if parser.kind is not None:
+        raise parser.error("an operator")
+    return check_finite(expr, text)
+
+
+def check_finite(expr: sp.Expr, text: str) -> sp.Expr:
+    """Return `expr`, or raise ExpressionError where it is not a finite real number or formula."""
+    if expr.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
+        raise ExpressionError(f"{text!r} is not a finite real value")
+    if expr.is_number:
+        size = abs(float(expr.evalf(20)))
+        if not math.isfinite(size):
+            raise ExpressionError(f"{text!r} is not a finite real value")
+    return expr
+
+
+def exact(number: int | float | Decimal) -> sp.Rational:
+    """Return the exact rational that a number is written as: 0.225 gives 9/40.
+
+    Raises:
+        ExpressionError: the number is not finite or needs more than 400 digits.
+    """
+    value = Decimal(repr(number)) if isinstance(number, float) else Decimal(number)
+    if not value.is_finite():
+        raise ExpressionError(f"{number} is not a finite number")
+    if value and not -400 < value.adjusted() < 300:
+        raise ExpressionError(f"{number} is out of the range of numbers")
+    return sp.Rational(str(value))
+
+
+class _Parser:
+    """One pass over one text; `kind` and `token` are the token ahead."""
+
+    def __init__(self, text: str, names: Collection[str]) -> None:
+        self.text, self.names = text, names
+        self.at, self.end, self.depth = 0, 0, 0
+        self.kind: str | None = None
+        self.token = ""
+        self.advance()
+
+    def advance(self) -> None:
+        self.at = self.end
+        rest = self.text[self.end :]
+        if not rest.strip():
+            self.kind, self.token = None, ""
+            return
+        match = _TOKEN.match(rest)
+        if match is None:
+            self.at += len(rest) - len(rest.lstrip())
+            self.kind, self.token = "?", self.text[self.at]
+            raise self.error("numbers, names, + - * / ** and parentheses")
+        self.kind = match.lastgroup
+        self.token = match.group(self.kind or 0)
+        self.end += match.end()
+
+    def error(self, accepted: str) -> ExpressionError:
+        found = f"{self.token!r}" if self.kind else "the end"
+        return ExpressionError(
+            f"in {self.text!r}: found {found} at character {self.at + 1}; accepted: {accepted}"
+        )
+
+    def take(self, op: str) -> None:
+        if self.kind != "op" or self.token != op:
+            raise self.error(repr(op))
+        self.advance()
+
+    def sum(self) -> sp.Expr:
+        self.depth += 1
+        if self.depth > _MAX_DEPTH:
+            raise ExpressionError(f"in {self.text!r}: more than {_MAX_DEPTH} nested parentheses")
+        value = self.product()
+        while self.kind == "op" and self.token in "+-":
+            sign = 1 if self.token == "+" else -1
+            self.advance()
+            value = value + sign * self.product()
+        self.depth -= 1
+        return value
+
+    def product(self) -> sp.Expr:
+        value = self.power()
+        while self.kind == "op" and self.token in ("*", "/"):
+            divide = self.token == "/"
+            self.advance()
+            factor = self.power()
+            if divide and factor.is_zero:
+                raise ExpressionError(f"in {self.text!r}: division by zero")
+            value = value / factor if divide else value * factor
+        return value
+
+    def power(self) -> sp.Expr:
+        if self.kind == "op" and self.token in ("+", "-"):
+            sign = 1 if self.token == "+" else -1
+            self.advance()
+            self.depth += 1
+            if self.depth > _MAX_DEPTH:
+                raise ExpressionError(f"in {self.text!r}: more than {_MAX_DEPTH} signs in a row")
+            value = sign * self.power()
+            self.depth -= 1
+            return value
+        base = self.atom()
+        if self.kind == "op" and self.token == "**":
+            self.advance()
+            exponent = self.power()
+            if not (exponent.is_Integer or exponent in (sp.Rational(1, 2), -sp.Rational(1, 2))):
+                raise ExpressionError(f"in {self.text!r}: an exponent is an integer or 1/2")
+            if abs(exponent) > _MAX_EXPONENT:
+                raise ExpressionError(
+                    f"in {self.text!r}: an exponent is at most {_MAX_EXPONENT} in size"
+                )
+            if base.is_zero and exponent < 0:
+                raise ExpressionError(f"in {self.text!r}: division by zero")
+            return base**exponent
+        return base
+
+    def atom(self) -> sp.Expr:
+        kind, token = self.kind, self.token
+        if kind == "number":
+            self.advance()
+            return exact(Decimal(token))
+        if kind == "op" and token == "(":
+            self.advance()
+            value = self.sum()
+            self.take(")")
+            return value
+        if kind == "name" and token in FUNCTIONS:
+            self.advance()
+            self.take("(")
+            argument = self.sum()
+            self.take(")")
+            return FUNCTIONS[token](argument)
+        if kind == "name" and token in CONSTANTS:
+            self.advance()
+            return CONSTANTS[token]
+        if kind == "name" and token in self.names:
+            self.advance()
+            return sp.Symbol(token, real=True)
+        declared = ", ".join([*CONSTANTS, *FUNCTIONS, *self.names])
+        raise self.error(f"a number, '(' or one of {declared}")
+
+
+def text(expr: sp.Expr) -> str:
+    """Return the expression in the grammar, in an order of its own: `parse(text(e)) == e`.
+
+    Terms and factors are sorted by their written form, rationals that are short decimals are
+    written so; nothing depends on the SymPy version or on the hash seed.
+    """
+    return _text(sp.sympify(expr), 0)
+
+
+def _text(expr: sp.Expr, level: int) -> str:
+    """Write `expr`; level 0 sum, 1 product, 2 factor (what needs parentheses there gets them)."""
+    if expr.is_Rational:
+        return _parenthesised(_rational(expr), expr < 0 or not expr.is_Integer, level, expr)
+    if expr.is_Symbol or expr is sp.pi:
+        return str(expr.name) if expr.is_Symbol else "pi"
+    if expr.is_Add:
+        terms = sorted((_text(a, 1) for a in expr.args), key=lambda s: (s.startswith("-"), s))
+        out = "".join(f" - {s[1:]}" if s.startswith("-") else f" + {s}" for s in terms)
+        out = f"-{out[3:]}" if out.startswith(" - ") else out[3:]
+        return f"({out})" if level > 0 else out
+    if expr.is_Mul:
+        number, rest = expr.as_coeff_Mul()
+        over = [f for f in rest.args if f.is_Pow and f.exp.is_negative] if rest.is_Mul else []
+        if rest.is_Pow and rest.exp.is_negative:
+            over = [rest]
+        top = [f for f in (rest.args if rest.is_Mul else (rest,)) if f not in over]
+        factors = sorted(_text(f, 2) for f in top)
+        sign, number = ("-" if number < 0 else ""), abs(number)
+        under = sorted(_text(1 / f, 2) for f in over)
+        if sp.pi in top and not number.is_Integer:  # pi/2, not 0.5*pi
+            number, under = sp.Integer(number.p), [str(number.q), *under]
+        if number != 1 or not factors:
+            factors.insert(0, _text(number, 2))
+        out = sign + "*".join(factors) + "".join(f"/{f}" for f in under)
+        return f"({out})" if level > 1 else out
+    if expr.is_Pow:
+        base, exponent = expr.args
+        if exponent == sp.Rational(1, 2):
+            return f"sqrt({_text(base, 0)})"
+        if exponent.is_negative:
+            out = f"1/{_text(1 / expr, 2)}"
+            return f"({out})" if level > 1 else out
+        if exponent.is_Integer:
+            return f"{_text(base, 2)}**{exponent}"
+        return f"sqrt({_text(base ** (2 * exponent), 0)})"
+    if expr.func in (sp.sin, sp.cos, sp.tan, sp.Abs, sp.sign, sp.tanh, sp.exp):
+        return f"{expr.func.__name__.lower()}({_text(expr.args[0], 0)})"
+    raise ExpressionError(f"{expr} cannot be written in the grammar of robot files")
+
+
+def _rational(value: sp.Rational) -> str:
+    """Write a rational as a short decimal where it is one, else as a fraction."""
+    if value.is_Integer:
+        return str(value)
+    denominator = int(value.q)
+    for prime in (2, 5):
+        while denominator % prime == 0:
+            denominator //= prime
+    if denominator == 1 and value.q < 10**12:
+        digits = format(Decimal(int(value.p)) / Decimal(int(value.q)), "f")
+        if sp.Rational(digits) == value:
+            return digits
+    return f"{value.p}/{value.q}"
+
+
+def _parenthesised(out: str, compound: bool, level: int, value: sp.Rational) -> str:
+    needs = (level > 1 and ("/" in out or value < 0)) or (level > 0 and "/" in out and value < 0)
+    return f"({out})" if needs and compound else out

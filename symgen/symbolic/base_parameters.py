@@ -1,0 +1,394 @@
+"""The minimal (base) parameters: which have no effect, which regroup and how, and the proof.
+
+A set of columns of energy is minimal when no combination of them is constant. The number of base
+parameters is the exact rank of the differences h(x) - h(x0), taken modulo two primes; columns are
+taken from the base to the tips, so that parameters regroup towards the base (Gautier and Khalil).
+The regrouping formulas come from the structural relations where these cover the case, and from
+exact linear algebra otherwise; each is checked modulo both primes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from symgen import names
+from symgen.errors import SymgenError
+from symgen.robot.expressions import text
+from symgen.robot.types import Robot
+from symgen.symbolic.lifting import lifted
+from symgen.symbolic.modular import (
+    BadDraw,
+    PrimeField,
+    Residues,
+    order_needed,
+    primes,
+    rational,
+    reduce_rows,
+)
+from symgen.symbolic.parameters import Parameter
+from symgen.symbolic.relations import Relation, structural_relations
+from symgen.symbolic.tape import Tape
+
+_SEEDS = (1, 2)
+_MARGIN = 10  # more sample points than columns
+
+
+@dataclass(frozen=True)
+class BaseParameter:
+    """One base parameter: the standard parameter that leads it, and what joins it.
+
+    Attributes:
+        name: the leading parameter's name, with R where others regroup into it.
+        index: position of the leading parameter among the standard ones.
+        terms: (coefficient, standard parameter) for the others; coefficients in named lengths.
+    """
+
+    name: str
+    index: int
+    terms: tuple[tuple[sp.Expr, str], ...]
+    unit: str
+    inertial: bool
+
+    @property
+    def head(self) -> str:
+        """Name of the leading standard parameter."""
+        return self.name.removesuffix("R") if self.terms else self.name
+
+    @property
+    def expression(self) -> str:
+        """The regrouping formula, for example ZZ1 + IA1 + L1**2*M2."""
+        out = self.head
+        for coefficient, name in self.terms:
+            if coefficient in (1, -1):
+                term = name if coefficient == 1 else f"-{name}"
+            elif coefficient.is_Add:
+                term = f"({text(coefficient)})*{name}"
+            else:
+                term = f"{text(coefficient)}*{name}"
+            out += f" - {term[1:]}" if term.startswith("-") else f" + {term}"
+        return out
+
+
+@dataclass(frozen=True)
+class Proof:
+    """How minimality was proved: the exact rank, where it was taken, and the relations checked."""
+
+    rank: int
+    primes: tuple[int, ...]
+    seeds: tuple[int, ...]
+    points: int
+    structural: int
+    lifted: int
+
+    @property
+    def method(self) -> str:
+        """The proof in words."""
+        return (
+            "lower bound: rank of h(x) - h(x0) at random points of the circle, integers modulo "
+            "the primes; upper bound: one relation for every parameter that is left out, checked "
+            "modulo the primes"
+        )
+
+
+@dataclass(frozen=True)
+class BaseParameters:
+    """The minimal set of a robot's parameters, in the order of X."""
+
+    parameters: tuple[BaseParameter, ...]
+    standard: tuple[Parameter, ...]
+    no_effect: tuple[str, ...]
+    proof: Proof
+
+    @property
+    def inertial(self) -> int:
+        """Number of inertial base parameters: the first entries of X."""
+        return sum(p.inertial for p in self.parameters)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the base parameters, in the order of X."""
+        return tuple(p.name for p in self.parameters)
+
+
+def bound(robot: Robot) -> int:
+    """Return Gautier and Khalil's upper bound 8 n_r + 5 n_t - 4 - sigmabar_1.
+
+    It holds for the inertial parameters of a serial arm that stands on one joint: for each further
+    joint on the base, the four parameters that joint 1 lacks are taken off for that root.
+    """
+    revolute = sum(j.sigma == names.REVOLUTE for j in robot.joints)
+    prismatic = sum(j.sigma == names.PRISMATIC for j in robot.joints)
+    first = robot.movable[0]
+    return 8 * revolute + 5 * prismatic - 4 - (1 if first.sigma == names.REVOLUTE else 0)
+
+
+def find_base(
+    robot: Robot, standard: Sequence[Parameter], energy: Tape, *, at_values: bool = False
+) -> BaseParameters | None:
+    """Find the base parameters of a robot, with formulas and proof.
+
+    Args:
+        robot: the mechanism.
+        standard: its standard parameters, in the order of X.
+        energy: tape of the energy column of every inertial one.
+        at_values: False keeps named lengths as symbols; None is returned then where the file's
+            values give another set than generic ones, and the file's decide.
+
+    Raises:
+        SymgenError: a relation fails its check, which would be a fault of symgen.
+    """
+    problem = _Columns(robot, standard, energy)
+    fields = problem.fields({})
+    first = problem.select(fields)
+    if robot.geometry and not at_values:
+        here = problem.select(problem.fields(robot.values())[:1])
+        if here.pivots != first.pivots:
+            return None
+    rows = _Elimination(problem.names, first.order, [s.field for s in fields])
+    for relation in structural_relations(robot):
+        rows.add({k: v for k, v in relation.items() if k in rows.position})
+    structural = len(rows.rows)
+    missing = [i for i in range(len(problem.names)) if i not in set(first.pivots)]
+    for i in missing:
+        if problem.names[i] not in rows.rows:
+            rows.add(problem.relation(i, first))
+    if set(rows.rows) != {problem.names[i] for i in missing}:
+        raise SymgenError("the regrouping relations do not match the exact rank")
+    for sample in fields:
+        sample.check(problem.names, rows.rows)
+    proof = Proof(
+        rank=len(first.pivots) + problem.path_only,
+        primes=tuple(s.field.p for s in fields),
+        seeds=_SEEDS,
+        points=fields[0].matrix.shape[0],
+        structural=structural,
+        lifted=len(rows.rows) - structural,
+    )
+    return _regrouped(standard, rows.rows, proof)
+
+
+def _regrouped(
+    standard: Sequence[Parameter], rows: Mapping[str, Relation], proof: Proof
+) -> BaseParameters:
+    """Turn relations X_d = ... into the formulas of the parameters that stay."""
+    joined: dict[str, list[tuple[sp.Expr, str]]] = {}
+    for p in standard:
+        for head, coefficient in rows.get(p.name, {}).items():
+            if head != p.name:
+                joined.setdefault(head, []).append((-coefficient, p.name))
+    kept = tuple(
+        BaseParameter(
+            name=p.name + ("R" if p.name in joined else ""),
+            index=i,
+            terms=tuple(joined.get(p.name, ())),
+            unit=p.unit,
+            inertial=p.inertial,
+        )
+        for i, p in enumerate(standard)
+        if p.name not in rows
+    )
+    no_effect = tuple(p.name for p in standard if len(rows.get(p.name, {})) == 1)
+    return BaseParameters(kept, tuple(standard), no_effect, proof)
+
+
+@dataclass(frozen=True, eq=False)
+class _Sample:
+    """Differences of the columns at random points, modulo one prime."""
+
+    field: PrimeField
+    matrix: Residues
+
+    def check(self, column: Sequence[str], rows: Mapping[str, Relation]) -> None:
+        index = {name: i for i, name in enumerate(column)}
+        for relation in rows.values():
+            total = np.zeros(self.matrix.shape[0], dtype=np.int64)
+            for name, coefficient in relation.items():
+                residue = int(self.field.constant(coefficient))
+                total = (total + self.matrix[:, index[name]] * residue) % self.field.p
+            if total.any():
+                raise SymgenError(f"relation {relation} does not hold")
+
+
+@dataclass(frozen=True)
+class _Selection:
+    """What elimination found: the order of preference, the columns kept, the reduced rows."""
+
+    order: tuple[int, ...]
+    pivots: tuple[int, ...]
+    reduced: tuple[tuple[PrimeField, Residues], ...]
+
+
+class _Columns:
+    """The columns that are functions of the state: energies, and q_j for an offset OF_j.
+
+    FS and FV integrate along the path: no combination of them is a function of its ends, so that
+    they are base parameters without further proof.
+    """
+
+    def __init__(self, robot: Robot, standard: Sequence[Parameter], energy: Tape) -> None:
+        self.robot, self.energy = robot, energy
+        self.state = [p for p in standard if p.inertial or p.prefix == "OF"]
+        self.names = [p.name for p in self.state]
+        self.path_only = len(standard) - len(self.state)
+        self.angles = [a for j in robot.joints for a in (j.gamma, j.alpha, j.theta)]
+
+    def fields(self, values: Mapping[sp.Symbol, sp.Expr]) -> list[_Sample]:
+        """Evaluate all columns modulo two primes, each with its own seed."""
+        angles = [angle.subs(values) for angle in self.angles]
+        order = order_needed(angles)
+        out = []
+        for prime, seed in zip(primes(order, len(_SEEDS)), _SEEDS, strict=True):
+            for attempt in range(200):
+                try:
+                    field = PrimeField(prime, seed + 1000 * attempt, angles, order, values)
+                    out.append(_Sample(field, self._differences(field)))
+                    break
+                except BadDraw:
+                    continue
+            else:
+                raise SymgenError("no prime has the square roots that this geometry needs")
+        return out
+
+    def _differences(self, field: PrimeField) -> Residues:
+        count = len(self.names) + _MARGIN
+        q = [
+            field.joint_angle(count) if j.sigma == names.REVOLUTE else field.numbers(count)
+            for j in self.robot.movable
+        ]
+        qd = [field.numbers(count) for _ in self.robot.movable]
+        columns = list(self.energy.run(field, {"q": q, "qd": qd}))
+        index = {j.number: i for i, j in enumerate(self.robot.movable)}
+        for p in self.state:
+            if not p.inertial:
+                variable = q[index[p.joint]]
+                columns.append(getattr(variable, "number", variable))
+        h = np.stack([np.broadcast_to(np.asarray(c, dtype=np.int64), (count,)) for c in columns], 1)
+        return (h[1:] - h[:1]) % field.p
+
+    def select(self, samples: Sequence[_Sample]) -> _Selection:
+        """Keep the first independent columns, from the base to the tips.
+
+        Where an offset OF_j depends on the energies (gravity along a prismatic axis), the mass M_j
+        gives way instead of it: IA4R = IA4 + M4, OF4R = OF4 - g M4.
+        """
+        order = list(range(len(self.names)))
+        selection = self._eliminate(samples, order)
+        dropped = set(order) - set(selection.pivots)
+        carried = {
+            link
+            for i, p in enumerate(self.state)
+            if i in dropped and not p.inertial
+            for link in _carried_by(self.robot, p.joint)
+        }
+        late = [
+            i for i, p in enumerate(self.state) if p.prefix == names.MASS and p.joint in carried
+        ]
+        if late:
+            selection = self._eliminate(samples, [i for i in order if i not in late] + late)
+        return selection
+
+    def _eliminate(self, samples: Sequence[_Sample], order: Sequence[int]) -> _Selection:
+        results = [(s.field, *reduce_rows(s.matrix, s.field.p, order)) for s in samples]
+        pivots = max((tuple(pivots) for _, pivots, _ in results), key=len)
+        if any(tuple(p) != pivots for _, p, _ in results):
+            raise SymgenError("the exact rank differs between primes: an unlucky draw")
+        return _Selection(tuple(order), pivots, tuple((f, rows) for f, _, rows in results))
+
+    def relation(self, column: int, selection: _Selection) -> Relation:
+        """Return the exact relation of a column that no structural relation covers."""
+        (field, rows), (other, other_rows) = selection.reduced
+        found: Relation = {self.names[column]: sp.S.One}
+        pairs = [
+            (pivot, int(rows[k, column]), int(other_rows[k, column]))
+            for k, pivot in enumerate(selection.pivots)
+            if rows[k, column] or other_rows[k, column]
+        ]
+        for pivot, a, b in pairs:
+            guess = rational(a, field.p)
+            if guess is None or guess != rational(b, other.p):
+                break
+            found[self.names[pivot]] = -guess
+        else:
+            return found
+        support = [column, *(pivot for pivot, _, _ in pairs)]
+        coefficients = lifted(self.robot, self.energy, self.state, support, (field, other))
+        return {self.names[i]: c for i, c in zip(support, coefficients, strict=True)}
+
+
+def _carried_by(robot: Robot, number: int) -> set[int]:
+    """Return the links that a joint moves: its own and all behind it."""
+    links = {number}
+    for joint in robot.joints:
+        if joint.antecedent in links:
+            links.add(joint.number)
+    return links
+
+
+class _Elimination:
+    """Reduced relations X_d + sum of n_b X_b = 0, kept in terms of the parameters that stay."""
+
+    def __init__(
+        self, column: Sequence[str], order: Sequence[int], fields: Sequence[PrimeField]
+    ) -> None:
+        self.position = {column[i]: k for k, i in enumerate(order)}
+        self.fields = fields
+        self.rows: dict[str, Relation] = {}
+
+    def add(self, relation: Relation) -> None:
+        """Add one relation; the parameter that comes last in order is eliminated by it."""
+        row = self._clean(relation)
+        for name in [n for n in row if n in self.rows]:
+            row = self._substitute(row, name, self.rows[name])
+        if not row:
+            return
+        pivot = max(row, key=self.position.__getitem__)
+        lead = row[pivot]
+        if lead != 1:
+            row = self._clean({n: c / lead for n, c in row.items()})
+        for name, other in self.rows.items():
+            if pivot in other:
+                self.rows[name] = self._substitute(other, pivot, row)
+        self.rows[pivot] = row
+
+    def _substitute(self, row: Relation, name: str, other: Relation) -> Relation:
+        factor = row[name]
+        out = dict(row)
+        for n, c in other.items():
+            out[n] = out.get(n, sp.S.Zero) - factor * c
+        return self._clean(out)
+
+    def _clean(self, row: Relation) -> Relation:
+        """Simplify coefficients and drop those that are zero (modulo every prime)."""
+        out = {}
+        for n, c in row.items():
+            value = c if c.is_Rational else _simplified(c)
+            if value.is_Rational:
+                if value != 0:
+                    out[n] = value
+            elif any(int(f.constant(value)) for f in self.fields):
+                out[n] = value
+        return out
+
+
+def _simplified(expr: sp.Expr) -> sp.Expr:
+    """Expand a small polynomial in lengths, cosines and sines; sin(a)^2 becomes 1 - cos(a)^2.
+
+    Only plain rewriting: SymPy's searching simplifiers take seconds on general angles.
+    """
+    expanded = sp.expand(expr)
+    squares = [
+        p for p in expanded.atoms(sp.Pow)
+        if p.base.func is sp.sin and p.exp.is_Integer and p.exp >= 2
+    ]
+    if not squares:
+        return expanded
+    return sp.expand(expanded.xreplace({p: _even_sine(p) for p in squares}))
+
+
+def _even_sine(power: sp.Pow) -> sp.Expr:
+    angle, half = power.base.args[0], int(power.exp) // 2
+    return (1 - sp.cos(angle) ** 2) ** half * power.base ** (int(power.exp) % 2)

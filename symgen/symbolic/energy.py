@@ -1,0 +1,117 @@
+"""The energy model of Gautier and Khalil (1988): linear in the parameters, no accelerations.
+
+Kinetic and potential energy of link j are E_j + U_j = (DE + DU) X_j with
+
+    DE = [w1^2/2, w1 w2, w1 w3, w2^2/2, w2 w3, w3^2/2,
+          w3 V2 - w2 V3, w1 V3 - w3 V1, w2 V1 - w1 V2, V.V/2, qd_j^2/2]
+    DU = [0, 0, 0, 0, 0, 0, -g1, -g2, -g3, -g . 0P_j, 0]
+
+for XX XY XZ YY YZ ZZ MX MY MZ M IA, with w, V and g in frame j. Friction has columns of power:
+|qd| for FS (qd tanh(qd/width) where a width is declared), qd^2 for FV, qd for OF. A coupling
+u = qd_j + ratio qd_k has u^2/2, u^2 and |u|; a payload has the columns of its link.
+"""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from symgen import names
+from symgen.robot.types import Coupling, Robot
+from symgen.symbolic.kinematics import Frame, Variables, frames, variables
+from symgen.symbolic.parameters import standard_parameters
+from symgen.symbolic.tape import Tape, TapeBuilder
+
+_HALF = sp.Rational(1, 2)
+
+
+def builder(robot: Robot, variable: Variables) -> TapeBuilder:
+    """Return an empty tape on which names of the file and of the variables are taken."""
+    taken = {name for name, _ in robot.geometry}
+    return TapeBuilder(taken | {s.name for s in (*variable.q, *variable.qd)})
+
+
+def energy_tape(robot: Robot) -> Tape:
+    """Derive the column of total energy of every inertial standard parameter.
+
+    Returns:
+        A tape from q and qd to h(q, qd) = DE + DU, in the order of `standard_parameters`.
+    """
+    variable = variables(robot)
+    tape = builder(robot, variable)
+    links = dict(zip((j.number for j in robot.joints), frames(robot, variable, tape), strict=True))
+    speed = dict(zip((j.number for j in robot.movable), variable.qd, strict=True))
+    drives = {c.second: _drive_speed(c, speed, tape) for c in robot.couplings}
+    outputs: list[sp.Expr] = []
+    for p in standard_parameters(robot):
+        if not p.inertial:
+            continue
+        if p.prefix == names.ROTOR:
+            outputs.append(_half_square(speed[p.joint], p.name, tape))
+        elif p.prefix == names.COUPLING_INERTIA:
+            outputs.append(_half_square(drives[p.joint], p.name, tape))
+        else:
+            outputs.append(_link_column(p.prefix, links[p.joint], f"D{p.prefix}{p.joint}", tape))
+    return tape.tape([("q", variable.q), ("qd", variable.qd)], outputs)
+
+
+def friction_tape(robot: Robot) -> Tape:
+    """Derive the column of power of every friction parameter: integrands of the energy theorem."""
+    variable = variables(robot)
+    tape = builder(robot, variable)
+    speed = dict(zip((j.number for j in robot.movable), variable.qd, strict=True))
+    drives = {c.second: _drive_speed(c, speed, tape) for c in robot.couplings}
+    outputs: list[sp.Expr] = []
+    for p in standard_parameters(robot):
+        if p.inertial:
+            continue
+        v = drives[p.joint] if p.prefix in names.COUPLING_FRICTION else speed[p.joint]
+        name = f"D{p.name}"
+        if p.prefix == "OF":
+            outputs.append(v)
+        elif p.prefix in ("FV", "FVM"):
+            outputs.append(tape.name(name, v * v))
+        else:
+            width = robot.joint(p.joint).coulomb_width
+            if p.prefix == "FS" and width:
+                scaled = tape.name(f"s{p.joint}", v * tape.constant(f"k{p.joint}", 1 / _exact(width)))
+                outputs.append(tape.name(name, v * tape.name(f"t{p.joint}", sp.tanh(scaled))))
+            else:
+                outputs.append(tape.name(name, sp.Abs(v)))
+    return tape.tape([("q", variable.q), ("qd", variable.qd)], outputs)
+
+
+def _exact(value: float) -> sp.Rational:
+    return sp.Rational(repr(value))
+
+
+def _drive_speed(
+    coupling: Coupling, speed: dict[int, sp.Symbol], tape: TapeBuilder
+) -> sp.Expr:
+    k = coupling.second
+    ratio = tape.constant(f"ratio{k}", coupling.ratio)
+    return tape.name(f"u{k}", speed[coupling.first] + ratio * speed[k])
+
+
+def _half_square(v: sp.Expr, name: str, tape: TapeBuilder) -> sp.Expr:
+    """Return v^2/2, with v/2 as a step that other columns of v share."""
+    if v == 0:
+        return sp.S.Zero
+    v = -v if v.as_coeff_Mul()[0] < 0 else v
+    half = tape.name(f"H{v.name}", _HALF * v)
+    return tape.name(f"D{name}", half * v)
+
+
+def _link_column(prefix: str, frame: Frame, name: str, tape: TapeBuilder) -> sp.Expr:
+    """Return the column DE + DU of one parameter of a link."""
+    w, V, g = frame.w, frame.V, frame.g
+    axes = {"X": 0, "Y": 1, "Z": 2}
+    if prefix in names.INERTIA:
+        a, b = axes[prefix[0]], axes[prefix[1]]
+        return _half_square(w[a], name[1:], tape) if a == b else tape.name(name, w[a] * w[b])
+    if prefix in names.MOMENT:
+        c = axes[prefix[1]]
+        a, b = (c + 1) % 3, (c + 2) % 3
+        return tape.name(name, w[b] * V[a] - w[a] * V[b] - g[c])
+    squares = sum((v * v for v in V), sp.S.Zero)
+    kinetic = _HALF * tape.name(f"E{name}", squares)
+    return tape.name(name, kinetic + frame.u)

@@ -1,0 +1,134 @@
+"""Exact coefficients of a relation whose columns are known, over the field of the geometry.
+
+Elimination modulo a prime tells which columns take part in a relation. Their coefficients are the
+null vector of a small matrix: the columns at a few rational points of the state, evaluated exactly
+with lengths as symbols. Angles that are no fraction of pi enter by the tangent t of their half,
+cos = (1 - t^2)/(1 + t^2), sin = 2 t/(1 + t^2), so that the matrix is rational.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from typing import Any
+
+import sympy as sp
+
+from symgen import names
+from symgen.errors import SymgenError
+from symgen.robot.types import Robot
+from symgen.symbolic.modular import PrimeField
+from symgen.symbolic.parameters import Parameter
+from symgen.symbolic.tape import Tape
+
+_TRIES = 6
+
+
+def lifted(
+    robot: Robot,
+    energy: Tape,
+    state: Sequence[Parameter],
+    support: Sequence[int],
+    fields: Sequence[PrimeField],
+) -> list[sp.Expr]:
+    """Return c with sum of c_i h_i constant over the support, c of the first column being 1.
+
+    Raises:
+        SymgenError: no exact relation was found; the geometry is outside what symgen covers.
+    """
+    inertial = [i for i in support if state[i].inertial]
+    tape = energy.keep(inertial)
+    halves: dict[sp.Expr, sp.Symbol] = {}
+    for attempt in range(_TRIES):
+        arithmetic = _Exact(halves)
+        draw = random.Random(f"lift {attempt}")
+        rows = []
+        for _ in range(len(support) + 3 + attempt):
+            q, qd, number = _point(robot, draw)
+            energies = dict(zip(inertial, tape.run(arithmetic, {"q": q, "qd": qd}), strict=True))
+            rows.append([energies[i] if i in energies else number[state[i].joint] for i in support])
+        matrix = sp.Matrix([[a - b for a, b in zip(row, rows[0], strict=True)] for row in rows[1:]])
+        space = matrix.applyfunc(sp.cancel).to_DM().to_field().nullspace().to_Matrix()
+        if space.rows != 1 or space[0, 0] == 0:
+            continue
+        return [_whole_angles(sp.cancel(c / space[0, 0]), halves) for c in space.row(0)]
+    raise SymgenError(
+        f"no exact regrouping relation was found for {state[support[0]].name}; "
+        "give angles as fractions of pi where they are"
+    )
+
+
+def _whole_angles(expr: sp.Expr, halves: dict[sp.Expr, sp.Symbol]) -> sp.Expr:
+    """Write a rational function of t = tan(angle/2) in the angle's cosine and sine."""
+    for angle, t in halves.items():
+        if not expr.has(t):
+            continue
+        c, s = sp.Dummy(real=True), sp.Dummy(real=True)
+        reduced = [
+            sp.rem(part, s**2 + c**2 - 1, s)
+            for part in sp.fraction(sp.together(expr.subs(t, s / (1 + c))))
+        ]
+        expr = sp.cancel(reduced[0] / reduced[1])
+        expr = expr.subs({c: sp.cos(angle, evaluate=False), s: sp.sin(angle, evaluate=False)})
+    return sp.factor_terms(expr)
+
+
+class _Circle:
+    """A joint angle by its cosine and sine, and an independent number for the angle itself."""
+
+    def __init__(self, c: sp.Expr, s: sp.Expr) -> None:
+        self.c, self.s = c, s
+
+
+def _point(robot: Robot, draw: random.Random) -> tuple[list[Any], list[Any], dict[int, sp.Expr]]:
+    """Draw a small rational state: points of the circle, positions and speeds."""
+    q: list[Any] = []
+    number: dict[int, sp.Expr] = {}
+    for joint in robot.movable:
+        t = sp.Rational(draw.randrange(-3, 4), draw.randrange(1, 4))
+        value = sp.Integer(draw.randrange(-9, 10))
+        number[joint.number] = value
+        if joint.sigma == names.REVOLUTE:
+            q.append(_Circle((1 - t**2) / (1 + t**2), 2 * t / (1 + t**2)))
+        else:
+            q.append(value)
+    return q, [sp.Integer(draw.randrange(-3, 4)) for _ in robot.movable], number
+
+
+class _Exact:
+    """Exact arithmetic of SymPy expressions, for a few columns at a time."""
+
+    def __init__(self, halves: dict[sp.Expr, sp.Symbol]) -> None:
+        self.halves = halves
+
+    def constant(self, value: sp.Expr) -> sp.Expr:
+        return value.replace(
+            lambda e: e.func in (sp.cos, sp.sin), lambda e: self._by_half(e.func, e.args[0])
+        )
+
+    def _by_half(self, function: Any, angle: sp.Expr) -> sp.Expr:
+        if angle.has(sp.pi) and (angle / sp.pi).is_Rational:
+            return sp.sqrtdenest(function(angle))
+        t = self.halves.setdefault(angle, sp.Symbol(f"_t{len(self.halves)}", real=True))
+        return (1 - t**2) / (1 + t**2) if function is sp.cos else 2 * t / (1 + t**2)
+
+    def add(self, a: Any, b: Any) -> Any:
+        if isinstance(a, _Circle):  # adding a constant keeps the point as random as it was
+            return a
+        return sp.cancel(a + b) if self.halves else a + b
+
+    def sub(self, a: Any, b: Any) -> Any:
+        if isinstance(a, _Circle):
+            return a
+        return sp.cancel(a - b) if self.halves else a - b
+
+    def mul(self, a: Any, b: Any) -> Any:
+        return sp.cancel(a * b) if self.halves else sp.expand(a * b)
+
+    def neg(self, a: Any) -> Any:
+        return -a
+
+    def function(self, name: str, argument: Any) -> Any:
+        if name == "copy":
+            return argument
+        return argument.c if name == "cos" else argument.s

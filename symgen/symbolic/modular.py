@@ -1,0 +1,290 @@
+"""Exact arithmetic modulo a prime: what proves ranks and relations.
+
+A geometric constant is an element of Q(symbols, sqrt(2), cos(angle), ...). Modulo a prime p it
+becomes an integer: lengths are random integers, or the file's rationals; an angle is a sum of
+rational multiples of generators, and each generator x is one random unit z = e^(ix), so that
+cos x = (z + 1/z)/2 and sin x = (z - 1/z)/(2i). Commensurable angles thereby share one point of the
+circle, and fractions of pi are roots of unity: p = 1 modulo the order needed. Angles whose
+generators are independent over the rationals have algebraically independent exponentials
+(Lindemann and Weierstrass), so that a random point is the right model.
+
+A rank found modulo p is never larger than the true one; a random point misses it with a
+probability of about degree/p (Schwartz and Zippel), about 1e-8 for each prime.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from symgen.errors import SymgenError
+
+Residues = NDArray[np.int64]
+_BITS = 31  # products of two residues fit in 64 bits
+_TWELFTH = 48  # k pi/24 is a power of e^(2 pi i/48)
+
+
+class BadDraw(SymgenError):
+    """A random point makes a denominator zero or a radicand a non-residue: draw again."""
+
+
+class _Constant(int):
+    """A residue that remembers its exact expression: an angle is more than its number."""
+
+    expr: sp.Expr
+
+
+class JointAngle:
+    """Random values of a revolute joint variable: numbers, and the units e^(iq) beside them."""
+
+    def __init__(self, number: Residues, unit: Residues) -> None:
+        self.number, self.unit = number, unit
+
+
+class PrimeField:
+    """Integers modulo p, with a fixed random value for every geometric symbol and angle.
+
+    Args:
+        prime: p, with p - 1 a multiple of `order`.
+        seed: of the random values.
+        angles: every constant angle that will occur; fixes the units that they are counted in.
+        order: order of the roots of unity, from `order_needed(angles)`.
+        values: exact values of named lengths; without them each takes a random value.
+    """
+
+    def __init__(
+        self,
+        prime: int,
+        seed: int,
+        angles: Iterable[sp.Expr] = (),
+        order: int = _TWELFTH,
+        values: Mapping[sp.Symbol, sp.Expr] | None = None,
+    ) -> None:
+        self.p, self.order = prime, order
+        self._values = dict(values or {})
+        self._random = random.Random(f"{seed} {prime}")
+        self._constants: dict[sp.Expr, _Constant] = {}
+        self._numbers: dict[sp.Expr, int] = {}
+        self._root = self._primitive_root_of_unity()
+        self._half = pow(2, -1, prime)
+        self._half_i = pow(2 * pow(self._root, order // 4, prime), -1, prime)
+        self._unit: dict[sp.Expr, sp.Rational] = {}
+        for angle in angles:
+            for number, base in _angle_terms(angle.subs(self._values)):
+                known = self._unit.get(base, sp.S.Zero)
+                self._unit[base] = _rational_gcd(known, number / 2)  # formulas may halve an angle
+        self._z = {base: self._random.randrange(2, prime) for base in self._unit}
+
+    def _primitive_root_of_unity(self) -> int:
+        factors = list(sp.factorint(self.order))
+        while True:
+            z = pow(self._random.randrange(2, self.p), (self.p - 1) // self.order, self.p)
+            if all(pow(z, self.order // f, self.p) != 1 for f in factors):
+                return z
+
+    # The operations of a tape, on int64 arrays of residues or plain integers.
+
+    def constant(self, value: sp.Expr) -> int:
+        """Return the residue of an exact geometric expression."""
+        known = self._constants.get(value)
+        if known is None:
+            known = _Constant(self._evaluate(value.subs(self._values)) % self.p)
+            known.expr = value.subs(self._values)
+            self._constants[value] = known
+        return known
+
+    def add(self, a: Any, b: Any) -> Any:
+        if isinstance(a, JointAngle):
+            return self._turned(a, b, 1)
+        return (a + b) % self.p
+
+    def sub(self, a: Any, b: Any) -> Any:
+        if isinstance(a, JointAngle):
+            return self._turned(a, b, -1)
+        return (a - b) % self.p
+
+    def mul(self, a: Any, b: Any) -> Any:
+        return (a * b) % self.p
+
+    def neg(self, a: Any) -> Any:
+        return (-a) % self.p
+
+    def function(self, name: str, argument: Any) -> Any:
+        if name == "copy":
+            return argument
+        if isinstance(argument, JointAngle) and name in ("sin", "cos"):
+            c, s = self._cosine_sine(argument.unit)
+            return c if name == "cos" else s
+        raise SymgenError(f"{name} has no exact value modulo a prime")
+
+    def joint_angle(self, count: int) -> JointAngle:
+        """Draw `count` random values of a revolute joint variable."""
+        return JointAngle(self.numbers(count), self.numbers(count))
+
+    def numbers(self, count: int) -> Residues:
+        """Draw `count` random nonzero residues."""
+        return np.array([self._random.randrange(1, self.p) for _ in range(count)], dtype=np.int64)
+
+    def _turned(self, angle: JointAngle, offset: Any, sign: int) -> JointAngle:
+        if not isinstance(offset, _Constant):
+            raise SymgenError("a joint angle is turned by a constant alone")
+        unit = angle.unit * self._e_i(sign * offset.expr) % self.p
+        return JointAngle((angle.number + sign * int(offset)) % self.p, unit)
+
+    def _cosine_sine(self, z: Any) -> tuple[Any, Any]:
+        """Return (z + 1/z)/2 and (z - 1/z)/(2i)."""
+        if isinstance(z, int):
+            inverse: Any = pow(z, -1, self.p)
+        else:
+            inverse = np.array([pow(int(x), -1, self.p) for x in z], dtype=np.int64)
+        return (z + inverse) * self._half % self.p, (z - inverse) * self._half_i % self.p
+
+    def _e_i(self, angle: sp.Expr) -> int:
+        """Return e^(i angle) of a constant angle: a product of powers of the units."""
+        z = 1
+        for number, base in _angle_terms(angle):
+            if base is sp.pi:
+                turns = number * self.order / 2
+                z = z * pow(self._root, int(turns) % self.order, self.p) % self.p
+            else:
+                power = number / self._unit[base]
+                if not power.is_Integer:
+                    raise SymgenError(f"the angle {angle} does not belong to this geometry")
+                z = z * pow(self._z[base], int(power) % (self.p - 1), self.p) % self.p
+        return z
+
+    def _evaluate(self, e: sp.Expr) -> int:
+        p = self.p
+        if e.is_Rational:
+            return int(e.p) * self._inverse(int(e.q))
+        if e.is_Symbol or e is sp.pi:  # outside sin and cos, pi is a transcendental like a length
+            if e not in self._numbers:
+                self._numbers[e] = self._random.randrange(1, p)
+            return self._numbers[e]
+        if e.is_Add:
+            return sum(self._evaluate(a) for a in e.args) % p
+        if e.is_Mul:
+            out = 1
+            for a in e.args:
+                out = out * self._evaluate(a) % p
+            return out
+        if e.is_Pow and e.exp.is_Integer:
+            residue, exponent = self._evaluate(e.base), int(e.exp)
+            return pow(residue if exponent > 0 else self._inverse(residue), abs(exponent), p)
+        if e.is_Pow and (2 * e.exp).is_Integer:
+            root, exponent = self._square_root(e.base), int(2 * e.exp)
+            return pow(root if exponent > 0 else self._inverse(root), abs(exponent), p)
+        if e.func in (sp.cos, sp.sin, sp.tan):
+            c, s = self._cosine_sine(self._e_i(e.args[0]))
+            return int(c if e.func is sp.cos else s if e.func is sp.sin else s * self._inverse(c))
+        raise SymgenError(f"{e} has no exact value modulo a prime")
+
+    def _inverse(self, a: int) -> int:
+        if a % self.p == 0:
+            raise BadDraw("a denominator vanishes at this point")
+        return pow(int(a), -1, self.p)
+
+    def _square_root(self, e: sp.Expr) -> int:
+        if not e.is_Rational:
+            return self._residue_root(self._evaluate(e))
+        root = 1
+        for factor, power in sp.factorint(int(e.p * e.q)).items():
+            if power % 2:
+                root = root * self._prime_root(int(factor)) % self.p
+            root = root * pow(int(factor), power // 2, self.p) % self.p
+        return root * self._inverse(int(e.q)) % self.p
+
+    def _prime_root(self, factor: int) -> int:
+        """Return a square root of a prime; those of 2 and 3 are cosines and keep their signs."""
+        if factor in (2, 3):
+            angle = sp.pi / (4 if factor == 2 else 6)
+            return int(2 * self._cosine_sine(self._e_i(angle))[0] % self.p)
+        key = sp.Integer(factor)
+        if key not in self._numbers:
+            self._numbers[key] = self._residue_root(factor)
+        return self._numbers[key]
+
+    def _residue_root(self, a: int) -> int:
+        root = sp.sqrt_mod(a, self.p)
+        if root is None:
+            raise BadDraw("not a quadratic residue at this point")
+        return int(root)
+
+
+def _angle_terms(angle: sp.Expr) -> list[tuple[sp.Rational, sp.Expr]]:
+    """Split an angle into rational multiples of generators: pi, 1, and monomials of symbols."""
+    terms = (term.as_coeff_Mul() for term in sp.Add.make_args(sp.expand(angle)))
+    return [(number, base) for number, base in terms if number]
+
+
+def _rational_gcd(a: sp.Rational, b: sp.Rational) -> sp.Rational:
+    """Return the largest rational of which both are integer multiples."""
+    return sp.Rational(math.gcd(int(a.p * b.q), int(b.p * a.q)), int(a.q * b.q))
+
+
+def order_needed(angles: Iterable[sp.Expr]) -> int:
+    """Return the order of the roots of unity that the fractions of pi in some angles need."""
+    order = _TWELFTH
+    for angle in angles:
+        for number, base in _angle_terms(angle):
+            if base is sp.pi:
+                order = math.lcm(order, 2 * int(number.q))
+    if order > 10**6:
+        raise SymgenError("an angle is a fraction of pi with too large a denominator")
+    return order
+
+
+def primes(order: int, count: int) -> tuple[int, ...]:
+    """Return the largest primes under 2^31 that are 1 modulo `order`."""
+    found: list[int] = []
+    candidate = (2**_BITS - 2) // order * order + 1
+    while len(found) < count:
+        if sp.isprime(candidate):
+            found.append(candidate)
+        candidate -= order
+    return tuple(found)
+
+
+def reduce_rows(matrix: Residues, p: int, order: Sequence[int]) -> tuple[list[int], Residues]:
+    """Gauss-Jordan elimination modulo p, columns taken in the given order.
+
+    Returns:
+        The pivot columns, and the reduced rows: every column is the combination of the pivot
+        columns whose coefficients stand in it.
+    """
+    m = np.array(matrix, dtype=np.int64) % p
+    pivots: list[int] = []
+    for column in order:
+        row = len(pivots)
+        if row == m.shape[0]:
+            break
+        nonzero = np.flatnonzero(m[row:, column])
+        if nonzero.size == 0:
+            continue
+        swap = row + int(nonzero[0])
+        if swap != row:
+            m[[row, swap]] = m[[swap, row]]
+        m[row] = m[row] * pow(int(m[row, column]), -1, p) % p
+        factors = m[:, column].copy()
+        factors[row] = 0
+        m = (m - factors[:, None] * m[row][None, :] % p) % p
+        pivots.append(column)
+    return pivots, m[: len(pivots)]
+
+
+def rational(residue: int, p: int) -> sp.Rational | None:
+    """Return the small rational n/d = residue modulo p (Wang), or None."""
+    bound = math.isqrt(p // 2)
+    a, b, u, v = p, residue % p, 0, 1
+    while b > bound:
+        q = a // b
+        a, b, u, v = b, a - q * b, v, u - q * v
+    if v == 0 or abs(v) > bound:
+        return None
+    return sp.Rational(b, v)

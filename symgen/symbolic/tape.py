@@ -1,0 +1,320 @@
+"""The one intermediate form: named single assignments, as SYMORO writes them.
+
+A Tape holds what a kernel computes: constants of the geometry, then steps `name = expression` in
+SymPy symbols, then the outputs, each a symbol, its negative, or a number. C is printed from it;
+NumPy, CasADi and arithmetic modulo a prime run it through `Tape.run`. Nothing is ever expanded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+import sympy as sp
+
+from symgen.errors import SymgenError
+
+
+class Arithmetic(Protocol):
+    """The operations that running a tape needs, over any kind of number."""
+
+    def constant(self, value: sp.Expr) -> Any:
+        """Return the number that an exact geometric expression stands for."""
+
+    def add(self, a: Any, b: Any) -> Any:
+        """Return a + b."""
+
+    def sub(self, a: Any, b: Any) -> Any:
+        """Return a - b."""
+
+    def mul(self, a: Any, b: Any) -> Any:
+        """Return a b."""
+
+    def neg(self, a: Any) -> Any:
+        """Return -a."""
+
+    def function(self, name: str, argument: Any) -> Any:
+        """Return sin, cos, abs, sign or tanh of a number."""
+
+
+@dataclass(frozen=True)
+class Operations:
+    """Counts of a kernel's scalar operations; `sincos` counts the angles, `other` abs and tanh."""
+
+    mul: int
+    add: int
+    div: int
+    sincos: int
+    other: int = 0
+
+
+@dataclass(frozen=True)
+class Tape:
+    """A straight-line program.
+
+    Attributes:
+        inputs: the arrays that come in, each a name and its scalar symbols.
+        constants: symbols with their exact value in numbers and named lengths.
+        steps: assignments in order; each right-hand side is in earlier symbols.
+        outputs: one symbol, negated symbol or number for every scalar that goes out.
+    """
+
+    inputs: tuple[tuple[str, tuple[sp.Symbol, ...]], ...]
+    constants: tuple[tuple[sp.Symbol, sp.Expr], ...]
+    steps: tuple[tuple[sp.Symbol, sp.Expr], ...]
+    outputs: tuple[sp.Expr, ...]
+
+    @cached_property
+    def order(self) -> Mapping[sp.Symbol, int]:
+        """Position of every symbol: the order of terms and factors wherever a tape is written."""
+        symbols = [s for _, group in self.inputs for s in group]
+        symbols += [s for s, _ in self.constants] + [s for s, _ in self.steps]
+        return {s: i for i, s in enumerate(symbols)}
+
+    def keep(self, indices: Sequence[int]) -> Tape:
+        """Return the tape of some of the outputs, without the steps that they do not need."""
+        outputs = tuple(self.outputs[i] for i in indices)
+        needed = {s for out in outputs for s in out.free_symbols}
+        steps = []
+        for symbol, expr in reversed(self.steps):
+            if symbol in needed:
+                steps.append((symbol, expr))
+                needed |= expr.free_symbols
+        constants = tuple((s, e) for s, e in self.constants if s in needed)
+        return Tape(self.inputs, constants, tuple(reversed(steps)), outputs)
+
+    @cached_property
+    def program(self) -> tuple[tuple[str, int, Any, Any], ...]:
+        """The tape as binary operations on numbered registers: (operation, target, a, b)."""
+        return _Compiler(self).code()
+
+    def run(self, arithmetic: Arithmetic, inputs: Mapping[str, Sequence[Any]]) -> list[Any]:
+        """Evaluate the outputs in some arithmetic.
+
+        Args:
+            arithmetic: the number system.
+            inputs: for every input array its entries, one number (or array of samples) a scalar.
+        """
+        register: list[Any] = [None] * (2 * len(self.program) + len(self.order) + 1)
+        for name, symbols in self.inputs:
+            for symbol, value in zip(symbols, inputs[name], strict=True):
+                register[self.order[symbol]] = value
+        for symbol, expr in self.constants:
+            register[self.order[symbol]] = arithmetic.constant(expr)
+        out = []
+        for operation, target, a, b in self.program:
+            if operation == "mul":
+                register[target] = arithmetic.mul(register[a], register[b])
+            elif operation == "add":
+                register[target] = arithmetic.add(register[a], register[b])
+            elif operation == "sub":
+                register[target] = arithmetic.sub(register[a], register[b])
+            elif operation == "neg":
+                register[target] = arithmetic.neg(register[a])
+            elif operation == "number":
+                register[target] = arithmetic.constant(a)
+            elif operation == "out":
+                out.append(register[a])
+            else:
+                register[target] = arithmetic.function(operation, register[a])
+        return out
+
+    @cached_property
+    def operations(self) -> Operations:
+        """Count the operations of one evaluation, as they are printed in C."""
+        count = {"mul": 0, "add": 0, "other": 0}
+        angles = set()
+        for _, expr in self.steps:
+            for part in sp.preorder_traversal(expr):
+                if part.is_Add:
+                    count["add"] += len(part.args) - 1
+                elif part.is_Mul:
+                    count["mul"] += sum(1 for f in part.args if f is not sp.S.NegativeOne) - 1
+                elif part.func in (sp.sin, sp.cos):
+                    angles.add(part.args[0])
+                elif part.is_Pow:
+                    count["mul"] += int(part.exp) - 1
+                elif part.is_Function:
+                    count["other"] += 1
+        # The argument of sin and cos is written once for both.
+        repeated = len([1 for _, e in self.steps if e.func in (sp.sin, sp.cos) and e.args[0].is_Add])
+        shared = len([a for a in angles if a.is_Add])
+        return Operations(
+            mul=count["mul"],
+            add=count["add"] - repeated + shared,
+            div=0,
+            sincos=len(angles),
+            other=count["other"],
+        )
+
+
+def terms(expr: sp.Expr, order: Mapping[sp.Symbol, int]) -> list[tuple[bool, list[sp.Expr]]]:
+    """Split a sum into (negative?, factors) in the order of the tape, positive terms first.
+
+    SymPy's own order of arguments is not used: it may change with its version.
+    """
+
+    def key(expr: sp.Expr) -> tuple[int, ...]:
+        return tuple(sorted(order[s] for s in expr.free_symbols))
+
+    out = []
+    for term in sp.Add.make_args(expr):
+        number, rest = term.as_coeff_Mul()
+        factors = [] if rest is sp.S.One else sorted(_repeated(rest), key=key)
+        if abs(number) != 1 or not factors:
+            factors = [abs(number), *factors]
+        out.append((bool(number < 0), factors))
+    return sorted(out, key=lambda t: (t[0], [key(f) for f in t[1]], len(t[1])))
+
+
+def _repeated(product: sp.Expr) -> list[sp.Expr]:
+    """Return the factors of a product, a square as the same factor twice."""
+    factors: list[sp.Expr] = []
+    for f in sp.Mul.make_args(product):
+        if f.is_Pow and not (f.exp.is_Integer and f.exp > 0):
+            raise SymgenError(f"a tape cannot hold {f}")
+        factors += [f.base] * int(f.exp) if f.is_Pow else [f]
+    return factors
+
+
+class _Compiler:
+    def __init__(self, tape: Tape) -> None:
+        self.tape = tape
+        self.instructions: list[tuple[str, int, Any, Any]] = []
+        self.next = len(tape.order)
+
+    def code(self) -> tuple[tuple[str, int, Any, Any], ...]:
+        for symbol, expr in self.tape.steps:
+            self.emit(expr, self.tape.order[symbol])
+        for expr in self.tape.outputs:
+            self.instructions.append(("out", -1, self.emit(expr, None), None))
+        return tuple(self.instructions)
+
+    def put(self, operation: str, target: int | None, a: Any, b: Any = None) -> int:
+        if target is None:
+            target, self.next = self.next, self.next + 1
+        self.instructions.append((operation, target, a, b))
+        return target
+
+    def emit(self, expr: sp.Expr, target: int | None) -> int:
+        """Append the instructions of `expr`; return the register that holds its value."""
+        if expr.is_Symbol:
+            register = self.tape.order[expr]
+            return register if target is None else self.put("copy", target, register)
+        if expr.is_number:
+            return self.put("number", target, expr)
+        if expr.is_Function:
+            return self.put(expr.func.__name__.lower(), target, self.emit(expr.args[0], None))
+        split = terms(expr, self.tape.order)
+        value: int | None = None
+        for i, (negative, factors) in enumerate(split):
+            last_term = i == len(split) - 1
+            product: int | None = None
+            for k, factor in enumerate(factors):
+                right = self.emit(factor, None)
+                whole = len(split) == 1 and not negative and k == len(factors) - 1
+                product = right if product is None else self.put(
+                    "mul", target if whole else None, product, right
+                )
+            assert product is not None
+            if value is None:
+                value = self.put("neg", target if last_term else None, product) if negative else product
+            else:
+                value = self.put(
+                    "sub" if negative else "add", target if last_term else None, value, product
+                )
+        assert value is not None
+        return value
+
+
+class TapeBuilder:
+    """Names the steps of a derivation; the only mutable thing in it, and gone when it is done."""
+
+    def __init__(self, reserved: Iterable[str] = ()) -> None:
+        self._constants: dict[sp.Expr, sp.Symbol] = {}
+        self._steps: dict[sp.Expr, sp.Symbol] = {}
+        self._taken = set(reserved)
+
+    def symbol(self, name: str) -> sp.Symbol:
+        """Return a real symbol of this name, or of the next free one."""
+        while name in self._taken:
+            name += "_"
+        self._taken.add(name)
+        return sp.Symbol(name, real=True)
+
+    def constant(self, name: str, value: sp.Expr) -> sp.Expr:
+        """Return a symbol for a constant of the geometry; 0, 1 and -1 stay what they are."""
+        if value in (0, 1, -1):
+            return value
+        if value.as_coeff_Mul()[0] < 0:
+            return -self.constant(name, -value)
+        if value not in self._constants:
+            own = value.is_Symbol and value.name not in {s.name for s in self._constants.values()}
+            symbol = value if own else self.symbol(name)
+            self._constants[value] = symbol
+        return self._constants[value]
+
+    def name(self, name: str, expr: sp.Expr) -> sp.Expr:
+        """Name a step; what is a number, a symbol or known already needs no new one."""
+        if expr.is_number or expr.is_Symbol:
+            return expr
+        if (-expr).is_Symbol:
+            return expr
+        known = self._steps.get(expr)
+        if known is not None:
+            return known
+        opposite = self._steps.get(-expr)
+        if opposite is not None:
+            return -opposite
+        symbol = self.symbol(name)
+        self._steps[expr] = symbol
+        return symbol
+
+    def tape(
+        self, inputs: Iterable[tuple[str, Sequence[sp.Symbol]]], outputs: Sequence[sp.Expr]
+    ) -> Tape:
+        """Close the derivation: return its tape, without dead steps."""
+        return Tape(
+            tuple((name, tuple(symbols)) for name, symbols in inputs),
+            tuple((s, e) for e, s in self._constants.items()),
+            tuple((s, e) for e, s in self._steps.items()),
+            tuple(outputs),
+        ).keep(range(len(outputs)))
+
+
+class Numbers:
+    """Arithmetic of floats, arrays and CasADi expressions: Python's operators.
+
+    Args:
+        values: value of every named length.
+        functions: sin, cos, abs, sign and tanh for this kind of number.
+        number: turns an exact constant into this kind of number.
+    """
+
+    def __init__(
+        self,
+        values: Mapping[sp.Symbol, sp.Expr],
+        functions: Mapping[str, Callable[[Any], Any]],
+        number: Callable[[sp.Expr], Any] = float,
+    ) -> None:
+        self.values, self.functions, self.number = values, functions, number
+
+    def constant(self, value: sp.Expr) -> Any:
+        return self.number(value.subs(self.values).evalf(50))
+
+    def add(self, a: Any, b: Any) -> Any:
+        return a + b
+
+    def sub(self, a: Any, b: Any) -> Any:
+        return a - b
+
+    def mul(self, a: Any, b: Any) -> Any:
+        return a * b
+
+    def neg(self, a: Any) -> Any:
+        return -a
+
+    def function(self, name: str, argument: Any) -> Any:
+        return argument if name == "copy" else self.functions[name](argument)

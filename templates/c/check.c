@@ -1,0 +1,48 @@
+/* {{ name }}: every kernel at seeded points against values computed with {{ digits }} digits.
+ * Exit status 0 when each agrees to {{ tolerance }} of the largest entry of its output.
+ */
+#include "{{ name }}.h"
+
+#include <math.h>
+#include <stdio.h>
+
+static double error_of(const {{ name }}_real *out, const double *expected, size_t size)
+{
+    double largest = 0.0;
+    double scale = 0.0;
+    for (size_t i = 0; i < size; ++i) {
+        largest = fmax(largest, fabs((double)out[i] - expected[i]));
+        scale = fmax(scale, fabs(expected[i]));
+    }
+    return scale > 0.0 ? largest / scale : largest;
+}
+
+int main(void)
+{
+    double worst = 0.0;
+{% for k in kernels %}
+    {
+{% for a in k.arguments %}
+        static const {{ name }}_real {{ a.name }}[{{ points }}][{{ a.size }}] = {
+{% for row in a.rows %}
+            { {{ row }} },
+{% endfor %}
+        };
+{% endfor %}
+        static const double expected[{{ points }}][{{ k.size }}] = {
+{% for row in k.expected %}
+            { {{ row }} },
+{% endfor %}
+        };
+        double here = 0.0;
+        for (size_t i = 0; i < {{ points }}; ++i) {
+            {{ name }}_real out[{{ k.size }}];
+            {{ name }}_{{ k.name }}({{ k.call }}, out);
+            here = fmax(here, error_of(out, expected[i], {{ k.size }}));
+        }
+        printf("{{ k.name }} %.2e\n", here);
+        worst = fmax(worst, here);
+    }
+{% endfor %}
+    return worst <= {{ tolerance }} ? 0 : 1;
+}

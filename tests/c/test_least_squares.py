@@ -1,0 +1,795 @@
+"""The C runtime (least squares and identifier) against NumPy, closed forms and its Python twin.
+
+The runtime is compiled into hand-written packages, with `gcc -shared`, and called by ctypes:
+
+    arm     planar 2R arm of the original paper, no friction: n = 2, p = p_inertial = 4
+    rub     the same with FS and FV on both joints: p = 8, p_inertial = 4
+    probe   DL = q, so that what is integrated can be read off: n = p = p_inertial = 1
+    wide    n = 1, p = p_inertial = 12, for the least squares alone
+"""
+
+from __future__ import annotations
+
+import ctypes
+import re
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from symgen.errors import IdentificationError
+from symgen.identify.twin import LeastSquares, WindowIdentifier
+
+RUNTIME = Path(__file__).parents[2] / "templates" / "c" / "runtime"
+FILES = ("least_squares.h", "least_squares.c", "identifier.h", "identifier.c")
+GCC, GXX, CLANG = shutil.which("gcc"), shutil.which("g++"), shutil.which("clang")
+CPPCHECK = shutil.which("cppcheck")
+pytestmark = pytest.mark.skipif(GCC is None, reason="no C compiler (gcc) on this machine")
+
+STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Wdouble-promotion"]
+STRICT += ["-Werror"]
+MODES = {"start": 0, "sliding": 1, "consecutive": 2}
+LENGTH = 0.5
+
+ARM = """
+    const NAME_real w = qd[0] + qd[1];
+    const NAME_real c = (NAME_real)(0.5 * cos((double)q[1]));
+    const NAME_real s = (NAME_real)(0.5 * sin((double)q[1]));
+    out[0] = qd[0] * qd[0] / 2;
+    out[1] = w * w / 2;
+    out[2] = w * qd[0] * c;
+    out[3] = -w * qd[0] * s;
+"""
+RUB = """
+    (void)q;
+    for (int j = 0; j < 2; j++) {
+        out[2 * j] = qd[j] < 0 ? -qd[j] : qd[j];
+        out[2 * j + 1] = qd[j] * qd[j];
+    }
+"""
+PROBE = """
+    (void)qd;
+    out[0] = q[0];
+"""
+WIDE = """
+    for (int i = 0; i < 12; i++) {
+        out[i] = q[0] * qd[0];
+    }
+"""
+PACKAGES = {
+    "arm": (2, 4, 4, ARM, None),
+    "rub": (2, 8, 4, ARM, RUB),
+    "probe": (1, 1, 1, PROBE, None),
+    "wide": (1, 12, 12, WIDE, None),
+}
+
+
+def arm_energy(q, qd):
+    """DL of the planar 2R arm, J per unit of X."""
+    w, c, s = qd[0] + qd[1], LENGTH * np.cos(q[1]), LENGTH * np.sin(q[1])
+    return np.array([qd[0] ** 2 / 2, w**2 / 2, w * qd[0] * c, -w * qd[0] * s])
+
+
+def arm_friction(_q, qd):
+    """DF of FS1 FV1 FS2 FV2, W per unit of X."""
+    return np.array([abs(qd[0]), qd[0] ** 2, abs(qd[1]), qd[1] ** 2])
+
+
+KERNELS = {
+    "arm": (arm_energy, None),
+    "rub": (arm_energy, arm_friction),
+    "probe": (lambda q, _qd: q, None),
+}
+
+
+def write_package(folder: Path, name: str, real: str = "double") -> list[Path]:
+    """Write a package as the generator does: NAME replaced, nothing else; return its .c files."""
+    joints, parameters, inertial, energy, friction = PACKAGES[name]
+    arguments = "(const NAME_real *q, const NAME_real *qd, NAME_real *out)"
+    kernels = f"void NAME_energy_regressor{arguments}\n{{{energy}}}\n"
+    declarations = f"void NAME_energy_regressor{arguments};\n"
+    if friction is not None:
+        kernels += f"void NAME_friction_power{arguments}\n{{{friction}}}\n"
+        declarations += f"void NAME_friction_power{arguments};\n"
+    header = (
+        "#ifndef NAME_H\n#define NAME_H\n"
+        f"#define NAME_JOINTS {joints}\n#define NAME_PARAMETERS {parameters}\n"
+        f"#define NAME_INERTIAL {inertial}\ntypedef {real} NAME_real;\n"
+        '#ifdef __cplusplus\nextern "C" {\n#endif\n'
+        f"{declarations}#ifdef __cplusplus\n}}\n#endif\n#endif\n"
+    )
+    texts = {file: (RUNTIME / file).read_text(encoding="utf-8") for file in FILES}
+    texts = {f"NAME_{file}": text for file, text in texts.items()}
+    texts["NAME.h"] = header
+    texts["NAME_kernel.c"] = f'#include "NAME.h"\n#include <math.h>\n{kernels}'
+    folder.mkdir(parents=True, exist_ok=True)
+    for file, text in texts.items():
+        path = folder / file.replace("NAME", name)
+        path.write_text(text.replace("NAME", name), encoding="utf-8")
+    return [folder / file.replace("NAME", name) for file in texts if file.endswith(".c")]
+
+
+def compile_c(compiler: str | None, flags: list[str], sources: list[Path], output: Path) -> None:
+    assert compiler is not None
+    command = [compiler, *flags, *map(str, sources), "-o", str(output)]
+    command += [] if "-c" in flags else ["-lm"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+
+
+class Package:
+    """A compiled package, called by ctypes."""
+
+    def __init__(self, folder: Path, name: str, real: str = "double") -> None:
+        sources = write_package(folder, name, real)
+        library = folder / f"{name}.so"
+        compile_c(GCC, ["-std=c99", "-O2", "-shared", "-fPIC", *STRICT], sources, library)
+        self.library = ctypes.CDLL(str(library))
+        self.joints, self.p, self.inertial = PACKAGES[name][:3]
+        self.dtype = np.dtype(np.float64 if real == "double" else np.float32)
+        self.real = ctypes.c_double if real == "double" else ctypes.c_float
+        triangle = self.p * (self.p + 1) // 2
+        self.State = type(
+            "State",
+            (ctypes.Structure,),
+            {
+                "_fields_": [
+                    ("R", self.real * triangle),
+                    ("z", self.real * self.p),
+                    ("forgetting", self.real),
+                    ("root", self.real),
+                    ("rss", ctypes.c_double),
+                    ("count", ctypes.c_double),
+                ]
+            },
+        )
+        pointer, size = ctypes.c_void_p, ctypes.c_size_t
+        signatures = {
+            "least_squares_init": (ctypes.c_int, [pointer, self.real]),
+            "least_squares_update": (ctypes.c_int, [pointer, pointer, self.real]),
+            "least_squares_merge": (None, [pointer, pointer]),
+            "least_squares_solve": (ctypes.c_int, [pointer] * 4),
+            "identifier_size": (size, [size]),
+            "identifier_init": (ctypes.c_int, [pointer, size, size, ctypes.c_int, self.real]),
+            "identifier_step": (ctypes.c_int, [pointer] * 4 + [self.real]),
+            "identifier_restart": (None, [pointer]),
+            "identifier_run": (ctypes.c_int, [pointer, size, *[pointer] * 4]),
+            "identifier_read": (ctypes.c_int, [pointer] * 3),
+            "identifier_state": (ctypes.POINTER(self.State), [pointer]),
+        }
+        for function, (result, arguments) in signatures.items():
+            foreign = getattr(self.library, f"{name}_{function}")
+            foreign.restype, foreign.argtypes = result, arguments
+            setattr(self, function, foreign)
+
+    def array(self, x) -> np.ndarray:
+        return np.ascontiguousarray(x, dtype=self.dtype)
+
+    def view(self, state) -> SimpleNamespace:
+        """R, z, rss and count of a C state, R as a full triangle."""
+        R = np.zeros((self.p, self.p))
+        R[np.triu_indices(self.p)] = state.R[:]
+        return SimpleNamespace(R=R, z=np.array(state.z[:]), rss=state.rss, count=state.count)
+
+    def fit(self, W, y, forgetting=1.0):
+        state = self.State()
+        assert self.least_squares_init(ctypes.byref(state), forgetting) == 0
+        W, y = self.array(W), self.array(y)
+        for row, right in zip(W, y, strict=True):
+            assert self.least_squares_update(ctypes.byref(state), row.ctypes.data, right) == 0
+        return state
+
+    def solve(self, state):
+        X, std, rss = np.full(self.p, 7, self.dtype), np.full(self.p, 7, self.dtype), self.real(7)
+        status = self.least_squares_solve(
+            ctypes.byref(state), X.ctypes.data, std.ctypes.data, ctypes.addressof(rss)
+        )
+        return status, X, std, rss.value
+
+    def identifier(self, mode="sliding", window=0, forgetting=1.0) -> np.ndarray:
+        size = self.identifier_size(window if mode == "sliding" else 0)
+        memory = np.full(size // 8 + 1, np.nan)
+        assert self.identifier_init(memory.ctypes.data, size, window, MODES[mode], forgetting) == 0
+        return memory
+
+    def run(self, memory, t, q, qd, tau) -> int:
+        t, q, qd, tau = (self.array(x) for x in (t, q, qd, tau))
+        return self.identifier_run(
+            memory.ctypes.data, t.size, *(x.ctypes.data for x in (t, q, qd, tau))
+        )
+
+    def step(self, memory, q, qd, tau, dt) -> int:
+        q, qd, tau = (self.array(x) for x in (q, qd, tau))
+        return self.identifier_step(memory.ctypes.data, *(x.ctypes.data for x in (q, qd, tau)), dt)
+
+    def read(self, memory):
+        X, std = np.full(self.p, 7, self.dtype), np.full(self.p, 7, self.dtype)
+        return self.identifier_read(memory.ctypes.data, X.ctypes.data, std.ctypes.data), X, std
+
+    def least_squares(self, memory) -> SimpleNamespace:
+        return self.view(self.identifier_state(memory.ctypes.data).contents)
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory) -> Callable[..., Package]:
+    built: dict[tuple[str, str], Package] = {}
+
+    def get(name: str, real: str = "double") -> Package:
+        if (name, real) not in built:
+            built[name, real] = Package(tmp_path_factory.mktemp(f"{name}_{real}"), name, real)
+        return built[name, real]
+
+    return get
+
+
+def twin_fit(W, y, forgetting=1.0) -> LeastSquares:
+    state = LeastSquares(W.shape[1], forgetting)
+    for row, right in zip(W, y, strict=True):
+        assert state.update(row, right) == 0
+    return state
+
+
+def system(rows=300, p=12, seed=0):
+    random = np.random.default_rng(seed)
+    W = random.normal(size=(rows, p)) * 10.0 ** random.uniform(-3, 3, p)
+    X = random.normal(size=p)
+    return W, W @ X + 0.1 * random.normal(size=rows)
+
+
+def assert_same(a, b, tolerance=1e-12):
+    """Equal states, each entry of R against the norm of its column of W."""
+    scale = np.linalg.norm(b.R, axis=0)
+    assert np.all(np.abs(a.R - b.R) <= tolerance * scale)
+    np.testing.assert_allclose(a.z, b.z, rtol=0, atol=tolerance * np.linalg.norm(b.z))
+    power = b.rss + np.linalg.norm(b.z) ** 2
+    np.testing.assert_allclose(a.rss, b.rss, rtol=1e-10, atol=tolerance * power)
+    np.testing.assert_allclose(a.count, b.count, rtol=1e-12)
+
+
+X_ARM = np.array([1.7, 0.3, 0.4, 0.15])
+X_RUB = np.array([1.7, 0.3, 0.4, 0.15, 0.6, 0.2, 0.3, 0.1])
+
+
+def motion(t, X, noise=0.0, seed=1):
+    """A smooth motion of the planar 2R arm and the torques of Lagrange's equations for it."""
+    t = np.asarray(t)[:, None]
+    w, phase = np.array([[3.1, 4.7], [7.3, 5.9]]), np.array([[0.1, 0.7], [1.3, 2.1]])
+    a = np.array([[0.8, 0.9], [0.3, 0.4]])
+    q = sum(a[i] * np.sin(w[i] * t + phase[i]) for i in range(2))
+    qd = sum(a[i] * w[i] * np.cos(w[i] * t + phase[i]) for i in range(2))
+    qdd = sum(-a[i] * w[i] ** 2 * np.sin(w[i] * t + phase[i]) for i in range(2))
+    c, s = np.cos(q[:, 1]), np.sin(q[:, 1])
+    A, dA = LENGTH * (X[2] * c - X[3] * s), LENGTH * (-X[2] * s - X[3] * c)
+    sum_d, sum_dd = qd.sum(axis=1), qdd.sum(axis=1)
+    tau = np.empty_like(q)
+    tau[:, 0] = X[0] * qdd[:, 0] + X[1] * sum_dd + A * (sum_dd + qdd[:, 0])
+    tau[:, 0] += dA * qd[:, 1] * (sum_d + qd[:, 0])
+    tau[:, 1] = X[1] * sum_dd + A * qdd[:, 0] + dA * qd[:, 0] * (qd[:, 1] - sum_d)
+    if len(X) == 8:
+        tau += np.sign(qd) * X[[4, 6]] + qd * X[[5, 7]]
+    tau += noise * np.random.default_rng(seed).normal(size=tau.shape)
+    return q, qd, tau
+
+
+def stamps(samples, uneven, dt=1e-3, seed=2):
+    steps = np.random.default_rng(seed).uniform(0.5, 1.5, samples - 1) if uneven else 1.0
+    return np.concatenate(([0.0], np.cumsum(dt * steps * np.ones(samples - 1))))
+
+
+class TestLeastSquares:
+    @pytest.mark.parametrize("seed", range(3))
+    def test_equals_lstsq(self, package, seed):
+        wide, (W, y) = package("wide"), system(seed=seed)
+        X, rss, *_ = np.linalg.lstsq(W, y)
+        sigma2 = rss[0] / (len(y) - wide.p)
+        deviation = np.sqrt(sigma2 * np.diag(np.linalg.inv(W.T @ W)))
+        state = wide.fit(W, y)
+        status, X_c, std_c, rss_c = wide.solve(state)
+        assert status == 0
+        np.testing.assert_allclose(X_c, X, rtol=1e-10)
+        np.testing.assert_allclose(std_c, deviation, rtol=1e-8)
+        np.testing.assert_allclose(rss_c, rss[0], rtol=1e-10)
+        assert state.count == len(y)
+        R = wide.view(state).R
+        assert np.all(np.diag(R) >= 0)
+        np.testing.assert_allclose(R.T @ R, W.T @ W, atol=1e-9 * np.linalg.norm(W) ** 2)
+
+    def test_std_and_rss_may_be_null(self, package):
+        wide = package("wide")
+        state, X = wide.fit(*system()), np.empty(wide.p)
+        assert wide.least_squares_solve(ctypes.byref(state), X.ctypes.data, None, None) == 0
+        np.testing.assert_array_equal(X, wide.solve(state)[1])
+
+    def test_std_is_nan_without_a_degree_of_freedom(self, package):
+        wide, (W, y) = package("wide"), system(rows=12)
+        status, X, std, rss = wide.solve(wide.fit(W, y))
+        assert status == 0
+        np.testing.assert_allclose(W @ X, y, rtol=1e-6)
+        assert np.isnan(std).all()
+        assert abs(rss) < 1e-20
+        noisy, twin = wide.fit(W, y), twin_fit(W, y)
+        noisy.rss = twin.rss = 1.0  # as merged states may leave it
+        assert np.isnan(wide.solve(noisy)[2]).all()
+        assert np.isnan(twin.solve()[1]).all()
+
+    @pytest.mark.parametrize("forgetting", [1.0, 0.97])
+    def test_merge_equals_one_pass(self, package, forgetting):
+        """In C and in the twin; an empty state on either side changes nothing."""
+        wide, (W, y) = package("wide"), system()
+        head, tail = wide.fit(W[:90], y[:90], forgetting), wide.fit(W[90:], y[90:], forgetting)
+        twin = twin_fit(W[:90], y[:90], forgetting)
+        twin.merge(twin_fit(W[90:], y[90:], forgetting))
+        twin.merge(LeastSquares(12))
+        total = wide.fit(W[:0], y[:0])
+        wide.least_squares_merge(ctypes.byref(total), ctypes.byref(head))
+        wide.least_squares_merge(ctypes.byref(total), ctypes.byref(tail))
+        weights = forgetting ** (np.r_[90:0:-1, 210:0:-1] - 1.0)
+        reference = np.linalg.qr(np.sqrt(weights)[:, None] * np.c_[W, y], mode="r")
+        reference *= np.sign(np.diag(reference))[:, None]
+        whole = SimpleNamespace(
+            R=reference[:-1, :-1],
+            z=reference[:-1, -1],
+            rss=reference[-1, -1] ** 2,
+            count=weights.sum(),
+        )
+        assert_same(wide.view(total), whole)
+        assert_same(twin, whole)
+
+    def test_a_state_merged_with_itself_counts_twice(self, package):
+        wide, (W, y) = package("wide"), system(rows=40)
+        state, twin = wide.fit(W, y), twin_fit(W, y)
+        wide.least_squares_merge(ctypes.byref(state), ctypes.byref(state))
+        twin.merge(twin)
+        doubled = twin_fit(np.r_[W, W], np.r_[y, y])
+        assert_same(wide.view(state), doubled)
+        assert_same(twin, doubled)
+
+    def test_forgetting_equals_weighted_lstsq(self, package):
+        wide, (W, y) = package("wide"), system()
+        weights = 0.97 ** np.arange(len(y) - 1.0, -1.0, -1.0)
+        root = np.sqrt(weights)
+        X, rss, *_ = np.linalg.lstsq(root[:, None] * W, root * y)
+        state = wide.fit(W, y, 0.97)
+        status, X_c, _, rss_c = wide.solve(state)
+        assert status == 0
+        np.testing.assert_allclose(X_c, X, rtol=1e-10)
+        np.testing.assert_allclose(rss_c, rss[0], rtol=1e-10)
+        np.testing.assert_allclose(state.count, weights.sum(), rtol=1e-12)
+        assert_same(twin_fit(W, y, 0.97), wide.view(state))
+
+    @pytest.mark.parametrize("real", ["double", "float"])
+    @pytest.mark.parametrize("kind", ["zero", "copy", "sum", "few rows"])
+    def test_rank_deficiency_names_the_parameter(self, package, real, kind):
+        wide, (W, y) = package("wide", real), system(rows=20_000 if real == "float" else 2000)
+        W = W / np.linalg.norm(W, axis=0) * np.sqrt(len(y))
+        culprit = {"zero": 4, "copy": 7, "sum": 12, "few rows": 6}[kind]
+        if kind == "zero":
+            W[:, 3] = 0.0
+        elif kind == "copy":
+            W[:, 6] = 1e3 * W[:, 1]
+        elif kind == "sum":
+            W[:, 11] = W[:, :11].sum(axis=1)
+        else:
+            W, y = W[:5], y[:5]
+        status, X, std, rss = wide.solve(wide.fit(W, y))
+        assert status == culprit
+        assert np.all(X == 7)
+        assert np.all(std == 7)
+        assert rss == 7
+        if real == "double":
+            twin = twin_fit(W, y)
+            assert twin.undetermined() == culprit
+            with pytest.raises(IdentificationError, match=f"parameter {culprit} of 12"):
+                twin.solve()
+
+    def test_large_and_small_numbers(self, package):
+        """Squares of the entries overflow or underflow; the solution does not."""
+        wide, (W, y) = package("wide"), system()
+        X = wide.solve(wide.fit(W, y))[1]
+        for factor in (1e200, 1e-200):
+            status, scaled, *_ = wide.solve(wide.fit(factor * W, y))
+            assert status == 0
+            np.testing.assert_allclose(scaled * factor, X, rtol=1e-10)
+
+    def test_what_is_not_finite_is_refused(self, package):
+        wide, (W, y) = package("wide"), system(rows=30)
+        state, twin = wide.fit(W, y), twin_fit(W, y)
+        before = bytes(state)
+        for bad in (np.nan, np.inf, -np.inf):
+            row = W[0].copy()
+            assert wide.least_squares_update(ctypes.byref(state), row.ctypes.data, bad) != 0
+            assert twin.update(row, bad) != 0
+            row[5] = bad
+            assert wide.least_squares_update(ctypes.byref(state), row.ctypes.data, 1.0) != 0
+            assert twin.update(row, 1.0) != 0
+        assert bytes(state) == before
+        assert_same(twin, wide.view(state))
+        for bad in (0.0, -0.5, 1.1, np.nan):
+            assert wide.least_squares_init(ctypes.byref(state), bad) != 0
+            with pytest.raises(ValueError, match="forgetting"):
+                LeastSquares(3, bad)
+        assert bytes(state) == before
+
+
+class TestIdentifier:
+    @pytest.mark.parametrize("uneven", [False, True])
+    @pytest.mark.parametrize("name", ["arm", "rub"])
+    @pytest.mark.parametrize(
+        ("mode", "window", "forgetting"),
+        [
+            ("start", 0, 1.0),
+            ("sliding", 60, 1.0),
+            ("sliding", 60, 0.995),
+            ("sliding", 1, 1.0),
+            ("sliding", 2, 1.0),
+            ("consecutive", 25, 1.0),
+            ("consecutive", 1, 1.0),
+            ("consecutive", 2, 1.0),
+        ],
+    )
+    def test_twin_equals_c(self, package, name, mode, window, forgetting, uneven):
+        c, (energy, friction) = package(name), KERNELS[name]
+        t = stamps(500, uneven, dt=4e-3)
+        q, qd, tau = motion(t, X_ARM if name == "arm" else X_RUB, noise=0.05)
+        memory = c.identifier(mode, window, forgetting)
+        twin = WindowIdentifier(
+            energy, friction, parameters=c.p, inertial=c.inertial, mode=mode, window=window,
+            forgetting=forgetting,
+        )  # fmt: skip
+        # Two logs: the windows of the first do not reach into the second.
+        for part in (slice(0, 200), slice(200, 500)):
+            assert c.run(memory, t[part], q[part], qd[part], tau[part]) == 0
+            assert twin.run(t[part], q[part], qd[part], tau[part]) == 0
+        assert_same(twin.least_squares, c.least_squares(memory))
+        status, X_c, std_c = c.read(memory)
+        X, std = twin.read()
+        assert status == 0
+        condition = np.linalg.cond(
+            twin.least_squares.R / np.linalg.norm(twin.least_squares.R, axis=0)
+        )
+        np.testing.assert_allclose(X_c, X, rtol=0, atol=1e-12 * condition * np.abs(X).max())
+        np.testing.assert_allclose(std_c, std, rtol=1e-9)
+
+    @pytest.mark.parametrize(
+        ("mode", "window", "count"),
+        [("start", 0, 8), ("sliding", 1, 8), ("sliding", 4, 6), ("sliding", 9, 1),
+         ("sliding", 10, 0), ("consecutive", 1, 8), ("consecutive", 3, 3), ("consecutive", 4, 2)],
+    )  # fmt: skip
+    def test_rows_are_the_windows(self, package, mode, window, count):
+        """R'R of ten samples equals that of the rows DL(t2) - DL(t1) written out by hand."""
+        c, t = package("arm"), stamps(10, True, dt=0.05)
+        q, qd, tau = motion(t, X_ARM)
+        DL = np.array([arm_energy(*sample) for sample in zip(q, qd, strict=True)])
+        ends = {"start": range(2, 10), "sliding": range(max(window, 2), 10)}.get(
+            mode, [k for k in range(2, 10) if k % max(window, 1) == 0]
+        )
+        rows = np.array([DL[k] - DL[0 if mode == "start" else k - window] for k in ends])
+        memory = c.identifier(mode, window)
+        assert c.run(memory, t, q, qd, tau) == 0
+        state = c.least_squares(memory)
+        assert state.count == count == len(rows)
+        if count:
+            np.testing.assert_allclose(state.R.T @ state.R, rows.T @ rows, atol=1e-12)
+
+    @pytest.mark.parametrize(
+        ("mode", "window"), [("start", 0), ("sliding", 200), ("consecutive", 50)]
+    )
+    @pytest.mark.parametrize("name", ["arm", "rub"])
+    def test_noise_free_motion_returns_the_parameters(self, package, name, mode, window):
+        X = X_ARM if name == "arm" else X_RUB
+        c, t = package(name), stamps(4000, True)
+        memory = c.identifier(mode, window)
+        assert c.run(memory, t, *motion(t, X)) == 0
+        status, found, std = c.read(memory)
+        assert status == 0
+        np.testing.assert_allclose(found, X, rtol=1e-4)
+        assert np.all(np.isfinite(std))
+
+    def test_run_is_restart_then_steps(self, package):
+        c, t = package("rub"), stamps(300, True)
+        q, qd, tau = motion(t, X_RUB)
+        one, two = c.identifier("sliding", 50), c.identifier("sliding", 50)
+        for memory in (one, two):
+            assert c.run(memory, t[:70], q[:70], qd[:70], tau[:70]) == 0
+        assert c.run(one, t[70:], q[70:], qd[70:], tau[70:]) == 0
+        c.identifier_restart(two.ctypes.data)
+        for k in range(70, 300):
+            assert c.step(two, q[k], qd[k], tau[k], t[k] - t[k - 1] if k > 70 else np.nan) == 0
+        assert one.tobytes() == two.tobytes()
+
+    def test_undetermined_parameter_is_named(self, package):
+        """Joint 1 held still: ZZ1R is never excited."""
+        c, t = package("arm"), stamps(200, False)
+        q, qd, tau = motion(t, X_ARM)
+        qd[:, 0] = 0.0
+        memory = c.identifier("sliding", 20)
+        assert c.run(memory, t, q, qd, tau) == 0
+        status, X, std = c.read(memory)
+        assert status == 1
+        assert np.all(X == 7)
+        assert np.all(std == 7)
+
+
+class TestIntegrator:
+    """One window over the whole of [0, T], DL going from 0 to 1: X is the integral itself."""
+
+    @staticmethod
+    def integral(c: Package, t: np.ndarray, power: np.ndarray) -> tuple[float, float]:
+        """The integral by C and by the twin."""
+        q = np.linspace(0, 1, t.size)[:, None]
+        one, values = np.ones_like(q), power[:, None]
+        memory = c.identifier("consecutive", t.size - 1)
+        twin = WindowIdentifier(
+            *KERNELS["probe"], parameters=1, inertial=1, mode="consecutive", window=t.size - 1
+        )
+        assert c.run(memory, t, q, one, values) == 0
+        assert twin.run(t, q, one, values) == 0
+        assert c.least_squares(memory).count == 1
+        assert c.read(memory)[0] == 0
+        return float(c.read(memory)[1][0]), float(twin.read()[0][0])
+
+    @pytest.mark.parametrize("samples", [3, 4, 50])
+    @pytest.mark.parametrize("uneven", [False, True])
+    def test_exact_on_quadratics(self, package, samples, uneven):
+        t = stamps(samples, uneven, dt=0.1)
+        exact = t[-1] ** 3 - 2 * t[-1] ** 2 + 5 * t[-1]
+        for value in self.integral(package("probe"), t, 3 * t**2 - 4 * t + 5):
+            np.testing.assert_allclose(value, exact, rtol=1e-13)
+
+    @pytest.mark.parametrize("uneven", [False, True])
+    def test_third_order(self, package, uneven):
+        """The error falls by eight when the step is halved."""
+        steps, errors = np.array([40, 80, 160, 320, 640]), []
+        pattern = np.tile([0.6, 1.4, 1.1, 0.9], 160) if uneven else np.ones(640)
+        for N in steps:
+            t = np.concatenate(([0.0], np.cumsum(pattern[:N])))
+            t *= 2 / t[-1]
+            power = np.exp(t) * (np.sin(3 * t) + 2)
+            exact = np.exp(2) * ((np.sin(6) - 3 * np.cos(6)) / 10 + 2) + 0.3 - 2
+            values = np.array(self.integral(package("probe"), t, power))
+            errors.append(np.abs(values - exact))
+        orders = -np.diff(np.log2(errors), axis=0)
+        assert np.all(orders[-2:] > 2.85)
+        assert np.all(orders[-2:] < 3.3)
+
+    def test_a_gap_falls_back_to_the_trapezoid(self, package):
+        t, power = np.array([0.0, 0.001, 1.0, 1.001]), np.array([1.0, 2.0, 2.0, 1.0])
+        for value in self.integral(package("probe"), t, power):
+            assert abs(value - 2.0) < 5e-3  # the parabola would say about 190
+
+    @pytest.mark.parametrize("real", ["double", "float"])
+    def test_sliding_windows_do_not_drift(self, package, real):
+        """Steady power for 10^5 steps: the last window is as good as the first.
+
+        DL alternates between 0 and 1 from window to window and forgetting leaves the last row
+        only, so that |X| is the integral over the last window.
+        """
+        c, window, samples, dt = package("probe", real), 250, 100_000, 2.0**-10
+        k = np.arange(samples)
+        q = ((k // window) % 2).astype(float)[:, None]
+        power = 1000.0 * (1 + 0.5 * np.sin(0.01 * k))
+        memory = c.identifier("sliding", window, 1e-12)
+        assert c.run(memory, k * dt, q, np.ones_like(q), power[:, None]) == 0
+        exact = dt / 12 * (np.convolve(power, [5, 8, -1], "valid")[-window:]).sum()
+        found = abs(float(c.read(memory)[1][0]))
+        np.testing.assert_allclose(found, exact, rtol=1e-11 if real == "double" else 1e-6)
+
+    def test_a_long_window_in_float_keeps_its_digits(self, package):
+        """10^5 equal increments: a plain float sum is off by 1e-4 or so."""
+        c, samples = package("probe", "float"), 100_001
+        q, one = np.linspace(0, 1, samples)[:, None], np.ones((samples, 1))
+        memory = c.identifier("consecutive", samples - 1)
+        assert c.run(memory, np.arange(samples) * 2.0**-10, q, one, 0.1 * one) == 0
+        found = float(c.read(memory)[1][0])
+        np.testing.assert_allclose(found, 0.1 * (samples - 1) * 2.0**-10, rtol=1e-6)
+
+
+class TestRefusals:
+    def test_arguments_of_init(self, package):
+        c = package("arm")
+        size = c.identifier_size(10)
+        memory = np.zeros(size // 8 + 2)
+        address = memory.ctypes.data
+        assert size - c.identifier_size(0) == 10 * (c.p + 1) * 8
+        assert c.identifier_size(2**64 - 1) == 0
+        assert c.identifier_size(2**60) == 0
+        bad = [
+            (None, size, 10, 1, 1.0), (address, size - 1, 10, 1, 1.0), (address, 0, 10, 1, 1.0),
+            (address + 4, size, 10, 1, 1.0), (address, size, 0, 1, 1.0), (address, size, 0, 2, 1.0),
+            (address, size, 10, 3, 1.0), (address, size, 10, -1, 1.0), (address, size, 10, 1, 0.0),
+            (address, size, 10, 1, 1.5), (address, size, 10, 1, np.nan),
+            (address, 2**64 - 1, 2**64 - 1, 1, 1.0),
+        ]  # fmt: skip
+        for arguments in bad:
+            assert c.identifier_init(*arguments) != 0, arguments
+        assert not memory.any()
+        assert c.identifier_init(address, size, 10, 1, 1.0) == 0
+        assert c.identifier_init(address, c.identifier_size(0), 10**6, 2, 1.0) == 0
+        assert c.identifier_init(address, c.identifier_size(0), 0, 0, 0.9) == 0
+
+    @pytest.mark.parametrize(
+        ("change", "match"),
+        [({"mode": "x"}, "mode"), ({"window": 0}, "window"), ({"inertial": 5}, "inertial"),
+         ({"inertial": 0}, "inertial"), ({"inertial": 3}, "friction_power")],
+    )  # fmt: skip
+    def test_arguments_of_the_twin(self, change, match):
+        arguments = {"parameters": 4, "inertial": 4, "mode": "sliding", "window": 5, **change}
+        with pytest.raises(ValueError, match=match):
+            WindowIdentifier(arm_energy, None, **arguments)
+
+    @pytest.mark.parametrize("mode", MODES)
+    @pytest.mark.parametrize("samples", [0, 1, 2, 3, 40])
+    def test_bad_samples_leave_the_state_unchanged(self, package, mode, samples):
+        """Whatever stage it is in, and the samples after them are taken as if nothing happened."""
+        c, t = package("rub"), stamps(60, True)
+        q, qd, tau = motion(t, X_RUB)
+        memory, clean = c.identifier(mode, 7), c.identifier(mode, 7)
+        twin = WindowIdentifier(
+            arm_energy, arm_friction, parameters=8, inertial=4, mode=mode, window=7
+        )
+        good = [(q[k], qd[k], tau[k], t[k] - t[k - 1] if k else 0.0) for k in range(60)]
+        for sample in good[:samples]:
+            assert c.step(memory, *sample) == 0
+            assert twin.step(*sample) == 0
+        before = memory.tobytes()
+        bad = [(np.array([x, 0.1]), qd[0], tau[0], 1e-3) for x in (np.nan, np.inf)]
+        bad += [(q[0], np.array([0.1, x]), tau[0], 1e-3) for x in (np.nan, -np.inf)]
+        bad += [(q[0], qd[0], np.array([x, 0.1]), 1e-3) for x in (np.nan, np.inf)]
+        bad += [(q[0], np.full(2, 1e300), tau[0], 1e-3)]
+        if samples:
+            bad += [(q[0], qd[0], tau[0], x) for x in (0.0, -1e-3, np.nan, np.inf)]
+        for sample in bad:
+            assert c.step(memory, *sample) != 0, sample
+            assert memory.tobytes() == before
+            with np.errstate(over="ignore"):
+                assert twin.step(*sample) != 0, sample
+        for sample in good[samples:]:
+            assert c.step(memory, *sample) == 0
+            assert twin.step(*sample) == 0
+        for sample in good:
+            assert c.step(clean, *sample) == 0
+        assert memory.tobytes() == clean.tobytes()
+        assert_same(twin.least_squares, c.least_squares(memory))
+
+    def test_run_returns_the_refused_sample(self, package):
+        c, t = package("arm"), stamps(60, False)
+        q, qd, tau = motion(t, X_ARM)
+        twin = WindowIdentifier(arm_energy, None, parameters=4, inertial=4, window=5)
+        for k in (0, 1, 30):
+            spoiled = np.where(np.arange(60) == k, np.nan, t)
+            assert c.run(c.identifier("sliding", 5), spoiled, q, qd, tau) == k + 1
+            assert twin.run(spoiled, q, qd, tau) == k + 1
+        back = t.copy()
+        back[20] = back[19]
+        assert c.run(c.identifier("sliding", 5), back, q, qd, tau) == 21
+        assert c.run(c.identifier("sliding", 5), t[:0], q[:0], qd[:0], tau[:0]) == 0
+
+
+class TestFloat:
+    def test_stays_stable_over_many_steps(self, package):
+        """10^5 steps of 1 ms with friction, whose integrals only grow; dt as the loop gives it."""
+        c, samples = package("rub", "float"), 100_000
+        q, qd, tau = motion(1e-3 * np.arange(samples), X_RUB)
+        t = np.float32(2.0**-10) * np.arange(samples, dtype=np.float32)  # exact in float
+        scale = 1e-3 / 2.0**-10  # the same motion, with its velocity per unit of this time
+        for mode, forgetting in (("sliding", 1.0), ("sliding", 0.9999), ("consecutive", 1.0)):
+            memory = c.identifier(mode, 200, forgetting)
+            assert c.run(memory, t, q, qd, tau * scale) == 0
+            status, X, std = c.read(memory)
+            assert status == 0
+            expected = X_RUB * np.r_[np.ones(4), np.full(4, scale)]
+            # Energy is in the units of qd, the integrals in those of t: only friction is scaled.
+            np.testing.assert_allclose(X, expected, rtol=1e-3)
+            assert np.all(np.isfinite(std))
+
+
+class TestSources:
+    @pytest.mark.parametrize("real", ["double", "float"])
+    @pytest.mark.parametrize("name", ["arm", "rub"])
+    @pytest.mark.parametrize(
+        ("compiler", "language"),
+        [("gcc", "c"), ("g++", "c++"), ("clang", "c"), ("clang++", "c++")],
+    )
+    def test_compiles_without_warnings(self, tmp_path, compiler, language, name, real):
+        path = shutil.which(compiler)
+        if path is None:
+            pytest.skip(f"no {compiler} on this machine")
+        sources = write_package(tmp_path, name, real)
+        flags = ["-std=c99", "-Wstrict-prototypes"] if language == "c" else ["-std=c++11"]
+        for source in sources[:2]:
+            compile_c(
+                path, ["-x", language, *flags, *STRICT, "-O2", "-c"], [source], tmp_path / "x.o"
+            )
+
+    def test_cplusplus_calls_c(self, tmp_path):
+        """C objects link into a C++ program: the headers declare extern "C"."""
+        if GXX is None:
+            pytest.skip("no g++ on this machine")
+        sources = write_package(tmp_path, "arm")
+        objects = [source.with_suffix(".o") for source in sources]
+        for source, output in zip(sources, objects, strict=True):
+            compile_c(GCC, ["-std=c99", "-c"], [source], output)
+        program = tmp_path / "main.cpp"
+        program.write_text(
+            '#include "arm_identifier.h"\n'
+            "static double memory[arm_IDENTIFIER_BYTES(8) / sizeof(double) + 1];\n"
+            "int main() {\n"
+            "    if (sizeof memory < arm_identifier_size(8)) return 2;\n"
+            "    return arm_identifier_init(memory, sizeof memory, 8, arm_WINDOW_SLIDING, 1);\n"
+            "}\n",
+            encoding="utf-8",
+        )
+        compile_c(GXX, [*STRICT], [program, *objects], tmp_path / "main")
+        assert subprocess.run([tmp_path / "main"], check=False).returncode == 0
+
+    def test_two_packages_link_into_one(self, tmp_path):
+        """Every external symbol bears the prefix, and nothing mutable is static."""
+        sources = write_package(tmp_path, "arm") + write_package(tmp_path, "rub")
+        library = tmp_path / "both.so"
+        compile_c(GCC, ["-std=c99", "-shared", "-fPIC"], sources, library)
+        if shutil.which("nm") is None:
+            pytest.skip("no nm on this machine")
+        for source in sources:
+            output = source.with_suffix(".o")
+            compile_c(GCC, ["-std=c99", "-c"], [source], output)
+            done = subprocess.run(["nm", output], capture_output=True, text=True, check=True)
+            for kind, symbol in re.findall(r"^\S+ (\w) (\S+)$", done.stdout, re.MULTILINE):
+                assert kind not in "bBdDC", symbol
+                assert kind.islower() or symbol.startswith(("arm_", "rub_")), symbol
+
+    def test_name_is_a_prefix_everywhere(self):
+        for file in FILES:
+            text = (RUNTIME / file).read_text(encoding="utf-8")
+            assert not re.findall(r"\w+NAME|NAME(?!_\w|\.h)", text), file
+            assert max(map(len, text.splitlines())) <= 100, file
+            assert text.isascii(), file
+
+    def test_undefined_behaviour_is_not_found(self, tmp_path):
+        """A run in all modes under the address and undefined behaviour sanitizers."""
+        sources = write_package(tmp_path, "rub")
+        program = tmp_path / "main.c"
+        program.write_text(
+            '#include "rub_identifier.h"\n#include <math.h>\n#include <stdlib.h>\n'
+            "int main(void) {\n"
+            "    for (int mode = 0; mode < 3; mode++) {\n"
+            "        const size_t size = rub_identifier_size(mode == 1 ? 9 : 0);\n"
+            "        void *state = malloc(size);\n"
+            "        double X[8], std[8];\n"
+            "        int bad = rub_identifier_init(state, size, 9, mode, 0.999);\n"
+            "        for (int k = 0; k < 500; k++) {\n"
+            "            const double t = 0.01 * k;\n"
+            "            const double q[2] = {sin(3 * t), cos(5 * t)};\n"
+            "            const double qd[2] = {3 * cos(3 * t), -5 * sin(5 * t)};\n"
+            "            bad += rub_identifier_step(state, q, qd, q, 0.01);\n"
+            "        }\n"
+            "        bad += rub_identifier_read(state, X, std);\n"
+            "        free(state);\n"
+            "        if (bad) return 1;\n"
+            "    }\n"
+            "    return 0;\n"
+            "}\n",
+            encoding="utf-8",
+        )
+        flags = ["-std=c99", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+        probe = tmp_path / "probe.c"
+        probe.write_text("int main(void) { return 0; }\n", encoding="utf-8")
+        command = [str(GCC), *flags, str(probe), "-o", str(tmp_path / "probe")]
+        if subprocess.run(command, capture_output=True, check=False).returncode:
+            pytest.skip("gcc has no sanitizers here")
+        compile_c(GCC, flags, [program, *sources], tmp_path / "main")
+        done = subprocess.run([tmp_path / "main"], capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+
+    def test_cppcheck_is_silent(self, tmp_path):
+        if CPPCHECK is None:
+            pytest.skip("no cppcheck on this machine")
+        sources = write_package(tmp_path, "rub")
+        command = [CPPCHECK, "--enable=warning,portability,performance", "--error-exitcode=1", "-q"]
+        command += ["--std=c99", "-I", str(tmp_path), *map(str, sources)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr

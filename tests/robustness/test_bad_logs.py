@@ -1,0 +1,319 @@
+"""A log that cannot be used is refused with one line: the file, what is wrong, what is accepted."""
+
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from symgen.data.log import make_log, read_log
+from symgen.errors import LogError
+
+T = np.arange(12) * 0.01
+Q = np.column_stack([np.sin(3 * T), np.cos(2 * T)])
+GOOD = "t,q1,q2,tau1,tau2\n" + "".join(f"{k / 100},{k % 7},{k % 5},{k % 3},1\n" for k in range(12))
+HEADER = GOOD.split("\n")[0]
+
+
+def refused(path: Path, *words: str, **options: object) -> None:
+    with pytest.raises(LogError) as caught:
+        read_log(path, **options)
+    message = str(caught.value)
+    assert "\n" not in message
+    for word in (str(path), "accepted: ", *words):
+        assert word in message, message
+
+
+def line(k: int, cells: str) -> str:
+    """Return the good log with its sample k replaced."""
+    rows = GOOD.splitlines()
+    rows[k + 1] = cells
+    return "\n".join(rows) + "\n"
+
+
+@pytest.fixture
+def csv_of(tmp_path):
+    def write(text: str | bytes) -> Path:
+        path = tmp_path / "log.csv"
+        path.write_bytes(text.encode() if isinstance(text, str) else text)
+        return path
+
+    return write
+
+
+def test_the_log_that_the_cases_below_spoil_is_good(csv_of):
+    assert read_log(csv_of(GOOD), 2).q.shape == (12, 2)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    refused(tmp_path / "nothing.csv", "no such file")
+
+
+@pytest.mark.parametrize("name", ["folder", "folder.csv", "folder.parquet", "folder.npz"])
+def test_a_folder_is_not_a_log(tmp_path, name):
+    (tmp_path / name).mkdir()
+    refused(tmp_path / name, "is a folder")
+
+
+@pytest.mark.parametrize("name", ["log.txt", "log", "log.csv.gz", "log.mat"])
+def test_an_unknown_extension_lists_the_known_ones(tmp_path, name):
+    (tmp_path / name).write_text(GOOD)
+    refused(tmp_path / name, "extension", ".csv", ".parquet", ".npz")
+
+
+@pytest.mark.parametrize("name", ["log.csv", "log.parquet", "log.npz"])
+def test_an_empty_file_is_said_to_be_empty(tmp_path, name):
+    (tmp_path / name).touch()
+    refused(tmp_path / name, "empty")
+
+
+def test_a_name_that_no_file_can_have_is_refused():
+    with pytest.raises(LogError, match="accepted"):
+        read_log("a\0b.csv")
+    with pytest.raises(LogError, match="accepted"):
+        read_log("a" * 5000 + ".csv")
+
+
+CSV_CASES = {
+    "blank lines only": ("\n\n\n", ["no column t", "none"]),
+    "header only": (HEADER + "\n", ["no samples"]),
+    "header without newline": (HEADER, ["no samples"]),
+    "nine samples": ("\n".join(GOOD.splitlines()[:10]), ["9 samples", "at least 10"]),
+    "no header": (GOOD.split("\n", 1)[1].replace("0.0,0,0,0,1", "0,2,3,4,5", 1), ["no column t"]),
+    "no t": (GOOD.replace("t,", "time,", 1), ["no column t", "time, q1"]),
+    "no q": (GOOD.replace("q", "p"), ["no column q1", "p1"]),
+    "no tau": (GOOD.replace("tau", "torque"), ["no column tau1", "torque1"]),
+    "semicolons": (GOOD.replace(",", ";"), ["no column t", "t;q1"]),
+    "currents": (GOOD.replace("tau", "i"), ["torque columns", "[drive]", "not supported yet"]),
+    "gap in q": (GOOD.replace("q2", "q3"), ["q1, q3", "without gaps"]),
+    "gap in tau": (GOOD.replace("tau1", "tau3"), ["tau2, tau3", "without gaps"]),
+    "from zero": (GOOD.replace("q2", "q0"), ["q0, q1", "1, 2, .."]),
+    "twice": (GOOD.replace("q2", "q1"), ["column q1", "2 times"]),
+    "twice, blanks": (GOOD.replace("q2", " q1 "), ["column q1", "2 times"]),
+    "one tau": (GOOD.replace("tau2", "x"), ["of q: 2, of tau: 1"]),
+    "two qd": (GOOD.replace("q2,tau1,tau2", "tau1,qd1,qd2"), ["of q: 1, of qd: 2"]),
+    "text": (line(5, "0.05,1,abc,2,1"), ["column q2", "sample 5", "'abc'"]),
+    "text first": (line(0, "zero,1,2,2,1"), ["column t", "sample 0", "'zero'"]),
+    "date": (line(0, "2020-01-01 00:00:00,1,2,2,1"), ["column t", "sample 0"]),
+    "boolean": (line(3, "0.03,true,2,2,1"), ["column q1", "sample 3", "'true'"]),
+    "decimal comma": (line(3, "0,03,1,2,2,1"), ["sample 3", "6 values for 5 columns"]),
+    "cut off": (GOOD[:-4], ["sample 11", "4 values for 5 columns"]),
+    "short row": (line(4, "0.04,1"), ["sample 4", "2 values for 5 columns"]),
+    "nan": (line(7, "0.07,1,nan,2,1"), ["column q2", "sample 7", "0.07 s", "finite"]),
+    "empty cell": (line(7, "0.07,1,2,,1"), ["column tau1", "sample 7", "empty cell"]),
+    "inf": (line(7, "0.07,1,2,2,-inf"), ["column tau2", "sample 7", "-inf"]),
+    "overflow": (line(7, "0.07,1e999,2,2,1"), ["column q1", "sample 7", "inf"]),
+    "nan in t": (line(7, "nan,1,2,2,1"), ["column t", "sample 7"]),
+    "empty column": (GOOD.replace(",1\n", ",\n"), ["column tau2", "sample 0"]),
+    "t repeats": (line(7, "0.06,1,2,2,1"), ["column t", "sample 7", "0.06 s", "increasing"]),
+    "t goes back": (line(7, "0.01,1,2,2,1"), ["column t", "sample 7", "0.06 s"]),
+    "quoted newline": (GOOD.replace("t,", '"a\nb",', 1), ["no column t"]),
+    "not utf-8": (GOOD.replace("q2", "q\xb2").encode("latin-1"), ["not a text file"]),
+    "binary": (bytes(range(256)) * 4, ["not a text file"]),
+}
+
+
+@pytest.mark.parametrize("case", CSV_CASES)
+def test_a_spoiled_csv_is_refused_with_its_place(csv_of, case):
+    text, words = CSV_CASES[case]
+    refused(csv_of(text), *words)
+
+
+def test_text_far_behind_the_first_block_of_a_csv_is_found(csv_of):
+    rows = [f"{k},1.25,2.5,3.75,4.125" for k in range(100_000)]
+    rows[99_990] = "99990,1,2,bad,4"
+    refused(csv_of(HEADER + "\n" + "\n".join(rows)), "column tau1", "sample 99990", "'bad'")
+
+
+@pytest.mark.parametrize(("log", "robot"), [(2, 6), (2, 1)])
+def test_a_wrong_number_of_joints_says_both_numbers(csv_of, log, robot):
+    words = f"the log has {log} joints, the robot has {robot}"
+    refused(csv_of(GOOD), words, n=robot)
+    refused(csv_of(GOOD), words, sigma=(0,) * robot)
+
+
+# --- Parquet -------------------------------------------------------------------------------------
+
+
+def parquet(path: Path, **changes: object) -> Path:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    columns = {"t": T, "q1": Q[:, 0], "tau1": Q[:, 1]} | changes
+    pq.write_table(pa.table(columns), path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"q1": ["a"] * 12}, ["column q1", "string"]),
+        ({"t": np.arange(12).astype("datetime64[s]")}, ["column t", "timestamp"]),
+        ({"q1": [[1.0, 2.0]] * 12}, ["column q1", "list"]),
+        ({"tau1": [None] + [1.0] * 11}, ["column tau1", "sample 0"]),
+        ({"tau1": [1] * 11 + [None]}, ["column tau1", "sample 11"]),
+        ({" t": T}, ["column t", "2 times"]),
+        ({"q3": T}, ["q1, q3"]),
+    ],
+)
+def test_a_spoiled_parquet_table_is_refused_with_its_place(tmp_path, changes, words):
+    refused(parquet(tmp_path / "log.parquet", **changes), *words)
+
+
+def test_a_parquet_table_without_rows_is_refused(tmp_path):
+    none = np.zeros(0)
+    refused(parquet(tmp_path / "log.parquet", t=none, q1=none, tau1=none), "no samples")
+
+
+@pytest.mark.parametrize("damage", ["head", "tail", "middle", "text"])
+def test_a_damaged_parquet_file_is_refused(tmp_path, damage):
+    path = parquet(tmp_path / "log.parquet")
+    whole = path.read_bytes()
+    half = len(whole) // 2
+    path.write_bytes(
+        {
+            "head": whole[:half],
+            "tail": whole[half:],
+            "middle": whole[: half - 40] + b"\xff" * 80 + whole[half + 40 :],
+            "text": GOOD.encode(),
+        }[damage]
+    )
+    refused(path)
+
+
+# --- NPZ -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"t": None}, ["no array t"]),
+        ({"tau": None}, ["no array tau"]),
+        ({"tau": None, "i": Q}, ["[drive]", "not supported yet"]),
+        ({"t": T[:, None]}, ["t has the shape (12, 1)", "t (N,)"]),
+        ({"t": T[:0], "q": Q[:0], "tau": Q[:0]}, ["no samples"]),
+        ({"t": T[:9], "q": Q[:9], "tau": Q[:9]}, ["9 samples"]),
+        ({"q": Q.T}, ["q has the shape (2, 12)"]),
+        ({"q": Q[:-1]}, ["q has the shape (11, 2)"]),
+        ({"q": Q[:, :, None]}, ["q has the shape (12, 2, 1)"]),
+        ({"q": Q[:, :0]}, ["q has the shape (12, 0)"]),
+        ({"q": np.float64(1)}, ["q has the shape ()"]),
+        ({"tau": Q[:, :1]}, ["of q: 2, of tau: 1"]),
+        ({"qd": Q[:, :1]}, ["of q: 2, of qd: 1"]),
+        ({"q": Q.astype(complex)}, ["q holds complex128"]),
+        ({"q": Q > 0}, ["q holds bool"]),
+        ({"tau": Q.astype(str)}, ["tau holds <U"]),
+        ({"q": Q.astype(object)}, ["Python objects"]),
+        ({"qd": np.where(Q[3, 1] == Q, np.nan, Q)}, ["column qd2", "sample 3", "0.03 s"]),
+        ({"t": T[::-1]}, ["column t", "sample 1"]),
+    ],
+)
+def test_a_spoiled_npz_archive_is_refused_with_its_place(tmp_path, changes, words):
+    arrays = {"t": T, "q": Q, "tau": Q} | changes
+    path = tmp_path / "log.npz"
+    np.savez(path, **{key: array for key, array in arrays.items() if array is not None})
+    refused(path, *words)
+
+
+def test_a_pickle_in_an_npz_archive_is_never_run(tmp_path):
+    ran = tmp_path / "ran"
+
+    class Payload:
+        def __reduce__(self):
+            return Path.touch, (ran,)
+
+    path = tmp_path / "log.npz"
+    np.savez(path, t=T, q=np.array([Payload()] * 12, dtype=object), tau=Q)
+    refused(path, "Python objects")
+    assert not ran.exists()
+
+
+@pytest.mark.parametrize("damage", ["head", "text", "npy", "crc", "not an array"])
+def test_a_damaged_npz_archive_is_refused(tmp_path, damage):
+    path = tmp_path / "log.npz"
+    np.savez(path, t=T, q=Q, tau=Q)
+    whole = path.read_bytes()
+    if damage == "head":
+        path.write_bytes(whole[: len(whole) // 2])
+    elif damage == "text":
+        path.write_text(GOOD)
+    elif damage == "npy":
+        with path.open("wb") as file:
+            np.save(file, Q)
+    elif damage == "crc":
+        path.write_bytes(whole[:200] + b"\xff" * 8 + whole[208:])
+    else:
+        with zipfile.ZipFile(path, "w") as archive:
+            for key in ("t", "q", "tau"):
+                archive.writestr(key, "not an array")
+    refused(path)
+
+
+# --- units ---------------------------------------------------------------------------------------
+
+
+def test_an_extended_double_beyond_the_range_is_refused_as_infinite():
+    wide = T.astype(np.longdouble)
+    wide[4] = np.finfo(np.longdouble).max
+    if np.isfinite(float(np.finfo(np.longdouble).max)):
+        pytest.skip("a long double is a double here")
+    with pytest.raises(LogError, match=r"column tau1, sample 4.*inf"):
+        make_log("wide", T, T, wide)
+
+
+def test_a_ragged_list_is_refused():
+    with pytest.raises(LogError, match=r"ragged: .*accepted"):
+        make_log("ragged", T, [[1.0, 2.0], [1.0]] * 6, Q)
+
+
+@pytest.mark.parametrize("name", ["log.csv", "log.parquet", "log.npz"])
+def test_random_damage_gives_a_log_or_one_line(tmp_path, name):
+    path = tmp_path / name
+    path.write_text(GOOD)
+    if name == "log.npz":
+        np.savez(path, t=T, q=Q, tau=Q)
+    elif name == "log.parquet":
+        parquet(path)
+    whole = np.frombuffer(path.read_bytes(), dtype=np.uint8)
+    rng = np.random.default_rng(5)
+    for _ in range(150):
+        spoiled = whole.copy()
+        spoiled[rng.integers(0, len(whole), size=3)] = rng.integers(0, 256, size=3)
+        path.write_bytes(spoiled[: rng.integers(len(whole) // 2, 2 * len(whole))].tobytes())
+        message = ""
+        try:
+            read_log(path)
+        except LogError as error:
+            message = str(error)
+        assert "\n" not in message
+
+
+def slow_log(q_factor: float, qd_factor: float) -> None:
+    t = np.arange(500) * 0.01
+    q = np.column_stack([np.sin(t), 0.3 * np.sin(2 * t)])
+    qd = np.column_stack([np.cos(t), 0.6 * np.cos(2 * t)])
+    factor = np.array([1.0, q_factor]), np.array([1.0, qd_factor])
+    make_log("arm.csv", t, q * factor[0], q, qd * factor[1])
+
+
+def test_positions_in_degrees_are_told_by_the_slope():
+    with pytest.raises(LogError, match=r"arm.csv: qd2 and .* q2 looks like degrees and qd2 like"):
+        slow_log(180 / np.pi, 1.0)
+
+
+def test_velocities_in_degrees_are_told_by_the_slope():
+    with pytest.raises(LogError, match=r"arm.csv: qd2 and .* qd2 looks like degrees and q2 like"):
+        slow_log(1.0, 180 / np.pi)
+
+
+@pytest.mark.parametrize("factor", [1.0, 50.0, 65.0, 1 / 50, 1 / 65])
+def test_other_factors_between_velocity_and_slope_are_left_to_the_diagnosis(factor):
+    slow_log(1.0, factor)
+
+
+def test_a_range_over_50_rad_is_taken_for_degrees():
+    q = Q.copy()
+    q[:, 1] = np.linspace(-25.1, 25.1, 12)
+    with pytest.raises(LogError, match=r"column q2 spans 50\.2, over 50 rad.*degrees.*accepted"):
+        make_log("wide", T, q, Q)
+    make_log("narrow", T, q * 0.99, Q)

@@ -1,0 +1,312 @@
+"""Integrals, derivatives and filters are exact where they claim it, and none shifts a signal."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from symgen.data.log import make_log, read_log
+from symgen.data.signals import (
+    Samples,
+    cumulative_integral,
+    differentiate,
+    lowpass,
+    motion_bandwidth,
+    prepare,
+)
+from symgen.errors import LogError
+
+DATA = Path(os.environ.get("SYMGEN_DATA", Path(__file__).parents[3] / "shared" / "data"))
+TURN = 2 * np.pi
+ENCODER = TURN / 14400
+
+coefficient = st.floats(-2.0, 2.0)
+# No deadline: the first example also pays for importing SciPy.
+EXAMPLES = settings(max_examples=30, deadline=None)
+
+
+def encoder(q: np.ndarray) -> np.ndarray:
+    return np.round(q / ENCODER) * ENCODER
+
+
+def sines(t: np.ndarray, highest: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Return a motion of five harmonics up to `highest` Hz, and its exact velocity."""
+    rng = np.random.default_rng(seed)
+    q, qd = np.zeros((len(t), 2)), np.zeros((len(t), 2))
+    for k in range(1, 6):
+        omega, phase = TURN * highest * k / 5, rng.uniform(0, TURN, size=2)
+        size = rng.uniform(0.5, 1.0, size=2) / k
+        q += size * np.sin(omega * t[:, None] + phase)
+        qd += size * omega * np.cos(omega * t[:, None] + phase)
+    return q, qd
+
+
+def rms(x: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(x**2)))
+
+
+# --- integral and derivative ---------------------------------------------------------------------
+
+
+@given(st.lists(coefficient, min_size=4, max_size=4), st.floats(1e-3, 0.1), st.integers(10, 60))
+@EXAMPLES
+def test_the_integral_is_exact_on_cubics(c, step, count):
+    t = np.arange(count) * step
+    exact = sum(a / (k + 1) * t ** (k + 1) for k, a in enumerate(c))
+    got = cumulative_integral(np.column_stack([sum(a * t**k for k, a in enumerate(c)), t]), step)
+    scale = 1.0 + np.abs(exact).max()
+    np.testing.assert_allclose(got[:, 0], exact, rtol=0, atol=1e-12 * scale)
+    np.testing.assert_allclose(got[:, 1], t**2 / 2, rtol=0, atol=1e-12 * (1 + t[-1] ** 2))
+
+
+def errors(function, exact, counts=(50, 100, 200)):
+    found = []
+    for count in counts:
+        t = np.linspace(0.0, 3.0, count + 1)
+        found.append(np.abs(function(np.sin(2 * t), t[1]) - exact(t)).max())
+    return np.log2(np.array(found[:-1]) / np.array(found[1:]))
+
+
+def test_the_integral_is_of_order_four_and_the_derivative_of_order_five():
+    assert errors(cumulative_integral, lambda t: (1 - np.cos(2 * t)) / 2).min() > 3.7
+    assert errors(differentiate, lambda t: 2 * np.cos(2 * t)).min() > 4.7
+
+
+def test_the_integral_of_power_on_a_coarse_log_beats_the_trapezoid_by_far():
+    t = np.arange(100) * 0.06
+    power, energy = np.sin(TURN * t) ** 2, t / 2 - np.sin(2 * TURN * t) / (4 * TURN)
+    late = slice(50, None)
+    spline = np.abs(cumulative_integral(power, 0.06) - energy)[late].max()
+    steps = (power[1:] + power[:-1]) * 0.03
+    trapezoid = np.abs(np.concatenate([[0], np.cumsum(steps)]) - energy)[late].max()
+    assert spline < 2e-4 < trapezoid / 8
+
+
+@given(st.lists(coefficient, min_size=6, max_size=6), st.integers(6, 60))
+@EXAMPLES
+def test_the_derivative_is_exact_up_to_degree_five(c, count):
+    t = np.arange(count) / count
+    exact = sum(k * a * t ** (k - 1) for k, a in enumerate(c) if k)
+    got = differentiate(sum(a * t**k for k, a in enumerate(c)), 1 / count)
+    np.testing.assert_allclose(got, exact, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 5, 6])
+def test_short_signals_are_integrated_and_differentiated_too(count):
+    t = np.arange(count) * 0.5
+    np.testing.assert_allclose(differentiate(3 * t, 0.5), 3.0)
+    np.testing.assert_allclose(cumulative_integral(3 * t, 0.5), 1.5 * t**2, atol=1e-14)
+    assert lowpass(t, 0.5, 0.3).shape == (count,)
+
+
+# --- filter --------------------------------------------------------------------------------------
+
+
+@given(st.integers(0, 10**6), st.floats(5.0, 400.0))
+@EXAMPLES
+def test_the_filter_has_zero_phase(seed, cutoff):
+    x = np.zeros(2001)
+    x[900:1101] = np.random.default_rng(seed).normal(size=201)
+    forth, back = lowpass(x, 1e-3, cutoff), lowpass(x[::-1], 1e-3, cutoff)[::-1]
+    np.testing.assert_allclose(forth, back, rtol=0, atol=1e-6)
+    pulse = np.zeros(2001)
+    pulse[1000] = 1.0
+    assert np.argmax(lowpass(pulse, 1e-3, cutoff)) == 1000
+
+
+@pytest.mark.parametrize(("ratio", "gain"), [(0.2, 1.0), (0.5, 0.99611), (1.0, 0.5), (2.0, 0.0039)])
+def test_the_filter_has_the_gain_of_two_butterworth_passes_and_no_delay(ratio, gain):
+    t = np.arange(8000) * 1e-3
+    x = np.sin(TURN * 10 * ratio * t)
+    got = lowpass(x, 1e-3, 10.0)[3000:5000]
+    along = got @ x[3000:5000] / 1000
+    across = got @ np.cos(TURN * 10 * ratio * t[3000:5000]) / 1000
+    assert along == pytest.approx(gain, abs=2e-4)
+    assert across == pytest.approx(0.0, abs=1e-6)
+
+
+@given(st.lists(coefficient, min_size=4, max_size=4))
+@EXAMPLES
+def test_the_filter_keeps_cubics_up_to_their_ends(c):
+    t = np.arange(500) * 1e-3
+    x = np.column_stack([sum(a * t**k for k, a in enumerate(c)), t])
+    np.testing.assert_allclose(lowpass(x, 1e-3, 20.0), x, rtol=0, atol=2e-5)
+
+
+def test_a_log_cut_out_of_a_motion_keeps_its_velocity_at_both_ends():
+    t = np.arange(2000) * 1e-3
+    for phase in np.linspace(0, TURN, 12):
+        q, qd = np.sin(TURN * 5 * t + phase), TURN * 5 * np.cos(TURN * 5 * t + phase)
+        error = np.abs(differentiate(lowpass(q, 1e-3, 36.0), 1e-3) - qd) / (TURN * 5)
+        assert error.max() < 3e-3
+        assert error[200:-200].max() < 1e-6
+
+
+@pytest.mark.parametrize("cutoff", [0.0, -1.0, 50.0, 1e3, np.nan, np.inf])
+def test_a_cutoff_outside_the_band_is_refused_with_the_nyquist_frequency(cutoff):
+    t = np.arange(100) * 0.01
+    with pytest.raises(LogError, match="50 Hz"):
+        lowpass(t, 0.01, cutoff)
+    for qd in (None, np.ones(100)):
+        with pytest.raises(LogError, match=r"arm: the cutoff is .* Nyquist frequency of 50 Hz"):
+            prepare(make_log("arm", t, t, t, qd), cutoff)
+
+
+# --- bandwidth -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("highest", [1.0, 2.0, 5.0])
+@pytest.mark.parametrize(("count", "step"), [(5000, 1e-3), (20000, 1e-3), (2000, 5e-3)])
+def test_the_cutoff_is_five_to_twelve_times_the_motion_with_an_encoder_or_without(
+    highest, count, step
+):
+    q, _ = sines(np.arange(count) * step, highest, seed=count)
+    clean, counted = motion_bandwidth(q, step), motion_bandwidth(encoder(q), step)
+    assert 4.9 * highest <= counted <= 12.0 * highest
+    assert counted == pytest.approx(clean, rel=0.02)
+
+
+def test_neither_scale_nor_offset_nor_a_joint_that_trembles_moves_the_cutoff():
+    rng = np.random.default_rng(3)
+    t = np.arange(6000) * 1e-3
+    q = encoder(sines(t, 2.0)[0])
+    cutoff = motion_bandwidth(q, 1e-3)
+    assert motion_bandwidth(1e-3 * q + 7.0, 1e-3) == pytest.approx(cutoff)
+    still = 1e-5 * np.sin(TURN * 60 * t) + 1e-6 * rng.normal(size=len(t))
+    for column in (still, np.full(len(t), 0.3)):
+        assert motion_bandwidth(np.column_stack([q, column]), 1e-3) == pytest.approx(cutoff)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5, 10, 40])
+def test_the_cutoff_lies_in_the_band_for_short_and_motionless_signals(count):
+    rng = np.random.default_rng(count)
+    for q in (np.zeros((count, 2)), np.linspace(0, 1, count), rng.normal(size=(count, 2))):
+        assert 0.0 < motion_bandwidth(q, 0.01) <= 40.0
+    assert motion_bandwidth(np.zeros(count), 0.01) == pytest.approx(0.8 * 50.0)
+
+
+@pytest.mark.parametrize(
+    ("log", "least", "most"), [("emps/train.csv", 20, 100), ("tx40/train.csv", 10, 50)]
+)
+def test_real_logs_get_a_cutoff_in_the_range_of_the_published_analyses(log, least, most):
+    if not DATA.is_dir():
+        pytest.skip(f"no measured logs at {DATA}: set SYMGEN_DATA")
+    samples = prepare(read_log(DATA / log))
+    assert samples.cutoff_hz is not None
+    assert least < samples.cutoff_hz < most
+    assert "Hz (from the motion's bandwidth)" in samples.notes[0]
+
+
+# --- prepare -------------------------------------------------------------------------------------
+
+
+def assert_sound(samples: Samples) -> None:
+    for array in (samples.t, samples.q, samples.qd, samples.tau):
+        assert array.flags.c_contiguous
+        assert not array.flags.writeable
+        assert np.isfinite(array).all()
+    assert samples.q.shape == samples.qd.shape == samples.tau.shape
+
+
+def test_a_uniform_log_with_velocities_passes_untouched():
+    t = np.arange(300) * 0.01
+    q, qd = sines(t, 2.0)
+    log = make_log("arm", t, q, q**2, qd)
+    samples = prepare(log)
+    assert_sound(samples)
+    for role in ("t", "q", "qd", "tau"):
+        np.testing.assert_array_equal(getattr(samples, role), getattr(log, role))
+    assert samples.notes == ()
+    assert samples.cutoff_hz is None
+    assert samples.step == pytest.approx(0.01)
+    assert "unfiltered" in prepare(log, 10.0).notes[0]
+
+
+def test_a_step_that_varies_by_half_a_percent_is_left_alone_and_one_by_two_is_not():
+    for spread, notes in ((0.005, 0), (0.02, 1)):
+        steps = np.full(299, 0.01)
+        steps[::2] *= 1 + spread
+        t = np.concatenate([[0.0], np.cumsum(steps)])
+        q, qd = sines(t, 1.0)
+        assert len(prepare(make_log("arm", t, q, q, qd)).notes) == notes
+
+
+@given(st.integers(0, 10**6))
+@EXAMPLES
+def test_resampling_follows_a_smooth_motion(seed):
+    rng = np.random.default_rng(seed)
+    t = np.cumsum(rng.choice([0.008, 0.010, 0.012], size=1000))
+    q, qd = sines(t, 1.0, seed)
+    samples = prepare(make_log("arm", t, q, 10 * q, qd))
+    assert_sound(samples)
+    assert "between 0.008 s and 0.012 s were resampled to 0.0" in samples.notes[0]
+    np.testing.assert_allclose(np.diff(samples.t), samples.step, rtol=1e-9)
+    assert (samples.t[0], samples.t[-1]) == (t[0], t[-1])
+    q, qd = sines(samples.t, 1.0, seed)
+    assert rms(samples.q - q) < 1e-6 * rms(q)
+    assert rms(samples.qd - qd) < 1e-5 * rms(qd)
+    assert rms(samples.tau - 10 * q) < 1e-5 * rms(q)
+
+
+def test_a_gap_in_time_is_refused_with_its_place():
+    t = np.arange(300) * 0.01
+    t[200:] += 0.2
+    with pytest.raises(LogError, match=r"arm: .*t = 1\.99 s and t = 2\.2 s.* accepted: .*split"):
+        prepare(make_log("arm", t, t, t, t))
+
+
+def test_a_missing_velocity_is_derived_within_a_percent_from_an_encoder():
+    t = np.arange(10000) * 1e-3
+    q, qd = sines(t, 2.0)
+    samples = prepare(make_log("arm", t, encoder(q), q**2))
+    assert_sound(samples)
+    assert samples.cutoff_hz is not None
+    assert 9.8 < samples.cutoff_hz < 24
+    assert f"low-pass filter at {samples.cutoff_hz:.4g} Hz" in samples.notes[0]
+    assert rms(samples.qd - qd) < 1e-3 * rms(qd)
+    np.testing.assert_array_equal(samples.tau, q**2)
+    integral = cumulative_integral(samples.qd, samples.step)
+    np.testing.assert_allclose(samples.q - samples.q[0], integral, atol=1e-9)
+
+
+def test_the_cutoff_of_the_user_is_taken_and_named():
+    t = np.arange(1000) * 1e-3
+    q, _ = sines(t, 2.0)
+    samples = prepare(make_log("arm", t, q, q), 25.0)
+    assert samples.cutoff_hz == 25.0
+    assert "at 25 Hz (from the user)" in samples.notes[0]
+
+
+def test_noise_free_positions_are_differentiated_without_a_filter():
+    t = np.arange(5000) * 2e-3
+    q, qd = sines(t, 2.0)
+    steady = np.column_stack([np.full(len(t), 0.4), 0.3 * t + 0.1])
+    samples = prepare(make_log("arm", t, np.column_stack([q, steady]), np.zeros((len(t), 4))))
+    assert samples.cutoff_hz is None
+    assert "not filtered because its noise is negligible" in samples.notes[0]
+    assert rms(samples.qd[:, :2] - qd) < 1e-8 * rms(qd)
+    np.testing.assert_allclose(samples.qd[:, 2:], [[0.0, 0.3]] * len(t), rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("count", [30, 100])
+@pytest.mark.parametrize("highest", [0.3, 0.6, 1.0, 1.5, 2.0, 2.5])
+def test_a_coarse_log_is_not_distorted(highest, count):
+    t = np.arange(count) * 0.06
+    q, qd = sines(t, highest)
+    noise = encoder(q) - q
+    samples = prepare(make_log("arm", t, encoder(q), q))
+    assert_sound(samples)
+    # What the sampling itself and the noise cost; the rest would be distortion by the filter.
+    unfiltered = rms(differentiate(q + noise, 0.06) - qd)
+    assert rms(samples.qd - qd) < 1.5 * unfiltered + 5e-4 * rms(qd)
+
+
+@pytest.mark.parametrize("count", [10, 11, 15])
+def test_the_shortest_logs_and_joints_at_rest_are_prepared(count):
+    t = np.arange(count) * 0.01
+    for q in (np.zeros(count), t, np.sin(9 * t), encoder(np.sin(9 * t))):
+        assert_sound(prepare(make_log("short", t, q, q)))
+        assert_sound(prepare(make_log("short", t, q, q), 1.0))
