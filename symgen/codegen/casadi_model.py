@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import sympy as sp
 
 from symgen.codegen.model import Kernel, Model
+from symgen.symbolic.friction import torque_tape
 from symgen.symbolic.tape import Numbers
 
 
@@ -42,6 +44,59 @@ def casadi_function(model: Model, kernel: Kernel) -> Any:
         [casadi.vertcat(*out) if out else casadi.SX(0, 1)],
         list(inputs),
         ["out"],
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Dynamics:
+    """Torques and accelerations by differentiating the energy model.
+
+    Attributes:
+        inverse: casadi.Function (q, qd, qdd, X) -> tau, each a column.
+        forward: casadi.Function (q, qd, tau, X) -> qdd.
+    """
+
+    inverse: Any
+    forward: Any
+
+
+def dynamics(model: Model) -> Dynamics:
+    """Derive inverse and forward dynamics from the energy kernel by automatic differentiation.
+
+    With H = h(q, qd) . X the total energy and U = H(q, 0) its potential part, L = H - 2 U and
+
+        tau = d/dt dL/dqd - dL/dq + friction,    M = d2L/dqd2      (Lagrange)
+
+    Args:
+        model: the derived model; X is in its base parameters.
+    """
+    import casadi
+
+    robot, base = model.robot, model.base
+    n, p, inertial = robot.n, len(base.parameters), model.inertial
+    q, qd, qdd, tau, X = (
+        casadi.SX.sym(name, size)
+        for name, size in (("q", n), ("qd", n), ("qdd", n), ("tau", n), ("X", p))
+    )
+    energy = casadi_function(model, model.kernels[0])
+    total = casadi.dot(energy(q, qd), X[:inertial])
+    lagrangian = total - 2 * casadi.dot(energy(q, casadi.SX.zeros(n)), X[:inertial])
+    momentum = casadi.gradient(lagrangian, qd)
+    rest = casadi.jtimes(momentum, q, qd) - casadi.gradient(lagrangian, q)
+    if p > inertial:
+        columns = torque_tape(robot).run(
+            arithmetic(robot.values()), {"q": casadi.vertsplit(q), "qd": casadi.vertsplit(qd)}
+        )
+        count = len(base.standard) - sum(s.inertial for s in base.standard)
+        first = len(base.standard) - count
+        kept = [b.index - first for b in base.parameters if not b.inertial]
+        for k, j in ((k, j) for k in range(len(kept)) for j in range(n)):
+            rest[j] += columns[j * count + kept[k]] * X[inertial + k]
+    mass = casadi.jacobian(momentum, qd)
+    name = function_name(robot.name, "")
+    return Dynamics(
+        casadi.Function(f"{name}_inverse", [q, qd, qdd, X], [casadi.mtimes(mass, qdd) + rest]),
+        casadi.Function(f"{name}_forward", [q, qd, tau, X], [casadi.solve(mass, tau - rest)]),
     )
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symgen.robot.types import Robot
+from symgen.symbolic import friction
 from symgen.symbolic.base_parameters import BaseParameters, find_base
-from symgen.symbolic.energy import energy_tape, friction_tape
+from symgen.symbolic.energy import energy_tape
 from symgen.symbolic.parameters import standard_parameters
 from symgen.symbolic.tape import Tape
 
@@ -78,8 +79,6 @@ def derive(robot: Robot) -> Model:
     rest = [p for p in base.parameters if not p.inertial]
     if rest:
         first = next(i for i, p in enumerate(standard) if not p.inertial)
-        friction = friction_tape(robot).keep([p.index - first for p in rest])
-        kernels.append(
-            Kernel("friction_power", friction, (len(rest),), tuple(p.name for p in rest))
-        )
+        power = friction.power_tape(robot).keep([p.index - first for p in rest])
+        kernels.append(Kernel("friction_power", power, (len(rest),), tuple(p.name for p in rest)))
     return Model(robot, base, tuple(kernels))

@@ -8,7 +8,6 @@ import tomllib
 import warnings
 from collections.abc import Callable
 from decimal import Decimal
-from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +16,7 @@ import sympy as sp
 from symgen import names
 from symgen.errors import ExpressionError, RobotError, SymgenWarning
 from symgen.robot import expressions
+from symgen.robot.builtin import library, library_text
 from symgen.robot.types import Coupling, Joint, Limits, Robot
 
 if TYPE_CHECKING:
@@ -37,14 +37,6 @@ _KEYWORDS = frozenset(
 _RESERVED = re.compile(
     r"(q|qd|qdd|tau|i)\d*|(XX|XY|XZ|YY|YZ|ZZ|MX|MY|MZ|M|IA|IAM|FS|FV|OF|FSM|FVM)\d+R?"
 )
-
-
-def library() -> tuple[str, ...]:
-    """Return the names of the built-in robots."""
-    folder = resources.files("symgen.robot") / "library"
-    return tuple(
-        sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
-    )
 
 
 def read_robot(source: str | Path) -> Robot:
@@ -80,11 +72,6 @@ def read_robot(source: str | Path) -> Robot:
     except (OSError, UnicodeDecodeError) as error:
         raise RobotError(f"{path}: cannot be read as UTF-8 text: {error}") from error
     return parse_robot(text, str(path))
-
-
-def library_text(name: str) -> str:
-    """Return the robot.toml of a library robot."""
-    return (resources.files("symgen.robot") / "library" / f"{name}.toml").read_text("utf-8")
 
 
 def parse_robot(text: str, where: str = "robot.toml") -> Robot:

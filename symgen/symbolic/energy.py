@@ -6,9 +6,8 @@ Kinetic and potential energy of link j are E_j + U_j = (DE + DU) X_j with
           w3 V2 - w2 V3, w1 V3 - w3 V1, w2 V1 - w1 V2, V.V/2, qd_j^2/2]
     DU = [0, 0, 0, 0, 0, 0, -g1, -g2, -g3, -g . 0P_j, 0]
 
-for XX XY XZ YY YZ ZZ MX MY MZ M IA, with w, V and g in frame j. Friction has columns of power:
-|qd| for FS (qd tanh(qd/width) where a width is declared), qd^2 for FV, qd for OF. A coupling
-u = qd_j + ratio qd_k has u^2/2, u^2 and |u|; a payload has the columns of its link.
+for XX XY XZ YY YZ ZZ MX MY MZ M IA, with w, V and g in frame j. The rotor of a coupling
+u = qd_j + ratio qd_k has u^2/2; a payload has the columns of its link.
 """
 
 from __future__ import annotations
@@ -16,18 +15,13 @@ from __future__ import annotations
 import sympy as sp
 
 from symgen import names
-from symgen.robot.types import Coupling, Robot
-from symgen.symbolic.kinematics import Frame, Variables, frames, variables
+from symgen.robot.types import Robot
+from symgen.symbolic.friction import builder, drive_speed, speeds
+from symgen.symbolic.kinematics import Frame, frames, variables
 from symgen.symbolic.parameters import standard_parameters
 from symgen.symbolic.tape import Tape, TapeBuilder
 
 _HALF = sp.Rational(1, 2)
-
-
-def builder(robot: Robot, variable: Variables) -> TapeBuilder:
-    """Return an empty tape on which names of the file and of the variables are taken."""
-    taken = {name for name, _ in robot.geometry}
-    return TapeBuilder(taken | {s.name for s in (*variable.q, *variable.qd)})
 
 
 def energy_tape(robot: Robot) -> Tape:
@@ -37,10 +31,10 @@ def energy_tape(robot: Robot) -> Tape:
         A tape from q and qd to h(q, qd) = DE + DU, in the order of `standard_parameters`.
     """
     variable = variables(robot)
-    tape = builder(robot, variable)
+    tape = builder(robot, (*variable.q, *variable.qd))
     links = dict(zip((j.number for j in robot.joints), frames(robot, variable, tape), strict=True))
-    speed = dict(zip((j.number for j in robot.movable), variable.qd, strict=True))
-    drives = {c.second: _drive_speed(c, speed, tape) for c in robot.couplings}
+    speed = speeds(robot, variable)
+    drives = {c.second: drive_speed(c, speed, tape) for c in robot.couplings}
     outputs: list[sp.Expr] = []
     for p in standard_parameters(robot):
         if not p.inertial:
@@ -52,44 +46,6 @@ def energy_tape(robot: Robot) -> Tape:
         else:
             outputs.append(_link_column(p.prefix, links[p.joint], f"D{p.prefix}{p.joint}", tape))
     return tape.tape([("q", variable.q), ("qd", variable.qd)], outputs)
-
-
-def friction_tape(robot: Robot) -> Tape:
-    """Derive the column of power of every friction parameter: integrands of the energy theorem."""
-    variable = variables(robot)
-    tape = builder(robot, variable)
-    speed = dict(zip((j.number for j in robot.movable), variable.qd, strict=True))
-    drives = {c.second: _drive_speed(c, speed, tape) for c in robot.couplings}
-    outputs: list[sp.Expr] = []
-    for p in standard_parameters(robot):
-        if p.inertial:
-            continue
-        v = drives[p.joint] if p.prefix in names.COUPLING_FRICTION else speed[p.joint]
-        name = f"D{p.name}"
-        if p.prefix == "OF":
-            outputs.append(v)
-        elif p.prefix in ("FV", "FVM"):
-            outputs.append(tape.name(name, v * v))
-        else:
-            width = robot.joint(p.joint).coulomb_width
-            if p.prefix == "FS" and width:
-                scaled = tape.name(f"s{p.joint}", v * tape.constant(f"k{p.joint}", 1 / _exact(width)))
-                outputs.append(tape.name(name, v * tape.name(f"t{p.joint}", sp.tanh(scaled))))
-            else:
-                outputs.append(tape.name(name, sp.Abs(v)))
-    return tape.tape([("q", variable.q), ("qd", variable.qd)], outputs)
-
-
-def _exact(value: float) -> sp.Rational:
-    return sp.Rational(repr(value))
-
-
-def _drive_speed(
-    coupling: Coupling, speed: dict[int, sp.Symbol], tape: TapeBuilder
-) -> sp.Expr:
-    k = coupling.second
-    ratio = tape.constant(f"ratio{k}", coupling.ratio)
-    return tape.name(f"u{k}", speed[coupling.first] + ratio * speed[k])
 
 
 def _half_square(v: sp.Expr, name: str, tape: TapeBuilder) -> sp.Expr:

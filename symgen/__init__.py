@@ -1,0 +1,89 @@
+"""symgen: dynamic models of robots in closed form, and their parameters from measured logs.
+
+    robot = symgen.read_robot("planar2r")
+    model = symgen.derive(robot)
+    evaluator = symgen.load(model)
+    estimate = symgen.identify(evaluator, ["train.csv"], validation=["test.csv"])
+
+Names are imported when they are first used, so that `import symgen` costs nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from symgen.codegen.model import Model as Model, derive as derive
+    from symgen.codegen.package import generate as generate, write_package as write_package
+    from symgen.data.log import Log as Log, make_log as make_log, read_log as read_log
+    from symgen.data.signals import prepare as prepare
+    from symgen.errors import (
+        BuildError as BuildError,
+        ExpressionError as ExpressionError,
+        IdentificationError as IdentificationError,
+        LogError as LogError,
+        PackageError as PackageError,
+        ParameterError as ParameterError,
+        RobotError as RobotError,
+        SymgenError as SymgenError,
+        SymgenWarning as SymgenWarning,
+    )
+    from symgen.identify.estimate import Estimate as Estimate
+    from symgen.identify.recursive import Identifier as Identifier
+    from symgen.identify.workflow import identify as identify
+    from symgen.robot.builtin import library as library
+    from symgen.robot.toml_io import (
+        parse_robot as parse_robot,
+        read_robot as read_robot,
+        robot_toml as robot_toml,
+    )
+    from symgen.robot.types import Joint as Joint, Robot as Robot
+    from symgen.runtime.check import Checked as Checked, check as check
+    from symgen.runtime.evaluator import Evaluator as Evaluator, load as load
+    from symgen.symbolic.base_parameters import BaseParameters as BaseParameters
+
+_WHERE = {
+    "BaseParameters": "symgen.symbolic.base_parameters",
+    "BuildError": "symgen.errors",
+    "Checked": "symgen.runtime.check",
+    "Estimate": "symgen.identify.estimate",
+    "Evaluator": "symgen.runtime.evaluator",
+    "ExpressionError": "symgen.errors",
+    "IdentificationError": "symgen.errors",
+    "Identifier": "symgen.identify.recursive",
+    "Joint": "symgen.robot.types",
+    "Log": "symgen.data.log",
+    "LogError": "symgen.errors",
+    "Model": "symgen.codegen.model",
+    "PackageError": "symgen.errors",
+    "ParameterError": "symgen.errors",
+    "Robot": "symgen.robot.types",
+    "RobotError": "symgen.errors",
+    "SymgenError": "symgen.errors",
+    "SymgenWarning": "symgen.errors",
+    "check": "symgen.runtime.check",
+    "derive": "symgen.codegen.model",
+    "generate": "symgen.codegen.package",
+    "identify": "symgen.identify.workflow",
+    "library": "symgen.robot.builtin",
+    "load": "symgen.runtime.evaluator",
+    "make_log": "symgen.data.log",
+    "parse_robot": "symgen.robot.toml_io",
+    "prepare": "symgen.data.signals",
+    "read_log": "symgen.data.log",
+    "read_robot": "symgen.robot.toml_io",
+    "robot_toml": "symgen.robot.toml_io",
+    "write_package": "symgen.codegen.package",
+}
+__all__ = sorted(_WHERE)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _WHERE:
+        raise AttributeError(f"module 'symgen' has no attribute {name!r}")
+    return getattr(importlib.import_module(_WHERE[name]), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,237 @@
+"""The command line: parse, call one public function, print.
+
+Results go to stdout and files, progress and messages to stderr. Exit codes: 0 done, 1 done and the
+answer is "no", 2 could not.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from symgen.errors import SymgenError, SymgenWarning
+
+if TYPE_CHECKING:
+    from symgen.identify.estimate import Estimate
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.option("--debug", is_flag=True, help="Show tracebacks of errors.")
+@click.version_option(package_name="symgen")
+def cli(debug: bool) -> None:
+    """Dynamic models of robots in closed form, and their parameters from measured logs."""
+
+
+@cli.command()
+def robots() -> None:
+    """List the built-in robots."""
+    from symgen.robot.builtin import library, library_summary
+
+    rows = [(name, *library_summary(name)) for name in library()]
+    _table(("name", "joints", "robot"), rows)
+
+
+@cli.command()
+@click.argument("robot")
+@click.option("--into", type=click.Path(path_type=Path), help="Folder; default generated/NAME.")
+@click.option("--target", default="all", show_default=True, help="c, casadi or all.")
+@click.option("--dtype", default="double", show_default=True, help="double or float, of the C.")
+@click.option("--kernels", help="Comma-separated names; default all.")
+def generate(robot: str, into: Path | None, target: str, dtype: str, kernels: str | None) -> int:
+    """Derive ROBOT's model and write it as a package of C and CasADi.
+
+    ROBOT is a robot.toml, a generated package, or the name of a built-in robot.
+    """
+    import symgen
+
+    _say(f"deriving {robot}")
+    model = symgen.derive(symgen.read_robot(robot))
+    chosen = tuple(k.strip() for k in kernels.split(",")) if kernels else None
+    tree = symgen.generate(model, target=target, dtype=dtype, kernels=chosen)
+    folder = into or Path("generated") / tree.name
+    symgen.write_package(tree, folder)
+    _print_model(model)
+    click.echo(f"written: {folder} ({len(tree.files)} files)")
+    return 0
+
+
+@cli.command()
+@click.argument("folder", type=click.Path(path_type=Path))
+def check(folder: Path) -> int:
+    """Check generated packages: write them again, compare, prove again, measure the error."""
+    import symgen
+
+    _say("deriving, compiling and comparing")
+    results = symgen.check(folder)
+    rows = [
+        (
+            result.folder.name,
+            "different" if result.differences else "equal",
+            str(result.rank),
+            *(", ".join(f"{e:.1e} ({k})" for b, k, e in result.errors if b == backend) or "-"
+              for backend in ("c", "casadi")),
+        )
+        for result in results
+    ]
+    _table(("package", "files", "rank", "error of C", "error of CasADi"), rows)
+    for result in results:
+        for line in result.differences:
+            click.echo(f"{result.folder}: {line}")
+    return 1 if any(result.differences for result in results) else 0
+
+
+@cli.command()
+@click.argument("robot")
+@click.argument("logs", nargs=-1, required=True)
+@click.option("--validation", multiple=True, help="A log to judge by; may be repeated.")
+@click.option("--model", default="energy", show_default=True, help="energy.")
+@click.option("--method", default="wls", show_default=True, help="wls, ols or recursive.")
+@click.option("--window", default=0.2, show_default=True, help="Length of the energy windows, s.")
+@click.option("--cutoff", type=float, help="Of the zero-phase filter, Hz; default from the motion.")
+@click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
+def identify(
+    robot: str,
+    logs: tuple[str, ...],
+    validation: tuple[str, ...],
+    model: str,
+    method: str,
+    window: float,
+    cutoff: float | None,
+    into: Path,
+) -> int:
+    """Identify the parameters of ROBOT from LOGS (CSV, Parquet or NPZ)."""
+    import symgen
+    from symgen.files import check_replaceable, write_folder
+    from symgen.report import estimate_files
+
+    check_replaceable(into, "estimate.json")
+    estimate = symgen.identify(
+        robot, list(logs), validation=list(validation), model=model, method=method,
+        window=window, cutoff=cutoff, progress=_say,
+    )
+    _say("writing the report")
+    write_folder(into, estimate_files(estimate), "estimate.json")
+    _print_estimate(estimate)
+    click.echo(f"written: {into / 'estimate.json'}, {into / 'report.html'}")
+    return 0 if estimate.verdict == "trusted" else 1
+
+
+@cli.command()
+@click.option("--into", type=click.Path(path_type=Path), default=Path("symgen-demo"),
+              show_default=True, help="Folder of the page.")
+@click.option("--runs", default=1000, show_default=True, type=click.IntRange(10, 100_000))
+def demo(into: Path, runs: int) -> int:
+    """Run the example of Gautier and Khalil (1988) end to end."""
+    from symgen.demo import run_demo
+
+    for block in run_demo(into, runs, _say):
+        click.echo(block)
+    return 0
+
+
+def main() -> None:
+    """Run the command line and exit; every foreseen error is one line on stderr."""
+    arguments = sys.argv[1:]
+    debug = "--debug" in arguments
+    if debug:
+        arguments = ["--debug", *(a for a in arguments if a != "--debug")]
+    warnings.simplefilter("always", SymgenWarning)
+    shown = warnings.showwarning
+
+    def show(message: Any, category: Any, *rest: Any, **more: Any) -> None:
+        if issubclass(category, SymgenWarning):
+            click.echo(f"symgen: warning: {message}", err=True)
+        else:
+            shown(message, category, *rest, **more)
+
+    warnings.showwarning = show
+    try:
+        code = cli.main(arguments, prog_name="symgen", standalone_mode=False)
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message(), err=True)
+        code = 2
+    except click.ClickException as error:
+        click.echo(f"symgen: error: {' '.join(error.format_message().split())}", err=True)
+        code = 2
+    except SymgenError as error:
+        if debug:
+            raise
+        click.echo(f"symgen: error: {error}", err=True)
+        code = 2
+    except (KeyboardInterrupt, click.Abort):
+        click.echo("symgen: interrupted", err=True)
+        code = 130
+    except BrokenPipeError:
+        code = 0
+        sys.stderr.close()
+    except MemoryError:
+        click.echo("symgen: error: out of memory; use shorter logs or longer windows", err=True)
+        code = 2
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+def _say(message: str) -> None:
+    """Tell on stderr what is being done."""
+    click.echo(click.style(f"  {message}", dim=True), err=True)
+
+
+def _table(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(*header, box=None, pad_edge=False, header_style="bold")
+    for row in rows:
+        table.add_row(*row)
+    console = Console(highlight=False)
+    if not console.is_terminal:  # a file or a pipe has no width: never cut a value
+        console.width = 1000
+    console.print(table)
+
+
+def _print_model(model: Any) -> None:
+    from symgen.symbolic.base_parameters import bound
+
+    base = model.base
+    _table(
+        ("base parameter", "formula", "unit"),
+        [(p.name, p.expression, p.unit) for p in base.parameters],
+    )
+    click.echo(f"no effect: {', '.join(base.no_effect) or 'none'}")
+    click.echo(
+        f"{len(base.parameters)} base parameters of {len(base.standard)} standard ones "
+        f"({base.inertial} inertial, bound {bound(model.robot)}); exact rank {base.proof.rank} "
+        f"modulo {' and '.join(map(str, base.proof.primes))}"
+    )
+    for kernel in model.kernels:
+        o = kernel.tape.operations
+        click.echo(f"{kernel.name}: {o.mul} mul, {o.add} add, {o.sincos} sincos")
+
+
+def _print_estimate(estimate: Estimate) -> None:
+    for note in estimate.notes:
+        click.echo(f"note: {note}")
+    _table(
+        ("parameter", "value", "std", "std %", "unit", "formula"),
+        [
+            (p.name, f"{p.value:.5g}", f"{p.std:.2g}", f"{p.relative_std_percent:.1f}", p.unit,
+             p.expression)
+            for p in estimate.parameters
+        ],
+    )
+    click.echo(f"condition number (scaled): {estimate.condition_number:.4g}")
+    click.echo(
+        f"residual of {estimate.model}: train {100 * estimate.train.relative:.3g} %, "
+        f"validation {100 * estimate.validation.relative:.3g} %"
+    )
+    torque = estimate.torque_validation
+    if torque is not None and torque.per_joint is not None:
+        joints = ", ".join(f"{100 * r:.3g}" for r in torque.per_joint)
+        click.echo(f"residual of torque, validation, per joint: {joints} %")
+    colour = "green" if estimate.verdict == "trusted" else "yellow"
+    click.echo("verdict: " + click.style(estimate.verdict, fg=colour, bold=True))
+    for reason in estimate.reasons:
+        click.echo(f"  - {reason}")

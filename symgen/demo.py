@@ -1,0 +1,209 @@
+"""symgen demo: the example of Gautier and Khalil (1988), from its table to its figures.
+
+Derives the canonical model, compiles it, simulates the noisy measurements, identifies recursively
+and says where the paper's errors fall in the distribution of seeded runs.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from symgen.codegen.casadi_model import dynamics
+from symgen.codegen.model import Kernel, derive
+from symgen.data.log import make_log
+from symgen.errors import IdentificationError
+from symgen.experiment import paper
+from symgen.files import check_replaceable, write_folder
+from symgen.identify.recursive import Identifier
+from symgen.identify.workflow import identify
+from symgen.report import Section, Table, page
+from symgen.robot.expressions import text
+from symgen.robot.toml_io import read_robot
+from symgen.runtime.evaluator import Evaluator, load
+
+FloatArray = NDArray[np.float64]
+_SEED = 1988
+_MARKER = "demo.html"
+
+
+def run_demo(folder: Path, runs: int, say: Callable[[str], None]) -> Iterator[str]:
+    """Run the example and write its page; yields blocks of text as they are ready.
+
+    Args:
+        folder: gets demo.html, whole or not at all.
+        runs: seeded runs of each set-up.
+        say: is told what is being done.
+
+    Raises:
+        PackageError: the folder holds something else.
+    """
+    check_replaceable(folder, _MARKER)
+    begun = time.perf_counter()
+    model = derive(read_robot("planar2r"))
+    derived = time.perf_counter() - begun
+    yield "Gautier and Khalil (1988), two revolute joints, gravity along z1\n"
+    yield "Canonical model, derived and proved minimal in %.0f ms" % (1e3 * derived)
+    for parameter, column in zip(model.base.parameters, closed_form(model.kernels[0]), strict=True):
+        yield f"  {parameter.name:5} = {parameter.expression:16} DL = {column}"
+    say("compiling the model")
+    evaluator = load(model)
+    yield f"\nEvaluated by: {evaluator.backend}"
+    simulated = dynamics(model)
+    yield _exact_block(evaluator, paper.exact_run(simulated))
+    figures: list[Section] = []
+    for letter, words, simulate in (
+        ("a", "the robot follows the reference, the measurements are noisy", paper.setup_a),
+        (
+            "b",
+            f"torques computed from X_d = {paper.WRONG:g} X, noise of "
+            f"{100 * paper.TORQUE_NOISE:g} % of RMS torque, drive a simulated robot",
+            paper.setup_b,
+        ),
+    ):
+        say(f"set-up ({letter}): {runs} seeded runs")
+        measured = simulate(simulated, runs, _SEED)
+        history = np.array([_recursive(evaluator, measured, k) for k in range(runs)])
+        table = _errors(history)
+        yield f"\nSet-up ({letter}): {words}\n{_plain(table)}"
+        yield _convergence_line(history)
+        figures += _sections(letter, words, measured, history, table)
+    yield "\nJoint speeds proportional to each other, as the paper warns:"
+    for noisy in (False, True):
+        yield "  " + _refused(evaluator, paper.proportional_run(simulated, 1 if noisy else None), noisy)
+    html = page(
+        "The example of Gautier and Khalil (1988)",
+        (
+            f"Two revolute joints, gravity along z1; {runs} seeded runs of each set-up, "
+            f"{paper.SAMPLES} samples of {paper.STEP} s.",
+        ),
+        figures,
+    )
+    write_folder(folder, {_MARKER: html.encode()}, _MARKER)
+    yield f"\nwritten: {folder / _MARKER}   ({time.perf_counter() - begun:.1f} s in all)"
+
+
+def closed_form(kernel: Kernel) -> tuple[str, ...]:
+    """Return the outputs of a small kernel written out: steps put into each other, not expanded."""
+    known: dict[sp.Symbol, sp.Expr] = {}
+    for symbol, value in kernel.tape.constants:
+        known[symbol] = value
+    for symbol, expr in kernel.tape.steps:
+        known[symbol] = expr.subs(known)
+    return tuple(text(sp.factor_terms(out.subs(known))) for out in kernel.tape.outputs)
+
+
+def _recursive(evaluator: Evaluator, runs: paper.Runs, k: int) -> FloatArray:
+    """Return the estimate after each sample of run k, (N, 4); NaN while it is undetermined."""
+    identifier = Identifier(evaluator, mode="start")
+    out = np.full((len(runs.t), len(paper.X_TRUE)), np.nan)
+    for i, t in enumerate(runs.t):
+        identifier.step(runs.q[k, i], runs.qd[k, i], runs.tau[k, i], float(t))
+        if i >= 5:
+            try:
+                out[i] = identifier.read()[0]
+            except IdentificationError:
+                continue
+    return out
+
+
+def _exact_block(evaluator: Evaluator, exact: paper.Runs) -> str:
+    log = make_log("exact", exact.t, exact.q[0], exact.tau[0], exact.qd[0])
+    # All of the run is used: the second log only answers the wish for validation data.
+    spline = identify(evaluator, log, validation=[log], window=10 * paper.STEP).X
+    online = _recursive(evaluator, exact, 0)[-1]
+    worst = [float(np.abs(X / paper.X_TRUE - 1).max()) for X in (spline, online)]
+    return (
+        f"Without noise: X is returned to {worst[0]:.1e} (spline integrals, 0.62 s windows) and "
+        f"{worst[1]:.1e} (on line, Adams-Moulton)"
+    )
+
+
+def _errors(history: FloatArray) -> Table:
+    error = np.abs(history[:, -1] / paper.X_TRUE - 1)
+    bias = history[:, -1].mean(axis=0) / paper.X_TRUE - 1
+    low, median, high = np.quantile(error, [0.05, 0.5, 0.95], axis=0)
+    rows = tuple(
+        (
+            name,
+            f"{paper.X_TRUE[i]:g}",
+            f"{history[:, -1, i].mean():.5f}",
+            f"{paper.PAPER_ERRORS[i]:.1e}",
+            f"{low[i]:.1e}",
+            f"{median[i]:.1e}",
+            f"{high[i]:.1e}",
+            f"{100 * np.mean(error[:, i] < paper.PAPER_ERRORS[i]):.0f} %",
+            f"{bias[i]:+.1e}",
+        )
+        for i, name in enumerate(paper.NAMES)
+    )
+    header = ("parameter", "true", "mean", "paper's error", "5 %", "median", "95 %",
+              "runs below the paper", "bias")
+    return Table(header, rows)
+
+
+def _plain(table: Table) -> str:
+    lines = (table.header, *table.rows)
+    widths = [max(len(line[i]) for line in lines) for i in range(len(table.header))]
+    return "\n".join(
+        "  " + "  ".join(cell.rjust(w) for cell, w in zip(line, widths, strict=True))
+        for line in lines
+    )
+
+
+def _convergence_line(history: FloatArray) -> str:
+    half = np.abs(history[:, 50] / paper.X_TRUE - 1)
+    inside = 100 * np.mean(half < 0.1, axis=0)
+    words = ", ".join(f"{name} {v:.0f} %" for name, v in zip(paper.NAMES, inside, strict=True))
+    return f"  within 10 % of the truth after 50 samples: {words} of the runs"
+
+
+def _refused(evaluator: Evaluator, runs: paper.Runs, noisy: bool) -> str:
+    log = make_log("proportional", runs.t, runs.q[0], runs.tau[0], runs.qd[0])
+    kind = "with noise" if noisy else "without noise"
+    try:
+        identify(evaluator, log, window=10 * paper.STEP)
+    except IdentificationError as error:
+        return f"{kind}: refused: {error}"
+    return f"{kind}: NOT refused"
+
+
+def _sections(
+    letter: str, words: str, runs: paper.Runs, history: FloatArray, table: Table
+) -> list[Section]:
+    from symgen import plots
+
+    shown = {"q": (runs.q[0], "rad"), "qd": (runs.qd[0], "rad/s"), "tau": (runs.tau[0], "N m")}
+    motion = plots.line_grid(
+        [
+            plots.Panel(key, runs.t, {f"joint {j + 1}": y[:, j] for j in range(2)}, f"{key}, {unit}")
+            for key, (y, unit) in shown.items()
+        ],
+        title=f"Set-up ({letter}), first run: motion and torque",
+    )
+    low, high = np.nanquantile(history[:, 6:], [0.05, 0.95], axis=0)
+    units = ("kg m2", "kg m2", "kg m", "kg m")
+    curves = plots.line_grid(
+        [
+            plots.Panel(
+                name,
+                runs.t[6:],
+                {"first run": history[0, 6:, i]},
+                f"{name}, {units[i]}",
+                level=float(paper.X_TRUE[i]),
+                band=(low[:, i], high[:, i]),
+            )
+            for i, name in enumerate(paper.NAMES)
+        ],
+        title=f"Set-up ({letter}): recursive estimate, first run; the band holds 90 % of the runs",
+        columns=2,
+    )
+    return [
+        Section(f"Set-up ({letter})", (words,), table=table, figure=motion),
+        Section(f"Set-up ({letter}): convergence", (), figure=curves),
+    ]

@@ -1,0 +1,139 @@
+"""Least squares on a linear system: values, precision, condition, and what cannot be determined."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.errors import IdentificationError
+from symgen.identify.system import LinearSystem
+
+FloatArray = NDArray[np.float64]
+METHODS = ("ols", "wls")
+#: Singular values of the scaled regressor under this share of the largest are zero.
+SINGULAR = 1e-8
+_WLS_PASSES = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A least-squares solution: X (p,), its covariance (p, p), and the condition of the regressor.
+
+    `weights` has one weight (1/sigma) a log.
+    """
+
+    X: FloatArray
+    covariance: FloatArray
+    condition_number: float
+    weights: tuple[float, ...]
+
+
+def solve(system: LinearSystem, method: str = "wls") -> Solution:
+    """Solve y = W X by QR on columns scaled to unit norm.
+
+    Each log is reduced once to the triangular factor of [W y]; all else works on the factors.
+    "ols" weighs all equations alike; "wls" weighs each log by the standard deviation of its own
+    residual (iterated), which for one log is the same. The covariance is robust to correlated
+    residuals (Newey and West 1987, Bartlett weights b_k over the rows that overlap):
+
+        cov = (W'W)^-1 [sum over logs, lags k of b_k s_i s_(i+k)'] (W'W)^-1,    s_i = w_i e_i
+
+    Args:
+        system: the equations, log by log.
+        method: "ols" or "wls".
+
+    Raises:
+        IdentificationError: the data do not determine the parameters; the message says which.
+    """
+    if method not in METHODS:
+        raise IdentificationError(f"method {method!r}; accepted: {', '.join(METHODS)}")
+    p = len(system.names)
+    rows = [len(e.y) for e in system.logs]
+    if sum(rows) <= p:
+        raise IdentificationError(f"{sum(rows)} equations for {p} parameters: the log is too short")
+    factors = [np.linalg.qr(np.column_stack([e.W, e.y]), mode="r") for e in system.logs]
+    weights = np.ones(len(factors))
+    X, scale, R = _from_factors(factors, weights, system.names)
+    if method == "wls" and len(factors) > 1:
+        for _ in range(_WLS_PASSES):
+            rss = [float(np.sum((f[:, -1] - f[:, :-1] @ X) ** 2)) for f in factors]
+            sigma = np.sqrt(np.array(rss) / np.array(rows))
+            weights = 1 / np.maximum(sigma, max(1e-6 * sigma.max(), 1e-300))
+            X, scale, R = _from_factors(factors, weights, system.names)
+    return _with_precision(system, X, scale, R, weights)
+
+
+def precision(system: LinearSystem, X: FloatArray) -> Solution:
+    """Return the precision of an estimate X that came from elsewhere, all equations alike."""
+    factors = [np.linalg.qr(np.column_stack([e.W, e.y]), mode="r") for e in system.logs]
+    weights = np.ones(len(factors))
+    _, scale, R = _from_factors(factors, weights, system.names)
+    return _with_precision(system, X, scale, R, weights)
+
+
+def _with_precision(
+    system: LinearSystem, X: FloatArray, scale: FloatArray, R: FloatArray, weights: FloatArray
+) -> Solution:
+    inverse = np.linalg.inv(R)
+    bread = inverse @ inverse.T
+    meat = np.zeros_like(bread)
+    for w, e in zip(weights, system.logs, strict=True):
+        meat += _bartlett((w * w * (e.y - e.W @ X))[:, None] * (e.W / scale), e.correlation)
+    covariance = bread @ meat @ bread / np.outer(scale, scale)
+    singular = np.linalg.svd(R, compute_uv=False)
+    return Solution(X, covariance, float(singular[0] / singular[-1]), tuple(map(float, weights)))
+
+
+def _from_factors(
+    factors: Sequence[FloatArray], weights: FloatArray, names: tuple[str, ...]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Merge weighted factors of [W y]; return X, the norms of the columns, and the scaled R."""
+    p = len(names)
+    merged = np.linalg.qr(
+        np.concatenate([w * f for w, f in zip(weights, factors, strict=True)]), mode="r"
+    )
+    scale = column_norms(merged[:, :p])
+    R = merged[:p, :p] / scale
+    lost = undetermined(R, names)
+    if lost:
+        raise IdentificationError(lost)
+    return np.linalg.solve(R, merged[:p, p]) / scale, scale, R
+
+
+def column_norms(R: FloatArray) -> FloatArray:
+    """Return the norms of the columns; 1 for a column that is zero."""
+    norms: FloatArray = np.linalg.norm(R, axis=0)
+    return np.where(norms > 0, norms, 1.0)
+
+
+def undetermined(R: FloatArray, names: tuple[str, ...]) -> str:
+    """Return in words which parameters a scaled regressor does not determine, or ''.
+
+    Args:
+        R: triangular factor of the regressor with columns of unit norm, (p, p).
+        names: of its columns.
+    """
+    _, singular, right = np.linalg.svd(R)
+    null = right[singular <= SINGULAR * singular[0]]
+    if len(null) == 0:
+        return ""
+    share = np.sqrt((null**2).sum(axis=0))
+    involved = [name for name, s in zip(names, share, strict=True) if s > 1e-3]
+    what = ", ".join(involved[:8]) + (", ..." if len(involved) > 8 else "")
+    return (
+        f"the information matrix is singular: these data do not determine {what} "
+        f"({len(null)} of {len(names)} combinations of parameters have no effect on them)"
+    )
+
+
+def _bartlett(scores: FloatArray, lag: int) -> FloatArray:
+    """Return the long-run covariance sum of scores (K, p): overlapping sums over `lag` rows."""
+    lag = max(1, min(lag, len(scores) // 4))
+    zeros = np.zeros((lag, scores.shape[1]))
+    total = np.cumsum(np.concatenate([zeros, scores, zeros]), axis=0)
+    sums = total[lag:] - total[:-lag]
+    meat: FloatArray = sums.T @ sums / lag
+    return meat

@@ -1,0 +1,93 @@
+"""The verdict: may these numbers be trusted, and if not, why, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from symgen.data.signals import Samples
+from symgen.identify.estimate import Residual
+
+#: Condition number of the scaled regressor above which small errors of the data become large.
+CONDITION = 500.0
+#: Validation residual over training residual above which the model has learned the log by heart.
+OVERFIT = 3.0
+#: Largest validation residual of energy, and of a joint's torque, that counts as explained.
+RESIDUAL, TORQUE = 0.25, 0.6
+#: Independent windows that each parameter needs.
+WINDOWS = 2.0
+#: Speeds closer than this to a linear relation are proportional.
+PROPORTIONAL = 0.02
+
+
+def reasons(
+    *,
+    condition: float,
+    train: Residual,
+    validation: Residual,
+    torque: Residual | None,
+    windows: float,
+    parameters: int,
+) -> tuple[str, ...]:
+    """Return why an estimate of the energy model is doubtful; empty when it can be trusted.
+
+    Args:
+        condition: condition number of the scaled regressor.
+        train: residual of the equations on training data.
+        validation: the same on data that the estimate never saw.
+        torque: residual of the torque there, per joint.
+        windows: length of the training data in windows: the number of independent equations.
+        parameters: number of parameters.
+    """
+    out = []
+    if windows < WINDOWS * parameters:
+        out.append(
+            f"the logs hold {windows:.0f} independent windows for {parameters} parameters; "
+            "record longer or several runs, or shorten the window"
+        )
+    if condition > CONDITION:
+        out.append(
+            f"the condition number of the scaled regressor is {condition:.3g}, above "
+            f"{CONDITION:g}: the motion does not excite all parameters; record a richer one"
+        )
+    if validation.relative > OVERFIT * train.relative and validation.relative > 0.01:
+        out.append(
+            f"overfit: the residual on validation data is {100 * validation.relative:.3g} %, "
+            f"{validation.relative / train.relative:.3g} times the one on training data"
+        )
+    if validation.relative > RESIDUAL:
+        out.append(
+            f"the model leaves {100 * validation.relative:.3g} % of the energy of the validation "
+            "data unexplained"
+        )
+    if torque is not None and torque.per_joint is not None:
+        bad = [(j, r) for j, r in enumerate(torque.per_joint, 1) if r > TORQUE]
+        if bad:
+            joints = ", ".join(f"{j} ({100 * r:.3g} %)" for j, r in bad)
+            out.append(
+                "the torque of the validation data is unexplained at movable joints " + joints
+            )
+    return tuple(out)
+
+
+def motion_fault(logs: Sequence[Samples]) -> str:
+    """Return in words why a motion cannot excite a model, or ''.
+
+    Gautier and Khalil warn of joint speeds that stay proportional: the arm then moves as one body
+    with one degree of freedom, and the information matrix is singular.
+    """
+    qd = np.concatenate([s.qd for s in logs])
+    if qd.shape[1] < 2:
+        return ""
+    norms = np.linalg.norm(qd, axis=0)
+    still = [j for j, v in enumerate(norms, 1) if v == 0]
+    if still:
+        return f"movable joints {', '.join(map(str, still))} do not move"
+    singular = np.linalg.svd(qd / norms, compute_uv=False)
+    if singular[-1] < PROPORTIONAL * singular[0]:
+        return (
+            "the joint speeds are proportional to each other throughout "
+            f"(to {100 * singular[-1] / singular[0]:.2g} %); move the joints independently"
+        )
+    return ""

@@ -1,0 +1,314 @@
+"""identify: from a robot and its logs to an estimate with a verdict."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import symgen.identify.verdict as verdicts
+from symgen.codegen.casadi_model import dynamics
+from symgen.data.log import Log, read_log
+from symgen.data.signals import Samples, lowpass, motion_bandwidth, prepare
+from symgen.errors import IdentificationError, LogError
+from symgen.identify.batch import (
+    METHODS,
+    Solution,
+    column_norms,
+    precision,
+    solve,
+    undetermined,
+)
+from symgen.identify.estimate import Convergence, Estimate, ParameterEstimate, Residual, Trace
+from symgen.identify.recursive import Identifier
+from symgen.identify.system import Equations, LinearSystem, energy_equations
+from symgen.robot.toml_io import robot_toml
+from symgen.robot.types import Robot
+from symgen.runtime.evaluator import Evaluator, load
+
+FloatArray = NDArray[np.float64]
+MODELS = ("energy",)
+ALL_METHODS = (*METHODS, "recursive")
+_HELD_OUT = 0.2
+_CHECKPOINTS = 80
+Source = str | Path | Log
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """One log prepared for one purpose."""
+
+    kind: str
+    samples: Samples
+    equations: Equations
+
+
+def identify(
+    robot: Robot | str | Path | Evaluator,
+    logs: Sequence[Source] | Source,
+    *,
+    validation: Sequence[Source] | Source = (),
+    model: str = "energy",
+    method: str = "wls",
+    window: float = 0.2,
+    cutoff: float | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Estimate:
+    """Identify a robot's base parameters from measured logs.
+
+    Args:
+        robot: a robot, a path or library name, or a loaded evaluator.
+        logs: paths of logs, or logs, to identify from.
+        validation: logs to judge by; without any, the last fifth of each log is held out.
+        model: "energy", the model of Gautier and Khalil.
+        method: "wls" (each log weighed by its own residual), "ols", or "recursive" (the C core,
+            sample by sample).
+        window: length of the sliding energy windows, s.
+        cutoff: of the zero-phase filter where speeds were not measured, Hz; by default from the
+            motion's bandwidth.
+        progress: is told what is being done.
+
+    Returns:
+        The estimate, with precision, residuals on data that it never saw, and a verdict.
+
+    Raises:
+        LogError: a log cannot be read or does not belong to the robot.
+        IdentificationError: the logs do not determine the parameters.
+    """
+    if model not in MODELS:
+        raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
+    if method not in ALL_METHODS:
+        raise IdentificationError(f"method {method!r}; accepted: {', '.join(ALL_METHODS)}")
+    if not (math.isfinite(window) and window > 0):
+        raise IdentificationError(f"a window of {window:g} s; accepted: a length above 0")
+    progress("deriving and compiling the model")
+    evaluator = robot if isinstance(robot, Evaluator) else load(robot)
+    parts = _parts(evaluator, _listed(logs), _listed(validation), window, cutoff, progress)
+    train = [p for p in parts if p.kind == "train"]
+    held = [p for p in parts if p.kind == "validation"]
+    fault = verdicts.motion_fault([p.samples for p in train])
+    system = LinearSystem(evaluator.model.base.names, tuple(p.equations for p in train))
+    progress(f"solving {len(system.y)} equations for {len(system.names)} parameters")
+    try:
+        solution, convergence = _solved(evaluator, system, train, method, window)
+    except IdentificationError as error:
+        raise IdentificationError(f"{error}; {fault}" if fault else str(error)) from error
+    if fault:
+        raise IdentificationError(f"these data do not determine the parameters: {fault}")
+    progress("validating")
+    return _estimate(evaluator, solution, convergence, train, held, method, window, bool(validation))
+
+
+def _listed(logs: Sequence[Source] | Source) -> list[Source]:
+    return [logs] if isinstance(logs, (str, Path, Log)) else list(logs)
+
+
+def _parts(
+    evaluator: Evaluator,
+    logs: Sequence[Source],
+    validation: Sequence[Source],
+    window: float,
+    cutoff: float | None,
+    progress: Callable[[str], None],
+) -> list[_Part]:
+    robot = evaluator.model.robot
+    if not logs:
+        raise LogError("no log is given; accepted: one or more CSV, Parquet or NPZ files")
+    out = []
+    for kind, sources in (("train", logs), ("validation", validation)):
+        for source in sources:
+            progress(f"reading {getattr(source, 'name', source)}")
+            log = source if isinstance(source, Log) else read_log(source, sigma=robot.sigma)
+            if log.q.shape[1] != robot.n:
+                raise LogError(
+                    f"{log.name}: the log has {log.q.shape[1]} joints, the robot has {robot.n}"
+                )
+            samples = prepare(log, cutoff)
+            out.append(_Part(kind, samples, energy_equations(evaluator, samples, window)))
+    return out if validation else [piece for part in out for piece in _split(part, window)]
+
+
+def _split(part: _Part, window: float) -> list[_Part]:
+    """Hold out the last fifth; no window spans the cut."""
+    s, e = part.samples, part.equations
+    cut = int(len(s.t) * (1 - _HELD_OUT))
+    before = e.t <= s.t[cut]
+    after = e.t >= s.t[cut] + window
+    if before.sum() < 10 or after.sum() < 10:
+        raise LogError(
+            f"{s.name}: too short to hold out its last fifth in windows of {window:g} s; "
+            "accepted: a longer log, or a second one for validation"
+        )
+    name = f"{s.name} (last fifth)"
+    late = Samples(name, s.t[cut:], s.q[cut:], s.qd[cut:], s.tau[cut:], s.step, s.cutoff_hz, ())
+    early = Samples(
+        s.name, s.t[:cut], s.q[:cut], s.qd[:cut], s.tau[:cut], s.step, s.cutoff_hz, s.notes
+    )
+    held = Equations(name, e.W[after], e.y[after], e.t[after], e.correlation)
+    kept = Equations(e.name, e.W[before], e.y[before], e.t[before], e.correlation)
+    return [_Part("train", early, kept), _Part("validation", late, held)]
+
+
+def _solved(
+    evaluator: Evaluator, system: LinearSystem, train: Sequence[_Part], method: str, window: float
+) -> tuple[Solution, Convergence]:
+    drawn = _convergence(system)
+    if method != "recursive":
+        return solve(system, method), drawn
+    steps = {max(1, round(window / p.samples.step)) for p in train}
+    if len(steps) > 1:
+        raise IdentificationError("method recursive needs logs of one sampling rate")
+    identifier = Identifier(evaluator, steps.pop())
+    for part in train:
+        s = part.samples
+        identifier.run(s.t, s.q, s.qd, s.tau)
+    return precision(system, identifier.read()[0]), drawn
+
+
+def _convergence(system: LinearSystem) -> Convergence:
+    """Return the estimate after every chunk of the data: triangular factors merged in time."""
+    p = len(system.names)
+    factor = np.zeros((0, p + 1))
+    stride = max(1, len(system.y) // _CHECKPOINTS)
+    times, values, before = [], [], 0.0
+    for e in system.logs:
+        for at in range(0, len(e.y), stride):
+            rows = np.column_stack([e.W[at : at + stride], e.y[at : at + stride]])
+            factor = np.linalg.qr(np.concatenate([factor, rows]), mode="r")
+            R = factor[:p, :p]
+            if len(factor) >= p and not undetermined(R / column_norms(R), system.names):
+                times.append(before + float(e.t[min(at + stride, len(e.t)) - 1] - e.t[0]))
+                values.append(np.linalg.solve(R, factor[:p, p]))
+        before += float(e.t[-1] - e.t[0])
+    return Convergence(np.array(times), np.array(values).reshape(len(times), p))
+
+
+def _estimate(
+    evaluator: Evaluator,
+    solution: Solution,
+    convergence: Convergence,
+    train: Sequence[_Part],
+    held: Sequence[_Part],
+    method: str,
+    window: float,
+    given: bool,
+) -> Estimate:
+    base = evaluator.model.base
+    std = np.sqrt(np.maximum(np.diag(solution.covariance), 0))
+    parameters = tuple(
+        ParameterEstimate(b.name, b.expression, float(x), float(s), b.unit)
+        for b, x, s in zip(base.parameters, solution.X, std, strict=True)
+    )
+    outside = np.where(std > 0, std, 1)
+    torque = _Torque(evaluator, solution.X)
+    train_torque, train_traces = torque.residual(train)
+    held_torque, held_traces = torque.residual(held)
+    train_residual, held_residual = _residual(train, solution.X), _residual(held, solution.X)
+    reasons = verdicts.reasons(
+        condition=solution.condition_number,
+        train=train_residual,
+        validation=held_residual,
+        torque=held_torque,
+        windows=sum(len(p.samples.t) * p.samples.step / window for p in train),
+        parameters=len(parameters),
+    )
+    notes = tuple(note for p in (*train, *held) for note in p.samples.notes)
+    if not given:
+        notes += ("no validation log is given: the last fifth of each log is held out",)
+    if len(solution.weights) > 1 and method == "wls":
+        low, high = min(solution.weights), max(solution.weights)
+        notes += (f"logs are weighed by their own residuals, largest over smallest {high / low:.2f}",)
+    flagged = [p.name for p in parameters if not p.relative_std_percent <= 30]
+    if flagged:
+        notes += (f"relative standard deviation above 30 %: {', '.join(flagged)}",)
+    cutoffs = [p.samples.cutoff_hz for p in train if p.samples.cutoff_hz is not None]
+    return Estimate(
+        robot=evaluator.model.robot.name,
+        model="energy",
+        method=method,
+        parameters=parameters,
+        condition_number=solution.condition_number,
+        train=train_residual,
+        validation=held_residual,
+        torque_train=train_torque,
+        torque_validation=held_torque,
+        cutoff_hz=max(cutoffs) if cutoffs else None,
+        window_s=window,
+        verdict="doubtful" if reasons else "trusted",
+        reasons=reasons,
+        notes=notes,
+        correlation=solution.covariance / np.outer(outside, outside),
+        traces=tuple(_energy_trace(p, solution.X) for p in (*train, *held))
+        + train_traces + held_traces,
+        convergence=convergence,
+        provenance=_provenance(evaluator, train, held),
+    )
+
+
+def _residual(parts: Sequence[_Part], X: FloatArray) -> Residual:
+    error = sum(float(np.sum((p.equations.y - p.equations.W @ X) ** 2)) for p in parts)
+    size = sum(float(np.sum(p.equations.y**2)) for p in parts)
+    return Residual(math.sqrt(error / size) if size > 0 else math.inf)
+
+
+def _energy_trace(part: _Part, X: FloatArray) -> Trace:
+    e = part.equations
+    return Trace(e.name, part.kind, "energy", e.t, e.y[:, None], (e.W @ X)[:, None])
+
+
+class _Torque:
+    """Torque of the identified model beside the measured one, in the motion's band."""
+
+    def __init__(self, evaluator: Evaluator, X: FloatArray) -> None:
+        self._inverse = dynamics(evaluator.model).inverse
+        self._X = X
+
+    def residual(self, parts: Sequence[_Part]) -> tuple[Residual, tuple[Trace, ...]]:
+        """Return RMS of measured minus modelled over RMS of measured torque, and what is drawn."""
+        traces, errors, sizes = [], [], []
+        for part in parts:
+            s = part.samples
+            measured, predicted = self._compared(s)
+            traces.append(Trace(s.name, part.kind, "torque", s.t, measured, predicted))
+            errors.append(np.sum((measured - predicted) ** 2, axis=0))
+            sizes.append(np.sum(measured**2, axis=0))
+        error, size = np.sum(errors, axis=0), np.sum(sizes, axis=0)
+        joint = np.sqrt(error / np.where(size > 0, size, np.inf))
+        total = math.sqrt(float(error.sum() / max(float(size.sum()), 1e-300)))
+        return Residual(total, tuple(map(float, joint))), tuple(traces)
+
+    def _compared(self, s: Samples) -> tuple[FloatArray, FloatArray]:
+        band = motion_bandwidth(s.q, s.step) if s.cutoff_hz is None else s.cutoff_hz
+        filtered = band < 0.8 * 0.5 / s.step
+
+        def smooth(x: FloatArray) -> FloatArray:
+            return lowpass(x, s.step, band) if filtered else x
+
+        qdd = np.gradient(smooth(s.qd), s.step, axis=0, edge_order=2)
+        count = len(s.t)
+        tau = self._inverse.map(count)(s.q.T, s.qd.T, qdd.T, np.tile(self._X[:, None], count))
+        return smooth(s.tau), smooth(np.array(tau).T)
+
+
+def _provenance(
+    evaluator: Evaluator, train: Sequence[_Part], held: Sequence[_Part]
+) -> tuple[tuple[str, str], ...]:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        own = version("symgen")
+    except PackageNotFoundError:
+        own = "unknown"
+    robot = hashlib.sha256(robot_toml(evaluator.model.robot).encode()).hexdigest()
+    out = [("symgen", own), ("backend", evaluator.backend), ("robot sha256", robot)]
+    for part in (*train, *held):
+        digest = hashlib.sha256()
+        for array in (part.samples.t, part.samples.q, part.samples.tau):
+            digest.update(np.ascontiguousarray(array).tobytes())
+        out.append((f"{part.kind} {part.samples.name} sha256", digest.hexdigest()))
+    return tuple(out)

@@ -1,0 +1,28 @@
+"""The built-in library of robots, by name; reading the list needs no heavy import."""
+
+from __future__ import annotations
+
+from importlib import resources
+
+
+def library() -> tuple[str, ...]:
+    """Return the names of the built-in robots."""
+    folder = resources.files("symgen.robot") / "library"
+    return tuple(
+        sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
+    )
+
+
+def library_text(name: str) -> str:
+    """Return the robot.toml of a library robot."""
+    return (resources.files("symgen.robot") / "library" / f"{name}.toml").read_text("utf-8")
+
+
+def library_summary(name: str) -> tuple[str, str]:
+    """Return the kinds of joints of a library robot (R, P) and its one-line description."""
+    import tomllib
+
+    text = library_text(name)
+    joints = tomllib.loads(text)["joint"]
+    kinds = "".join("RP"[joint.get("sigma", 0)] for joint in joints)
+    return kinds, text.splitlines()[0].lstrip("# ")

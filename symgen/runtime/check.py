@@ -1,0 +1,146 @@
+"""Check of generated packages: derive and write again, compare, evaluate against 50 digits."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from symgen.codegen.casadi_model import deserialized
+from symgen.codegen.model import Model, derive
+from symgen.codegen.package import SCHEMA, SourceTree, generate
+from symgen.errors import PackageError
+from symgen.robot.toml_io import read_robot
+from symgen.runtime.build import find_compiler
+from symgen.runtime.evaluator import Evaluator, load
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What checking a package found.
+
+    Attributes:
+        folder: the package.
+        differences: one line for each file that is not what generating again gives.
+        errors: measured largest relative error of (backend, kernel) against 50 digits.
+        rank: the exact rank, proved again.
+    """
+
+    folder: Path
+    differences: tuple[str, ...]
+    errors: tuple[tuple[str, str, float], ...]
+    rank: int
+
+
+def check(folder: str | Path) -> tuple[Checked, ...]:
+    """Check a package, or every package in a folder.
+
+    Raises:
+        PackageError: there is no package, or a manifest cannot be read.
+    """
+    path = Path(folder)
+    if (path / "manifest.json").is_file():
+        return (_check_one(path),)
+    found = sorted(p.parent for p in path.glob("*/manifest.json"))
+    if not found:
+        raise PackageError(f"{path}: no generated package (manifest.json) is here or one level down")
+    return tuple(_check_one(p) for p in found)
+
+
+def _check_one(folder: Path) -> Checked:
+    manifest = _manifest(folder)
+    options = manifest["options"]
+    model = derive(read_robot(folder / "robot.toml"))
+    kernels = tuple(options["kernels"])
+    tree = generate(model, target=options["target"], dtype=options["dtype"], kernels=kernels)
+    differences = _differences(folder, tree)
+    return Checked(folder, differences, _errors(model, manifest), model.base.proof.rank)
+
+
+def _manifest(folder: Path) -> dict[str, Any]:
+    path = folder / "manifest.json"
+    try:
+        manifest = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise PackageError(f"{path}: not a manifest: {error}") from error
+    if not isinstance(manifest, dict) or manifest.get("schema") != SCHEMA:
+        raise PackageError(f"{path}: not a manifest of schema {SCHEMA}")
+    keys = ("options", "verification")
+    if any(not isinstance(manifest.get(key), dict) for key in keys) or any(
+        key not in manifest["options"] for key in ("target", "dtype", "kernels")
+    ):
+        raise PackageError(f"{path}: options or verification are missing")
+    return manifest
+
+
+def _differences(folder: Path, tree: SourceTree) -> tuple[str, ...]:
+    out = []
+    present = {p.name for p in folder.iterdir() if p.is_file() and not p.name.startswith(".")}
+    for name, content in tree.files.items():
+        if name not in present:
+            out.append(f"{name}: missing")
+            continue
+        found = (folder / name).read_bytes()
+        if name.endswith(".casadi"):
+            if not _same_value(found, content, tree.name):
+                out.append(f"{name}: computes something else")
+        elif found != content:
+            out.append(f"{name}: line {_first_difference(found, content)} differs")
+    out += [f"{name}: not part of the package" for name in sorted(present - set(tree.files))]
+    return tuple(out)
+
+
+def _first_difference(a: bytes, b: bytes) -> int:
+    pairs = zip(a.splitlines(), b.splitlines(), strict=False)
+    for number, (left, right) in enumerate(pairs, 1):
+        if left != right:
+            return number
+    return min(len(a.splitlines()), len(b.splitlines())) + 1
+
+
+def _same_value(a: bytes, b: bytes, seed: str) -> bool:
+    """Compare two .casadi files by what they compute at random points."""
+    try:
+        left, right = deserialized(a), deserialized(b)
+    except (RuntimeError, UnicodeDecodeError):
+        return False
+    if [left.size_in(i) for i in range(left.n_in())] != [
+        right.size_in(i) for i in range(right.n_in())
+    ] or left.size_out(0) != right.size_out(0):
+        return False
+    draw = np.random.default_rng(list(seed.encode()))
+    for _ in range(5):
+        point = [draw.uniform(-2, 2, left.size_in(i)[0]) for i in range(left.n_in())]
+        x, y = np.array(left(*point)), np.array(right(*point))
+        if not np.allclose(x, y, rtol=0, atol=1e-13 * max(1.0, float(np.abs(y).max(initial=0)))):
+            return False
+    return True
+
+
+def _errors(model: Model, manifest: Mapping[str, Any]) -> tuple[tuple[str, str, float], ...]:
+    """Measure the kernels of this machine against the manifest's 50-digit values."""
+    evaluators = [load(model, backend="casadi")]
+    if find_compiler() is not None:
+        evaluators.append(load(model, backend="c"))
+    verification = manifest["verification"]
+    return tuple(
+        (evaluator.backend, name, _error(evaluator, name, points, verification["expected"][name]))
+        for evaluator in evaluators
+        for name, points in verification["points"].items()
+    )
+
+
+def _error(
+    evaluator: Evaluator, name: str, points: list[dict[str, list[float]]], expected: list[list[str]]
+) -> float:
+    function = evaluator[name]
+    worst = 0.0
+    for point, row in zip(points, expected, strict=True):
+        out = function(*(np.array(point[a]) for a, _ in function.kernel.tape.inputs)).ravel()
+        exact = np.array([float(v) for v in row])
+        worst = max(worst, float(np.abs(out - exact).max() / max(np.abs(exact).max(), 1e-300)))
+    return worst

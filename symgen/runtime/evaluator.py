@@ -1,0 +1,267 @@
+"""A model that computes: compiled C where there is a compiler, CasADi's virtual machine elsewhere.
+
+NumPy in, NumPy out: one sample, a batch, or bound buffers for loops that count nanoseconds.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symgen.codegen.casadi_model import casadi_function
+from symgen.codegen.model import Kernel, Model, derive
+from symgen.codegen.package import generate
+from symgen.errors import BuildError, ParameterError, SymgenWarning
+from symgen.robot.toml_io import read_robot
+from symgen.robot.types import Robot
+from symgen.runtime.build import Compiler, build_module, find_compiler
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Bound:
+    """A kernel on buffers of its own: write the inputs, call, read `out`.
+
+    Attributes:
+        inputs: one array for each input of the kernel, to be written in place.
+        out: the output, overwritten by each call.
+        call: evaluates the kernel; no checks, no allocation.
+    """
+
+    inputs: tuple[FloatArray, ...]
+    out: FloatArray
+    call: Callable[[], None]
+
+    def __call__(self) -> None:
+        self.call()
+
+
+class KernelFunction(Protocol):
+    """One kernel, callable on NumPy arrays."""
+
+    kernel: Kernel
+
+    def __call__(self, *inputs: ArrayLike) -> FloatArray:
+        """Evaluate one sample, inputs (n,), or a batch, inputs (N, n)."""
+
+    def bind(self) -> Bound:
+        """Return the kernel on fixed buffers."""
+
+
+class Evaluator:
+    """A loaded model.
+
+    Attributes:
+        model: what was derived.
+        backend: "c" or "casadi".
+        library: the cffi module, None for CasADi.
+    """
+
+    def __init__(
+        self, model: Model, functions: Sequence[KernelFunction], library: ModuleType | None
+    ) -> None:
+        self.model = model
+        self.library = library
+        self.backend = "casadi" if library is None else "c"
+        self._functions = {f.kernel.name: f for f in functions}
+
+    def __getitem__(self, name: str) -> KernelFunction:
+        """Return a kernel by its name.
+
+        Raises:
+            ParameterError: the model has no such kernel.
+        """
+        try:
+            return self._functions[name]
+        except KeyError:
+            raise ParameterError(
+                f"kernel {name!r} is not in this model; accepted: {', '.join(self._functions)}"
+            ) from None
+
+    def energy_regressor(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
+        """Return h(q, qd) = DE + DU: total energy is h . X[:p_inertial], up to a constant.
+
+        Args:
+            q: joint variables, (n,) or (N, n), rad or m.
+            qd: their speeds, same shape.
+
+        Returns:
+            (p_inertial,) or (N, p_inertial).
+        """
+        return self["energy_regressor"](q, qd)
+
+    def friction_power(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
+        """Return the columns of friction power: P = f . X[p_inertial:], W.
+
+        Returns:
+            (p - p_inertial,) or (N, p - p_inertial); no columns for a robot without friction.
+        """
+        if "friction_power" not in self._functions:
+            return np.zeros((*np.shape(q)[:-1], 0))
+        return self["friction_power"](q, qd)
+
+
+def load(robot: Robot | Model | str | Path, *, backend: str = "auto") -> Evaluator:
+    """Derive, compile and load a robot's model.
+
+    Args:
+        robot: a robot, its model, a path, or a library name.
+        backend: "c" (needs a C compiler), "casadi", or "auto": C where possible; otherwise CasADi,
+            which is said once in a warning.
+
+    Raises:
+        BuildError: backend "c" was asked for and cannot be had.
+        RobotError: there is no such robot.
+    """
+    if isinstance(robot, (str, Path)):
+        robot = read_robot(robot)
+    model = derive(robot) if isinstance(robot, Robot) else robot
+    if backend not in ("auto", "c", "casadi"):
+        raise ParameterError(f"backend {backend!r}; accepted: auto, c, casadi")
+    if backend != "casadi":
+        compiler = find_compiler()
+        try:
+            if compiler is None:
+                raise BuildError(
+                    "no C compiler was found (cc, gcc, clang); pip install 'symgen[cc]' brings one"
+                )
+            return _compiled(model, compiler)
+        except BuildError as error:
+            if backend == "c":
+                raise
+            _say_once(f"{error}; CasADi evaluates the model instead, which is slower")
+    return Evaluator(model, [_CasadiKernel(k, model) for k in model.kernels], None)
+
+
+_said: set[str] = set()
+
+
+def _say_once(message: str) -> None:
+    if message not in _said:
+        _said.add(message)
+        warnings.warn(message, SymgenWarning, stacklevel=3)
+
+
+def _compiled(model: Model, compiler: Compiler) -> Evaluator:
+    tree = generate(model, target="c")
+    sources = {
+        name: content
+        for name, content in tree.files.items()
+        if name.endswith((".c", ".h")) and not name.endswith("_check.c")
+    }
+    name = model.robot.name
+    declarations = "".join(_declaration(name, k) for k in model.kernels)
+    declarations += _IDENTIFIER.replace("NAME", name)
+    module = build_module(sources, declarations, compiler)
+    return Evaluator(model, [_CKernel(k, name, module) for k in model.kernels], module)
+
+
+def _declaration(name: str, kernel: Kernel) -> str:
+    arguments = ", ".join(f"const double *{a}" for a, _ in kernel.tape.inputs) + ", double *out"
+    return (
+        f"void {name}_{kernel.name}({arguments});\n"
+        f"void {name}_{kernel.name}_batch(size_t N, {arguments});\n"
+    )
+
+
+_IDENTIFIER = """
+size_t NAME_identifier_size(size_t window);
+int NAME_identifier_init(void *state, size_t bytes, size_t window, int mode, double forgetting);
+int NAME_identifier_step(void *state, const double *q, const double *qd, const double *tau,
+                         double dt);
+void NAME_identifier_restart(void *state);
+int NAME_identifier_run(void *state, size_t N, const double *t, const double *q, const double *qd,
+                        const double *tau);
+int NAME_identifier_read(const void *state, double *X, double *std);
+typedef struct NAME_least_squares {
+    double R[...]; double z[...]; double forgetting; double root; double rss; double count; ...;
+} NAME_least_squares;
+const NAME_least_squares *NAME_identifier_state(const void *state);
+int NAME_least_squares_init(NAME_least_squares *s, double forgetting);
+int NAME_least_squares_update(NAME_least_squares *s, const double *row, double y);
+void NAME_least_squares_merge(NAME_least_squares *s, const NAME_least_squares *other);
+int NAME_least_squares_solve(const NAME_least_squares *s, double *X, double *std, double *rss);
+"""
+
+
+def _checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArray], int | None]:
+    """Return the inputs as C-contiguous arrays, and N for a batch (None for one sample)."""
+    expected = kernel.tape.inputs
+    if len(inputs) != len(expected):
+        raise ParameterError(
+            f"{kernel.name} takes {len(expected)} arrays ({', '.join(n for n, _ in expected)}), "
+            f"{len(inputs)} were given"
+        )
+    arrays = [np.ascontiguousarray(a, dtype=np.float64) for a in inputs]
+    lead = arrays[0].shape[:-1]
+    for (name, symbols), array in zip(expected, arrays, strict=True):
+        if array.ndim not in (1, 2) or array.shape != (*lead, len(symbols)):
+            raise ParameterError(
+                f"{kernel.name}: {name} has shape {array.shape}; "
+                f"accepted: ({len(symbols)},) or (N, {len(symbols)}), the same N for all"
+            )
+    return arrays, (lead[0] if lead else None)
+
+
+class _CKernel:
+    def __init__(self, kernel: Kernel, name: str, module: ModuleType) -> None:
+        self.kernel = kernel
+        self._ffi = module.ffi
+        self._one = getattr(module.lib, f"{name}_{kernel.name}")
+        self._batch = getattr(module.lib, f"{name}_{kernel.name}_batch")
+
+    def _pointer(self, array: FloatArray) -> Any:
+        return self._ffi.from_buffer("double *", array)
+
+    def __call__(self, *inputs: ArrayLike) -> FloatArray:
+        arrays, count = _checked(self.kernel, inputs)
+        lead = () if count is None else (count,)
+        out = np.empty((*lead, *self.kernel.shape))
+        pointers = [self._pointer(a) for a in (*arrays, out)]
+        if count is None:
+            self._one(*pointers)
+        else:
+            self._batch(count, *pointers)
+        return out
+
+    def bind(self) -> Bound:
+        inputs = tuple(np.zeros(len(symbols)) for _, symbols in self.kernel.tape.inputs)
+        out = np.zeros(self.kernel.shape)
+        pointers = [self._pointer(a) for a in (*inputs, out)]
+        function = self._one
+        if len(pointers) == 3:  # the usual case, without the cost of unpacking
+            a, b, c = pointers
+            return Bound(inputs, out, lambda: function(a, b, c))
+        return Bound(inputs, out, lambda: function(*pointers))
+
+
+class _CasadiKernel:
+    def __init__(self, kernel: Kernel, model: Model) -> None:
+        self.kernel = kernel
+        self._function = casadi_function(model, kernel)
+
+    def __call__(self, *inputs: ArrayLike) -> FloatArray:
+        arrays, count = _checked(self.kernel, inputs)
+        if count is None:
+            return np.array(self._function(*arrays)).reshape(self.kernel.shape)
+        if count == 0:
+            return np.zeros((0, *self.kernel.shape))
+        out = self._function.map(count)(*(a.T for a in arrays))
+        return np.ascontiguousarray(np.array(out).T).reshape(count, *self.kernel.shape)
+
+    def bind(self) -> Bound:
+        inputs = tuple(np.zeros(len(symbols)) for _, symbols in self.kernel.tape.inputs)
+        out = np.zeros(self.kernel.shape)
+
+        def call() -> None:
+            out[...] = np.array(self._function(*inputs)).reshape(self.kernel.shape)
+
+        return Bound(inputs, out, call)

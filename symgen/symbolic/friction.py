@@ -1,0 +1,109 @@
+"""Friction and drives: columns of torque, and of the power they take.
+
+tau_j = FS sign(qd_j) + FV qd_j + OF, with qd tanh(qd/width) in place of |qd| where a width is
+declared. A coupling u = qd_j + ratio qd_k adds F = FVM u + FSM sign(u) to joint j and ratio F to
+joint k. Power is the sum of qd_j times the column of joint j: FS |qd_j| + FV qd_j^2 + OF qd_j.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from symgen import names
+from symgen.robot.types import Coupling, Robot
+from symgen.symbolic.kinematics import Variables, variables
+from symgen.symbolic.parameters import Parameter, standard_parameters
+from symgen.symbolic.tape import Tape, TapeBuilder
+
+
+@dataclass(frozen=True)
+class _Drive:
+    """What a friction parameter acts on: a speed, and how the joints share its force."""
+
+    speed: sp.Expr
+    share: tuple[tuple[int, sp.Expr], ...]
+    width: float
+
+
+def builder(robot: Robot, symbols: tuple[sp.Symbol, ...]) -> TapeBuilder:
+    """Return an empty tape on which names of the file and of the variables are taken."""
+    return TapeBuilder({name for name, _ in robot.geometry} | {s.name for s in symbols})
+
+
+def drive_speed(coupling: Coupling, speed: dict[int, sp.Symbol], tape: TapeBuilder) -> sp.Expr:
+    """Return u = qd_j + ratio qd_k as a named step."""
+    k = coupling.second
+    ratio = tape.constant(f"ratio{k}", coupling.ratio)
+    return tape.name(f"u{k}", speed[coupling.first] + ratio * speed[k])
+
+
+def speeds(robot: Robot, variable: Variables) -> dict[int, sp.Symbol]:
+    """Map the number of each movable joint to the symbol of its speed."""
+    return dict(zip((j.number for j in robot.movable), variable.qd, strict=True))
+
+
+def power_tape(robot: Robot) -> Tape:
+    """Derive the column of power of every friction parameter: integrands of the energy theorem."""
+    variable = variables(robot)
+    tape = builder(robot, (*variable.q, *variable.qd))
+    outputs = []
+    for p, drive in _drives(robot, variable, tape):
+        v, name = drive.speed, f"D{p.name}"
+        if p.prefix == "OF":
+            outputs.append(v)
+        elif p.prefix in ("FV", "FVM"):
+            outputs.append(tape.name(name, v * v))
+        elif drive.width:
+            outputs.append(tape.name(name, v * _sign(p, drive, tape)))
+        else:
+            outputs.append(tape.name(name, sp.Abs(v)))
+    return tape.tape([("q", variable.q), ("qd", variable.qd)], outputs)
+
+
+def torque_tape(robot: Robot) -> Tape:
+    """Derive the columns of torque of every friction parameter: n rows, row-major."""
+    variable = variables(robot)
+    tape = builder(robot, (*variable.q, *variable.qd))
+    columns: list[dict[int, sp.Expr]] = []
+    for p, drive in _drives(robot, variable, tape):
+        if p.prefix == "OF":
+            force: sp.Expr = sp.S.One
+        elif p.prefix in ("FV", "FVM"):
+            force = drive.speed
+        else:
+            force = _sign(p, drive, tape)
+        columns.append({j: tape.name(f"D{p.name}_{j}", share * force) for j, share in drive.share})
+    outputs = [c.get(j.number, sp.S.Zero) for j in robot.movable for c in columns]
+    return tape.tape([("q", variable.q), ("qd", variable.qd)], outputs)
+
+
+def _drives(
+    robot: Robot, variable: Variables, tape: TapeBuilder
+) -> list[tuple[Parameter, _Drive]]:
+    speed = speeds(robot, variable)
+    coupled = {}
+    for c in robot.couplings:
+        ratio = tape.constant(f"ratio{c.second}", c.ratio)
+        u = drive_speed(c, speed, tape)
+        coupled[c.second] = _Drive(u, ((c.first, sp.S.One), (c.second, ratio)), 0.0)
+    out = []
+    for p in standard_parameters(robot):
+        if p.inertial:
+            continue
+        if p.prefix in names.COUPLING_FRICTION:
+            out.append((p, coupled[p.joint]))
+        else:
+            width = robot.joint(p.joint).coulomb_width
+            out.append((p, _Drive(speed[p.joint], ((p.joint, sp.S.One),), width)))
+    return out
+
+
+def _sign(p: Parameter, drive: _Drive, tape: TapeBuilder) -> sp.Expr:
+    """Return sign(v), or tanh(v/width) where a width is declared."""
+    if not drive.width:
+        return tape.name(f"s{p.name}", sp.sign(drive.speed))
+    inverse = tape.constant(f"k{p.name}", 1 / sp.Rational(repr(drive.width)))
+    scaled = tape.name(f"x{p.name}", drive.speed * inverse)
+    return tape.name(f"s{p.name}", sp.tanh(scaled))

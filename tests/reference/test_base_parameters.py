@@ -1,0 +1,166 @@
+"""Base parameters against published tables and independent counts."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from oracles.random_arms import to_toml
+from oracles.transforms import Arm
+from support import shared_file
+
+import symgen
+from symgen.symbolic.base_parameters import bound
+
+VARIANTS = {
+    "no_ia_no_fric": (False, ()),
+    "ia_no_fric": (True, ()),
+    "no_ia_fric": (False, ("coulomb", "viscous")),
+    "ia_fric": (True, ("coulomb", "viscous")),
+}
+ROBOTS = (
+    "2R_planar_vertical", "2R_planar_horizontal", "SCARA_RRPR", "PUMA560", "RX90", "Stanford",
+    "TX40", "Panda", "tree_torso_two_3R_arms", "RX90_with_fixed_tool", "generic_RPRRPR_tilted_g",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_count_equals_ground_truth(name: str, variant: str) -> None:
+    entry = json.loads(shared_file("ground_truth.json").read_text())["robots"][name]
+    rotor, friction = VARIANTS[variant]
+    robot = symgen.parse_robot(to_toml(Arm.from_table(entry), "arm", friction, rotor))
+    count = len(symgen.derive(robot).base.parameters)
+    assert count == entry["counts"][variant]["torque"] == entry["counts"][variant]["energy"]
+
+
+def test_this_list_is_the_whole_ground_truth() -> None:
+    entries = json.loads(shared_file("ground_truth.json").read_text())["robots"]
+    assert set(entries) == set(ROBOTS)
+
+
+def test_canonical_model_of_the_paper() -> None:
+    model = symgen.derive(symgen.read_robot("planar2r"))
+    assert [(p.name, p.expression) for p in model.base.parameters] == [
+        ("ZZ1R", "ZZ1 + L1**2*M2"),
+        ("ZZ2", "ZZ2"),
+        ("MX2", "MX2"),
+        ("MY2", "MY2"),
+    ]
+
+
+# Published: Khalil and Dombre, Modeling, Identification and Control of Robots, table 9.4 (RX 90),
+# in their frames, which are those of the library; each formula is a list of its terms.
+RX90 = {
+    "ZZ1R": "ZZ1 + IA1 + YY2 + D3**2*M3 + YY3 + D3**2*M4 + D3**2*M5 + D3**2*M6",
+    "XX2R": "XX2 - YY2 - D3**2*M3 - D3**2*M4 - D3**2*M5 - D3**2*M6",
+    "XZ2R": "XZ2 - D3*MZ3",
+    "ZZ2R": "ZZ2 + IA2 + D3**2*M3 + D3**2*M4 + D3**2*M5 + D3**2*M6",
+    "MX2R": "MX2 + D3*M3 + D3*M4 + D3*M5 + D3*M6",
+    "XX3R": "XX3 - YY3 + YY4 + 2*R4*MZ4 + R4**2*M4 + R4**2*M5 + R4**2*M6",
+    "ZZ3R": "ZZ3 + YY4 + 2*R4*MZ4 + R4**2*M4 + R4**2*M5 + R4**2*M6",
+    "MY3R": "MY3 + MZ4 + R4*M4 + R4*M5 + R4*M6",
+    "XX4R": "XX4 - YY4 + YY5",
+    "ZZ4R": "ZZ4 + YY5",
+    "MY4R": "MY4 - MZ5",
+    "XX5R": "XX5 - YY5 + YY6",
+    "ZZ5R": "ZZ5 + YY6",
+    "MY5R": "MY5 + MZ6",
+    "XX6R": "XX6 - YY6",
+}
+
+
+def _terms(formula: str) -> set[str]:
+    return set(formula.replace(" - ", " + -").split(" + "))
+
+
+def test_rx90_regroups_as_published() -> None:
+    base = symgen.derive(symgen.read_robot("rx90")).base
+    got = {p.name: _terms(p.expression) for p in base.parameters if p.terms}
+    assert got == {name: _terms(formula) for name, formula in RX90.items()}
+
+
+def test_offset_of_a_vertical_prismatic_axis_takes_the_weight_and_the_rotor_the_mass() -> None:
+    text = """
+    [robot]
+    name = "scara4"
+    gravity = [0, 0, "-g0"]
+    [geometry]
+    g0 = 9.81
+    L1 = 0.5
+    L2 = 0.4
+    [[joint]]
+    [[joint]]
+    d = "L1"
+    [[joint]]
+    d = "L2"
+    [[joint]]
+    sigma = 1
+    friction = ["coulomb", "viscous", "offset"]
+    """
+    base = symgen.derive(symgen.parse_robot(text)).base
+    formula = {p.name: p.expression for p in base.parameters}
+    assert formula["IA4R"] == "IA4 + M4"
+    assert formula["OF4R"] == "OF4 + g0*M4"
+    assert "M4" not in formula
+
+
+def test_the_file_lengths_decide_where_they_are_special() -> None:
+    text = """
+    [robot]
+    name = "special"
+    gravity = [0.0, -9.81, 0.0]
+    [geometry]
+    L1 = {L1}
+    [[joint]]
+    [[joint]]
+    d = "L1"
+    """
+    generic = symgen.derive(symgen.parse_robot(text.format(L1=0.5))).base
+    special = symgen.derive(symgen.parse_robot(text.format(L1=0))).base
+    # Coaxial joints: MX1 and MX2 stay apart, but M2 and the two first moments lose their sum.
+    assert any("L1" in p.expression for p in generic.parameters)
+    assert not any("L1" in p.expression for p in special.parameters)
+    assert len(special.parameters) < len(generic.parameters) or special.proof.rank == len(
+        special.parameters
+    )
+
+
+@pytest.mark.parametrize("name", symgen.library())
+def test_bound_of_gautier_and_khalil_holds(name: str) -> None:
+    robot = symgen.read_robot(name)
+    assert symgen.derive(robot).base.inertial <= bound(robot)
+
+
+def test_generic_revolute_chain_reaches_the_bound() -> None:
+    joints = "".join(
+        f"[[joint]]\nalpha = {0.3 + 0.17 * j}\nd = {0.2 + 0.1 * j}\nr = {0.1 * j + 0.05}\n"
+        for j in range(4)
+    )
+    text = f'[robot]\nname = "generic"\ngravity = [1.0, 2.0, -9.0]\n{joints}'
+    robot = symgen.parse_robot(text)
+    assert symgen.derive(robot).base.inertial == bound(robot) == 8 * 4 - 4 - 1
+
+
+def test_commensurable_angles_share_one_circle_point() -> None:
+    # alpha2 = 0.6 is twice alpha3 = 0.3: cos(0.6) = 2 cos(0.3)^2 - 1 must hold in the proof.
+    def count(first: str, second: str) -> int:
+        text = f"""
+        [robot]
+        name = "angles"
+        gravity = [0.0, 0.0, -9.81]
+        [[joint]]
+        [[joint]]
+        alpha = {first}
+        [[joint]]
+        sigma = 2
+        alpha = {second}
+        [[joint]]
+        sigma = 2
+        alpha = {second}
+        [[joint]]
+        """
+        return len(symgen.derive(symgen.parse_robot(text)).base.parameters)
+
+    # -0.6 + 0.3 + 0.3 = 0: joint 3's axis is parallel to joint 1's only if the angles are related.
+    assert count("-0.6", "0.3") < count("-0.6", "0.31")

@@ -1,0 +1,38 @@
+"""What several tests share: places of data, and random robots as symgen reads them."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from oracles.random_arms import to_toml
+from oracles.transforms import Arm
+
+from symgen import Robot, parse_robot
+
+PROJECT = Path(__file__).resolve().parents[1]
+
+
+def data_folder() -> Path:
+    """Return the folder of the real logs, or skip the test where it is absent."""
+    folder = Path(os.environ.get("SYMGEN_DATA", PROJECT.parent / "shared" / "data"))
+    if not folder.is_dir():
+        pytest.skip(f"no real logs: {folder} is absent (set SYMGEN_DATA)")
+    return folder
+
+
+def shared_file(name: str) -> Path:
+    """Return a file beside the real logs, or skip the test where it is absent."""
+    default = Path(os.environ.get("SYMGEN_DATA", PROJECT.parent / "shared" / "data")).parent
+    path = Path(os.environ.get("SYMGEN_SHARED", default)) / name
+    if not path.is_file():
+        pytest.skip(f"{path} is absent (set SYMGEN_SHARED)")
+    return path
+
+
+def robot_of(
+    arm: Arm, friction: tuple[str, ...] = (), rotor: bool = True, name: str = "arm"
+) -> Robot:
+    """Return an oracle's arm as a robot, read from the text of a robot.toml."""
+    return parse_robot(to_toml(arm, name, friction, rotor), name)

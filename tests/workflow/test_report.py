@@ -1,0 +1,296 @@
+"""The report: says what the estimate says, lets no name act as code, opens without a network."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from dataclasses import dataclass, replace
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from symgen import plots, report
+from symgen.identify.estimate import Convergence, Estimate, ParameterEstimate, Residual, Trace
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "google-chrome", "chrome"))), None)
+HOSTILE = "</script><script>console.error(1)</script><img src=http://a.invalid/x onerror=alert(1)>"
+
+
+def synthetic(robot: str = "arm2", log: str = "excite.csv", verdict: str = "doubtful") -> Estimate:
+    """Two joints, six parameters of which FV2 is weak, three logs in energy and in torque."""
+    rng = np.random.default_rng(3)
+    values = [
+        ("ZZ1R", "ZZ1 + IA1 + L1**2*M2", 1.7, 0.01, "kg m2"),
+        ("ZZ2R", "ZZ2 + IA2", 0.2, 0.004, "kg m2"),
+        ("MX2", "MX2", -0.31, 0.002, "kg m"),
+        ("FS1", "FS1", 3.25, 0.05, "N m"),
+        ("FV1", "FV1", 12345.678, 20.0, "N m s/rad"),
+        ("FV2", "FV2", 0.02, 0.016, "N m s/rad"),
+    ]
+    traces = []
+    for name, kind in ((log, "train"), ("more.csv", "train"), ("check.csv", "validation")):
+        t = np.arange(0.0, 6.0, 0.002)
+        for quantity, width in (("energy", 1), ("torque", 2)):
+            measured = np.sin(t[:, None] * np.arange(1, width + 1)) * 5
+            noise = 0.1 * rng.normal(size=measured.shape)
+            traces.append(Trace(name, kind, quantity, t, measured, measured + noise))
+    seen = np.linspace(0.1, 6.0, 400)
+    final = np.array([v[2] for v in values])
+    course = final * (1 + np.exp(-seen)[:, None] * rng.normal(size=6))
+    correlation = np.eye(6)
+    correlation[0, 1] = correlation[1, 0] = -0.9731
+    return Estimate(
+        robot=robot,
+        model="energy",
+        method="wls",
+        parameters=tuple(ParameterEstimate(*v) for v in values),
+        condition_number=42.4242,
+        train=Residual(0.01234),
+        validation=Residual(0.02345),
+        torque_train=Residual(0.03456, (0.031, 0.0418)),
+        torque_validation=Residual(0.04567, (0.0459, 0.0527)),
+        cutoff_hz=8.0,
+        window_s=0.2,
+        verdict=verdict,
+        reasons=("joint 2 is hardly excited",) if verdict == "doubtful" else (),
+        notes=("excite.csv: resampled to 500 Hz",),
+        correlation=correlation,
+        traces=tuple(traces),
+        convergence=Convergence(seen, course),
+        provenance=(("seed", "17"), ("log", log)),
+    )
+
+
+class Page(HTMLParser):
+    """The elements of a page, its figures, and its text outside scripts and styles."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.figures: list[dict[str, Any]] = []
+        self.scripts: list[str] = []
+        self.text = ""
+        self._inside = ""
+        self.feed(html)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        self._inside = tag
+        if tag == "script":
+            self.scripts.append("")
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag == "script" and "data-figure" in self.tags[-1][1]:
+            self.figures.append(json.loads(self.scripts[-1]))
+        self._inside = ""
+
+    def handle_data(self, data: str) -> None:
+        if self._inside == "script":
+            self.scripts[-1] += data
+        elif self._inside != "style":
+            self.text += data
+
+
+@pytest.fixture(scope="module")
+def html() -> str:
+    return report.estimate_page(synthetic())
+
+
+def test_page_holds_verdict_fit_parameters_and_origin(html: str) -> None:
+    text = Page(html).text
+    for words in (
+        *("Identification of arm2", "Doubtful", "joint 2 is hardly excited"),
+        *("1.234 %", "2.345 %", "3.456 %", "4.567 %", "4.180 %", "5.270 %", "42.42"),
+        *("ZZ1 + IA1 + L1**2*M2", "1.7000", "-0.31000", "12346", "N m s/rad"),
+        *("1 of 6", "▲ 80.00", "excite.csv: resampled to 500 Hz", "seed", "17", "8.0000 Hz"),
+        *("1 pair of parameters", "-0.9731"),
+    ):
+        assert words in text, words
+
+
+def test_only_the_weak_parameter_is_flagged(html: str) -> None:
+    flagged = [attrs for tag, attrs in Page(html).tags if attrs.get("class") == "flagged"]
+    assert len(flagged) == 1
+
+
+def test_trusted_says_so_without_reasons() -> None:
+    text = Page(report.estimate_page(synthetic(verdict="trusted"))).text
+    assert "Trusted" in text
+    assert "No check speaks against" in text
+    assert "Do not rely" not in text
+
+
+def test_page_is_self_contained_and_holds_plotly_once(html: str) -> None:
+    page = Page(html)
+    assert html.count("* plotly.js v") == 1
+    assert len(page.figures) == 7
+    for _, attrs in page.tags:
+        assert "src" not in attrs
+        assert (attrs.get("href") or "#").startswith(("#", "data:"))
+
+
+def test_same_estimate_gives_the_same_page(html: str) -> None:
+    assert report.estimate_page(synthetic()) == html
+
+
+def test_every_axis_has_a_title_with_a_unit(html: str) -> None:
+    for figure in Page(html).figures:
+        axes = [v for k, v in figure["layout"].items() if k.startswith("yaxis")]
+        assert all(axis["title"]["text"] for axis in axes)
+        below = [v for k, v in figure["layout"].items() if k.startswith("xaxis")]
+        assert any(axis.get("title", {}).get("text") for axis in below)
+
+
+def test_hostile_names_add_no_element(html: str) -> None:
+    spoiled = synthetic(robot=HOSTILE, log=HOSTILE)
+    first = replace(spoiled.parameters[0], name=HOSTILE, expression=HOSTILE, unit=HOSTILE)
+    spoiled = replace(
+        spoiled,
+        parameters=(first, *spoiled.parameters[1:]),
+        reasons=(HOSTILE,),
+        notes=(HOSTILE,),
+        provenance=((HOSTILE, HOSTILE), *spoiled.provenance[1:]),
+    )
+    page = Page(report.estimate_page(spoiled))
+    assert [tag for tag, _ in page.tags] == [tag for tag, _ in Page(html).tags]
+    assert not any(key.startswith("on") for _, attrs in page.tags for key in attrs)
+    labels = [b["label"] for f in page.figures for m in f["layout"].get("updatemenus", ())
+              for b in m["buttons"]]  # fmt: skip
+    assert any("&lt;/script&gt;" in label for label in labels)
+    assert not any("<" in label for label in labels)
+
+
+def test_sparse_estimate_has_a_page() -> None:
+    bare = synthetic()
+    zero = replace(bare.parameters[0], value=0.0)
+    unknown = replace(bare.parameters[1], std=float("nan"))
+    bare = replace(
+        bare, parameters=(zero, unknown), torque_train=None, torque_validation=None, traces=(),
+        convergence=None, correlation=np.empty((0, 0)), notes=(), provenance=(), cutoff_hz=None,
+        window_s=None, condition_number=float("inf"),
+    )  # fmt: skip
+    page = Page(report.estimate_page(bare))
+    assert "2 of 2" in page.text
+    assert "∞" in page.text
+    assert "unknown" in page.text
+    assert len(page.figures) == 1
+
+
+def test_page_without_figure_leaves_plotly_out() -> None:
+    table = report.Table(("a", "b"), (("1", "<2>"),))
+    html = report.page("T", ("lead",), [report.Section("H", ("text",), table)])
+    assert len(html) < 10_000
+    assert "&lt;2&gt;" in html
+
+
+def test_first_seen_is_the_validation_log_and_each_choice_shows_one_log() -> None:
+    figure = plots.measured_and_predicted(synthetic(), "torque")
+    assert figure is not None
+    assert [bool(curve.visible) for curve in figure.data] == [False] * 12 + [True] * 6
+    assert figure.layout.plot_bgcolor == plots.VALIDATION_GROUND
+    buttons = figure.layout.updatemenus[0].buttons
+    assert [sum(button.args[0]["visible"]) for button in buttons] == [6, 6, 6]
+    assert "check.csv (validation)" in buttons[2].label
+    assert plots.measured_and_predicted(synthetic(), "momentum") is None
+
+
+def test_thinning_keeps_peaks_and_ends_and_breaks_at_pauses() -> None:
+    t = np.linspace(0.0, 99.999, 100_000)
+    y = np.sin(t)
+    y[54_321], y[77_777], y[10] = 9.0, -9.0, np.nan
+    xs, ys = plots.thin(t, y)
+    assert len(ys) <= plots.POINTS + 2
+    assert (np.nanmax(ys), np.nanmin(ys)) == (9.0, -9.0)
+    assert (xs[0], xs[-1]) == (np.float32(t[0]), np.float32(t[-1]))
+    t[50_000:] += 30.0
+    xs, ys = plots.thin(t, np.sin(t))
+    assert np.flatnonzero(np.isnan(ys)).size == 1
+    assert np.all(np.diff(xs) >= 0)
+
+
+def test_spectrum_has_the_amplitude_density_of_white_noise() -> None:
+    t = np.arange(0.0, 60.0, 0.01)
+    noise = np.random.default_rng(0).normal(scale=0.5, size=(len(t), 1))
+    trace = Trace("a", "train", "energy", t, noise, np.zeros_like(noise))
+    figure = plots.residual_spectrum(replace(synthetic(), traces=(trace,), cutoff_hz=None))
+    assert figure is not None
+    # one-sided density of white noise: sigma sqrt(2 dt)
+    level = np.median(np.asarray(figure.data[0].y))
+    assert level == pytest.approx(0.5 * np.sqrt(2 * 0.01), rel=0.1)
+
+
+def test_line_grid_draws_level_and_names_each_series_once() -> None:
+    t = np.linspace(0, 1, 50)
+    panels = [
+        plots.Panel("q", t, {"joint 1": t, "joint 2": -t}, "q, rad"),
+        plots.Panel("qd", t, {"joint 1": t, "joint 2": -t}, "qd, rad/s"),
+        plots.Panel("ZZ1R", t, {"estimate": t}, "kg m2", level=1.0, band=(t - 1, t + 1)),
+    ]
+    figure = plots.line_grid(panels, title="demo", columns=2)
+    assert [c.name for c in figure.data if c.showlegend] == [
+        *("joint 1", "joint 2", "estimate", "true value")
+    ]
+    alone = plots.lines(t, {"a": t}, title="a", xlabel="time, s", ylabel="a, m", log_y=True)
+    assert alone.layout.yaxis.type == "log"
+
+
+@dataclass(frozen=True)
+class Visit:
+    """What a browser did with a page: its elements after the scripts, messages, requests."""
+
+    dom: str
+    console: tuple[str, ...]
+    requests: tuple[str, ...]
+
+
+def visit(html: str, folder: Path) -> Visit:
+    """Open `html` from a file in a browser that can reach no host."""
+    assert BROWSER is not None
+    page, log = folder / "page.html", folder / "net.json"
+    page.write_text(html, encoding="utf-8")
+    options = (
+        *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
+        *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
+        *("--host-resolver-rules=MAP * ~NOTFOUND", "--virtual-time-budget=3000"),
+        *("--enable-logging=stderr", "--v=0", f"--log-net-log={log}"),
+        *(f"--user-data-dir={folder / 'profile'}", "--dump-dom"),
+    )
+    done = subprocess.run(
+        [BROWSER, *options, page.as_uri()], capture_output=True, text=True, timeout=60, check=True
+    )
+    # What the browser itself asks for (clock, updates) has no origin; a page's request has one.
+    requests = [
+        event["params"]["url"]
+        for event in json.loads(log.read_text(encoding="utf-8"))["events"]
+        if event.get("params", {}).get("initiator", "not an origin") != "not an origin"
+        and not event["params"].get("url", "file:").startswith(("file:", "data:", "blob:"))
+    ]
+    console = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+    return Visit(done.stdout, tuple(console), tuple(requests))
+
+
+@pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
+def test_browser_draws_every_figure_in_silence(tmp_path: Path) -> None:
+    # names that would act, were they not harmless
+    html = report.estimate_page(synthetic(robot=HOSTILE, log=HOSTILE))
+    seen = visit(html, tmp_path)
+    for place in range(1, 12):
+        if f'id="figure{place}"' in html:
+            after = seen.dom.split(f'id="figure{place}"', 1)[1]
+            assert 'class="main-svg"' in after[:2000], f"figure{place} is not drawn"
+    assert seen.console == ()
+    assert seen.requests == ()
+    assert "<img" not in seen.dom.split("<main>")[1].split("</main>")[0]
+
+
+@pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
+def test_browser_check_sees_a_request_and_an_error(tmp_path: Path) -> None:
+    html = "<img src='http://a.invalid/x.png'><script>console.error('spoiled')</script>"
+    seen = visit(html, tmp_path)
+    assert seen.requests
+    assert any("spoiled" in line for line in seen.console)
