@@ -29,9 +29,9 @@ if TYPE_CHECKING:
         SymgenError as SymgenError,
         SymgenWarning as SymgenWarning,
     )
-    from symgen.identify.estimate import Estimate as Estimate
-    from symgen.identify.recursive import Identifier as Identifier
-    from symgen.identify.workflow import identify as identify
+    from symgen.identification.estimate import Estimate as Estimate
+    from symgen.identification.recursive import Identifier as Identifier
+    from symgen.identification.workflow import identify as identify
     from symgen.robot.builtin import library as library
     from symgen.robot.toml_io import (
         parse_robot as parse_robot,
@@ -47,11 +47,11 @@ _WHERE = {
     "BaseParameters": "symgen.symbolic.base_parameters",
     "BuildError": "symgen.errors",
     "Checked": "symgen.runtime.check",
-    "Estimate": "symgen.identify.estimate",
+    "Estimate": "symgen.identification.estimate",
     "Evaluator": "symgen.runtime.evaluator",
     "ExpressionError": "symgen.errors",
     "IdentificationError": "symgen.errors",
-    "Identifier": "symgen.identify.recursive",
+    "Identifier": "symgen.identification.recursive",
     "Joint": "symgen.robot.types",
     "Log": "symgen.data.log",
     "LogError": "symgen.errors",
@@ -65,7 +65,7 @@ _WHERE = {
     "check": "symgen.runtime.check",
     "derive": "symgen.codegen.model",
     "generate": "symgen.codegen.package",
-    "identify": "symgen.identify.workflow",
+    "identify": "symgen.identification.workflow",
     "library": "symgen.robot.builtin",
     "load": "symgen.runtime.evaluator",
     "make_log": "symgen.data.log",

@@ -16,7 +16,7 @@ import click
 from symgen.errors import SymgenError, SymgenWarning
 
 if TYPE_CHECKING:
-    from symgen.identify.estimate import Estimate
+    from symgen.identification.estimate import Estimate
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})

@@ -20,8 +20,8 @@ from symgen.data.log import make_log
 from symgen.errors import IdentificationError
 from symgen.experiment import paper
 from symgen.files import check_replaceable, write_folder
-from symgen.identify.recursive import Identifier
-from symgen.identify.workflow import identify
+from symgen.identification.recursive import Identifier
+from symgen.identification.workflow import identify
 from symgen.report import Section, Table, page
 from symgen.robot.expressions import text
 from symgen.robot.toml_io import read_robot

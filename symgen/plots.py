@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.identify.estimate import Estimate, Trace
+from symgen.identification.estimate import Estimate, Trace
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure

@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 from symgen import plots
 from symgen.files import templates
-from symgen.identify.estimate import Estimate, ParameterEstimate
+from symgen.identification.estimate import Estimate, ParameterEstimate
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure

@@ -345,23 +345,11 @@ def evaluate(
     context.dps = digits + 10
     functions = {"sin": context.sin, "cos": context.cos, "abs": abs, "tanh": context.tanh}
 
-    def number(value: sp.Expr) -> Any:
-        return context.mpf(str(value.evalf(digits + 10)))
-
-    arithmetic = _Exactly(model.robot.values(), functions, number, digits + 10)
+    arithmetic = Numbers(
+        model.robot.values(), functions, lambda value: context.mpf(str(value)), digits + 10
+    )
     inputs = {name: [context.mpf(repr(v)) for v in values] for name, values in point.items()}
     return kernel.tape.run(arithmetic, inputs)
-
-
-class _Exactly(Numbers):
-    """Numbers with a chosen count of digits."""
-
-    def __init__(self, values: Any, functions: Any, number: Any, digits: int) -> None:
-        super().__init__(values, functions, number)
-        self.digits = digits
-
-    def constant(self, value: sp.Expr) -> Any:
-        return self.number(value.subs(self.values).evalf(self.digits))
 
 
 def _digits(value: Any) -> str:

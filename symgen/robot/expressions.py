@@ -202,6 +202,8 @@ def _text(expr: sp.Expr, level: int) -> str:
     """Write `expr`; level 0 sum, 1 product, 2 factor (what needs parentheses there gets them)."""
     if expr.is_Rational:
         return _parenthesised(_rational(expr), expr < 0 or not expr.is_Integer, level, expr)
+    if expr.is_Float:
+        return _parenthesised(repr(float(expr)), expr < 0, level, expr)
     if expr.is_Symbol or expr is sp.pi:
         return str(expr.name) if expr.is_Symbol else "pi"
     if expr.is_Add:

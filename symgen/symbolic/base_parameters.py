@@ -19,6 +19,7 @@ from symgen import names
 from symgen.errors import SymgenError
 from symgen.robot.expressions import text
 from symgen.robot.types import Robot
+from symgen.symbolic.elimination import Coefficient, Elimination, ExactRow
 from symgen.symbolic.lifting import lifted
 from symgen.symbolic.modular import (
     BadDraw,
@@ -30,7 +31,7 @@ from symgen.symbolic.modular import (
     reduce_rows,
 )
 from symgen.symbolic.parameters import Parameter
-from symgen.symbolic.relations import Relation, structural_relations
+from symgen.symbolic.relations import structural_relations
 from symgen.symbolic.tape import Tape
 
 _SEEDS = (1, 2)
@@ -148,9 +149,9 @@ def find_base(
         here = problem.select(problem.fields(robot.values())[:1])
         if here.pivots != first.pivots:
             return None
-    rows = _Elimination(problem.names, first.order, [s.field for s in fields])
+    rows = Elimination(problem.names, first.order, [s.field for s in fields])
     for relation in structural_relations(robot):
-        rows.add({k: v for k, v in relation.items() if k in rows.position})
+        rows.add(rows.exact({k: v for k, v in relation.items() if k in rows.position}))
     structural = len(rows.rows)
     missing = [i for i in range(len(problem.names)) if i not in set(first.pivots)]
     for i in missing:
@@ -158,8 +159,8 @@ def find_base(
             rows.add(problem.relation(i, first))
     if set(rows.rows) != {problem.names[i] for i in missing}:
         raise SymgenError("the regrouping relations do not match the exact rank")
-    for sample in fields:
-        sample.check(problem.names, rows.rows)
+    for k, sample in enumerate(fields):
+        sample.check(problem.names, rows.rows, k)
     proof = Proof(
         rank=len(first.pivots) + problem.path_only,
         primes=tuple(s.field.p for s in fields),
@@ -172,14 +173,14 @@ def find_base(
 
 
 def _regrouped(
-    standard: Sequence[Parameter], rows: Mapping[str, Relation], proof: Proof
+    standard: Sequence[Parameter], rows: Mapping[str, ExactRow], proof: Proof
 ) -> BaseParameters:
     """Turn relations X_d = ... into the formulas of the parameters that stay."""
     joined: dict[str, list[tuple[sp.Expr, str]]] = {}
     for p in standard:
         for head, coefficient in rows.get(p.name, {}).items():
             if head != p.name:
-                joined.setdefault(head, []).append((-coefficient, p.name))
+                joined.setdefault(head, []).append((-coefficient.value, p.name))
     kept = tuple(
         BaseParameter(
             name=p.name + ("R" if p.name in joined else ""),
@@ -202,15 +203,15 @@ class _Sample:
     field: PrimeField
     matrix: Residues
 
-    def check(self, column: Sequence[str], rows: Mapping[str, Relation]) -> None:
+    def check(self, column: Sequence[str], rows: Mapping[str, ExactRow], k: int) -> None:
+        """Raise SymgenError where a relation does not hold at these points (prime number k)."""
         index = {name: i for i, name in enumerate(column)}
         for relation in rows.values():
             total = np.zeros(self.matrix.shape[0], dtype=np.int64)
-            for name, coefficient in relation.items():
-                residue = int(self.field.constant(coefficient))
-                total = (total + self.matrix[:, index[name]] * residue) % self.field.p
+            for name, c in relation.items():
+                total = (total + self.matrix[:, index[name]] * c.residues[k]) % self.field.p
             if total.any():
-                raise SymgenError(f"relation {relation} does not hold")
+                raise SymgenError(f"the relation of {', '.join(relation)} does not hold")
 
 
 @dataclass(frozen=True)
@@ -298,25 +299,24 @@ class _Columns:
             raise SymgenError("the exact rank differs between primes: an unlucky draw")
         return _Selection(tuple(order), pivots, tuple((f, rows) for f, _, rows in results))
 
-    def relation(self, column: int, selection: _Selection) -> Relation:
+    def relation(self, column: int, selection: _Selection) -> ExactRow:
         """Return the exact relation of a column that no structural relation covers."""
-        (field, rows), (other, other_rows) = selection.reduced
-        found: Relation = {self.names[column]: sp.S.One}
-        pairs = [
-            (pivot, int(rows[k, column]), int(other_rows[k, column]))
+        moduli = [field.p for field, _ in selection.reduced]
+        residues = {
+            pivot: tuple(int(rows[k, column]) for _, rows in selection.reduced)
             for k, pivot in enumerate(selection.pivots)
-            if rows[k, column] or other_rows[k, column]
-        ]
-        for pivot, a, b in pairs:
-            guess = rational(a, field.p)
-            if guess is None or guess != rational(b, other.p):
-                break
-            found[self.names[pivot]] = -guess
+            if any(rows[k, column] for _, rows in selection.reduced)
+        }
+        guesses = [rational(r, moduli) for r in residues.values()]
+        if all(guess is not None for guess in guesses):
+            values = [-guess for guess in guesses if guess is not None]
         else:
-            return found
-        support = [column, *(pivot for pivot, _, _ in pairs)]
-        coefficients = lifted(self.robot, self.energy, self.state, support, (field, other))
-        return {self.names[i]: c for i, c in zip(support, coefficients, strict=True)}
+            values = lifted(self.robot, self.energy, self.state, [column, *residues])
+        found = {self.names[column]: Coefficient(sp.S.One, (1,) * len(moduli))}
+        for (pivot, r), value in zip(residues.items(), values, strict=True):
+            opposite = tuple(-x % p for x, p in zip(r, moduli, strict=True))
+            found[self.names[pivot]] = Coefficient(value, opposite)
+        return found
 
 
 def _carried_by(robot: Robot, number: int) -> set[int]:
@@ -326,69 +326,3 @@ def _carried_by(robot: Robot, number: int) -> set[int]:
         if joint.antecedent in links:
             links.add(joint.number)
     return links
-
-
-class _Elimination:
-    """Reduced relations X_d + sum of n_b X_b = 0, kept in terms of the parameters that stay."""
-
-    def __init__(
-        self, column: Sequence[str], order: Sequence[int], fields: Sequence[PrimeField]
-    ) -> None:
-        self.position = {column[i]: k for k, i in enumerate(order)}
-        self.fields = fields
-        self.rows: dict[str, Relation] = {}
-
-    def add(self, relation: Relation) -> None:
-        """Add one relation; the parameter that comes last in order is eliminated by it."""
-        row = self._clean(relation)
-        for name in [n for n in row if n in self.rows]:
-            row = self._substitute(row, name, self.rows[name])
-        if not row:
-            return
-        pivot = max(row, key=self.position.__getitem__)
-        lead = row[pivot]
-        if lead != 1:
-            row = self._clean({n: c / lead for n, c in row.items()})
-        for name, other in self.rows.items():
-            if pivot in other:
-                self.rows[name] = self._substitute(other, pivot, row)
-        self.rows[pivot] = row
-
-    def _substitute(self, row: Relation, name: str, other: Relation) -> Relation:
-        factor = row[name]
-        out = dict(row)
-        for n, c in other.items():
-            out[n] = out.get(n, sp.S.Zero) - factor * c
-        return self._clean(out)
-
-    def _clean(self, row: Relation) -> Relation:
-        """Simplify coefficients and drop those that are zero (modulo every prime)."""
-        out = {}
-        for n, c in row.items():
-            value = c if c.is_Rational else _simplified(c)
-            if value.is_Rational:
-                if value != 0:
-                    out[n] = value
-            elif any(int(f.constant(value)) for f in self.fields):
-                out[n] = value
-        return out
-
-
-def _simplified(expr: sp.Expr) -> sp.Expr:
-    """Expand a small polynomial in lengths, cosines and sines; sin(a)^2 becomes 1 - cos(a)^2.
-
-    Only plain rewriting: SymPy's searching simplifiers take seconds on general angles.
-    """
-    expanded = sp.expand(expr)
-    squares = [
-        p for p in expanded.atoms(sp.Pow)
-        if p.base.func is sp.sin and p.exp.is_Integer and p.exp >= 2
-    ]
-    if not squares:
-        return expanded
-    return sp.expand(expanded.xreplace({p: _even_sine(p) for p in squares}))
-
-
-def _even_sine(power: sp.Pow) -> sp.Expr:
-    angle, half = power.base.args[0], int(power.exp) // 2
-    return (1 - sp.cos(angle) ** 2) ** half * power.base ** (int(power.exp) % 2)

@@ -2,7 +2,7 @@
 
 Elimination modulo a prime tells which columns take part in a relation. Their coefficients are the
 null vector of a small matrix: the columns at a few rational points of the state, evaluated exactly
-with lengths as symbols. Angles that are no fraction of pi enter by the tangent t of their half,
+with lengths as symbols, or numerically with many digits where no symbol occurs. Angles that are no fraction of pi enter by the tangent t of their half,
 cos = (1 - t^2)/(1 + t^2), sin = 2 t/(1 + t^2), so that the matrix is rational.
 """
 
@@ -17,11 +17,11 @@ import sympy as sp
 from symgen import names
 from symgen.errors import SymgenError
 from symgen.robot.types import Robot
-from symgen.symbolic.modular import PrimeField
 from symgen.symbolic.parameters import Parameter
-from symgen.symbolic.tape import Tape
+from symgen.symbolic.tape import Numbers, Tape
 
 _TRIES = 6
+_DIGITS = 50
 
 
 def lifted(
@@ -29,15 +29,19 @@ def lifted(
     energy: Tape,
     state: Sequence[Parameter],
     support: Sequence[int],
-    fields: Sequence[PrimeField],
 ) -> list[sp.Expr]:
-    """Return c with sum of c_i h_i constant over the support, c of the first column being 1.
+    """Return c such that h_0 + sum of c_i h_i is constant over the support (0 the first column).
+
+    Formulas where the geometry has named symbols; 50 digits where it is numbers alone (elimination
+    has found rational coefficients before, so that these are irrational).
 
     Raises:
         SymgenError: no exact relation was found; the geometry is outside what symgen covers.
     """
     inertial = [i for i in support if state[i].inertial]
     tape = energy.keep(inertial)
+    if not any(value.free_symbols for _, value in tape.constants):
+        return _numbers(robot, tape, state, support, inertial)
     halves: dict[sp.Expr, sp.Symbol] = {}
     for attempt in range(_TRIES):
         arithmetic = _Exact(halves)
@@ -51,11 +55,45 @@ def lifted(
         space = matrix.applyfunc(sp.cancel).to_DM().to_field().nullspace().to_Matrix()
         if space.rows != 1 or space[0, 0] == 0:
             continue
-        return [_whole_angles(sp.cancel(c / space[0, 0]), halves) for c in space.row(0)]
+        vector = list(space.row(0))[1:]
+        return [_whole_angles(sp.cancel(c / space[0, 0]), halves) for c in vector]
     raise SymgenError(
         f"no exact regrouping relation was found for {state[support[0]].name}; "
         "give angles as fractions of pi where they are"
     )
+
+
+def _numbers(
+    robot: Robot,
+    tape: Tape,
+    state: Sequence[Parameter],
+    support: Sequence[int],
+    inertial: Sequence[int],
+) -> list[sp.Expr]:
+    """Solve for the coefficients with many digits, from more points than unknowns."""
+    import mpmath
+
+    context = mpmath.mp.clone()
+    context.dps = 2 * _DIGITS
+    functions = {"sin": context.sin, "cos": context.cos}
+    arithmetic = Numbers(
+        {}, functions, lambda value: context.mpf(str(value)), digits=2 * _DIGITS
+    )
+    draw = random.Random("numbers")
+    rows = []
+    for _ in range(len(support) + 3):
+        q = [context.mpf(draw.randrange(-3000, 3000)) / 1000 for _ in robot.movable]
+        qd = [context.mpf(draw.randrange(-3000, 3000)) / 1000 for _ in robot.movable]
+        energies = dict(zip(inertial, tape.run(arithmetic, {"q": q, "qd": qd}), strict=True))
+        number = {j.number: value for j, value in zip(robot.movable, q, strict=True)}
+        rows.append([energies[i] if i in energies else number[state[i].joint] for i in support])
+    matrix = [[a - b for a, b in zip(row, rows[0], strict=True)] for row in rows[1:]]
+    left = context.matrix([row[1:] for row in matrix])
+    right = context.matrix([-row[0] for row in matrix])
+    solution, residual = context.qr_solve(left, right)
+    if residual > context.mpf(10) ** (-_DIGITS):
+        raise SymgenError(f"no exact regrouping relation was found for {state[support[0]].name}")
+    return [sp.Float(str(context.nstr(c, _DIGITS)), _DIGITS) for c in solution]
 
 
 def _whole_angles(expr: sp.Expr, halves: dict[sp.Expr, sp.Symbol]) -> sp.Expr:

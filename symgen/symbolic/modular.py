@@ -278,10 +278,18 @@ def reduce_rows(matrix: Residues, p: int, order: Sequence[int]) -> tuple[list[in
     return pivots, m[: len(pivots)]
 
 
-def rational(residue: int, p: int) -> sp.Rational | None:
-    """Return the small rational n/d = residue modulo p (Wang), or None."""
-    bound = math.isqrt(p // 2)
-    a, b, u, v = p, residue % p, 0, 1
+def rational(residues: Sequence[int], moduli: Sequence[int]) -> sp.Rational | None:
+    """Return the small rational that has these residues (Wang), or None.
+
+    A coefficient that depends on random values of symbols has unrelated residues: then the
+    reconstruction from all primes together has no small numerator and denominator.
+    """
+    product, value = 1, 0
+    for r, p in zip(residues, moduli, strict=True):  # Chinese remainders
+        value += product * ((r - value) * pow(product, -1, p) % p)
+        product *= p
+    bound = 1 << (product.bit_length() // 3)  # twice this many bits are explained by chance alone
+    a, b, u, v = product, value, 0, 1
     while b > bound:
         q = a // b
         a, b, u, v = b, a - q * b, v, u - q * v

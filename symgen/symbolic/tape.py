@@ -290,7 +290,8 @@ class Numbers:
     Args:
         values: value of every named length.
         functions: sin, cos, abs, sign and tanh for this kind of number.
-        number: turns an exact constant into this kind of number.
+        number: turns a constant of `digits` digits into this kind of number.
+        digits: how many.
     """
 
     def __init__(
@@ -298,11 +299,13 @@ class Numbers:
         values: Mapping[sp.Symbol, sp.Expr],
         functions: Mapping[str, Callable[[Any], Any]],
         number: Callable[[sp.Expr], Any] = float,
+        digits: int = 50,
     ) -> None:
         self.values, self.functions, self.number = values, functions, number
+        self.digits = digits
 
     def constant(self, value: sp.Expr) -> Any:
-        return self.number(value.subs(self.values).evalf(50))
+        return self.number(value.subs(self.values).evalf(self.digits))
 
     def add(self, a: Any, b: Any) -> Any:
         return a + b

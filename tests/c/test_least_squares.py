@@ -22,7 +22,7 @@ import numpy as np
 import pytest
 
 from symgen.errors import IdentificationError
-from symgen.identify.twin import LeastSquares, WindowIdentifier
+from symgen.identification.twin import LeastSquares, WindowIdentifier
 
 RUNTIME = Path(__file__).parents[2] / "templates" / "c" / "runtime"
 FILES = ("least_squares.h", "least_squares.c", "identifier.h", "identifier.c")

@@ -105,25 +105,26 @@ def test_offset_of_a_vertical_prismatic_axis_takes_the_weight_and_the_rotor_the_
     assert "M4" not in formula
 
 
-def test_the_file_lengths_decide_where_they_are_special() -> None:
+def test_the_values_of_the_file_decide_where_they_are_special() -> None:
     text = """
     [robot]
     name = "special"
-    gravity = [0.0, -9.81, 0.0]
+    gravity = [0.0, 0.0, -9.81]
     [geometry]
-    L1 = {L1}
+    a = {a}
+    L1 = 0.4
     [[joint]]
     [[joint]]
+    alpha = "a"
     d = "L1"
     """
-    generic = symgen.derive(symgen.parse_robot(text.format(L1=0.5))).base
-    special = symgen.derive(symgen.parse_robot(text.format(L1=0))).base
-    # Coaxial joints: MX1 and MX2 stay apart, but M2 and the two first moments lose their sum.
-    assert any("L1" in p.expression for p in generic.parameters)
-    assert not any("L1" in p.expression for p in special.parameters)
-    assert len(special.parameters) < len(generic.parameters) or special.proof.rank == len(
-        special.parameters
-    )
+    generic = symgen.derive(symgen.parse_robot(text.format(a=0.5))).base
+    special = symgen.derive(symgen.parse_robot(text.format(a=0))).base
+    assert any("cos(a)" in p.expression for p in generic.parameters)
+    # Parallel vertical axes: the planar arm, with its rotors.
+    assert special.names[: special.inertial] == ("ZZ1R", "ZZ2", "MX2", "MY2", "IA2")
+    assert special.parameters[0].expression == "ZZ1 + IA1 + 0.16*M2"
+    assert len(generic.parameters) > len(special.parameters)
 
 
 @pytest.mark.parametrize("name", symgen.library())
@@ -143,7 +144,6 @@ def test_generic_revolute_chain_reaches_the_bound() -> None:
 
 
 def test_commensurable_angles_share_one_circle_point() -> None:
-    # alpha2 = 0.6 is twice alpha3 = 0.3: cos(0.6) = 2 cos(0.3)^2 - 1 must hold in the proof.
     def count(first: str, second: str) -> int:
         text = f"""
         [robot]
@@ -151,6 +151,7 @@ def test_commensurable_angles_share_one_circle_point() -> None:
         gravity = [0.0, 0.0, -9.81]
         [[joint]]
         [[joint]]
+        sigma = 2
         alpha = {first}
         [[joint]]
         sigma = 2
@@ -162,5 +163,5 @@ def test_commensurable_angles_share_one_circle_point() -> None:
         """
         return len(symgen.derive(symgen.parse_robot(text)).base.parameters)
 
-    # -0.6 + 0.3 + 0.3 = 0: joint 3's axis is parallel to joint 1's only if the angles are related.
+    # -0.6 + 0.3 + 0.3 = 0: the last axis is parallel to the first only if the angles are related.
     assert count("-0.6", "0.3") < count("-0.6", "0.31")

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from symgen import plots, report
-from symgen.identify.estimate import Convergence, Estimate, ParameterEstimate, Residual, Trace
+from symgen.identification.estimate import Convergence, Estimate, ParameterEstimate, Residual, Trace
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "google-chrome", "chrome"))), None)
 HOSTILE = "</script><script>console.error(1)</script><img src=http://a.invalid/x onerror=alert(1)>"

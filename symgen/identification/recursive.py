@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symgen.errors import IdentificationError, LogError
-from symgen.identify.twin import WindowIdentifier
+from symgen.identification.twin import WindowIdentifier
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
-from symgen.identify.system import LinearSystem
+from symgen.identification.system import LinearSystem
 
 FloatArray = NDArray[np.float64]
 METHODS = ("ols", "wls")

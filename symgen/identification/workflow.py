@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-import symgen.identify.verdict as verdicts
+import symgen.identification.verdict as verdicts
 from symgen.codegen.casadi_model import dynamics
 from symgen.data.log import Log, read_log
 from symgen.data.signals import Samples, lowpass, motion_bandwidth, prepare
 from symgen.errors import IdentificationError, LogError
-from symgen.identify.batch import (
+from symgen.identification.batch import (
     METHODS,
     Solution,
     column_norms,
@@ -24,9 +24,9 @@ from symgen.identify.batch import (
     solve,
     undetermined,
 )
-from symgen.identify.estimate import Convergence, Estimate, ParameterEstimate, Residual, Trace
-from symgen.identify.recursive import Identifier
-from symgen.identify.system import Equations, LinearSystem, energy_equations
+from symgen.identification.estimate import Convergence, Estimate, ParameterEstimate, Residual, Trace
+from symgen.identification.recursive import Identifier
+from symgen.identification.system import Equations, LinearSystem, energy_equations
 from symgen.robot.toml_io import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load

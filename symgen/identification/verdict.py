@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from symgen.data.signals import Samples
-from symgen.identify.estimate import Residual
+from symgen.identification.estimate import Residual
 
 #: Condition number of the scaled regressor above which small errors of the data become large.
 CONDITION = 500.0
