@@ -14,19 +14,39 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from symgen.codegen.model import Model as Model, derive as derive
-    from symgen.codegen.package import generate as generate, write_package as write_package
-    from symgen.data.log import Log as Log, make_log as make_log, read_log as read_log
+    from symgen.codegen.model import Model as Model
+    from symgen.codegen.model import derive as derive
+    from symgen.codegen.package import generate as generate
+    from symgen.codegen.package import write_package as write_package
+    from symgen.data.log import Log as Log
+    from symgen.data.log import make_log as make_log
+    from symgen.data.log import read_log as read_log
     from symgen.data.signals import prepare as prepare
     from symgen.errors import (
         BuildError as BuildError,
+    )
+    from symgen.errors import (
         ExpressionError as ExpressionError,
+    )
+    from symgen.errors import (
         IdentificationError as IdentificationError,
+    )
+    from symgen.errors import (
         LogError as LogError,
+    )
+    from symgen.errors import (
         PackageError as PackageError,
+    )
+    from symgen.errors import (
         ParameterError as ParameterError,
+    )
+    from symgen.errors import (
         RobotError as RobotError,
+    )
+    from symgen.errors import (
         SymgenError as SymgenError,
+    )
+    from symgen.errors import (
         SymgenWarning as SymgenWarning,
     )
     from symgen.identification.estimate import Estimate as Estimate
@@ -35,12 +55,19 @@ if TYPE_CHECKING:
     from symgen.robot.builtin import library as library
     from symgen.robot.toml_io import (
         parse_robot as parse_robot,
+    )
+    from symgen.robot.toml_io import (
         read_robot as read_robot,
+    )
+    from symgen.robot.toml_io import (
         robot_toml as robot_toml,
     )
-    from symgen.robot.types import Joint as Joint, Robot as Robot
-    from symgen.runtime.check import Checked as Checked, check as check
-    from symgen.runtime.evaluator import Evaluator as Evaluator, load as load
+    from symgen.robot.types import Joint as Joint
+    from symgen.robot.types import Robot as Robot
+    from symgen.runtime.check import Checked as Checked
+    from symgen.runtime.check import check as check
+    from symgen.runtime.evaluator import Evaluator as Evaluator
+    from symgen.runtime.evaluator import load as load
     from symgen.symbolic.base_parameters import BaseParameters as BaseParameters
 
 _WHERE = {

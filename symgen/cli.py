@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,8 +32,7 @@ def robots() -> None:
     """List the built-in robots."""
     from symgen.robot.builtin import library, library_summary
 
-    rows = [(name, *library_summary(name)) for name in library()]
-    _table(("name", "joints", "robot"), rows)
+    _table(("name", "joints", "robot"), [(name, *library_summary(name)) for name in library()])
 
 
 @cli.command()
@@ -72,8 +72,10 @@ def check(folder: Path) -> int:
             result.folder.name,
             "different" if result.differences else "equal",
             str(result.rank),
-            *(", ".join(f"{e:.1e} ({k})" for b, k, e in result.errors if b == backend) or "-"
-              for backend in ("c", "casadi")),
+            *(
+                ", ".join(f"{e:.1e} ({k})" for b, k, e in result.errors if b == backend) or "-"
+                for backend in ("c", "casadi")
+            ),
         )
         for result in results
     ]
@@ -110,8 +112,14 @@ def identify(
 
     check_replaceable(into, "estimate.json")
     estimate = symgen.identify(
-        robot, list(logs), validation=list(validation), model=model, method=method,
-        window=window, cutoff=cutoff, progress=_say,
+        robot,
+        list(logs),
+        validation=list(validation),
+        model=model,
+        method=method,
+        window=window,
+        cutoff=cutoff,
+        progress=_say,
     )
     _say("writing the report")
     write_folder(into, estimate_files(estimate), "estimate.json")
@@ -121,8 +129,13 @@ def identify(
 
 
 @cli.command()
-@click.option("--into", type=click.Path(path_type=Path), default=Path("symgen-demo"),
-              show_default=True, help="Folder of the page.")
+@click.option(
+    "--into",
+    type=click.Path(path_type=Path),
+    default=Path("symgen-demo"),
+    show_default=True,
+    help="Folder of the page.",
+)
 @click.option("--runs", default=1000, show_default=True, type=click.IntRange(10, 100_000))
 def demo(into: Path, runs: int) -> int:
     """Run the example of Gautier and Khalil (1988) end to end."""
@@ -179,7 +192,7 @@ def _say(message: str) -> None:
     click.echo(click.style(f"  {message}", dim=True), err=True)
 
 
-def _table(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:
+def _table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
     from rich.console import Console
     from rich.table import Table
 
@@ -217,8 +230,14 @@ def _print_estimate(estimate: Estimate) -> None:
     _table(
         ("parameter", "value", "std", "std %", "unit", "formula"),
         [
-            (p.name, f"{p.value:.5g}", f"{p.std:.2g}", f"{p.relative_std_percent:.1f}", p.unit,
-             p.expression)
+            (
+                p.name,
+                f"{p.value:.5g}",
+                f"{p.std:.2g}",
+                f"{p.relative_std_percent:.1f}",
+                p.unit,
+                p.expression,
+            )
             for p in estimate.parameters
         ],
     )

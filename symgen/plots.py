@@ -113,7 +113,7 @@ def measured_and_predicted(estimate: Estimate, quantity: str | None = None) -> F
     if not traces:
         return None
     quantity, columns = traces[0].quantity, traces[0].measured.shape[1]
-    unit, alone = _unit(estimate, quantity), columns == 1
+    alone, named = columns == 1, _components(estimate, quantity)
     rows = 2 if alone else columns
     shares = [0.62, 0.38] if alone else None
     gap = 0.05 if alone else 0.12 / rows
@@ -132,7 +132,8 @@ def measured_and_predicted(estimate: Estimate, quantity: str | None = None) -> F
                 row = (2 if name == "residual" else 1) if alone else column + 1
                 figure.add_trace(line, row=row, col=1)
     for row in range(1, rows + 1):
-        label = (quantity, "residual")[row - 1] if alone else f"joint {row}"
+        name, unit = named[0 if alone else row - 1]
+        label = (quantity, "residual")[row - 1] if alone else name
         figure.update_yaxes(title=f"{label}, {unit}", row=row, col=1)
     figure.update_xaxes(title="time, s", row=rows, col=1)
     figure.update_yaxes(zeroline=True)
@@ -150,14 +151,15 @@ def residual_spectrum(estimate: Estimate, quantity: str | None = None) -> Figure
     traces = tuple(t for t in traces_of(estimate, quantity) if len(t.t) >= 16)
     if not traces:
         return None
-    unit, columns = _unit(estimate, traces[0].quantity), traces[0].measured.shape[1]
+    named, columns = _components(estimate, traces[0].quantity), traces[0].measured.shape[1]
+    unit = " | ".join(dict.fromkeys(unit for _, unit in named))
     figure, low, high = _empty(), np.inf, 0.0
     for trace in traces:
         f, density = _spectrum(trace.t, trace.measured - trace.predicted)
         if np.any(density > 0):
             low, high = min(low, density[density > 0].min()), max(high, density.max())
         for column in range(columns):
-            name = "residual" if columns == 1 else f"joint {column + 1}"
+            name = "residual" if columns == 1 else named[column][0]
             above = np.where(density[:, column] > 0, density[:, column], np.nan)
             figure.add_trace(_curve(f, above, name, _line(column)))
     # the cutoff goes last: it belongs to every log
@@ -350,11 +352,10 @@ def _choose_log(figure: Figure, traces: Sequence[Trace], curves: int) -> None:
     figure.update_layout(plot_bgcolor=ground[first], updatemenus=[{**menu, **place}])
 
 
-def _unit(estimate: Estimate, quantity: str) -> str:
+def _components(estimate: Estimate, quantity: str) -> list[tuple[str, str]]:
     if quantity != "torque":
-        return _UNITS.get(quantity, "-")
-    linear = any(p.unit in ("N", "N s/m") for p in estimate.parameters)
-    return "N m | N" if linear else "N m"
+        return [(quantity, _UNITS.get(quantity, "-"))]
+    return [(f"joint {number}", unit) for number, unit in estimate.joints]
 
 
 def _line(k: int) -> dict[str, Any]:

@@ -203,7 +203,7 @@ def _fit_table(estimate: Estimate) -> Table:
     header, rows = ["data"], [["training"], ["validation"]]
     for label, *both in pairs:
         joints = min(len(residual.per_joint or ()) for residual in both)
-        header += [label, *(f"joint {j}" for j in range(1, joints + 1))]
+        header += [label, *(f"joint {number}" for number, _ in estimate.joints[:joints])]
         for row, residual in zip(rows, both, strict=True):
             row += map(percent, (residual.relative, *(residual.per_joint or ())[:joints]))
     styles = ("name", *("number",) * (len(header) - 1))

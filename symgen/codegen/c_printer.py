@@ -75,9 +75,7 @@ class _Printer:
         used |= {s for e in self.tape.outputs for s in e.free_symbols}
         arguments = tuple(name for name, _ in self.tape.inputs)
         lines = [
-            f"(void){name};"
-            for name, symbols in self.tape.inputs
-            if not used.intersection(symbols)
+            f"(void){name};" for name, symbols in self.tape.inputs if not used.intersection(symbols)
         ]
         lines += [
             f"const {self.dtype} {symbol.name} = {literal(value.subs(self.values), self.dtype)};"
@@ -121,5 +119,6 @@ def operation_counts(tapes: Sequence[Tape]) -> dict[str, int]:
     """Return the summed operation counts of some tapes, as the manifest records them."""
     counts = [tape.operations for tape in tapes]
     return {
-        key: sum(getattr(c, key) for c in counts) for key in ("mul", "add", "div", "sincos", "other")
+        key: sum(getattr(c, key) for c in counts)
+        for key in ("mul", "add", "div", "sincos", "other")
     }

@@ -19,7 +19,10 @@ def arithmetic(values: Mapping[sp.Symbol, sp.Expr]) -> Numbers:
     import casadi
 
     functions = {
-        "sin": casadi.sin, "cos": casadi.cos, "abs": casadi.fabs, "tanh": casadi.tanh,
+        "sin": casadi.sin,
+        "cos": casadi.cos,
+        "abs": casadi.fabs,
+        "tanh": casadi.tanh,
         "sign": casadi.sign,
     }
     return Numbers(values, functions)

@@ -163,9 +163,7 @@ class _Writer:
                 ),
             )
         ]
-        out += [
-            (f"{self.name}_{k.name}.c", self.render("kernel.c", k=d)) for k, d in described
-        ]
+        out += [(f"{self.name}_{k.name}.c", self.render("kernel.c", k=d)) for k, d in described]
         if self.has_identifier():
             for stem in _RUNTIME:
                 for suffix in (".h", ".c"):
@@ -187,14 +185,14 @@ class _Writer:
         return {
             "name": kernel.name,
             "doc": _DOCS[kernel.name],
-            "shapes": [
-                f"{name}: ({length},)" for name, length in arrays
-            ] + [f"out: {_shape(kernel.shape)}: {', '.join(kernel.columns)}"],
+            "shapes": [f"{name}: ({length},)" for name, length in arrays]
+            + [f"out: {_shape(kernel.shape)}: {', '.join(kernel.columns)}"],
             "parameters": ", ".join(
                 [f"const {self.dtype} *{name}" for name, _ in arrays] + [f"{self.dtype} *out"]
             ),
             "strides": ", ".join(f"{a} + k * {s}u" for a, s in [*arrays, ("out", size)]),
-            "operations": ", ".join(f"{v} {key}" for key, v in counts.items() if v) or "0 operations",
+            "operations": ", ".join(f"{v} {key}" for key, v in counts.items() if v)
+            or "0 operations",
             "body": function.body,
             "needs_math": function.needs_math,
             "size": size,
@@ -212,11 +210,20 @@ class _Writer:
             "p": len(base.parameters),
             "inertial": self.model.inertial,
             "sources": " ".join(f"{self.name}_{k.name}.c" for k in self.kernels)
-            + (f" {self.name}_least_squares.c {self.name}_identifier.c"
-               if self.has_identifier() else ""),
+            + (
+                f" {self.name}_least_squares.c {self.name}_identifier.c"
+                if self.has_identifier()
+                else ""
+            ),
             "table": [
-                " | ".join([str(j.number), str(j.sigma), str(j.antecedent),
-                            *(text(getattr(j, key)) for key in keys)])
+                " | ".join(
+                    [
+                        str(j.number),
+                        str(j.sigma),
+                        str(j.antecedent),
+                        *(text(getattr(j, key)) for key in keys),
+                    ]
+                )
                 for j in robot.joints
             ],
             "gravity": "[" + ", ".join(text(g) for g in robot.gravity) + "]",
@@ -268,15 +275,22 @@ class _Writer:
                 }
                 for name, symbols in kernel.tape.inputs
             ]
-            kernels.append({
-                "name": kernel.name,
-                "size": _size(kernel),
-                "arguments": arguments,
-                "call": ", ".join(f"{a['name']}[i]" for a in arguments),
-                "expected": [", ".join(repr(float(v)) for v in row) for row in entry["expected"]],
-            })
+            kernels.append(
+                {
+                    "name": kernel.name,
+                    "size": _size(kernel),
+                    "arguments": arguments,
+                    "call": ", ".join(f"{a['name']}[i]" for a in arguments),
+                    "expected": [
+                        ", ".join(repr(float(v)) for v in row) for row in entry["expected"]
+                    ],
+                }
+            )
         return self.render(
-            "check.c", kernels=kernels, points=_POINTS, digits=DIGITS,
+            "check.c",
+            kernels=kernels,
+            points=_POINTS,
+            digits=DIGITS,
             tolerance=repr(TOLERANCE[self.dtype]),
         )
 

@@ -56,7 +56,7 @@ def reference(t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 def times() -> FloatArray:
     """Return the sampling times: 0 and the paper's 100 samples, s."""
-    return STEP * np.arange(SAMPLES + 1)
+    return np.arange(SAMPLES + 1) * np.float64(STEP)
 
 
 def exact_run(dynamics: Dynamics) -> Runs:
@@ -83,8 +83,8 @@ def setup_b(dynamics: Dynamics, runs: int, seed: int) -> Runs:
     t = times()
     draw = np.random.default_rng([seed, 2])
     computed = _torque(dynamics, *reference(t), WRONG * X_TRUE)
-    noise = TORQUE_NOISE * np.sqrt(np.mean(computed**2, axis=0)) * draw.normal(
-        size=(len(t), runs, 2)
+    noise = (
+        TORQUE_NOISE * np.sqrt(np.mean(computed**2, axis=0)) * draw.normal(size=(len(t), runs, 2))
     )
     forward = dynamics.forward.map(runs)
     parameters = np.repeat(X_TRUE[:, None], runs, 1)

@@ -54,7 +54,7 @@ def solve(system: LinearSystem, method: str = "wls") -> Solution:
     rows = [len(e.y) for e in system.logs]
     if sum(rows) <= p:
         raise IdentificationError(f"{sum(rows)} equations for {p} parameters: the log is too short")
-    factors = [np.linalg.qr(np.column_stack([e.W, e.y]), mode="r") for e in system.logs]
+    factors = [triangle(np.column_stack([e.W, e.y])) for e in system.logs]
     weights = np.ones(len(factors))
     X, scale, R = _from_factors(factors, weights, system.names)
     if method == "wls" and len(factors) > 1:
@@ -68,7 +68,7 @@ def solve(system: LinearSystem, method: str = "wls") -> Solution:
 
 def precision(system: LinearSystem, X: FloatArray) -> Solution:
     """Return the precision of an estimate X that came from elsewhere, all equations alike."""
-    factors = [np.linalg.qr(np.column_stack([e.W, e.y]), mode="r") for e in system.logs]
+    factors = [triangle(np.column_stack([e.W, e.y])) for e in system.logs]
     weights = np.ones(len(factors))
     _, scale, R = _from_factors(factors, weights, system.names)
     return _with_precision(system, X, scale, R, weights)
@@ -92,15 +92,20 @@ def _from_factors(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Merge weighted factors of [W y]; return X, the norms of the columns, and the scaled R."""
     p = len(names)
-    merged = np.linalg.qr(
-        np.concatenate([w * f for w, f in zip(weights, factors, strict=True)]), mode="r"
-    )
+    merged = triangle(np.concatenate([w * f for w, f in zip(weights, factors, strict=True)]))
     scale = column_norms(merged[:, :p])
     R = merged[:p, :p] / scale
     lost = undetermined(R, names)
     if lost:
         raise IdentificationError(lost)
-    return np.linalg.solve(R, merged[:p, p]) / scale, scale, R
+    X: FloatArray = np.linalg.solve(R, merged[:p, p]) / scale
+    return X, scale, R
+
+
+def triangle(rows: FloatArray) -> FloatArray:
+    """Return the triangular factor R of rows = Q R."""
+    R: FloatArray = np.asarray(np.linalg.qr(rows, mode="r"))
+    return R
 
 
 def column_norms(R: FloatArray) -> FloatArray:

@@ -71,6 +71,7 @@ class Estimate:
 
     Attributes:
         robot: name of the robot.
+        joints: number in the file and unit of the torque of each movable joint.
         model: energy, momentum or torque.
         method: name of the estimator.
         parameters: in the order of X.
@@ -88,6 +89,7 @@ class Estimate:
     """
 
     robot: str
+    joints: tuple[tuple[int, str], ...]
     model: str
     method: str
     parameters: tuple[ParameterEstimate, ...]

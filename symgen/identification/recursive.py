@@ -169,18 +169,25 @@ class _NumpyCore:
         p = len(model.base.parameters)
         power = evaluator.friction_power if p > model.inertial else None
         self._twin = WindowIdentifier(
-            evaluator.energy_regressor, power, parameters=p, inertial=model.inertial,
-            mode=mode, window=0 if mode == "start" else window, forgetting=forgetting,
+            evaluator.energy_regressor,
+            power,
+            parameters=p,
+            inertial=model.inertial,
+            mode=mode,
+            window=0 if mode == "start" else window,
+            forgetting=forgetting,
         )
 
     def step(self, arrays: Sequence[FloatArray], dt: float) -> int:
-        return self._twin.step(*arrays, dt)
+        q, qd, tau = arrays
+        return self._twin.step(q, qd, tau, dt)
 
     def restart(self) -> None:
         self._twin.restart()
 
     def run(self, t: FloatArray, arrays: Sequence[FloatArray]) -> int:
-        return self._twin.run(t, *arrays)
+        q, qd, tau = arrays
+        return self._twin.run(t, q, qd, tau)
 
     def read(self, names: Sequence[str]) -> tuple[FloatArray, FloatArray]:
         lost = self._twin.least_squares.undetermined()

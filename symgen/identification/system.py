@@ -10,7 +10,6 @@ accelerations. Integrals are those of the cubic spline through the samples.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,173 +1,28 @@
-"""NumPy twin of the C runtime: recursive least squares and the identifier on line.
+"""NumPy twin of identifier.c: the identifier on line, for where no C compiler exists.
 
-The same algorithms as templates/c/runtime/least_squares.c and identifier.c, operation by operation,
-in float64, for where no C compiler exists. Both give the same numbers to about 1e-12.
+The same algorithm operation by operation, in float64; both give the same numbers to about 1e-12.
 
-Sources:
+Source:
     Gautier and Khalil, On the identification of the inertial parameters of robots, CDC 1988.
-    Golub and Van Loan, Matrix Computations, 5.1 (Givens rotations) and 6.5 (appending a row).
-    Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, ch. V (SRIF).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import isfinite, nan, sqrt
+from math import isfinite
 from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symgen.errors import IdentificationError
+from symgen.identification.least_squares import LeastSquares
 
 Array = NDArray[np.float64]
 Kernel = Callable[[Array, Array], ArrayLike]
 Mode = Literal["start", "sliding", "consecutive"]
 
-#: A column is dependent when |R(j,j)| <= TOLERANCE ||R(:,j)||; see least_squares.c for the reason.
-TOLERANCE = 1e-10
-
 #: Steps whose ratio exceeds this are integrated by the trapezoid; see identifier.c.
 LARGEST_RATIO = 10
-
-
-class LeastSquares:
-    """Recursive least squares in square-root information form.
-
-    The rows w'X = y seen so far are kept as [W y] = Q [R z; 0 e] (Bierman's SRIF), updated by
-    Givens rotations (Golub and Van Loan, 5.1 and 6.5).
-
-    Attributes:
-        R: (p, p) upper triangle, diagonal >= 0; column j in units of y over units of X_j.
-        z: (p,) Q'y, in units of y.
-        rss: weighted sum of squared residuals, in units of y squared.
-        count: weighted number of rows.
-        forgetting: weight of the past per row, in (0, 1].
-    """
-
-    def __init__(self, parameters: int, forgetting: float = 1.0) -> None:
-        """Begin with no data.
-
-        Args:
-            parameters: p, the length of X.
-            forgetting: a row that is k rows old weighs forgetting**k; 1 keeps everything.
-
-        Raises:
-            ValueError: parameters is below 1, or forgetting outside (0, 1].
-        """
-        if parameters < 1:
-            raise ValueError(f"parameters is {parameters}; at least 1 is needed")
-        if not 0.0 < forgetting <= 1.0:
-            raise ValueError(f"forgetting is {forgetting}; a number in (0, 1] is accepted")
-        self.R: Array = np.zeros((parameters, parameters))
-        self.z: Array = np.zeros(parameters)
-        self.rss = 0.0
-        self.count = 0.0
-        self.forgetting = float(forgetting)
-        self._root = sqrt(forgetting)
-
-    def update(self, row: ArrayLike, y: float) -> int:
-        """Add the equation row'X = y.
-
-        Args:
-            row: (p,) coefficients.
-            y: right-hand side.
-
-        Returns:
-            0; 1, and nothing changed, when a number is not finite.
-        """
-        work = np.array(row, dtype=np.float64)
-        if work.shape != self.z.shape:
-            raise ValueError(f"row has shape {work.shape}; {self.z.shape} is accepted")
-        if not (isfinite(y) and bool(np.isfinite(work).all())):
-            return 1
-        rest = self._rotate(work, float(y), 0, self._root)
-        self.rss = self.forgetting * self.rss + rest * rest
-        self.count = self.forgetting * self.count + 1.0
-        return 0
-
-    def merge(self, other: LeastSquares) -> None:
-        """Add all that another state holds, with the weights the rows have there.
-
-        Args:
-            other: a state with the same parameters; read only, and may be this one.
-        """
-        if other.z.shape != self.z.shape:
-            raise ValueError(f"merged {other.z.size} parameters into {self.z.size}")
-        rss, count = self.rss + other.rss, self.count + other.count
-        for i in reversed(range(self.z.size)):
-            rest = self._rotate(other.R[i].copy(), float(other.z[i]), i, 1.0)
-            rss += rest * rest
-        self.rss, self.count = rss, count
-
-    def undetermined(self) -> int:
-        """Return the number (from 1) of the first parameter that the data leave open, or 0."""
-        for j in range(self.z.size):
-            column = self.R[: j + 1, j]
-            largest = float(np.abs(column).max())
-            if not largest > 0.0:
-                return j + 1
-            norm = largest * float(np.linalg.norm(column / largest))
-            if not column[j] > TOLERANCE * norm:
-                return j + 1
-        return 0
-
-    def solve(self) -> tuple[Array, Array, float]:
-        """Solve for the parameters.
-
-        Returns:
-            X: (p,) parameters.
-            std: (p,) sigma times the norms of the rows of R^-1, sigma^2 = rss / (count - p), for
-                residuals that are independent from row to row; NaN when count <= p.
-            rss: sum of squared residuals.
-
-        Raises:
-            IdentificationError: a column depends on those before it; the message has its number.
-        """
-        culprit = self.undetermined()
-        if culprit:
-            raise IdentificationError(
-                f"parameter {culprit} of {self.z.size} is not determined by the data: its column "
-                "depends on the columns before it; a motion that excites it is needed"
-            )
-        p = self.z.size
-        freedom = self.count - p
-        sigma = sqrt(self.rss / freedom) if freedom > 0.0 else nan
-        std = np.linalg.norm(self._back_substitute(sigma * np.eye(p)), axis=1)
-        return self._back_substitute(self.z), np.asarray(std, dtype=np.float64), self.rss
-
-    def _back_substitute(self, right: Array) -> Array:
-        x = right.copy()
-        for i in reversed(range(self.z.size)):
-            x[i] = (x[i] - self.R[i, i + 1 :] @ x[i + 1 :]) / self.R[i, i]
-        return x
-
-    def _rotate(self, row: Array, y: float, first: int, root: float) -> float:
-        """Rotate row'X = y into root [R z] from column `first` on; row is overwritten.
-
-        Returns:
-            what is left of y, orthogonal to all columns.
-        """
-        R, z = self.R, self.z
-        for i in range(first, z.size):
-            x, pivot = float(row[i]), root * float(R[i, i])
-            sine, half = 0.0, 0.0
-            if abs(x) > pivot:
-                ratio, sign = pivot / abs(x), -1.0 if x < 0.0 else 1.0
-                scale = sqrt(1.0 + ratio * ratio)
-                sine, half = sign / scale, sign / (scale + ratio)
-            elif pivot > 0.0:
-                ratio = x / pivot
-                scale = sqrt(1.0 + ratio * ratio)
-                sine, half = ratio / scale, ratio / (scale + 1.0)
-            # As a change by half = tan(angle / 2): small angles keep their digits.
-            above, below = root * R[i, i:], row[i:].copy()
-            R[i, i:] = above + sine * (below - half * above)
-            row[i:] = below - sine * (above + half * below)
-            top = root * float(z[i])
-            z[i] = top + sine * (y - half * top)
-            y = y - sine * (top + half * y)
-        return y
 
 
 class WindowIdentifier:
@@ -198,9 +53,10 @@ class WindowIdentifier:
         """Begin with no data.
 
         Args:
-            energy_regressor: DL(q, qd), (p_inertial,), J per unit of X.
-            friction_power: DF(q, qd), (p - p_inertial,), W per unit of X; None when
-                parameters == inertial.
+            energy_regressor: DL(q, qd), (p_inertial,), J per unit of X; for q, qd of (N, n) it
+                gives (N, p_inertial).
+            friction_power: DF(q, qd), (p - p_inertial,), W per unit of X, and (N, ...) likewise;
+                None when parameters == inertial.
             parameters: p.
             inertial: p_inertial.
             mode: "start", every window starts at the first sample, as in the paper; "sliding",
@@ -258,15 +114,28 @@ class WindowIdentifier:
             return 1
         if self._samples > 0 and not (dt > 0.0 and isfinite(dt)):
             return 1
+        energy, values = self._columns(q, qd, tau)
+        if not (bool(np.isfinite(energy).all()) and bool(np.isfinite(values).all())):
+            return 1
+        equation = self._take(energy, values, dt)
+        if equation is not None:
+            self.least_squares.update(*equation)
+        return 0
+
+    def _columns(self, q: Array, qd: Array, tau: Array) -> tuple[Array, Array]:
+        """Evaluate DL and the integrands, of one sample or of many."""
         with np.errstate(over="ignore", invalid="ignore"):
             # Copied: a compiled kernel may hand out the same buffer every time.
             energy = np.array(self._energy_regressor(q, qd), dtype=np.float64)
-            values = np.empty(self._integrands)
-            values[0] = qd @ tau
+            values = np.empty((*q.shape[:-1], self._integrands))
+            values[..., 0] = np.einsum("...i,...i->...", qd, tau)
             if self._friction_power is not None:
-                values[1:] = self._friction_power(q, qd)
-        if not (bool(np.isfinite(energy).all()) and bool(np.isfinite(values).all())):
-            return 1
+                values[..., 1:] = self._friction_power(q, qd)
+        return energy, values
+
+    def _take(self, energy: Array, values: Array, dt: float) -> tuple[Array, float] | None:
+        """Integrate up to a sample; return the equation of the window it closes, if any."""
+        equation = None
         if self._samples == 0:
             self._start = energy
             if self._mode == "sliding":
@@ -281,11 +150,9 @@ class WindowIdentifier:
                 # not used, so that no step takes in more than one row.
                 self._advance(_integrate(*points, self._dt, dt, last=False), self._energy)
             equation = self._advance(_integrate(*points, self._dt, dt, last=True), energy)
-            if equation is not None:
-                self.least_squares.update(*equation)
         self._samples = min(self._samples + 1, 3)
         self._before, self._latest, self._dt = self._latest, values, dt
-        return 0
+        return equation
 
     def run(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> int:
         """Restart, then step through a whole log.
@@ -301,11 +168,18 @@ class WindowIdentifier:
         """
         self.restart()
         t, q, qd, tau = (np.asarray(x, dtype=np.float64) for x in (t, q, qd, tau))
-        for k in range(t.size):
-            dt = float(t[k] - t[k - 1]) if k else 0.0
-            if (k == 0 and not isfinite(t[0])) or self.step(q[k], qd[k], tau[k], dt):
-                return k + 1
-        return 0
+        steps = np.diff(t, prepend=t[:1])
+        energy, values = self._columns(q, qd, tau)
+        good = np.isfinite(t) & np.isfinite(steps) & ((steps > 0) | (np.arange(t.size) == 0))
+        for array in (q, qd, tau, energy, values):
+            good &= np.isfinite(array).all(axis=1)
+        count = t.size if good.all() else int(np.argmin(good))
+        taken = (self._take(energy[k], values[k], float(steps[k])) for k in range(count))
+        equations = [equation for equation in taken if equation is not None]
+        if equations:
+            rows, right = zip(*equations, strict=True)
+            self.least_squares.extend(np.array(rows), np.array(right))
+        return 0 if count == t.size else count + 1
 
     def read(self) -> tuple[Array, Array]:
         """Return the parameters X (p,) and their standard deviations (p,).

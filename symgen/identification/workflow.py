@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import symgen.identification.verdict as verdicts
+from symgen import names
 from symgen.codegen.casadi_model import dynamics
 from symgen.data.log import Log, read_log
 from symgen.data.signals import Samples, lowpass, motion_bandwidth, prepare
@@ -22,6 +23,7 @@ from symgen.identification.batch import (
     column_norms,
     precision,
     solve,
+    triangle,
     undetermined,
 )
 from symgen.identification.estimate import Convergence, Estimate, ParameterEstimate, Residual, Trace
@@ -101,7 +103,9 @@ def identify(
     if fault:
         raise IdentificationError(f"these data do not determine the parameters: {fault}")
     progress("validating")
-    return _estimate(evaluator, solution, convergence, train, held, method, window, bool(validation))
+    return _estimate(
+        evaluator, solution, convergence, train, held, method, window, bool(validation)
+    )
 
 
 def _listed(logs: Sequence[Source] | Source) -> list[Source]:
@@ -179,7 +183,7 @@ def _convergence(system: LinearSystem) -> Convergence:
     for e in system.logs:
         for at in range(0, len(e.y), stride):
             rows = np.column_stack([e.W[at : at + stride], e.y[at : at + stride]])
-            factor = np.linalg.qr(np.concatenate([factor, rows]), mode="r")
+            factor = triangle(np.concatenate([factor, rows]))
             R = factor[:p, :p]
             if len(factor) >= p and not undetermined(R / column_norms(R), system.names):
                 times.append(before + float(e.t[min(at + stride, len(e.t)) - 1] - e.t[0]))
@@ -222,13 +226,16 @@ def _estimate(
         notes += ("no validation log is given: the last fifth of each log is held out",)
     if len(solution.weights) > 1 and method == "wls":
         low, high = min(solution.weights), max(solution.weights)
-        notes += (f"logs are weighed by their own residuals, largest over smallest {high / low:.2f}",)
+        notes += (
+            f"logs are weighed by their own residuals, largest over smallest {high / low:.2f}",
+        )
     flagged = [p.name for p in parameters if not p.relative_std_percent <= 30]
     if flagged:
         notes += (f"relative standard deviation above 30 %: {', '.join(flagged)}",)
     cutoffs = [p.samples.cutoff_hz for p in train if p.samples.cutoff_hz is not None]
     return Estimate(
         robot=evaluator.model.robot.name,
+        joints=tuple((j.number, names.unit("FS", j.sigma)) for j in evaluator.model.robot.movable),
         model="energy",
         method=method,
         parameters=parameters,
@@ -244,7 +251,8 @@ def _estimate(
         notes=notes,
         correlation=solution.covariance / np.outer(outside, outside),
         traces=tuple(_energy_trace(p, solution.X) for p in (*train, *held))
-        + train_traces + held_traces,
+        + train_traces
+        + held_traces,
         convergence=convergence,
         provenance=_provenance(evaluator, train, held),
     )

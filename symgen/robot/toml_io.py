@@ -6,7 +6,6 @@ import math
 import re
 import tomllib
 import warnings
-from collections.abc import Callable
 from decimal import Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,6 +19,8 @@ from symgen.robot.builtin import library, library_text
 from symgen.robot.types import Coupling, Joint, Limits, Robot
 
 if TYPE_CHECKING:
+    from pydantic import BaseModel
+
     from symgen.robot.schema import JointTable, RobotFile
 
 _LENGTHS = ("b", "d", "r")
@@ -103,7 +104,7 @@ def _validated(data: dict[str, object], where: str) -> RobotFile:
         fault = error.errors()[0]
         place = _place(fault["loc"])
         if fault["type"] == "extra_forbidden":
-            table = _table_at(RobotFile, fault["loc"][:-1])
+            table = _table_at(fault["loc"][:-1])
             raise RobotError(
                 f"{where}: {place}: unknown key; accepted: {', '.join(table)}"
             ) from error
@@ -111,19 +112,18 @@ def _validated(data: dict[str, object], where: str) -> RobotFile:
         raise RobotError(f"{where}: {place}: accepted: {message}") from error
 
 
-def _table_at(model: object, loc: tuple[str | int, ...]) -> list[str]:
+def _table_at(loc: tuple[str | int, ...]) -> list[str]:
     """Return the keys that the table at `loc` accepts."""
     from symgen.robot import schema
 
-    tables = {
+    tables: dict[str, type[BaseModel]] = {
         "robot": schema.RobotTable,
         "joint": schema.JointTable,
         "coupling": schema.CouplingTable,
         "payload": schema.PayloadTable,
         "limits": schema.LimitsTable,
     }
-    table = tables.get(str(loc[0])) if loc else schema.RobotFile
-    return list(table.model_fields) if table is not None else []
+    return list((tables[str(loc[0])] if loc else schema.RobotFile).model_fields)
 
 
 def _place(loc: tuple[str | int, ...]) -> str:
@@ -254,9 +254,7 @@ class _Reader:
                 raise self.fail(f"{place}: two different joints are needed")
             if any(second == c.second for c in found):
                 raise self.fail(f"{place}: a second coupling with number {second}")
-            ratio = self.expression(
-                table.ratio, f"coupling {number}, key 'ratio'", self.geometry
-            )
+            ratio = self.expression(table.ratio, f"coupling {number}, key 'ratio'", self.geometry)
             if ratio.is_zero:
                 raise self.fail(f"coupling {number}, key 'ratio': zero couples nothing")
             found.append(Coupling(first, second, ratio))
@@ -283,14 +281,11 @@ class _Reader:
         for low, high in table.position or ():
             if low >= high:
                 raise self.fail(f"limits, key 'position': [{low}, {high}] is empty")
-        as_tuple: Callable[[list[float] | None], tuple[float, ...] | None] = (
-            lambda values: None if values is None else tuple(values)
-        )
         return Limits(
             position=None if table.position is None else tuple(table.position),
-            velocity=as_tuple(table.velocity),
-            acceleration=as_tuple(table.acceleration),
-            torque=as_tuple(table.torque),
+            velocity=None if table.velocity is None else tuple(table.velocity),
+            acceleration=None if table.acceleration is None else tuple(table.acceleration),
+            torque=None if table.torque is None else tuple(table.torque),
         )
 
 

@@ -99,7 +99,8 @@ class Robot:
         """
         if not 1 <= number <= len(self.joints):
             raise RobotError(
-                f"robot {self.name!r}: there is no joint {number}; accepted: 1 to {len(self.joints)}"
+                f"robot {self.name!r}: there is no joint {number}; "
+                f"accepted: 1 to {len(self.joints)}"
             )
         return self.joints[number - 1]
 

@@ -102,7 +102,14 @@ def build_module(sources: Mapping[str, bytes], declarations: str, compiler: Comp
 
     digest = hashlib.sha256()
     suffix = sysconfig.get_config_var("EXT_SUFFIX") or ".so"
-    for part in (*compiler.command, compiler.version, *_FLAGS, cffi.__version__, suffix, declarations):
+    for part in (
+        *compiler.command,
+        compiler.version,
+        *_FLAGS,
+        cffi.__version__,
+        suffix,
+        declarations,
+    ):
         digest.update(part.encode() + b"\0")
     for name in sorted(sources):
         digest.update(name.encode() + b"\0" + sources[name] + b"\0")
@@ -120,7 +127,9 @@ def build_module(sources: Mapping[str, bytes], declarations: str, compiler: Comp
         built = _compile(module, sources, declarations, compiler, work, suffix)
         os.replace(built, target)
     except OSError as error:
-        raise BuildError(f"{folder}: the compiled model cannot be kept: {error.strerror}") from error
+        raise BuildError(
+            f"{folder}: the compiled model cannot be kept: {error.strerror}"
+        ) from error
     finally:
         shutil.rmtree(work, ignore_errors=True)
     try:
@@ -152,8 +161,16 @@ def _compile(
         raise BuildError(f"{include}/Python.h is missing: install the headers of this Python")
     built = work / f"{module}{suffix}"
     files = [f"{module}.c", *sorted(n for n in sources if n.endswith(".c"))]
-    command = [*compiler.command, *_FLAGS, *_platform_flags(), f"-I{include}", *files,
-               "-o", built.name, "-lm"]
+    command = [
+        *compiler.command,
+        *_FLAGS,
+        *_platform_flags(),
+        f"-I{include}",
+        *files,
+        "-o",
+        built.name,
+        "-lm",
+    ]
     try:
         done = subprocess.run(
             command, cwd=work, capture_output=True, text=True, timeout=_TIMEOUT_SECONDS
@@ -196,7 +213,9 @@ def _writable(folder: Path) -> Path:
         try:
             spare.mkdir(mode=0o700, parents=True, exist_ok=True)
         except OSError as error:
-            raise BuildError(f"{folder}: no folder for compiled models: {error.strerror}") from error
+            raise BuildError(
+                f"{folder}: no folder for compiled models: {error.strerror}"
+            ) from error
         if hasattr(os, "getuid") and spare.stat().st_uid != os.getuid():
             raise BuildError(f"{spare}: belongs to another user; set SYMGEN_CACHE") from None
         return spare

@@ -47,7 +47,9 @@ def check(folder: str | Path) -> tuple[Checked, ...]:
         return (_check_one(path),)
     found = sorted(p.parent for p in path.glob("*/manifest.json"))
     if not found:
-        raise PackageError(f"{path}: no generated package (manifest.json) is here or one level down")
+        raise PackageError(
+            f"{path}: no generated package (manifest.json) is here or one level down"
+        )
     return tuple(_check_one(p) for p in found)
 
 

@@ -24,6 +24,7 @@ from symgen.robot.types import Robot
 from symgen.runtime.build import Compiler, build_module, find_compiler
 
 FloatArray = NDArray[np.float64]
+_BLOCK = 512  # samples that CasADi maps over in one call
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,6 +248,7 @@ class _CasadiKernel:
     def __init__(self, kernel: Kernel, model: Model) -> None:
         self.kernel = kernel
         self._function = casadi_function(model, kernel)
+        self._maps: dict[int, Any] = {}
 
     def __call__(self, *inputs: ArrayLike) -> FloatArray:
         arrays, count = _checked(self.kernel, inputs)
@@ -254,8 +256,15 @@ class _CasadiKernel:
             return np.array(self._function(*arrays)).reshape(self.kernel.shape)
         if count == 0:
             return np.zeros((0, *self.kernel.shape))
-        out = self._function.map(count)(*(a.T for a in arrays))
-        return np.ascontiguousarray(np.array(out).T).reshape(count, *self.kernel.shape)
+        out = np.empty((count, *self.kernel.shape))
+        for at in range(0, count, _BLOCK):
+            part = [a[at : at + _BLOCK] for a in arrays]
+            size = len(part[0])
+            if size not in self._maps:  # at most _BLOCK of them, small ones
+                self._maps[size] = self._function.map(size)
+            block = np.array(self._maps[size](*(a.T for a in part)))
+            out[at : at + size] = block.T.reshape(size, *self.kernel.shape)
+        return out
 
     def bind(self) -> Bound:
         inputs = tuple(np.zeros(len(symbols)) for _, symbols in self.kernel.tape.inputs)

@@ -22,7 +22,7 @@ from symgen.robot.types import Robot
 from symgen.symbolic.elimination import Coefficient, Elimination, ExactRow
 from symgen.symbolic.lifting import lifted
 from symgen.symbolic.modular import (
-    BadDraw,
+    BadDrawError,
     PrimeField,
     Residues,
     order_needed,
@@ -248,7 +248,7 @@ class _Columns:
                     field = PrimeField(prime, seed + 1000 * attempt, angles, order, values)
                     out.append(_Sample(field, self._differences(field)))
                     break
-                except BadDraw:
+                except BadDrawError:
                     continue
             else:
                 raise SymgenError("no prime has the square roots that this geometry needs")

@@ -116,7 +116,9 @@ def readable(expr: sp.Expr) -> sp.Expr:
         for p in expanded.atoms(sp.Pow)
         if p.base.func is sp.sin and p.exp.is_Integer and p.exp >= 2
     ]
-    return sp.expand(expanded.xreplace({p: _even_sine(p) for p in squares})) if squares else expanded
+    return (
+        sp.expand(expanded.xreplace({p: _even_sine(p) for p in squares})) if squares else expanded
+    )
 
 
 def _even_sine(power: sp.Pow) -> sp.Expr:

@@ -79,9 +79,7 @@ def torque_tape(robot: Robot) -> Tape:
     return tape.tape([("q", variable.q), ("qd", variable.qd)], outputs)
 
 
-def _drives(
-    robot: Robot, variable: Variables, tape: TapeBuilder
-) -> list[tuple[Parameter, _Drive]]:
+def _drives(robot: Robot, variable: Variables, tape: TapeBuilder) -> list[tuple[Parameter, _Drive]]:
     speed = speeds(robot, variable)
     coupled = {}
     for c in robot.couplings:

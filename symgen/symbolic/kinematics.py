@@ -62,7 +62,9 @@ def frames(robot: Robot, variable: Variables, tape: TapeBuilder) -> tuple[Frame,
         variable: the symbols of q and qd.
         tape: takes the named steps.
     """
-    gx, gy, gz = (tape.constant(f"g{axis}", g) for axis, g in zip("xyz", robot.gravity, strict=True))
+    gx, gy, gz = (
+        tape.constant(f"g{axis}", g) for axis, g in zip("xyz", robot.gravity, strict=True)
+    )
     states = [Frame(ZERO, ZERO, (gx, gy, gz), sp.S.Zero)]
     index = {joint.number: i for i, joint in enumerate(robot.movable)}
     for joint in robot.joints:
@@ -116,9 +118,7 @@ def cosine_sine(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
     return both
 
 
-def _joint_angle(
-    q: sp.Expr, offset: sp.Expr, j: int, tape: TapeBuilder
-) -> tuple[sp.Expr, sp.Expr]:
+def _joint_angle(q: sp.Expr, offset: sp.Expr, j: int, tape: TapeBuilder) -> tuple[sp.Expr, sp.Expr]:
     """Return cosine and sine of q + offset; quarter turns vanish into signs and swaps."""
     quarter = offset * 2 / sp.pi
     if quarter.is_Integer:
@@ -128,9 +128,7 @@ def _joint_angle(
     return tape.name(f"C{j}", sp.cos(angle)), tape.name(f"S{j}", sp.sin(angle))
 
 
-def _rotate(
-    frame: Frame, axis: int, c: sp.Expr, s: sp.Expr, tag: str, tape: TapeBuilder
-) -> Frame:
+def _rotate(frame: Frame, axis: int, c: sp.Expr, s: sp.Expr, tag: str, tape: TapeBuilder) -> Frame:
     """Express a frame's state in axes turned by an angle about x (axis 0) or z (axis 2)."""
     if c == 1:
         return frame

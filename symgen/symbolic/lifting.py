@@ -2,8 +2,9 @@
 
 Elimination modulo a prime tells which columns take part in a relation. Their coefficients are the
 null vector of a small matrix: the columns at a few rational points of the state, evaluated exactly
-with lengths as symbols, or numerically with many digits where no symbol occurs. Angles that are no fraction of pi enter by the tangent t of their half,
-cos = (1 - t^2)/(1 + t^2), sin = 2 t/(1 + t^2), so that the matrix is rational.
+with lengths as symbols, or numerically with many digits where no symbol occurs. Angles that are no
+fraction of pi enter by the tangent t of their half, cos = (1 - t^2)/(1 + t^2) and
+sin = 2 t/(1 + t^2), so that the matrix is rational.
 """
 
 from __future__ import annotations
@@ -76,9 +77,7 @@ def _numbers(
     context = mpmath.mp.clone()
     context.dps = 2 * _DIGITS
     functions = {"sin": context.sin, "cos": context.cos}
-    arithmetic = Numbers(
-        {}, functions, lambda value: context.mpf(str(value)), digits=2 * _DIGITS
-    )
+    arithmetic = Numbers({}, functions, lambda value: context.mpf(str(value)), digits=2 * _DIGITS)
     draw = random.Random("numbers")
     rows = []
     for _ in range(len(support) + 3):

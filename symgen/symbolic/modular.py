@@ -30,7 +30,7 @@ _BITS = 31  # products of two residues fit in 64 bits
 _TWELFTH = 48  # k pi/24 is a power of e^(2 pi i/48)
 
 
-class BadDraw(SymgenError):
+class BadDrawError(SymgenError):
     """A random point makes a denominator zero or a radicand a non-residue: draw again."""
 
 
@@ -187,7 +187,7 @@ class PrimeField:
 
     def _inverse(self, a: int) -> int:
         if a % self.p == 0:
-            raise BadDraw("a denominator vanishes at this point")
+            raise BadDrawError("a denominator vanishes at this point")
         return pow(int(a), -1, self.p)
 
     def _square_root(self, e: sp.Expr) -> int:
@@ -213,7 +213,7 @@ class PrimeField:
     def _residue_root(self, a: int) -> int:
         root = sp.sqrt_mod(a, self.p)
         if root is None:
-            raise BadDraw("not a quadratic residue at this point")
+            raise BadDrawError("not a quadratic residue at this point")
         return int(root)
 
 

@@ -51,14 +51,14 @@ def _placement(joint: Joint) -> tuple[Matrix, list[sp.Expr]]:
     ca, sa = cosine_sine(joint.alpha)
     ct, st = cosine_sine(joint.theta)
     about_z: Matrix = [[cg, -sg, sp.S.Zero], [sg, cg, sp.S.Zero], [sp.S.Zero, sp.S.Zero, sp.S.One]]
-    rotation = _product(about_z, [[ct, -st, sp.S.Zero], [ca * st, ca * ct, -sa], [sa * st, sa * ct, ca]])
+    rotation = _product(
+        about_z, [[ct, -st, sp.S.Zero], [ca * st, ca * ct, -sa], [sa * st, sa * ct, ca]]
+    )
     x, y, z = joint.d, -sa * joint.r, ca * joint.r + joint.b
     return rotation, [cg * x - sg * y, sg * x + cg * y, z]
 
 
-def _carried(
-    joint: Joint, axis: list[sp.Expr] | None, rotation: Matrix
-) -> list[sp.Expr] | None:
+def _carried(joint: Joint, axis: list[sp.Expr] | None, rotation: Matrix) -> list[sp.Expr] | None:
     """Carry the common direction of rotation from the antecedent into frame j."""
     if axis is None:
         return None
@@ -93,9 +93,7 @@ def _moved(
     return out
 
 
-def transported(
-    body: dict[str, int], R: Matrix, P: list[sp.Expr]
-) -> dict[str, sp.Expr]:
+def transported(body: dict[str, int], R: Matrix, P: list[sp.Expr]) -> dict[str, sp.Expr]:
     """Return the ten parameters of a body in another frame: Huygens and Steiner.
 
         J' = R J R^T - [m]x [P]x - [P]x [m]x - M [P]x [P]x,   MS' = m + M P,   m = R MS

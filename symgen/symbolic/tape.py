@@ -139,7 +139,9 @@ class Tape:
                 elif part.is_Function:
                     count["other"] += 1
         # The argument of sin and cos is written once for both.
-        repeated = len([1 for _, e in self.steps if e.func in (sp.sin, sp.cos) and e.args[0].is_Add])
+        repeated = len(
+            [1 for _, e in self.steps if e.func in (sp.sin, sp.cos) and e.args[0].is_Add]
+        )
         shared = len([a for a in angles if a.is_Add])
         return Operations(
             mul=count["mul"],
@@ -215,12 +217,16 @@ class _Compiler:
             for k, factor in enumerate(factors):
                 right = self.emit(factor, None)
                 whole = len(split) == 1 and not negative and k == len(factors) - 1
-                product = right if product is None else self.put(
-                    "mul", target if whole else None, product, right
+                product = (
+                    right
+                    if product is None
+                    else self.put("mul", target if whole else None, product, right)
                 )
             assert product is not None
             if value is None:
-                value = self.put("neg", target if last_term else None, product) if negative else product
+                value = (
+                    self.put("neg", target if last_term else None, product) if negative else product
+                )
             else:
                 value = self.put(
                     "sub" if negative else "add", target if last_term else None, value, product

@@ -22,7 +22,8 @@ import numpy as np
 import pytest
 
 from symgen.errors import IdentificationError
-from symgen.identification.twin import LeastSquares, WindowIdentifier
+from symgen.identification.least_squares import LeastSquares
+from symgen.identification.twin import WindowIdentifier
 
 RUNTIME = Path(__file__).parents[2] / "templates" / "c" / "runtime"
 FILES = ("least_squares.h", "least_squares.c", "identifier.h", "identifier.c")
@@ -70,13 +71,15 @@ PACKAGES = {
 
 def arm_energy(q, qd):
     """DL of the planar 2R arm, J per unit of X."""
-    w, c, s = qd[0] + qd[1], LENGTH * np.cos(q[1]), LENGTH * np.sin(q[1])
-    return np.array([qd[0] ** 2 / 2, w**2 / 2, w * qd[0] * c, -w * qd[0] * s])
+    first, w = qd[..., 0], qd[..., 0] + qd[..., 1]
+    c, s = LENGTH * np.cos(q[..., 1]), LENGTH * np.sin(q[..., 1])
+    return np.stack([first**2 / 2, w**2 / 2, w * first * c, -w * first * s], axis=-1)
 
 
 def arm_friction(_q, qd):
     """DF of FS1 FV1 FS2 FV2, W per unit of X."""
-    return np.array([abs(qd[0]), qd[0] ** 2, abs(qd[1]), qd[1] ** 2])
+    first, second = qd[..., 0], qd[..., 1]
+    return np.stack([abs(first), first**2, abs(second), second**2], axis=-1)
 
 
 KERNELS = {

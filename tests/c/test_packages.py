@@ -21,15 +21,13 @@ needs_cmake = pytest.mark.skipif(
     CC is None or CMAKE is None or CTEST is None, reason="cc, cmake or ctest is not on this machine"
 )
 
-STRICT = (
-    "-std=c99 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wdouble-promotion "
-    "-Wstrict-prototypes -Werror"
-).split()
-STRICT_CXX = "-x c++ -std=c++11 -Wall -Wextra -Werror".split()
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Wdouble-promotion", "-Wstrict-prototypes", "-Werror"]
+STRICT_CXX = ["-x", "c++", "-std=c++11", "-Wall", "-Wextra", "-Werror"]
 MATH = {"sin", "cos", "sincos", "fabs", "tanh", "sqrt"}
 # Beyond libm, what compilers call on their own account for copies and protected stacks.
 FROM_OUTSIDE = (
-    MATH | {f"{name}f" for name in MATH}
+    MATH
+    | {f"{name}f" for name in MATH}
     | {"memcpy", "memset", "memmove", "__stack_chk_fail", "_GLOBAL_OFFSET_TABLE_"}
 )
 
@@ -66,8 +64,14 @@ ratio = "-L1"
 joint = 5
 """
 CASES = [
-    ("planar2r", "double"), ("scara", "double"), ("emps", "double"), ("panda", "double"),
-    ("rich", "double"), ("planar2r", "float"), ("tx40", "float"), ("rich", "float"),
+    ("planar2r", "double"),
+    ("scara", "double"),
+    ("emps", "double"),
+    ("panda", "double"),
+    ("rich", "double"),
+    ("planar2r", "float"),
+    ("tx40", "float"),
+    ("rich", "float"),
 ]
 IDS = [f"{name}-{dtype}" for name, dtype in CASES]
 
@@ -160,7 +164,10 @@ def test_every_header_stands_alone_in_cxx_and_keeps_c_linkage(package, tmp_path)
         f"{name}_real out[{name}_INERTIAL]; {name}_energy_regressor(q, qd, out);\n"
         f"{name}_energy_regressor_batch(1, q, qd, out); return 0; }}\n"
     )
-    run([GXX, "-std=c++11", f"-I{package}", caller, *objects(package), "-lm", "-o", "caller"], tmp_path)
+    run(
+        [GXX, "-std=c++11", f"-I{package}", caller, *objects(package), "-lm", "-o", "caller"],
+        tmp_path,
+    )
     run([tmp_path / "caller"], tmp_path)
 
 
@@ -284,10 +291,7 @@ def test_nothing_but_libm_is_needed_so_that_nothing_allocates(package):
 def test_external_symbols_of_all_packages_differ(packages):
     chosen = [c for c in packages if c.endswith("double")]
     names = [
-        name
-        for case in chosen
-        for kind, name in symbols(objects(packages[case]))
-        if kind in "TR"
+        name for case in chosen for kind, name in symbols(objects(packages[case])) if kind in "TR"
     ]
     assert len(names) == len(set(names))
 
@@ -313,11 +317,8 @@ def test_float_kernels_have_only_float_literals_and_functions(case, packages):
 
 # Awkward names.
 
-HARMLESS = "W32 C2 DXX2 V31 k N out j1 y0 gamma S2 HW32".split()
-TAKEN = (
-    "real JOINTS PARAMETERS INERTIAL MODEL_H WINDOW_START energy_regressor friction_power "
-    "least_squares"
-).split()
+HARMLESS = ["W32", "C2", "DXX2", "V31", "k", "N", "out", "j1", "y0", "gamma", "S2", "HW32"]
+TAKEN = ["real", "JOINTS", "PARAMETERS", "INERTIAL", "MODEL_H", "WINDOW_START", "energy_regressor", "friction_power", "least_squares"]
 ONE_LENGTH = """
 [robot]
 name = "arm"

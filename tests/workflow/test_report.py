@@ -44,6 +44,7 @@ def synthetic(robot: str = "arm2", log: str = "excite.csv", verdict: str = "doub
     correlation = np.eye(6)
     correlation[0, 1] = correlation[1, 0] = -0.9731
     return Estimate(
+        joints=tuple((j + 1, "N m") for j in range(7)),
         robot=robot,
         model="energy",
         method="wls",

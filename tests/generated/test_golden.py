@@ -1,0 +1,282 @@
+"""The golden set: generating again gives the same bytes, and a spoiled file never passes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+import symgen
+from symgen.codegen.c_printer import literal
+
+PROJECT = Path(__file__).resolve().parents[2]
+GOLDEN = PROJECT / "generated"
+PACKAGES = sorted(p.parent.name for p in GOLDEN.glob("*/manifest.json"))
+
+# Generates in a fresh interpreter; .casadi files are compared by value elsewhere, not by bytes.
+DIGESTS = """
+import hashlib, json, sys, symgen
+for name in sys.argv[1:]:
+    files = symgen.generate(symgen.derive(symgen.read_robot(name))).files
+digests = {k: hashlib.sha256(v).hexdigest() for k, v in files.items() if k[-7:] != ".casadi"}
+print(json.dumps([list(files), digests]))
+"""
+
+
+def python(*arguments: str, **environment: str) -> subprocess.Popen[str]:
+    """Start a Python that finds this checkout."""
+    return subprocess.Popen(
+        [sys.executable, *arguments],
+        cwd=PROJECT,
+        env={**os.environ, **environment},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """Compiled models of this test only."""
+    monkeypatch.setenv("SYMGEN_CACHE", str(tmp_path / "cache"))
+
+
+@pytest.fixture
+def copy(tmp_path, monkeypatch):
+    """A copy of the golden planar2r to be spoiled; compiling plays no part in comparing."""
+    monkeypatch.setattr("symgen.runtime.check.find_compiler", lambda: None)
+    return Path(shutil.copytree(GOLDEN / "planar2r", tmp_path / "planar2r"))
+
+
+def differences(folder: Path) -> tuple[str, ...]:
+    (result,) = symgen.check(folder)
+    return result.differences
+
+
+# Equal.
+
+
+@pytest.mark.usefixtures("cache")
+def test_golden_set_is_what_generating_again_gives_and_agrees_with_50_digits():
+    results = symgen.check(GOLDEN)
+    assert [r.folder.name for r in results] == PACKAGES
+    assert {"panda", "planar2r", "puma560"} <= set(PACKAGES)
+    assert {r.folder.name: r.differences for r in results if r.differences} == {}
+    for result in results:
+        manifest = json.loads((result.folder / "manifest.json").read_text())
+        assert result.rank == len(manifest["base_parameters"])
+        assert {k for _, k, _ in result.errors} == set(manifest["verification"]["points"])
+        assert max(e for _, _, e in result.errors) <= manifest["verification"]["tolerance"]
+
+
+@pytest.mark.parametrize("name", PACKAGES)
+def test_manifest_digests_are_those_of_the_files(name):
+    folder = GOLDEN / name
+    digests = json.loads((folder / "manifest.json").read_text())["digests"]
+    names = {p.name for p in folder.iterdir() if p.suffix != ".casadi"} - {"manifest.json"}
+    assert set(digests) == names
+    found = {n: hashlib.sha256((folder / n).read_bytes()).hexdigest() for n in names}
+    assert found == digests
+
+
+def test_bytes_do_not_depend_on_the_hash_seed_or_on_what_was_derived_before():
+    jobs = [
+        python("-c", DIGESTS, "tx40", PYTHONHASHSEED="0"),
+        python("-c", DIGESTS, "tx40", PYTHONHASHSEED="1"),
+        python("-c", DIGESTS, "stanford", "planar2r", "tx40", PYTHONHASHSEED="31337"),
+    ]
+    answers = [job.communicate(timeout=120) for job in jobs]
+    assert [job.returncode for job in jobs] == [0, 0, 0], [err for _, err in answers]
+    first, *others = [out for out, _ in answers]
+    assert "tx40_friction_power.c" in first
+    assert others == [first, first]
+
+
+def test_a_package_generates_itself():
+    model = symgen.derive(symgen.read_robot(GOLDEN / "planar2r"))
+    again = symgen.generate(model)
+    found = {p.name for p in (GOLDEN / "planar2r").iterdir()}
+    assert found == set(again.files)
+
+
+# Different.
+
+
+def test_every_byte_counts_in_each_text_file(copy):
+    names = sorted(p.name for p in copy.iterdir() if p.suffix in (".c", ".h", ".txt", ".md"))
+    assert len(names) == 9
+    for name in names:
+        content = (copy / name).read_bytes()
+        (copy / name).write_bytes(content + b"\n")
+    assert {d.split(":")[0] for d in differences(copy)} == set(names)
+
+
+def test_a_spoiled_constant_in_a_kernel_is_found_with_its_line(copy):
+    kernel = copy / "planar2r_energy_regressor.c"
+    text = kernel.read_text()
+    assert "= 0.5 * W32;" in text
+    kernel.write_text(text.replace("= 0.5 * W32;", "= 0.50000000000000011 * W32;"))
+    line = 1 + text[: text.index("= 0.5 * W32;")].count("\n")
+    assert differences(copy) == (f"planar2r_energy_regressor.c: line {line} differs",)
+
+
+def test_a_casadi_file_that_computes_something_else_is_found(copy):
+    changed = (copy / "robot.toml").read_text().replace("L1 = 0.5", "L1 = 0.500001")
+    other = symgen.generate(symgen.derive(symgen.parse_robot(changed)), target="casadi")
+    file = "planar2r_energy_regressor.casadi"
+    (copy / file).write_bytes(other.files[file])
+    assert differences(copy) == (f"{file}: computes something else",)
+
+
+@pytest.mark.parametrize("content", [b"", b"not a function", b"\xff\xfe", b"cut"])
+def test_a_casadi_file_that_is_none_is_found(copy, content):
+    file = copy / "planar2r_energy_regressor.casadi"
+    file.write_bytes(file.read_bytes()[:200] if content == b"cut" else content)
+    assert differences(copy) == (f"{file.name}: computes something else",)
+
+
+def test_a_casadi_file_of_another_robot_is_found(copy):
+    file = "planar2r_energy_regressor.casadi"
+    shutil.copy(GOLDEN / "panda" / "panda_energy_regressor.casadi", copy / file)
+    assert differences(copy) == (f"{file}: computes something else",)
+
+
+@pytest.mark.parametrize("part", ["points", "expected"])
+def test_a_spoiled_verification_value_is_found(copy, part):
+    path = copy / "manifest.json"
+    manifest = json.loads(path.read_text())
+    entry = manifest["verification"][part]["energy_regressor"][0]
+    if part == "points":
+        entry["q"][1] += 1e-6
+    else:
+        entry[0] = f"{entry[0][:-1]}{(int(entry[0][-1]) + 1) % 10}"
+    path.write_text(json.dumps(manifest, indent=1) + "\n")
+    (found,) = differences(copy)
+    assert re.fullmatch(r"manifest.json: line \d+ differs", found)
+
+
+@pytest.mark.parametrize("value", ["1.0", "0.0"])
+def test_a_wrong_verification_value_shows_in_the_measured_error(copy, value):
+    path = copy / "manifest.json"
+    manifest = json.loads(path.read_text())
+    manifest["verification"]["expected"]["energy_regressor"][0][0] = value
+    path.write_text(json.dumps(manifest, indent=1) + "\n")
+    (result,) = symgen.check(copy)
+    assert max(e for _, _, e in result.errors) > 1e-3
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda m: m["verification"].clear(),
+        lambda m: m["verification"]["expected"].clear(),
+        lambda m: m["verification"]["expected"]["energy_regressor"].pop(),
+        lambda m: m["verification"]["expected"]["energy_regressor"][0].pop(),
+        lambda m: m["verification"]["expected"]["energy_regressor"][0].__setitem__(0, "many"),
+        lambda m: m["verification"]["points"]["energy_regressor"][0].pop("q"),
+        lambda m: m["verification"]["points"]["energy_regressor"][0]["q"].append(1.0),
+        lambda m: m["options"].__setitem__("kernels", 3),
+        lambda m: m["options"].__setitem__("dtype", ["double"]),
+    ],
+    ids=["empty", "no-expected", "row", "entry", "word", "no-q", "long-q", "kernels", "dtype"],
+)
+def test_a_manifest_of_the_wrong_shape_is_different_or_refused_in_one_line(copy, spoil):
+    path = copy / "manifest.json"
+    manifest = json.loads(path.read_text())
+    spoil(manifest)
+    path.write_text(json.dumps(manifest, indent=1) + "\n")
+    try:
+        found = differences(copy)
+    except symgen.SymgenError as error:
+        found = (str(error),)
+    assert found
+    assert all("\n" not in line for line in found)
+
+
+def test_an_extra_and_a_missing_file_are_found(copy):
+    (copy / "planar2r_least_squares.c").unlink()
+    (copy / "notes.c").write_text("int x;\n")
+    assert set(differences(copy)) == {
+        "planar2r_least_squares.c: missing", "notes.c: not part of the package",
+    }
+
+
+def test_a_changed_robot_is_found_in_what_follows_from_it(copy):
+    robot = copy / "robot.toml"
+    robot.write_text(robot.read_text().replace("L1 = 0.5", "L1 = 0.6"))
+    found = {d.split(":")[0] for d in differences(copy)}
+    assert {"planar2r.h", "planar2r_check.c", "planar2r_energy_regressor.casadi"} <= found
+
+
+def test_command_line_says_different_by_exit_code_1(tmp_path):
+    for name in ("planar2r", "spoiled"):
+        shutil.copytree(GOLDEN / "planar2r", tmp_path / name)
+    kernel = tmp_path / "spoiled" / "planar2r_energy_regressor.c"
+    kernel.write_text(kernel.read_text().replace("0.5", "0.51", 1))
+    (tmp_path / "empty").mkdir()
+    code = "import sys; sys.argv[0] = 'symgen'; from symgen.cli import main; main()"
+    jobs = [
+        python("-c", code, "check", str(folder), SYMGEN_CC="none")
+        for folder in (tmp_path / "planar2r", tmp_path, tmp_path / "empty")
+    ]
+    answers = [job.communicate(timeout=120) for job in jobs]
+    assert [job.returncode for job in jobs] == [0, 1, 2], answers
+    assert "planar2r_energy_regressor.c: line" in answers[1][0]
+    assert answers[2][1].splitlines()[-1].startswith("symgen: error: ")
+
+
+# Literals.
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+@example(5e-324)
+@example(1.7976931348623157e308)
+@example(1e16)
+@example(0.1)
+def test_a_double_literal_reads_back_as_the_same_number(x):
+    text = literal(sp.Rational(*x.as_integer_ratio()), "double")
+    assert float(text) == x
+    assert re.fullmatch(r"-?\d+(\.\d+)?(e[+-]?\d+)?", text)
+    assert "." in text or "e" in text
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False, width=32))
+@example(float(np.float32(1e-45)))
+@example(float(np.finfo(np.float32).max))
+def test_a_float_literal_reads_back_as_the_same_number(x):
+    text = literal(sp.Rational(*x.as_integer_ratio()), "float")
+    assert re.fullmatch(r"-?\d+(\.\d+)?(e[+-]?\d+)?f", text)
+    assert "." in text or "e" in text
+    assert np.float32(text[:-1]) == np.float32(x)
+
+
+def test_an_exact_number_is_rounded_once():
+    for number in (sp.sqrt(2) / 2, sp.cos(sp.pi / 8), sp.Rational(1, 3), sp.pi * 10**5):
+        exact = Fraction(str(number.evalf(60)))
+        near = float(literal(number, "double"))
+        for other in (math.nextafter(near, -math.inf), math.nextafter(near, math.inf)):
+            assert abs(Fraction(near) - exact) < abs(Fraction(other) - exact)
+
+
+@pytest.mark.parametrize("name", PACKAGES)
+def test_every_literal_of_the_golden_kernels_is_its_own_repr(name):
+    literals = [
+        number
+        for file in [*(GOLDEN / name).glob("*_energy_*.c"), GOLDEN / name / f"{name}.h"]
+        for number in re.findall(r"(?<![\w.])\d+\.\d+(?:e[+-]\d+)?", file.read_text())
+    ]
+    assert literals
+    assert [n for n in literals if repr(float(n)) != n] == []

@@ -1,0 +1,393 @@
+"""Compiling models: the cache, its damage and its races, and machines without a compiler."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import warnings
+from pathlib import Path
+
+import pytest
+
+import symgen
+from symgen.runtime import build, evaluator
+from symgen.runtime.build import Compiler, build_module, find_compiler
+
+PROJECT = Path(__file__).resolve().parents[2]
+CC = shutil.which("cc")
+pytestmark = [
+    pytest.mark.skipif(os.name == "nt", reason="compilers are stood in for by shell scripts"),
+    pytest.mark.usefixtures("machine"),
+]
+needs_cc = pytest.mark.skipif(CC is None, reason="no C compiler (cc) on this machine")
+SOURCES = {
+    "seven.h": b"int seven(void);\n",
+    "seven.c": b'#include "seven.h"\nint seven(void) { return 7; }\n',
+}
+DECLARATIONS = "int seven(void);"
+# Builds in a process of its own; the compiler is the first argument.
+LOAD = f"""
+import sys
+from symgen.runtime.build import Compiler, build_module
+compiler = Compiler((sys.argv[1],), "fake 1")
+print(build_module({SOURCES!r}, {DECLARATIONS!r}, compiler).lib.seven())
+"""
+
+
+@pytest.fixture
+def machine(tmp_path, monkeypatch):
+    """A machine of its own for each test: an empty cache, no chosen compiler, nothing said yet."""
+    monkeypatch.setenv("SYMGEN_CACHE", str(tmp_path / "cache"))
+    monkeypatch.delenv("SYMGEN_CC", raising=False)
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setattr(evaluator, "_said", set())
+    find_compiler.cache_clear()
+    yield
+    find_compiler.cache_clear()
+
+
+@pytest.fixture
+def cache(tmp_path):
+    """The folder of compiled models of this test."""
+    return tmp_path / "cache"
+
+
+def script(path: Path, body: str) -> str:
+    """Write a compiler: it tells its version, and otherwise runs `body`."""
+    path.write_text(f'#!/bin/sh\nif [ "$1" = --version ]; then echo fake 1; exit 0; fi\n{body}\n')
+    path.chmod(0o755)
+    return str(path)
+
+
+@pytest.fixture
+def counted(tmp_path):
+    """A compiler that notes each compilation, and how many there were."""
+    log = tmp_path / "compilations"
+    path = script(tmp_path / "counted-cc", f'echo once >> "{log}"\nexec cc "$@"')
+
+    def count() -> int:
+        return len(log.read_text().splitlines()) if log.exists() else 0
+
+    return Compiler((path,), "fake 1"), count
+
+
+def modules(folder: Path) -> list[str]:
+    """What the cache holds that could be taken for a module."""
+    return sorted(p.name for p in folder.glob("_symgen_*"))
+
+
+def build_elsewhere(compiler: str, *, group: bool = False) -> subprocess.Popen[str]:
+    """Start a process that builds or loads the module."""
+    return subprocess.Popen(
+        [sys.executable, "-c", LOAD, compiler], cwd=PROJECT, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=group,
+    )
+
+
+# The cache.
+
+
+@needs_cc
+def test_a_second_load_does_not_compile(counted, cache):
+    compiler, count = counted
+    first = build_module(SOURCES, DECLARATIONS, compiler)
+    again = build_module(dict(reversed(SOURCES.items())), DECLARATIONS, compiler)
+    assert (first.lib.seven(), again.lib.seven()) == (7, 7)
+    assert count() == 1
+    assert len(modules(cache)) == 1
+    assert list(cache.glob("build-*")) == []
+
+
+@needs_cc
+def test_a_module_is_compiled_once_for_all_processes(counted):
+    compiler, count = counted
+    for _ in range(2):
+        job = build_elsewhere(compiler.command[0])
+        out, err = job.communicate(timeout=120)
+        assert (job.returncode, out) == (0, "7\n"), err
+    assert build_module(SOURCES, DECLARATIONS, compiler).lib.seven() == 7
+    assert count() == 1
+
+
+@needs_cc
+def test_a_model_is_compiled_once_for_two_evaluators(counted, monkeypatch):
+    compiler, count = counted
+    monkeypatch.setenv("SYMGEN_CC", compiler.command[0])
+    for _ in range(2):
+        loaded = symgen.load("planar2r", backend="c")
+        assert loaded.energy_regressor([0.1, 0.2], [1.0, 0.0])[0] == 0.5
+    assert count() == 1
+
+
+@needs_cc
+@pytest.mark.parametrize(
+    "change", ["source", "name of a source", "declarations", "version", "command", "flags"]
+)
+def test_whatever_the_result_depends_on_gives_another_module(change, counted, cache, monkeypatch):
+    compiler, count = counted
+    build_module(SOURCES, DECLARATIONS, compiler)
+    sources, declarations = dict(SOURCES), DECLARATIONS
+    if change == "source":
+        sources["seven.c"] = sources["seven.c"].replace(b"return 7", b"return 3 + 4")
+    elif change == "name of a source":
+        sources["eight.c"] = sources.pop("seven.c")
+    elif change == "declarations":
+        declarations += " "
+    elif change == "version":
+        compiler = Compiler(compiler.command, "fake 2")
+    elif change == "command":
+        compiler = Compiler((*compiler.command, "-g"), compiler.version)
+    else:
+        monkeypatch.setattr(build, "_FLAGS", (*build._FLAGS, "-DNDEBUG"))
+    assert build_module(sources, declarations, compiler).lib.seven() == 7
+    assert count() == 2
+    assert len(modules(cache)) == 2
+
+
+@needs_cc
+def test_robots_that_differ_in_one_length_do_not_share_a_module(cache):
+    text = symgen.robot_toml(symgen.read_robot("planar2r"))
+    one = symgen.load(symgen.parse_robot(text), backend="c")
+    two = symgen.load(symgen.parse_robot(text.replace("L1 = 0.5", "L1 = 0.25")), backend="c")
+    point = ([0.3, 0.0], [1.0, 1.0])
+    assert one.energy_regressor(*point)[2] == 2 * two.energy_regressor(*point)[2] != 0
+    assert len(modules(cache)) == 2
+
+
+# Damage and races.
+
+
+@needs_cc
+def test_processes_that_build_the_same_model_at_once_all_succeed(tmp_path, cache):
+    # The compiler waits until every process has begun to compile: all builds overlap.
+    slow = script(
+        tmp_path / "slow-cc",
+        f'touch "{tmp_path}/begun-$$"\n'
+        f'until [ "$(ls "{tmp_path}" | grep -c begun-)" -ge 3 ]; do sleep 0.05; done\n'
+        'exec cc "$@"',
+    )
+    jobs = [build_elsewhere(slow) for _ in range(3)]
+    answers = [job.communicate(timeout=120) for job in jobs]
+    assert [job.returncode for job in jobs] == [0, 0, 0], answers
+    assert {out for out, _ in answers} == {"7\n"}
+    assert len(modules(cache)) == 1
+    assert list(cache.glob("build-*")) == []
+
+
+@needs_cc
+@pytest.mark.parametrize("when", ["before", "half-written", "written"])
+def test_a_killed_build_leaves_nothing_that_loads_and_the_next_one_works(when, tmp_path, cache):
+    write = {
+        "before": "",
+        "half-written": 'for last; do case "$last" in *.so) echo ELF > "$last";; esac; done',
+        "written": 'cc "$@"',
+    }[when]
+    marker = tmp_path / "compiling"
+    stuck = script(tmp_path / "stuck-cc", f'{write}\ntouch "{marker}"\nexec sleep 60')
+    job = build_elsewhere(stuck, group=True)
+    deadline = time.monotonic() + 60
+    while not marker.exists():
+        assert job.poll() is None, job.communicate()
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    os.killpg(job.pid, signal.SIGKILL)
+    job.communicate(timeout=30)
+    assert modules(cache) == []
+    Path(stuck).unlink()
+    script(Path(stuck), 'exec cc "$@"')  # the same compiler, so the same digest
+    job = build_elsewhere(stuck)
+    out, err = job.communicate(timeout=120)
+    assert (job.returncode, out) == (0, "7\n"), err
+    assert len(modules(cache)) == 1
+
+
+def test_leftovers_of_killed_builds_go_after_an_hour_and_no_earlier(cache):
+    old, fresh = cache / "build-old", cache / "build-fresh"
+    for folder in (old, fresh):
+        folder.mkdir(parents=True)
+        (folder / "model.c").write_text("int x;")
+    os.utime(old, (time.time() - 4000,) * 2)
+    with pytest.raises(symgen.BuildError):
+        build_module(SOURCES, DECLARATIONS, Compiler(("false",), ""))
+    assert sorted(cache.iterdir()) == [fresh]
+
+
+@needs_cc
+@pytest.mark.parametrize("damage", ["empty", "text", "half", "header", "other module"])
+def test_a_damaged_module_in_the_cache_is_built_again(damage, counted, cache):
+    compiler, count = counted
+    assert build_elsewhere(compiler.command[0]).communicate(timeout=60)[0] == "7\n"
+    (name,) = modules(cache)
+    whole = (cache / name).read_bytes()
+    other = b""
+    if damage == "other module":
+        build_module({**SOURCES, "more.c": b"int more;\n"}, DECLARATIONS, compiler)
+        (second,) = set(modules(cache)) - {name}
+        other = (cache / second).read_bytes()
+    (cache / name).unlink()
+    (cache / name).write_bytes({
+        "empty": b"", "text": b"not a module", "half": whole[: len(whole) // 2],
+        "header": whole[:4096], "other module": other,
+    }[damage])
+    before = count()
+    job = build_elsewhere(compiler.command[0])
+    out, err = job.communicate(timeout=60)
+    assert (job.returncode, out) == (0, "7\n"), err
+    assert count() == before + 1
+
+
+@needs_cc
+def test_a_cache_that_cannot_be_written_falls_back_to_the_temporary_folder(
+    counted, tmp_path, monkeypatch
+):
+    compiler, count = counted
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("SYMGEN_CACHE", str(tmp_path / "file" / "cache"))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setenv("USER", "someone")
+    for _ in range(2):
+        assert build_module(SOURCES, DECLARATIONS, compiler).lib.seven() == 7
+    spare = tmp_path / "symgen-someone"
+    assert len(modules(spare)) == 1
+    assert spare.stat().st_mode & 0o777 == 0o700
+    assert count() == 1
+
+
+@pytest.mark.skipif(
+    not hasattr(os, "getuid") or os.getuid() != 0, reason="only root may give a folder away"
+)
+def test_a_temporary_folder_of_another_user_is_not_trusted(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("SYMGEN_CACHE", str(tmp_path / "file" / "cache"))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setenv("USER", "someone")
+    spare = tmp_path / "symgen-someone"
+    spare.mkdir()
+    os.chown(spare, 4242, 4242)
+    with pytest.raises(symgen.BuildError, match="belongs to another user; set SYMGEN_CACHE"):
+        build_module(SOURCES, DECLARATIONS, Compiler(("cc",), ""))
+
+
+def test_no_folder_at_all_is_a_build_error(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("SYMGEN_CACHE", str(tmp_path / "file" / "cache"))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "file"))
+    with pytest.raises(symgen.BuildError, match="no folder for compiled models"):
+        build_module(SOURCES, DECLARATIONS, Compiler(("cc",), ""))
+
+
+# Compilers that fail, and none.
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ('echo "x.c:1:2: warning: hm" >&2; echo "x.c:3:4: error: boom" >&2; echo more >&2; exit 1',
+         r"failed on the generated C: x\.c:3:4: error: boom"),
+        ("echo one >&2; echo two >&2; exit 1", "failed on the generated C"),
+        ("exit 1", "failed on the generated C"),
+        ("exit 0", "failed on the generated C"),
+    ],
+    ids=["error", "no error line", "silent", "no output"],
+)
+def test_a_compiler_that_fails_gives_one_line_and_leaves_nothing(body, words, tmp_path, cache):
+    compiler = Compiler((script(tmp_path / "bad-cc", body),), "fake 1")
+    with pytest.raises(symgen.BuildError, match=words) as caught:
+        build_module(SOURCES, DECLARATIONS, compiler)
+    assert "\n" not in str(caught.value)
+    assert "bad-cc" in str(caught.value)
+    assert list(cache.iterdir()) == []
+
+
+def test_a_compiler_that_is_gone_is_a_build_error(tmp_path):
+    with pytest.raises(symgen.BuildError, match="could not be run"):
+        build_module(SOURCES, DECLARATIONS, Compiler((str(tmp_path / "gone"),), ""))
+
+
+def test_a_compiler_that_hangs_is_a_build_error(tmp_path, cache, monkeypatch):
+    monkeypatch.setattr(build, "_TIMEOUT_SECONDS", 0.2)
+    compiler = Compiler((script(tmp_path / "slow-cc", "exec sleep 20"),), "fake 1")
+    with pytest.raises(symgen.BuildError, match="could not be run") as caught:
+        build_module(SOURCES, DECLARATIONS, compiler)
+    assert "\n" not in str(caught.value)
+    assert list(cache.iterdir()) == []
+
+
+def test_a_module_that_cannot_be_loaded_is_a_build_error(tmp_path):
+    body = 'for a; do case "$a" in *.so) echo nonsense > "$a";; esac; done'
+    compiler = Compiler((script(tmp_path / "odd-cc", body),), "fake 1")
+    with pytest.raises(symgen.BuildError, match="cannot be loaded"):
+        build_module(SOURCES, DECLARATIONS, compiler)
+
+
+def test_without_a_compiler_casadi_evaluates_and_a_warning_says_so_once(monkeypatch):
+    monkeypatch.setenv("SYMGEN_CC", "none")
+    assert find_compiler() is None
+    with pytest.warns(symgen.SymgenWarning, match=r"symgen\[cc\]") as caught:
+        loaded = symgen.load("planar2r")
+    assert len(caught) == 1
+    assert caught[0].filename == __file__
+    assert loaded.backend == "casadi"
+    assert loaded.library is None
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        again = symgen.load("planar2r")
+    assert again.energy_regressor([0.1, 0.2], [1.0, 0.0])[0] == 0.5
+
+
+def test_without_a_compiler_backend_c_raises_and_backend_casadi_is_silent(monkeypatch):
+    monkeypatch.setenv("SYMGEN_CC", "none")
+    with pytest.raises(symgen.BuildError, match=r"symgen\[cc\]"):
+        symgen.load("planar2r", backend="c")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert symgen.load("planar2r", backend="casadi").backend == "casadi"
+
+
+def test_a_failing_compiler_is_a_warning_by_default_and_an_error_for_backend_c(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setenv("SYMGEN_CC", script(tmp_path / "bad-cc", "echo 'x: error: boom' >&2; exit 1"))
+    with pytest.warns(symgen.SymgenWarning, match="boom.*CasADi"):
+        assert symgen.load("planar2r").backend == "casadi"
+    with pytest.raises(symgen.BuildError, match="boom"):
+        symgen.load("planar2r", backend="c")
+
+
+@needs_cc
+def test_with_a_compiler_auto_means_c_without_a_warning():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert symgen.load("planar2r").backend == "c"
+
+
+def test_an_unknown_backend_names_the_known_ones():
+    with pytest.raises(symgen.ParameterError, match="accepted: auto, c, casadi"):
+        symgen.load("planar2r", backend="fortran")
+
+
+@needs_cc
+def test_the_chosen_compiler_comes_before_cc_and_cc_before_the_usual_ones(tmp_path, monkeypatch):
+    mine, other = (script(tmp_path / name, 'exec cc "$@"') for name in ("mine", "other"))
+    found = find_compiler()
+    assert found is not None
+    assert found.command == ("cc",)
+    monkeypatch.setenv("CC", f"{other} -g")
+    find_compiler.cache_clear()
+    found = find_compiler()
+    assert found is not None
+    assert found.command == (other, "-g")
+    monkeypatch.setenv("SYMGEN_CC", mine)
+    find_compiler.cache_clear()
+    assert find_compiler() == Compiler((mine,), "fake 1")
+
+
+def test_a_chosen_compiler_that_does_not_exist_is_named_in_the_error(monkeypatch):
+    monkeypatch.setenv("SYMGEN_CC", "no-such-cc")
+    with pytest.raises(symgen.BuildError, match="no-such-cc"):
+        symgen.load("planar2r", backend="c")
