@@ -16,6 +16,7 @@ METHODS = ("ols", "wls")
 #: Singular values of the scaled regressor under this share of the largest are zero.
 SINGULAR = 1e-8
 _WLS_PASSES = 3
+_LAGS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +38,11 @@ def solve(system: LinearSystem, method: str = "wls") -> Solution:
     Each log is reduced once to the triangular factor of [W y]; all else works on the factors.
     "ols" weighs all equations alike; "wls" weighs each log by the standard deviation of its own
     residual (iterated), which for one log is the same. The covariance is robust to correlated
-    residuals (Newey and West 1987, Bartlett weights b_k over the rows that overlap):
+    residuals (Newey and West 1987, Bartlett weights b_k over four times the rows that overlap):
 
-        cov = (W'W)^-1 [sum over logs, lags k of b_k s_i s_(i+k)'] (W'W)^-1,    s_i = w_i e_i
+        cov = c (W'W)^-1 [sum over logs, lags k of b_k s_i s_(i+k)'] (W'W)^-1,    s_i = w_i e_i
+
+    with c = m/(m - p) for m windows that do not overlap.
 
     Args:
         system: the equations, log by log.
@@ -81,8 +84,11 @@ def _with_precision(
     bread = inverse @ inverse.T
     meat = np.zeros_like(bread)
     for w, e in zip(weights, system.logs, strict=True):
-        meat += _bartlett((w * w * (e.y - e.W @ X))[:, None] * (e.W / scale), e.correlation)
-    covariance = bread @ meat @ bread / np.outer(scale, scale)
+        scores = (w * w * (e.y - e.W @ X))[:, None] * (e.W / scale)
+        meat += _bartlett(scores, _LAGS * e.correlation)
+    separate = sum(len(e.y) / e.correlation for e in system.logs)
+    small_sample = separate / max(separate - len(X), 1.0)
+    covariance = small_sample * (bread @ meat @ bread) / np.outer(scale, scale)
     singular = np.linalg.svd(R, compute_uv=False)
     return Solution(X, covariance, float(singular[0] / singular[-1]), tuple(map(float, weights)))
 

@@ -27,7 +27,7 @@ WINDOWS = ("sliding", "consecutive", "start")
 class Equations:
     """The equations of one log: W (K, p), y (K,) in J, t (K,) end of each window in s.
 
-    `correlation` is the number of rows over which residuals are taken as correlated.
+    `correlation` is the number of rows that share samples: overlapping windows.
     """
 
     name: str
@@ -99,7 +99,7 @@ def energy_equations(
         last = np.arange(steps, len(whole), hop)
         first = last - steps
     difference = whole[last] - whole[first]
-    correlation = {"sliding": 2 * steps, "consecutive": 2, "start": len(last) // 4}[mode]
+    correlation = {"sliding": steps, "consecutive": 1, "start": len(last) // 4}[mode]
     return Equations(
         samples.name, difference[:, :-1], difference[:, -1], samples.t[last], max(1, correlation)
     )

@@ -1,4 +1,4 @@
-"""Generated packages as the engineer who copies them sees them: compilers, CMake, linkers, names."""
+"""Generated packages as the engineer who copies them sees them: compilers, CMake, names, memory."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ needs_cmake = pytest.mark.skipif(
     CC is None or CMAKE is None or CTEST is None, reason="cc, cmake or ctest is not on this machine"
 )
 
-STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Wdouble-promotion", "-Wstrict-prototypes", "-Werror"]
+STRICT = [
+    "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Wdouble-promotion",
+    "-Wstrict-prototypes", "-Werror",
+]
 STRICT_CXX = ["-x", "c++", "-std=c++11", "-Wall", "-Wextra", "-Werror"]
 MATH = {"sin", "cos", "sincos", "fabs", "tanh", "sqrt"}
 # Beyond libm, what compilers call on their own account for copies and protected stacks.
@@ -318,7 +321,10 @@ def test_float_kernels_have_only_float_literals_and_functions(case, packages):
 # Awkward names.
 
 HARMLESS = ["W32", "C2", "DXX2", "V31", "k", "N", "out", "j1", "y0", "gamma", "S2", "HW32"]
-TAKEN = ["real", "JOINTS", "PARAMETERS", "INERTIAL", "MODEL_H", "WINDOW_START", "energy_regressor", "friction_power", "least_squares"]
+TAKEN = [
+    "real", "JOINTS", "PARAMETERS", "INERTIAL", "MODEL_H", "WINDOW_START", "energy_regressor",
+    "friction_power", "least_squares",
+]
 ONE_LENGTH = """
 [robot]
 name = "arm"
@@ -334,6 +340,17 @@ sigma = 1
 alpha = "pi/3"
 r = "{length}/2"
 """
+
+
+def read_or_refuse(text: str, name: str) -> symgen.Robot | None:
+    """Read a robot; None where the name is refused by an error that names it."""
+    refused = None
+    try:
+        return symgen.parse_robot(text)
+    except symgen.RobotError as error:
+        refused = str(error)
+    assert repr(name) in refused
+    return None
 
 
 @needs_cc
@@ -360,10 +377,8 @@ def test_lengths_named_as_variables_of_the_code_change_nothing(tmp_path):
 @needs_cc
 @pytest.mark.parametrize("length", [*HARMLESS, *TAKEN])
 def test_an_awkward_name_of_a_length_is_refused_or_compiles(length, tmp_path):
-    try:
-        robot = symgen.parse_robot(ONE_LENGTH.format(length=length))
-    except symgen.RobotError as error:
-        assert length in str(error)
+    robot = read_or_refuse(ONE_LENGTH.format(length=length), length)
+    if robot is None:
         return
     symgen.write_package(symgen.generate(symgen.derive(robot), target="c"), tmp_path / "arm")
     run(["cc", *STRICT, "-fsyntax-only", *c_files(tmp_path / "arm", check=True)], tmp_path)
@@ -372,10 +387,9 @@ def test_an_awkward_name_of_a_length_is_refused_or_compiles(length, tmp_path):
 @needs_cmake
 @pytest.mark.parametrize("name", ["test", "all", "m", "math", "limits"])
 def test_an_awkward_name_of_a_robot_is_refused_or_builds_with_cmake(name, tmp_path):
-    try:
-        robot = symgen.parse_robot(ONE_LENGTH.format(length="L1").replace('"arm"', f'"{name}"'))
-    except symgen.RobotError as error:
-        assert name in str(error)
+    text = ONE_LENGTH.format(length="L1").replace('"arm"', f'"{name}"')
+    robot = read_or_refuse(text, name)
+    if robot is None:
         return
     symgen.write_package(symgen.generate(symgen.derive(robot), target="c"), tmp_path / name)
     run(["cmake", "-S", name, "-B", "build"], tmp_path)

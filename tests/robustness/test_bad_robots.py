@@ -162,17 +162,19 @@ def test_a_bad_file_is_refused_with_its_place(case):
 def test_messages_use_the_words_of_the_file_not_of_the_validator(text):
     with pytest.raises(RobotError) as caught:
         symgen.parse_robot(text, "file.toml")
-    for word in ("Input should be", "Field required", "Table", "dictionary", ", int:", "List should"):
+    for word in ("Input should", "Field required", "Table", "dictionary", ", int:", "List should"):
         assert word not in str(caught.value), str(caught.value)
 
 
 EXPRESSIONS = [
-    "", "  ", "PI", "L3", '__import__("os")', "().__class__", "L1.real", "lambda: 0", "L1 if 1 else 2",
+    "", "  ", "PI", "L3", '__import__("os")', "().__class__", "L1.real", "lambda: 0",
+    "L1 if 1 else 2",
     "9**9**9**9", "10**16**16", "((10**16)**16)**16", "1e999", "1e299**16", "1/0", "1/(1-1)",
     "1/(L1-0.5)", "sqrt(-1)", "sqrt(L1-1)", "(-1)**0.5", "L1**L2", "2**L1", "0**-1", "sin(1)",
     "sqrt(1,2)", "sqrt()", "sqrt", "2L1", "L1 L2", "1.2.3", "1e", "0x10", "1_000", "1j", "\u0661",
     "\u03c0", "\uff2c1", "L1\u00b2", "\u2212L1", "1,5", "(1", "1)", "(" * 60 + "1" + ")" * 60,
-    "-" * 60 + "1", "1+" * 600 + "1", "L1;L2", "True", "None", "oo", "nan", "inf", "zoo", "I", "2**17",
+    "-" * 60 + "1", "1+" * 600 + "1", "L1;L2", "True", "None", "oo", "nan", "inf", "zoo", "I",
+    "2**17",
 ]  # fmt: skip
 
 
@@ -467,7 +469,7 @@ def test_a_huge_length_keeps_its_relative_accuracy(length):
         )
 
 
-@pytest.mark.parametrize("value", ["1e-300", "1e-12", "1e9", "1e16", "0.1234567890123456789", "1e100"])
+@pytest.mark.parametrize("value", ["1e-300", "1e-12", "1e9", "1e16", "0.123456789012345", "1e100"])
 def test_an_odd_number_survives_being_written_and_read(value):
     robot = symgen.parse_robot(one("d", value))
     assert symgen.parse_robot(symgen.robot_toml(robot)) == robot

@@ -1,0 +1,351 @@
+"""Commands on bad input: exit code 0, 1 or 2, one line on stderr, and nothing lost on disk."""
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+import symgen
+from symgen import cli
+from symgen.codegen.casadi_model import dynamics
+from symgen.files import write_folder
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Run the command line in this process; return (exit code, stdout, lines on stderr)."""
+
+    def call(*arguments):
+        monkeypatch.setattr(sys, "argv", ["symgen", *map(str, arguments)])
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as caught:
+            cli.main()
+        out, err = capsys.readouterr()
+        return caught.value.code, out, [li for li in err.splitlines() if not li.startswith("  ")]
+
+    return call
+
+
+@pytest.fixture
+def refused(run):
+    def call(*arguments, words=()):
+        code, _, lines = run(*arguments)
+        assert code == 2, lines
+        assert len(lines) == 1, lines
+        assert lines[0].startswith("symgen: error: ")
+        for word in words:
+            assert word in lines[0], lines[0]
+
+    return call
+
+
+@pytest.fixture(scope="session")
+def tree():
+    return symgen.generate(symgen.derive(symgen.read_robot("planar2r")), target="c")
+
+
+@pytest.fixture
+def package(tree, tmp_path):
+    symgen.write_package(tree, tmp_path / "package")
+    return tmp_path / "package"
+
+
+@pytest.fixture(scope="session")
+def samples():
+    """A clean log of planar2r: t, q, qd, tau."""
+    t = np.arange(0, 4, 0.005)
+    w = np.array([[1.3, 1.7], [3.1, 4.3]])
+    a = np.array([[1.0, 0.8], [0.4, 0.3]])
+    q, qd, qdd = (
+        sum(a[k] * w[k] ** d * f(w[k] * t[:, None]) for k in (0, 1))
+        for d, f in ((0, np.sin), (1, np.cos), (2, lambda x: -np.sin(x)))
+    )
+    inverse = dynamics(symgen.derive(symgen.read_robot("planar2r"))).inverse
+    X = np.tile(np.array([3.5, 0.06, 0.124, 0.006])[:, None], len(t))
+    tau = np.array(inverse.map(len(t))(q.T, qd.T, qdd.T, X)).T
+    return {"t": t, "q": q, "qd": qd, "tau": tau}
+
+
+@pytest.fixture
+def log(samples, tmp_path):
+    def write(name="log.npz", drop=(), **changed):
+        kept = {k: v for k, v in (samples | changed).items() if k not in drop}
+        np.savez(tmp_path / name, **kept)
+        return tmp_path / name
+
+    return write
+
+
+# Arguments
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["nonsense"], ["--nonsense"], ["generate"], ["check"], ["identify"], ["robots", "extra"],
+     ["identify", "planar2r"], ["identify", "planar2r", "log.csv"], ["demo", "--runs", "0"],
+     ["demo", "--runs", "many"], ["generate", "planar2r", "emps"], ["generate", "nothing"],
+     ["generate", ""], ["generate", "a" * 5000], ["check", "nowhere"], ["check", "a" * 5000],
+     ["generate", "planar2r", "--target", "rust", "--into", "x"],
+     ["generate", "planar2r", "--dtype", "half", "--into", "x"],
+     ["generate", "planar2r", "--kernels", "nothing", "--into", "x"],
+     ["generate", "planar2r", "--kernels", ",", "--into", "x"]],
+)  # fmt: skip
+def test_bad_arguments_are_one_line(refused, tmp_path, monkeypatch, arguments):
+    monkeypatch.chdir(tmp_path)
+    refused(*arguments)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
+def test_a_pipe_is_not_a_robot(refused, tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+
+    def release():  # a reader that waits is given an end, so that the suite does not hang
+        with contextlib.suppress(OSError):
+            os.close(os.open(tmp_path / "pipe", os.O_WRONLY | os.O_NONBLOCK))
+
+    timer = threading.Timer(3, release)
+    timer.start()
+    try:
+        refused("generate", tmp_path / "pipe", words=["pipe", "accepted"])
+    finally:
+        timer.cancel()
+
+
+# --into
+
+
+def test_into_a_file_leaves_it(refused, tmp_path):
+    (tmp_path / "file").write_text("mine")
+    for folder in (tmp_path / "file", tmp_path / "file" / "below"):
+        refused("generate", "planar2r", "--into", folder)
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_into_a_name_too_long_is_refused(refused, tmp_path):
+    for length in (250, 300):
+        refused("generate", "planar2r", "--into", tmp_path / ("a" * length))
+    assert not list(tmp_path.iterdir())
+
+
+def test_into_a_link_is_refused(refused, tmp_path):
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link").symlink_to("real")
+    (tmp_path / "dangling").symlink_to("nowhere")
+    for name in ("link", "dangling"):
+        refused("generate", "planar2r", "--into", tmp_path / name)
+
+
+@pytest.mark.parametrize("name", ["mine.txt", "manifest.json", "estimate.json"])
+def test_into_a_folder_of_someone_else_leaves_it(refused, tmp_path, name):
+    # A web application has a manifest.json too.
+    (tmp_path / name).write_text('{"name": "my web app"}')
+    (tmp_path / "app.js").write_text("mine")
+    refused("generate", "planar2r", "--into", tmp_path)
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted([name, "app.js"])
+    assert (tmp_path / "app.js").read_text() == "mine"
+
+
+def test_what_a_user_put_into_a_package_is_not_lost(run, package):
+    (package / "notes.txt").write_text("mine")
+    run("generate", "planar2r", "--into", package)
+    assert (package / "notes.txt").read_text() == "mine"
+
+
+def test_what_a_user_put_into_results_is_not_lost(run, log, tmp_path):
+    into = tmp_path / "results"
+    assert run("identify", "planar2r", log(), "--into", into)[0] == 0
+    (into / "notes.txt").write_text("mine")
+    run("identify", "planar2r", log(), "--into", into)
+    assert (into / "notes.txt").read_text() == "mine"
+
+
+def test_into_the_current_folder_works_or_is_refused(run, tmp_path, monkeypatch):
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    code, _, lines = run("generate", "planar2r", "--into", ".")
+    assert code == 0 or (code == 2 and len(lines) == 1)
+    assert [p.name for p in tmp_path.iterdir()] == ["here"]  # no leftovers beside it
+
+
+def test_the_old_folder_comes_back_where_the_new_one_cannot_be_placed(tmp_path, monkeypatch):
+    folder = tmp_path / "results"
+    write_folder(folder, {"estimate.json": b"{}"}, "estimate.json")
+    before = (folder / "estimate.json").read_bytes()
+    rename, count = os.rename, []
+
+    def failing(self, target):
+        count.append(1)
+        if len(count) == 2:
+            raise OSError(28, "No space left on device")
+        rename(self, target)
+        return type(self)(target)
+
+    monkeypatch.setattr("pathlib.Path.rename", failing)
+    with contextlib.suppress(symgen.PackageError):
+        write_folder(folder, {"estimate.json": b"[]"}, "estimate.json")
+    assert (folder / "estimate.json").read_bytes() in (before, b"[]")
+    assert [p.name for p in tmp_path.iterdir()] == ["results"]
+
+
+# check
+
+
+def changed(package, *path, value=None, delete=False):
+    manifest = json.loads((package / "manifest.json").read_text())
+    at = manifest
+    for key in path[:-1]:
+        at = at[key]
+    if delete:
+        del at[path[-1]]
+    else:
+        at[path[-1]] = value
+    (package / "manifest.json").write_text(json.dumps(manifest))
+
+
+@pytest.mark.parametrize("content", [b"", b"null", b"[]", b'{"a": ', b"\xff", b"[" * 100_000])
+def test_a_manifest_that_is_none_is_refused(refused, package, content):
+    (package / "manifest.json").write_bytes(content)
+    refused("check", package, words=["manifest"])
+
+
+K = "energy_regressor"
+BROKEN = {
+    "no schema": (["schema"], None), "no options": (["options"], None),
+    "no verification": (["verification"], None), "no points": (["verification", "points"], None),
+    "no expected": (["verification", "expected"], None),
+    "no kernel expected": (["verification", "expected", K], None),
+    "no q": (["verification", "points", K, 0, "q"], None),
+    "kernels null": (["options", "kernels"], [None]), "kernels 3": (["options", "kernels"], [3]),
+    "points a list": (["verification", "points"], [[]]),
+    "points null": (["verification", "points"], [None]),
+    "points of no kernel": (["verification", "points"], [{"x": []}]),
+    "points of kernel null": (["verification", "points", K], [None]),
+    "no point": (["verification", "points", K], [[]]),
+    "a short point": (["verification", "points", K, 0, "q"], [[1.0]]),
+    "a point of text": (["verification", "points", K, 0, "q"], [["a", "b"]]),
+    "expected text": (["verification", "expected", K, 0], [["a", "b", "c", "d"]]),
+    "expected nothing": (["verification", "expected", K, 0], [[]]),
+    "expected too little": (["verification", "expected", K], [[["1", "2", "3", "4"]]]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_a_broken_manifest_is_refused_or_different(run, package, monkeypatch, case):
+    monkeypatch.setenv("SYMGEN_CC", "none")
+    path, value = BROKEN[case]
+    changed(package, *path, value=value and value[0], delete=value is None)
+    code, out, lines = run("check", package)
+    assert code in (1, 2)
+    if code == 2:
+        assert len(lines) == 1
+        assert "manifest.json" in lines[0]
+    else:
+        assert "manifest.json" in out
+
+
+def test_one_changed_byte_is_found(run, package, monkeypatch):
+    monkeypatch.setenv("SYMGEN_CC", "none")
+    path = package / "planar2r.h"
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    code, out, _ = run("check", package)
+    assert code == 1
+    assert "planar2r.h: line" in out
+
+
+# identify
+
+
+@pytest.mark.parametrize("window", ["0", "-1", "nan", "inf", "1e9", "1e-9", "abc", "", "3.9"])
+def test_a_window_that_cannot_be_is_refused(refused, log, tmp_path, window):
+    refused("identify", "planar2r", log(), "--window", window, "--into", tmp_path / "x")
+    assert not (tmp_path / "x").exists()
+
+
+@pytest.mark.parametrize("cutoff", ["0", "-1", "nan", "inf", "1e9", "100", "abc", "", "1e-9"])
+def test_a_cutoff_that_cannot_be_is_refused(refused, log, tmp_path, cutoff):
+    path = log(drop=["qd"])
+    refused("identify", "planar2r", path, "--cutoff", cutoff, "--into", tmp_path / "x")
+    assert not (tmp_path / "x").exists()
+
+
+@pytest.mark.parametrize("robot", ["puma560", "emps"])
+def test_the_log_of_another_robot_is_refused(refused, log, tmp_path, robot):
+    refused("identify", robot, log(), "--into", tmp_path / "x", words=["log.npz", "2", "joints"])
+
+
+def test_logs_that_are_none_are_refused(refused, log, tmp_path):
+    for bad in (tmp_path, tmp_path / "nothing.csv", ""):
+        refused("identify", "planar2r", bad, "--into", tmp_path / "x")
+        refused("identify", "planar2r", log(), "--validation", bad, "--into", tmp_path / "x")
+
+
+def test_unknown_models_and_methods_are_refused(refused, log, tmp_path):
+    for option in ("--model", "--method"):
+        refused("identify", "planar2r", log(), option, "x", "--into", tmp_path / "x")
+
+
+@pytest.mark.parametrize("factor", [0, 1e300, 1e-300])
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_torques_that_say_nothing_are_refused(refused, log, samples, tmp_path, factor):
+    path = log(tau=samples["tau"] * factor)
+    refused("identify", "planar2r", path, "--into", tmp_path / "x", words=["log.npz"])
+    assert not (tmp_path / "x").exists()
+
+
+def test_a_negative_inertia_is_not_trusted(run, log, samples, tmp_path):
+    # Torques with the sign of the other convention: ZZ1R comes out as -3.5.
+    code, out, _ = run("identify", "planar2r", log(tau=-samples["tau"]), "--into", tmp_path / "x")
+    assert code == 1
+    assert "doubtful" in out
+
+
+def test_a_log_that_validates_itself_is_said(run, log, tmp_path):
+    path = log()
+    code, out, lines = run(
+        "identify", "planar2r", path, "--validation", path, "--into", tmp_path / "x"
+    )
+    assert code == 2 or "same" in out + " ".join(lines)
+
+
+# Environment
+
+
+@pytest.mark.parametrize("compiler", ["none", "false", "/no/such", " ", "echo"])
+def test_without_a_compiler_casadi_serves_and_says_so_once(
+    run, log, tmp_path, monkeypatch, compiler
+):
+    monkeypatch.setenv("SYMGEN_CC", compiler)
+    monkeypatch.setattr("symgen.runtime.evaluator._said", set())
+    from symgen.runtime.build import find_compiler
+
+    find_compiler.cache_clear()
+    try:
+        code, _, lines = run("identify", "planar2r", log(), "--into", tmp_path / "x")
+    finally:
+        find_compiler.cache_clear()
+    assert code == 0
+    if compiler.strip():
+        assert len([li for li in lines if "CasADi" in li]) == 1
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs bash")
+@pytest.mark.parametrize(
+    ("redirect", "codes"), [("| true", {0}), ("> /dev/full", {2}), (">&-", {0, 2})]
+)
+def test_an_output_that_is_closed_or_full_gives_no_traceback(tmp_path, redirect, codes):
+    start = f"{sys.executable} -c 'from symgen.cli import main; main()' robots"
+    done = subprocess.run(
+        ["bash", "-c", f"{start} {redirect}; echo ${{PIPESTATUS[0]}}"],
+        capture_output=True, text=True, timeout=30, cwd=tmp_path,
+    )  # fmt: skip
+    assert "Traceback" not in done.stderr
+    assert "Exception" not in done.stderr
+    assert int(done.stdout.split()[-1]) in codes

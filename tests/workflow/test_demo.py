@@ -1,0 +1,102 @@
+"""symgen demo: the example of the paper, with and without a C compiler."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from oracles import planar2r
+
+import symgen
+from symgen.codegen.casadi_model import dynamics
+from symgen.codegen.model import derive
+from symgen.demo import closed_form
+from symgen.experiment import paper
+
+MODEL = derive(symgen.read_robot("planar2r"))
+
+
+@pytest.mark.parametrize("compiler", ["", "none"])
+def test_demo_runs(tmp_path, compiler: str) -> None:
+    environment = {**os.environ, "SYMGEN_CC": compiler}
+    done = subprocess.run(
+        [sys.executable, "-m", "symgen", "demo", "--runs", "60"],
+        cwd=tmp_path, capture_output=True, text=True, env=environment,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    print(done.stdout)
+    out = done.stdout
+    assert "ZZ1R  = ZZ1 + L1**2*M2" in out
+    assert out.count("refused: ") == 2
+    assert "NOT refused" not in out
+    assert "proportional" in out
+    page = (tmp_path / "symgen-demo" / "demo.html").read_text()
+    assert "Set-up (a)" in page
+    assert "Set-up (b)" in page
+    said = [line for line in done.stderr.splitlines() if "warning" in line]
+    assert len(said) == (1 if compiler == "none" else 0)
+    if said:
+        assert "symgen[cc]" in said[0]
+    # Noise-free data return X.
+    exact = re.search(r"returned to (\S+) \(spline", out)
+    assert exact is not None
+    assert float(exact.group(1)) < 1e-4
+
+
+def test_closed_form_is_that_of_the_paper() -> None:
+    draw = np.random.default_rng(2)
+    q, qd = draw.uniform(-2, 2, (2, 20, 2))
+    names = {"q2": q[:, 1], "qd1": qd[:, 0], "qd2": qd[:, 1], "L1": 0.5, "cos": np.cos,
+             "sin": np.sin}  # fmt: skip
+    columns = [eval(text, {"__builtins__": {}}, names) for text in closed_form(MODEL.kernels[0])]
+    np.testing.assert_allclose(np.stack(columns, -1), planar2r.energy_regressor(q, qd, 0.5))
+
+
+def test_dynamics_from_the_energy_equal_lagrange_by_hand() -> None:
+    draw = np.random.default_rng(4)
+    inverse, forward = dynamics(MODEL).inverse, dynamics(MODEL).forward
+    for _ in range(10):
+        q, qd, qdd = draw.uniform(-2, 2, (3, 2))
+        tau = planar2r.inverse_dynamics(q, qd, qdd, paper.X_TRUE, 0.5)
+        np.testing.assert_allclose(np.array(inverse(q, qd, qdd, paper.X_TRUE)).ravel(), tau)
+        np.testing.assert_allclose(np.array(forward(q, qd, tau, paper.X_TRUE)).ravel(), qdd)
+
+
+def test_the_motion_has_the_peak_speeds_of_the_paper_and_its_derivatives() -> None:
+    t = np.linspace(0, paper.SAMPLES * paper.STEP, 2001)
+    q, qd, qdd = paper.reference(t)
+    np.testing.assert_allclose(np.abs(qd).max(axis=0), [1.0, 2.0], rtol=1e-5)
+    np.testing.assert_allclose(np.gradient(q, t, axis=0)[2:-2], qd[2:-2], atol=1e-4)
+    np.testing.assert_allclose(np.gradient(qd, t, axis=0)[2:-2], qdd[2:-2], atol=1e-4)
+    np.testing.assert_allclose(qd[0], 0, atol=1e-12)
+
+
+def test_setup_b_integrates_the_equations_of_motion() -> None:
+    # Without noise and with the true parameters the robot follows the reference.
+    true, noise = paper.WRONG, paper.TORQUE_NOISE
+    paper.WRONG, paper.TORQUE_NOISE = 1.0, 0.0
+    try:
+        runs = paper.setup_b(dynamics(MODEL), 2, 0)
+    finally:
+        paper.WRONG, paper.TORQUE_NOISE = true, noise
+    q, _, _ = paper.reference(runs.t)
+    assert np.abs(runs.q - q).max() < 2 * np.pi / 14_400
+
+
+def test_errors_fall_where_the_paper_has_them() -> None:
+    # The paper gives one run; its errors lie inside the distribution of seeded runs.
+    evaluator = symgen.load(MODEL)
+    runs = paper.setup_a(dynamics(MODEL), 400, 5)
+    errors = []
+    for k in range(400):
+        identifier = symgen.Identifier(evaluator, mode="start")
+        identifier.run(runs.t, runs.q[k], runs.qd[k], runs.tau[k])
+        errors.append(np.abs(identifier.read()[0] / paper.X_TRUE - 1))
+    share = np.mean(np.array(errors) < paper.PAPER_ERRORS, axis=0)
+    print("share of runs with an error below the paper's:", share)
+    assert np.all(share > 0.05)
+    assert np.all(share < 0.95)
