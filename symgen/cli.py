@@ -6,7 +6,9 @@ answer is "no", 2 could not.
 
 from __future__ import annotations
 
+import os
 import sys
+import traceback
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -47,12 +49,15 @@ def generate(robot: str, into: Path | None, target: str, dtype: str, kernels: st
     ROBOT is a robot.toml, a generated package, or the name of a built-in robot.
     """
     import symgen
+    from symgen.files import check_replaceable
 
-    _say(f"deriving {robot}")
-    model = symgen.derive(symgen.read_robot(robot))
-    chosen = tuple(k.strip() for k in kernels.split(",")) if kernels else None
+    source = symgen.read_robot(robot)
+    folder = into or Path("generated") / source.name
+    check_replaceable(folder, "manifest.json")
+    _say(f"deriving {source.name}")
+    model = symgen.derive(source)
+    chosen = None if kernels is None else tuple(k.strip() for k in kernels.split(","))
     tree = symgen.generate(model, target=target, dtype=dtype, kernels=chosen)
-    folder = into or Path("generated") / tree.name
     symgen.write_package(tree, folder)
     _print_model(model)
     click.echo(f"written: {folder} ({len(tree.files)} files)")
@@ -163,28 +168,45 @@ def main() -> None:
 
     warnings.showwarning = show
     try:
-        code = cli.main(arguments, prog_name="symgen", standalone_mode=False)
-    except click.exceptions.NoArgsIsHelpError as error:
-        click.echo(error.format_message(), err=True)
-        code = 2
+        code = _run(arguments)
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except click.ClickException as error:
-        click.echo(f"symgen: error: {' '.join(error.format_message().split())}", err=True)
-        code = 2
+        code = _fail(" ".join(error.format_message().split()) or "arguments are missing")
     except SymgenError as error:
         if debug:
-            raise
-        click.echo(f"symgen: error: {error}", err=True)
-        code = 2
+            traceback.print_exc()
+        code = _fail(str(error))
     except (KeyboardInterrupt, click.Abort):
         click.echo("symgen: interrupted", err=True)
         code = 130
-    except BrokenPipeError:
+    except BrokenPipeError:  # the reader has gone; what it wanted it has
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = 0
-        sys.stderr.close()
+    except OSError as error:
+        if debug:
+            traceback.print_exc()
+        code = _fail(f"{error.filename or 'output'}: {error.strerror or error}")
     except MemoryError:
-        click.echo("symgen: error: out of memory; use shorter logs or longer windows", err=True)
-        code = 2
-    sys.exit(code if isinstance(code, int) else 0)
+        code = _fail("out of memory; use shorter logs")
+    sys.exit(code)
+
+
+def _run(arguments: list[str]) -> int:
+    """Run one subcommand and return its exit code; errors pass through as exceptions."""
+    try:
+        with cli.make_context("symgen", arguments, max_content_width=100) as context:
+            return int(cli.invoke(context) or 0)
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message(), err=True)
+        return 2
+    except click.exceptions.Exit as done:
+        return done.exit_code
+
+
+def _fail(message: str) -> int:
+    click.echo(f"symgen: error: {message}", err=True)
+    return 2
 
 
 def _say(message: str) -> None:
@@ -202,7 +224,9 @@ def _table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
     console = Console(highlight=False)
     if not console.is_terminal:  # a file or a pipe has no width: never cut a value
         console.width = 1000
-    console.print(table)
+    with console.capture() as captured:
+        console.print(table)
+    click.echo(captured.get(), nl=False)
 
 
 def _print_model(model: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import tempfile
@@ -14,49 +15,75 @@ from symgen.errors import PackageError
 def write_folder(folder: Path, files: Mapping[str, bytes], marker: str) -> None:
     """Write a folder of files in one step; an older one of the same kind is replaced.
 
+    What somebody else put into the older folder is carried over into the new one.
+
     Args:
         folder: where; its parents are made.
         files: relative path and content of each file.
-        marker: the file that tells that an existing folder is one of ours and may be replaced.
+        marker: the JSON file whose schema tells that an existing folder is one of ours.
 
     Raises:
         PackageError: the folder holds something else, or cannot be written.
     """
-    check_replaceable(folder, marker)
-    parent = folder.absolute().parent
+    ours = check_replaceable(folder, marker) | set(files)
+    folder = folder.absolute()
+    fresh = old = None
     try:
-        parent.mkdir(parents=True, exist_ok=True)
-        fresh = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=parent))
-    except OSError as error:
-        raise PackageError(f"{folder}: cannot be written: {error.strerror}") from error
-    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        fresh = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
         for name, content in files.items():
             path = fresh / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
         fresh.chmod(0o777 & ~_umask())
         if folder.exists():
-            old = Path(tempfile.mkdtemp(prefix=f".{folder.name}-old-", dir=parent))
+            for path in folder.iterdir():
+                if path.name not in ours:
+                    copy = shutil.copytree if path.is_dir() else shutil.copy2
+                    copy(path, fresh / path.name)
+            old = Path(tempfile.mkdtemp(prefix=f".{folder.name}-old-", dir=folder.parent))
             folder.rename(old / folder.name)
+        try:
             fresh.rename(folder)
-            shutil.rmtree(old, ignore_errors=True)
-        else:
-            fresh.rename(folder)
+        except OSError:
+            if old is not None:
+                (old / folder.name).rename(folder)
+            raise
     except OSError as error:
-        raise PackageError(f"{folder}: cannot be written: {error.strerror}") from error
+        raise PackageError(f"{folder}: cannot be written: {error.strerror or error}") from error
     finally:
-        shutil.rmtree(fresh, ignore_errors=True)
+        for leftover in (fresh, old):
+            if leftover is not None:
+                shutil.rmtree(leftover, ignore_errors=True)
 
 
-def check_replaceable(folder: Path, marker: str) -> None:
-    """Raise PackageError where `folder` holds something that symgen did not write."""
-    if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
-        raise PackageError(f"{folder}: exists and is not a folder")
-    if folder.is_dir() and any(folder.iterdir()) and not (folder / marker).is_file():
-        raise PackageError(
-            f"{folder}: exists and is not ours (no {marker} in it); "
-            "accepted: a new or empty folder, or one that symgen wrote"
-        )
+def check_replaceable(folder: Path, marker: str) -> set[str]:
+    """Return the names of our own files in `folder`, which may be absent or empty.
+
+    Raises:
+        PackageError: it is not a folder, holds something that symgen did not write, or is the
+            current folder.
+    """
+    accepted = "accepted: a new or empty folder, or one that symgen wrote"
+    try:
+        if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
+            raise PackageError(f"{folder}: exists and is not a folder; {accepted}")
+        if folder.exists() and Path.cwd().is_relative_to(folder.resolve()):
+            raise PackageError(f"{folder}: the current folder cannot be replaced; {accepted}")
+        if not folder.is_dir() or not any(folder.iterdir()):
+            return set()
+        manifest = json.loads((folder / marker).read_text("utf-8"))
+    except OSError as error:
+        reason = f"no {marker} in it" if isinstance(error, FileNotFoundError) else error.strerror
+        shown = str(folder) if len(str(folder)) < 200 else f"{str(folder)[:200]}..."
+        raise PackageError(f"{shown}: not ours ({reason}); {accepted}") from error
+    except (ValueError, RecursionError) as error:
+        raise PackageError(f"{folder}: {marker} is not ours; {accepted}") from error
+    if not isinstance(manifest, dict) or not str(manifest.get("schema")).startswith("symgen."):
+        raise PackageError(f"{folder}: {marker} is not ours; {accepted}")
+    digests = manifest.get("digests")
+    ours = {marker, *(digests if isinstance(digests, dict) else ())}
+    return ours | {path.name for path in folder.glob("*.casadi")}
 
 
 def _umask() -> int:

@@ -22,10 +22,10 @@ extern "C" {
 typedef double panda_real;
 
 /* Named lengths and angles of the robot file. */
-#define panda_R3 0.316
-#define panda_D4 0.0825
-#define panda_R5 0.384
-#define panda_D7 0.088
+#define panda_geometry_R3 0.316
+#define panda_geometry_D4 0.0825
+#define panda_geometry_R5 0.384
+#define panda_geometry_D7 0.088
 
 /* Position of each base parameter in X. */
 enum {

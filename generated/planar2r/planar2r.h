@@ -22,7 +22,7 @@ extern "C" {
 typedef double planar2r_real;
 
 /* Named lengths and angles of the robot file. */
-#define planar2r_L1 0.5
+#define planar2r_geometry_L1 0.5
 
 /* Position of each base parameter in X. */
 enum {

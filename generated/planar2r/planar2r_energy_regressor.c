@@ -7,7 +7,7 @@
 
 void planar2r_energy_regressor(const double *q, const double *qd, double *out)
 {
-    const double V2d2 = qd[0] * planar2r_L1;
+    const double V2d2 = qd[0] * planar2r_geometry_L1;
     const double C2 = cos(q[1]);
     const double S2 = sin(q[1]);
     const double V1e2 = V2d2 * S2;

@@ -22,11 +22,11 @@ extern "C" {
 typedef double puma560_real;
 
 /* Named lengths and angles of the robot file. */
-#define puma560_R2 0.2435
-#define puma560_D3 0.4318
-#define puma560_R3 -0.0934
-#define puma560_D4 -0.0203
-#define puma560_R4 0.4331
+#define puma560_geometry_R2 0.2435
+#define puma560_geometry_D3 0.4318
+#define puma560_geometry_R3 -0.0934
+#define puma560_geometry_D4 -0.0203
+#define puma560_geometry_R4 0.4331
 
 /* Position of each base parameter in X. */
 enum {

@@ -6,6 +6,7 @@ that the text depends on the robot alone.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -30,6 +31,8 @@ class CFunction:
 def literal(value: sp.Expr, dtype: str) -> str:
     """Return a number as a C literal of the type: the shortest text that reads back the same."""
     number = float(value.evalf(50))
+    if not math.isfinite(number):
+        raise SymgenError(f"the constant {value} does not fit a {dtype}")
     if dtype == "float":
         import numpy as np
 

@@ -200,7 +200,7 @@ class _Writer:
 
     def printed(self, kernel: Kernel) -> CFunction:
         robot = self.model.robot
-        macros = {sp.Symbol(g, real=True): f"{self.name}_{g}" for g, _ in robot.geometry}
+        macros = {sp.Symbol(g, real=True): f"{self.name}_geometry_{g}" for g, _ in robot.geometry}
         return print_kernel(kernel.tape, macros, robot.values(), self.dtype)
 
     def readme(self) -> dict[str, Any]:

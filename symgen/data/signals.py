@@ -96,7 +96,7 @@ def prepare(log: Log, cutoff: float | None = None) -> Samples:
             f"to {step:.4g} s by a cubic spline"
         )
     if cutoff is not None:
-        _require_cutoff(log.name, cutoff, step)
+        _require_cutoff(log.name, cutoff, step, float(t[-1] - t[0]))
     used = None
     if qd is None:
         q, qd, used, note = _derive_velocity(q, step, cutoff)
@@ -306,10 +306,10 @@ def _resample(t: FloatArray, x: FloatArray, grid: FloatArray) -> FloatArray:
     return np.asarray(CubicSpline(t, x)(grid), dtype=np.float64)
 
 
-def _require_cutoff(where: str, cutoff: float, step: float) -> None:
-    nyquist = 0.5 / step
-    if not 0.0 < cutoff < nyquist:
+def _require_cutoff(where: str, cutoff: float, step: float, duration: float = math.inf) -> None:
+    nyquist, lowest = 0.5 / step, 1.0 / duration
+    if not lowest < cutoff < nyquist:
         raise LogError(
-            f"{where}: the cutoff is {cutoff:.4g} Hz; accepted: above 0 and below the Nyquist "
-            f"frequency of {nyquist:.4g} Hz"
+            f"{where}: the cutoff is {cutoff:.4g} Hz; accepted: above {lowest:.4g} Hz (one period "
+            f"over the log) and below the Nyquist frequency of {nyquist:.4g} Hz"
         )

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symgen.data.signals import Samples
-from symgen.identification.estimate import Residual
+from symgen.identification.estimate import ParameterEstimate, Residual
 
 #: Condition number of the scaled regressor above which small errors of the data become large.
 CONDITION = 500.0
@@ -19,6 +20,11 @@ RESIDUAL, TORQUE = 0.25, 0.6
 WINDOWS = 2.0
 #: Speeds closer than this to a linear relation are proportional.
 PROPORTIONAL = 0.02
+#: Parameters that are positive by their nature, and how many standard deviations make a sign sure.
+POSITIVE = ("FS", "FV", "IA", "M", "FSM", "FVM", "IAM")
+SIGNIFICANT = 3.0
+#: Share of samples whose kinetic energy may come out negative.
+NEGATIVE_ENERGY = 0.01
 
 
 def reasons(
@@ -68,6 +74,37 @@ def reasons(
             out.append(
                 "the torque of the validation data is unexplained at movable joints " + joints
             )
+    return tuple(out)
+
+
+def unphysical(
+    parameters: Sequence[ParameterEstimate], kinetic: NDArray[np.float64]
+) -> tuple[str, ...]:
+    """Return what no robot can have: negative friction, rotor inertia or kinetic energy.
+
+    Args:
+        parameters: the estimate.
+        kinetic: kinetic energy of the identified model along the training data, (K,), J.
+    """
+    out = []
+    negative = [
+        p.name
+        for p in parameters
+        if p.expression == p.name
+        and p.name.rstrip("0123456789") in POSITIVE
+        and p.value < -SIGNIFICANT * p.std
+    ]
+    if negative:
+        out.append(
+            f"{', '.join(negative)} must be positive and came out negative; check signs and units "
+            "of the torques"
+        )
+    share = float(np.mean(kinetic < -1e-3 * np.abs(kinetic).max(initial=0.0)))
+    if share > NEGATIVE_ENERGY:
+        out.append(
+            f"the kinetic energy is negative at {100 * share:.3g} % of the samples: not a robot; "
+            "check the signs of q and tau, or record a richer motion"
+        )
     return tuple(out)
 
 

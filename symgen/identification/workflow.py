@@ -38,6 +38,8 @@ MODELS = ("energy",)
 ALL_METHODS = (*METHODS, "recursive")
 _HELD_OUT = 0.2
 _CHECKPOINTS = 80
+_CHECKED = 2000  # samples of each log at which the kinetic energy is looked at
+_TORQUES = (1e-9, 1e9)
 Source = str | Path | Log
 
 
@@ -93,6 +95,7 @@ def identify(
     parts = _parts(evaluator, _listed(logs), _listed(validation), window, cutoff, progress)
     train = [p for p in parts if p.kind == "train"]
     held = [p for p in parts if p.kind == "validation"]
+    _require_other_data(train, held)
     fault = verdicts.motion_fault([p.samples for p in train])
     system = LinearSystem(evaluator.model.base.names, tuple(p.equations for p in train))
     progress(f"solving {len(system.y)} equations for {len(system.names)} parameters")
@@ -100,6 +103,11 @@ def identify(
         solution, convergence = _solved(evaluator, system, train, method, window)
     except IdentificationError as error:
         raise IdentificationError(f"{error}; {fault}" if fault else str(error)) from error
+    except np.linalg.LinAlgError as error:
+        raise IdentificationError(
+            "the information matrix is singular: these data do not determine the parameters"
+            + (f"; {fault}" if fault else "")
+        ) from error
     if fault:
         raise IdentificationError(f"these data do not determine the parameters: {fault}")
     progress("validating")
@@ -132,9 +140,39 @@ def _parts(
                 raise LogError(
                     f"{log.name}: the log has {log.q.shape[1]} joints, the robot has {robot.n}"
                 )
+            _require_torque(log)
             samples = prepare(log, cutoff)
             out.append(_Part(kind, samples, energy_equations(evaluator, samples, window)))
     return out if validation else [piece for part in out for piece in _split(part, window)]
+
+
+def _require_torque(log: Log) -> None:
+    """Refuse torques that no robot has: nothing can be learned from them."""
+    largest = float(np.abs(log.tau).max())
+    if not _TORQUES[0] < largest < _TORQUES[1]:
+        raise LogError(
+            f"{log.name}: the largest torque is {largest:.3g}; accepted: N m or N, between "
+            f"{_TORQUES[0]:g} and {_TORQUES[1]:g}"
+        )
+
+
+def _require_other_data(train: Sequence[_Part], held: Sequence[_Part]) -> None:
+    """Refuse a validation log that is a training log: it would judge nothing."""
+    known = {_digest(p.samples): p.samples.name for p in train}
+    for part in held:
+        same = known.get(_digest(part.samples))
+        if same is not None:
+            raise LogError(
+                f"{part.samples.name}: the validation log holds the same data as the training log "
+                f"{same}; accepted: another log, or none (the last fifth is held out then)"
+            )
+
+
+def _digest(samples: Samples) -> str:
+    digest = hashlib.sha256()
+    for array in (samples.t, samples.q, samples.tau):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
 
 
 def _split(part: _Part, window: float) -> list[_Part]:
@@ -220,7 +258,7 @@ def _estimate(
         torque=held_torque,
         windows=sum(len(p.samples.t) * p.samples.step / window for p in train),
         parameters=len(parameters),
-    )
+    ) + verdicts.unphysical(parameters, _kinetic_energy(evaluator, train, solution.X))
     notes = tuple(note for p in (*train, *held) for note in p.samples.notes)
     if not given:
         notes += ("no validation log is given: the last fifth of each log is held out",)
@@ -256,6 +294,18 @@ def _estimate(
         convergence=convergence,
         provenance=_provenance(evaluator, train, held),
     )
+
+
+def _kinetic_energy(evaluator: Evaluator, parts: Sequence[_Part], X: FloatArray) -> FloatArray:
+    """Return the kinetic energy of the identified model along the logs: h(q, qd) - h(q, 0)."""
+    inertial = X[: evaluator.model.inertial]
+    out = []
+    for s in (p.samples for p in parts):
+        stride = max(1, len(s.t) // _CHECKED)
+        q, qd = s.q[::stride], s.qd[::stride]
+        h = evaluator.energy_regressor(q, qd) - evaluator.energy_regressor(q, np.zeros_like(qd))
+        out.append(h @ inertial)
+    return np.concatenate(out)
 
 
 def _residual(parts: Sequence[_Part], X: FloatArray) -> Residual:
@@ -315,8 +365,5 @@ def _provenance(
     robot = hashlib.sha256(robot_toml(evaluator.model.robot).encode()).hexdigest()
     out = [("symgen", own), ("backend", evaluator.backend), ("robot sha256", robot)]
     for part in (*train, *held):
-        digest = hashlib.sha256()
-        for array in (part.samples.t, part.samples.q, part.samples.tau):
-            digest.update(np.ascontiguousarray(array).tobytes())
-        out.append((f"{part.kind} {part.samples.name} sha256", digest.hexdigest()))
+        out.append((f"{part.kind} {part.samples.name} sha256", _digest(part.samples)))
     return tuple(out)

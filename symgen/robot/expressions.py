@@ -28,6 +28,7 @@ _TOKEN = re.compile(
 _MAX_LENGTH = 1000
 _MAX_DEPTH = 50
 _MAX_EXPONENT = 16
+_MAX_DECIMALS = 100
 
 #: Constants and functions of geometry expressions.
 CONSTANTS: Mapping[str, sp.Expr] = {"pi": sp.pi}
@@ -46,7 +47,9 @@ def parse(text: str, names: Collection[str] = ()) -> sp.Expr:
             divides by zero, or is unreasonably large.
     """
     if len(text) > _MAX_LENGTH:
-        raise ExpressionError(f"expression of {len(text)} characters; at most {_MAX_LENGTH} are")
+        raise ExpressionError(
+            f"expression of {len(text)} characters; accepted: at most {_MAX_LENGTH}"
+        )
     parser = _Parser(text, names)
     expr = parser.sum()
     if parser.kind is not None:
@@ -57,12 +60,27 @@ def parse(text: str, names: Collection[str] = ()) -> sp.Expr:
 def check_finite(expr: sp.Expr, text: str) -> sp.Expr:
     """Return `expr`, or raise ExpressionError where it is not a finite real number or formula."""
     if expr.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
-        raise ExpressionError(f"{text!r} is not a finite real value")
+        raise ExpressionError(f"{shortened(text)!r} is not a finite real value")
     if expr.is_number:
         size = abs(float(expr.evalf(20)))
-        if not math.isfinite(size):
-            raise ExpressionError(f"{text!r} is not a finite real value")
+        if not math.isfinite(size) or size > 10.0**_MAX_DECIMALS:
+            raise ExpressionError(f"{shortened(text)!r} is not a finite real value")
     return expr
+
+
+def check_plain(expr: sp.Expr, written: str) -> None:
+    """Raise ExpressionError where an expression has roots of roots, or high powers."""
+    for power in expr.atoms(sp.Pow):
+        if power.exp.q > 2 or abs(power.exp) > _MAX_EXPONENT:
+            raise ExpressionError(
+                f"{written!r}: accepted: square roots (not roots of roots) and powers up to "
+                f"{_MAX_EXPONENT}"
+            )
+
+
+def shortened(written: str, length: int = 60) -> str:
+    """Return a text that fits into a message."""
+    return written if len(written) <= length else f"{written[: length - 3]}..."
 
 
 def exact(number: int | float | Decimal) -> sp.Rational:
@@ -73,9 +91,12 @@ def exact(number: int | float | Decimal) -> sp.Rational:
     """
     value = Decimal(repr(number)) if isinstance(number, float) else Decimal(number)
     if not value.is_finite():
-        raise ExpressionError(f"{number} is not a finite number")
-    if value and not -400 < value.adjusted() < 300:
-        raise ExpressionError(f"{number} is out of the range of numbers")
+        raise ExpressionError(f"{shortened(str(number))} is not a finite number")
+    if value and not -_MAX_DECIMALS <= value.adjusted() <= _MAX_DECIMALS:
+        raise ExpressionError(
+            f"{shortened(str(number))} is out of range; accepted: 0, or 1e-{_MAX_DECIMALS} to "
+            f"1e{_MAX_DECIMALS} in size"
+        )
     return sp.Rational(str(value))
 
 
@@ -105,9 +126,10 @@ class _Parser:
         self.end += match.end()
 
     def error(self, accepted: str) -> ExpressionError:
-        found = f"{self.token!r}" if self.kind else "the end"
+        found = f"{shortened(self.token)!r}" if self.kind else "the end"
         return ExpressionError(
-            f"in {self.text!r}: found {found} at character {self.at + 1}; accepted: {accepted}"
+            f"in {shortened(self.text)!r}: found {found} at character {self.at + 1}; "
+            f"accepted: {accepted}"
         )
 
     def take(self, op: str) -> None:
@@ -118,7 +140,9 @@ class _Parser:
     def sum(self) -> sp.Expr:
         self.depth += 1
         if self.depth > _MAX_DEPTH:
-            raise ExpressionError(f"in {self.text!r}: more than {_MAX_DEPTH} nested parentheses")
+            raise ExpressionError(
+                f"in {shortened(self.text)!r}: more than {_MAX_DEPTH} nested parentheses"
+            )
         value = self.product()
         while self.kind == "op" and self.token in "+-":
             sign = 1 if self.token == "+" else -1
@@ -134,7 +158,7 @@ class _Parser:
             self.advance()
             factor = self.power()
             if divide and factor.is_zero:
-                raise ExpressionError(f"in {self.text!r}: division by zero")
+                raise ExpressionError(f"in {shortened(self.text)!r}: division by zero")
             value = value / factor if divide else value * factor
         return value
 
@@ -144,7 +168,9 @@ class _Parser:
             self.advance()
             self.depth += 1
             if self.depth > _MAX_DEPTH:
-                raise ExpressionError(f"in {self.text!r}: more than {_MAX_DEPTH} signs in a row")
+                raise ExpressionError(
+                    f"in {shortened(self.text)!r}: more than {_MAX_DEPTH} signs in a row"
+                )
             value = sign * self.power()
             self.depth -= 1
             return value
@@ -153,13 +179,15 @@ class _Parser:
             self.advance()
             exponent = self.power()
             if not (exponent.is_Integer or exponent in (sp.Rational(1, 2), -sp.Rational(1, 2))):
-                raise ExpressionError(f"in {self.text!r}: an exponent is an integer or 1/2")
+                raise ExpressionError(
+                    f"in {shortened(self.text)!r}: an exponent is an integer or 1/2"
+                )
             if abs(exponent) > _MAX_EXPONENT:
                 raise ExpressionError(
-                    f"in {self.text!r}: an exponent is at most {_MAX_EXPONENT} in size"
+                    f"in {shortened(self.text)!r}: an exponent is at most {_MAX_EXPONENT} in size"
                 )
             if base.is_zero and exponent < 0:
-                raise ExpressionError(f"in {self.text!r}: division by zero")
+                raise ExpressionError(f"in {shortened(self.text)!r}: division by zero")
             return base**exponent
         return base
 

@@ -3,22 +3,33 @@
 from __future__ import annotations
 
 from decimal import Decimal
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator, StrictBool, ValidationError
+
+from symgen.errors import RobotError
 
 _MAX_JOINTS = 200
+_LARGEST = 100  # decimal exponent of the largest number
+_SMALLEST_WIDTH = 1e-12
+
+
+def _number(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, Decimal, float)):
+        raise ValueError("a number")
+    number = Decimal(value)
+    if not number.is_finite() or number.adjusted() > _LARGEST:
+        raise ValueError(f"a finite number under 1e{_LARGEST}")
+    return float(number)
 
 
 def _number_or_text(value: object) -> object:
-    if isinstance(value, bool) or not isinstance(value, (int, Decimal, float, str)):
-        raise ValueError("a number or an expression in quotes")
-    return value
-
-
-def _number(value: object) -> object:
-    if isinstance(value, bool) or not isinstance(value, (int, Decimal, float)):
-        raise ValueError("a number")
+    if isinstance(value, str):
+        return value
+    try:
+        _number(value)
+    except ValueError as error:
+        raise ValueError(f"{error} or an expression in quotes") from error
     return value
 
 
@@ -28,10 +39,26 @@ def _integer(value: object) -> object:
     return value
 
 
-Scalar = Annotated[int | Decimal | str, BeforeValidator(_number_or_text)]
-Finite = Annotated[float, BeforeValidator(_number), Field(allow_inf_nan=False)]
-Integer = Annotated[int, BeforeValidator(_integer)]
-Positive = Annotated[Finite, Field(gt=0)]
+Scalar = Annotated[Any, PlainValidator(_number_or_text)]
+Finite = Annotated[float, PlainValidator(_number)]
+Integer = Annotated[int, PlainValidator(_integer)]
+
+
+def _positive(value: object) -> float:
+    number = _number(value)
+    if number <= 0:
+        raise ValueError("a number above 0")
+    return number
+
+
+def _width(value: object) -> float:
+    number = _number(value)
+    if number != 0 and number < _SMALLEST_WIDTH:
+        raise ValueError(f"0, or a width of at least {_SMALLEST_WIDTH:g}")
+    return number
+
+
+Positive = Annotated[float, PlainValidator(_positive)]
 
 
 class _Table(BaseModel):
@@ -54,8 +81,8 @@ class JointTable(_Table):
     theta: Scalar = 0
     r: Scalar = 0
     friction: list[Literal["coulomb", "viscous", "offset"]] | None = None
-    coulomb_width: Annotated[Finite, Field(ge=0)] = 0.0
-    rotor_inertia: bool | None = None
+    coulomb_width: Annotated[float, PlainValidator(_width)] = 0.0
+    rotor_inertia: StrictBool | None = None
 
 
 class CouplingTable(_Table):
@@ -84,3 +111,60 @@ class RobotFile(_Table):
     drive: object = None
     effect: object = None
     loop: object = None
+
+
+_TABLES: dict[str, type[BaseModel]] = {
+    "robot": RobotTable,
+    "joint": JointTable,
+    "coupling": CouplingTable,
+    "payload": PayloadTable,
+    "limits": LimitsTable,
+}
+# What pydantic calls a fault, in the words of the person who wrote the file.
+_WORDS = {
+    "missing": "is missing; it must be given",
+    "model_type": "is not a table; accepted: [name] with keys below it, [[name]] where it repeats",
+    "dict_type": "is not a table; accepted: [name] with keys below it",
+    "list_type": "is not a list; accepted: [...], or [[name]] for each table",
+    "tuple_type": "is not a list; accepted: [...]",
+    "bool_type": "is not a truth value; accepted: true or false",
+    "string_type": "is not a text; accepted: a text in quotes",
+}
+
+
+def validated(data: dict[str, object], where: str) -> RobotFile:
+    """Check keys and types of a parsed file.
+
+    Raises:
+        RobotError: the first fault, with its place in the file and what is accepted there.
+    """
+    try:
+        return RobotFile.model_validate(data)
+    except ValidationError as error:
+        fault = error.errors()[0]
+        place, kind = _place(fault["loc"]), fault["type"]
+        if kind == "extra_forbidden":
+            table = _TABLES[str(fault["loc"][0])] if len(fault["loc"]) > 1 else RobotFile
+            what = f"unknown key; accepted: {', '.join(table.model_fields)}"
+        elif kind in _WORDS:
+            what = _WORDS[kind]
+        elif kind in ("too_short", "too_long"):
+            context = fault["ctx"]
+            limit = context.get("min_length") or context.get("max_length")
+            side = "at least" if kind == "too_short" else "at most"
+            what = f"{context['actual_length']} entries; accepted: {side} {limit}"
+        else:
+            message = fault["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+            what = f"accepted: {message}"
+        raise RobotError(f"{where}: {place}: {what}") from error
+
+
+def _place(loc: tuple[str | int, ...]) -> str:
+    """Write a position in the file as a person would: joint 2, key 'alpha'."""
+    words: list[str] = []
+    for part in loc:
+        if isinstance(part, int) and words:
+            words[-1] += f" {part + 1}" if len(words) == 1 else f", entry {part + 1}"
+        elif len(words) < 2:
+            words.append(str(part) if not words else f"key {part!r}")
+    return ", ".join(words) or "file"

@@ -16,17 +16,25 @@ from symgen import names
 from symgen.errors import ExpressionError, RobotError, SymgenWarning
 from symgen.robot import expressions
 from symgen.robot.builtin import library, library_text
+from symgen.robot.expressions import shortened
 from symgen.robot.types import Coupling, Joint, Limits, Robot
 
 if TYPE_CHECKING:
-    from pydantic import BaseModel
-
     from symgen.robot.schema import JointTable, RobotFile
 
 _LENGTHS = ("b", "d", "r")
 _ANGLES = ("gamma", "alpha", "theta")
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 _MAX_BYTES = 1_000_000
+_MAX_NAME = 64
+_MAX_DENOMINATOR = 10_000
+_MAX_TURN = 4 * math.pi
+# Headers of C that a generated NAME.h would hide.
+_HEADERS = frozenset(
+    "assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal "
+    "stdalign stdarg stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string strings "
+    "tgmath threads time uchar wchar wctype unistd memory features".split()
+)
 # Words that C or C++ keeps for itself, and the names that symgen gives to variables.
 _KEYWORDS = frozenset(
     "auto break case char const continue default do double else enum extern float for goto if "
@@ -52,26 +60,28 @@ def read_robot(source: str | Path) -> Robot:
     Raises:
         RobotError: there is no such robot, or the file is not a valid one.
     """
-    path = Path(source)
-    if path.is_dir():
-        if not (path / "robot.toml").is_file():
-            raise RobotError(f"{path}: a folder without robot.toml; accepted: a generated package")
-        path = path / "robot.toml"
-    elif not path.exists() and str(source) in library():
+    accepted = f"accepted: a path to robot.toml, a generated package, or {', '.join(library())}"
+    if str(source) in library() and not Path(source).exists():
         return parse_robot(library_text(str(source)), f"library robot {source}")
-    elif not path.exists():
-        raise RobotError(
-            f"{source}: no such file or library robot; accepted: a path to robot.toml, "
-            f"a generated package, or one of {', '.join(library())}"
-        )
-    elif path.suffix in (".urdf", ".par"):
-        raise RobotError(f"{path}: {path.suffix} files cannot be read yet; accepted: .toml")
+    shown = shortened(str(source)) or "(empty)"
     try:
-        if path.stat().st_size > _MAX_BYTES:
-            raise RobotError(f"{path}: larger than {_MAX_BYTES} bytes; not a robot.toml")
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise RobotError(f"{path}: cannot be read as UTF-8 text: {error}") from error
+        path = Path(source)
+        if str(source) and path.is_dir():
+            path = path / "robot.toml"
+        if not str(source) or not path.exists():
+            raise RobotError(f"{shown}: no such file or library robot; {accepted}")
+        if not path.is_file():
+            raise RobotError(f"{shown}: not a regular file; {accepted}")
+        if path.suffix in (".urdf", ".par"):
+            raise RobotError(f"{shown}: {path.suffix} files cannot be read yet; accepted: .toml")
+        with path.open("rb") as file:
+            content = file.read(_MAX_BYTES + 1)
+        text = content.decode("utf-8-sig")
+    except (OSError, ValueError) as error:
+        reason = _one_line(getattr(error, "strerror", None) or error)
+        raise RobotError(f"{shown}: cannot be read as UTF-8 text ({reason}); {accepted}") from error
+    if len(content) > _MAX_BYTES:
+        raise RobotError(f"{shown}: larger than {_MAX_BYTES} bytes; {accepted}")
     return parse_robot(text, str(path))
 
 
@@ -86,59 +96,16 @@ def parse_robot(text: str, where: str = "robot.toml") -> Robot:
         RobotError: the text is not a valid robot; the message names the joint and the key.
     """
     try:
-        data = tomllib.loads(text, parse_float=Decimal)
+        data = tomllib.loads(text.removeprefix("\ufeff"), parse_float=Decimal)
     except (tomllib.TOMLDecodeError, RecursionError, ArithmeticError, ValueError) as error:
         raise RobotError(f"{where}: not valid TOML: {_one_line(error)}") from error
-    return _Reader(where).robot(_validated(data, where))
+    from symgen.robot.schema import validated
+
+    return _Reader(where).robot(validated(data, where))
 
 
-def _validated(data: dict[str, object], where: str) -> RobotFile:
-    """Check keys and types; report the first fault with its place."""
-    from pydantic import ValidationError
-
-    from symgen.robot.schema import RobotFile
-
-    try:
-        return RobotFile.model_validate(data)
-    except ValidationError as error:
-        fault = error.errors()[0]
-        place = _place(fault["loc"])
-        if fault["type"] == "extra_forbidden":
-            table = _table_at(fault["loc"][:-1])
-            raise RobotError(
-                f"{where}: {place}: unknown key; accepted: {', '.join(table)}"
-            ) from error
-        message = fault["msg"].removeprefix("Value error, ")
-        raise RobotError(f"{where}: {place}: accepted: {message}") from error
-
-
-def _table_at(loc: tuple[str | int, ...]) -> list[str]:
-    """Return the keys that the table at `loc` accepts."""
-    from symgen.robot import schema
-
-    tables: dict[str, type[BaseModel]] = {
-        "robot": schema.RobotTable,
-        "joint": schema.JointTable,
-        "coupling": schema.CouplingTable,
-        "payload": schema.PayloadTable,
-        "limits": schema.LimitsTable,
-    }
-    return list((tables[str(loc[0])] if loc else schema.RobotFile).model_fields)
-
-
-def _place(loc: tuple[str | int, ...]) -> str:
-    """Write a position in the file as a person would: joint 2, key alpha."""
-    words: list[str] = []
-    for part in loc:
-        if isinstance(part, int) and words:
-            words[-1] += f" {part + 1}"
-        elif isinstance(part, str) and not part.startswith(("function-", "is-instance")):
-            words.append(part if not words else f"key {part!r}" if len(words) == 1 else part)
-    return ", ".join(words) or "file"
-
-
-def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split())
+def _one_line(error: object) -> str:
+    return shortened(" ".join(str(error).split()), 300)
 
 
 class _Reader:
@@ -151,16 +118,26 @@ class _Reader:
     def fail(self, message: str) -> RobotError:
         return RobotError(f"{self.where}: {message}")
 
+    def usable(self, name: str) -> bool:
+        """Whether a name can stand in C."""
+        fits = _IDENTIFIER.fullmatch(name) is not None and len(name) <= _MAX_NAME
+        return fits and name not in _KEYWORDS
+
     def robot(self, file: RobotFile) -> Robot:
         for key in ("drive", "effect", "loop"):
             if getattr(file, key) is not None:
                 raise self.fail(f"[{key}] is not supported by this version of symgen")
         name = file.robot.name
-        if not _IDENTIFIER.fullmatch(name) or name in _KEYWORDS:
-            raise self.fail(f"robot, key 'name': {name!r} is not a C identifier")
+        if not self.usable(name) or name in _HEADERS:
+            raise self.fail(
+                f"robot, key 'name': {shortened(name)!r} is not accepted; accepted: a C identifier "
+                f"of at most {_MAX_NAME} characters that is no word and no header of C"
+            )
         for key, value in file.geometry.items():
-            if not _IDENTIFIER.fullmatch(key) or key in _KEYWORDS or _RESERVED.fullmatch(key):
-                raise self.fail(f"geometry, key {key!r}: reserved, or not a C identifier")
+            if not self.usable(key) or _RESERVED.fullmatch(key):
+                raise self.fail(
+                    f"geometry, key {shortened(key)!r}: reserved, or not a C identifier"
+                )
             self.geometry[key] = _snapped(self.expression(value, f"geometry, key {key!r}", ()))
         joints = tuple(self.joint(number, table) for number, table in enumerate(file.joint, 1))
         movable = [joint for joint in joints if joint.movable]
@@ -179,22 +156,51 @@ class _Reader:
             limits=self.limits(file, len(movable)),
         )
 
+    def at_values(self, expr: sp.Expr) -> sp.Expr:
+        """Return an expression at the file's values of the named lengths."""
+        return expr.subs({sp.Symbol(k, real=True): v for k, v in self.geometry.items()})
+
     def expression(
         self, value: int | Decimal | str, place: str, known: dict[str, sp.Expr] | tuple[()]
     ) -> sp.Expr:
+        written = shortened(str(value))
         try:
             if isinstance(value, str):
                 expr = expressions.parse(value, tuple(known))
             else:
                 expr = expressions.exact(value)
-            numbers = {sp.Symbol(k, real=True): v for k, v in self.geometry.items()}
-            if expr.free_symbols:
-                expressions.check_finite(expr.subs(numbers), str(value))
+            here = self.at_values(expr)
+            expressions.check_finite(here, written)
+            # sqrt(L1**2) is |L1|: the sign of the file's value decides.
+            expr = expr.replace(
+                lambda e: e.func is sp.Abs,
+                lambda e: e.args[0] if self.at_values(e.args[0]) >= 0 else -e.args[0],
+            )
+            expressions.check_plain(expr, written)
         except ExpressionError as error:
             raise self.fail(f"{place}: {error}") from error
         except (ArithmeticError, ValueError, TypeError, RecursionError) as error:
-            raise self.fail(f"{place}: {value!r} has no finite real value") from error
+            raise self.fail(f"{place}: {written!r} has no finite real value") from error
         return expr
+
+    def angle(self, expr: sp.Expr, place: str) -> sp.Expr:
+        """Snap decimals that are fractions of pi; refuse what cannot be an angle in rad."""
+        snapped = sp.Add(*(_snapped(term) for term in sp.Add.make_args(expr)))
+        value = float(self.at_values(snapped).evalf(30))
+        if abs(value) > _MAX_TURN:
+            raise self.fail(
+                f"{place}: {value:.6g} rad is more than two turns; accepted: angles in rad, "
+                "not in degrees"
+            )
+        for term in sp.Add.make_args(sp.expand(snapped)):
+            number, base = term.as_coeff_Mul()
+            if base is sp.pi and number.q > _MAX_DENOMINATOR:
+                raise self.fail(
+                    f"{place}: {expressions.text(term)}; accepted: fractions of pi with a "
+                    f"denominator of at most {_MAX_DENOMINATOR}"
+                )
+        self.warn_near_fraction(snapped, value, place)
+        return snapped
 
     def joint(self, number: int, table: JointTable) -> Joint:
         antecedent = number - 1 if table.antecedent is None else table.antecedent
@@ -204,10 +210,9 @@ class _Reader:
                 f"accepted: 0 (the base) to {number - 1}"
             )
         fixed = table.sigma == names.FIXED
-        if fixed and (table.friction or table.rotor_inertia or table.coulomb_width):
-            raise self.fail(
-                f"joint {number}: a fixed joint (sigma 2) has no friction and no rotor inertia"
-            )
+        for key in ("friction", "rotor_inertia", "coulomb_width"):
+            if fixed and getattr(table, key):
+                raise self.fail(f"joint {number}, key {key!r}: a fixed joint (sigma 2) has none")
         friction = table.friction if table.friction is not None else ["coulomb", "viscous"]
         if len(set(friction)) != len(friction):
             raise self.fail(f"joint {number}, key 'friction': a word stands twice")
@@ -216,8 +221,7 @@ class _Reader:
             for key in (*_LENGTHS, *_ANGLES)
         }
         for key in _ANGLES:
-            values[key] = _snapped(values[key])
-            self.warn_near_fraction(values[key], f"joint {number}, key {key!r}")
+            values[key] = self.angle(values[key], f"joint {number}, key {key!r}")
         return Joint(
             number=number,
             sigma=table.sigma,
@@ -228,16 +232,15 @@ class _Reader:
             **values,
         )
 
-    def warn_near_fraction(self, angle: sp.Expr, place: str) -> None:
-        numbers = {sp.Symbol(k, real=True): v for k, v in self.geometry.items()}
-        value = angle.subs(numbers)
-        k = round(float(value.evalf(30)) * 24 / math.pi)
-        gap = abs(float((value - sp.pi * sp.Rational(k, 24)).evalf(30)))
+    def warn_near_fraction(self, angle: sp.Expr, value: float, place: str) -> None:
+        k = round(value * 24 / math.pi)
+        fraction = sp.pi * sp.Rational(k, 24)
+        gap = abs(float((self.at_values(angle) - fraction).evalf(30)))
         if 0 < gap < 1e-4:
-            fraction = expressions.text(sp.pi * sp.Rational(k, 24))
+            near = expressions.text(fraction)
             warnings.warn(
-                f"{self.where}: {place}: {expressions.text(angle)} is within 1e-4 of "
-                f"{fraction}, but not it; write {fraction!r} if that is meant",
+                f"{self.where}: {place}: {shortened(expressions.text(angle))} is within 1e-4 of "
+                f"{near}, but not it; write {near!r} if that is meant",
                 SymgenWarning,
                 stacklevel=2,
             )
@@ -255,7 +258,7 @@ class _Reader:
             if any(second == c.second for c in found):
                 raise self.fail(f"{place}: a second coupling with number {second}")
             ratio = self.expression(table.ratio, f"coupling {number}, key 'ratio'", self.geometry)
-            if ratio.is_zero:
+            if self.at_values(ratio).is_zero:
                 raise self.fail(f"coupling {number}, key 'ratio': zero couples nothing")
             found.append(Coupling(first, second, ratio))
         return tuple(found)
@@ -295,7 +298,7 @@ def _snapped(angle: sp.Expr) -> sp.Expr:
         return angle
     value = float(angle)
     k = round(value * 24 / math.pi)
-    if k and abs(value - k * math.pi / 24) <= 5e-16 * max(1.0, abs(value)):
+    if 0 < abs(k) <= 96 and abs(value - k * math.pi / 24) <= 5e-16 * max(1.0, abs(value)):
         return sp.pi * sp.Rational(k, 24)
     return angle
 

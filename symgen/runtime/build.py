@@ -45,7 +45,7 @@ def find_compiler(wanted: str | None = None) -> Compiler | None:
     In this order: `wanted` (or the variable SYMGEN_CC; "none" stands for no compiler), the variable
     CC, cc, gcc, clang, and the ziglang wheel (`pip install symgen[cc]`).
     """
-    wanted = wanted or os.environ.get("SYMGEN_CC")
+    wanted = (wanted or os.environ.get("SYMGEN_CC") or "").strip()
     if wanted == "none":
         return None
     candidates: list[tuple[str, ...]] = []
@@ -68,6 +68,13 @@ def find_compiler(wanted: str | None = None) -> Compiler | None:
             continue
         return Compiler(command, done.stdout.strip().splitlines()[0] if done.stdout else "")
     return None
+
+
+def missing_compiler() -> str:
+    """Return in words why there is no compiler, and what brings one."""
+    wanted = os.environ.get("SYMGEN_CC", "").strip()
+    tried = f"SYMGEN_CC is {wanted}" if wanted else "cc, gcc, clang"
+    return f"no C compiler was found ({tried}); pip install 'symgen[cc]' brings one"
 
 
 def cache_folder() -> Path:
@@ -178,8 +185,11 @@ def _compile(
     except (OSError, subprocess.SubprocessError) as error:
         raise BuildError(f"{compiler.command[0]} could not be run: {error}") from error
     if done.returncode != 0 or not built.is_file():
-        first = next((li for li in done.stderr.splitlines() if "error" in li), done.stderr[:200])
-        raise BuildError(f"{compiler.command[0]} failed on the generated C: {first.strip()}")
+        lines = [line for line in done.stderr.splitlines() if "error" in line] or [
+            done.stderr[:200]
+        ]
+        reason = lines[0].strip() or f"exit status {done.returncode}, and nothing was built"
+        raise BuildError(f"{compiler.command[0]} failed on the generated C: {reason}")
     return built
 
 

@@ -58,24 +58,34 @@ def _check_one(folder: Path) -> Checked:
     options = manifest["options"]
     model = derive(read_robot(folder / "robot.toml"))
     kernels = tuple(options["kernels"])
-    tree = generate(model, target=options["target"], dtype=options["dtype"], kernels=kernels)
-    differences = _differences(folder, tree)
-    return Checked(folder, differences, _errors(model, manifest), model.base.proof.rank)
+    try:
+        tree = generate(model, target=options["target"], dtype=options["dtype"], kernels=kernels)
+    except PackageError as error:
+        raise PackageError(f"{folder / 'manifest.json'}: {error}") from error
+    # Measured at the points of the tree written now: the folder's own are compared with these.
+    fresh = json.loads(tree.files["manifest.json"])
+    return Checked(folder, _differences(folder, tree), _errors(model, fresh), model.base.proof.rank)
 
 
 def _manifest(folder: Path) -> dict[str, Any]:
     path = folder / "manifest.json"
     try:
         manifest = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise PackageError(f"{path}: not a manifest: {error}") from error
+    except (OSError, ValueError, RecursionError) as error:
+        raise PackageError(
+            f"{path}: not a manifest: {' '.join(str(error).split())[:200]}"
+        ) from error
     if not isinstance(manifest, dict) or manifest.get("schema") != SCHEMA:
         raise PackageError(f"{path}: not a manifest of schema {SCHEMA}")
-    keys = ("options", "verification")
-    if any(not isinstance(manifest.get(key), dict) for key in keys) or any(
-        key not in manifest["options"] for key in ("target", "dtype", "kernels")
+    options = manifest.get("options")
+    kernels = options.get("kernels") if isinstance(options, dict) else None
+    if not (
+        isinstance(options, dict)
+        and {"target", "dtype"} <= set(options)
+        and isinstance(kernels, list)
+        and all(isinstance(k, str) for k in kernels)
     ):
-        raise PackageError(f"{path}: options or verification are missing")
+        raise PackageError(f"{path}: options with target, dtype and a list of kernels are missing")
     return manifest
 
 

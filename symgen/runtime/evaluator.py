@@ -21,7 +21,12 @@ from symgen.codegen.package import generate
 from symgen.errors import BuildError, ParameterError, SymgenWarning
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
-from symgen.runtime.build import Compiler, build_module, find_compiler
+from symgen.runtime.build import (
+    Compiler,
+    build_module,
+    find_compiler,
+    missing_compiler,
+)
 
 FloatArray = NDArray[np.float64]
 _BLOCK = 512  # samples that CasADi maps over in one call
@@ -131,9 +136,7 @@ def load(robot: Robot | Model | str | Path, *, backend: str = "auto") -> Evaluat
         compiler = find_compiler()
         try:
             if compiler is None:
-                raise BuildError(
-                    "no C compiler was found (cc, gcc, clang); pip install 'symgen[cc]' brings one"
-                )
+                raise BuildError(missing_compiler())
             return _compiled(model, compiler)
         except BuildError as error:
             if backend == "c":

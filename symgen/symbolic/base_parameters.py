@@ -9,6 +9,7 @@ exact linear algebra otherwise; each is checked modulo both primes.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -36,6 +37,7 @@ from symgen.symbolic.tape import Tape
 
 _SEEDS = (1, 2)
 _MARGIN = 10  # more sample points than columns
+_PRIMES, _ATTEMPTS = 400, 16
 
 
 @dataclass(frozen=True)
@@ -241,18 +243,20 @@ class _Columns:
         """Evaluate all columns modulo two primes, each with its own seed."""
         angles = [angle.subs(values) for angle in self.angles]
         order = order_needed(angles)
-        out = []
-        for prime, seed in zip(primes(order, len(_SEEDS)), _SEEDS, strict=True):
-            for attempt in range(200):
+        out: list[_Sample] = []
+        # A square root of the geometry exists modulo every other prime, or at every other point.
+        for prime in itertools.islice(primes(order), _PRIMES):
+            for attempt in range(_ATTEMPTS):
+                seed = _SEEDS[len(out)] + len(_SEEDS) * attempt
                 try:
-                    field = PrimeField(prime, seed + 1000 * attempt, angles, order, values)
+                    field = PrimeField(prime, seed, angles, order, values)
                     out.append(_Sample(field, self._differences(field)))
                     break
                 except BadDrawError:
                     continue
-            else:
-                raise SymgenError("no prime has the square roots that this geometry needs")
-        return out
+            if len(out) == len(_SEEDS):
+                return out
+        raise SymgenError("no prime was found that has all square roots of this geometry")
 
     def _differences(self, field: PrimeField) -> Residues:
         count = len(self.names) + _MARGIN

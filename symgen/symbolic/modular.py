@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -240,15 +240,13 @@ def order_needed(angles: Iterable[sp.Expr]) -> int:
     return order
 
 
-def primes(order: int, count: int) -> tuple[int, ...]:
-    """Return the largest primes under 2^31 that are 1 modulo `order`."""
-    found: list[int] = []
+def primes(order: int) -> Iterator[int]:
+    """Yield the primes under 2^31 that are 1 modulo `order`, the largest first."""
     candidate = (2**_BITS - 2) // order * order + 1
-    while len(found) < count:
+    while candidate > 2 ** (_BITS - 1):
         if sp.isprime(candidate):
-            found.append(candidate)
+            yield candidate
         candidate -= order
-    return tuple(found)
 
 
 def reduce_rows(matrix: Residues, p: int, order: Sequence[int]) -> tuple[list[int], Residues]:

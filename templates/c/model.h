@@ -24,7 +24,7 @@ typedef {{ dtype }} {{ name }}_real;
 
 /* Named lengths and angles of the robot file. */
 {% for g in geometry %}
-#define {{ name }}_{{ g.name }} {{ g.value }}
+#define {{ name }}_geometry_{{ g.name }} {{ g.value }}
 {% endfor %}
 {% endif %}
 

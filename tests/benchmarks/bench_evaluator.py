@@ -17,6 +17,7 @@ import sys
 import sysconfig
 import tempfile
 import time
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -26,8 +27,6 @@ import numpy as np
 import sympy as sp
 from rich.console import Console
 from rich.table import Table
-
-sys.path[:0] = [str(Path(__file__).resolve().parents[i]) for i in (1, 2)]
 
 import symgen
 from symgen.codegen.casadi_model import casadi_function
@@ -67,7 +66,9 @@ extern "C" void begin() { delete data; data = nullptr; model = pinocchio::Model(
 extern "C" void joint(const double *R, const double *p)
 {
     using Matrix = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-    const pinocchio::SE3 place(Eigen::Map<const Matrix>(R), Eigen::Map<const Eigen::Vector3d>(p));
+    const Eigen::Matrix3d rotation = Eigen::Map<const Matrix>(R);
+    const Eigen::Vector3d translation = Eigen::Map<const Eigen::Vector3d>(p);
+    const pinocchio::SE3 place(rotation, translation);
     const auto last = static_cast<pinocchio::JointIndex>(model.njoints - 1);
     const auto id = model.addJoint(last, pinocchio::JointModelRZ(), place, std::to_string(last));
     model.appendBodyToJoint(id, pinocchio::Inertia::Identity(), pinocchio::SE3::Identity());
@@ -134,7 +135,7 @@ def casadi_c(function: casadi.Function, folder: Path, joints: int) -> ctypes.CDL
     """Compile the C that CasADi generates, with symgen's compiler and flags."""
     compiler = find_compiler()
     assert compiler is not None
-    energy = casadi.Function("energy", function.sx_in(), function(*function.sx_in(), True, False))
+    energy = casadi.Function("energy", function.sx_in(), function.call(function.sx_in()))
     generator = casadi.CodeGenerator("energy.c")
     generator.add(energy)
     generator.generate(f"{folder}/")
@@ -159,10 +160,12 @@ def expressions(tape: Tape, values: dict[sp.Symbol, sp.Expr]) -> list[sp.Expr]:
 def pinocchio_model(robot: symgen.Robot) -> tuple[Any, Any] | None:
     """The arm in Pinocchio, with the placements of its joints; None where it cannot be had."""
     try:
-        from oracles.pinocchio_arm import load_pinocchio
-
-        pin = load_pinocchio()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            import pinocchio as pin
     except ImportError:
+        return None
+    if not hasattr(pin, "Model"):  # an unrelated package has the same name
         return None
     values = robot.values()
     model = pin.Model()
@@ -313,7 +316,8 @@ def main() -> int:
     console.print(table)
     if cxx is None or "Pinocchio, Python" not in columns[0]:
         console.print("Pinocchio (or its C++ headers) is not on this machine: left out")
-    console.print(f"medians of {REPEATS} repeats in turn; {time.perf_counter() - began:.0f} s in all")
+    seconds = time.perf_counter() - began
+    console.print(f"medians of {REPEATS} repeats in turn; {seconds:.0f} s in all")
     return 0
 
 

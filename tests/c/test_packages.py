@@ -144,16 +144,20 @@ def symbols(files: Sequence[Path]) -> list[tuple[str, str]]:
 def test_every_source_is_free_of_strict_c99_warnings(compiler, package, tmp_path):
     if shutil.which(compiler) is None:
         pytest.skip(f"{compiler} is not on this machine")
-    run([compiler, *STRICT, "-O2", "-c", *c_files(package, check=True)], tmp_path)
+    # gcc finds some faults only when it optimizes, clang finds all by reading.
+    how = ["-O1", "-c"] if compiler == "gcc" else ["-fsyntax-only"]
+    run([compiler, *STRICT, *how, *c_files(package, check=True)], tmp_path)
 
 
 @needs_gxx
 def test_header_and_sources_are_also_cxx11(package, tmp_path):
-    run([GXX, *STRICT_CXX, "-c", *c_files(package, check=True)], tmp_path)
+    run([GXX, *STRICT_CXX, "-fsyntax-only", *c_files(package, check=True)], tmp_path)
 
 
 @needs_gxx
-def test_every_header_stands_alone_in_cxx_and_keeps_c_linkage(package, tmp_path):
+@pytest.mark.parametrize("case", ["planar2r-double", "rich-float"])
+def test_every_header_stands_alone_in_cxx_and_keeps_c_linkage(case, packages, tmp_path):
+    package = packages[case]
     headers = sorted(package.glob("*.h"))
     for header in headers:
         alone = tmp_path / f"{header.stem}.cpp"
@@ -375,7 +379,7 @@ def test_lengths_named_as_variables_of_the_code_change_nothing(tmp_path):
 
 
 @needs_cc
-@pytest.mark.parametrize("length", [*HARMLESS, *TAKEN])
+@pytest.mark.parametrize("length", TAKEN)
 def test_an_awkward_name_of_a_length_is_refused_or_compiles(length, tmp_path):
     robot = read_or_refuse(ONE_LENGTH.format(length=length), length)
     if robot is None:

@@ -129,6 +129,9 @@ FILES = {
     "d inf": (one("d", "-inf"), ["joint 2", "'d'", "finite"]),
     "d boolean": (one("d", "true"), ["joint 2", "'d'", "a number or an expression"]),
     "d list": (one("d", "[1]"), ["joint 2", "'d'", "a number or an expression"]),
+    "d fourth root": (one("d", '"sqrt(sqrt(2))"'), ["joint 2", "'d'", "roots of roots"]),
+    "d power of a power": (one("d", '"((L1+L2)**4)**8"'), ["joint 2", "'d'", "powers up to"]),
+    "d 1e-300": (one("d", "1e-300"), ["joint 2", "'d'", "out of range"]),
     "d date": (one("d", "2020-01-01"), ["joint 2", "'d'"]),
     "d 1e999": (one("d", "1e999"), ["joint 2", "'d'"]),
     # Hangs where the number is turned into an int of 10^8 digits.
@@ -374,10 +377,8 @@ ODD = {
     "sqrt of a square": three(G, '"sqrt(L1**2)"'),
     "sqrt of the square of a negative": three({"L1": -0.5, "L2": 0.3}, '"sqrt(L1**2)"'),
     "one over a sqrt": three(G, '"1/sqrt(L1+L2)"'),
-    "fourth root": three(G, '"sqrt(sqrt(2))"'),
     "one over a sum": three(G, '"1/(L1+L2)"'),
     "a high power": three(G, '"(L1+L2)**16"'),
-    "a power of a power": three(G, '"((L1+L2)**4)**8"'),
     "pi in a length": three(G, '"pi*L1"', '"pi/7"', alpha3='"2*pi/7"'),
     "sqrt(2) as an angle": three(G, alpha2='"sqrt(2)"', alpha3='"2*sqrt(2)"'),
     "sqrt of a length as an angle": three(G, alpha2='"sqrt(L1)"', alpha3='"sqrt(2)*L1/2"'),
@@ -469,7 +470,7 @@ def test_a_huge_length_keeps_its_relative_accuracy(length):
         )
 
 
-@pytest.mark.parametrize("value", ["1e-300", "1e-12", "1e9", "1e16", "0.123456789012345", "1e100"])
+@pytest.mark.parametrize("value", ["1e-99", "1e-12", "1e9", "1e16", "0.123456789012345", "1e100"])
 def test_an_odd_number_survives_being_written_and_read(value):
     robot = symgen.parse_robot(one("d", value))
     assert symgen.parse_robot(symgen.robot_toml(robot)) == robot
