@@ -33,6 +33,7 @@ from symgen.runtime.evaluator import Evaluator, load
 
 FloatArray = NDArray[np.float64]
 _SEED = 1988
+_SHOWN = 16  # the first samples determine little: convergence is drawn from here on
 # Runs whose way to the result is followed, sample by sample.
 _DRAWN = {"c": 200, "casadi": 50}
 _MARKER, _PAGE = "demo.json", "demo.html"
@@ -219,14 +220,14 @@ def _sections(
         ],
         title=f"Set-up ({letter}), first run: motion and torque",
     )
-    low, high = np.nanquantile(history[:, 6:], [0.05, 0.95], axis=0)
+    low, high = np.nanquantile(history[:, _SHOWN:], [0.05, 0.95], axis=0)
     units = ("kg m2", "kg m2", "kg m", "kg m")
     curves = plots.line_grid(
         [
             plots.Panel(
                 name,
-                runs.t[6:],
-                {"first run": history[0, 6:, i]},
+                runs.t[_SHOWN:],
+                {"first run": history[0, _SHOWN:, i]},
                 f"{name}, {units[i]}",
                 level=float(paper.X_TRUE[i]),
                 band=(low[:, i], high[:, i]),

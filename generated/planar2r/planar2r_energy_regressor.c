@@ -7,11 +7,11 @@
 
 void planar2r_energy_regressor(const double *q, const double *qd, double *out)
 {
-    const double V2d2 = qd[0] * planar2r_geometry_L1;
     const double C2 = cos(q[1]);
     const double S2 = sin(q[1]);
-    const double V1e2 = V2d2 * S2;
-    const double V2e2 = V2d2 * C2;
+    const double V2d2 = qd[0] * planar2r_geometry_L1;
+    const double V1e2 = S2 * V2d2;
+    const double V2e2 = C2 * V2d2;
     const double W32 = qd[0] + qd[1];
     const double Hqd1 = 0.5 * qd[0];
     const double DZZ1 = qd[0] * Hqd1;

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
+import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import sympy as sp
 
 from symgen.codegen.model import Kernel, Model
+from symgen.errors import PackageError
 from symgen.symbolic.friction import torque_tape
 from symgen.symbolic.tape import Numbers
 
@@ -110,12 +113,27 @@ def function_name(robot: str, kernel: str) -> str:
 
 def serialized(function: Any) -> bytes:
     """Return the content of a .casadi file: what `casadi.Function.load` reads."""
-    text: str = function.serialize()
-    return text.encode("ascii")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "function.casadi"
+        function.save(str(path))
+        return path.read_bytes()
 
 
 def deserialized(content: bytes) -> Any:
-    """Return the Function in a .casadi file."""
+    """Return the Function in a .casadi file.
+
+    Raises:
+        PackageError: it holds none.
+    """
     import casadi
 
-    return casadi.Function.deserialize(content.decode("ascii"))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "function.casadi"
+        path.write_bytes(content)
+        try:
+            function = casadi.Function.load(str(path))
+        except RuntimeError as error:
+            raise PackageError("not a .casadi file") from error
+    if function.is_null():
+        raise PackageError("not a .casadi file")
+    return function

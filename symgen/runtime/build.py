@@ -122,16 +122,17 @@ def build_module(sources: Mapping[str, bytes], declarations: str, compiler: Comp
         digest.update(name.encode() + b"\0" + sources[name] + b"\0")
     module = f"_symgen_{digest.hexdigest()[:32]}"
     folder = _writable(cache_folder())
-    target = folder / f"{module}{suffix}"
-    if target.is_file():
-        try:
-            return _load(module, target)
-        except ImportError:  # a damaged file: build it again
-            target.unlink(missing_ok=True)
+    for known in sorted(folder.glob(f"{module}-*{suffix}")):
+        if _intact(known, suffix):
+            try:
+                return _load(module, known)
+            except ImportError:  # of another machine, say: build it again
+                known.unlink(missing_ok=True)
     _sweep(folder)
     work = Path(tempfile.mkdtemp(prefix="build-", dir=folder))
     try:
         built = _compile(module, sources, declarations, compiler, work, suffix)
+        target = folder / f"{module}-{_sha256(built)}{suffix}"
         os.replace(built, target)
     except OSError as error:
         raise BuildError(
@@ -143,6 +144,21 @@ def build_module(sources: Mapping[str, bytes], declarations: str, compiler: Comp
         return _load(module, target)
     except ImportError as error:
         raise BuildError(f"the compiled model cannot be loaded: {error}") from error
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+
+
+def _intact(module: Path, suffix: str) -> bool:
+    """Whether a cached module is whole: loading a damaged one can kill the interpreter.
+
+    Its name ends in the digest of its content, so that one rename puts both in place.
+    """
+    try:
+        return module.name.removesuffix(suffix).endswith(f"-{_sha256(module)}")
+    except OSError:
+        return False
 
 
 def _compile(
@@ -188,7 +204,9 @@ def _compile(
         lines = [line for line in done.stderr.splitlines() if "error" in line] or [
             done.stderr[:200]
         ]
-        reason = lines[0].strip() or f"exit status {done.returncode}, and nothing was built"
+        reason = (
+            " ".join(lines[0].split()) or f"exit status {done.returncode}, and nothing was built"
+        )
         raise BuildError(f"{compiler.command[0]} failed on the generated C: {reason}")
     return built
 

@@ -111,7 +111,8 @@ class Evaluator:
             (p - p_inertial,) or (N, p - p_inertial); no columns for a robot without friction.
         """
         if "friction_power" not in self._functions:
-            return np.zeros((*np.shape(q)[:-1], 0))
+            arrays, _ = _checked(self["energy_regressor"].kernel, (q, qd))
+            return np.zeros((*arrays[0].shape[:-1], 0))
         return self["friction_power"](q, qd)
 
 

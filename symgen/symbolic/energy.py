@@ -17,7 +17,7 @@ import sympy as sp
 from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic.friction import builder, drive_speed, speeds
-from symgen.symbolic.kinematics import Frame, frames, variables
+from symgen.symbolic.kinematics import Frame, frames, gravity, steps, variables
 from symgen.symbolic.parameters import standard_parameters
 from symgen.symbolic.tape import Tape, TapeBuilder
 
@@ -32,7 +32,7 @@ def energy_tape(robot: Robot) -> Tape:
     """
     variable = variables(robot)
     tape = builder(robot, (*variable.q, *variable.qd))
-    links = dict(zip((j.number for j in robot.joints), frames(robot, variable, tape), strict=True))
+    links = frames(steps(robot, variable, tape), gravity(robot, tape), tape)
     speed = speeds(robot, variable)
     drives = {c.second: drive_speed(c, speed, tape) for c in robot.couplings}
     outputs: list[sp.Expr] = []

@@ -1,7 +1,7 @@
 """Velocity, gravity and height of every link, by recursion in link frames.
 
-The modified Denavit-Hartenberg transform is a product of six elementary motions along and about
-z and x; the recursion applies them one by one to the state of a frame
+The modified Denavit-Hartenberg transform is a product of elementary motions along and about z and
+x. The recursion applies them one by one to the state of a frame
 
     w  angular velocity of the frame, in the frame                       [rad/s]
     V  velocity of its origin, in the frame                              [m/s]
@@ -15,6 +15,7 @@ while the steps are written, and every step has a name.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import sympy as sp
@@ -25,6 +26,40 @@ from symgen.symbolic.tape import TapeBuilder
 
 Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
 ZERO: Vector = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A rotation about x (axis 0) or z (axis 2) by an angle with this cosine and sine."""
+
+    axis: int
+    c: sp.Expr
+    s: sp.Expr
+    tag: str
+
+
+@dataclass(frozen=True)
+class Shift:
+    """A translation along x (axis 0) or z (axis 2), m."""
+
+    axis: int
+    length: sp.Expr
+    tag: str
+
+
+@dataclass(frozen=True)
+class Step:
+    """The way from an antecedent's frame to that of joint j.
+
+    `before` leads to the axis of j, turned by theta where j is revolute; the joint's own velocity
+    is added there; `after` is the translation along z, which a rotation about z leaves alone.
+    """
+
+    joint: Joint
+    before: tuple[Turn | Shift, ...]
+    after: tuple[Shift, ...]
+    q: sp.Expr
+    qd: sp.Expr
 
 
 @dataclass(frozen=True)
@@ -43,61 +78,120 @@ class Variables:
 
     q: tuple[sp.Symbol, ...]
     qd: tuple[sp.Symbol, ...]
+    qdd: tuple[sp.Symbol, ...]
+    tau: tuple[sp.Symbol, ...]
 
 
 def variables(robot: Robot) -> Variables:
-    """Return q and qd as symbols that carry the file's joint numbers."""
+    """Return q, qd, qdd and tau as symbols that carry the file's joint numbers."""
     numbers = [joint.number for joint in robot.movable]
-    return Variables(
-        tuple(sp.Symbol(f"q{j}", real=True) for j in numbers),
-        tuple(sp.Symbol(f"qd{j}", real=True) for j in numbers),
+    q, qd, qdd, tau = (
+        tuple(sp.Symbol(f"{letter}{j}", real=True) for j in numbers)
+        for letter in ("q", "qd", "qdd", "tau")
     )
+    return Variables(q, qd, qdd, tau)
 
 
-def frames(robot: Robot, variable: Variables, tape: TapeBuilder) -> tuple[Frame, ...]:
-    """Derive the state of every link frame, fixed links included, in file order.
-
-    Args:
-        robot: the mechanism.
-        variable: the symbols of q and qd.
-        tape: takes the named steps.
-    """
-    gx, gy, gz = (
-        tape.constant(f"g{axis}", g) for axis, g in zip("xyz", robot.gravity, strict=True)
+def steps(robot: Robot, variable: Variables, tape: TapeBuilder) -> tuple[Step, ...]:
+    """Return the way to every joint, in file order; sines and cosines become steps of the tape."""
+    pairs = dict(
+        zip(
+            (j.number for j in robot.movable),
+            zip(variable.q, variable.qd, strict=True),
+            strict=True,
+        )
     )
-    states = [Frame(ZERO, ZERO, (gx, gy, gz), sp.S.Zero)]
-    index = {joint.number: i for i, joint in enumerate(robot.movable)}
-    for joint in robot.joints:
-        i = index.get(joint.number)
-        q = sp.S.Zero if i is None else variable.q[i]
-        qd = sp.S.Zero if i is None else variable.qd[i]
-        states.append(_next(states[joint.antecedent], joint, q, qd, tape))
-    return tuple(states[1:])
+    none = (sp.S.Zero, sp.S.Zero)
+    return tuple(_step(joint, *pairs.get(joint.number, none), tape) for joint in robot.joints)
 
 
-def _next(frame: Frame, joint: Joint, q: sp.Expr, qd: sp.Expr, tape: TapeBuilder) -> Frame:
-    """Apply the six elementary motions of a joint, then its own velocity."""
+def _step(joint: Joint, q: sp.Expr, qd: sp.Expr, tape: TapeBuilder) -> Step:
     j = joint.number
-    revolute, prismatic = joint.sigma == names.REVOLUTE, joint.sigma == names.PRISMATIC
-    frame = _rotate(frame, 2, *_angle(joint.gamma, f"gamma{j}", tape), f"a{j}", tape)
-    frame = _translate(frame, 2, tape.constant(f"b{j}", joint.b), f"b{j}", tape)
-    frame = _rotate(frame, 0, *_angle(joint.alpha, f"alpha{j}", tape), f"c{j}", tape)
-    frame = _translate(frame, 0, tape.constant(f"d{j}", joint.d), f"d{j}", tape)
-    if revolute:
+    if joint.sigma == names.REVOLUTE:
         c, s = _joint_angle(q, joint.theta, j, tape)
     else:
         c, s = _angle(joint.theta, f"theta{j}", tape)
-    frame = _rotate(frame, 2, c, s, f"e{j}", tape)
     r = tape.constant(f"r{j}", joint.r)
-    if prismatic:
+    if joint.sigma == names.PRISMATIC:
         r = tape.name(f"R{j}", q + r)
-    frame = _translate(frame, 2, r, f"r{j}", tape)
-    w, V = frame.w, frame.V
-    if revolute:
-        w = (w[0], w[1], tape.name(f"W3{j}", w[2] + qd))
-    if prismatic:
-        V = (V[0], V[1], tape.name(f"V3{j}", V[2] + qd))
-    return Frame(w, V, frame.g, frame.u)
+    before: tuple[Turn | Shift, ...] = (
+        Turn(2, *_angle(joint.gamma, f"gamma{j}", tape), f"a{j}"),
+        Shift(2, tape.constant(f"b{j}", joint.b), f"b{j}"),
+        Turn(0, *_angle(joint.alpha, f"alpha{j}", tape), f"c{j}"),
+        Shift(0, tape.constant(f"d{j}", joint.d), f"d{j}"),
+        Turn(2, c, s, f"e{j}"),
+    )
+    kept = tuple(m for m in before if not (m.c == 1 if isinstance(m, Turn) else m.length == 0))
+    after = () if r == 0 else (Shift(2, r, f"r{j}"),)
+    return Step(joint, kept, after, q, qd)
+
+
+def gravity(robot: Robot, tape: TapeBuilder) -> Vector:
+    """Return the acceleration of gravity in frame 0, as constants of the tape."""
+    x, y, z = (tape.constant(f"g{a}", g) for a, g in zip("xyz", robot.gravity, strict=True))
+    return (x, y, z)
+
+
+def frames(way: tuple[Step, ...], base_gravity: Vector, tape: TapeBuilder) -> Mapping[int, Frame]:
+    """Derive the state of every link frame, fixed links included, by joint number; 0 is the base.
+
+    Args:
+        way: from `steps`.
+        base_gravity: from `gravity`; ZERO where it does not matter.
+        tape: takes the named steps.
+    """
+    states = {0: Frame(ZERO, ZERO, base_gravity, sp.S.Zero)}
+    for step in way:
+        joint, frame = step.joint, states[step.joint.antecedent]
+        for motion in step.before:
+            frame = _moved(frame, motion, tape)
+        w, V = frame.w, frame.V
+        if joint.sigma == names.REVOLUTE:
+            w = (w[0], w[1], tape.name(f"W3{joint.number}", w[2] + step.qd))
+        frame = Frame(w, V, frame.g, frame.u)
+        for shift in step.after:
+            frame = _moved(frame, shift, tape)
+        if joint.sigma == names.PRISMATIC:
+            V3 = tape.name(f"V3{joint.number}", frame.V[2] + step.qd)
+            frame = Frame(frame.w, (frame.V[0], frame.V[1], V3), frame.g, frame.u)
+        states[joint.number] = frame
+    return states
+
+
+def _moved(frame: Frame, motion: Turn | Shift, tape: TapeBuilder) -> Frame:
+    if isinstance(motion, Turn):
+        w, V, g = (
+            turned(vector, motion, letter, tape)
+            for vector, letter in ((frame.w, "W"), (frame.V, "V"), (frame.g, "G"))
+        )
+        return Frame(w, V, g, frame.u)
+    V = shifted(frame.V, frame.w, motion, "V", tape)
+    u = tape.name(f"U{motion.tag}", frame.u - frame.g[motion.axis] * motion.length)
+    return Frame(frame.w, V, frame.g, u)
+
+
+def turned(vector: Vector, turn: Turn, letter: str, tape: TapeBuilder) -> Vector:
+    """Express a vector in the turned frame."""
+    a, b = (turn.axis + 1) % 3, (turn.axis + 2) % 3
+    out = list(vector)
+    out[a] = tape.name(f"{letter}{a + 1}{turn.tag}", turn.c * vector[a] + turn.s * vector[b])
+    out[b] = tape.name(f"{letter}{b + 1}{turn.tag}", turn.c * vector[b] - turn.s * vector[a])
+    return (out[0], out[1], out[2])
+
+
+def shifted(moment: Vector, vector: Vector, shift: Shift, letter: str, tape: TapeBuilder) -> Vector:
+    """Return moment + vector x P: the velocity of the shifted origin, for (V, w)."""
+    a, b = (shift.axis + 1) % 3, (shift.axis + 2) % 3
+    out = list(moment)
+    out[a] = tape.name(f"{letter}{a + 1}{shift.tag}", moment[a] + vector[b] * shift.length)
+    out[b] = tape.name(f"{letter}{b + 1}{shift.tag}", moment[b] - vector[a] * shift.length)
+    return (out[0], out[1], out[2])
+
+
+def returned(vector: Vector, turn: Turn, letter: str, tape: TapeBuilder) -> Vector:
+    """Express a vector of the turned frame in the frame before."""
+    back = Turn(turn.axis, turn.c, -turn.s, turn.tag)
+    return turned(vector, back, letter, tape)
 
 
 def _angle(angle: sp.Expr, name: str, tape: TapeBuilder) -> tuple[sp.Expr, sp.Expr]:
@@ -126,30 +220,3 @@ def _joint_angle(q: sp.Expr, offset: sp.Expr, j: int, tape: TapeBuilder) -> tupl
         return ((c, s), (-s, c), (-c, -s), (s, -c))[int(quarter) % 4]
     angle = tape.name(f"t{j}", q + tape.constant(f"theta{j}", offset))
     return tape.name(f"C{j}", sp.cos(angle)), tape.name(f"S{j}", sp.sin(angle))
-
-
-def _rotate(frame: Frame, axis: int, c: sp.Expr, s: sp.Expr, tag: str, tape: TapeBuilder) -> Frame:
-    """Express a frame's state in axes turned by an angle about x (axis 0) or z (axis 2)."""
-    if c == 1:
-        return frame
-    a, b = (axis + 1) % 3, (axis + 2) % 3
-
-    def turned(vector: Vector, letter: str) -> Vector:
-        out = list(vector)
-        out[a] = tape.name(f"{letter}{a + 1}{tag}", c * vector[a] + s * vector[b])
-        out[b] = tape.name(f"{letter}{b + 1}{tag}", c * vector[b] - s * vector[a])
-        return (out[0], out[1], out[2])
-
-    return Frame(turned(frame.w, "W"), turned(frame.V, "V"), turned(frame.g, "G"), frame.u)
-
-
-def _translate(frame: Frame, axis: int, length: sp.Expr, tag: str, tape: TapeBuilder) -> Frame:
-    """Move the origin along x (axis 0) or z (axis 2): V += w x P, u -= g . P."""
-    if length == 0:
-        return frame
-    a, b = (axis + 1) % 3, (axis + 2) % 3
-    V = list(frame.V)
-    V[a] = tape.name(f"V{a + 1}{tag}", V[a] + frame.w[b] * length)
-    V[b] = tape.name(f"V{b + 1}{tag}", V[b] - frame.w[a] * length)
-    u = tape.name(f"U{tag}", frame.u - frame.g[axis] * length)
-    return Frame(frame.w, (V[0], V[1], V[2]), frame.g, u)
