@@ -54,10 +54,10 @@ def generate(robot: str, into: Path | None, target: str, dtype: str, kernels: st
     source = symgen.read_robot(robot)
     folder = into or Path("generated") / source.name
     check_replaceable(folder, "manifest.json")
+    chosen = "all" if kernels is None else tuple(k.strip() for k in kernels.split(","))
     _say(f"deriving {source.name}")
-    model = symgen.derive(source)
-    chosen = None if kernels is None else tuple(k.strip() for k in kernels.split(","))
-    tree = symgen.generate(model, target=target, dtype=dtype, kernels=chosen)
+    model = symgen.derive(source, chosen)
+    tree = symgen.generate(model, target=target, dtype=dtype)
     symgen.write_package(tree, folder)
     _print_model(model)
     click.echo(f"written: {folder} ({len(tree.files)} files)")
@@ -77,18 +77,22 @@ def check(folder: Path) -> int:
             result.folder.name,
             "different" if result.differences else "equal",
             str(result.rank),
-            *(
-                ", ".join(f"{e:.1e} ({k})" for b, k, e in result.errors if b == backend) or "-"
-                for backend in ("c", "casadi")
-            ),
+            str(len({kernel for _, kernel, _ in result.errors})),
+            *(_worst(result.errors, backend) for backend in ("c", "casadi")),
         )
         for result in results
     ]
-    _table(("package", "files", "rank", "error of C", "error of CasADi"), rows)
+    _table(("package", "files", "rank", "kernels", "worst of C", "worst of CasADi"), rows)
     for result in results:
         for line in result.differences:
             click.echo(f"{result.folder}: {line}")
     return 1 if any(result.differences for result in results) else 0
+
+
+def _worst(errors: Sequence[tuple[str, str, float]], backend: str) -> str:
+    """Write the largest measured relative error of a backend, and the kernel that shows it."""
+    found = [(error, kernel) for b, kernel, error in errors if b == backend]
+    return "-" if not found else "{:.1e} ({})".format(*max(found))
 
 
 @cli.command()
@@ -245,7 +249,7 @@ def _print_model(model: Any) -> None:
     )
     for kernel in model.kernels:
         o = kernel.tape.operations
-        click.echo(f"{kernel.name}: {o.mul} mul, {o.add} add, {o.sincos} sincos")
+        click.echo(f"{kernel.name}: {o.mul} mul, {o.add} add, {o.div} div, {o.sincos} sincos")
 
 
 def _print_estimate(estimate: Estimate) -> None:

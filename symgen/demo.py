@@ -16,7 +16,8 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from symgen.codegen.casadi_model import dynamics
-from symgen.codegen.model import Kernel, derive
+from symgen.codegen.kernels import Kernel
+from symgen.codegen.model import derive
 from symgen.data.log import make_log
 from symgen.data.signals import prepare
 from symgen.errors import IdentificationError

@@ -109,6 +109,111 @@ void panda_energy_regressor_batch(size_t N, const double *q, const double *qd, d
 void panda_friction_power(const double *q, const double *qd, double *out);
 void panda_friction_power_batch(size_t N, const double *q, const double *qd, double *out);
 
+/* columns of power: qd' tau = out . X, the rate of energy plus friction
+ * q: (7,)
+ * qd: (7,)
+ * qdd: (7,)
+ * out: (62,): ZZ1R, XX2R, XY2, XZ2, YZ2, ZZ2R, MX2, MY2R, XX3R, XY3R, XZ3, YZ3, ZZ3R, MX3R, MY3R, IA3, XX4R, XY4R, XZ4, YZ4, ZZ4R, MX4R, MY4R, IA4, XX5R, XY5, XZ5, YZ5, ZZ5R, MX5, MY5R, IA5, XX6R, XY6R, XZ6, YZ6, ZZ6R, MX6R, MY6R, IA6, XX7R, XY7, XZ7, YZ7, ZZ7, MX7, MY7, IA7, FS1, FV1, FS2, FV2, FS3, FV3, FS4, FV4, FS5, FV5, FS6, FV6, FS7, FV7
+ */
+void panda_power_regressor(const double *q, const double *qd, const double *qdd, double *out);
+void panda_power_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out);
+
+/* columns of p = dT/dqd and of dL/dq: dp/dt = tau - friction + dL/dq
+ * q: (7,)
+ * qd: (7,)
+ * p_out: (7, 48): ZZ1R, XX2R, XY2, XZ2, YZ2, ZZ2R, MX2, MY2R, XX3R, XY3R, XZ3, YZ3, ZZ3R, MX3R, MY3R, IA3, XX4R, XY4R, XZ4, YZ4, ZZ4R, MX4R, MY4R, IA4, XX5R, XY5, XZ5, YZ5, ZZ5R, MX5, MY5R, IA5, XX6R, XY6R, XZ6, YZ6, ZZ6R, MX6R, MY6R, IA6, XX7R, XY7, XZ7, YZ7, ZZ7, MX7, MY7, IA7
+ * dl_out: (7, 48): ZZ1R, XX2R, XY2, XZ2, YZ2, ZZ2R, MX2, MY2R, XX3R, XY3R, XZ3, YZ3, ZZ3R, MX3R, MY3R, IA3, XX4R, XY4R, XZ4, YZ4, ZZ4R, MX4R, MY4R, IA4, XX5R, XY5, XZ5, YZ5, ZZ5R, MX5, MY5R, IA5, XX6R, XY6R, XZ6, YZ6, ZZ6R, MX6R, MY6R, IA6, XX7R, XY7, XZ7, YZ7, ZZ7, MX7, MY7, IA7
+ */
+void panda_momentum_regressor(const double *q, const double *qd, double *p_out, double *dl_out);
+void panda_momentum_regressor_batch(size_t N, const double *q, const double *qd, double *p_out, double *dl_out);
+
+/* columns of torque: tau = out X, friction included
+ * q: (7,)
+ * qd: (7,)
+ * qdd: (7,)
+ * out: (7, 62): ZZ1R, XX2R, XY2, XZ2, YZ2, ZZ2R, MX2, MY2R, XX3R, XY3R, XZ3, YZ3, ZZ3R, MX3R, MY3R, IA3, XX4R, XY4R, XZ4, YZ4, ZZ4R, MX4R, MY4R, IA4, XX5R, XY5, XZ5, YZ5, ZZ5R, MX5, MY5R, IA5, XX6R, XY6R, XZ6, YZ6, ZZ6R, MX6R, MY6R, IA6, XX7R, XY7, XZ7, YZ7, ZZ7, MX7, MY7, IA7, FS1, FV1, FS2, FV2, FS3, FV3, FS4, FV4, FS5, FV5, FS6, FV6, FS7, FV7
+ */
+void panda_torque_regressor(const double *q, const double *qd, const double *qdd, double *out);
+void panda_torque_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out);
+
+/* torque of a motion: tau = M qdd + C qd + g + friction
+ * q: (7,)
+ * qd: (7,)
+ * qdd: (7,)
+ * X: (62,)
+ * tau: (7,)
+ */
+void panda_inverse_dynamics(const double *q, const double *qd, const double *qdd, const double *X, double *tau);
+void panda_inverse_dynamics_batch(size_t N, const double *q, const double *qd, const double *qdd, const double *X, double *tau);
+
+/* mass matrix M(q)
+ * q: (7,)
+ * X: (48,)
+ * M: (7, 7)
+ */
+void panda_mass_matrix(const double *q, const double *X, double *M);
+void panda_mass_matrix_batch(size_t N, const double *q, const double *X, double *M);
+
+/* torque that holds the arm at rest, without friction
+ * q: (7,)
+ * X: (48,)
+ * tau: (7,)
+ */
+void panda_gravity_torque(const double *q, const double *X, double *tau);
+void panda_gravity_torque_batch(size_t N, const double *q, const double *X, double *tau);
+
+/* C(q, qd) with C qd the Coriolis torques and dM/dt - 2 C skew-symmetric
+ * q: (7,)
+ * qd: (7,)
+ * X: (48,)
+ * C: (7, 7)
+ */
+void panda_coriolis(const double *q, const double *qd, const double *X, double *C);
+void panda_coriolis_batch(size_t N, const double *q, const double *qd, const double *X, double *C);
+
+/* h = C qd + g + friction
+ * q: (7,)
+ * qd: (7,)
+ * X: (62,)
+ * h: (7,)
+ */
+void panda_bias_torque(const double *q, const double *qd, const double *X, double *h);
+void panda_bias_torque_batch(size_t N, const double *q, const double *qd, const double *X, double *h);
+
+/* accelerations under torques tau; not 0 where M is not positive definite
+ * q: (7,)
+ * qd: (7,)
+ * tau: (7,)
+ * X: (62,)
+ * qdd: (7,)
+ */
+int panda_forward_dynamics(const double *q, const double *qd, const double *tau, const double *X, double *qdd);
+int panda_forward_dynamics_batch(size_t N, const double *q, const double *qd, const double *tau, const double *X, double *qdd);
+
+/* kinetic energy T and potential energy U, U up to a constant
+ * q: (7,)
+ * qd: (7,)
+ * X: (48,)
+ * T_out: (1,)
+ * U_out: (1,)
+ */
+void panda_energy(const double *q, const double *qd, const double *X, double *T_out, double *U_out);
+void panda_energy_batch(size_t N, const double *q, const double *qd, const double *X, double *T_out, double *U_out);
+
+/* homogeneous transforms 0T_j of all links, fixed ones included
+ * q: (7,)
+ * T_out: (7, 4, 4)
+ */
+void panda_frames(const double *q, double *T_out);
+void panda_frames_batch(size_t N, const double *q, double *T_out);
+
+/* Jacobian of the last frame in frame 0: rows of velocity, then of angular velocity
+ * q: (7,)
+ * J_out: (6, 7)
+ */
+void panda_jacobian(const double *q, double *J_out);
+void panda_jacobian_batch(size_t N, const double *q, double *J_out);
+
 #ifdef __cplusplus
 }
 #endif

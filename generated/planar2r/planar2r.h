@@ -40,6 +40,111 @@ enum {
 void planar2r_energy_regressor(const double *q, const double *qd, double *out);
 void planar2r_energy_regressor_batch(size_t N, const double *q, const double *qd, double *out);
 
+/* columns of power: qd' tau = out . X, the rate of energy plus friction
+ * q: (2,)
+ * qd: (2,)
+ * qdd: (2,)
+ * out: (4,): ZZ1R, ZZ2, MX2, MY2
+ */
+void planar2r_power_regressor(const double *q, const double *qd, const double *qdd, double *out);
+void planar2r_power_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out);
+
+/* columns of p = dT/dqd and of dL/dq: dp/dt = tau - friction + dL/dq
+ * q: (2,)
+ * qd: (2,)
+ * p_out: (2, 4): ZZ1R, ZZ2, MX2, MY2
+ * dl_out: (2, 4): ZZ1R, ZZ2, MX2, MY2
+ */
+void planar2r_momentum_regressor(const double *q, const double *qd, double *p_out, double *dl_out);
+void planar2r_momentum_regressor_batch(size_t N, const double *q, const double *qd, double *p_out, double *dl_out);
+
+/* columns of torque: tau = out X, friction included
+ * q: (2,)
+ * qd: (2,)
+ * qdd: (2,)
+ * out: (2, 4): ZZ1R, ZZ2, MX2, MY2
+ */
+void planar2r_torque_regressor(const double *q, const double *qd, const double *qdd, double *out);
+void planar2r_torque_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out);
+
+/* torque of a motion: tau = M qdd + C qd + g + friction
+ * q: (2,)
+ * qd: (2,)
+ * qdd: (2,)
+ * X: (4,)
+ * tau: (2,)
+ */
+void planar2r_inverse_dynamics(const double *q, const double *qd, const double *qdd, const double *X, double *tau);
+void planar2r_inverse_dynamics_batch(size_t N, const double *q, const double *qd, const double *qdd, const double *X, double *tau);
+
+/* mass matrix M(q)
+ * q: (2,)
+ * X: (4,)
+ * M: (2, 2)
+ */
+void planar2r_mass_matrix(const double *q, const double *X, double *M);
+void planar2r_mass_matrix_batch(size_t N, const double *q, const double *X, double *M);
+
+/* torque that holds the arm at rest, without friction
+ * q: (2,)
+ * X: (4,)
+ * tau: (2,)
+ */
+void planar2r_gravity_torque(const double *q, const double *X, double *tau);
+void planar2r_gravity_torque_batch(size_t N, const double *q, const double *X, double *tau);
+
+/* C(q, qd) with C qd the Coriolis torques and dM/dt - 2 C skew-symmetric
+ * q: (2,)
+ * qd: (2,)
+ * X: (4,)
+ * C: (2, 2)
+ */
+void planar2r_coriolis(const double *q, const double *qd, const double *X, double *C);
+void planar2r_coriolis_batch(size_t N, const double *q, const double *qd, const double *X, double *C);
+
+/* h = C qd + g + friction
+ * q: (2,)
+ * qd: (2,)
+ * X: (4,)
+ * h: (2,)
+ */
+void planar2r_bias_torque(const double *q, const double *qd, const double *X, double *h);
+void planar2r_bias_torque_batch(size_t N, const double *q, const double *qd, const double *X, double *h);
+
+/* accelerations under torques tau; not 0 where M is not positive definite
+ * q: (2,)
+ * qd: (2,)
+ * tau: (2,)
+ * X: (4,)
+ * qdd: (2,)
+ */
+int planar2r_forward_dynamics(const double *q, const double *qd, const double *tau, const double *X, double *qdd);
+int planar2r_forward_dynamics_batch(size_t N, const double *q, const double *qd, const double *tau, const double *X, double *qdd);
+
+/* kinetic energy T and potential energy U, U up to a constant
+ * q: (2,)
+ * qd: (2,)
+ * X: (4,)
+ * T_out: (1,)
+ * U_out: (1,)
+ */
+void planar2r_energy(const double *q, const double *qd, const double *X, double *T_out, double *U_out);
+void planar2r_energy_batch(size_t N, const double *q, const double *qd, const double *X, double *T_out, double *U_out);
+
+/* homogeneous transforms 0T_j of all links, fixed ones included
+ * q: (2,)
+ * T_out: (2, 4, 4)
+ */
+void planar2r_frames(const double *q, double *T_out);
+void planar2r_frames_batch(size_t N, const double *q, double *T_out);
+
+/* Jacobian of the last frame in frame 0: rows of velocity, then of angular velocity
+ * q: (2,)
+ * J_out: (6, 2)
+ */
+void planar2r_jacobian(const double *q, double *J_out);
+void planar2r_jacobian_batch(size_t N, const double *q, double *J_out);
+
 #ifdef __cplusplus
 }
 #endif

@@ -100,6 +100,111 @@ void puma560_energy_regressor_batch(size_t N, const double *q, const double *qd,
 void puma560_friction_power(const double *q, const double *qd, double *out);
 void puma560_friction_power_batch(size_t N, const double *q, const double *qd, double *out);
 
+/* columns of power: qd' tau = out . X, the rate of energy plus friction
+ * q: (6,)
+ * qd: (6,)
+ * qdd: (6,)
+ * out: (52,): ZZ1R, XX2R, XY2, XZ2R, YZ2, ZZ2R, MX2R, MY2, XX3R, XY3R, XZ3, YZ3, ZZ3R, MX3R, MY3R, IA3, XX4R, XY4, XZ4, YZ4, ZZ4R, MX4, MY4R, IA4, XX5R, XY5, XZ5, YZ5, ZZ5R, MX5, MY5R, IA5, XX6R, XY6, XZ6, YZ6, ZZ6, MX6, MY6, IA6, FS1, FV1, FS2, FV2, FS3, FV3, FS4, FV4, FS5, FV5, FS6, FV6
+ */
+void puma560_power_regressor(const double *q, const double *qd, const double *qdd, double *out);
+void puma560_power_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out);
+
+/* columns of p = dT/dqd and of dL/dq: dp/dt = tau - friction + dL/dq
+ * q: (6,)
+ * qd: (6,)
+ * p_out: (6, 40): ZZ1R, XX2R, XY2, XZ2R, YZ2, ZZ2R, MX2R, MY2, XX3R, XY3R, XZ3, YZ3, ZZ3R, MX3R, MY3R, IA3, XX4R, XY4, XZ4, YZ4, ZZ4R, MX4, MY4R, IA4, XX5R, XY5, XZ5, YZ5, ZZ5R, MX5, MY5R, IA5, XX6R, XY6, XZ6, YZ6, ZZ6, MX6, MY6, IA6
+ * dl_out: (6, 40): ZZ1R, XX2R, XY2, XZ2R, YZ2, ZZ2R, MX2R, MY2, XX3R, XY3R, XZ3, YZ3, ZZ3R, MX3R, MY3R, IA3, XX4R, XY4, XZ4, YZ4, ZZ4R, MX4, MY4R, IA4, XX5R, XY5, XZ5, YZ5, ZZ5R, MX5, MY5R, IA5, XX6R, XY6, XZ6, YZ6, ZZ6, MX6, MY6, IA6
+ */
+void puma560_momentum_regressor(const double *q, const double *qd, double *p_out, double *dl_out);
+void puma560_momentum_regressor_batch(size_t N, const double *q, const double *qd, double *p_out, double *dl_out);
+
+/* columns of torque: tau = out X, friction included
+ * q: (6,)
+ * qd: (6,)
+ * qdd: (6,)
+ * out: (6, 52): ZZ1R, XX2R, XY2, XZ2R, YZ2, ZZ2R, MX2R, MY2, XX3R, XY3R, XZ3, YZ3, ZZ3R, MX3R, MY3R, IA3, XX4R, XY4, XZ4, YZ4, ZZ4R, MX4, MY4R, IA4, XX5R, XY5, XZ5, YZ5, ZZ5R, MX5, MY5R, IA5, XX6R, XY6, XZ6, YZ6, ZZ6, MX6, MY6, IA6, FS1, FV1, FS2, FV2, FS3, FV3, FS4, FV4, FS5, FV5, FS6, FV6
+ */
+void puma560_torque_regressor(const double *q, const double *qd, const double *qdd, double *out);
+void puma560_torque_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out);
+
+/* torque of a motion: tau = M qdd + C qd + g + friction
+ * q: (6,)
+ * qd: (6,)
+ * qdd: (6,)
+ * X: (52,)
+ * tau: (6,)
+ */
+void puma560_inverse_dynamics(const double *q, const double *qd, const double *qdd, const double *X, double *tau);
+void puma560_inverse_dynamics_batch(size_t N, const double *q, const double *qd, const double *qdd, const double *X, double *tau);
+
+/* mass matrix M(q)
+ * q: (6,)
+ * X: (40,)
+ * M: (6, 6)
+ */
+void puma560_mass_matrix(const double *q, const double *X, double *M);
+void puma560_mass_matrix_batch(size_t N, const double *q, const double *X, double *M);
+
+/* torque that holds the arm at rest, without friction
+ * q: (6,)
+ * X: (40,)
+ * tau: (6,)
+ */
+void puma560_gravity_torque(const double *q, const double *X, double *tau);
+void puma560_gravity_torque_batch(size_t N, const double *q, const double *X, double *tau);
+
+/* C(q, qd) with C qd the Coriolis torques and dM/dt - 2 C skew-symmetric
+ * q: (6,)
+ * qd: (6,)
+ * X: (40,)
+ * C: (6, 6)
+ */
+void puma560_coriolis(const double *q, const double *qd, const double *X, double *C);
+void puma560_coriolis_batch(size_t N, const double *q, const double *qd, const double *X, double *C);
+
+/* h = C qd + g + friction
+ * q: (6,)
+ * qd: (6,)
+ * X: (52,)
+ * h: (6,)
+ */
+void puma560_bias_torque(const double *q, const double *qd, const double *X, double *h);
+void puma560_bias_torque_batch(size_t N, const double *q, const double *qd, const double *X, double *h);
+
+/* accelerations under torques tau; not 0 where M is not positive definite
+ * q: (6,)
+ * qd: (6,)
+ * tau: (6,)
+ * X: (52,)
+ * qdd: (6,)
+ */
+int puma560_forward_dynamics(const double *q, const double *qd, const double *tau, const double *X, double *qdd);
+int puma560_forward_dynamics_batch(size_t N, const double *q, const double *qd, const double *tau, const double *X, double *qdd);
+
+/* kinetic energy T and potential energy U, U up to a constant
+ * q: (6,)
+ * qd: (6,)
+ * X: (40,)
+ * T_out: (1,)
+ * U_out: (1,)
+ */
+void puma560_energy(const double *q, const double *qd, const double *X, double *T_out, double *U_out);
+void puma560_energy_batch(size_t N, const double *q, const double *qd, const double *X, double *T_out, double *U_out);
+
+/* homogeneous transforms 0T_j of all links, fixed ones included
+ * q: (6,)
+ * T_out: (6, 4, 4)
+ */
+void puma560_frames(const double *q, double *T_out);
+void puma560_frames_batch(size_t N, const double *q, double *T_out);
+
+/* Jacobian of the last frame in frame 0: rows of velocity, then of angular velocity
+ * q: (6,)
+ * J_out: (6, 6)
+ */
+void puma560_jacobian(const double *q, double *J_out);
+void puma560_jacobian_batch(size_t N, const double *q, double *J_out);
+
 #ifdef __cplusplus
 }
 #endif

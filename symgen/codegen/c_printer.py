@@ -12,11 +12,12 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from symgen.codegen.kernels import Kernel
 from symgen.errors import SymgenError
 from symgen.symbolic.tape import Tape, terms
 
 DTYPES = ("double", "float")
-_FUNCTIONS = {"sin": "sin", "cos": "cos", "Abs": "fabs", "tanh": "tanh"}
+_FUNCTIONS = {"sin": "sin", "cos": "cos", "Abs": "fabs", "tanh": "tanh", "sign": "sign"}
 
 
 @dataclass(frozen=True)
@@ -45,28 +46,32 @@ def _decimal(digits: str) -> str:
 
 
 def print_kernel(
-    tape: Tape, geometry: Mapping[sp.Symbol, str], values: Mapping[sp.Symbol, sp.Expr], dtype: str
+    kernel: Kernel,
+    geometry: Mapping[sp.Symbol, str],
+    values: Mapping[sp.Symbol, sp.Expr],
+    dtype: str,
 ) -> CFunction:
     """Write the body of a kernel.
 
     Args:
-        tape: the kernel.
+        kernel: what to write.
         geometry: the macro that holds each named length.
         values: exact value of each named length, for constants derived from them.
         dtype: double or float.
     """
-    return _Printer(tape, geometry, values, dtype).function()
+    return _Printer(kernel, geometry, values, dtype).function()
 
 
 class _Printer:
     def __init__(
         self,
-        tape: Tape,
+        kernel: Kernel,
         geometry: Mapping[sp.Symbol, str],
         values: Mapping[sp.Symbol, sp.Expr],
         dtype: str,
     ) -> None:
-        self.tape, self.values, self.dtype = tape, values, dtype
+        tape = kernel.tape
+        self.kernel, self.tape, self.values, self.dtype = kernel, tape, values, dtype
         self.word: dict[sp.Symbol, str] = {s: s.name for s in tape.order}
         for name, symbols in tape.inputs:
             self.word |= {s: f"{name}[{i}]" for i, s in enumerate(symbols)}
@@ -89,8 +94,14 @@ class _Printer:
             f"const {self.dtype} {symbol.name} = {self.expression(expr)};"
             for symbol, expr in self.tape.steps
         ]
-        lines += [f"out[{i}] = {self.expression(e)};" for i, e in enumerate(self.tape.outputs)]
-        needs_math = any(e.is_Function for _, e in self.tape.steps)
+        places = [f"{o.name}[{i}]" for o in self.kernel.outputs for i in range(o.size)]
+        results = [self.expression(e) for e in self.tape.outputs]
+        lines += [f"{place} = {result};" for place, result in zip(places, results, strict=False)]
+        if self.kernel.guards:
+            zero = literal(sp.S.Zero, self.dtype)
+            guards = results[len(places) :]
+            lines.append(f"return {' && '.join(f'{g} > {zero}' for g in guards)} ? 0 : 1;")
+        needs_math = any(e.is_Function and e.func is not sp.sign for _, e in self.tape.steps)
         return CFunction(arguments, tuple(lines), needs_math)
 
     def expression(self, expr: sp.Expr) -> str:
@@ -98,10 +109,16 @@ class _Printer:
             return self.word[expr]
         if expr.is_number:
             return literal(expr, self.dtype)
+        if expr.is_Pow and expr.exp == -1:
+            one = "1.0f" if self.dtype == "float" else "1.0"
+            return f"{one} / {self.factor(expr.base)}"
         if expr.is_Function:
             name = _FUNCTIONS.get(expr.func.__name__)
             if name is None:
                 raise SymgenError(f"{expr} cannot be written in C")
+            if name == "sign":
+                v, zero = self.expression(expr.args[0]), literal(sp.S.Zero, self.dtype)
+                return f"({self.dtype})(({v} > {zero}) - ({v} < {zero}))"
             suffix = "f" if self.dtype == "float" else ""
             return f"{name}{suffix}({self.expression(expr.args[0])})"
         out = ""

@@ -11,7 +11,8 @@ from typing import Any
 
 import sympy as sp
 
-from symgen.codegen.model import Kernel, Model
+from symgen.codegen.kernels import Kernel
+from symgen.codegen.model import Model
 from symgen.errors import PackageError
 from symgen.symbolic.friction import torque_tape
 from symgen.symbolic.tape import Numbers
@@ -36,20 +37,25 @@ def casadi_function(model: Model, kernel: Kernel) -> Any:
 
     Args:
         model: the derived model; its robot gives the named lengths their values.
-        kernel: one of its kernels; the output is a column of shape (prod(shape), 1), row-major.
+        kernel: one of its kernels; each output is a column (size, 1), row-major.
     """
     import casadi
 
     tape = kernel.tape
     inputs = {name: casadi.SX.sym(name, len(symbols)) for name, symbols in tape.inputs}
     entries = {name: casadi.vertsplit(vector) for name, vector in inputs.items()}
-    out = tape.run(arithmetic(model.robot.values()), entries)
+    values = tape.run(arithmetic(model.robot.values()), entries)
+    out, at = [], 0
+    for output in kernel.outputs:
+        column = values[at : at + output.size]
+        out.append(casadi.vertcat(*column) if column else casadi.SX(0, 1))
+        at += output.size
     return casadi.Function(
         function_name(model.robot.name, kernel.name),
         list(inputs.values()),
-        [casadi.vertcat(*out) if out else casadi.SX(0, 1)],
+        out,
         list(inputs),
-        ["out"],
+        [output.name for output in kernel.outputs],
     )
 
 
@@ -84,7 +90,9 @@ def dynamics(model: Model) -> Dynamics:
         casadi.SX.sym(name, size)
         for name, size in (("q", n), ("qd", n), ("qdd", n), ("tau", n), ("X", p))
     )
-    energy = casadi_function(model, model.kernels[0])
+    kernel = model.kernel("energy_regressor")
+    assert kernel is not None
+    energy = casadi_function(model, kernel)
     total = casadi.dot(energy(q, qd), X[:inertial])
     lagrangian = total - 2 * casadi.dot(energy(q, casadi.SX.zeros(n)), X[:inertial])
     momentum = casadi.gradient(lagrangian, qd)

@@ -2,31 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from symgen.codegen.kernels import ALL, ENERGY, RECIPES, Kernel, Subject
+from symgen.errors import ParameterError
 from symgen.robot.types import Robot
-from symgen.symbolic import friction
 from symgen.symbolic.base_parameters import BaseParameters, find_base
 from symgen.symbolic.energy import energy_tape
 from symgen.symbolic.parameters import standard_parameters
-from symgen.symbolic.tape import Tape
-
-
-@dataclass(frozen=True)
-class Kernel:
-    """One function of the model: what it computes, as a tape, and the shape of its output.
-
-    Attributes:
-        name: the contract's name, for example energy_regressor.
-        tape: the program.
-        shape: shape of the output array.
-        columns: name of the parameter behind each column of the output.
-    """
-
-    name: str
-    tape: Tape
-    shape: tuple[int, ...]
-    columns: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -47,38 +31,33 @@ class Model:
         return next((k for k in self.kernels if k.name == name), None)
 
 
-def derive(robot: Robot) -> Model:
-    """Derive the energy model of a robot in its base parameters.
+def derive(robot: Robot, kernels: Sequence[str] | str = ENERGY) -> Model:
+    """Derive the model of a robot in its base parameters.
 
     Named lengths stay symbols, unless the file's values give another minimal set than generic
     ones: then the file's decide, and the model has numbers in their place.
 
     Args:
         robot: the mechanism.
+        kernels: names of the kernels to derive, or "all"; the energy model by default.
 
     Raises:
         SymgenError: the base parameters could not be proved.
+        ParameterError: there is no such kernel.
     """
+    chosen = ALL if kernels == "all" else tuple(kernels)
+    for name in chosen:
+        if name not in RECIPES:
+            raise ParameterError(f"kernel {name!r}; accepted: all, or some of {', '.join(ALL)}")
     standard = standard_parameters(robot)
     energy = energy_tape(robot)
+    subject = robot
     base = find_base(robot, standard, energy)
     if base is None:
-        plain = robot.with_values()
-        energy = energy_tape(plain)
-        base = find_base(plain, standard, energy, at_values=True)
+        subject = robot.with_values()
+        energy = energy_tape(subject)
+        base = find_base(subject, standard, energy, at_values=True)
     assert base is not None
-    kept = [p for p in base.parameters if p.inertial]
-    kernels = [
-        Kernel(
-            "energy_regressor",
-            energy.keep([p.index for p in kept]),
-            (len(kept),),
-            tuple(p.name for p in kept),
-        )
-    ]
-    rest = [p for p in base.parameters if not p.inertial]
-    if rest:
-        first = next(i for i, p in enumerate(standard) if not p.inertial)
-        power = friction.power_tape(robot).keep([p.index - first for p in rest])
-        kernels.append(Kernel("friction_power", power, (len(rest),), tuple(p.name for p in rest)))
-    return Model(robot, base, tuple(kernels))
+    source = Subject(subject, base, energy)
+    derived = (RECIPES[name](source) for name in ALL if name in chosen)
+    return Model(robot, base, tuple(k for k in derived if k is not None))

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import random
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,26 +15,24 @@ from typing import Any
 import sympy as sp
 
 from symgen.codegen.c_printer import DTYPES, CFunction, literal, operation_counts, print_kernel
-from symgen.codegen.model import Kernel, Model
+from symgen.codegen.kernels import ENERGY, Kernel
+from symgen.codegen.model import Model
+from symgen.codegen.verification import (
+    DIGITS,
+    POINTS,
+    SEED,
+    TOLERANCE,
+    verification,
+)
 from symgen.errors import PackageError
 from symgen.files import templates, write_folder
 from symgen.robot.expressions import text
 from symgen.robot.toml_io import robot_toml
 from symgen.symbolic.base_parameters import bound
-from symgen.symbolic.tape import Numbers
 
 SCHEMA = "symgen.manifest/1"
 TARGETS = ("c", "casadi", "all")
-DIGITS = 50
-TOLERANCE = {"double": 1e-13, "float": 2e-5}
-_POINTS = 4
-_SEED = 1988
 _RUNTIME = ("least_squares", "identifier")
-
-_DOCS = {
-    "energy_regressor": "columns DE + DU of kinetic plus potential energy: E + U = out . X",
-    "friction_power": "columns of the power that friction takes: P = out . X[p_inertial..p)",
-}
 
 
 @dataclass(frozen=True)
@@ -94,10 +91,10 @@ class _Writer:
         return self.model.robot.name
 
     def tree(self) -> SourceTree:
-        verification = self.verification()
+        verified = verification(self.model, self.kernels)
         files: dict[str, bytes] = {"robot.toml": robot_toml(self.model.robot).encode()}
         if self.target in ("c", "all"):
-            files |= {path: content.encode() for path, content in self.c_files(verification)}
+            files |= {path: content.encode() for path, content in self.c_files(verified)}
         if self.target in ("casadi", "all"):
             from symgen.codegen.casadi_model import casadi_function, serialized
 
@@ -110,7 +107,7 @@ class _Writer:
             for path, content in sorted(files.items())
             if not path.endswith(".casadi")
         }
-        manifest = self.manifest(verification, digests)
+        manifest = self.manifest(verified, digests)
         files["manifest.json"] = (json.dumps(manifest, indent=1) + "\n").encode()
         return SourceTree(self.name, dict(sorted(files.items())))
 
@@ -142,10 +139,13 @@ class _Writer:
         ]
 
     def has_identifier(self) -> bool:
-        """The identifier needs every column that the model has."""
-        return {k.name for k in self.kernels} >= {k.name for k in self.model.kernels}
+        """The identifier needs every column of energy and friction."""
+        needed = {"energy_regressor"}
+        if len(self.model.base.parameters) > self.model.inertial:
+            needed = set(ENERGY)
+        return needed <= {k.name for k in self.kernels}
 
-    def c_files(self, verification: Mapping[str, Any]) -> list[tuple[str, str]]:
+    def c_files(self, verified: Mapping[str, Any]) -> list[tuple[str, str]]:
         described = [(k, self.describe(k)) for k in self.kernels]
         out = [
             (
@@ -171,7 +171,7 @@ class _Writer:
                     out.append((f"{self.name}_{stem}{suffix}", source.replace("NAME", self.name)))
         sources = [path for path, _ in out if path.endswith(".c")]
         headers = [path for path, _ in out if path.endswith(".h")]
-        out.append((f"{self.name}_check.c", self.check_c(verification)))
+        out.append((f"{self.name}_check.c", self.check_c(verified)))
         cmake = self.render("CMakeLists.txt", sources=sources, headers=" ".join(headers))
         out.append(("CMakeLists.txt", cmake))
         return out
@@ -180,28 +180,31 @@ class _Writer:
         """Return what the templates print of one kernel."""
         function = self.printed(kernel)
         arrays = [(name, len(symbols)) for name, symbols in kernel.tape.inputs]
-        size = _size(kernel)
+        outputs = [(o.name, o.size) for o in kernel.outputs]
         counts = operation_counts([kernel.tape])
+        steps = [a if a == "X" else f"{a} + k * {size}u" for a, size in [*arrays, *outputs]]
         return {
             "name": kernel.name,
-            "doc": _DOCS[kernel.name],
+            "doc": kernel.doc,
             "shapes": [f"{name}: ({length},)" for name, length in arrays]
-            + [f"out: {_shape(kernel.shape)}: {', '.join(kernel.columns)}"],
+            + [f"{o.name}: {_shape(o.shape)}{_columns(o.columns)}" for o in kernel.outputs],
+            "returns": "int" if kernel.guards else "void",
+            "guarded": bool(kernel.guards),
             "parameters": ", ".join(
-                [f"const {self.dtype} *{name}" for name, _ in arrays] + [f"{self.dtype} *out"]
+                [f"const {self.dtype} *{name}" for name, _ in arrays]
+                + [f"{self.dtype} *{name}" for name, _ in outputs]
             ),
-            "strides": ", ".join(f"{a} + k * {s}u" for a, s in [*arrays, ("out", size)]),
+            "strides": ", ".join(steps),
             "operations": ", ".join(f"{v} {key}" for key, v in counts.items() if v)
             or "0 operations",
             "body": function.body,
             "needs_math": function.needs_math,
-            "size": size,
         }
 
     def printed(self, kernel: Kernel) -> CFunction:
         robot = self.model.robot
         macros = {sp.Symbol(g, real=True): f"{self.name}_geometry_{g}" for g, _ in robot.geometry}
-        return print_kernel(kernel.tape, macros, robot.values(), self.dtype)
+        return print_kernel(kernel, macros, robot.values(), self.dtype)
 
     def readme(self) -> dict[str, Any]:
         robot, base = self.model.robot, self.model.base
@@ -239,31 +242,11 @@ class _Writer:
             "kernels": [{"name": k.name, **operation_counts([k.tape])} for k in self.kernels],
         }
 
-    # Verification: seeded points, and what 50 digits give there.
-
-    def verification(self) -> dict[str, Any]:
-        draw = random.Random(_SEED)
-        kernels: dict[str, Any] = {}
-        for kernel in self.kernels:
-            points = [
-                {
-                    name: [round(draw.uniform(-2.0, 2.0), 6) for _ in symbols]
-                    for name, symbols in kernel.tape.inputs
-                }
-                for _ in range(_POINTS)
-            ]
-            expected = [evaluate(kernel, self.model, point, DIGITS) for point in points]
-            kernels[kernel.name] = {
-                "points": points,
-                "expected": [[_digits(v) for v in row] for row in expected],
-            }
-        return kernels
-
-    def check_c(self, verification: Mapping[str, Any]) -> str:
+    def check_c(self, verified: Mapping[str, Any]) -> str:
         suffix = "f" if self.dtype == "float" else ""
         kernels = []
         for kernel in self.kernels:
-            entry = verification[kernel.name]
+            entry = verified[kernel.name]
             arguments = [
                 {
                     "name": name,
@@ -275,12 +258,20 @@ class _Writer:
                 }
                 for name, symbols in kernel.tape.inputs
             ]
+            offsets = [sum(o.size for o in kernel.outputs[:i]) for i in range(len(kernel.outputs))]
+            outputs = [
+                {"name": o.name, "size": o.size, "offset": offset}
+                for o, offset in zip(kernel.outputs, offsets, strict=True)
+            ]
+            names = [f"{a['name']}[i]" for a in arguments] + [o.name for o in kernel.outputs]
+            call = f"{self.name}_{kernel.name}({', '.join(names)})"
             kernels.append(
                 {
                     "name": kernel.name,
-                    "size": _size(kernel),
+                    "size": kernel.size,
                     "arguments": arguments,
-                    "call": ", ".join(f"{a['name']}[i]" for a in arguments),
+                    "outputs": outputs,
+                    "call": f"worst += {call}" if kernel.guards else call,
                     "expected": [
                         ", ".join(repr(float(v)) for v in row) for row in entry["expected"]
                     ],
@@ -289,12 +280,12 @@ class _Writer:
         return self.render(
             "check.c",
             kernels=kernels,
-            points=_POINTS,
+            points=POINTS,
             digits=DIGITS,
             tolerance=repr(TOLERANCE[self.dtype]),
         )
 
-    def manifest(self, verification: Mapping[str, Any], digests: dict[str, str]) -> dict[str, Any]:
+    def manifest(self, verified: Mapping[str, Any], digests: dict[str, str]) -> dict[str, Any]:
         robot, base = self.model.robot, self.model.base
         return {
             "schema": SCHEMA,
@@ -318,7 +309,8 @@ class _Writer:
                         {"name": name, "shape": [len(symbols)]} for name, symbols in k.tape.inputs
                     ],
                     "outputs": [
-                        {"name": "out", "shape": list(k.shape), "columns": list(k.columns)}
+                        {"name": o.name, "shape": list(o.shape), "columns": list(o.columns)}
+                        for o in k.outputs
                     ],
                     "operations": operation_counts([k.tape]),
                 }
@@ -336,48 +328,18 @@ class _Writer:
             },
             "verification": {
                 "digits": DIGITS,
-                "seed": _SEED,
+                "seed": SEED,
                 "tolerance": TOLERANCE[self.dtype],
-                "points": {name: entry["points"] for name, entry in verification.items()},
-                "expected": {name: entry["expected"] for name, entry in verification.items()},
+                "points": {name: entry["points"] for name, entry in verified.items()},
+                "expected": {name: entry["expected"] for name, entry in verified.items()},
             },
             "digests": digests,
         }
 
 
-def evaluate(
-    kernel: Kernel, model: Model, point: Mapping[str, list[float]], digits: int
-) -> list[Any]:
-    """Evaluate a kernel with many digits (mpmath); the point's numbers are taken as written.
-
-    Returns:
-        One mpmath number for every scalar of the output.
-    """
-    import mpmath
-
-    context = mpmath.mp.clone()
-    context.dps = digits + 10
-    functions = {"sin": context.sin, "cos": context.cos, "abs": abs, "tanh": context.tanh}
-
-    arithmetic = Numbers(
-        model.robot.values(), functions, lambda value: context.mpf(str(value)), digits + 10
-    )
-    inputs = {name: [context.mpf(repr(v)) for v in values] for name, values in point.items()}
-    return kernel.tape.run(arithmetic, inputs)
-
-
-def _digits(value: Any) -> str:
-    import mpmath
-
-    return str(mpmath.nstr(value, 30))
-
-
-def _size(kernel: Kernel) -> int:
-    size = 1
-    for extent in kernel.shape:
-        size *= extent
-    return size
-
-
 def _shape(shape: tuple[int, ...]) -> str:
     return f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"
+
+
+def _columns(columns: tuple[str, ...]) -> str:
+    return f": {', '.join(columns)}" if columns else ""

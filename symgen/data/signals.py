@@ -307,9 +307,9 @@ def _resample(t: FloatArray, x: FloatArray, grid: FloatArray) -> FloatArray:
 
 
 def _require_cutoff(where: str, cutoff: float, step: float, duration: float = math.inf) -> None:
-    nyquist, lowest = 0.5 / step, 1.0 / duration
+    nyquist, lowest = 0.5 / step, 0.01 / duration
     if not lowest < cutoff < nyquist:
         raise LogError(
-            f"{where}: the cutoff is {cutoff:.4g} Hz; accepted: above {lowest:.4g} Hz (one period "
-            f"over the log) and below the Nyquist frequency of {nyquist:.4g} Hz"
+            f"{where}: the cutoff is {cutoff:.4g} Hz; accepted: above {lowest:.4g} Hz (a hundredth "
+            f"of a period over the log) and below the Nyquist frequency of {nyquist:.4g} Hz"
         )

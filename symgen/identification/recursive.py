@@ -90,10 +90,10 @@ class Identifier:
         if any(a.shape != (len(time), self._n) for a in rest):
             raise LogError(f"t (N,) and q, qd, tau (N, {self._n}) are needed")
         refused = self._core.run(time, rest)
+        taken = refused - 1 if refused else len(time)
+        self._time = float(time[taken - 1]) if taken else None
         if refused:
             raise LogError(f"sample {refused} of the log is refused: not finite, or not later")
-        if len(time):
-            self._time = float(time[-1])
 
     def restart(self) -> None:
         """Forget the open windows, not what was learned: the next sample begins a new log."""

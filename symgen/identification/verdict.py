@@ -17,9 +17,11 @@ OVERFIT = 3.0
 #: Largest validation residual of energy, and of a joint's torque, that counts as explained.
 RESIDUAL, TORQUE = 0.25, 0.6
 #: Independent windows that each parameter needs.
-WINDOWS = 2.0
+WINDOWS = 3.0
 #: Speeds closer than this to a linear relation are proportional.
-PROPORTIONAL = 0.02
+PROPORTIONAL = 0.03
+#: Condition number from which a motion with proportional speeds is refused.
+PROPORTIONAL_CONDITION = 30.0
 #: Parameters that are positive by their nature, and how many standard deviations make a sign sure.
 POSITIVE = ("FS", "FV", "IA", "M", "FSM", "FVM", "IAM")
 SIGNIFICANT = 3.0
@@ -121,10 +123,16 @@ def motion_fault(logs: Sequence[Samples]) -> str:
     still = [j for j, v in enumerate(norms, 1) if v == 0]
     if still:
         return f"movable joints {', '.join(map(str, still))} do not move"
-    singular = np.linalg.svd(qd / norms, compute_uv=False)
-    if singular[-1] < PROPORTIONAL * singular[0]:
+    cosines = (qd / norms).T @ (qd / norms)
+    pairs = [
+        (j + 1, k + 1, float(np.sqrt(max(0.0, 1 - cosines[j, k] ** 2))))
+        for j in range(qd.shape[1])
+        for k in range(j)
+    ]
+    j, k, apart = min(pairs, key=lambda pair: pair[2])
+    if apart < PROPORTIONAL:
         return (
-            "the joint speeds are proportional to each other throughout "
-            f"(to {100 * singular[-1] / singular[0]:.2g} %); move the joints independently"
+            f"the speeds of movable joints {k} and {j} are proportional to each other throughout "
+            f"(to {100 * apart:.2g} %); move the joints independently"
         )
     return ""

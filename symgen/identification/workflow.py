@@ -108,8 +108,11 @@ def identify(
             "the information matrix is singular: these data do not determine the parameters"
             + (f"; {fault}" if fault else "")
         ) from error
-    if fault:
-        raise IdentificationError(f"these data do not determine the parameters: {fault}")
+    if fault and solution.condition_number > verdicts.PROPORTIONAL_CONDITION:
+        raise IdentificationError(
+            f"these data do not determine the parameters: {fault} (condition number "
+            f"{solution.condition_number:.3g})"
+        )
     progress("validating")
     return _estimate(
         evaluator, solution, convergence, train, held, method, window, bool(validation)
@@ -170,7 +173,7 @@ def _require_other_data(train: Sequence[_Part], held: Sequence[_Part]) -> None:
 
 def _digest(samples: Samples) -> str:
     digest = hashlib.sha256()
-    for array in (samples.t, samples.q, samples.tau):
+    for array in (samples.t, samples.q, samples.qd, samples.tau):
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()
 
@@ -261,11 +264,18 @@ def _estimate(
     ) + verdicts.unphysical(parameters, _kinetic_energy(evaluator, train, solution.X))
     notes = tuple(note for p in (*train, *held) for note in p.samples.notes)
     if not given:
-        notes += ("no validation log is given: the last fifth of each log is held out",)
+        notes += (
+            "no validation log is given: the last fifth of each log is held out (its filter was "
+            "chosen on the whole log)",
+        )
     if len(solution.weights) > 1 and method == "wls":
         low, high = min(solution.weights), max(solution.weights)
         notes += (
             f"logs are weighed by their own residuals, largest over smallest {high / low:.2f}",
+        )
+    if math.isfinite(torque.band):
+        notes += (
+            f"torques are compared below {torque.band:.3g} Hz, through a zero-phase low-pass",
         )
     flagged = [p.name for p in parameters if not p.relative_std_percent <= 30]
     if flagged:
@@ -325,6 +335,7 @@ class _Torque:
     def __init__(self, evaluator: Evaluator, X: FloatArray) -> None:
         self._inverse = dynamics(evaluator.model).inverse
         self._X = X
+        self.band = math.inf  # Hz, of the low-pass that both torques pass
 
     def residual(self, parts: Sequence[_Part]) -> tuple[Residual, tuple[Trace, ...]]:
         """Return RMS of measured minus modelled over RMS of measured torque, and what is drawn."""
@@ -337,12 +348,13 @@ class _Torque:
             sizes.append(np.sum(measured**2, axis=0))
         error, size = np.sum(errors, axis=0), np.sum(sizes, axis=0)
         joint = np.sqrt(error / np.where(size > 0, size, np.inf))
-        total = math.sqrt(float(error.sum() / max(float(size.sum()), 1e-300)))
+        total = math.sqrt(float(np.mean(joint**2)))  # of ratios: N and N m do not add up
         return Residual(total, tuple(map(float, joint))), tuple(traces)
 
     def _compared(self, s: Samples) -> tuple[FloatArray, FloatArray]:
         band = motion_bandwidth(s.q, s.step) if s.cutoff_hz is None else s.cutoff_hz
         filtered = band < 0.8 * 0.5 / s.step
+        self.band = min(self.band, band) if filtered else self.band
 
         def smooth(x: FloatArray) -> FloatArray:
             return lowpass(x, s.step, band) if filtered else x
@@ -363,7 +375,11 @@ def _provenance(
     except PackageNotFoundError:
         own = "unknown"
     robot = hashlib.sha256(robot_toml(evaluator.model.robot).encode()).hexdigest()
-    out = [("symgen", own), ("backend", evaluator.backend), ("robot sha256", robot)]
+    out = [
+        ("symgen", own),
+        ("backend", evaluator.backend),
+        ("robot, sha256 of its canonical robot.toml", robot),
+    ]
     for part in (*train, *held):
-        out.append((f"{part.kind} {part.samples.name} sha256", _digest(part.samples)))
+        out.append((f"{part.kind} {part.samples.name}, sha256 of samples", _digest(part.samples)))
     return tuple(out)

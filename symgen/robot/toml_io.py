@@ -177,6 +177,7 @@ class _Reader:
                 lambda e: e.args[0] if self.at_values(e.args[0]) >= 0 else -e.args[0],
             )
             expressions.check_plain(expr, written)
+            expressions.check_plain(self.at_values(expr), written)
         except ExpressionError as error:
             raise self.fail(f"{place}: {error}") from error
         except (ArithmeticError, ValueError, TypeError, RecursionError) as error:
@@ -185,7 +186,8 @@ class _Reader:
 
     def angle(self, expr: sp.Expr, place: str) -> sp.Expr:
         """Snap decimals that are fractions of pi; refuse what cannot be an angle in rad."""
-        snapped = sp.Add(*(_snapped(term) for term in sp.Add.make_args(expr)))
+        plain = sp.radsimp(expr) if expr.has(sp.Pow) else expr
+        snapped = sp.Add(*(_snapped(term) for term in sp.Add.make_args(plain)))
         value = float(self.at_values(snapped).evalf(30))
         if abs(value) > _MAX_TURN:
             raise self.fail(
@@ -255,8 +257,8 @@ class _Reader:
                     raise self.fail(f"{place}: {j} is not a movable joint")
             if first == second:
                 raise self.fail(f"{place}: two different joints are needed")
-            if any(second == c.second for c in found):
-                raise self.fail(f"{place}: a second coupling with number {second}")
+            if any(second == c.second or {first, second} == {c.first, c.second} for c in found):
+                raise self.fail(f"{place}: a second coupling of the same joints or number {second}")
             ratio = self.expression(table.ratio, f"coupling {number}, key 'ratio'", self.geometry)
             if self.at_values(ratio).is_zero:
                 raise self.fail(f"coupling {number}, key 'ratio': zero couples nothing")

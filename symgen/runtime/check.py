@@ -12,8 +12,9 @@ import numpy as np
 
 from symgen.codegen.casadi_model import deserialized
 from symgen.codegen.model import Model, derive
-from symgen.codegen.package import SCHEMA, TOLERANCE, SourceTree, generate
-from symgen.errors import PackageError
+from symgen.codegen.package import SCHEMA, SourceTree, generate
+from symgen.codegen.verification import TOLERANCE
+from symgen.errors import PackageError, ParameterError
 from symgen.robot.toml_io import read_robot
 from symgen.runtime.build import find_compiler
 from symgen.runtime.evaluator import Evaluator, load
@@ -56,8 +57,8 @@ def check(folder: str | Path) -> tuple[Checked, ...]:
 def _check_one(folder: Path) -> Checked:
     manifest = _manifest(folder)
     options = manifest["options"]
-    model = derive(read_robot(folder / "robot.toml"))
     kernels = tuple(options["kernels"])
+    model = _derived(folder, kernels)
     try:
         tree = generate(model, target=options["target"], dtype=options["dtype"], kernels=kernels)
     except PackageError as error:
@@ -72,6 +73,13 @@ def _check_one(folder: Path) -> Checked:
         if not error <= tolerance
     )
     return Checked(folder, differences, errors, model.base.proof.rank)
+
+
+def _derived(folder: Path, kernels: tuple[str, ...]) -> Model:
+    try:
+        return derive(read_robot(folder / "robot.toml"), kernels)
+    except ParameterError as error:
+        raise PackageError(f"{folder / 'manifest.json'}: {error}") from error
 
 
 def _manifest(folder: Path) -> dict[str, Any]:
@@ -129,12 +137,14 @@ def _same_value(a: bytes, b: bytes, seed: str) -> bool:
         return False
     if [left.size_in(i) for i in range(left.n_in())] != [
         right.size_in(i) for i in range(right.n_in())
-    ] or left.size_out(0) != right.size_out(0):
+    ] or [left.size_out(i) for i in range(left.n_out())] != [
+        right.size_out(i) for i in range(right.n_out())
+    ]:
         return False
     draw = np.random.default_rng(list(seed.encode()))
     for _ in range(5):
         point = [draw.uniform(-2, 2, left.size_in(i)[0]) for i in range(left.n_in())]
-        x, y = np.array(left(*point)), np.array(right(*point))
+        x, y = (np.concatenate([np.array(v) for v in f.call(point)]) for f in (left, right))
         if not np.allclose(x, y, rtol=0, atol=1e-13 * max(1.0, float(np.abs(y).max(initial=0)))):
             return False
     return True
@@ -159,7 +169,9 @@ def _error(
     function = evaluator[name]
     worst = 0.0
     for point, row in zip(points, expected, strict=True):
-        out = function(*(np.array(point[a]) for a, _ in function.kernel.tape.inputs)).ravel()
+        result = function(*(np.array(point[a]) for a, _ in function.kernel.tape.inputs))
+        parts = result if isinstance(result, tuple) else (result,)
+        out = np.concatenate([part.ravel() for part in parts])
         exact = np.array([float(v) for v in row])
         worst = max(worst, float(np.abs(out - exact).max() / max(np.abs(exact).max(), 1e-300)))
     return worst

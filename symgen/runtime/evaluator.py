@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symgen.codegen.casadi_model import casadi_function
-from symgen.codegen.model import Kernel, Model, derive
+from symgen.codegen.kernels import Kernel
+from symgen.codegen.model import Model, derive
 from symgen.codegen.package import generate
 from symgen.errors import BuildError, ParameterError, SymgenWarning
 from symgen.robot.toml_io import read_robot
@@ -38,13 +39,18 @@ class Bound:
 
     Attributes:
         inputs: one array for each input of the kernel, to be written in place.
-        out: the output, overwritten by each call.
+        outputs: one array for each output, overwritten by each call.
         call: evaluates the kernel; no checks, no allocation.
     """
 
     inputs: tuple[FloatArray, ...]
-    out: FloatArray
-    call: Callable[[], None]
+    outputs: tuple[FloatArray, ...]
+    call: Callable[[], Any]
+
+    @property
+    def out(self) -> FloatArray:
+        """The first output."""
+        return self.outputs[0]
 
     def __call__(self) -> None:
         self.call()
@@ -55,8 +61,15 @@ class KernelFunction(Protocol):
 
     kernel: Kernel
 
-    def __call__(self, *inputs: ArrayLike) -> FloatArray:
-        """Evaluate one sample, inputs (n,), or a batch, inputs (N, n)."""
+    def __call__(self, *inputs: ArrayLike) -> Any:
+        """Evaluate one sample, inputs (n,), or a batch, inputs (N, n); X is shared.
+
+        Returns:
+            The output array, or a tuple of them where the kernel has several.
+
+        Raises:
+            ParameterError: a shape is wrong, or M is not positive definite (forward_dynamics).
+        """
 
     def bind(self) -> Bound:
         """Return the kernel on fixed buffers."""
@@ -102,7 +115,7 @@ class Evaluator:
         Returns:
             (p_inertial,) or (N, p_inertial).
         """
-        return self["energy_regressor"](q, qd)
+        return np.asarray(self["energy_regressor"](q, qd))
 
     def friction_power(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
         """Return the columns of friction power: P = f . X[p_inertial:], W.
@@ -113,7 +126,7 @@ class Evaluator:
         if "friction_power" not in self._functions:
             arrays, _ = _checked(self["energy_regressor"].kernel, (q, qd))
             return np.zeros((*arrays[0].shape[:-1], 0))
-        return self["friction_power"](q, qd)
+        return np.asarray(self["friction_power"](q, qd))
 
 
 def load(robot: Robot | Model | str | Path, *, backend: str = "auto") -> Evaluator:
@@ -170,10 +183,12 @@ def _compiled(model: Model, compiler: Compiler) -> Evaluator:
 
 
 def _declaration(name: str, kernel: Kernel) -> str:
-    arguments = ", ".join(f"const double *{a}" for a, _ in kernel.tape.inputs) + ", double *out"
+    arguments = [f"const double *{a}" for a, _ in kernel.tape.inputs]
+    arguments += [f"double *{o.name}" for o in kernel.outputs]
+    listed, returns = ", ".join(arguments), "int" if kernel.guards else "void"
     return (
-        f"void {name}_{kernel.name}({arguments});\n"
-        f"void {name}_{kernel.name}_batch(size_t N, {arguments});\n"
+        f"{returns} {name}_{kernel.name}({listed});\n"
+        f"{returns} {name}_{kernel.name}_batch(size_t N, {listed});\n"
     )
 
 
@@ -207,13 +222,29 @@ def _checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArr
         )
     arrays = [np.ascontiguousarray(a, dtype=np.float64) for a in inputs]
     lead = arrays[0].shape[:-1]
-    for (name, symbols), array in zip(expected, arrays, strict=True):
-        if array.ndim not in (1, 2) or array.shape != (*lead, len(symbols)):
+    for i, ((name, symbols), array) in enumerate(zip(expected, arrays, strict=True)):
+        if name == "X" and array.ndim == 1 and len(array) >= len(symbols):
+            arrays[i] = array[: len(symbols)]
+        elif name == "X":
+            raise ParameterError(
+                f"{kernel.name}: X has shape {array.shape}; accepted: ({len(symbols)},) or longer"
+            )
+        elif array.ndim not in (1, 2) or array.shape != (*lead, len(symbols)):
             raise ParameterError(
                 f"{kernel.name}: {name} has shape {array.shape}; "
                 f"accepted: ({len(symbols)},) or (N, {len(symbols)}), the same N for all"
             )
     return arrays, (lead[0] if lead else None)
+
+
+def _result(kernel: Kernel, outputs: Sequence[FloatArray], status: int) -> Any:
+    """Return one output or the tuple of all; refuse what has no meaning."""
+    if status:
+        raise ParameterError(
+            f"{kernel.name}: the mass matrix is not positive definite; accepted: parameters X of a "
+            "robot that can exist"
+        )
+    return outputs[0] if len(outputs) == 1 else tuple(outputs)
 
 
 class _CKernel:
@@ -226,26 +257,27 @@ class _CKernel:
     def _pointer(self, array: FloatArray) -> Any:
         return self._ffi.from_buffer("double *", array)
 
-    def __call__(self, *inputs: ArrayLike) -> FloatArray:
+    def __call__(self, *inputs: ArrayLike) -> Any:
         arrays, count = _checked(self.kernel, inputs)
         lead = () if count is None else (count,)
-        out = np.empty((*lead, *self.kernel.shape))
-        pointers = [self._pointer(a) for a in (*arrays, out)]
-        if count is None:
-            self._one(*pointers)
-        else:
-            self._batch(count, *pointers)
-        return out
+        outputs = [np.empty((*lead, *o.shape)) for o in self.kernel.outputs]
+        pointers = [self._pointer(a) for a in (*arrays, *outputs)]
+        status = self._one(*pointers) if count is None else self._batch(count, *pointers)
+        return _result(self.kernel, outputs, status or 0)
 
     def bind(self) -> Bound:
-        inputs = tuple(np.zeros(len(symbols)) for _, symbols in self.kernel.tape.inputs)
-        out = np.zeros(self.kernel.shape)
-        pointers = [self._pointer(a) for a in (*inputs, out)]
+        inputs, outputs = _buffers(self.kernel)
+        pointers = [self._pointer(a) for a in (*inputs, *outputs)]
         function = self._one
         if len(pointers) == 3:  # the usual case, without the cost of unpacking
             a, b, c = pointers
-            return Bound(inputs, out, lambda: function(a, b, c))
-        return Bound(inputs, out, lambda: function(*pointers))
+            return Bound(inputs, outputs, lambda: function(a, b, c))
+        return Bound(inputs, outputs, lambda: function(*pointers))
+
+
+def _buffers(kernel: Kernel) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...]]:
+    inputs = tuple(np.zeros(len(symbols)) for _, symbols in kernel.tape.inputs)
+    return inputs, tuple(np.zeros(o.shape) for o in kernel.outputs)
 
 
 class _CasadiKernel:
@@ -254,27 +286,41 @@ class _CasadiKernel:
         self._function = casadi_function(model, kernel)
         self._maps: dict[int, Any] = {}
 
-    def __call__(self, *inputs: ArrayLike) -> FloatArray:
+    def __call__(self, *inputs: ArrayLike) -> Any:
         arrays, count = _checked(self.kernel, inputs)
         if count is None:
-            return np.array(self._function(*arrays)).reshape(self.kernel.shape)
-        if count == 0:
-            return np.zeros((0, *self.kernel.shape))
-        out = np.empty((count, *self.kernel.shape))
-        for at in range(0, count, _BLOCK):
-            part = [a[at : at + _BLOCK] for a in arrays]
-            size = len(part[0])
-            if size not in self._maps:  # at most _BLOCK of them, small ones
-                self._maps[size] = self._function.map(size)
-            block = np.array(self._maps[size](*(a.T for a in part)))
-            out[at : at + size] = block.T.reshape(size, *self.kernel.shape)
-        return out
+            outputs = self._one(arrays)
+        else:
+            outputs = [np.empty((count, *o.shape)) for o in self.kernel.outputs]
+            names = [name for name, _ in self.kernel.tape.inputs]
+            for at in range(0, count, _BLOCK):
+                size = min(_BLOCK, count - at)
+                if size not in self._maps:  # at most _BLOCK of them, small ones
+                    self._maps[size] = self._function.map(size)
+                part = [
+                    np.repeat(a[:, None], size, axis=1) if name == "X" else a[at : at + size].T
+                    for name, a in zip(names, arrays, strict=True)
+                ]
+                blocks = self._maps[size](*part)
+                for out, block in zip(outputs, _as_tuple(blocks), strict=True):
+                    out[at : at + size] = np.array(block).T.reshape(size, *out.shape[1:])
+        bad = self.kernel.guards > 0 and not all(np.isfinite(o).all() for o in outputs)
+        return _result(self.kernel, outputs, int(bad))
+
+    def _one(self, arrays: Sequence[FloatArray]) -> list[FloatArray]:
+        results = _as_tuple(self._function(*arrays))
+        pairs = zip(results, self.kernel.outputs, strict=True)
+        return [np.array(r).reshape(o.shape) for r, o in pairs]
 
     def bind(self) -> Bound:
-        inputs = tuple(np.zeros(len(symbols)) for _, symbols in self.kernel.tape.inputs)
-        out = np.zeros(self.kernel.shape)
+        inputs, outputs = _buffers(self.kernel)
 
         def call() -> None:
-            out[...] = np.array(self._function(*inputs)).reshape(self.kernel.shape)
+            for out, value in zip(outputs, self._one(inputs), strict=True):
+                out[...] = value
 
-        return Bound(inputs, out, call)
+        return Bound(inputs, outputs, call)
+
+
+def _as_tuple(result: Any) -> tuple[Any, ...]:
+    return result if isinstance(result, tuple) else (result,)

@@ -21,7 +21,9 @@ from symgen.errors import SymgenError
 from symgen.robot.expressions import text
 from symgen.robot.types import Robot
 from symgen.symbolic.elimination import Coefficient, Elimination, ExactRow
-from symgen.symbolic.lifting import lifted
+from symgen.symbolic.energy import energy_tape
+from symgen.symbolic.guard import require_floats_agree
+from symgen.symbolic.lifting import NeedsValuesError, lifted
 from symgen.symbolic.modular import (
     BadDrawError,
     PrimeField,
@@ -145,24 +147,29 @@ def find_base(
         SymgenError: a relation fails its check, which would be a fault of symgen.
     """
     problem = _Columns(robot, standard, energy)
-    fields = problem.fields({})
+    fields = problem.fields()
     first = problem.select(fields)
     if robot.geometry and not at_values:
-        here = problem.select(problem.fields(robot.values())[:1])
-        if here.pivots != first.pivots:
+        plain = robot.with_values()
+        here = _Columns(plain, standard, energy_tape(plain))
+        if here.select(here.fields()).pivots != first.pivots:
             return None
     rows = Elimination(problem.names, first.order, [s.field for s in fields])
     for relation in structural_relations(robot):
         rows.add(rows.exact({k: v for k, v in relation.items() if k in rows.position}))
     structural = len(rows.rows)
     missing = [i for i in range(len(problem.names)) if i not in set(first.pivots)]
-    for i in missing:
-        if problem.names[i] not in rows.rows:
-            rows.add(problem.relation(i, first))
+    try:
+        for i in missing:
+            if problem.names[i] not in rows.rows:
+                rows.add(problem.relation(i, first))
+    except NeedsValuesError:
+        return None
     if set(rows.rows) != {problem.names[i] for i in missing}:
         raise SymgenError("the regrouping relations do not match the exact rank")
     for k, sample in enumerate(fields):
         sample.check(problem.names, rows.rows, k)
+    require_floats_agree(robot, energy, problem.state, first.pivots, rows.rows)
     proof = Proof(
         rank=len(first.pivots) + problem.path_only,
         primes=tuple(s.field.p for s in fields),
@@ -239,17 +246,19 @@ class _Columns:
         self.path_only = len(standard) - len(self.state)
         self.angles = [a for j in robot.joints for a in (j.gamma, j.alpha, j.theta)]
 
-    def fields(self, values: Mapping[sp.Symbol, sp.Expr]) -> list[_Sample]:
+    def fields(self) -> list[_Sample]:
         """Evaluate all columns modulo two primes, each with its own seed."""
-        angles = [angle.subs(values) for angle in self.angles]
-        order = order_needed(angles)
+        order = order_needed(self.angles)
+        geometry = [e for j in self.robot.joints for e in (j.b, j.d, j.r) if not e.is_Rational]
         out: list[_Sample] = []
         # A square root of the geometry exists modulo every other prime, or at every other point.
         for prime in itertools.islice(primes(order), _PRIMES):
             for attempt in range(_ATTEMPTS):
                 seed = _SEEDS[len(out)] + len(_SEEDS) * attempt
                 try:
-                    field = PrimeField(prime, seed, angles, order, values)
+                    field = PrimeField(prime, seed, self.angles, order)
+                    for length in geometry:  # relations need them all, the tape perhaps not
+                        field.constant(length)
                     out.append(_Sample(field, self._differences(field)))
                     break
                 except BadDrawError:
@@ -316,6 +325,12 @@ class _Columns:
             values = [-guess for guess in guesses if guess is not None]
         else:
             values = lifted(self.robot, self.energy, self.state, [column, *residues])
+            fields = [field for field, _ in selection.reduced]
+            for value, r in zip(values, residues.values(), strict=True):
+                if not value.has(sp.Float) and any(
+                    (int(f.constant(value)) + x) % f.p for f, x in zip(fields, r, strict=True)
+                ):
+                    raise SymgenError(f"the formula {value} is not what elimination found")
         found = {self.names[column]: Coefficient(sp.S.One, (1,) * len(moduli))}
         for (pivot, r), value in zip(residues.items(), values, strict=True):
             opposite = tuple(-x % p for x, p in zip(r, moduli, strict=True))

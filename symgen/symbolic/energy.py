@@ -40,15 +40,15 @@ def energy_tape(robot: Robot) -> Tape:
         if not p.inertial:
             continue
         if p.prefix == names.ROTOR:
-            outputs.append(_half_square(speed[p.joint], p.name, tape))
+            outputs.append(half_square(speed[p.joint], p.name, tape))
         elif p.prefix == names.COUPLING_INERTIA:
-            outputs.append(_half_square(drives[p.joint], p.name, tape))
+            outputs.append(half_square(drives[p.joint], p.name, tape))
         else:
-            outputs.append(_link_column(p.prefix, links[p.joint], f"D{p.prefix}{p.joint}", tape))
+            outputs.append(link_column(p.prefix, links[p.joint], f"D{p.prefix}{p.joint}", tape))
     return tape.tape([("q", variable.q), ("qd", variable.qd)], outputs)
 
 
-def _half_square(v: sp.Expr, name: str, tape: TapeBuilder) -> sp.Expr:
+def half_square(v: sp.Expr, name: str, tape: TapeBuilder) -> sp.Expr:
     """Return v^2/2, with v/2 as a step that other columns of v share."""
     if v == 0:
         return sp.S.Zero
@@ -57,13 +57,13 @@ def _half_square(v: sp.Expr, name: str, tape: TapeBuilder) -> sp.Expr:
     return tape.name(f"D{name}", half * v)
 
 
-def _link_column(prefix: str, frame: Frame, name: str, tape: TapeBuilder) -> sp.Expr:
+def link_column(prefix: str, frame: Frame, name: str, tape: TapeBuilder) -> sp.Expr:
     """Return the column DE + DU of one parameter of a link."""
     w, V, g = frame.w, frame.V, frame.g
     axes = {"X": 0, "Y": 1, "Z": 2}
     if prefix in names.INERTIA:
         a, b = axes[prefix[0]], axes[prefix[1]]
-        return _half_square(w[a], name[1:], tape) if a == b else tape.name(name, w[a] * w[b])
+        return half_square(w[a], name[1:], tape) if a == b else tape.name(name, w[a] * w[b])
     if prefix in names.MOMENT:
         c = axes[prefix[1]]
         a, b = (c + 1) % 3, (c + 2) % 3

@@ -17,6 +17,9 @@ from symgen.symbolic.kinematics import Variables, variables
 from symgen.symbolic.parameters import Parameter, standard_parameters
 from symgen.symbolic.tape import Tape, TapeBuilder
 
+#: Names of arrays in generated code, which no step may have.
+ARGUMENTS = frozenset("q qd qdd tau X out M C h p_out dl_out T_out U_out J_out N k".split())
+
 
 @dataclass(frozen=True)
 class _Drive:
@@ -29,7 +32,8 @@ class _Drive:
 
 def builder(robot: Robot, symbols: tuple[sp.Symbol, ...]) -> TapeBuilder:
     """Return an empty tape on which names of the file and of the variables are taken."""
-    return TapeBuilder({name for name, _ in robot.geometry} | {s.name for s in symbols})
+    taken = {name for name, _ in robot.geometry} | {s.name for s in symbols}
+    return TapeBuilder(taken | ARGUMENTS)
 
 
 def drive_speed(coupling: Coupling, speed: dict[int, sp.Symbol], tape: TapeBuilder) -> sp.Expr:
@@ -48,6 +52,12 @@ def power_tape(robot: Robot) -> Tape:
     """Derive the column of power of every friction parameter: integrands of the energy theorem."""
     variable = variables(robot)
     tape = builder(robot, (*variable.q, *variable.qd))
+    outputs = power_columns(robot, variable, tape)
+    return tape.tape([("q", variable.q), ("qd", variable.qd)], outputs)
+
+
+def power_columns(robot: Robot, variable: Variables, tape: TapeBuilder) -> list[sp.Expr]:
+    """Return the power of every friction parameter."""
     outputs = []
     for p, drive in _drives(robot, variable, tape):
         v, name = drive.speed, f"D{p.name}"
@@ -59,14 +69,23 @@ def power_tape(robot: Robot) -> Tape:
             outputs.append(tape.name(name, v * _sign(p, drive, tape)))
         else:
             outputs.append(tape.name(name, sp.Abs(v)))
-    return tape.tape([("q", variable.q), ("qd", variable.qd)], outputs)
+    return outputs
 
 
 def torque_tape(robot: Robot) -> Tape:
     """Derive the columns of torque of every friction parameter: n rows, row-major."""
     variable = variables(robot)
     tape = builder(robot, (*variable.q, *variable.qd))
-    columns: list[dict[int, sp.Expr]] = []
+    columns = [column for _, column in torque_columns(robot, variable, tape)]
+    outputs = [c.get(j.number, sp.S.Zero) for j in robot.movable for c in columns]
+    return tape.tape([("q", variable.q), ("qd", variable.qd)], outputs)
+
+
+def torque_columns(
+    robot: Robot, variable: Variables, tape: TapeBuilder
+) -> list[tuple[Parameter, dict[int, sp.Expr]]]:
+    """Return, for every friction parameter, its torque on each joint that it acts on."""
+    out = []
     for p, drive in _drives(robot, variable, tape):
         if p.prefix == "OF":
             force: sp.Expr = sp.S.One
@@ -74,9 +93,9 @@ def torque_tape(robot: Robot) -> Tape:
             force = drive.speed
         else:
             force = _sign(p, drive, tape)
-        columns.append({j: tape.name(f"D{p.name}_{j}", share * force) for j, share in drive.share})
-    outputs = [c.get(j.number, sp.S.Zero) for j in robot.movable for c in columns]
-    return tape.tape([("q", variable.q), ("qd", variable.qd)], outputs)
+        column = {j: tape.name(f"D{p.name}_{j}", share * force) for j, share in drive.share}
+        out.append((p, column))
+    return out
 
 
 def _drives(robot: Robot, variable: Variables, tape: TapeBuilder) -> list[tuple[Parameter, _Drive]]:

@@ -22,6 +22,7 @@ from symgen.symbolic.parameters import Parameter
 from symgen.symbolic.tape import Numbers, Tape
 
 _TRIES = 6
+_LARGEST = 4  # columns of a relation that is lifted with a named angle in it
 _DIGITS = 50
 
 
@@ -43,6 +44,14 @@ def lifted(
     tape = energy.keep(inertial)
     if not any(value.free_symbols for _, value in tape.constants):
         return _numbers(robot, tape, state, support, inertial)
+    general = {
+        f.args[0]
+        for _, value in tape.constants
+        for f in value.atoms(sp.sin, sp.cos)
+        if not (f.args[0] / sp.pi).is_Rational
+    }
+    if len(general) > 1 or (general and len(support) > _LARGEST):
+        raise NeedsValuesError("a relation in several general angles")
     halves: dict[sp.Expr, sp.Symbol] = {}
     for attempt in range(_TRIES):
         arithmetic = _Exact(halves)
@@ -108,6 +117,10 @@ def _whole_angles(expr: sp.Expr, halves: dict[sp.Expr, sp.Symbol]) -> sp.Expr:
         expr = sp.cancel(reduced[0] / reduced[1])
         expr = expr.subs({c: sp.cos(angle, evaluate=False), s: sp.sin(angle, evaluate=False)})
     return sp.factor_terms(expr)
+
+
+class NeedsValuesError(SymgenError):
+    """A relation is too large to be written in named angles: the file's values are taken."""
 
 
 class _Circle:

@@ -9,14 +9,15 @@ generators are independent over the rationals have algebraically independent exp
 (Lindemann and Weierstrass), so that a random point is the right model.
 
 A rank found modulo p is never larger than the true one; a random point misses it with a
-probability of about degree/p (Schwartz and Zippel), about 1e-8 for each prime.
+probability of about degree/p (Schwartz and Zippel): about 1e-8 for each prime where angles are
+fractions of pi; decimal angles raise the degree, and a comparison in floats guards the result.
 """
 
 from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -55,7 +56,6 @@ class PrimeField:
         seed: of the random values.
         angles: every constant angle that will occur; fixes the units that they are counted in.
         order: order of the roots of unity, from `order_needed(angles)`.
-        values: exact values of named lengths; without them each takes a random value.
     """
 
     def __init__(
@@ -64,10 +64,8 @@ class PrimeField:
         seed: int,
         angles: Iterable[sp.Expr] = (),
         order: int = _TWELFTH,
-        values: Mapping[sp.Symbol, sp.Expr] | None = None,
     ) -> None:
         self.p, self.order = prime, order
-        self._values = dict(values or {})
         self._random = random.Random(f"{seed} {prime}")
         self._constants: dict[sp.Expr, _Constant] = {}
         self._numbers: dict[sp.Expr, int] = {}
@@ -76,7 +74,7 @@ class PrimeField:
         self._half_i = pow(2 * pow(self._root, order // 4, prime), -1, prime)
         self._unit: dict[sp.Expr, sp.Rational] = {}
         for angle in angles:
-            for number, base in _angle_terms(angle.subs(self._values)):
+            for number, base in _angle_terms(angle):
                 known = self._unit.get(base, sp.S.Zero)
                 self._unit[base] = _rational_gcd(known, number / 2)  # formulas may halve an angle
         self._z = {base: self._random.randrange(2, prime) for base in self._unit}
@@ -94,8 +92,8 @@ class PrimeField:
         """Return the residue of an exact geometric expression."""
         known = self._constants.get(value)
         if known is None:
-            known = _Constant(self._evaluate(value.subs(self._values)) % self.p)
-            known.expr = value.subs(self._values)
+            known = _Constant(self._evaluate(value) % self.p)
+            known.expr = value
             self._constants[value] = known
         return known
 
@@ -201,10 +199,23 @@ class PrimeField:
         return root * self._inverse(int(e.q)) % self.p
 
     def _prime_root(self, factor: int) -> int:
-        """Return a square root of a prime; those of 2 and 3 are cosines and keep their signs."""
+        """Return a square root of a prime, consistent with the roots of unity that hold it.
+
+        Those of 2 and 3 are cosines; that of an odd prime f of the order is Gauss's sum over the
+        f-th roots of unity: its square is f, or -f where f = 3 modulo 4.
+        """
         if factor in (2, 3):
             angle = sp.pi / (4 if factor == 2 else 6)
             return int(2 * self._cosine_sine(self._e_i(angle))[0] % self.p)
+        if self.order % factor == 0:
+            z = pow(self._root, self.order // factor, self.p)
+            total = sum(
+                (1 if pow(a, (factor - 1) // 2, factor) == 1 else -1) * pow(z, a, self.p)
+                for a in range(1, factor)
+            )
+            if factor % 4 == 3:
+                total *= pow(self._root, 3 * self.order // 4, self.p)  # times -i
+            return total % self.p
         key = sp.Integer(factor)
         if key not in self._numbers:
             self._numbers[key] = self._residue_root(factor)

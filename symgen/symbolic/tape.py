@@ -36,7 +36,7 @@ class Arithmetic(Protocol):
         """Return -a."""
 
     def function(self, name: str, argument: Any) -> Any:
-        """Return sin, cos, abs, sign or tanh of a number."""
+        """Return sin, cos, abs, sign, tanh or the inverse of a number."""
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ class Tape:
     @cached_property
     def operations(self) -> Operations:
         """Count the operations of one evaluation, as they are printed in C."""
-        count = {"mul": 0, "add": 0, "other": 0}
+        count = {"mul": 0, "add": 0, "div": 0, "other": 0}
         angles = set()
         for _, expr in self.steps:
             for part in sp.preorder_traversal(expr):
@@ -134,6 +134,8 @@ class Tape:
                     count["mul"] += sum(1 for f in part.args if f is not sp.S.NegativeOne) - 1
                 elif part.func in (sp.sin, sp.cos):
                     angles.add(part.args[0])
+                elif part.is_Pow and part.exp == -1:
+                    count["div"] += 1
                 elif part.is_Pow:
                     count["mul"] += int(part.exp) - 1
                 elif part.is_Function:
@@ -146,7 +148,7 @@ class Tape:
         return Operations(
             mul=count["mul"],
             add=count["add"] - repeated + shared,
-            div=0,
+            div=count["div"],
             sincos=len(angles),
             other=count["other"],
         )
@@ -175,9 +177,12 @@ def _repeated(product: sp.Expr) -> list[sp.Expr]:
     """Return the factors of a product, a square as the same factor twice."""
     factors: list[sp.Expr] = []
     for f in sp.Mul.make_args(product):
-        if f.is_Pow and not (f.exp.is_Integer and f.exp > 0):
+        if f.is_Pow and f.exp == -1:
+            factors.append(f)
+        elif f.is_Pow and not (f.exp.is_Integer and f.exp > 0):
             raise SymgenError(f"a tape cannot hold {f}")
-        factors += [f.base] * int(f.exp) if f.is_Pow else [f]
+        else:
+            factors += [f.base] * int(f.exp) if f.is_Pow else [f]
     return factors
 
 
@@ -207,6 +212,8 @@ class _Compiler:
             return register if target is None else self.put("copy", target, register)
         if expr.is_number:
             return self.put("number", target, expr)
+        if expr.is_Pow and expr.exp == -1:
+            return self.put("inverse", target, self.emit(expr.base, None))
         if expr.is_Function:
             return self.put(expr.func.__name__.lower(), target, self.emit(expr.args[0], None))
         split = terms(expr, self.tape.order)
@@ -326,4 +333,6 @@ class Numbers:
         return -a
 
     def function(self, name: str, argument: Any) -> Any:
-        return argument if name == "copy" else self.functions[name](argument)
+        if name == "copy":
+            return argument
+        return 1 / argument if name == "inverse" else self.functions[name](argument)

@@ -36,9 +36,13 @@ int main(void)
         };
         double here = 0.0;
         for (size_t i = 0; i < {{ points }}; ++i) {
-            {{ name }}_real out[{{ k.size }}];
-            {{ name }}_{{ k.name }}({{ k.call }}, out);
-            here = fmax(here, error_of(out, expected[i], {{ k.size }}));
+{% for o in k.outputs %}
+            {{ name }}_real {{ o.name }}[{{ o.size }}];
+{% endfor %}
+            {{ k.call }};
+{% for o in k.outputs %}
+            here = fmax(here, error_of({{ o.name }}, expected[i] + {{ o.offset }}, {{ o.size }}));
+{% endfor %}
         }
         printf("{{ k.name }} %.2e\n", here);
         worst = fmax(worst, here);

@@ -7,16 +7,24 @@
 #include <math.h>
 {% endif %}
 
-void {{ name }}_{{ k.name }}({{ k.parameters }})
+{{ k.returns }} {{ name }}_{{ k.name }}({{ k.parameters }})
 {
 {% for line in k.body %}
     {{ line }}
 {% endfor %}
 }
 
-void {{ name }}_{{ k.name }}_batch(size_t N, {{ k.parameters }})
+{{ k.returns }} {{ name }}_{{ k.name }}_batch(size_t N, {{ k.parameters }})
 {
+{% if k.guarded %}
+    int status = 0;
+    for (size_t k = 0; k < N; ++k) {
+        status |= {{ name }}_{{ k.name }}({{ k.strides }});
+    }
+    return status;
+{% else %}
     for (size_t k = 0; k < N; ++k) {
         {{ name }}_{{ k.name }}({{ k.strides }});
     }
+{% endif %}
 }

@@ -41,8 +41,8 @@ enum {
  * {{ line }}
 {% endfor %}
  */
-void {{ name }}_{{ k.name }}({{ k.parameters }});
-void {{ name }}_{{ k.name }}_batch(size_t N, {{ k.parameters }});
+{{ k.returns }} {{ name }}_{{ k.name }}({{ k.parameters }});
+{{ k.returns }} {{ name }}_{{ k.name }}_batch(size_t N, {{ k.parameters }});
 {% endfor %}
 
 #ifdef __cplusplus

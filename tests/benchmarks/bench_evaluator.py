@@ -235,7 +235,8 @@ def ways_of(name: str, folder: Path, cxx: ctypes.CDLL | None) -> tuple[str, dict
 
     def from_buffer() -> None:
         single(
-            ffi.from_buffer("double *", one_q), ffi.from_buffer("double *", one_qd),
+            ffi.from_buffer("double *", one_q),
+            ffi.from_buffer("double *", one_qd),
             ffi.from_buffer("double *", one_out),
         )
 

@@ -22,8 +22,15 @@ needs_cmake = pytest.mark.skipif(
 )
 
 STRICT = [
-    "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Wdouble-promotion",
-    "-Wstrict-prototypes", "-Werror",
+    "-std=c99",
+    "-Wall",
+    "-Wextra",
+    "-Wpedantic",
+    "-Wconversion",
+    "-Wshadow",
+    "-Wdouble-promotion",
+    "-Wstrict-prototypes",
+    "-Werror",
 ]
 STRICT_CXX = ["-x", "c++", "-std=c++11", "-Wall", "-Wextra", "-Werror"]
 MATH = {"sin", "cos", "sincos", "fabs", "tanh", "sqrt"}
@@ -326,8 +333,15 @@ def test_float_kernels_have_only_float_literals_and_functions(case, packages):
 
 HARMLESS = ["W32", "C2", "DXX2", "V31", "k", "N", "out", "j1", "y0", "gamma", "S2", "HW32"]
 TAKEN = [
-    "real", "JOINTS", "PARAMETERS", "INERTIAL", "MODEL_H", "WINDOW_START", "energy_regressor",
-    "friction_power", "least_squares",
+    "real",
+    "JOINTS",
+    "PARAMETERS",
+    "INERTIAL",
+    "MODEL_H",
+    "WINDOW_START",
+    "energy_regressor",
+    "friction_power",
+    "least_squares",
 ]
 ONE_LENGTH = """
 [robot]

@@ -106,7 +106,7 @@ def test_bytes_do_not_depend_on_the_hash_seed_or_on_what_was_derived_before():
 
 
 def test_a_package_generates_itself():
-    model = symgen.derive(symgen.read_robot(GOLDEN / "planar2r"))
+    model = symgen.derive(symgen.read_robot(GOLDEN / "planar2r"), "all")
     again = symgen.generate(model)
     found = {p.name for p in (GOLDEN / "planar2r").iterdir()}
     assert found == set(again.files)
@@ -117,7 +117,7 @@ def test_a_package_generates_itself():
 
 def test_every_byte_counts_in_each_text_file(copy):
     names = sorted(p.name for p in copy.iterdir() if p.suffix in (".c", ".h", ".txt", ".md"))
-    assert len(names) == 9
+    assert len(names) == 21
     for name in names:
         content = (copy / name).read_bytes()
         (copy / name).write_bytes(content + b"\n")
@@ -175,7 +175,7 @@ def test_errors_are_measured_at_fresh_points_whatever_the_manifest_says(copy):
     path.write_text(json.dumps(manifest, indent=1) + "\n")
     (result,) = symgen.check(copy)
     assert result.differences != ()
-    assert [k for _, k, _ in result.errors] == ["energy_regressor"]
+    assert "energy_regressor" in [k for _, k, _ in result.errors]
     assert max(e for _, _, e in result.errors) <= 1e-13
 
 
@@ -211,7 +211,8 @@ def test_an_extra_and_a_missing_file_are_found(copy):
     (copy / "planar2r_least_squares.c").unlink()
     (copy / "notes.c").write_text("int x;\n")
     assert set(differences(copy)) == {
-        "planar2r_least_squares.c: missing", "notes.c: not part of the package",
+        "planar2r_least_squares.c: missing",
+        "notes.c: not part of the package",
     }
 
 

@@ -419,7 +419,6 @@ ODD = {
     "coupling": chain(*SIX, more=COUPLING.format(5, 6, 1)),
     "coupling to a base joint": chain(*SIX, more=COUPLING.format(2, 3, -1)),
     "coupling in radicals": chain(*SIX, more=COUPLING.format(2, 3, '"sqrt(2)"')),
-    "couplings both ways": chain(*SIX, more=COUPLING.format(1, 2, 2) + COUPLING.format(2, 1, 0.5)),
     "coupling and payload": chain(
         *SIX, more=COUPLING.format(5, 6, 1) + "[payload]\njoint = 6\n"
     ),
@@ -481,3 +480,10 @@ def test_forty_joints_are_derived_in_seconds(joint):
     with within(15):
         model = symgen.derive(symgen.parse_robot(chain(*[joint] * 40)))
     assert len(model.base.parameters) > 100
+
+
+def test_couplings_both_ways_on_one_pair_are_refused():
+    # Their friction columns would depend on those of the joints: no minimal set.
+    both = COUPLING.format(1, 2, 2) + COUPLING.format(2, 1, 0.5)
+    with pytest.raises(symgen.RobotError, match=r"coupling 2, key 'joints'"):
+        symgen.parse_robot(chain(*SIX, more=both))

@@ -84,8 +84,12 @@ def modules(folder: Path) -> list[str]:
 def build_elsewhere(compiler: str, *, group: bool = False) -> subprocess.Popen[str]:
     """Start a process that builds or loads the module."""
     return subprocess.Popen(
-        [sys.executable, "-c", LOAD, compiler], cwd=PROJECT, text=True,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=group,
+        [sys.executable, "-c", LOAD, compiler],
+        cwd=PROJECT,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        start_new_session=group,
     )
 
 
@@ -225,10 +229,14 @@ def test_a_damaged_module_in_the_cache_is_built_again(damage, counted, cache):
     (name,) = modules(cache)
     whole = (cache / name).read_bytes()
     (cache / name).unlink()
-    (cache / name).write_bytes({
-        "empty": b"", "text": b"not a module", "half": whole[: len(whole) // 2],
-        "header": whole[:4096],
-    }[damage])
+    (cache / name).write_bytes(
+        {
+            "empty": b"",
+            "text": b"not a module",
+            "half": whole[: len(whole) // 2],
+            "header": whole[:4096],
+        }[damage]
+    )
     before = count()
     job = build_elsewhere(compiler.command[0])
     out, err = job.communicate(timeout=60)
@@ -282,8 +290,11 @@ def test_no_folder_at_all_is_a_build_error(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("body", "words"),
     [
-        ('echo "x.c:1:2: warning: hm" >&2; echo "x.c:3:4: error: boom" >&2; echo more >&2; exit 1',
-         r"failed on the generated C: x\.c:3:4: error: boom"),
+        (
+            'echo "x.c:1:2: warning: hm" >&2; echo "x.c:3:4: error: boom" >&2; '
+            "echo more >&2; exit 1",
+            r"failed on the generated C: x\.c:3:4: error: boom",
+        ),
         ("echo one >&2; echo two >&2; exit 1", "failed on the generated C"),
         ("exit 1", "failed on the generated C"),
         ("exit 0", "failed on the generated C"),

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import symgen
-from symgen.codegen.package import evaluate
+from symgen.codegen.verification import evaluate
 from symgen.runtime.build import find_compiler
 from symgen.runtime.evaluator import Evaluator
 
@@ -172,9 +172,18 @@ def test_an_empty_batch_gives_an_empty_result(backend):
 @pytest.mark.parametrize(
     ("q", "qd"),
     [
-        ((3,), (3,)), ((1,), (1,)), ((5,), (2,)), ((2,), (3, 2)), ((3, 2), (2,)),
-        ((3, 2), (4, 2)), ((3, 2), (1, 2)), ((3, 3), (3, 3)), ((2, 3), (2, 3)), ((2, 2, 2),) * 2,
-        ((), ()), ((0,), (0,)),
+        ((3,), (3,)),
+        ((1,), (1,)),
+        ((5,), (2,)),
+        ((2,), (3, 2)),
+        ((3, 2), (2,)),
+        ((3, 2), (4, 2)),
+        ((3, 2), (1, 2)),
+        ((3, 3), (3, 3)),
+        ((2, 3), (2, 3)),
+        ((2, 2, 2),) * 2,
+        ((), ()),
+        ((0,), (0,)),
     ],
 )
 def test_wrong_shapes_are_parameter_errors_that_name_the_array(q, qd, backend):
@@ -298,8 +307,13 @@ def test_smooth_coulomb_friction_and_couplings_have_their_columns(backend):
     a, b, c = qd.T
     u = a - 0.75 * c
     columns = {
-        "FS1": a * np.tanh(a / 0.05), "FV1": a * a, "OF2": b, "FS3": np.abs(c), "FV3": c * c,
-        "FVM3": u * u, "FSM3": np.abs(u),
+        "FS1": a * np.tanh(a / 0.05),
+        "FV1": a * a,
+        "OF2": b,
+        "FS3": np.abs(c),
+        "FV3": c * c,
+        "FVM3": u * u,
+        "FSM3": np.abs(u),
     }
     assert set(names) == set(columns)
     expected = np.stack([columns[name] for name in names], axis=-1)

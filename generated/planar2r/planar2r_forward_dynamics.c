@@ -1,0 +1,49 @@
+/* planar2r: accelerations under torques tau; not 0 where M is not positive definite
+ * 23 mul, 13 add, 2 div, 1 sincos for one sample.
+ */
+#include "planar2r.h"
+
+#include <math.h>
+
+int planar2r_forward_dynamics(const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+{
+    const double C2 = cos(q[1]);
+    const double S2 = sin(q[1]);
+    const double m2_1e2 = X[2] * C2 - X[3] * S2;
+    const double xd2_2 = 2.0 * planar2r_geometry_L1 * m2_1e2;
+    const double J33d2_2 = X[1] + xd2_2;
+    const double J33s1_2 = X[0] + J33d2_2;
+    const double Nbm23d2 = X[1] + planar2r_geometry_L1 * m2_1e2;
+    const double ZP33d2 = qd[0] * qd[0];
+    const double Z1d2 = -planar2r_geometry_L1 * ZP33d2;
+    const double Z1e2 = C2 * Z1d2;
+    const double Z2e2 = -S2 * Z1d2;
+    const double W32 = qd[0] + qd[1];
+    const double P332 = W32 * W32;
+    const double F2_1 = -X[2] * P332;
+    const double F2_2 = -X[3] * P332;
+    const double N2_3 = X[2] * Z2e2 - X[3] * Z1e2;
+    const double Fb2e2 = C2 * F2_2 + S2 * F2_1;
+    const double Nb3d2 = planar2r_geometry_L1 * Fb2e2 + N2_3;
+    const double b1 = tau[0] - Nb3d2;
+    const double b2 = tau[1] - N2_3;
+    const double d2 = 1.0 / X[1];
+    const double l2_1 = Nbm23d2 * d2;
+    const double m2_1_1 = J33s1_2 - Nbm23d2 * l2_1;
+    const double d1 = 1.0 / m2_1_1;
+    const double y2_1 = b1 - b2 * l2_1;
+    const double o1 = d1 * y2_1;
+    const double o2 = b2 * d2 - l2_1 * o1;
+    qdd[0] = o1;
+    qdd[1] = o2;
+    return m2_1_1 > 0.0 && X[1] > 0.0 ? 0 : 1;
+}
+
+int planar2r_forward_dynamics_batch(size_t N, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+{
+    int status = 0;
+    for (size_t k = 0; k < N; ++k) {
+        status |= planar2r_forward_dynamics(q + k * 2u, qd + k * 2u, tau + k * 2u, X, qdd + k * 2u);
+    }
+    return status;
+}

@@ -1,0 +1,33 @@
+/* planar2r: Jacobian of the last frame in frame 0: rows of velocity, then of angular velocity
+ * 2 mul, 1 sincos for one sample.
+ */
+#include "planar2r.h"
+
+#include <math.h>
+
+void planar2r_jacobian(const double *q, double *J_out)
+{
+    const double C1 = cos(q[0]);
+    const double S1 = sin(q[0]);
+    const double pd2_1 = planar2r_geometry_L1 * C1;
+    const double pd2_2 = planar2r_geometry_L1 * S1;
+    J_out[0] = -pd2_2;
+    J_out[1] = 0.0;
+    J_out[2] = pd2_1;
+    J_out[3] = 0.0;
+    J_out[4] = 0.0;
+    J_out[5] = 0.0;
+    J_out[6] = 0.0;
+    J_out[7] = 0.0;
+    J_out[8] = 0.0;
+    J_out[9] = 0.0;
+    J_out[10] = 1.0;
+    J_out[11] = 1.0;
+}
+
+void planar2r_jacobian_batch(size_t N, const double *q, double *J_out)
+{
+    for (size_t k = 0; k < N; ++k) {
+        planar2r_jacobian(q + k * 2u, J_out + k * 12u);
+    }
+}

@@ -1,0 +1,106 @@
+"""Seeded points of every kernel, and what 50 digits give there."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from symgen import names
+from symgen.codegen.kernels import Kernel, regrouped
+from symgen.codegen.model import Model
+from symgen.symbolic.tape import Numbers
+
+DIGITS = 50
+SEED = 1988
+POINTS = 4
+#: Largest error over the largest entry of an output that a compiled kernel may show.
+TOLERANCE = {"double": 1e-13, "float": 2e-5}
+
+
+def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
+    """Return points (name of each input: values) and expected outputs of each kernel."""
+    draw = random.Random(SEED)
+    X = [round(x, 6) for x in physical_parameters(model, draw)]
+    out: dict[str, Any] = {}
+    for kernel in kernels:
+        points = [
+            {
+                name: X[: len(symbols)]
+                if name == "X"
+                else [round(draw.uniform(-2.0, 2.0), 6) for _ in symbols]
+                for name, symbols in kernel.tape.inputs
+            }
+            for _ in range(POINTS)
+        ]
+        expected = [evaluate(kernel, model, point, DIGITS) for point in points]
+        out[kernel.name] = {
+            "points": points,
+            "expected": [[_digits(v) for v in row] for row in expected],
+        }
+    return out
+
+
+def physical_parameters(model: Model, draw: random.Random) -> list[float]:
+    """Return base parameters X of a robot that could exist: solid links, positive friction."""
+    standard: dict[str, float] = {}
+    for parameter in model.base.standard:
+        if parameter.prefix not in names.LINK:
+            standard[parameter.name] = draw.uniform(0.1, 1.0)
+        elif parameter.prefix == names.INERTIA[0]:
+            suffix = parameter.name.removeprefix(parameter.prefix)
+            body = _solid(draw)
+            standard |= {f"{prefix}{suffix}": body[prefix] for prefix in names.LINK}
+    values = [standard[p.name] for p in model.base.standard]
+    return regrouped(model.base, values, model.robot.values())
+
+
+def _solid(draw: random.Random) -> dict[str, float]:
+    """Return a point-symmetric body with its centre off the origin."""
+    mass = draw.uniform(1.0, 3.0)
+    x, y, z = (draw.uniform(-0.2, 0.2) for _ in range(3))
+    own = draw.uniform(0.05, 0.2)
+    return {
+        "XX": own + mass * (y * y + z * z),
+        "XY": -mass * x * y,
+        "XZ": -mass * x * z,
+        "YY": own + mass * (x * x + z * z),
+        "YZ": -mass * y * z,
+        "ZZ": own + mass * (x * x + y * y),
+        "MX": mass * x,
+        "MY": mass * y,
+        "MZ": mass * z,
+        "M": mass,
+    }
+
+
+def evaluate(
+    kernel: Kernel, model: Model, point: Mapping[str, Sequence[float]], digits: int
+) -> list[Any]:
+    """Evaluate a kernel with many digits (mpmath); the point's numbers are taken as written.
+
+    Returns:
+        One mpmath number for every scalar of the outputs, guards left out.
+    """
+    import mpmath
+
+    context = mpmath.mp.clone()
+    context.dps = digits + 10
+    functions = {
+        "sin": context.sin,
+        "cos": context.cos,
+        "abs": abs,
+        "tanh": context.tanh,
+        "sign": context.sign,
+    }
+    arithmetic = Numbers(
+        model.robot.values(), functions, lambda value: context.mpf(str(value)), digits + 10
+    )
+    inputs = {name: [context.mpf(repr(v)) for v in values] for name, values in point.items()}
+    return kernel.tape.run(arithmetic, inputs)[: kernel.size]
+
+
+def _digits(value: Any) -> str:
+    import mpmath
+
+    return str(mpmath.nstr(value, 30))

@@ -1,0 +1,73 @@
+"""A guard in floating point: the exact result must not contradict plain numbers.
+
+Exact arithmetic modulo a prime is right as long as the geometry is mapped into it consistently, a
+claim about code. Here the columns are evaluated in double precision at the file's values: the
+columns kept must be independent there, and every regrouping must reproduce its column.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from symgen import names
+from symgen.errors import SymgenError
+from symgen.robot.types import Robot
+from symgen.symbolic.elimination import ExactRow
+from symgen.symbolic.parameters import Parameter
+from symgen.symbolic.tape import Numbers, Tape
+
+_MARGIN = 10
+#: Singular values of the kept columns, scaled, below which floats would call them dependent; far
+#: below what any useful geometry has, far above rounding.
+_DEPENDENT = 1e-13
+_ERROR = 1e-6
+
+
+def require_floats_agree(
+    robot: Robot,
+    energy: Tape,
+    state: Sequence[Parameter],
+    kept: Sequence[int],
+    rows: Mapping[str, ExactRow],
+) -> None:
+    """Raise SymgenError where double precision contradicts the exact base parameters.
+
+    Args:
+        robot: the mechanism, with the file's values.
+        energy: tape of the energy columns.
+        state: the parameters with a column of the state.
+        kept: positions of the base parameters among them.
+        rows: the relation of every other one.
+    """
+    values = robot.values()
+    count = len(state) + _MARGIN
+    draw = np.random.default_rng(len(state))
+    span = [np.pi if j.sigma == names.REVOLUTE else 1.0 for j in robot.movable]
+    q = [draw.uniform(-s, s, count) for s in span]
+    qd = [draw.uniform(-2, 2, count) for _ in span]
+    functions = {"sin": np.sin, "cos": np.cos}
+    out: list[Any] = energy.run(Numbers(values, functions), {"q": q, "qd": qd})
+    index = {j.number: i for i, j in enumerate(robot.movable)}
+    out += [q[index[p.joint]] for p in state if not p.inertial]
+    W = np.stack([np.broadcast_to(np.asarray(c, dtype=float), (count,)) for c in out], axis=1)
+    W = W[1:] - W[0]
+    column = {p.name: W[:, i] for i, p in enumerate(state)}
+    size = max(1.0, float(np.abs(W).max(initial=0.0)))
+    for name, row in rows.items():
+        parts = [_float(c.value, values) * column[n] for n, c in row.items()]
+        scale = max(size, max(float(np.abs(part).max()) for part in parts))
+        if not float(np.abs(np.sum(parts, axis=0)).max()) <= _ERROR * scale:
+            raise SymgenError(f"the regrouping of {name} contradicts its column in numbers")
+    K = W[:, list(kept)]
+    norms = np.linalg.norm(K, axis=0)
+    singular = np.linalg.svd(K / np.where(norms > 0, norms, 1.0), compute_uv=False)
+    if len(singular) and singular[-1] < _DEPENDENT * singular[0]:
+        raise SymgenError("the exact rank contradicts the rank in numbers")
+
+
+def _float(expr: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> float:
+    return float(expr.subs(values).evalf(30))

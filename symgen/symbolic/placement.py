@@ -1,0 +1,86 @@
+"""Kinematics: the place of every frame in frame 0, and the Jacobian of the last one."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from symgen import names
+from symgen.robot.types import Robot
+from symgen.symbolic import friction
+from symgen.symbolic.bodies import cross, named
+from symgen.symbolic.kinematics import Shift, Turn, Vector, steps, variables
+from symgen.symbolic.tape import Tape, TapeBuilder
+
+Place = tuple[Vector, Vector, Vector, Vector]  # axes x, y, z and origin, in frame 0
+
+
+def _places(robot: Robot) -> tuple[dict[int, Place], TapeBuilder]:
+    variable = variables(robot)
+    tape = friction.builder(robot, variable.q)
+    unit = [tuple(sp.Integer(int(i == k)) for i in range(3)) for k in range(4)]
+    places: dict[int, Place] = {0: (unit[0], unit[1], unit[2], unit[3])}
+    for step in steps(robot, variable, tape):
+        place = places[step.joint.antecedent]
+        for motion in (*step.before, *step.after):
+            place = _moved(place, motion, tape)
+        places[step.joint.number] = place
+    return places, tape
+
+
+def _moved(place: Place, motion: Turn | Shift, tape: TapeBuilder) -> Place:
+    columns = list(place)
+    k = motion.axis
+    if isinstance(motion, Shift):
+        shift = [p + motion.length * z for p, z in zip(place[3], place[k], strict=True)]
+        columns[3] = named((shift[0], shift[1], shift[2]), f"p{motion.tag}_", tape)
+    else:
+        a, b = (k + 1) % 3, (k + 2) % 3
+        pairs = list(zip(place[a], place[b], strict=True))
+        first = [motion.c * x + motion.s * y for x, y in pairs]
+        second = [motion.c * y - motion.s * x for x, y in pairs]
+        columns[a] = named((first[0], first[1], first[2]), f"R{a + 1}{motion.tag}_", tape)
+        columns[b] = named((second[0], second[1], second[2]), f"R{b + 1}{motion.tag}_", tape)
+    return (columns[0], columns[1], columns[2], columns[3])
+
+
+def frames_tape(robot: Robot) -> Tape:
+    """Derive 0T_j of every link, fixed ones included: (links, 4, 4), row-major."""
+    places, tape = _places(robot)
+    bottom = [sp.S.Zero, sp.S.Zero, sp.S.Zero, sp.S.One]
+    out: list[sp.Expr] = []
+    for joint in robot.joints:
+        place = places[joint.number]
+        for i in range(3):
+            out += [column[i] for column in place]
+        out += bottom
+    return tape.tape([("q", variables(robot).q)], out)
+
+
+def jacobian_tape(robot: Robot) -> Tape:
+    """Derive the Jacobian of the last frame in frame 0: rows v then w, (6, n), row-major."""
+    places, tape = _places(robot)
+    last = robot.joints[-1].number
+    path, at = set(), last
+    while at:
+        path.add(at)
+        at = robot.joint(at).antecedent
+    zero: Vector = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
+    columns: list[tuple[Vector, Vector]] = []
+    tip = places[last][3]
+    for joint in robot.movable:
+        _, _, z, origin = places[joint.number]
+        if joint.number not in path:
+            columns.append((zero, zero))
+        elif joint.sigma == names.PRISMATIC:
+            columns.append((z, zero))
+        else:
+            arm = named(
+                (tip[0] - origin[0], tip[1] - origin[1], tip[2] - origin[2]),
+                f"a{joint.number}_",
+                tape,
+            )
+            columns.append((named(cross(z, arm), f"v{joint.number}_", tape), z))
+    rows = [v[i] for i in range(3) for v, _ in columns] + [
+        w[i] for i in range(3) for _, w in columns
+    ]
+    return tape.tape([("q", variables(robot).q)], rows)
