@@ -10,6 +10,7 @@ import json
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -34,6 +35,10 @@ from symgen.runtime.evaluator import Evaluator, load
 
 FloatArray = NDArray[np.float64]
 _SEED = 1988
+_COLUMNS = (
+    "5 %, median and 95 % are quantiles of the relative error after 100 samples; the paper reports "
+    "the error of one run, and the last column but one tells how many of ours are below it."
+)
 _SHOWN = 16  # the first samples determine little: convergence is drawn from here on
 # Runs whose way to the result is followed, sample by sample.
 _DRAWN = {"c": 200, "casadi": 50}
@@ -57,15 +62,25 @@ def run_demo(folder: Path, runs: int, say: Callable[[str], None]) -> Iterator[st
     derived = time.perf_counter() - begun
     yield "Gautier and Khalil (1988), two revolute joints, gravity along z1\n"
     yield "Canonical model, derived and proved minimal in %.0f ms" % (1e3 * derived)
-    for parameter, column in zip(model.base.parameters, closed_form(model.kernels[0]), strict=True):
+    columns = closed_form(model.kernels[0])
+    for parameter, column in zip(model.base.parameters, columns, strict=True):
         yield f"  {parameter.name:5} = {parameter.expression:16} DL = {column}"
+    canonical = Table(
+        ("parameter", "formula", "column DL"),
+        tuple(
+            (p.name, p.expression, column)
+            for p, column in zip(model.base.parameters, columns, strict=True)
+        ),
+    )
     say("compiling the model")
     evaluator = load(model)
     yield f"\nEvaluated by: {evaluator.backend}"
     simulated = dynamics(model)
-    yield _exact_block(evaluator, paper.exact_run(simulated))
+    exact = _exact_block(evaluator, paper.exact_run(simulated))
+    yield exact
     figures: list[Section] = []
-    tables: dict[str, list[dict[str, str]]] = {}
+    summary: dict[str, Any] = {"schema": "symgen.demo/1", "runs": runs, "seed": _SEED}
+    logs: dict[str, bytes] = {}
     for letter, words, simulate in (
         ("a", "the robot follows the reference, the measurements are noisy", paper.setup_a),
         (
@@ -80,8 +95,10 @@ def run_demo(folder: Path, runs: int, say: Callable[[str], None]) -> Iterator[st
         drawn = min(runs, _DRAWN[evaluator.backend])
         history = np.array([_recursive(evaluator, measured, k) for k in range(drawn)])
         final = [*history[:, -1], *(_last(evaluator, measured, k) for k in range(drawn, runs))]
-        table = _errors(np.array(final))
-        tables[letter] = [dict(zip(table.header, row, strict=True)) for row in table.rows]
+        finals = np.array(final)
+        table = _errors(finals)
+        summary[letter] = _summary(finals)
+        logs |= {f"setup_{letter}_{k + 1}.csv": _csv(measured, k) for k in range(2)}
         yield f"\nSet-up ({letter}): {words}\n{_plain(table)}"
         yield _convergence_line(history)
         figures += _sections(letter, words, measured, history, table)
@@ -90,6 +107,7 @@ def run_demo(folder: Path, runs: int, say: Callable[[str], None]) -> Iterator[st
         yield "  " + _refused(
             evaluator, paper.proportional_run(simulated, 1 if noisy else None), noisy
         )
+    figures.insert(0, Section("Canonical model", (exact,), table=canonical))
     html = page(
         "The example of Gautier and Khalil (1988)",
         (
@@ -98,9 +116,8 @@ def run_demo(folder: Path, runs: int, say: Callable[[str], None]) -> Iterator[st
         ),
         figures,
     )
-    summary = {"schema": "symgen.demo/1", "runs": runs, "setups": tables}
     content = json.dumps(summary, indent=1) + "\n"
-    write_folder(folder, {_PAGE: html.encode(), _MARKER: content.encode()}, _MARKER)
+    write_folder(folder, {_PAGE: html.encode(), _MARKER: content.encode(), **logs}, _MARKER)
     yield f"\nwritten: {folder / _PAGE}   ({time.perf_counter() - begun:.1f} s in all)"
 
 
@@ -180,6 +197,30 @@ def _errors(final: FloatArray) -> Table:
     return Table(header, rows)
 
 
+def _summary(final: FloatArray) -> dict[str, Any]:
+    """Return the table's numbers as numbers, for demo.json."""
+    error = np.abs(final / paper.X_TRUE - 1)
+    return {
+        name: {
+            "true": float(paper.X_TRUE[i]),
+            "mean": float(final[:, i].mean()),
+            "paper_relative_error": float(paper.PAPER_ERRORS[i]),
+            "relative_error_quantiles": {
+                str(level): float(np.quantile(error[:, i], level)) for level in (0.05, 0.5, 0.95)
+            },
+            "share_below_paper": float(np.mean(error[:, i] < paper.PAPER_ERRORS[i])),
+        }
+        for i, name in enumerate(paper.NAMES)
+    }
+
+
+def _csv(runs: paper.Runs, k: int) -> bytes:
+    """Return one run as a log that `symgen identify planar2r` reads."""
+    rows = np.column_stack([runs.t, runs.q[k], runs.qd[k], runs.tau[k]])
+    lines = ["t,q1,q2,qd1,qd2,tau1,tau2", *(",".join(f"{v:.9g}" for v in row) for row in rows)]
+    return ("\n".join(lines) + "\n").encode()
+
+
 def _plain(table: Table) -> str:
     lines = (table.header, *table.rows)
     widths = [max(len(line[i]) for line in lines) for i in range(len(table.header))]
@@ -193,7 +234,7 @@ def _convergence_line(history: FloatArray) -> str:
     half = np.abs(history[:, 50] / paper.X_TRUE - 1)
     inside = 100 * np.mean(half < 0.1, axis=0)
     words = ", ".join(f"{name} {v:.0f} %" for name, v in zip(paper.NAMES, inside, strict=True))
-    return f"  within 10 % of the truth after 50 samples: {words} of {len(history)} runs"
+    return f"  Within 10 % of the truth after 50 samples: {words} of {len(history)} runs"
 
 
 def _refused(evaluator: Evaluator, runs: paper.Runs, noisy: bool) -> str:
@@ -222,23 +263,23 @@ def _sections(
         title=f"Set-up ({letter}), first run: motion and torque",
     )
     low, high = np.nanquantile(history[:, _SHOWN:], [0.05, 0.95], axis=0)
-    units = ("kg m2", "kg m2", "kg m", "kg m")
     curves = plots.line_grid(
         [
             plots.Panel(
                 name,
                 runs.t[_SHOWN:],
-                {"first run": history[0, _SHOWN:, i]},
-                f"{name}, {units[i]}",
-                level=float(paper.X_TRUE[i]),
-                band=(low[:, i], high[:, i]),
+                {"first run": history[0, _SHOWN:, i] / true},
+                f"{name} over its true value",
+                level=1.0,
+                band=(low[:, i] / true, high[:, i] / true),
             )
-            for i, name in enumerate(paper.NAMES)
+            for i, (name, true) in enumerate(zip(paper.NAMES, paper.X_TRUE, strict=True))
         ],
         title=f"Set-up ({letter}): recursive estimate, first run; the band holds 90 % of the runs",
         columns=2,
     )
+    curves.update_yaxes(range=[0.5, 1.5])
     return [
-        Section(f"Set-up ({letter})", (words,), table=table, figure=motion),
-        Section(f"Set-up ({letter}): convergence", (), figure=curves),
+        Section(f"Set-up ({letter})", (words, _COLUMNS), table=table, figure=motion),
+        Section(f"Set-up ({letter}): convergence", (_convergence_line(history),), figure=curves),
     ]

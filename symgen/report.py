@@ -18,6 +18,12 @@ from symgen.identification.estimate import Estimate, ParameterEstimate
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
+_SPECTRUM = {
+    "energy": "A window of length T passes white noise with notches at multiples of 1/T. A peak "
+    "beside them is motion that the model does not explain.",
+    "torque": "Both torques have passed the same low-pass (see Notes). A peak below its cutoff is "
+    "motion that the model does not explain.",
+}
 #: Correlation from which two parameters are named as hardly told apart by the data.
 TIED = 0.9
 
@@ -179,10 +185,7 @@ def _sections(estimate: Estimate) -> list[Section]:
     for quantity in dict.fromkeys(t.quantity for t in estimate.traces):
         figure = plots.residual_spectrum(estimate, quantity)
         if figure is not None:
-            text = (
-                "A flat line is noise. A peak or a slope below the cutoff is motion that the "
-                "model does not explain."
-            )
+            text = _SPECTRUM.get(quantity, "")
             sections.append(_drawn(f"Spectrum of the {quantity} residual", text, figure))
     figure = plots.correlation(estimate)
     if figure is not None:

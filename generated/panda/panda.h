@@ -109,6 +109,14 @@ void panda_energy_regressor_batch(size_t N, const double *q, const double *qd, d
 void panda_friction_power(const double *q, const double *qd, double *out);
 void panda_friction_power_batch(size_t N, const double *q, const double *qd, double *out);
 
+/* columns of friction torque: out X[p_inertial..p)
+ * q: (7,)
+ * qd: (7,)
+ * out: (7, 14): FS1, FV1, FS2, FV2, FS3, FV3, FS4, FV4, FS5, FV5, FS6, FV6, FS7, FV7
+ */
+void panda_friction_torque(const double *q, const double *qd, double *out);
+void panda_friction_torque_batch(size_t N, const double *q, const double *qd, double *out);
+
 /* columns of power: qd' tau = out . X, the rate of energy plus friction
  * q: (7,)
  * qd: (7,)

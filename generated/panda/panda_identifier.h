@@ -10,12 +10,12 @@
  * One thread at a time per state; states are independent. The caller owns the memory, aligned as
  * malloc aligns it or as a double is. Do not compile with -ffast-math.
  *
- *     static double memory[panda_IDENTIFIER_BYTES(200) / sizeof(double) + 1];
- *     panda_identifier_init(memory, sizeof memory, 200, panda_WINDOW_SLIDING, 1);
+ *     static union { panda_identifier head; unsigned char bytes[panda_IDENTIFIER_BYTES(200)]; } memory;
+ *     panda_identifier_init(&memory, sizeof memory, 200, panda_WINDOW_SLIDING, 1);
  *     for (;;) {
  *         ... measure q, qd, tau ...
- *         panda_identifier_step(memory, q, qd, tau, dt);
- *         if (panda_identifier_read(memory, X, std) == 0) { ... X is determined ... }
+ *         panda_identifier_step(&memory, q, qd, tau, dt);
+ *         if (panda_identifier_read(&memory, X, std) == 0) { ... X is determined ... }
  *     }
  */
 #ifndef panda_IDENTIFIER_H

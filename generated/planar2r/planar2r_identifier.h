@@ -10,12 +10,12 @@
  * One thread at a time per state; states are independent. The caller owns the memory, aligned as
  * malloc aligns it or as a double is. Do not compile with -ffast-math.
  *
- *     static double memory[planar2r_IDENTIFIER_BYTES(200) / sizeof(double) + 1];
- *     planar2r_identifier_init(memory, sizeof memory, 200, planar2r_WINDOW_SLIDING, 1);
+ *     static union { planar2r_identifier head; unsigned char bytes[planar2r_IDENTIFIER_BYTES(200)]; } memory;
+ *     planar2r_identifier_init(&memory, sizeof memory, 200, planar2r_WINDOW_SLIDING, 1);
  *     for (;;) {
  *         ... measure q, qd, tau ...
- *         planar2r_identifier_step(memory, q, qd, tau, dt);
- *         if (planar2r_identifier_read(memory, X, std) == 0) { ... X is determined ... }
+ *         planar2r_identifier_step(&memory, q, qd, tau, dt);
+ *         if (planar2r_identifier_read(&memory, X, std) == 0) { ... X is determined ... }
  *     }
  */
 #ifndef planar2r_IDENTIFIER_H

@@ -100,6 +100,14 @@ void puma560_energy_regressor_batch(size_t N, const double *q, const double *qd,
 void puma560_friction_power(const double *q, const double *qd, double *out);
 void puma560_friction_power_batch(size_t N, const double *q, const double *qd, double *out);
 
+/* columns of friction torque: out X[p_inertial..p)
+ * q: (6,)
+ * qd: (6,)
+ * out: (6, 12): FS1, FV1, FS2, FV2, FS3, FV3, FS4, FV4, FS5, FV5, FS6, FV6
+ */
+void puma560_friction_torque(const double *q, const double *qd, double *out);
+void puma560_friction_torque_batch(size_t N, const double *q, const double *qd, double *out);
+
 /* columns of power: qd' tau = out . X, the rate of energy plus friction
  * q: (6,)
  * qd: (6,)

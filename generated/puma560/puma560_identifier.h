@@ -10,12 +10,12 @@
  * One thread at a time per state; states are independent. The caller owns the memory, aligned as
  * malloc aligns it or as a double is. Do not compile with -ffast-math.
  *
- *     static double memory[puma560_IDENTIFIER_BYTES(200) / sizeof(double) + 1];
- *     puma560_identifier_init(memory, sizeof memory, 200, puma560_WINDOW_SLIDING, 1);
+ *     static union { puma560_identifier head; unsigned char bytes[puma560_IDENTIFIER_BYTES(200)]; } memory;
+ *     puma560_identifier_init(&memory, sizeof memory, 200, puma560_WINDOW_SLIDING, 1);
  *     for (;;) {
  *         ... measure q, qd, tau ...
- *         puma560_identifier_step(memory, q, qd, tau, dt);
- *         if (puma560_identifier_read(memory, X, std) == 0) { ... X is determined ... }
+ *         puma560_identifier_step(&memory, q, qd, tau, dt);
+ *         if (puma560_identifier_read(&memory, X, std) == 0) { ... X is determined ... }
  *     }
  */
 #ifndef puma560_IDENTIFIER_H

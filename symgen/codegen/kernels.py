@@ -111,6 +111,21 @@ def _friction_power(s: Subject) -> Kernel | None:
     )
 
 
+def _friction_torque(s: Subject) -> Kernel | None:
+    names = s.names[s.base.inertial :]
+    if not names:
+        return None
+    first = sum(p.inertial for p in s.base.standard)
+    kept = [i - first for i in s.all if i >= first]
+    count = len(s.base.standard) - first
+    return Kernel(
+        "friction_torque",
+        "columns of friction torque: out X[p_inertial..p)",
+        friction.torque_tape(s.robot).keep(_rows(s.robot.n, count, kept)),
+        (Output("out", (s.robot.n, len(names)), names),),
+    )
+
+
 def _power_regressor(s: Subject) -> Kernel:
     return Kernel(
         "power_regressor",
@@ -216,6 +231,7 @@ def _jacobian(s: Subject) -> Kernel:
 RECIPES: dict[str, Callable[[Subject], Kernel | None]] = {
     "energy_regressor": _energy_regressor,
     "friction_power": _friction_power,
+    "friction_torque": _friction_torque,
     "power_regressor": _power_regressor,
     "momentum_regressor": _momentum_regressor,
     "torque_regressor": _torque_regressor,

@@ -47,6 +47,7 @@ class Samples:
         cutoff_hz: cutoff in Hz of the zero-phase filter that gave q and qd; None when the measured
             qd was used, or when q needed no filter.
         notes: what was done to the log, in words, one line each.
+        velocity_derived: whether qd was missing and is the derivative of q.
     """
 
     name: str
@@ -57,6 +58,7 @@ class Samples:
     step: float
     cutoff_hz: float | None
     notes: tuple[str, ...]
+    velocity_derived: bool = False
 
 
 def prepare(log: Log, cutoff: float | None = None) -> Samples:
@@ -75,6 +77,7 @@ def prepare(log: Log, cutoff: float | None = None) -> Samples:
         LogError: a gap in time, or a cutoff that is not between 0 and the Nyquist frequency.
     """
     t, q, qd, tau = log.t, log.q, log.qd, log.tau
+    derived = qd is None
     notes: list[str] = []
     step = float((t[-1] - t[0]) / (len(t) - 1))
     steps = np.diff(t)
@@ -104,7 +107,7 @@ def prepare(log: Log, cutoff: float | None = None) -> Samples:
     elif cutoff is not None:
         notes.append(f"{log.name}: qd was measured and is used unfiltered, whatever the cutoff")
     t, q, qd, tau = (read_only(array) for array in (t, q, qd, tau))
-    return Samples(log.name, t, q, qd, tau, step, used, tuple(notes))
+    return Samples(log.name, t, q, qd, tau, step, used, tuple(notes), derived)
 
 
 def _derive_velocity(

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.signals import Samples
+from symgen.data.signals import Samples, differentiate, lowpass, motion_bandwidth
 from symgen.identification.estimate import ParameterEstimate, Residual
 
 #: Condition number of the scaled regressor above which small errors of the data become large.
@@ -25,6 +25,8 @@ PROPORTIONAL_CONDITION = 30.0
 #: Parameters that are positive by their nature, and how many standard deviations make a sign sure.
 POSITIVE = ("FS", "FV", "IA", "M", "FSM", "FVM", "IAM")
 SIGNIFICANT = 3.0
+#: Correlation of measured speeds with dq/dt, and deviation of their ratio from 1, in the band.
+AGREEMENT, GAIN = 0.9, 0.05
 #: Share of samples whose kinetic energy may come out negative.
 NEGATIVE_ENERGY = 0.01
 
@@ -107,6 +109,38 @@ def unphysical(
             f"the kinetic energy is negative at {100 * share:.3g} % of the samples: not a robot; "
             "check the signs of q and tau, or record a richer motion"
         )
+    return tuple(out)
+
+
+def velocity_faults(samples: Samples) -> tuple[str, ...]:
+    """Return the joints whose measured qd does not belong to q: wrong unit, sign or channel.
+
+    dq/dt of the spline through q is regressed on qd, both in the motion's band.
+    """
+    if samples.velocity_derived:
+        return ()
+    band = motion_bandwidth(samples.q, samples.step)
+    rate = differentiate(samples.q, samples.step)
+    qd = samples.qd
+    if band < 0.8 * 0.5 / samples.step:
+        rate, qd = lowpass(rate, samples.step, band), lowpass(qd, samples.step, band)
+    out = []
+    for j in range(qd.shape[1]):
+        size, own = float(qd[:, j] @ qd[:, j]), float(rate[:, j] @ rate[:, j])
+        if size == 0.0 or own == 0.0:
+            continue
+        along = float(rate[:, j] @ qd[:, j])
+        gain, agreement = along / size, along / np.sqrt(size * own)
+        if abs(agreement) < AGREEMENT:
+            out.append(
+                f"{samples.name}: qd{j + 1} does not follow dq{j + 1}/dt (correlation "
+                f"{agreement:.2f}); check channels, delay and stamps"
+            )
+        elif abs(gain - 1) > GAIN:
+            out.append(
+                f"{samples.name}: dq{j + 1}/dt is {gain:.4g} times qd{j + 1}; check units, "
+                "gear ratio and sign"
+            )
     return tuple(out)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -190,10 +190,11 @@ def _split(part: _Part, window: float) -> list[_Part]:
             "accepted: a longer log, or a second one for validation"
         )
     name = f"{s.name} (last fifth)"
-    late = Samples(name, s.t[cut:], s.q[cut:], s.qd[cut:], s.tau[cut:], s.step, s.cutoff_hz, ())
-    early = Samples(
-        s.name, s.t[:cut], s.q[:cut], s.qd[:cut], s.tau[:cut], s.step, s.cutoff_hz, s.notes
+    late, early = (
+        replace(s, t=s.t[span], q=s.q[span], qd=s.qd[span], tau=s.tau[span])
+        for span in (slice(cut, None), slice(None, cut))
     )
+    late = replace(late, name=name, notes=())
     held = Equations(name, e.W[after], e.y[after], e.t[after], e.correlation)
     kept = Equations(e.name, e.W[before], e.y[before], e.t[before], e.correlation)
     return [_Part("train", early, kept), _Part("validation", late, held)]
@@ -261,7 +262,11 @@ def _estimate(
         torque=held_torque,
         windows=sum(len(p.samples.t) * p.samples.step / window for p in train),
         parameters=len(parameters),
-    ) + verdicts.unphysical(parameters, _kinetic_energy(evaluator, train, solution.X))
+    )
+    reasons += verdicts.unphysical(parameters, _kinetic_energy(evaluator, train, solution.X))
+    reasons += tuple(
+        fault for p in (*train, *held) for fault in verdicts.velocity_faults(p.samples)
+    )
     notes = tuple(note for p in (*train, *held) for note in p.samples.notes)
     if not given:
         notes += (
@@ -276,6 +281,12 @@ def _estimate(
     if math.isfinite(torque.band):
         notes += (
             f"torques are compared below {torque.band:.3g} Hz, through a zero-phase low-pass",
+        )
+    moved = _moved_by_window(evaluator, train, method, window, solution.X, std)
+    if moved:
+        notes += (
+            f"with windows of half the length {moved}: the model misses something of this size, "
+            "which std does not tell",
         )
     flagged = [p.name for p in parameters if not p.relative_std_percent <= 30]
     if flagged:
@@ -304,6 +315,29 @@ def _estimate(
         convergence=convergence,
         provenance=_provenance(evaluator, train, held),
     )
+
+
+def _moved_by_window(
+    evaluator: Evaluator,
+    train: Sequence[_Part],
+    method: str,
+    window: float,
+    X: FloatArray,
+    std: FloatArray,
+) -> str:
+    """Return in words the parameters that half the window moves by more than three std."""
+    half = window / 2
+    if any(half < p.samples.step for p in train):
+        return ""
+    names_ = evaluator.model.base.names
+    equations = (energy_equations(evaluator, p.samples, half) for p in train)
+    try:
+        other = solve(LinearSystem(names_, tuple(equations)), "ols" if method == "ols" else "wls").X
+    except IdentificationError:
+        return ""
+    moves = [(abs(b - a) / s, n) for a, b, s, n in zip(X, other, std, names_, strict=True) if s > 0]
+    worst = [(ratio, name) for ratio, name in moves if ratio > 3]
+    return ", ".join(f"{name} moves by {ratio:.1f} std" for ratio, name in sorted(worst)[:-6:-1])
 
 
 def _kinetic_energy(evaluator: Evaluator, parts: Sequence[_Part], X: FloatArray) -> FloatArray:

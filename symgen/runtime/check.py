@@ -19,6 +19,8 @@ from symgen.robot.toml_io import read_robot
 from symgen.runtime.build import find_compiler
 from symgen.runtime.evaluator import Evaluator, load
 
+_BUILT = (".o", ".obj", ".a", ".so", ".out")  # what a compiler leaves beside the sources
+
 
 @dataclass(frozen=True)
 class Checked:
@@ -117,7 +119,8 @@ def _differences(folder: Path, tree: SourceTree) -> tuple[str, ...]:
                 out.append(f"{name}: computes something else")
         elif found != content:
             out.append(f"{name}: line {_first_difference(found, content)} differs")
-    out += [f"{name}: not part of the package" for name in sorted(present - set(tree.files))]
+    strange = sorted(n for n in present - set(tree.files) if not n.endswith(_BUILT))
+    out += [f"{name}: not part of the package" for name in strange]
     return tuple(out)
 
 

@@ -10,12 +10,12 @@
  * One thread at a time per state; states are independent. The caller owns the memory, aligned as
  * malloc aligns it or as a double is. Do not compile with -ffast-math.
  *
- *     static double memory[NAME_IDENTIFIER_BYTES(200) / sizeof(double) + 1];
- *     NAME_identifier_init(memory, sizeof memory, 200, NAME_WINDOW_SLIDING, 1);
+ *     static union { NAME_identifier head; unsigned char bytes[NAME_IDENTIFIER_BYTES(200)]; } memory;
+ *     NAME_identifier_init(&memory, sizeof memory, 200, NAME_WINDOW_SLIDING, 1);
  *     for (;;) {
  *         ... measure q, qd, tau ...
- *         NAME_identifier_step(memory, q, qd, tau, dt);
- *         if (NAME_identifier_read(memory, X, std) == 0) { ... X is determined ... }
+ *         NAME_identifier_step(&memory, q, qd, tau, dt);
+ *         if (NAME_identifier_read(&memory, X, std) == 0) { ... X is determined ... }
  *     }
  */
 #ifndef NAME_IDENTIFIER_H
