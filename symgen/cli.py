@@ -99,9 +99,9 @@ def _worst(errors: Sequence[tuple[str, str, float]], backend: str) -> str:
 @click.argument("robot")
 @click.argument("logs", nargs=-1, required=True)
 @click.option("--validation", multiple=True, help="A log to judge by; may be repeated.")
-@click.option("--model", default="energy", show_default=True, help="energy.")
+@click.option("--model", default="energy", show_default=True, help="energy, momentum or torque.")
 @click.option("--method", default="wls", show_default=True, help="wls, ols or recursive.")
-@click.option("--window", default=0.2, show_default=True, help="Length of the energy windows, s.")
+@click.option("--window", default=0.2, show_default=True, help="Length of the windows, s.")
 @click.option("--cutoff", type=float, help="Of the zero-phase filter, Hz; default from the motion.")
 @click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
 def identify(

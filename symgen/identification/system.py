@@ -1,33 +1,48 @@
-"""From samples to the linear system y = W X of the energy theorem (Gautier and Khalil, 1988).
+"""From samples to linear systems y = W X: the models of energy, momentum and torque.
 
-Over a window (t1, t2):
+Energy (Gautier and Khalil 1988), one equation a window (t1, t2):
 
     integral qd^T tau dt = [h(t2) - h(t1)]^T X_inertial + [integral f dt]^T X_friction
 
-with h the energy regressor and f the columns of friction power: one equation a window, and no
-accelerations. Integrals are those of the cubic spline through the samples.
+with h the energy regressor and f the columns of friction power. Momentum, n equations a window:
+
+    integral tau dt = {[p(t2) - p(t1)] - integral dL/dq dt} X_inertial + integral F dt X_friction
+
+with p and dL/dq the columns of the momentum regressor and F those of friction torque. Neither needs
+accelerations; integrals are those of the cubic spline through the samples. Torque, n equations a
+sample: tau = W X, both sides through the same zero-phase low-pass (Gautier's parallel filter).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.signals import Samples, cumulative_integral
+from symgen.data.signals import (
+    Samples,
+    cumulative_integral,
+    differentiate,
+    lowpass,
+    motion_bandwidth,
+)
 from symgen.errors import IdentificationError
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
 WINDOWS = ("sliding", "consecutive", "start")
+_OVERLAP = 10
+_SAMPLES_PER_PERIOD = 4  # of the highest frequency that passes the filter
+_NYQUIST_SHARE = 0.8
 
 
 @dataclass(frozen=True, eq=False)
 class Equations:
-    """The equations of one log: W (K, p), y (K,) in J, t (K,) end of each window in s.
+    """Equations of one log: W (K, p), y (K,), t (K,) end of each window (or the sample) in s.
 
-    `correlation` is the number of rows that share samples: overlapping windows.
+    `correlation` is the number of rows that share samples: overlapping windows. `joint` is the
+    position of the joint whose equations these are, None for energy. y is in J, N m s or N m.
     """
 
     name: str
@@ -35,10 +50,11 @@ class Equations:
     y: FloatArray
     t: FloatArray
     correlation: int
+    joint: int | None = None
 
-    def rows(self, part: slice) -> Equations:
-        """Return some of the equations."""
-        return Equations(self.name, self.W[part], self.y[part], self.t[part], self.correlation)
+    def where(self, chosen: NDArray[np.bool_], name: str) -> Equations:
+        """Return some of the equations, under a name."""
+        return replace(self, name=name, W=self.W[chosen], y=self.y[chosen], t=self.t[chosen])
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,19 +90,7 @@ def energy_equations(
     Raises:
         IdentificationError: the window does not fit the log.
     """
-    if mode not in WINDOWS:
-        raise IdentificationError(f"windows {mode!r}; accepted: {', '.join(WINDOWS)}")
-    length = samples.t[-1] - samples.t[0]
-    if mode != "start" and not 0 < window < length:
-        raise IdentificationError(
-            f"{samples.name}: a window of {window:g} s does not fit a log of {length:.3g} s"
-        )
-    steps = max(1, round(window / samples.step))
-    if mode != "start" and abs(steps * samples.step - window) > 0.5 * samples.step + 1e-12:
-        raise IdentificationError(
-            f"{samples.name}: a window of {window:g} s is shorter than half a sample "
-            f"({samples.step:g} s)"
-        )
+    steps = _window_steps(samples, window, mode)
     h = evaluator.energy_regressor(samples.q, samples.qd)
     f = evaluator.friction_power(samples.q, samples.qd)
     power = np.einsum("ij,ij->i", samples.qd, samples.tau)
@@ -102,4 +106,95 @@ def energy_equations(
     correlation = {"sliding": steps, "consecutive": 1, "start": len(last) // 4}[mode]
     return Equations(
         samples.name, difference[:, :-1], difference[:, -1], samples.t[last], max(1, correlation)
+    )
+
+
+def _window_steps(samples: Samples, window: float, mode: str) -> int:
+    """Return the length of a window in samples; refuse one that does not fit the log."""
+    if mode not in WINDOWS:
+        raise IdentificationError(f"windows {mode!r}; accepted: {', '.join(WINDOWS)}")
+    length = samples.t[-1] - samples.t[0]
+    if mode != "start" and not 0 < window < length:
+        raise IdentificationError(
+            f"{samples.name}: a window of {window:g} s does not fit a log of {length:.3g} s"
+        )
+    steps = max(1, round(window / samples.step))
+    if mode != "start" and abs(steps * samples.step - window) > 0.5 * samples.step + 1e-12:
+        raise IdentificationError(
+            f"{samples.name}: a window of {window:g} s is shorter than half a sample "
+            f"({samples.step:g} s)"
+        )
+    return steps
+
+
+def momentum_equations(
+    evaluator: Evaluator, samples: Samples, window: float
+) -> tuple[Equations, ...]:
+    """Build the momentum equations of one log, joint by joint, in sliding windows.
+
+    A window begins at every tenth part of its length.
+
+    Raises:
+        IdentificationError: the window does not fit the log.
+    """
+    steps = _window_steps(samples, window, "sliding")
+    p, slope = evaluator["momentum_regressor"](samples.q, samples.qd)
+    friction = _friction_torque(evaluator, samples)
+    hop = max(1, steps // _OVERLAP)
+    last = np.arange(steps, len(samples.t), hop)
+    out = []
+    for j in range(samples.q.shape[1]):
+        rates = np.column_stack([slope[:, j], friction[:, j], samples.tau[:, j]])
+        integral = cumulative_integral(rates, samples.step)
+        change = integral[last] - integral[last - steps]
+        inertial = p.shape[2]
+        W = np.column_stack(
+            [p[last, j] - p[last - steps, j] - change[:, :inertial], change[:, inertial:-1]]
+        )
+        name = f"{samples.name}, joint {j + 1}"
+        out.append(Equations(name, W, change[:, -1], samples.t[last], max(1, steps // hop), j))
+    return tuple(out)
+
+
+def _friction_torque(evaluator: Evaluator, samples: Samples) -> FloatArray:
+    """Return the columns of friction torque (N, n, p - p_inertial)."""
+    model = evaluator.model
+    if len(model.base.parameters) == model.inertial:
+        return np.zeros((*samples.q.shape, 0))
+    return np.asarray(evaluator["friction_torque"](samples.q, samples.qd))
+
+
+def torque_equations(
+    evaluator: Evaluator, samples: Samples, cutoff: float | None
+) -> tuple[Equations, ...]:
+    """Build the torque equations of one log, joint by joint, in the motion's band.
+
+    Args:
+        evaluator: the compiled model, with the kernel torque_regressor.
+        samples: the log on a uniform grid.
+        cutoff: of the low-pass, Hz; None for that of the motion's bandwidth.
+    """
+    band = cutoff or samples.cutoff_hz or motion_bandwidth(samples.q, samples.step)
+    filtered = band < _NYQUIST_SHARE * 0.5 / samples.step
+
+    def smooth(x: FloatArray) -> FloatArray:
+        return lowpass(x, samples.step, band) if filtered else x
+
+    measured = filtered and not samples.velocity_derived
+    q, qd = (smooth(x) if measured else x for x in (samples.q, samples.qd))
+    W = evaluator["torque_regressor"](q, qd, differentiate(qd, samples.step))
+    every = max(1, int(1 / (_SAMPLES_PER_PERIOD * band * samples.step))) if filtered else 1
+    margin = int(1 / (band * samples.step)) if filtered else 0  # the filter's run-in
+    kept = slice(margin, len(samples.t) - margin, every)
+    tau = smooth(samples.tau)
+    return tuple(
+        Equations(
+            f"{samples.name}, joint {j + 1}",
+            smooth(np.ascontiguousarray(W[:, j]))[kept],
+            tau[kept, j],
+            samples.t[kept],
+            _SAMPLES_PER_PERIOD // 2,
+            j,
+        )
+        for j in range(samples.q.shape[1])
     )

@@ -21,7 +21,7 @@ WINDOWS = 3.0
 #: Speeds closer than this to a linear relation are proportional.
 PROPORTIONAL = 0.03
 #: Condition number from which a motion with proportional speeds is refused.
-PROPORTIONAL_CONDITION = 30.0
+PROPORTIONAL_CONDITION = 10.0
 #: Parameters that are positive by their nature, and how many standard deviations make a sign sure.
 POSITIVE = ("FS", "FV", "IA", "M", "FSM", "FVM", "IAM")
 SIGNIFICANT = 3.0

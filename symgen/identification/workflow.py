@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 import symgen.identification.verdict as verdicts
 from symgen import names
-from symgen.codegen.casadi_model import dynamics
+from symgen.codegen.model import derive
 from symgen.data.log import Log, read_log
-from symgen.data.signals import Samples, lowpass, motion_bandwidth, prepare
+from symgen.data.signals import Samples, prepare
 from symgen.errors import IdentificationError, LogError
 from symgen.identification.batch import (
     METHODS,
@@ -26,30 +26,28 @@ from symgen.identification.batch import (
     triangle,
     undetermined,
 )
-from symgen.identification.estimate import Convergence, Estimate, ParameterEstimate, Residual, Trace
+from symgen.identification.estimate import Convergence, Estimate, ParameterEstimate
+from symgen.identification.recipe import NEEDED, Recipe
 from symgen.identification.recursive import Identifier
-from symgen.identification.system import Equations, LinearSystem, energy_equations
-from symgen.robot.toml_io import robot_toml
+from symgen.identification.system import LinearSystem
+from symgen.identification.validation import (
+    Part,
+    TorqueComparison,
+    kinetic_energy,
+    model_traces,
+    residual,
+)
+from symgen.robot.toml_io import read_robot, robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 
 FloatArray = NDArray[np.float64]
-MODELS = ("energy",)
+MODELS = tuple(NEEDED)
 ALL_METHODS = (*METHODS, "recursive")
 _HELD_OUT = 0.2
 _CHECKPOINTS = 80
-_CHECKED = 2000  # samples of each log at which the kinetic energy is looked at
 _TORQUES = (1e-9, 1e9)
 Source = str | Path | Log
-
-
-@dataclass(frozen=True, eq=False)
-class _Part:
-    """One log prepared for one purpose."""
-
-    kind: str
-    samples: Samples
-    equations: Equations
 
 
 def identify(
@@ -69,12 +67,13 @@ def identify(
         robot: a robot, a path or library name, or a loaded evaluator.
         logs: paths of logs, or logs, to identify from.
         validation: logs to judge by; without any, the last fifth of each log is held out.
-        model: "energy", the model of Gautier and Khalil.
+        model: "energy", the model of Gautier and Khalil; "momentum", n equations a window; or
+            "torque", with filtered accelerations.
         method: "wls" (each log weighed by its own residual), "ols", or "recursive" (the C core,
             sample by sample).
-        window: length of the sliding energy windows, s.
-        cutoff: of the zero-phase filter where speeds were not measured, Hz; by default from the
-            motion's bandwidth.
+        window: length of the sliding windows of energy and momentum, s.
+        cutoff: of the zero-phase filter where speeds were not measured, and of the torque model,
+            Hz; by default from the motion's bandwidth.
         progress: is told what is being done.
 
     Returns:
@@ -91,16 +90,17 @@ def identify(
     if not (math.isfinite(window) and window > 0):
         raise IdentificationError(f"a window of {window:g} s; accepted: a length above 0")
     progress("deriving and compiling the model")
-    evaluator = robot if isinstance(robot, Evaluator) else load(robot)
-    parts = _parts(evaluator, _listed(logs), _listed(validation), window, cutoff, progress)
+    recipe = Recipe(model, window, cutoff)
+    evaluator = _loaded(robot, recipe)
+    parts = _parts(evaluator, _listed(logs), _listed(validation), recipe, progress)
     train = [p for p in parts if p.kind == "train"]
     held = [p for p in parts if p.kind == "validation"]
     _require_other_data(train, held)
     fault = verdicts.motion_fault([p.samples for p in train])
-    system = LinearSystem(evaluator.model.base.names, tuple(p.equations for p in train))
+    system = LinearSystem(evaluator.model.base.names, tuple(e for p in train for e in p.equations))
     progress(f"solving {len(system.y)} equations for {len(system.names)} parameters")
     try:
-        solution, convergence = _solved(evaluator, system, train, method, window)
+        solution, convergence = _solved(evaluator, system, train, method, recipe)
     except IdentificationError as error:
         raise IdentificationError(f"{error}; {fault}" if fault else str(error)) from error
     except np.linalg.LinAlgError as error:
@@ -115,8 +115,18 @@ def identify(
         )
     progress("validating")
     return _estimate(
-        evaluator, solution, convergence, train, held, method, window, bool(validation)
+        evaluator, solution, convergence, train, held, method, recipe, bool(validation)
     )
+
+
+def _loaded(robot: Robot | str | Path | Evaluator, recipe: Recipe) -> Evaluator:
+    """Load the kernels that the model needs."""
+    if isinstance(robot, Evaluator):
+        if all(robot.has(name) for name in recipe.kernels(robot.model)):
+            return robot
+        robot = robot.model.robot
+    source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
+    return load(derive(source, recipe.all_kernels))
 
 
 def _listed(logs: Sequence[Source] | Source) -> list[Source]:
@@ -127,10 +137,9 @@ def _parts(
     evaluator: Evaluator,
     logs: Sequence[Source],
     validation: Sequence[Source],
-    window: float,
-    cutoff: float | None,
+    recipe: Recipe,
     progress: Callable[[str], None],
-) -> list[_Part]:
+) -> list[Part]:
     robot = evaluator.model.robot
     if not logs:
         raise LogError("no log is given; accepted: one or more CSV, Parquet or NPZ files")
@@ -144,9 +153,9 @@ def _parts(
                     f"{log.name}: the log has {log.q.shape[1]} joints, the robot has {robot.n}"
                 )
             _require_torque(log)
-            samples = prepare(log, cutoff)
-            out.append(_Part(kind, samples, energy_equations(evaluator, samples, window)))
-    return out if validation else [piece for part in out for piece in _split(part, window)]
+            samples = prepare(log, recipe.cutoff)
+            out.append(Part(kind, samples, recipe.equations(evaluator, samples), recipe.model))
+    return out if validation else [piece for part in out for piece in _split(part, recipe.gap)]
 
 
 def _require_torque(log: Log) -> None:
@@ -159,7 +168,7 @@ def _require_torque(log: Log) -> None:
         )
 
 
-def _require_other_data(train: Sequence[_Part], held: Sequence[_Part]) -> None:
+def _require_other_data(train: Sequence[Part], held: Sequence[Part]) -> None:
     """Refuse a validation log that is a training log: it would judge nothing."""
     known = {_digest(p.samples): p.samples.name for p in train}
     for part in held:
@@ -178,35 +187,38 @@ def _digest(samples: Samples) -> str:
     return digest.hexdigest()
 
 
-def _split(part: _Part, window: float) -> list[_Part]:
+def _split(part: Part, gap: float) -> list[Part]:
     """Hold out the last fifth; no window spans the cut."""
-    s, e = part.samples, part.equations
+    s = part.samples
     cut = int(len(s.t) * (1 - _HELD_OUT))
-    before = e.t <= s.t[cut]
-    after = e.t >= s.t[cut] + window
-    if before.sum() < 10 or after.sum() < 10:
+    name = f"{s.name} (last fifth)"
+    kept = tuple(e.where(e.t <= s.t[cut], e.name) for e in part.equations)
+    held = tuple(e.where(e.t >= s.t[cut] + gap, name) for e in part.equations)
+    if any(len(e.y) < 10 for e in (*kept, *held)):
         raise LogError(
-            f"{s.name}: too short to hold out its last fifth in windows of {window:g} s; "
+            f"{s.name}: too short to hold out its last fifth in windows of {gap:g} s; "
             "accepted: a longer log, or a second one for validation"
         )
-    name = f"{s.name} (last fifth)"
     late, early = (
         replace(s, t=s.t[span], q=s.q[span], qd=s.qd[span], tau=s.tau[span])
         for span in (slice(cut, None), slice(None, cut))
     )
     late = replace(late, name=name, notes=())
-    held = Equations(name, e.W[after], e.y[after], e.t[after], e.correlation)
-    kept = Equations(e.name, e.W[before], e.y[before], e.t[before], e.correlation)
-    return [_Part("train", early, kept), _Part("validation", late, held)]
+    return [
+        replace(part, kind="train", samples=early, equations=kept),
+        replace(part, kind="validation", samples=late, equations=held),
+    ]
 
 
 def _solved(
-    evaluator: Evaluator, system: LinearSystem, train: Sequence[_Part], method: str, window: float
+    evaluator: Evaluator, system: LinearSystem, train: Sequence[Part], method: str, recipe: Recipe
 ) -> tuple[Solution, Convergence]:
     drawn = _convergence(system)
     if method != "recursive":
         return solve(system, method), drawn
-    steps = {max(1, round(window / p.samples.step)) for p in train}
+    if recipe.model != "energy":
+        raise IdentificationError("method recursive works on the energy model alone")
+    steps = {max(1, round(recipe.window / p.samples.step)) for p in train}
     if len(steps) > 1:
         raise IdentificationError("method recursive needs logs of one sampling rate")
     identifier = Identifier(evaluator, steps.pop())
@@ -238,10 +250,10 @@ def _estimate(
     evaluator: Evaluator,
     solution: Solution,
     convergence: Convergence,
-    train: Sequence[_Part],
-    held: Sequence[_Part],
+    train: Sequence[Part],
+    held: Sequence[Part],
     method: str,
-    window: float,
+    recipe: Recipe,
     given: bool,
 ) -> Estimate:
     base = evaluator.model.base
@@ -251,19 +263,19 @@ def _estimate(
         for b, x, s in zip(base.parameters, solution.X, std, strict=True)
     )
     outside = np.where(std > 0, std, 1)
-    torque = _Torque(evaluator, solution.X)
+    torque = TorqueComparison(evaluator, solution.X)
     train_torque, train_traces = torque.residual(train)
     held_torque, held_traces = torque.residual(held)
-    train_residual, held_residual = _residual(train, solution.X), _residual(held, solution.X)
+    train_residual, held_residual = residual(train, solution.X), residual(held, solution.X)
     reasons = verdicts.reasons(
         condition=solution.condition_number,
         train=train_residual,
         validation=held_residual,
         torque=held_torque,
-        windows=sum(len(p.samples.t) * p.samples.step / window for p in train),
+        windows=sum(len(e.y) / e.correlation for p in train for e in p.equations),
         parameters=len(parameters),
     )
-    reasons += verdicts.unphysical(parameters, _kinetic_energy(evaluator, train, solution.X))
+    reasons += verdicts.unphysical(parameters, kinetic_energy(evaluator, train, solution.X))
     reasons += tuple(
         fault for p in (*train, *held) for fault in verdicts.velocity_faults(p.samples)
     )
@@ -276,13 +288,13 @@ def _estimate(
     if len(solution.weights) > 1 and method == "wls":
         low, high = min(solution.weights), max(solution.weights)
         notes += (
-            f"logs are weighed by their own residuals, largest over smallest {high / low:.2f}",
+            f"equations are weighed by log and joint, largest over smallest {high / low:.2f}",
         )
     if math.isfinite(torque.band):
         notes += (
             f"torques are compared below {torque.band:.3g} Hz, through a zero-phase low-pass",
         )
-    moved = _moved_by_window(evaluator, train, method, window, solution.X, std)
+    moved = _moved_by_window(evaluator, train, method, recipe, solution.X, std)
     if moved:
         notes += (
             f"with windows of half the length {moved}: the model misses something of this size, "
@@ -295,7 +307,7 @@ def _estimate(
     return Estimate(
         robot=evaluator.model.robot.name,
         joints=tuple((j.number, names.unit("FS", j.sigma)) for j in evaluator.model.robot.movable),
-        model="energy",
+        model=recipe.model,
         method=method,
         parameters=parameters,
         condition_number=solution.condition_number,
@@ -304,12 +316,12 @@ def _estimate(
         torque_train=train_torque,
         torque_validation=held_torque,
         cutoff_hz=max(cutoffs) if cutoffs else None,
-        window_s=window,
+        window_s=None if recipe.model == "torque" else recipe.window,
         verdict="doubtful" if reasons else "trusted",
         reasons=reasons,
         notes=notes,
         correlation=solution.covariance / np.outer(outside, outside),
-        traces=tuple(_energy_trace(p, solution.X) for p in (*train, *held))
+        traces=tuple(trace for p in (*train, *held) for trace in model_traces(p, solution.X))
         + train_traces
         + held_traces,
         convergence=convergence,
@@ -319,18 +331,18 @@ def _estimate(
 
 def _moved_by_window(
     evaluator: Evaluator,
-    train: Sequence[_Part],
+    train: Sequence[Part],
     method: str,
-    window: float,
+    recipe: Recipe,
     X: FloatArray,
     std: FloatArray,
 ) -> str:
     """Return in words the parameters that half the window moves by more than three std."""
-    half = window / 2
-    if any(half < p.samples.step for p in train):
+    half = replace(recipe, window=recipe.window / 2)
+    if recipe.model == "torque" or any(half.window < p.samples.step for p in train):
         return ""
     names_ = evaluator.model.base.names
-    equations = (energy_equations(evaluator, p.samples, half) for p in train)
+    equations = (e for p in train for e in half.equations(evaluator, p.samples))
     try:
         other = solve(LinearSystem(names_, tuple(equations)), "ols" if method == "ols" else "wls").X
     except IdentificationError:
@@ -340,67 +352,8 @@ def _moved_by_window(
     return ", ".join(f"{name} moves by {ratio:.1f} std" for ratio, name in sorted(worst)[:-6:-1])
 
 
-def _kinetic_energy(evaluator: Evaluator, parts: Sequence[_Part], X: FloatArray) -> FloatArray:
-    """Return the kinetic energy of the identified model along the logs: h(q, qd) - h(q, 0)."""
-    inertial = X[: evaluator.model.inertial]
-    out = []
-    for s in (p.samples for p in parts):
-        stride = max(1, len(s.t) // _CHECKED)
-        q, qd = s.q[::stride], s.qd[::stride]
-        h = evaluator.energy_regressor(q, qd) - evaluator.energy_regressor(q, np.zeros_like(qd))
-        out.append(h @ inertial)
-    return np.concatenate(out)
-
-
-def _residual(parts: Sequence[_Part], X: FloatArray) -> Residual:
-    error = sum(float(np.sum((p.equations.y - p.equations.W @ X) ** 2)) for p in parts)
-    size = sum(float(np.sum(p.equations.y**2)) for p in parts)
-    return Residual(math.sqrt(error / size) if size > 0 else math.inf)
-
-
-def _energy_trace(part: _Part, X: FloatArray) -> Trace:
-    e = part.equations
-    return Trace(e.name, part.kind, "energy", e.t, e.y[:, None], (e.W @ X)[:, None])
-
-
-class _Torque:
-    """Torque of the identified model beside the measured one, in the motion's band."""
-
-    def __init__(self, evaluator: Evaluator, X: FloatArray) -> None:
-        self._inverse = dynamics(evaluator.model).inverse
-        self._X = X
-        self.band = math.inf  # Hz, of the low-pass that both torques pass
-
-    def residual(self, parts: Sequence[_Part]) -> tuple[Residual, tuple[Trace, ...]]:
-        """Return RMS of measured minus modelled over RMS of measured torque, and what is drawn."""
-        traces, errors, sizes = [], [], []
-        for part in parts:
-            s = part.samples
-            measured, predicted = self._compared(s)
-            traces.append(Trace(s.name, part.kind, "torque", s.t, measured, predicted))
-            errors.append(np.sum((measured - predicted) ** 2, axis=0))
-            sizes.append(np.sum(measured**2, axis=0))
-        error, size = np.sum(errors, axis=0), np.sum(sizes, axis=0)
-        joint = np.sqrt(error / np.where(size > 0, size, np.inf))
-        total = math.sqrt(float(np.mean(joint**2)))  # of ratios: N and N m do not add up
-        return Residual(total, tuple(map(float, joint))), tuple(traces)
-
-    def _compared(self, s: Samples) -> tuple[FloatArray, FloatArray]:
-        band = motion_bandwidth(s.q, s.step) if s.cutoff_hz is None else s.cutoff_hz
-        filtered = band < 0.8 * 0.5 / s.step
-        self.band = min(self.band, band) if filtered else self.band
-
-        def smooth(x: FloatArray) -> FloatArray:
-            return lowpass(x, s.step, band) if filtered else x
-
-        qdd = np.gradient(smooth(s.qd), s.step, axis=0, edge_order=2)
-        count = len(s.t)
-        tau = self._inverse.map(count)(s.q.T, s.qd.T, qdd.T, np.tile(self._X[:, None], count))
-        return smooth(s.tau), smooth(np.array(tau).T)
-
-
 def _provenance(
-    evaluator: Evaluator, train: Sequence[_Part], held: Sequence[_Part]
+    evaluator: Evaluator, train: Sequence[Part], held: Sequence[Part]
 ) -> tuple[tuple[str, str], ...]:
     from importlib.metadata import PackageNotFoundError, version
 

@@ -92,6 +92,10 @@ class Evaluator:
         self.backend = "casadi" if library is None else "c"
         self._functions = {f.kernel.name: f for f in functions}
 
+    def has(self, name: str) -> bool:
+        """Whether the model was derived with this kernel."""
+        return name in self._functions
+
     def __getitem__(self, name: str) -> KernelFunction:
         """Return a kernel by its name.
 

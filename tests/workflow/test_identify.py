@@ -33,7 +33,7 @@ def _motion(step: float, seconds: float, friction: float = 0.0) -> symgen.Log:
 @pytest.mark.parametrize("step", [0.001, 0.02, 0.0622])
 @pytest.mark.parametrize("window", [0.2, 1.0])
 def test_noise_free_data_return_the_parameters(step: float, window: float) -> None:
-    estimate = symgen.identify("planar2r", _motion(step, 16.0), window=max(window, 2 * step))
+    estimate = symgen.identify("planar2r", _motion(step, 20.0), window=max(window, 2 * step))
     assert np.abs(estimate.X / X - 1).max() < 1e-4
     assert estimate.verdict == "trusted", estimate.reasons
 
@@ -140,6 +140,61 @@ class TestRealLogs:
         assert estimate.verdict == "doubtful"
         assert any("overfit" in reason for reason in estimate.reasons)
         assert any("condition number" in reason for reason in estimate.reasons)
+
+
+class TestOtherModels:
+    @pytest.mark.parametrize("model", ["momentum", "torque"])
+    def test_noise_free_data_return_the_parameters(self, model: str) -> None:
+        estimate = symgen.identify("planar2r", _motion(0.002, 16.0), model=model)
+        assert np.abs(estimate.X / X - 1).max() < 1e-4
+        assert estimate.train.per_joint is not None
+
+    @pytest.mark.parametrize("model", ["momentum", "torque"])
+    def test_emps_is_within_three_percent_of_the_published_values(self, model: str) -> None:
+        folder = data_folder() / "emps"
+        estimate = symgen.identify(
+            folder / "robot.toml", folder / "train.csv", validation=folder / "test.csv", model=model
+        )
+        value = {p.name: p.value for p in estimate.parameters}
+        print(f"emps, {model}: {value}, residual {estimate.train} -> {estimate.validation}")
+        published = {"M1": 95.1089, "FS1": 20.3935, "FV1": 203.5034, "OF1": -3.1648}
+        for name, expected in published.items():
+            assert abs(value[name] / expected - 1) < 0.03, name
+
+    @pytest.mark.parametrize("model", ["momentum", "torque"])
+    def test_ur10e(self, model: str) -> None:
+        folder = data_folder() / "ur10e"
+        estimate = symgen.identify(
+            folder / "robot.toml",
+            [folder / f"{name}.csv" for name in ("train", "train2", "train3")],
+            validation=[folder / f"{name}.csv" for name in ("test", "ptp")],
+            model=model,
+        )
+        print(f"ur10e, {model}: residual {estimate.train} -> {estimate.validation}")
+        assert estimate.train.relative < 0.042
+        assert estimate.validation.relative < 0.045
+
+    def test_tx40_with_its_wrist_coupling(self) -> None:
+        folder = data_folder() / "tx40"
+        text = (folder / "robot.toml").read_text() + "\n[[coupling]]\njoints = [5, 6]\n"
+        robot = symgen.parse_robot(text)
+        test = symgen.read_log(folder / "test.csv")
+        moving = test.t < 7.4  # at rest sign(qd) is noise
+        held = symgen.make_log(
+            "test before 7.4 s", test.t[moving], test.q[moving], test.tau[moving]
+        )
+        results = {
+            name: symgen.identify(
+                r, folder / "train.csv", validation=held, model="torque", cutoff=10
+            )
+            for name, r in (("without", folder / "robot.toml"), ("with", robot))
+        }
+        for name, estimate in results.items():
+            print(f"tx40 {name} coupling: {estimate.train} -> {estimate.validation}")
+        joints = {name: e.validation.per_joint for name, e in results.items()}
+        assert joints["with"][4] < 0.35 < 1.5 < joints["without"][4]
+        assert joints["with"][5] < 0.30 < 0.5 < joints["without"][5]
+        assert {"IAM6", "FVM6", "FSM6"} <= {p.name for p in results["with"].parameters}
 
 
 class TestRefusals:

@@ -1,0 +1,55 @@
+"""Which equations an identification uses: the model, its windows and its filter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from symgen.codegen.kernels import ENERGY
+from symgen.codegen.model import Model
+from symgen.data.signals import Samples
+from symgen.identification.system import (
+    Equations,
+    energy_equations,
+    momentum_equations,
+    torque_equations,
+)
+from symgen.runtime.evaluator import Evaluator
+
+#: The kernels that each model needs beside those of energy.
+NEEDED: dict[str, tuple[str, ...]] = {
+    "energy": (),
+    "momentum": ("momentum_regressor", "friction_torque"),
+    "torque": ("torque_regressor",),
+}
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """Model, length of the windows in s, and cutoff of the filter in Hz (None: from the motion)."""
+
+    model: str
+    window: float
+    cutoff: float | None
+
+    @property
+    def all_kernels(self) -> tuple[str, ...]:
+        """Names of the kernels to derive."""
+        return (*ENERGY, *NEEDED[self.model], "inverse_dynamics")
+
+    def kernels(self, model: Model) -> tuple[str, ...]:
+        """Names of the kernels that exist for this robot: without friction some do not."""
+        rubs = len(model.base.parameters) > model.inertial
+        return tuple(k for k in self.all_kernels if rubs or not k.startswith("friction"))
+
+    @property
+    def gap(self) -> float:
+        """Time in s that an equation reaches back."""
+        return 0.0 if self.model == "torque" else self.window
+
+    def equations(self, evaluator: Evaluator, samples: Samples) -> tuple[Equations, ...]:
+        """Build the equations of one log."""
+        if self.model == "energy":
+            return (energy_equations(evaluator, samples, self.window),)
+        if self.model == "momentum":
+            return momentum_equations(evaluator, samples, self.window)
+        return torque_equations(evaluator, samples, self.cutoff)

@@ -1,0 +1,104 @@
+"""How an estimate does on data: residuals of its equations, torque in the motion's band."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.data.signals import Samples, lowpass, motion_bandwidth
+from symgen.identification.estimate import Residual, Trace
+from symgen.identification.system import Equations
+from symgen.runtime.evaluator import Evaluator
+
+FloatArray = NDArray[np.float64]
+_CHECKED = 2000  # samples of each log at which the kinetic energy is looked at
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One log prepared for one purpose: "train" or "validation"."""
+
+    kind: str
+    samples: Samples
+    equations: tuple[Equations, ...]
+    quantity: str = "energy"
+
+
+def kinetic_energy(evaluator: Evaluator, parts: Sequence[Part], X: FloatArray) -> FloatArray:
+    """Return the kinetic energy of the identified model along the logs: h(q, qd) - h(q, 0)."""
+    inertial = X[: evaluator.model.inertial]
+    out = []
+    for s in (p.samples for p in parts):
+        stride = max(1, len(s.t) // _CHECKED)
+        q, qd = s.q[::stride], s.qd[::stride]
+        h = evaluator.energy_regressor(q, qd) - evaluator.energy_regressor(q, np.zeros_like(qd))
+        out.append(h @ inertial)
+    return np.concatenate(out)
+
+
+def residual(parts: Sequence[Part], X: FloatArray) -> Residual:
+    """Return ||y - W X|| / ||y|| of some equations, in all and by joint."""
+    errors: dict[int | None, float] = {}
+    sizes: dict[int | None, float] = {}
+    for e in (e for p in parts for e in p.equations):
+        errors[e.joint] = errors.get(e.joint, 0.0) + float(np.sum((e.y - e.W @ X) ** 2))
+        sizes[e.joint] = sizes.get(e.joint, 0.0) + float(np.sum(e.y**2))
+    total = math.sqrt(sum(errors.values()) / max(sum(sizes.values()), 1e-300))
+    if None in errors:
+        return Residual(total)
+    return Residual(
+        total,
+        tuple(
+            math.sqrt(errors[j] / max(sizes[j], 1e-300))
+            for j in sorted(j for j in sizes if j is not None)
+        ),
+    )
+
+
+def model_traces(part: Part, X: FloatArray) -> tuple[Trace, ...]:
+    """Return what the model's own equations measure and predict, for drawing."""
+    first = part.equations[0]
+    quantity = "energy" if first.joint is None else part.quantity
+    if quantity == "torque":  # drawn from the samples, see TorqueComparison
+        return ()
+    measured = np.stack([e.y for e in part.equations], axis=1)
+    predicted = np.stack([e.W @ X for e in part.equations], axis=1)
+    return (Trace(part.samples.name, part.kind, quantity, first.t, measured, predicted),)
+
+
+class TorqueComparison:
+    """Torque of the identified model beside the measured one, in the motion's band."""
+
+    def __init__(self, evaluator: Evaluator, X: FloatArray) -> None:
+        self._inverse = evaluator["inverse_dynamics"]
+        self._X = X
+        self.band = math.inf  # Hz, of the low-pass that both torques pass
+
+    def residual(self, parts: Sequence[Part]) -> tuple[Residual, tuple[Trace, ...]]:
+        """Return RMS of measured minus modelled over RMS of measured torque, and what is drawn."""
+        traces, errors, sizes = [], [], []
+        for part in parts:
+            s = part.samples
+            measured, predicted = self._compared(s)
+            traces.append(Trace(s.name, part.kind, "torque", s.t, measured, predicted))
+            errors.append(np.sum((measured - predicted) ** 2, axis=0))
+            sizes.append(np.sum(measured**2, axis=0))
+        error, size = np.sum(errors, axis=0), np.sum(sizes, axis=0)
+        joint = np.sqrt(error / np.where(size > 0, size, np.inf))
+        total = math.sqrt(float(np.mean(joint**2)))  # of ratios: N and N m do not add up
+        return Residual(total, tuple(map(float, joint))), tuple(traces)
+
+    def _compared(self, s: Samples) -> tuple[FloatArray, FloatArray]:
+        band = motion_bandwidth(s.q, s.step) if s.cutoff_hz is None else s.cutoff_hz
+        filtered = band < 0.8 * 0.5 / s.step
+        self.band = min(self.band, band) if filtered else self.band
+
+        def smooth(x: FloatArray) -> FloatArray:
+            return lowpass(x, s.step, band) if filtered else x
+
+        qdd = np.gradient(smooth(s.qd), s.step, axis=0, edge_order=2)
+        return smooth(s.tau), smooth(self._inverse(s.q, s.qd, qdd, self._X))
