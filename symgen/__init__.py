@@ -50,6 +50,7 @@ if TYPE_CHECKING:
         SymgenWarning as SymgenWarning,
     )
     from symgen.identification.estimate import Estimate as Estimate
+    from symgen.identification.prediction import predict as predict
     from symgen.identification.recursive import Identifier as Identifier
     from symgen.identification.workflow import identify as identify
     from symgen.robot.builtin import library as library
@@ -97,6 +98,7 @@ _WHERE = {
     "load": "symgen.runtime.evaluator",
     "make_log": "symgen.data.log",
     "parse_robot": "symgen.robot.toml_io",
+    "predict": "symgen.identification.prediction",
     "prepare": "symgen.data.signals",
     "read_log": "symgen.data.log",
     "read_robot": "symgen.robot.toml_io",

@@ -138,6 +138,31 @@ def identify(
 
 
 @cli.command()
+@click.argument("robot")
+@click.argument("log")
+@click.option("--parameters", required=True, help="estimate.json, or TOML with [parameters].")
+@click.option("--cutoff", type=float, help="Of the zero-phase filter, Hz; default from the motion.")
+@click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
+def predict(robot: str, log: str, parameters: str, cutoff: float | None, into: Path) -> int:
+    """Predict torque and energy of LOG with given parameters of ROBOT, and the error."""
+    import symgen
+    from symgen.files import check_replaceable, write_folder
+
+    check_replaceable(into, "prediction.json")
+    _say("deriving and compiling the model")
+    prediction = symgen.predict(robot, log, parameters, cutoff=cutoff)
+    write_folder(into, prediction.to_files(), "prediction.json")
+    for note in prediction.notes:
+        click.echo(f"note: {note}")
+    joints = ", ".join(f"{100 * r:.3g}" for r in prediction.error.per_joint or ())
+    click.echo(
+        f"error of torque per joint: {joints} %; in all {100 * prediction.error.relative:.3g} %"
+    )
+    click.echo(f"written: {into / 'prediction.json'}, {into / 'prediction.csv'}")
+    return 0
+
+
+@cli.command()
 @click.option(
     "--into",
     type=click.Path(path_type=Path),

@@ -27,12 +27,12 @@ COLOURS = (BLUE, ORANGE, GREEN, "#CC79A7", "#E69F00", SKY, "#4D4D4D")
 DASHES = ("solid", "dash", "dot", "dashdot")
 VALIDATION_GROUND = "#fdf8e8"  # behind curves that the estimate never saw
 
-#: Points a curve is drawn with at most.
-POINTS = 2000
+POINTS = 2000  # that a curve is drawn with at most
 #: Relative standard deviation, in percent, from which a parameter counts as weak.
 WEAK_PERCENT = 30.0
 
-_UNITS = {"energy": "J", "momentum": "N m s"}
+_UNITS = {"energy": "J"}
+_PER_JOINT = {"torque": "", "momentum": " s"}  # what follows the unit of a torque
 _LEVEL = {"color": INK, "width": 1.2, "dash": "dash"}
 _KINDS = {"train": "training"}
 _NAMED_AXIS = {"tickangle": -90, "tickfont": {"size": 10}}
@@ -353,9 +353,9 @@ def _choose_log(figure: Figure, traces: Sequence[Trace], curves: int) -> None:
 
 
 def _components(estimate: Estimate, quantity: str) -> list[tuple[str, str]]:
-    if quantity != "torque":
+    if quantity not in _PER_JOINT:
         return [(quantity, _UNITS.get(quantity, "-"))]
-    return [(f"joint {number}", unit) for number, unit in estimate.joints]
+    return [(f"joint {number}", unit + _PER_JOINT[quantity]) for number, unit in estimate.joints]
 
 
 def _line(k: int) -> dict[str, Any]:

@@ -162,10 +162,7 @@ def _sections(estimate: Estimate) -> list[Section]:
     sections = [
         Section(
             "Fit",
-            (
-                "Relative residual ‖y - W X‖ / ‖y‖. Validation data were not used to estimate. "
-                "Joints are counted in the order of the log's columns.",
-            ),
+            ("Relative residual ‖y - W X‖ / ‖y‖. Validation data were not used to estimate.",),
             table=_fit_table(estimate),
         ),
         _parameter_section(estimate),

@@ -10,7 +10,10 @@
  * One thread at a time per state; states are independent. The caller owns the memory, aligned as
  * malloc aligns it or as a double is. Do not compile with -ffast-math.
  *
- *     static union { planar2r_identifier head; unsigned char bytes[planar2r_IDENTIFIER_BYTES(200)]; } memory;
+ *     static union {
+ *         planar2r_identifier head;
+ *         unsigned char bytes[planar2r_IDENTIFIER_BYTES(200)];
+ *     } memory;
  *     planar2r_identifier_init(&memory, sizeof memory, 200, planar2r_WINDOW_SLIDING, 1);
  *     for (;;) {
  *         ... measure q, qd, tau ...

@@ -10,7 +10,10 @@
  * One thread at a time per state; states are independent. The caller owns the memory, aligned as
  * malloc aligns it or as a double is. Do not compile with -ffast-math.
  *
- *     static union { puma560_identifier head; unsigned char bytes[puma560_IDENTIFIER_BYTES(200)]; } memory;
+ *     static union {
+ *         puma560_identifier head;
+ *         unsigned char bytes[puma560_IDENTIFIER_BYTES(200)];
+ *     } memory;
  *     puma560_identifier_init(&memory, sizeof memory, 200, puma560_WINDOW_SLIDING, 1);
  *     for (;;) {
  *         ... measure q, qd, tau ...

@@ -181,7 +181,8 @@ def _compiled(model: Model, compiler: Compiler) -> Evaluator:
     }
     name = model.robot.name
     declarations = "".join(_declaration(name, k) for k in model.kernels)
-    declarations += _IDENTIFIER.replace("NAME", name)
+    if f"{name}_identifier.h" in sources:
+        declarations += _IDENTIFIER.replace("NAME", name)
     module = build_module(sources, declarations, compiler)
     return Evaluator(model, [_CKernel(k, name, module) for k in model.kernels], module)
 

@@ -14,6 +14,7 @@ from support import data_folder
 import symgen
 from symgen.identification.batch import solve
 from symgen.identification.system import LinearSystem, energy_equations
+from symgen.report import estimate_page
 
 X = np.array([1.702, 0.05644, 0.15, 0.075])
 L1 = 0.5
@@ -148,6 +149,7 @@ class TestOtherModels:
         estimate = symgen.identify("planar2r", _motion(0.002, 16.0), model=model)
         assert np.abs(estimate.X / X - 1).max() < 1e-4
         assert estimate.train.per_joint is not None
+        assert len(estimate_page(estimate)) > 10_000
 
     @pytest.mark.parametrize("model", ["momentum", "torque"])
     def test_emps_is_within_three_percent_of_the_published_values(self, model: str) -> None:
@@ -227,6 +229,44 @@ class TestRefusals:
     def test_unknown_options(self, option: dict[str, str]) -> None:
         with pytest.raises(symgen.IdentificationError, match="accepted"):
             symgen.identify("planar2r", _motion(0.01, 8.0), **option)
+
+
+class TestPrediction:
+    PARAMETERS = "[parameters]\nZZ1 = 1.452\nM2 = 1.0\nZZ2 = 0.05644\nMX2 = 0.15\nMY2 = 0.075\n"
+
+    def test_exact_parameters_predict_an_exact_log(self, tmp_path) -> None:
+        # ZZ1R = ZZ1 + L1**2*M2 = 1.702: standard parameters are regrouped.
+        (tmp_path / "p.toml").write_text(self.PARAMETERS)
+        prediction = symgen.predict("planar2r", _motion(0.002, 8.0), tmp_path / "p.toml")
+        assert prediction.error.relative < 1e-3
+        energy = prediction.kinetic + prediction.potential
+        log = _motion(0.002, 8.0)
+        work = np.sum(log.qd * log.tau, axis=1)
+        gained = np.concatenate([[0], np.cumsum((work[1:] + work[:-1]) / 2) * 0.002])
+        np.testing.assert_allclose(energy - energy[0], gained, atol=1e-4)
+
+    def test_an_estimate_is_read_back(self, tmp_path) -> None:
+        estimate = symgen.identify("planar2r", _motion(0.01, 12.0))
+        (tmp_path / "estimate.json").write_text(json.dumps(estimate.to_json()))
+        prediction = symgen.predict("planar2r", _motion(0.01, 8.0), tmp_path / "estimate.json")
+        assert prediction.error.relative < 1e-2
+        assert set(prediction.to_files()) == {"prediction.json", "prediction.csv"}
+
+    @pytest.mark.parametrize(
+        ("content", "words"),
+        [
+            ("", r"\[parameters\] is missing"),
+            ("[parameters]\nZZ1R = 1\n", "ZZ2 is missing"),
+            ("[parameters]\nQQ7 = 1\n", "no parameter of planar2r"),
+            ("[parameters]\nZZ1R = nan\n", "finite number"),
+            ("[parameters]\nZZ1R = true\n", "finite number"),
+            ("= 3", "cannot be read"),
+        ],
+    )
+    def test_bad_parameters_are_refused_in_words(self, tmp_path, content, words) -> None:
+        (tmp_path / "p.toml").write_text(content)
+        with pytest.raises(symgen.ParameterError, match=words):
+            symgen.predict("planar2r", _motion(0.01, 8.0), tmp_path / "p.toml")
 
 
 def test_command_writes_the_estimate_and_a_page(tmp_path) -> None:

@@ -1,0 +1,90 @@
+"""Parameter values from files: `[parameters]` in TOML, or an estimate.json."""
+
+from __future__ import annotations
+
+import json
+import math
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.codegen.model import Model
+from symgen.errors import ParameterError
+from symgen.identification.estimate import SCHEMA
+
+FloatArray = NDArray[np.float64]
+
+
+def read_parameters(path: str | Path, model: Model) -> FloatArray:
+    """Read the base parameters X (p,) of a model.
+
+    Args:
+        path: an estimate.json, or a TOML file with a table [parameters]: base parameters by name
+            (`ZZ1R = 1.7`), or standard ones (`ZZ1 = 1.2`), which are regrouped.
+        model: whose parameters they are.
+
+    Raises:
+        ParameterError: the file cannot be read, or a name is unknown, missing or not a number.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+        content = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
+    except (OSError, ValueError, RecursionError) as error:
+        reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:200]
+        raise ParameterError(
+            f"{path}: cannot be read ({reason}); accepted: estimate.json, or TOML with [parameters]"
+        ) from error
+    return base_values(_named(content, path), model, str(path))
+
+
+def _named(content: Any, path: Path) -> dict[str, Any]:
+    """Return name and value of every parameter in a parsed file."""
+    if path.suffix == ".json":
+        listed = content.get("parameters") if isinstance(content, dict) else None
+        if not isinstance(listed, list) or content.get("schema") != SCHEMA:
+            raise ParameterError(f"{path}: not an estimate; accepted: schema {SCHEMA}")
+        if not all(isinstance(p, dict) and {"name", "value"} <= set(p) for p in listed):
+            raise ParameterError(f"{path}: every parameter needs a name and a value")
+        return {str(p["name"]): p["value"] for p in listed}
+    table = content.get("parameters")
+    if not isinstance(table, dict):
+        raise ParameterError(f"{path}: the table [parameters] is missing")
+    return dict(table)
+
+
+def base_values(given: Mapping[str, Any], model: Model, where: str) -> FloatArray:
+    """Return X (p,) from base or standard parameters by name; standard ones are regrouped.
+
+    Raises:
+        ParameterError: a name is unknown or missing, or a value is not a finite number.
+    """
+    for name, value in given.items():
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not number or not math.isfinite(value):
+            raise ParameterError(f"{where}: {name} is {value!r}; accepted: a finite number")
+    base, numbers = model.base, model.robot.values()
+    known = {p.name for p in base.standard} | set(base.names)
+    unknown = sorted(set(given) - known)
+    if unknown:
+        raise ParameterError(
+            f"{where}: {', '.join(unknown[:5])} is no parameter of {model.robot.name}; accepted: "
+            f"{', '.join(base.names[:8])}, ... or standard parameters"
+        )
+    X = []
+    for p in base.parameters:
+        if p.name in given:
+            X.append(float(given[p.name]))
+            continue
+        missing = [name for name in (p.head, *(n for _, n in p.terms)) if name not in given]
+        if missing:
+            raise ParameterError(
+                f"{where}: {p.name} is missing, and {', '.join(missing[:5])} to regroup it from"
+            )
+        terms = (float(c.subs(numbers).evalf(30)) * float(given[n]) for c, n in p.terms)
+        X.append(float(given[p.head]) + sum(terms))
+    return np.array(X)

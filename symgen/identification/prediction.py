@@ -1,0 +1,115 @@
+"""predict: what a model with given parameters says of a log."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.codegen.model import derive
+from symgen.data.log import Log, read_log
+from symgen.data.signals import prepare
+from symgen.errors import LogError
+from symgen.identification.estimate import Residual, Trace
+from symgen.identification.parameters import read_parameters
+from symgen.identification.validation import Part, TorqueComparison
+from symgen.robot.toml_io import read_robot
+from symgen.robot.types import Robot
+from symgen.runtime.evaluator import load
+
+FloatArray = NDArray[np.float64]
+SCHEMA = "symgen.prediction/1"
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """Torque and energy of a model along a log.
+
+    Attributes:
+        robot: its name.
+        torque: measured and predicted torque in the motion's band, (N, n), N m or N.
+        error: RMS of measured minus predicted over RMS of measured torque, per joint; the total is
+            the root mean square of these ratios.
+        kinetic: kinetic energy (N,), J.
+        potential: potential energy (N,), J, up to a constant.
+        band_hz: of the low-pass that both torques passed; infinite where none was needed.
+        notes: what was done to the log.
+    """
+
+    robot: str
+    torque: Trace
+    error: Residual
+    kinetic: FloatArray
+    potential: FloatArray
+    band_hz: float
+    notes: tuple[str, ...]
+
+    def to_files(self) -> dict[str, bytes]:
+        """Return prediction.json and prediction.csv."""
+        n = self.torque.measured.shape[1]
+        names = [f"tau{j}" for j in range(1, n + 1)] + [f"predicted{j}" for j in range(1, n + 1)]
+        columns = [self.torque.t, self.torque.measured, self.torque.predicted]
+        rows = np.column_stack([*columns, self.kinetic, self.potential])
+        lines = [",".join(["t", *names, "kinetic", "potential"])]
+        lines += [",".join(f"{v:.9g}" for v in row) for row in rows]
+        summary = {
+            "schema": SCHEMA,
+            "robot": self.robot,
+            "log": self.torque.log,
+            "torque_error": {
+                "relative": self.error.relative,
+                "per_joint": list(self.error.per_joint or ()),
+            },
+            "band_hz": self.band_hz if np.isfinite(self.band_hz) else None,
+            "notes": list(self.notes),
+        }
+        return {
+            "prediction.json": (json.dumps(summary, indent=1) + "\n").encode(),
+            "prediction.csv": ("\n".join(lines) + "\n").encode(),
+        }
+
+
+def predict(
+    robot: Robot | str | Path,
+    log: str | Path | Log,
+    parameters: str | Path,
+    *,
+    cutoff: float | None = None,
+) -> Prediction:
+    """Predict the torque and the energy of a log from given parameters.
+
+    Args:
+        robot: a robot, a path or a library name.
+        log: a path, or a log.
+        parameters: an estimate.json, or TOML with [parameters].
+        cutoff: of the zero-phase filter where speeds were not measured, Hz.
+
+    Raises:
+        LogError: the log cannot be read or belongs to another robot.
+        ParameterError: the parameters are not this robot's.
+    """
+    source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
+    model = derive(source, ("inverse_dynamics", "energy"))
+    X = read_parameters(parameters, model)
+    evaluator = load(model)
+    measured = log if isinstance(log, Log) else read_log(log, sigma=source.sigma)
+    if measured.q.shape[1] != source.n:
+        raise LogError(
+            f"{measured.name}: the log has {measured.q.shape[1]} joints, the robot has {source.n}"
+        )
+    samples = prepare(measured, cutoff)
+    comparison = TorqueComparison(evaluator, X)
+    error, traces = comparison.residual([Part("validation", samples, ())])
+    kinetic, potential = evaluator["energy"](samples.q, samples.qd, X)
+    return Prediction(
+        source.name,
+        traces[0],
+        error,
+        kinetic[:, 0],
+        potential[:, 0],
+        comparison.band,
+        samples.notes,
+    )
