@@ -70,4 +70,4 @@ def require_floats_agree(
 
 
 def _float(expr: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> float:
-    return float(expr.subs(values).evalf(30))
+    return float(expr if expr.is_Rational else expr.subs(values).evalf(30))
