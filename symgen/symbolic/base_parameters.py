@@ -20,10 +20,15 @@ from symgen import names
 from symgen.errors import SymgenError
 from symgen.robot.expressions import text
 from symgen.robot.types import Robot
-from symgen.symbolic.elimination import Coefficient, Elimination, ExactRow
+from symgen.symbolic.elimination import (
+    Coefficient,
+    Elimination,
+    ExactRow,
+    NeedsValuesError,
+)
 from symgen.symbolic.energy import energy_tape
 from symgen.symbolic.guard import require_floats_agree
-from symgen.symbolic.lifting import NeedsValuesError, lifted
+from symgen.symbolic.lifting import lifted
 from symgen.symbolic.modular import (
     BadDrawError,
     PrimeField,
@@ -155,11 +160,11 @@ def find_base(
         if here.select(here.fields()).pivots != first.pivots:
             return None
     rows = Elimination(problem.names, first.order, [s.field for s in fields])
-    for relation in structural_relations(robot):
-        rows.add(rows.exact({k: v for k, v in relation.items() if k in rows.position}))
-    structural = len(rows.rows)
     missing = [i for i in range(len(problem.names)) if i not in set(first.pivots)]
     try:
+        for relation in structural_relations(robot):
+            rows.add(rows.exact({k: v for k, v in relation.items() if k in rows.position}))
+        structural = len(rows.rows)
         for i in missing:
             if problem.names[i] not in rows.rows:
                 rows.add(problem.relation(i, first))

@@ -11,9 +11,17 @@ from typing import NamedTuple
 
 import sympy as sp
 
+from symgen.errors import SymgenError
 from symgen.symbolic.modular import PrimeField
 
 _DIGITS = 50
+
+
+_LARGEST = 40  # terms of a product of two coefficients; beyond, no person reads the formula
+
+
+class NeedsValuesError(SymgenError):
+    """A formula in named lengths and angles grows too large: the file's values are taken."""
 
 
 class Coefficient(NamedTuple):
@@ -77,6 +85,7 @@ class Elimination:
                 )
             )
             if any(residues):
+                _require_small(factor.value, c.value)
                 out[n] = Coefficient(readable(before.value - factor.value * c.value), residues)
             else:
                 out.pop(n, None)
@@ -95,6 +104,13 @@ class Elimination:
             )
             for n, c in row.items()
         }
+
+
+def _require_small(a: sp.Expr, b: sp.Expr) -> None:
+    """Raise NeedsValuesError where the product of two formulas is too large to write out."""
+    size = len(sp.Add.make_args(a)) * len(sp.Add.make_args(b))
+    if size > _LARGEST and (a.free_symbols or b.free_symbols):
+        raise NeedsValuesError("a regrouping formula is too large in named lengths and angles")
 
 
 def readable(expr: sp.Expr) -> sp.Expr:

@@ -18,6 +18,7 @@ import sympy as sp
 from symgen import names
 from symgen.errors import SymgenError
 from symgen.robot.types import Robot
+from symgen.symbolic.elimination import NeedsValuesError
 from symgen.symbolic.parameters import Parameter
 from symgen.symbolic.tape import Numbers, Tape
 
@@ -117,10 +118,6 @@ def _whole_angles(expr: sp.Expr, halves: dict[sp.Expr, sp.Symbol]) -> sp.Expr:
         expr = sp.cancel(reduced[0] / reduced[1])
         expr = expr.subs({c: sp.cos(angle, evaluate=False), s: sp.sin(angle, evaluate=False)})
     return sp.factor_terms(expr)
-
-
-class NeedsValuesError(SymgenError):
-    """A relation is too large to be written in named angles: the file's values are taken."""
 
 
 class _Circle:
