@@ -49,7 +49,7 @@ def test_canonical_model_of_the_paper() -> None:
     ]
 
 
-# Published: Khalil and Dombre, Modeling, Identification and Control of Robots, table 9.4 (RX 90),
+# Published: Khalil and Dombre, Modeling, Identification and Control of Robots, ch. 9, the RX 90,
 # in their frames, which are those of the library; each formula is a list of its terms.
 RX90 = {
     "ZZ1R": "ZZ1 + IA1 + YY2 + D3**2*M3 + YY3 + D3**2*M4 + D3**2*M5 + D3**2*M6",
