@@ -98,11 +98,9 @@ def _energy_regressor(s: Subject) -> Kernel:
 
 
 def _friction_power(s: Subject) -> Kernel | None:
-    names = s.names[s.base.inertial :]
+    names, kept, _ = _friction_columns(s)
     if not names:
         return None
-    first = sum(p.inertial for p in s.base.standard)
-    kept = [i - first for i in s.all if i >= first]
     return Kernel(
         "friction_power",
         "columns of the power that friction takes: P = out . X[p_inertial..p)",
@@ -112,18 +110,22 @@ def _friction_power(s: Subject) -> Kernel | None:
 
 
 def _friction_torque(s: Subject) -> Kernel | None:
-    names = s.names[s.base.inertial :]
+    names, kept, count = _friction_columns(s)
     if not names:
         return None
-    first = sum(p.inertial for p in s.base.standard)
-    kept = [i - first for i in s.all if i >= first]
-    count = len(s.base.standard) - first
     return Kernel(
         "friction_torque",
         "columns of friction torque: out X[p_inertial..p)",
         friction.torque_tape(s.robot).keep(_rows(s.robot.n, count, kept)),
         (Output("out", (s.robot.n, len(names)), names),),
     )
+
+
+def _friction_columns(s: Subject) -> tuple[tuple[str, ...], list[int], int]:
+    """Return the base parameters of friction, their positions, and the count of standard ones."""
+    first = sum(p.inertial for p in s.base.standard)
+    kept = [i - first for i in s.all if i >= first]
+    return s.names[s.base.inertial :], kept, len(s.base.standard) - first
 
 
 def _power_regressor(s: Subject) -> Kernel:

@@ -119,7 +119,7 @@ def _derive_velocity(
         reason = None
         if _is_noise_free(q):
             reason = "its noise is negligible"
-        elif cutoff >= HIGHEST * 0.5 / step:
+        elif not can_filter(cutoff, step):
             reason = f"the motion reaches too near the Nyquist frequency of {0.5 / step:.4g} Hz"
         if reason:
             note = f"qd is missing and was derived from q, not filtered because {reason}"
@@ -261,6 +261,11 @@ def _continuation(x: FloatArray, length: int, window: int) -> FloatArray:
     curvature = 2.0 * fit[2] / window**2 if degree >= 2 else np.zeros_like(start)
     back = np.arange(length, 0, -1, dtype=np.float64).reshape(-1, *[1] * (x.ndim - 1))
     return np.asarray(2.0 * start - x[length:0:-1] + curvature * back**2, dtype=np.float64)
+
+
+def can_filter(cutoff: float, step: float) -> bool:
+    """Whether a cutoff in Hz lies far enough below the Nyquist frequency for a low-pass."""
+    return cutoff < HIGHEST * 0.5 / step
 
 
 def differentiate(x: FloatArray, step: float) -> FloatArray:

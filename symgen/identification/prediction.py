@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.codegen.model import derive
-from symgen.data.log import Log, read_log
+from symgen.data.log import Log
 from symgen.data.signals import prepare
-from symgen.errors import LogError
 from symgen.identification.estimate import Residual, Trace
 from symgen.identification.parameters import read_parameters
-from symgen.identification.validation import Part, TorqueComparison
+from symgen.identification.validation import Part, TorqueComparison, open_log
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import load
@@ -95,12 +94,7 @@ def predict(
     model = derive(source, ("inverse_dynamics", "energy"))
     X = read_parameters(parameters, model)
     evaluator = load(model)
-    measured = log if isinstance(log, Log) else read_log(log, sigma=source.sigma)
-    if measured.q.shape[1] != source.n:
-        raise LogError(
-            f"{measured.name}: the log has {measured.q.shape[1]} joints, the robot has {source.n}"
-        )
-    samples = prepare(measured, cutoff)
+    samples = prepare(open_log(log, source), cutoff)
     comparison = TorqueComparison(evaluator, X)
     error, traces = comparison.residual([Part("validation", samples, ())])
     kinetic, potential = evaluator["energy"](samples.q, samples.qd, X)

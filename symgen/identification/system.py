@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from symgen.data.signals import (
     Samples,
+    can_filter,
     cumulative_integral,
     differentiate,
     lowpass,
@@ -34,7 +35,6 @@ FloatArray = NDArray[np.float64]
 WINDOWS = ("sliding", "consecutive", "start")
 _OVERLAP = 10
 _SAMPLES_PER_PERIOD = 4  # of the highest frequency that passes the filter
-_NYQUIST_SHARE = 0.8
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +175,7 @@ def torque_equations(
         cutoff: of the low-pass, Hz; None for that of the motion's bandwidth.
     """
     band = cutoff or samples.cutoff_hz or motion_bandwidth(samples.q, samples.step)
-    filtered = band < _NYQUIST_SHARE * 0.5 / samples.step
+    filtered = can_filter(band, samples.step)
 
     def smooth(x: FloatArray) -> FloatArray:
         return lowpass(x, samples.step, band) if filtered else x

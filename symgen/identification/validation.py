@@ -5,13 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.signals import Samples, lowpass, motion_bandwidth
+from symgen.data.log import Log, read_log
+from symgen.data.signals import Samples, can_filter, lowpass, motion_bandwidth
+from symgen.errors import LogError
 from symgen.identification.estimate import Residual, Trace
 from symgen.identification.system import Equations
+from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
@@ -26,6 +30,18 @@ class Part:
     samples: Samples
     equations: tuple[Equations, ...]
     quantity: str = "energy"
+
+
+def open_log(source: str | Path | Log, robot: Robot) -> Log:
+    """Read a log where a path is given; refuse one of another robot.
+
+    Raises:
+        LogError: it cannot be read, or has another number of joints.
+    """
+    log = source if isinstance(source, Log) else read_log(source, sigma=robot.sigma)
+    if log.q.shape[1] != robot.n:
+        raise LogError(f"{log.name}: the log has {log.q.shape[1]} joints, the robot has {robot.n}")
+    return log
 
 
 def kinetic_energy(evaluator: Evaluator, parts: Sequence[Part], X: FloatArray) -> FloatArray:
@@ -94,7 +110,7 @@ class TorqueComparison:
 
     def _compared(self, s: Samples) -> tuple[FloatArray, FloatArray]:
         band = motion_bandwidth(s.q, s.step) if s.cutoff_hz is None else s.cutoff_hz
-        filtered = band < 0.8 * 0.5 / s.step
+        filtered = can_filter(band, s.step)
         self.band = min(self.band, band) if filtered else self.band
 
         def smooth(x: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.signals import Samples, differentiate, lowpass, motion_bandwidth
+from symgen.data.signals import Samples, can_filter, differentiate, lowpass, motion_bandwidth
 from symgen.identification.estimate import ParameterEstimate, Residual
 
 #: Condition number of the scaled regressor above which small errors of the data become large.
@@ -122,7 +122,7 @@ def velocity_faults(samples: Samples) -> tuple[str, ...]:
     band = motion_bandwidth(samples.q, samples.step)
     rate = differentiate(samples.q, samples.step)
     qd = samples.qd
-    if band < 0.8 * 0.5 / samples.step:
+    if can_filter(band, samples.step):
         rate, qd = lowpass(rate, samples.step, band), lowpass(qd, samples.step, band)
     out = []
     for j in range(qd.shape[1]):

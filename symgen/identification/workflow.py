@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import symgen.identification.verdict as verdicts
 from symgen import names
 from symgen.codegen.model import derive
-from symgen.data.log import Log, read_log
+from symgen.data.log import Log
 from symgen.data.signals import Samples, prepare
 from symgen.errors import IdentificationError, LogError
 from symgen.identification.batch import (
@@ -35,6 +35,7 @@ from symgen.identification.validation import (
     TorqueComparison,
     kinetic_energy,
     model_traces,
+    open_log,
     residual,
 )
 from symgen.robot.toml_io import read_robot, robot_toml
@@ -147,11 +148,7 @@ def _parts(
     for kind, sources in (("train", logs), ("validation", validation)):
         for source in sources:
             progress(f"reading {getattr(source, 'name', source)}")
-            log = source if isinstance(source, Log) else read_log(source, sigma=robot.sigma)
-            if log.q.shape[1] != robot.n:
-                raise LogError(
-                    f"{log.name}: the log has {log.q.shape[1]} joints, the robot has {robot.n}"
-                )
+            log = open_log(source, robot)
             _require_torque(log)
             samples = prepare(log, recipe.cutoff)
             out.append(Part(kind, samples, recipe.equations(evaluator, samples), recipe.model))
@@ -213,7 +210,7 @@ def _split(part: Part, gap: float) -> list[Part]:
 def _solved(
     evaluator: Evaluator, system: LinearSystem, train: Sequence[Part], method: str, recipe: Recipe
 ) -> tuple[Solution, Convergence]:
-    drawn = _convergence(system)
+    drawn = _convergence(train, system.names)
     if method != "recursive":
         return solve(system, method), drawn
     if recipe.model != "energy":
@@ -228,21 +225,26 @@ def _solved(
     return precision(system, identifier.read()[0]), drawn
 
 
-def _convergence(system: LinearSystem) -> Convergence:
-    """Return the estimate after every chunk of the data: triangular factors merged in time."""
-    p = len(system.names)
+def _convergence(train: Sequence[Part], names_: tuple[str, ...]) -> Convergence:
+    """Return the estimate after every chunk of the data: triangular factors merged in time.
+
+    The equations of all joints of a log share their times and are taken together.
+    """
+    p = len(names_)
     factor = np.zeros((0, p + 1))
-    stride = max(1, len(system.y) // _CHECKPOINTS)
+    stride = max(1, sum(len(part.equations[0].t) for part in train) // _CHECKPOINTS)
     times, values, before = [], [], 0.0
-    for e in system.logs:
-        for at in range(0, len(e.y), stride):
-            rows = np.column_stack([e.W[at : at + stride], e.y[at : at + stride]])
-            factor = triangle(np.concatenate([factor, rows]))
+    for part in train:
+        t = part.equations[0].t
+        for at in range(0, len(t), stride):
+            piece = slice(at, at + stride)
+            rows = [np.column_stack([e.W[piece], e.y[piece]]) for e in part.equations]
+            factor = triangle(np.concatenate([factor, *rows]))
             R = factor[:p, :p]
-            if len(factor) >= p and not undetermined(R / column_norms(R), system.names):
-                times.append(before + float(e.t[min(at + stride, len(e.t)) - 1] - e.t[0]))
+            if len(factor) >= p and not undetermined(R / column_norms(R), names_):
+                times.append(before + float(t[piece][-1] - t[0]))
                 values.append(np.linalg.solve(R, factor[:p, p]))
-        before += float(e.t[-1] - e.t[0])
+        before += float(t[-1] - t[0])
     return Convergence(np.array(times), np.array(values).reshape(len(times), p))
 
 
