@@ -60,9 +60,7 @@ if TYPE_CHECKING:
     from symgen.robot.toml_io import (
         read_robot as read_robot,
     )
-    from symgen.robot.toml_io import (
-        robot_toml as robot_toml,
-    )
+    from symgen.robot.toml_text import robot_toml as robot_toml
     from symgen.robot.types import Joint as Joint
     from symgen.robot.types import Robot as Robot
     from symgen.runtime.check import Checked as Checked
@@ -102,7 +100,7 @@ _WHERE = {
     "prepare": "symgen.data.signals",
     "read_log": "symgen.data.log",
     "read_robot": "symgen.robot.toml_io",
-    "robot_toml": "symgen.robot.toml_io",
+    "robot_toml": "symgen.robot.toml_text",
     "write_package": "symgen.codegen.package",
 }
 __all__ = sorted(_WHERE)

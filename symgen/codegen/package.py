@@ -27,7 +27,7 @@ from symgen.codegen.verification import (
 from symgen.errors import PackageError
 from symgen.files import templates, write_folder
 from symgen.robot.expressions import text
-from symgen.robot.toml_io import robot_toml
+from symgen.robot.toml_text import robot_toml
 from symgen.symbolic.base_parameters import bound
 
 SCHEMA = "symgen.manifest/1"

@@ -38,7 +38,8 @@ from symgen.identification.validation import (
     open_log,
     residual,
 )
-from symgen.robot.toml_io import read_robot, robot_toml
+from symgen.robot.toml_io import read_robot
+from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 

@@ -12,6 +12,7 @@ from symgen.errors import RobotError
 _MAX_JOINTS = 200
 _LARGEST = 100  # decimal exponent of the largest number
 _SMALLEST_WIDTH = 1e-12
+_MAX_TITLE = 200
 
 
 def _number(value: object) -> float:
@@ -58,6 +59,12 @@ def _width(value: object) -> float:
     return number
 
 
+def _title(value: object) -> str:
+    if not isinstance(value, str) or not value.isprintable() or len(value) > _MAX_TITLE:
+        raise ValueError(f"a text in quotes of at most {_MAX_TITLE} printable characters")
+    return value
+
+
 Positive = Annotated[float, PlainValidator(_positive)]
 
 
@@ -83,6 +90,8 @@ class JointTable(_Table):
     friction: list[Literal["coulomb", "viscous", "offset"]] | None = None
     coulomb_width: Annotated[float, PlainValidator(_width)] = 0.0
     rotor_inertia: StrictBool | None = None
+    follows: str | None = None
+    name: Annotated[str, PlainValidator(_title)] = ""
 
 
 class CouplingTable(_Table):
@@ -92,6 +101,10 @@ class CouplingTable(_Table):
 
 class PayloadTable(_Table):
     joint: Annotated[Integer, Field(ge=1)]
+
+
+class LoopTable(_Table):
+    cut: tuple[Integer, Integer]
 
 
 class LimitsTable(_Table):
@@ -110,7 +123,7 @@ class RobotFile(_Table):
     limits: LimitsTable | None = None
     drive: object = None
     effect: object = None
-    loop: object = None
+    loop: list[LoopTable] = Field(default_factory=list)
 
 
 _TABLES: dict[str, type[BaseModel]] = {
@@ -119,6 +132,7 @@ _TABLES: dict[str, type[BaseModel]] = {
     "coupling": CouplingTable,
     "payload": PayloadTable,
     "limits": LimitsTable,
+    "loop": LoopTable,
 }
 # What pydantic calls a fault, in the words of the person who wrote the file.
 _WORDS = {

@@ -6,6 +6,8 @@ import math
 import re
 import tomllib
 import warnings
+from collections.abc import Collection
+from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,8 +18,9 @@ from symgen import names
 from symgen.errors import ExpressionError, RobotError, SymgenWarning
 from symgen.robot import expressions
 from symgen.robot.builtin import library, library_text
+from symgen.robot.closure import require_closed
 from symgen.robot.expressions import shortened
-from symgen.robot.types import Coupling, Joint, Limits, Robot
+from symgen.robot.types import Coupling, Joint, Limits, Loop, Robot, joint_variable
 
 if TYPE_CHECKING:
     from symgen.robot.schema import JointTable, RobotFile
@@ -124,7 +127,7 @@ class _Reader:
         return fits and name not in _KEYWORDS
 
     def robot(self, file: RobotFile) -> Robot:
-        for key in ("drive", "effect", "loop"):
+        for key in ("drive", "effect"):
             if getattr(file, key) is not None:
                 raise self.fail(f"[{key}] is not supported by this version of symgen")
         name = file.robot.name
@@ -140,13 +143,17 @@ class _Reader:
                 )
             self.geometry[key] = _snapped(self.expression(value, f"geometry, key {key!r}", ()))
         joints = tuple(self.joint(number, table) for number, table in enumerate(file.joint, 1))
-        movable = [joint for joint in joints if joint.movable]
+        movable = [j for j, table in zip(joints, file.joint, strict=True) if self.own(j, table)]
         if not movable:
             raise self.fail("no joint is movable; accepted: at least one sigma of 0 or 1")
+        joints = tuple(
+            j if table.follows is None else self.following(j, table, movable)
+            for j, table in zip(joints, file.joint, strict=True)
+        )
         gravity = tuple(
             self.expression(g, "robot, key 'gravity'", self.geometry) for g in file.robot.gravity
         )
-        return Robot(
+        robot = Robot(
             name=name,
             gravity=(gravity[0], gravity[1], gravity[2]),
             joints=joints,
@@ -154,15 +161,24 @@ class _Reader:
             couplings=self.couplings(file, joints),
             payload=self.payload(file, joints),
             limits=self.limits(file, len(movable)),
+            loops=tuple(Loop(*table.cut) for table in file.loop),
         )
+        try:
+            require_closed(robot)
+        except RobotError as error:
+            raise self.fail(str(error)) from error
+        return robot
+
+    @staticmethod
+    def own(joint: Joint, table: JointTable) -> bool:
+        """Whether a joint has a variable of its own."""
+        return joint.movable and table.follows is None
 
     def at_values(self, expr: sp.Expr) -> sp.Expr:
         """Return an expression at the file's values of the named lengths."""
         return expr.subs({sp.Symbol(k, real=True): v for k, v in self.geometry.items()})
 
-    def expression(
-        self, value: int | Decimal | str, place: str, known: dict[str, sp.Expr] | tuple[()]
-    ) -> sp.Expr:
+    def expression(self, value: int | Decimal | str, place: str, known: Collection[str]) -> sp.Expr:
         written = shortened(str(value))
         try:
             if isinstance(value, str):
@@ -215,6 +231,7 @@ class _Reader:
         for key in ("friction", "rotor_inertia", "coulomb_width"):
             if fixed and getattr(table, key):
                 raise self.fail(f"joint {number}, key {key!r}: a fixed joint (sigma 2) has none")
+        plain = fixed or table.follows is not None
         friction = table.friction if table.friction is not None else ["coulomb", "viscous"]
         if len(set(friction)) != len(friction):
             raise self.fail(f"joint {number}, key 'friction': a word stands twice")
@@ -228,11 +245,49 @@ class _Reader:
             number=number,
             sigma=table.sigma,
             antecedent=antecedent,
-            friction=() if fixed else tuple(w for w in names.FRICTION if w in friction),
+            friction=() if plain else tuple(w for w in names.FRICTION if w in friction),
             coulomb_width=float(table.coulomb_width),
-            rotor_inertia=not fixed and table.rotor_inertia is not False,
+            rotor_inertia=not plain and table.rotor_inertia is not False,
+            name=table.name,
             **values,
         )
+
+    def following(self, joint: Joint, table: JointTable, movable: list[Joint]) -> Joint:
+        """Return a joint that follows others: q_j linear in their variables."""
+        place = f"joint {joint.number}, key 'follows'"
+        if joint.sigma == names.FIXED:
+            raise self.fail(f"{place}: a fixed joint (sigma 2) follows none")
+        for key in ("friction", "rotor_inertia", "coulomb_width"):
+            if getattr(table, key):
+                raise self.fail(
+                    f"joint {joint.number}, key {key!r}: a joint that follows others has none of "
+                    "its own; accepted: on the joints that it follows, or as [[coupling]]"
+                )
+        variables = {f"q{j.number}": j for j in movable}
+        expr = self.expression(table.follows or "", place, (*self.geometry, *variables))
+        expr = sp.expand(expr)
+        joint = replace(joint, follows=expr)
+        linear = sum((c * joint_variable(k) for k, c in joint.shares), joint.offset)
+        accepted = "a sum of numbers times variables of movable joints, such as 'pi/2 + q7 - q2'"
+        if not joint.shares or sp.expand(linear - expr) != 0:
+            raise self.fail(f"{place}: {shortened(table.follows or '')!r}; accepted: {accepted}")
+        for k, c in joint.shares:
+            if {s.name for s in c.free_symbols} & set(variables):
+                raise self.fail(f"{place}: not linear in q{k}; accepted: {accepted}")
+            if joint.sigma == names.REVOLUTE and (
+                variables[f"q{k}"].sigma != names.REVOLUTE or not self.at_values(c).is_Rational
+            ):
+                raise self.fail(
+                    f"{place}: the factor of q{k} is {expressions.text(c)}; accepted for a "
+                    "revolute joint: fractions, of the variables of revolute joints"
+                )
+        if joint.sigma == names.REVOLUTE:
+            self.angle(joint.offset, place)
+            shares = sum(
+                (self.at_values(c) * joint_variable(k) for k, c in joint.shares), sp.S.Zero
+            )
+            joint = replace(joint, follows=shares + joint.offset)
+        return joint
 
     def warn_near_fraction(self, angle: sp.Expr, value: float, place: str) -> None:
         k = round(value * 24 / math.pi)
@@ -303,52 +358,3 @@ def _snapped(angle: sp.Expr) -> sp.Expr:
     if 0 < abs(k) <= 96 and abs(value - k * math.pi / 24) <= 5e-16 * max(1.0, abs(value)):
         return sp.pi * sp.Rational(k, 24)
     return angle
-
-
-def robot_toml(robot: Robot) -> str:
-    """Return the robot as the text of a robot.toml; reading it gives the same robot."""
-
-    def scalar(expr: sp.Expr) -> str:
-        written = expressions.text(expr)
-        try:
-            plain = expr.is_Rational and expressions.exact(Decimal(written)) == expr
-        except ArithmeticError:
-            plain = False
-        return written if plain else f'"{written}"'
-
-    def plain_list(values: tuple[object, ...]) -> str:
-        return "[" + ", ".join(str(list(v) if isinstance(v, tuple) else v) for v in values) + "]"
-
-    out = [
-        "[robot]",
-        f'name = "{robot.name}"',
-        'convention = "modified-dh"',
-        f"gravity = [{', '.join(scalar(g) for g in robot.gravity)}]",
-    ]
-    if robot.geometry:
-        out += ["", "[geometry]", *(f"{key} = {scalar(v)}" for key, v in robot.geometry)]
-    for joint in robot.joints:
-        out += ["", f"[[joint]]  # {joint.number}", f"sigma = {joint.sigma}"]
-        if joint.antecedent != joint.number - 1:
-            out.append(f"antecedent = {joint.antecedent}")
-        for key in ("gamma", "b", "alpha", "d", "theta", "r"):
-            if not getattr(joint, key).is_zero:
-                out.append(f"{key} = {scalar(getattr(joint, key))}")
-        if joint.movable:
-            words = ", ".join(f'"{word}"' for word in joint.friction)
-            out.append(f"friction = [{words}]")
-            if joint.coulomb_width:
-                out.append(f"coulomb_width = {joint.coulomb_width!r}")
-            out.append(f"rotor_inertia = {str(joint.rotor_inertia).lower()}")
-    for coupling in robot.couplings:
-        out += ["", "[[coupling]]", f"joints = [{coupling.first}, {coupling.second}]"]
-        out.append(f"ratio = {scalar(coupling.ratio)}")
-    if robot.payload is not None:
-        out += ["", "[payload]", f"joint = {robot.payload}"]
-    if robot.limits is not None:
-        out += ["", "[limits]"]
-        for key in ("position", "velocity", "acceleration", "torque"):
-            values = getattr(robot.limits, key)
-            if values is not None:
-                out.append(f"{key} = {plain_list(values)}")
-    return "\n".join(out) + "\n"

@@ -5,11 +5,13 @@ placed on that of its antecedent by
 
     T = Rot(z, gamma) Trans(z, b) Rot(x, alpha) Trans(x, d) Rot(z, theta) Trans(z, r)
 
-and q_j is added to theta (sigma 0) or to r (sigma 1).
+and q_j is added to theta (sigma 0) or to r (sigma 1). A joint that follows others, as in a
+parallelogram, has no variable of its own: q_j = sum of c_jk q_k + constant.
 """
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 
 import sympy as sp
@@ -17,10 +19,21 @@ import sympy as sp
 from symgen import names
 from symgen.errors import RobotError
 
+_VARIABLE = re.compile(r"q\d+")
+
+
+def joint_variable(number: int) -> sp.Symbol:
+    """Return the symbol of a joint variable: q and the joint's number in the file."""
+    return sp.Symbol(f"q{number}", real=True)
+
 
 @dataclass(frozen=True)
 class Joint:
-    """One joint and the link behind it; lengths in m, angles in rad, exact or in named symbols."""
+    """One joint and the link behind it; lengths in m, angles in rad, exact or in named symbols.
+
+    `follows` is None, or q_j as a linear expression in the symbols q1, q2, ... of other joints.
+    `name` is what another format called the joint.
+    """
 
     number: int
     sigma: int
@@ -34,11 +47,30 @@ class Joint:
     friction: tuple[str, ...] = ("coulomb", "viscous")
     coulomb_width: float = 0.0
     rotor_inertia: bool = True
+    follows: sp.Expr | None = None
+    name: str = ""
 
     @property
     def movable(self) -> bool:
-        """Whether the joint has a variable q."""
-        return self.sigma != names.FIXED
+        """Whether the joint has a variable q of its own."""
+        return self.sigma != names.FIXED and self.follows is None
+
+    @property
+    def shares(self) -> tuple[tuple[int, sp.Expr], ...]:
+        """Return pairs (k, dq_j/dq_k) of the movable joints that move this one."""
+        if self.follows is None:
+            return ((self.number, sp.S.One),) if self.movable else ()
+        numbers = sorted(
+            int(s.name[1:]) for s in self.follows.free_symbols if _VARIABLE.fullmatch(s.name)
+        )
+        return tuple((k, self.follows.coeff(joint_variable(k))) for k in numbers)
+
+    @property
+    def offset(self) -> sp.Expr:
+        """Return what q_j is where the joints that it follows are at zero."""
+        if self.follows is None:
+            return sp.S.Zero
+        return self.follows.subs({joint_variable(k): 0 for k, _ in self.shares})
 
 
 @dataclass(frozen=True)
@@ -48,6 +80,14 @@ class Coupling:
     first: int
     second: int
     ratio: sp.Expr
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A closed chain: frames on the two sides of the cut joint, which share origin and z axis."""
+
+    first: int
+    second: int
 
 
 @dataclass(frozen=True)
@@ -75,11 +115,17 @@ class Robot:
     couplings: tuple[Coupling, ...] = ()
     payload: int | None = None
     limits: Limits | None = None
+    loops: tuple[Loop, ...] = ()
 
     @property
     def movable(self) -> tuple[Joint, ...]:
-        """The joints that have a variable, in file order: arrays and log columns follow them."""
+        """The joints with a variable of their own, in file order, as in arrays and log columns."""
         return tuple(joint for joint in self.joints if joint.movable)
+
+    @property
+    def moving(self) -> tuple[Joint, ...]:
+        """The joints that move, those included that follow others."""
+        return tuple(joint for joint in self.joints if joint.sigma != names.FIXED)
 
     @property
     def n(self) -> int:
@@ -113,7 +159,11 @@ class Robot:
         values = self.values()
         keys = ("gamma", "b", "alpha", "d", "theta", "r")
         joints = tuple(
-            replace(joint, **{key: getattr(joint, key).subs(values) for key in keys})
+            replace(
+                joint,
+                **{key: getattr(joint, key).subs(values) for key in keys},
+                follows=None if joint.follows is None else sp.expand(joint.follows.subs(values)),
+            )
             for joint in self.joints
         )
         couplings = tuple(replace(c, ratio=c.ratio.subs(values)) for c in self.couplings)

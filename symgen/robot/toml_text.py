@@ -1,0 +1,67 @@
+"""The text of a robot.toml."""
+
+from __future__ import annotations
+
+import json
+from decimal import Decimal
+
+import sympy as sp
+
+from symgen import names
+from symgen.robot import expressions
+from symgen.robot.types import Robot
+
+
+def robot_toml(robot: Robot) -> str:
+    """Return the robot as the text of a robot.toml; reading it gives the same robot."""
+
+    def scalar(expr: sp.Expr) -> str:
+        written = expressions.text(expr)
+        try:
+            plain = expr.is_Rational and expressions.exact(Decimal(written)) == expr
+        except ArithmeticError:
+            plain = False
+        return written if plain else f'"{written}"'
+
+    def plain_list(values: tuple[object, ...]) -> str:
+        return "[" + ", ".join(str(list(v) if isinstance(v, tuple) else v) for v in values) + "]"
+
+    out = [
+        "[robot]",
+        f'name = "{robot.name}"',
+        'convention = "modified-dh"',
+        f"gravity = [{', '.join(scalar(g) for g in robot.gravity)}]",
+    ]
+    if robot.geometry:
+        out += ["", "[geometry]", *(f"{key} = {scalar(v)}" for key, v in robot.geometry)]
+    for joint in robot.joints:
+        out += ["", f"[[joint]]  # {joint.number}", f"sigma = {joint.sigma}"]
+        if joint.antecedent != joint.number - 1:
+            out.append(f"antecedent = {joint.antecedent}")
+        for key in ("gamma", "b", "alpha", "d", "theta", "r"):
+            if not getattr(joint, key).is_zero:
+                out.append(f"{key} = {scalar(getattr(joint, key))}")
+        if joint.name:
+            out.append(f"name = {json.dumps(joint.name, ensure_ascii=False)}")
+        if joint.follows is not None:
+            out.append(f'follows = "{expressions.text(joint.follows)}"')
+        elif joint.sigma != names.FIXED:
+            words = ", ".join(f'"{word}"' for word in joint.friction)
+            out.append(f"friction = [{words}]")
+            if joint.coulomb_width:
+                out.append(f"coulomb_width = {joint.coulomb_width!r}")
+            out.append(f"rotor_inertia = {str(joint.rotor_inertia).lower()}")
+    for coupling in robot.couplings:
+        out += ["", "[[coupling]]", f"joints = [{coupling.first}, {coupling.second}]"]
+        out.append(f"ratio = {scalar(coupling.ratio)}")
+    if robot.payload is not None:
+        out += ["", "[payload]", f"joint = {robot.payload}"]
+    for loop in robot.loops:
+        out += ["", "[[loop]]", f"cut = [{loop.first}, {loop.second}]"]
+    if robot.limits is not None:
+        out += ["", "[limits]"]
+        for key in ("position", "velocity", "acceleration", "torque"):
+            values = getattr(robot.limits, key)
+            if values is not None:
+                out.append(f"{key} = {plain_list(values)}")
+    return "\n".join(out) + "\n"
