@@ -36,6 +36,11 @@ def robot_of(
     arm: Arm, friction: tuple[str, ...] = (), rotor: bool = True, name: str = "arm"
 ) -> Robot:
     """Return an oracle's arm as a robot, read from the text of a robot.toml."""
-    with warnings.catch_warnings():  # random angles may come near a fraction of pi
+    return parsed(to_toml(arm, name, friction, rotor), name)
+
+
+def parsed(text: str, name: str = "arm") -> Robot:
+    """Read a robot.toml; random angles may come near a fraction of pi."""
+    with warnings.catch_warnings():
         warnings.simplefilter("ignore", SymgenWarning)
-        return parse_robot(to_toml(arm, name, friction, rotor), name)
+        return parse_robot(text, name)

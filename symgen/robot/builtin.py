@@ -24,5 +24,9 @@ def library_summary(name: str) -> tuple[str, str]:
 
     text = library_text(name)
     joints = tomllib.loads(text)["joint"]
-    kinds = "".join("RP"[joint.get("sigma", 0)] for joint in joints)
+    kinds = "".join(
+        "RP"[joint.get("sigma", 0)]
+        for joint in joints
+        if joint.get("sigma", 0) != 2 and "follows" not in joint
+    )
     return kinds, text.splitlines()[0].lstrip("# ")

@@ -3,7 +3,7 @@
 A loop is opened at one joint, which leaves a tree; a frame (a fixed joint of the file) marks either
 side of the cut. The constraint is that their origins and z axes coincide. For parallelograms it
 makes the passive joints linear in the active ones, q_p = sum of c q_a + constant, which is what
-`follows` declares (Khalil and Kleinfinger 1986; Khalil and Dombre 2002, ch. 10): here it is checked.
+`follows` declares (Khalil and Kleinfinger 1986; Khalil and Dombre 2002). Here it is checked.
 """
 
 from __future__ import annotations

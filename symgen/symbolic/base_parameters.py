@@ -10,6 +10,7 @@ exact linear algebra otherwise; each is checked modulo both primes.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -249,12 +250,16 @@ class _Columns:
         self.state = [p for p in standard if p.inertial or p.prefix == "OF"]
         self.names = [p.name for p in self.state]
         self.path_only = len(standard) - len(self.state)
-        self.angles = [a for j in robot.joints for a in (j.gamma, j.alpha, j.theta)]
+        turned = [j.theta + j.offset for j in robot.joints if j.sigma == names.REVOLUTE]
+        self.angles = [a for j in robot.joints for a in (j.gamma, j.alpha, j.theta)] + turned
+        ratios = [c for j in robot.joints for _, c in j.shares if j.sigma == names.REVOLUTE]
+        self.parts = math.lcm(*(int(c.q) for c in ratios))
 
     def fields(self) -> list[_Sample]:
         """Evaluate all columns modulo two primes, each with its own seed."""
         order = order_needed(self.angles)
-        geometry = [e for j in self.robot.joints for e in (j.b, j.d, j.r) if not e.is_Rational]
+        lengths = [e for j in self.robot.joints for e in (j.b, j.d, j.r)]
+        geometry = [e for e in lengths if not e.is_Rational]
         out: list[_Sample] = []
         # A square root of the geometry exists modulo every other prime, or at every other point.
         for prime in itertools.islice(primes(order), _PRIMES):
@@ -275,7 +280,9 @@ class _Columns:
     def _differences(self, field: PrimeField) -> Residues:
         count = len(self.names) + _MARGIN
         q = [
-            field.joint_angle(count) if j.sigma == names.REVOLUTE else field.numbers(count)
+            field.joint_angle(count, self.parts)
+            if j.sigma == names.REVOLUTE
+            else field.numbers(count)
             for j in self.robot.movable
         ]
         qd = [field.numbers(count) for _ in self.robot.movable]
@@ -301,7 +308,9 @@ class _Columns:
             link
             for i, p in enumerate(self.state)
             if i in dropped and not p.inertial
-            for link in _carried_by(self.robot, p.joint)
+            for j in self.robot.moving
+            if p.joint in dict(j.shares)
+            for link in _carried_by(self.robot, j.number)
         }
         late = [
             i for i, p in enumerate(self.state) if p.prefix == names.MASS and p.joint in carried

@@ -24,6 +24,7 @@ from symgen.symbolic import friction
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.bodies import Inertia, cross, named, plus
 from symgen.symbolic.composite import composites
+from symgen.symbolic.constraints import Rows, congruent, folded, spread
 from symgen.symbolic.energy import half_square, link_column
 from symgen.symbolic.kinematics import (
     ZERO,
@@ -41,7 +42,6 @@ from symgen.symbolic.tape import Tape, TapeBuilder
 
 _HALF = sp.Rational(1, 2)
 Wrenches = dict[int, Screw]
-Rows = dict[int, dict[int, sp.Expr]]
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Plant:
 
     def still(self) -> Plant:
         """Return the same plant with all speeds zero."""
-        return replace(self, way=tuple(replace(s, qd=sp.S.Zero) for s in self.way))
+        return replace(self, way=tuple(s.still() for s in self.way))
 
     def close(
         self, inputs: Sequence[str], outputs: Sequence[sp.Expr], inertial: bool = False
@@ -98,7 +98,7 @@ def inverse_dynamics(p: Plant, *, accelerating: bool = True) -> dict[int, sp.Exp
     """Return the torque of every movable joint; without acceleration: C qd + g + friction."""
     variable = variables(p.robot)
     qdd = dict(zip(p.numbers, variable.qdd, strict=True)) if accelerating else {}
-    torque = _body_torques(p, qdd)
+    torque = _body_torques(p, spread(p.robot, qdd, p.tape) if accelerating else {})
     for j, coefficient in _rotors(p).items():
         for k, value in coefficient.items():
             torque[j] += value * qdd.get(k, sp.S.Zero)
@@ -121,7 +121,7 @@ def _body_torques(p: Plant, qdd: Mapping[int, sp.Expr]) -> dict[int, sp.Expr]:
         )
         for j in p.robot.joints
     }
-    return _to_joints(p, wrench, "")
+    return folded(p.robot, _to_joints(p, wrench, ""), "Tf", p.tape)
 
 
 def _to_joints(p: Plant, wrench: Wrenches, tag: str) -> dict[int, sp.Expr]:
@@ -147,7 +147,7 @@ def _to_joints(p: Plant, wrench: Wrenches, tag: str) -> dict[int, sp.Expr]:
 
 def _rotors(p: Plant) -> Rows:
     """Return what rotors add to the mass matrix."""
-    rows: Rows = {j: {} for j in p.numbers}
+    rows: Rows = {j.number: {} for j in p.robot.moving}
     for j in p.numbers:
         rows[j][j] = p.value(f"{names.ROTOR}{j}")
     for c in p.robot.couplings:
@@ -166,7 +166,7 @@ def mass_matrix(p: Plant) -> Rows:
     rows = _rotors(p)
     for step in p.way:
         j, body = step.joint.number, bodies[step.joint.number]
-        if not step.joint.movable:
+        if step.joint.sigma == names.FIXED:
             continue
         mx, my, _ = body.m
         if step.joint.sigma == names.REVOLUTE:  # momentum of a unit turn about z
@@ -177,17 +177,18 @@ def mass_matrix(p: Plant) -> Rows:
             if value != 0:
                 for a, b in {(j, k), (k, j)}:
                     rows[a][b] = rows[a].get(b, sp.S.Zero) + value
-    return {
+    rows = {
         j: {k: p.tape.name(f"M{min(j, k)}_{max(j, k)}", v) for k, v in row.items()}
         for j, row in rows.items()
     }
+    return congruent(p.robot, rows, "M", p.tape)
 
 
 def coriolis(p: Plant) -> Rows:
     """Return C by rows and columns of joint numbers: C qd are the torques, M' - 2 C is skew."""
     real = motions(p.way, ZERO, {}, p.tape)
-    rows: Rows = {j: {} for j in p.numbers}
-    for j in p.numbers:
+    rows: Rows = {j.number: {} for j in p.robot.moving}
+    for j in rows:
         wrench: Wrenches = {}
         for i, (w_r, dw_r, a_r) in _virtual(p, j).items():
             wrench[i] = _coriolis_wrench(
@@ -195,7 +196,7 @@ def coriolis(p: Plant) -> Rows:
             )
         for k, value in _to_joints(p, wrench, f"c{j}").items():
             rows[k][j] = p.tape.name(f"C{k}_{j}", value)
-    return rows
+    return congruent(p.robot, rows, "C", p.tape)
 
 
 def _virtual(p: Plant, j: int) -> dict[int, tuple[Vector, Vector, Vector]]:
@@ -304,7 +305,7 @@ def dense(rows: Rows, numbers: Sequence[int]) -> list[sp.Expr]:
 def energies(p: Plant) -> list[sp.Expr]:
     """Return kinetic and potential energy of a robot in its base parameters, J."""
     variable, tape = variables(p.robot), p.tape
-    still = tuple(replace(step, qd=sp.S.Zero) for step in p.way)
+    still = tuple(step.still() for step in p.way)
     moving, resting = frames(p.way, ZERO, tape), frames(still, p.gravity, tape)
     speed = friction.speeds(p.robot, variable)
     drives = {c.second: friction.drive_speed(c, speed, tape) for c in p.robot.couplings}

@@ -7,6 +7,7 @@ joint k. Power is the sum of qd_j times the column of joint j: FS |qd_j| + FV qd
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import sympy as sp
@@ -36,7 +37,7 @@ def builder(robot: Robot, symbols: tuple[sp.Symbol, ...]) -> TapeBuilder:
     return TapeBuilder(taken | ARGUMENTS)
 
 
-def drive_speed(coupling: Coupling, speed: dict[int, sp.Symbol], tape: TapeBuilder) -> sp.Expr:
+def drive_speed(coupling: Coupling, speed: Mapping[int, sp.Expr], tape: TapeBuilder) -> sp.Expr:
     """Return u = qd_j + ratio qd_k as a named step."""
     k = coupling.second
     ratio = tape.constant(f"ratio{k}", coupling.ratio)

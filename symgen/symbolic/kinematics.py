@@ -16,12 +16,13 @@ while the steps are written, and every step has a name.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
 from symgen import names
 from symgen.robot.types import Joint, Robot
+from symgen.symbolic.constraints import followed
 from symgen.symbolic.tape import TapeBuilder
 
 Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
@@ -53,13 +54,19 @@ class Step:
 
     `before` leads to the axis of j, turned by theta where j is revolute; the joint's own velocity
     is added there; `after` is the translation along z, which a rotation about z leaves alone.
+    `rate` is the speed qd, as a sum of other speeds where the joint follows others: in a sum of
+    rates these cancel.
     """
 
     joint: Joint
     before: tuple[Turn | Shift, ...]
     after: tuple[Shift, ...]
-    q: sp.Expr
     qd: sp.Expr
+    rate: sp.Expr
+
+    def still(self) -> Step:
+        """Return the same step at rest."""
+        return replace(self, qd=sp.S.Zero, rate=sp.S.Zero)
 
 
 @dataclass(frozen=True)
@@ -94,24 +101,28 @@ def variables(robot: Robot) -> Variables:
 
 def steps(robot: Robot, variable: Variables, tape: TapeBuilder) -> tuple[Step, ...]:
     """Return the way to every joint, in file order; sines and cosines become steps of the tape."""
-    pairs = dict(
-        zip(
-            (j.number for j in robot.movable),
-            zip(variable.q, variable.qd, strict=True),
-            strict=True,
-        )
-    )
-    none = (sp.S.Zero, sp.S.Zero)
-    return tuple(_step(joint, *pairs.get(joint.number, none), tape) for joint in robot.joints)
+    numbers = [j.number for j in robot.movable]
+    q = dict(zip(numbers, variable.q, strict=True))
+    qd = dict(zip(numbers, variable.qd, strict=True))
+    out = []
+    for joint in robot.joints:
+        j = joint.number
+        at = tape.name(f"Q{j}", followed(joint, q, tape))
+        rate = followed(joint, qd, tape)
+        out.append(_step(joint, at, tape.name(f"qd{j}", rate), rate, tape))
+    return tuple(out)
 
 
-def _step(joint: Joint, q: sp.Expr, qd: sp.Expr, tape: TapeBuilder) -> Step:
+def _step(joint: Joint, q: sp.Expr, qd: sp.Expr, rate: sp.Expr, tape: TapeBuilder) -> Step:
     j = joint.number
+    turn, slide = joint.theta, joint.r
     if joint.sigma == names.REVOLUTE:
-        c, s = _joint_angle(q, joint.theta, j, tape)
+        turn += joint.offset
+        c, s = _joint_angle(q, turn, j, tape)
     else:
-        c, s = _angle(joint.theta, f"theta{j}", tape)
-    r = tape.constant(f"r{j}", joint.r)
+        slide += joint.offset
+        c, s = _angle(turn, f"theta{j}", tape)
+    r = tape.constant(f"r{j}", slide)
     if joint.sigma == names.PRISMATIC:
         r = tape.name(f"R{j}", q + r)
     before: tuple[Turn | Shift, ...] = (
@@ -123,7 +134,7 @@ def _step(joint: Joint, q: sp.Expr, qd: sp.Expr, tape: TapeBuilder) -> Step:
     )
     kept = tuple(m for m in before if not (m.c == 1 if isinstance(m, Turn) else m.length == 0))
     after = () if r == 0 else (Shift(2, r, f"r{j}"),)
-    return Step(joint, kept, after, q, qd)
+    return Step(joint, kept, after, qd, rate)
 
 
 def gravity(robot: Robot, tape: TapeBuilder) -> Vector:
@@ -147,12 +158,12 @@ def frames(way: tuple[Step, ...], base_gravity: Vector, tape: TapeBuilder) -> Ma
             frame = _moved(frame, motion, tape)
         w, V = frame.w, frame.V
         if joint.sigma == names.REVOLUTE:
-            w = (w[0], w[1], tape.name(f"W3{joint.number}", w[2] + step.qd))
+            w = (w[0], w[1], tape.name(f"W3{joint.number}", w[2] + step.rate))
         frame = Frame(w, V, frame.g, frame.u)
         for shift in step.after:
             frame = _moved(frame, shift, tape)
         if joint.sigma == names.PRISMATIC:
-            V3 = tape.name(f"V3{joint.number}", frame.V[2] + step.qd)
+            V3 = tape.name(f"V3{joint.number}", frame.V[2] + step.rate)
             frame = Frame(frame.w, (frame.V[0], frame.V[1], V3), frame.g, frame.u)
         states[joint.number] = frame
     return states

@@ -55,7 +55,7 @@ def lifted(
         raise NeedsValuesError("a relation in several general angles")
     halves: dict[sp.Expr, sp.Symbol] = {}
     for attempt in range(_TRIES):
-        arithmetic = _Exact(halves)
+        arithmetic = _Exact(halves, following=len(robot.moving) > robot.n)
         draw = random.Random(f"lift {attempt}")
         rows = []
         for _ in range(len(support) + 3 + attempt):
@@ -126,6 +126,17 @@ class _Circle:
     def __init__(self, c: sp.Expr, s: sp.Expr) -> None:
         self.c, self.s = c, s
 
+    def plus(self, other: _Circle) -> _Circle:
+        """Return the sum of two angles."""
+        return _Circle(
+            sp.expand(self.c * other.c - self.s * other.s),
+            sp.expand(self.s * other.c + self.c * other.s),
+        )
+
+    def opposite(self) -> _Circle:
+        """Return the angle with its sign changed."""
+        return _Circle(self.c, -self.s)
+
 
 def _point(robot: Robot, draw: random.Random) -> tuple[list[Any], list[Any], dict[int, sp.Expr]]:
     """Draw a small rational state: points of the circle, positions and speeds."""
@@ -145,8 +156,8 @@ def _point(robot: Robot, draw: random.Random) -> tuple[list[Any], list[Any], dic
 class _Exact:
     """Exact arithmetic of SymPy expressions, for a few columns at a time."""
 
-    def __init__(self, halves: dict[sp.Expr, sp.Symbol]) -> None:
-        self.halves = halves
+    def __init__(self, halves: dict[sp.Expr, sp.Symbol], following: bool) -> None:
+        self.halves, self.following = halves, following
 
     def constant(self, value: sp.Expr) -> sp.Expr:
         return value.replace(
@@ -160,22 +171,32 @@ class _Exact:
         return (1 - t**2) / (1 + t**2) if function is sp.cos else 2 * t / (1 + t**2)
 
     def add(self, a: Any, b: Any) -> Any:
-        if isinstance(a, _Circle):  # adding a constant keeps the point as random as it was
-            return a
+        if isinstance(a, _Circle) or isinstance(b, _Circle):
+            return self._turned(a, b)
         return sp.cancel(a + b) if self.halves else a + b
 
     def sub(self, a: Any, b: Any) -> Any:
-        if isinstance(a, _Circle):
-            return a
+        if isinstance(a, _Circle) or isinstance(b, _Circle):
+            return self._turned(a, self.neg(b))
         return sp.cancel(a - b) if self.halves else a - b
 
     def mul(self, a: Any, b: Any) -> Any:
+        if isinstance(a, _Circle) or isinstance(b, _Circle):
+            raise NeedsValuesError("a multiple of a joint variable")
         return sp.cancel(a * b) if self.halves else sp.expand(a * b)
 
     def neg(self, a: Any) -> Any:
-        return -a
+        return a.opposite() if isinstance(a, _Circle) else -a
 
     def function(self, name: str, argument: Any) -> Any:
         if name == "copy":
             return argument
         return argument.c if name == "cos" else argument.s
+
+    def _turned(self, a: Any, b: Any) -> _Circle:
+        if isinstance(a, _Circle) and isinstance(b, _Circle):
+            return a.plus(b)
+        if self.following:
+            raise NeedsValuesError("a constant angle beside joints that follow others")
+        # Adding a constant keeps the point as random as it was.
+        return a if isinstance(a, _Circle) else b

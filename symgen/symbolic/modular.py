@@ -42,10 +42,16 @@ class _Constant(int):
 
 
 class JointAngle:
-    """Random values of a revolute joint variable: numbers, and the units e^(iq) beside them."""
+    """Random values of a revolute joint variable: numbers, and the units e^(iq) beside them.
 
-    def __init__(self, number: Residues, unit: Residues) -> None:
-        self.number, self.unit = number, unit
+    `root` is e^(iq/parts): fractions of the angle are powers of it. A multiple that is no such
+    fraction has a number alone.
+    """
+
+    def __init__(
+        self, number: Residues, unit: Residues | None, root: Residues | None = None, parts: int = 1
+    ) -> None:
+        self.number, self.unit, self.root, self.parts = number, unit, root, parts
 
 
 class PrimeField:
@@ -99,41 +105,79 @@ class PrimeField:
 
     def add(self, a: Any, b: Any) -> Any:
         if isinstance(a, JointAngle):
-            return self._turned(a, b, 1)
+            return self._turned(a, b)
+        if isinstance(b, JointAngle):
+            return self._turned(b, a)
         return (a + b) % self.p
 
     def sub(self, a: Any, b: Any) -> Any:
-        if isinstance(a, JointAngle):
-            return self._turned(a, b, -1)
+        if isinstance(a, JointAngle) or isinstance(b, JointAngle):
+            return self.add(a, self.neg(b))
         return (a - b) % self.p
 
     def mul(self, a: Any, b: Any) -> Any:
+        if isinstance(b, JointAngle):
+            a, b = b, a
+        if isinstance(a, JointAngle):
+            return self._multiple(a, b)
         return (a * b) % self.p
 
     def neg(self, a: Any) -> Any:
+        if isinstance(a, JointAngle):
+            return self._multiple(a, self.constant(sp.S.NegativeOne))
+        if isinstance(a, _Constant):
+            return self.constant(-a.expr)
         return (-a) % self.p
 
     def function(self, name: str, argument: Any) -> Any:
         if name == "copy":
             return argument
-        if isinstance(argument, JointAngle) and name in ("sin", "cos"):
-            c, s = self._cosine_sine(argument.unit)
+        unit = argument.unit if isinstance(argument, JointAngle) else None
+        if unit is not None and name in ("sin", "cos"):
+            c, s = self._cosine_sine(unit)
             return c if name == "cos" else s
         raise SymgenError(f"{name} has no exact value modulo a prime")
 
-    def joint_angle(self, count: int) -> JointAngle:
-        """Draw `count` random values of a revolute joint variable."""
-        return JointAngle(self.numbers(count), self.numbers(count))
+    def joint_angle(self, count: int, parts: int = 1) -> JointAngle:
+        """Draw `count` random values of a revolute joint variable, with its 1/parts."""
+        number, root = self.numbers(count), self.numbers(count)
+        return JointAngle(number, self._power(root, parts), root, parts)
 
     def numbers(self, count: int) -> Residues:
         """Draw `count` random nonzero residues."""
         return np.array([self._random.randrange(1, self.p) for _ in range(count)], dtype=np.int64)
 
-    def _turned(self, angle: JointAngle, offset: Any, sign: int) -> JointAngle:
-        if not isinstance(offset, _Constant):
-            raise SymgenError("a joint angle is turned by a constant alone")
-        unit = angle.unit * self._e_i(sign * offset.expr) % self.p
-        return JointAngle((angle.number + sign * int(offset)) % self.p, unit)
+    def _turned(self, angle: JointAngle, other: Any) -> Any:
+        """Return angle + other: an angle again where the other is an angle or a constant."""
+        if not isinstance(other, JointAngle | _Constant):
+            return (angle.number + other) % self.p
+        unit: Any = None
+        if isinstance(other, _Constant):
+            number: Any = int(other)
+            if angle.unit is not None and self._is_angle(other.expr):
+                unit = angle.unit * self._e_i(other.expr) % self.p
+        else:
+            number = other.number
+            if angle.unit is not None and other.unit is not None:
+                unit = angle.unit * other.unit % self.p
+        return JointAngle((angle.number + number) % self.p, unit)
+
+    def _multiple(self, angle: JointAngle, factor: Any) -> Any:
+        """Return factor times angle: an angle again where the factor is a fraction of its parts."""
+        number = angle.number * factor % self.p
+        if not isinstance(factor, _Constant):
+            return number
+        unit = None
+        if factor.expr.is_Integer and angle.unit is not None:
+            unit = self._power(angle.unit, int(factor.expr))
+        elif angle.root is not None and (factor.expr * angle.parts).is_Integer:
+            unit = self._power(angle.root, int(factor.expr * angle.parts))
+        return JointAngle(number, unit)
+
+    def _power(self, units: Residues, exponent: int) -> Residues:
+        if exponent == 1:
+            return units
+        return np.array([pow(int(z), exponent, self.p) for z in units], dtype=np.int64)
 
     def _cosine_sine(self, z: Any) -> tuple[Any, Any]:
         """Return (z + 1/z)/2 and (z - 1/z)/(2i)."""
@@ -142,6 +186,13 @@ class PrimeField:
         else:
             inverse = np.array([pow(int(x), -1, self.p) for x in z], dtype=np.int64)
         return (z + inverse) * self._half % self.p, (z - inverse) * self._half_i % self.p
+
+    def _is_angle(self, expr: sp.Expr) -> bool:
+        """Whether a constant is a sum of this geometry's angles; a length added to q is not."""
+        return all(
+            base is sp.pi or (base in self._unit and (number / self._unit[base]).is_Integer)
+            for number, base in _angle_terms(expr)
+        )
 
     def _e_i(self, angle: sp.Expr) -> int:
         """Return e^(i angle) of a constant angle: a product of powers of the units."""

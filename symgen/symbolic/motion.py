@@ -50,7 +50,7 @@ def motions(
                 tape.name(f"X2{j}", dw[1] - w[0] * speed),
                 tape.name(f"X3{j}", dw[2] + acceleration),
             )
-            w = (w[0], w[1], tape.name(f"W3{j}", w[2] + speed))
+            w = (w[0], w[1], tape.name(f"W3{j}", w[2] + step.rate))
         now = Motion(w, dw, a)
         for shift in step.after:
             now = _moved(now, shift, tape)

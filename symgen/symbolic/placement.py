@@ -8,6 +8,7 @@ from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic import friction
 from symgen.symbolic.bodies import cross, named
+from symgen.symbolic.constraints import folded
 from symgen.symbolic.kinematics import Shift, Turn, Vector, steps, variables
 from symgen.symbolic.tape import Tape, TapeBuilder
 
@@ -65,22 +66,25 @@ def jacobian_tape(robot: Robot) -> Tape:
         path.add(at)
         at = robot.joint(at).antecedent
     zero: Vector = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
-    columns: list[tuple[Vector, Vector]] = []
+    columns: dict[int, tuple[Vector, Vector]] = {}
     tip = places[last][3]
-    for joint in robot.movable:
+    for joint in robot.moving:
         _, _, z, origin = places[joint.number]
         if joint.number not in path:
-            columns.append((zero, zero))
-        elif joint.sigma == names.PRISMATIC:
-            columns.append((z, zero))
+            continue
+        if joint.sigma == names.PRISMATIC:
+            columns[joint.number] = (z, zero)
         else:
             arm = named(
                 (tip[0] - origin[0], tip[1] - origin[1], tip[2] - origin[2]),
                 f"a{joint.number}_",
                 tape,
             )
-            columns.append((named(cross(z, arm), f"v{joint.number}_", tape), z))
-    rows = [v[i] for i in range(3) for v, _ in columns] + [
-        w[i] for i in range(3) for _, w in columns
-    ]
+            columns[joint.number] = (named(cross(z, arm), f"v{joint.number}_", tape), z)
+    rows: list[sp.Expr] = []
+    for part in range(2):  # velocity, then angular velocity
+        for i in range(3):
+            row = {j: column[part][i] for j, column in columns.items()}
+            moved = folded(robot, row, f"J{3 * part + i}", tape)
+            rows += [moved.get(joint.number, sp.S.Zero) for joint in robot.movable]
     return tape.tape([("q", variables(robot).q)], rows)

@@ -22,6 +22,7 @@ from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic import friction
 from symgen.symbolic.bodies import cross, dot, named, plus, unit, unit_momentum, unit_wrench
+from symgen.symbolic.constraints import folded, spread
 from symgen.symbolic.kinematics import (
     ZERO,
     Frame,
@@ -41,21 +42,25 @@ Columns = list[dict[int, sp.Expr]]
 
 @dataclass(frozen=True)
 class _Scene:
-    """What every regressor starts from; joints and links by number."""
+    """What every regressor starts from; all joints that move, and links, by number."""
 
     robot: Robot
     variable: Variables
     tape: TapeBuilder
-    qd: Mapping[int, sp.Symbol]
-    qdd: Mapping[int, sp.Symbol]
+    qd: Mapping[int, sp.Expr]
+    qdd: Mapping[int, sp.Expr]
     screw: Mapping[int, Mapping[int, Screw]]
     parameters: Sequence[Parameter]
 
     def close(self, inputs: Sequence[str], *matrices: Columns) -> Tape:
         """Return the tape of some matrices (n, columns), row-major, one after the other."""
+        acting = [
+            [folded(self.robot, c, f"G{k}_{i}", self.tape) for i, c in enumerate(columns)]
+            for k, columns in enumerate(matrices)
+        ]
         rows = [
             column.get(j.number, sp.S.Zero)
-            for columns in matrices
+            for columns in acting
             for j in self.robot.movable
             for column in columns
         ]
@@ -68,8 +73,8 @@ def _scene(robot: Robot) -> tuple[_Scene, Mapping[int, Frame], Mapping[int, Moti
     tape = friction.builder(robot, symbols)
     way = steps(robot, variable, tape)
     numbers = [j.number for j in robot.movable]
-    qd = dict(zip(numbers, variable.qd, strict=True))
-    qdd = dict(zip(numbers, variable.qdd, strict=True))
+    qd = {step.joint.number: step.qd for step in way}
+    qdd = spread(robot, dict(zip(numbers, variable.qdd, strict=True)), tape)
     base = gravity(robot, tape)
     scene = _Scene(robot, variable, tape, qd, qdd, screws(way, tape), standard_parameters(robot))
     return scene, frames(way, base, tape), motions(way, base, qdd, tape)
@@ -152,7 +157,7 @@ def power_tape(robot: Robot) -> Tape:
     scene, frame, motion = _scene(robot)
     tape = scene.tape
     outputs: list[sp.Expr] = []
-    drives = {c.second: friction.drive_speed(c, dict(scene.qd), tape) for c in robot.couplings}
+    drives = {c.second: friction.drive_speed(c, scene.qd, tape) for c in robot.couplings}
     for p in scene.parameters:
         if not p.inertial:
             continue
@@ -187,9 +192,9 @@ def _shares(scene: _Scene, p: Parameter) -> dict[int, sp.Expr]:
     return {coupling.first: sp.S.One, p.joint: ratio}
 
 
-def _rotor(scene: _Scene, p: Parameter, rate: Mapping[int, sp.Symbol]) -> dict[int, sp.Expr]:
+def _rotor(scene: _Scene, p: Parameter, rate: Mapping[int, sp.Expr]) -> dict[int, sp.Expr]:
     """Return the column of a rotor: its share times u' (torque), or times u (momentum)."""
     shares = _shares(scene, p)
-    name = f"V{p.name}{next(iter(rate.values())).name.rstrip('0123456789')}"
+    name = f"V{p.name}{rate[p.joint].name.rstrip('0123456789')}"
     u = scene.tape.name(name, sum((s * rate[j] for j, s in shares.items()), sp.S.Zero))
     return {j: scene.tape.name(f"{name}_{j}", s * u) for j, s in shares.items()}

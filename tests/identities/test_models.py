@@ -6,31 +6,44 @@ from functools import cache
 
 import numpy as np
 import pytest
+from oracles.following import following_arm
 from oracles.random_arms import random_arm, random_parameters
 from oracles.transforms import jacobians, parameter_vector, world_transforms
-from support import robot_of
+from support import parsed, robot_of
 
 import symgen
 from symgen.codegen.kernels import regrouped
 
-SEEDS = list(range(24))
+# From 100 on, some joints follow others.
+SEEDS = [*range(24), *range(100, 116)]
 
 
 class Case:
     """One random arm with its compiled model, physical parameters and a state."""
 
     def __init__(self, seed: int, friction: tuple[str, ...]) -> None:
-        self.arm = random_arm(seed, max_joints=6)
-        robot = robot_of(self.arm, friction, True)
+        if seed < 100:
+            self.arm = random_arm(seed, max_joints=6)
+            self.G, self.c = np.eye(self.arm.n), np.zeros(self.arm.n)
+            robot, flags = robot_of(self.arm, friction, True), True
+        else:
+            chosen = following_arm(seed)
+            self.arm, self.G, self.c = chosen.arm, chosen.G, chosen.c
+            words = ", ".join(f'"{word}"' for word in friction)
+            text = chosen.text.replace('["coulomb", "viscous"]', f"[{words}]")
+            robot, flags = parsed(text), chosen.rotors()
         self.model = symgen.derive(robot, "all")
         self.evaluator = symgen.load(self.model, backend="casadi")
-        self.links, self.rotors = random_parameters(self.arm, seed)
-        inertial = parameter_vector(self.arm, self.links, self.rotors, True)
+        self.links, rotors = random_parameters(self.arm, seed)
+        inertial = parameter_vector(self.arm, self.links, rotors, flags)
+        own = np.array([flags is True or flags[j - 1] for j in self.arm.movable])
+        self.rotors = rotors * own
         draw = np.random.default_rng(seed)
         count = len(self.model.base.standard) - len(inertial)
         standard = [*inertial, *draw.uniform(0.1, 1, count)]
         self.X = np.array(regrouped(self.model.base, standard, robot.values()))
         self.q, self.qd, self.qdd = draw.uniform(-1, 1, (3, robot.n))
+        self.q_tree = self.G @ self.q + self.c
 
     def __call__(self, kernel: str, *inputs):
         return self.evaluator[kernel](*inputs)
@@ -121,9 +134,9 @@ def test_mass_matrix_is_symmetric_positive_definite_and_its_rate_matches_corioli
 @pytest.mark.parametrize("seed", SEEDS)
 def test_frames_and_jacobian_are_those_of_plain_transforms(seed: int) -> None:
     c = case(seed)
-    frames = world_transforms(c.arm, c.q)
+    frames = world_transforms(c.arm, c.q_tree)
     _close(c("frames", c.q), frames, 1e-13)
-    _close(c("jacobian", c.q), jacobians(c.arm, frames)[-1], 1e-13)
+    _close(c("jacobian", c.q), jacobians(c.arm, frames)[-1] @ c.G, 1e-13)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -133,11 +146,12 @@ def test_dynamics_are_those_of_pinocchio(seed: int) -> None:
 
     c = case(seed, rub=False)
     witness = PinocchioArm(c.arm, c.links, c.rotors)
-    tau = witness.inverse_dynamics(c.q, c.qd, c.qdd)
-    _close(c("inverse_dynamics", c.q, c.qd, c.qdd, c.X), tau)
-    _close(c("mass_matrix", c.q, c.X), witness.mass_matrix(c.q))
-    still = np.zeros_like(c.q)
-    _close(c("gravity_torque", c.q, c.X), witness.inverse_dynamics(c.q, still, still))
+    tau = witness.inverse_dynamics(c.q_tree, c.G @ c.qd, c.G @ c.qdd)
+    _close(c("inverse_dynamics", c.q, c.qd, c.qdd, c.X), c.G.T @ tau)
+    _close(c("mass_matrix", c.q, c.X), c.G.T @ witness.mass_matrix(c.q_tree) @ c.G)
+    still = np.zeros_like(c.q_tree)
+    weight = witness.inverse_dynamics(c.q_tree, still, still)
+    _close(c("gravity_torque", c.q, c.X), c.G.T @ weight)
 
 
 def test_forward_dynamics_says_that_the_mass_matrix_is_not_positive_definite() -> None:

@@ -1,0 +1,58 @@
+"""Joints that follow others: from the variables to all joints, and back for what acts on them.
+
+The variables q_k of the movable joints give every joint of the tree by q_j = sum of G_jk q_k + c_j
+with constant G. By virtual work, torques on the tree belong to tau = G^T tau_tree, a mass or
+Coriolis matrix to G^T M_tree G, and a Jacobian to J_tree G (Khalil and Dombre 2002, ch. 10).
+Without such joints G is the identity and nothing is added to the tape.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import sympy as sp
+
+from symgen.robot.types import Joint, Robot
+from symgen.symbolic.tape import TapeBuilder
+
+Rows = dict[int, dict[int, sp.Expr]]
+
+
+def followed(joint: Joint, values: Mapping[int, sp.Expr], tape: TapeBuilder) -> sp.Expr:
+    """Return sum of G_jk values_k for one joint; a plain value where it follows none."""
+    return sum((c * values[k] for k, c in _shares(joint, tape) if k in values), sp.S.Zero)
+
+
+def spread(robot: Robot, values: Mapping[int, sp.Expr], tape: TapeBuilder) -> dict[int, sp.Expr]:
+    """Return G values: rates of the movable joints become rates of all that move."""
+    return {j.number: followed(j, values, tape) for j in robot.moving}
+
+
+def folded(
+    robot: Robot, by_joint: Mapping[int, sp.Expr], name: str, tape: TapeBuilder
+) -> dict[int, sp.Expr]:
+    """Return G^T by_joint: what acts on the joints of the tree, as it acts on the variables."""
+    if len(robot.moving) == robot.n:
+        return dict(by_joint)
+    out: dict[int, sp.Expr] = {}
+    for joint in robot.moving:
+        for k, c in _shares(joint, tape) if joint.number in by_joint else ():
+            out[k] = out.get(k, sp.S.Zero) + c * by_joint[joint.number]
+    return {k: tape.name(f"{name}_{k}", value) for k, value in out.items()}
+
+
+def congruent(robot: Robot, rows: Rows, name: str, tape: TapeBuilder) -> Rows:
+    """Return G^T rows G of a matrix over the joints of the tree."""
+    if len(robot.moving) == robot.n:
+        return rows
+    half = {j: folded(robot, row, f"{name}r{j}", tape) for j, row in rows.items()}
+    out: Rows = {joint.number: {} for joint in robot.movable}
+    for k in out:
+        column = {j: row[k] for j, row in half.items() if k in row}
+        for j, value in folded(robot, column, f"{name}c{k}", tape).items():
+            out[j][k] = value
+    return out
+
+
+def _shares(joint: Joint, tape: TapeBuilder) -> list[tuple[int, sp.Expr]]:
+    return [(k, tape.constant(f"G{joint.number}_{k}", c)) for k, c in joint.shares]
