@@ -17,7 +17,10 @@ from symgen.errors import SymgenError
 from symgen.symbolic.tape import Tape, terms
 
 DTYPES = ("double", "float")
-_FUNCTIONS = {"sin": "sin", "cos": "cos", "Abs": "fabs", "tanh": "tanh", "sign": "sign"}
+_FUNCTIONS = {
+    **{name: name for name in ("sin", "cos", "tanh", "sign", "exp", "log")},
+    "Abs": "fabs",
+}
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,8 @@ def arithmetic(values: Mapping[sp.Symbol, sp.Expr]) -> Numbers:
         "cos": casadi.cos,
         "abs": casadi.fabs,
         "tanh": casadi.tanh,
+        "exp": casadi.exp,
+        "log": casadi.log,
         "sign": casadi.sign,
     }
     return Numbers(values, functions)

@@ -10,6 +10,7 @@ from symgen.errors import ParameterError
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters, find_base
 from symgen.symbolic.energy import energy_tape
+from symgen.symbolic.independence import require_new_columns
 from symgen.symbolic.parameters import standard_parameters
 
 
@@ -58,6 +59,8 @@ def derive(robot: Robot, kernels: Sequence[str] | str = ENERGY) -> Model:
         energy = energy_tape(subject)
         base = find_base(subject, standard, energy, at_values=True)
     assert base is not None
+    if robot.effects:
+        require_new_columns(subject, base)
     source = Subject(subject, base, energy)
     derived = (RECIPES[name](source) for name in ALL if name in chosen)
     return Model(robot, base, tuple(k for k in derived if k is not None))

@@ -91,6 +91,8 @@ def evaluate(
         "cos": context.cos,
         "abs": abs,
         "tanh": context.tanh,
+        "exp": context.exp,
+        "log": context.log,
         "sign": context.sign,
     }
     arithmetic = Numbers(

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from decimal import Decimal
 
 import sympy as sp
@@ -30,17 +30,42 @@ _MAX_DEPTH = 50
 _MAX_EXPONENT = 16
 _MAX_DECIMALS = 100
 
+#: How many arguments a function has, and what it gives.
+Function = tuple[int, Callable[..., sp.Expr]]
 #: Constants and functions of geometry expressions.
 CONSTANTS: Mapping[str, sp.Expr] = {"pi": sp.pi}
-FUNCTIONS: Mapping[str, sp.FunctionClass] = {"sqrt": sp.sqrt}
+FUNCTIONS: Mapping[str, Function] = {"sqrt": (1, sp.sqrt)}
 
 
-def parse(text: str, names: Collection[str] = ()) -> sp.Expr:
+def _larger(a: sp.Expr, b: sp.Expr) -> sp.Expr:
+    return (a + b + sp.Abs(a - b)) / 2
+
+
+def _smaller(a: sp.Expr, b: sp.Expr) -> sp.Expr:
+    return (a + b - sp.Abs(a - b)) / 2
+
+
+#: Functions of the torques of effects; pow(x, p) is x**p for any p where x is not negative.
+EFFECT_FUNCTIONS: Mapping[str, Function] = {
+    **FUNCTIONS,
+    **{f.__name__: (1, f) for f in (sp.sin, sp.cos, sp.exp, sp.tanh, sp.sign)},
+    "tan": (1, lambda x: sp.sin(x) / sp.cos(x)),
+    "abs": (1, sp.Abs),
+    "min": (2, _smaller),
+    "max": (2, _larger),
+    "pow": (2, lambda x, p: sp.Pow(sp.Abs(x), p)),
+}
+
+
+def parse(
+    text: str, names: Collection[str] = (), functions: Mapping[str, Function] = FUNCTIONS
+) -> sp.Expr:
     """Return the exact expression that a text of the safe grammar stands for.
 
     Args:
         text: for example "pi/2", "-L1" or "sqrt(2)*L1/2".
         names: the names that may occur, each a real symbol.
+        functions: the functions that may occur.
 
     Raises:
         ExpressionError: the text is not of the grammar, uses a name that is not declared,
@@ -50,7 +75,7 @@ def parse(text: str, names: Collection[str] = ()) -> sp.Expr:
         raise ExpressionError(
             f"expression of {len(text)} characters; accepted: at most {_MAX_LENGTH}"
         )
-    parser = _Parser(text, names)
+    parser = _Parser(text, names, functions)
     expr = parser.sum()
     if parser.kind is not None:
         raise parser.error("an operator")
@@ -103,8 +128,10 @@ def exact(number: int | float | Decimal) -> sp.Rational:
 class _Parser:
     """One pass over one text; `kind` and `token` are the token ahead."""
 
-    def __init__(self, text: str, names: Collection[str]) -> None:
-        self.text, self.names = text, names
+    def __init__(
+        self, text: str, names: Collection[str], functions: Mapping[str, Function]
+    ) -> None:
+        self.text, self.names, self.functions = text, names, functions
         self.at, self.end, self.depth = 0, 0, 0
         self.kind: str | None = None
         self.token = ""
@@ -201,19 +228,23 @@ class _Parser:
             value = self.sum()
             self.take(")")
             return value
-        if kind == "name" and token in FUNCTIONS:
+        if kind == "name" and token in self.functions:
+            count, function = self.functions[token]
             self.advance()
             self.take("(")
-            argument = self.sum()
+            arguments = [self.sum()]
+            for _ in range(count - 1):
+                self.take(",")
+                arguments.append(self.sum())
             self.take(")")
-            return FUNCTIONS[token](argument)
+            return function(*arguments)
         if kind == "name" and token in CONSTANTS:
             self.advance()
             return CONSTANTS[token]
         if kind == "name" and token in self.names:
             self.advance()
             return sp.Symbol(token, real=True)
-        declared = ", ".join([*CONSTANTS, *FUNCTIONS, *self.names])
+        declared = ", ".join([*CONSTANTS, *self.functions, *self.names])
         raise self.error(f"a number, '(' or one of {declared}")
 
 
@@ -258,6 +289,8 @@ def _text(expr: sp.Expr, level: int) -> str:
         base, exponent = expr.args
         if exponent == sp.Rational(1, 2):
             return f"sqrt({_text(base, 0)})"
+        if base.func is sp.Abs and not (2 * exponent).is_Integer:
+            return f"pow({_text(base, 0)}, {_text(exponent, 0)})"
         if exponent.is_negative:
             out = f"1/{_text(1 / expr, 2)}"
             return f"({out})" if level > 1 else out

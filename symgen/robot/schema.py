@@ -107,6 +107,14 @@ class LoopTable(_Table):
     cut: tuple[Integer, Integer]
 
 
+class EffectTable(_Table):
+    name: str
+    joints: list[Integer]
+    torque: str | None = None
+    linear: dict[str, str] = Field(default_factory=dict)
+    nonlinear: dict[str, Scalar] = Field(default_factory=dict)
+
+
 class LimitsTable(_Table):
     position: list[tuple[Finite, Finite]] | None = None
     velocity: list[Positive] | None = None
@@ -122,7 +130,7 @@ class RobotFile(_Table):
     payload: PayloadTable | None = None
     limits: LimitsTable | None = None
     drive: object = None
-    effect: object = None
+    effect: list[EffectTable] = Field(default_factory=list)
     loop: list[LoopTable] = Field(default_factory=list)
 
 
@@ -133,6 +141,7 @@ _TABLES: dict[str, type[BaseModel]] = {
     "payload": PayloadTable,
     "limits": LimitsTable,
     "loop": LoopTable,
+    "effect": EffectTable,
 }
 # What pydantic calls a fault, in the words of the person who wrote the file.
 _WORDS = {

@@ -19,6 +19,7 @@ from symgen.errors import ExpressionError, RobotError, SymgenWarning
 from symgen.robot import expressions
 from symgen.robot.builtin import library, library_text
 from symgen.robot.closure import require_closed
+from symgen.robot.effect import Effect, from_table
 from symgen.robot.expressions import shortened
 from symgen.robot.types import Coupling, Joint, Limits, Loop, Robot, joint_variable
 
@@ -127,9 +128,8 @@ class _Reader:
         return fits and name not in _KEYWORDS
 
     def robot(self, file: RobotFile) -> Robot:
-        for key in ("drive", "effect"):
-            if getattr(file, key) is not None:
-                raise self.fail(f"[{key}] is not supported by this version of symgen")
+        if file.drive is not None:
+            raise self.fail("[drive] is not supported by this version of symgen")
         name = file.robot.name
         if not self.usable(name) or name in _HEADERS:
             raise self.fail(
@@ -162,6 +162,7 @@ class _Reader:
             payload=self.payload(file, joints),
             limits=self.limits(file, len(movable)),
             loops=tuple(Loop(*table.cut) for table in file.loop),
+            effects=self.effects(file, movable),
         )
         try:
             require_closed(robot)
@@ -318,6 +319,29 @@ class _Reader:
             if self.at_values(ratio).is_zero:
                 raise self.fail(f"coupling {number}, key 'ratio': zero couples nothing")
             found.append(Coupling(first, second, ratio))
+        return tuple(found)
+
+    def effects(self, file: RobotFile, movable: list[Joint]) -> tuple[Effect, ...]:
+        found: list[Effect] = []
+        for number, table in enumerate(file.effect, 1):
+            place = f"effect {number}"
+            for name in (*table.linear, *table.nonlinear):
+                if not self.usable(name) or _RESERVED.fullmatch(name) or name in self.geometry:
+                    raise self.fail(f"{place}: {shortened(name)!r}: reserved, or no C identifier")
+            exact = {
+                key: self.expression(value, f"{place}, key 'nonlinear'", self.geometry)
+                for key, value in table.nonlinear.items()
+            }
+            table = table.model_copy(update={"nonlinear": exact})
+            try:
+                here = from_table(table, {j.number: j.sigma for j in movable}, self.geometry)
+            except RobotError as error:
+                raise self.fail(f"{place}: {error}") from error
+            taken = {name for e in found for name, _ in (*e.linear, *e.nonlinear)}
+            for name in (name for e in here for name, _ in (*e.linear, *e.nonlinear)):
+                if name in taken:
+                    raise self.fail(f"{place}: {name} is declared twice")
+            found += here
         return tuple(found)
 
     def payload(self, file: RobotFile, joints: tuple[Joint, ...]) -> int | None:

@@ -58,6 +58,21 @@ def robot_toml(robot: Robot) -> str:
         out += ["", "[payload]", f"joint = {robot.payload}"]
     for loop in robot.loops:
         out += ["", "[[loop]]", f"cut = [{loop.first}, {loop.second}]"]
+    for effect in robot.effects:
+        out += ["", "[[effect]]", f'name = "{effect.name}"', f"joints = {list(effect.joints)}"]
+        values = effect.nonlinear
+        if effect.own:
+            out.append(f'torque = "{expressions.text(effect.torque[0][1])}"')
+            units = ", ".join(
+                f"{k} = {json.dumps(u, ensure_ascii=False)}" for k, u in effect.linear
+            )
+            out.append(f"linear = {{ {units} }}")
+        else:  # the library adds the joint's number
+            digits = len(str(effect.joints[0]))
+            values = tuple((k[:-digits], v) for k, v in values)
+        if values:
+            constants = ", ".join(f"{key} = {scalar(value)}" for key, value in values)
+            out.append(f"nonlinear = {{ {constants} }}")
     if robot.limits is not None:
         out += ["", "[limits]"]
         for key in ("position", "velocity", "acceleration", "torque"):

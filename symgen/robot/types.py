@@ -18,6 +18,7 @@ import sympy as sp
 
 from symgen import names
 from symgen.errors import RobotError
+from symgen.robot.effect import Effect
 
 _VARIABLE = re.compile(r"q\d+")
 
@@ -116,6 +117,7 @@ class Robot:
     payload: int | None = None
     limits: Limits | None = None
     loops: tuple[Loop, ...] = ()
+    effects: tuple[Effect, ...] = ()
 
     @property
     def movable(self) -> tuple[Joint, ...]:

@@ -31,7 +31,7 @@ def standard_parameters(robot: Robot) -> tuple[Parameter, ...]:
     """Return the inertial parameters link by link, then friction joint by joint.
 
     The rotor of a coupling follows the rotor of its second joint, the payload follows all links,
-    the friction of couplings follows that of the joints.
+    the friction of couplings follows that of the joints, and effects come last.
     """
     out: list[Parameter] = []
 
@@ -57,4 +57,7 @@ def standard_parameters(robot: Robot) -> tuple[Parameter, ...]:
     for coupling in robot.couplings:
         for prefix in names.COUPLING_FRICTION:
             add(prefix, robot.joint(coupling.second), inertial=False)
+    for effect in robot.effects:
+        for name, unit in effect.linear:
+            out.append(Parameter(name, "", effect.joints[0], unit, inertial=False))
     return tuple(out)

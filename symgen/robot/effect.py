@@ -1,0 +1,247 @@
+"""Effects beyond rigid body and friction: their definitions, and one effect on a robot's joints.
+
+An effect is the torque that it exerts ON a joint, linear in its coefficients:
+
+    tau_motor = rigid body + friction - sum of effects,     column = -d(torque)/d(coefficient)
+
+The library is effects.toml; an effect of a robot file may give its own torque instead.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import resources
+from typing import Any
+
+import sympy as sp
+
+from symgen import names
+from symgen.errors import ExpressionError, RobotError
+from symgen.robot import expressions
+
+_OWN = ("q", "qd", "qdd", "taur")
+_POSITION = {names.REVOLUTE: "rad", names.PRISMATIC: "m"}
+_TORQUE = {names.REVOLUTE: "N m", names.PRISMATIC: "N"}
+
+
+@dataclass(frozen=True)
+class Search:
+    """The values of a constant that are tried: from low to high, parts of what `scale` says."""
+
+    low: float
+    high: float
+    count: int
+    scale: str = ""
+
+
+@dataclass(frozen=True)
+class Definition:
+    """An effect of the library: a table of effects.toml."""
+
+    name: str
+    kind: str
+    pattern: str
+    says: str
+    torque: str = ""
+    linear: Mapping[str, str] = field(default_factory=dict)
+    nonlinear: Mapping[str, Search] = field(default_factory=dict)
+    native: str = ""
+    offset: bool = False
+    sign: str = "any"
+    confused: str = ""
+    separate: str = ""
+
+    @property
+    def declarable(self) -> bool:
+        """Whether [[effect]] of a robot file may name it: it has columns in every kernel."""
+        return self.kind == "linear" and bool(self.torque) and not self.native
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One effect of a robot.
+
+    Attributes:
+        name: of the library, or the file's own.
+        joints: numbers of the joints that it acts on.
+        linear: name and unit of every coefficient.
+        nonlinear: name and value of every constant.
+        torque: (joint, torque on it), in q1, qd1, ... and the names above.
+        own: whether the file gives the torque, not the library.
+    """
+
+    name: str
+    joints: tuple[int, ...]
+    linear: tuple[tuple[str, str], ...]
+    nonlinear: tuple[tuple[str, sp.Expr], ...]
+    torque: tuple[tuple[int, sp.Expr], ...]
+    own: bool = False
+
+    def columns(self, coefficient: str) -> dict[int, sp.Expr]:
+        """Return what a coefficient adds to the motor torque of each joint, constants put in."""
+        constants = {sp.Symbol(name, real=True): value for name, value in self.nonlinear}
+        symbol = sp.Symbol(coefficient, real=True)
+        found = {j: -sp.diff(t, symbol).subs(constants) for j, t in self.torque}
+        return {j: c for j, c in found.items() if c != 0}
+
+
+@cache
+def definitions() -> Mapping[str, Definition]:
+    """Return the library of effects by name."""
+    text = (resources.files("symgen.robot") / "effects.toml").read_text("utf-8")
+    out = {}
+    for name, table in tomllib.loads(text).items():
+        scale = table.pop("scale", {})
+        searches = {
+            key: Search(float(low), float(high), int(count), scale.get(key, ""))
+            for key, (low, high, count) in table.pop("nonlinear", {}).items()
+        }
+        out[name] = Definition(name=name, nonlinear=searches, **table)
+    return out
+
+
+def unit(written: str, sigma: int) -> str:
+    """Return the unit that a word of effects.toml stands for on a joint of this type."""
+    words = {
+        "torque": _TORQUE[sigma],
+        "position": _POSITION[sigma],
+        "speed": f"{_POSITION[sigma]}/s",
+        "position2": f"{_POSITION[sigma]}2",
+        "position3": f"{_POSITION[sigma]}3",
+        "acceleration": f"{_POSITION[sigma]}/s2",
+    }
+    if written == "torque/speed":
+        return names.unit("FV", sigma)
+    if written == "torque/acceleration":
+        return names.unit("IA", sigma)
+    return "/".join(words.get(word, word) for word in written.split("/"))
+
+
+def of_library(
+    definition: Definition, joint: int, sigma: int, constants: Mapping[str, sp.Expr]
+) -> Effect:
+    """Return an effect of the library on one joint.
+
+    Args:
+        definition: from `definitions`.
+        joint: its number.
+        sigma: its type.
+        constants: value of every nonlinear constant, by its name in the library.
+
+    Raises:
+        RobotError: a constant is missing or unknown.
+    """
+    if set(constants) != set(definition.nonlinear):
+        accepted = ", ".join(definition.nonlinear) or "none"
+        raise RobotError(f"constants {', '.join(constants) or 'none'}; accepted: {accepted}")
+    own = (*_OWN, *definition.linear, *definition.nonlinear)
+    generic = expressions.parse(definition.torque, own, expressions.EFFECT_FUNCTIONS)
+    numbered = {sp.Symbol(n, real=True): sp.Symbol(f"{n}{joint}", real=True) for n in own}
+    return Effect(
+        name=definition.name,
+        joints=(joint,),
+        linear=tuple((f"{n}{joint}", unit(u, sigma)) for n, u in definition.linear.items()),
+        nonlinear=tuple((f"{n}{joint}", constants[n]) for n in definition.nonlinear),
+        torque=((joint, generic.subs(numbered, simultaneous=True)),),
+    )
+
+
+def of_file(
+    name: str,
+    joint: int,
+    torque: str,
+    linear: Mapping[str, str],
+    nonlinear: Mapping[str, sp.Expr],
+    known: Collection[str],
+) -> Effect:
+    """Return an effect whose torque the file gives.
+
+    Args:
+        name: what the file calls it.
+        joint: number of the joint that it acts on.
+        torque: its expression, linear in the names of `linear`.
+        linear: unit of every coefficient.
+        nonlinear: value of every constant.
+        known: the variables q1, qd1, ... and named lengths that may occur.
+
+    Raises:
+        RobotError: the torque is not of the grammar, or not linear in its coefficients.
+    """
+    try:
+        expr = expressions.parse(
+            torque, (*known, *linear, *nonlinear), expressions.EFFECT_FUNCTIONS
+        )
+    except ExpressionError as error:
+        raise RobotError(f"key 'torque': {error}") from error
+    symbols = [sp.Symbol(n, real=True) for n in linear]
+    rest = expr.subs(dict.fromkeys(symbols, 0))
+    slopes = [sp.diff(expr, s) for s in symbols]
+    if not symbols or sp.simplify(rest) != 0 or any(d.has(*symbols) for d in slopes):
+        raise RobotError(
+            f"key 'torque': {expressions.shortened(torque)!r} is not a sum of the coefficients of "
+            "'linear', each times an expression without them"
+        )
+    unused = [n for n, d in zip(linear, slopes, strict=True) if d == 0]
+    if unused:
+        raise RobotError(f"key 'linear': {unused[0]} does not occur in the torque")
+    return Effect(
+        name=name,
+        joints=(joint,),
+        linear=tuple(linear.items()),
+        nonlinear=tuple(nonlinear.items()),
+        torque=((joint, expr),),
+        own=True,
+    )
+
+
+def from_table(table: Any, movable: Mapping[int, int], geometry: Collection[str]) -> list[Effect]:
+    """Return the effects that one [[effect]] table declares: one a joint.
+
+    Args:
+        table: the validated table: name, joints, torque, linear, nonlinear (exact values).
+        movable: type of every movable joint by its number.
+        geometry: the file's named lengths.
+
+    Raises:
+        RobotError: the message names the key.
+    """
+    for j in table.joints:
+        if j not in movable:
+            raise RobotError(f"key 'joints': {j} is not a movable joint")
+    if len(set(table.joints)) != len(table.joints) or not table.joints:
+        raise RobotError("key 'joints': each joint once, and at least one")
+    known = definitions()
+    if table.torque is None:
+        chosen = known.get(table.name)
+        if chosen is None or not chosen.declarable:
+            where = "" if chosen is None else f" ({_declared_by(chosen)})"
+            accepted = ", ".join(n for n, d in known.items() if d.declarable)
+            raise RobotError(
+                f"key 'name': {expressions.shortened(table.name)!r} is no effect that needs no "
+                f"'torque'{where}; accepted: {accepted}, or an own name with a torque"
+            )
+        if table.linear:
+            raise RobotError("key 'linear': an effect of the library has its own")
+        return [of_library(chosen, j, movable[j], table.nonlinear) for j in table.joints]
+    if table.name in known:
+        raise RobotError(f"key 'torque': {table.name} is an effect of the library and has its own")
+    if len(table.joints) != 1:
+        raise RobotError("key 'joints': an effect with a torque acts on one joint")
+    variables = [f"{letter}{j}" for letter in ("q", "qd") for j in movable]
+    j = table.joints[0]
+    return [
+        of_file(table.name, j, table.torque, table.linear, table.nonlinear, (*variables, *geometry))
+    ]
+
+
+def _declared_by(definition: Definition) -> str:
+    if definition.native in ("coulomb", "viscous", "offset"):
+        return f"a word of the joint's friction: {definition.native!r}"
+    if definition.native:
+        return {"rotor": "rotor_inertia of the joint"}.get(
+            definition.native, f"a table of its own: {definition.native}"
+        )
+    return f"kind {definition.kind}: symgen diagnose measures it, a robot file does not declare it"

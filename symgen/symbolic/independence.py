@@ -1,0 +1,66 @@
+"""Whether the effects of a robot say something that the rest of its model does not say."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from symgen import names
+from symgen.errors import RobotError
+from symgen.robot.types import Robot
+from symgen.symbolic.base_parameters import BaseParameters
+from symgen.symbolic.regressor import torque_tape
+from symgen.symbolic.tape import Numbers
+
+#: Numpy's form of every function that a tape may hold.
+FUNCTIONS = {
+    "sin": np.sin,
+    "cos": np.cos,
+    "abs": np.abs,
+    "sign": np.sign,
+    "tanh": np.tanh,
+    "exp": np.exp,
+    "log": np.log,
+}
+_NEW = 1e-9  # share of a column that the others do not give
+
+
+def require_new_columns(robot: Robot, base: BaseParameters) -> None:
+    """Refuse an effect whose torque is a combination of the model's other columns.
+
+    Taken at random states in floating point: a column of which less than 1e-9 is left when the
+    others are taken out.
+
+    Raises:
+        RobotError: the message names the effect and its coefficient.
+    """
+    draw = np.random.default_rng(len(base.parameters))
+    count = 4 * len(base.parameters) + 20
+    span = [np.pi if j.sigma == names.REVOLUTE else 1.0 for j in robot.movable]
+    inputs: dict[str, list[Any]] = {
+        name: [draw.uniform(-s * size, s * size, count) for s in span]
+        for name, size in (("q", 1.0), ("qd", 1.0), ("qdd", 2.0))
+    }
+    with np.errstate(divide="ignore"):  # log(0) of a power at rest
+        out = torque_tape(robot).run(Numbers(robot.values(), FUNCTIONS), inputs)
+    total = len(base.standard)
+    W = np.stack([np.broadcast_to(np.asarray(c, dtype=float), (count,)) for c in out])
+    rows = W.reshape(robot.n, total, count).transpose(0, 2, 1).reshape(-1, total)
+    kept = [p.index for p in base.parameters]
+    for effect in robot.effects:
+        for name, _ in effect.linear:
+            at = next(p.index for p in base.parameters if p.name == name)
+            others = rows[:, [i for i in kept if i != at]]
+            norms = np.linalg.norm(others, axis=0)
+            others = others / np.where(norms > 0, norms, 1.0)
+            column = rows[:, at]
+            size = float(np.linalg.norm(column))
+            fit = np.linalg.lstsq(others, column, rcond=1e-12)[0]
+            left = float(np.linalg.norm(column - others @ fit))
+            if not np.isfinite(size) or left <= _NEW * size:
+                raise RobotError(
+                    f"effect {effect.name!r} of joint {effect.joints[0]}: {name} is nothing new: "
+                    "its torque is a combination of the model's other columns; accepted: an effect "
+                    "that the declared friction and the rigid body do not contain"
+                )
