@@ -50,6 +50,8 @@ if TYPE_CHECKING:
         SymgenWarning as SymgenWarning,
     )
     from symgen.identification.estimate import Estimate as Estimate
+    from symgen.identification.export import values_header as values_header
+    from symgen.identification.physical import link_parameters as link_parameters
     from symgen.identification.prediction import predict as predict
     from symgen.identification.recursive import Identifier as Identifier
     from symgen.identification.workflow import identify as identify
@@ -93,6 +95,7 @@ _WHERE = {
     "generate": "symgen.codegen.package",
     "identify": "symgen.identification.workflow",
     "library": "symgen.robot.builtin",
+    "link_parameters": "symgen.identification.physical",
     "load": "symgen.runtime.evaluator",
     "make_log": "symgen.data.log",
     "parse_robot": "symgen.robot.toml_io",
@@ -101,6 +104,7 @@ _WHERE = {
     "read_log": "symgen.data.log",
     "read_robot": "symgen.robot.toml_io",
     "robot_toml": "symgen.robot.toml_text",
+    "values_header": "symgen.identification.export",
     "write_package": "symgen.codegen.package",
 }
 __all__ = sorted(_WHERE)

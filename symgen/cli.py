@@ -131,9 +131,10 @@ def identify(
         progress=_say,
     )
     _say("writing the report")
-    write_folder(into, estimate_files(estimate), "estimate.json")
+    files = estimate_files(estimate)
+    write_folder(into, files, "estimate.json")
     _print_estimate(estimate)
-    click.echo(f"written: {into / 'estimate.json'}, {into / 'report.html'}")
+    click.echo(f"written: {', '.join(str(into / name) for name in files)}")
     return 0 if estimate.verdict == "trusted" else 1
 
 
@@ -303,6 +304,7 @@ def _print_estimate(estimate: Estimate) -> None:
     if torque is not None and torque.per_joint is not None:
         joints = ", ".join(f"{100 * r:.3g}" for r in torque.per_joint)
         click.echo(f"residual of torque, validation, per joint: {joints} %")
+    click.echo(f"physical consistency: {estimate.physical.reason}")
     colour = "green" if estimate.verdict == "trusted" else "yellow"
     click.echo("verdict: " + click.style(estimate.verdict, fg=colour, bold=True))
     for reason in estimate.reasons:

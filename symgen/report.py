@@ -14,6 +14,7 @@ from markupsafe import Markup
 from symgen import plots
 from symgen.files import templates
 from symgen.identification.estimate import Estimate, ParameterEstimate
+from symgen.identification.export import values_header
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -236,7 +237,8 @@ def _parameter_section(estimate: Estimate) -> Section:
         ("name", "number", "number", "number", "unit", "formula"),
         weak,
     )
-    return Section("Parameters", (text,), table, plots.parameters(estimate))
+    texts = (text, f"Physical consistency: {estimate.physical.reason}.")
+    return Section("Parameters", texts, table, plots.parameters(estimate))
 
 
 def _correlation_section(estimate: Estimate, figure: Figure) -> Section:
@@ -335,9 +337,10 @@ def _plotly_js() -> Markup:
 
 
 def estimate_files(estimate: Estimate) -> dict[str, bytes]:
-    """Return what `identify` writes into its folder: estimate.json and report.html."""
+    """Return what `identify` writes into its folder: estimate.json, NAME_values.h, report.html."""
     content = json.dumps(estimate.to_json(), indent=1, allow_nan=False) + "\n"
     return {
         "estimate.json": content.encode(),
+        f"{estimate.robot}_values.h": values_header(estimate).encode(),
         "report.html": estimate_page(estimate).encode(),
     }

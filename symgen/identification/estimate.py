@@ -65,6 +65,30 @@ class Convergence:
     values: FloatArray
 
 
+@dataclass(frozen=True)
+class Consistency:
+    """Whether a robot that could exist has these base parameters.
+
+    Attributes:
+        feasible: None where it was not checked.
+        distance_sigma: to the nearest base parameters that a robot can have, in standard deviations
+            of the estimate; None where it is unknown.
+        reason: in words.
+    """
+
+    feasible: bool | None
+    distance_sigma: float | None
+    reason: str
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the content of the key "physical"."""
+        return {
+            "feasible": self.feasible,
+            "distance_sigma": self.distance_sigma,
+            "reason": self.reason,
+        }
+
+
 @dataclass(frozen=True, eq=False)
 class Estimate:
     """Identified parameters with their precision, the fit, and a verdict in words.
@@ -86,6 +110,7 @@ class Estimate:
         reasons: why it is doubtful, in words; empty for "trusted".
         notes: what was done to the logs, in words.
         correlation: of the estimated parameters, shape (p, p).
+        physical: whether a robot could have these parameters.
     """
 
     robot: str
@@ -107,11 +132,18 @@ class Estimate:
     traces: tuple[Trace, ...] = ()
     convergence: Convergence | None = None
     provenance: tuple[tuple[str, str], ...] = field(default=())
+    physical: Consistency = Consistency(None, None, "not checked")
 
     @property
     def X(self) -> FloatArray:
         """The values, shape (p,), in the order of every kernel."""
         return np.array([p.value for p in self.parameters])
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Covariance of X, shape (p, p)."""
+        std = np.array([p.std for p in self.parameters])
+        return self.correlation * np.outer(std, std)
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of estimate.json (schema symgen.estimate/1)."""
@@ -147,6 +179,7 @@ class Estimate:
             "window_s": self.window_s,
             "verdict": self.verdict,
             "reasons": list(self.reasons),
+            "physical": self.physical.to_json(),
             "notes": list(self.notes),
             "provenance": dict(self.provenance),
         }

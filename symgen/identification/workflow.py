@@ -27,6 +27,7 @@ from symgen.identification.batch import (
     undetermined,
 )
 from symgen.identification.estimate import Convergence, Estimate, ParameterEstimate
+from symgen.identification.physical import consistency
 from symgen.identification.recipe import NEEDED, Recipe
 from symgen.identification.recursive import Identifier
 from symgen.identification.system import LinearSystem
@@ -329,6 +330,7 @@ def _estimate(
         + held_traces,
         convergence=convergence,
         provenance=_provenance(evaluator, train, held),
+        physical=consistency(evaluator.model, solution.X, solution.covariance),
     )
 
 

@@ -1,0 +1,64 @@
+"""Identified values for other programs: a C header that goes with the generated package."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from symgen.errors import ParameterError
+from symgen.files import templates
+from symgen.identification.estimate import Estimate
+
+
+def values_header(estimate: Estimate) -> str:
+    """Return NAME_values.h: the identified X as `static const NAME_real NAME_values[]`.
+
+    It includes NAME.h of the generated package, in double or float, and compiles with a package of
+    the same parameters in the same order alone. The verdict and its reasons stand at its head.
+
+    Raises:
+        ParameterError: a value is not finite.
+    """
+    import jinja2
+
+    bad = [p.name for p in estimate.parameters if not math.isfinite(p.value)]
+    if bad:
+        raise ParameterError(f"{', '.join(bad[:5])}: not finite, and cannot be written in C")
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(templates() / "c"),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+    facts = [
+        f"Identified by symgen with the {estimate.model} model, method {estimate.method}.",
+        f"Verdict: {estimate.verdict}.",
+        *(f"- {reason}" for reason in estimate.reasons),
+        f"Physical consistency: {estimate.physical.reason}.",
+        *(f"{key}: {value}" for key, value in estimate.provenance),
+    ]
+    return environment.get_template("values.h").render(
+        name=estimate.robot,
+        facts=[_comment(fact) for fact in facts],
+        parameters=[
+            {
+                "name": p.name,
+                "value": repr(p.value),
+                "formula": _comment(
+                    p.name if p.expression == p.name else f"{p.name} = {p.expression}"
+                ),
+                "unit": p.unit,
+                "std": f"{p.std:.3g}" if math.isfinite(p.std) else "unknown",
+            }
+            for p in estimate.parameters
+        ],
+    )
+
+
+def _comment(text: str) -> str:
+    """Return a text as one line that is safe inside a C comment: names of logs are anything."""
+    line = "".join(c if c.isprintable() else " " for c in text)
+    # no end or begin of a comment, and no trigraph
+    return re.sub(r"(\*(?=/)|/(?=\*)|\?(?=\?))", r"\1 ", line).rstrip("\\")

@@ -1,0 +1,28 @@
+/* {{ name }}: identified base parameters X, apart from the structure of the model in {{ name }}.h.
+ *
+{% for line in facts %}
+ * {{ line }}
+{% endfor %}
+ *
+ * Pass {{ name }}_values as X to the functions of {{ name }}.h.
+ */
+#ifndef {{ name }}_VALUES_H
+#define {{ name }}_VALUES_H
+
+#include "{{ name }}.h"
+
+/* The package must have these parameters in this order: otherwise this does not compile. */
+typedef char {{ name }}_values_are_of_this_package[
+    {{ name }}_PARAMETERS == {{ parameters|length }}
+{% for p in parameters %}
+    && (int){{ name }}_{{ p.name }} == {{ loop.index0 }}
+{% endfor %}
+    ? 1 : -1];
+
+static const {{ name }}_real {{ name }}_values[{{ name }}_PARAMETERS] = {
+{% for p in parameters %}
+    ({{ name }}_real){{ p.value }}{{ "" if loop.last else "," }} /* {{ p.formula }} [{{ p.unit }}], std {{ p.std }} */
+{% endfor %}
+};
+
+#endif

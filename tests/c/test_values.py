@@ -1,0 +1,165 @@
+"""NAME_values.h as the engineer who includes it sees it: compilers, values, the wrong package."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import symgen
+from symgen.identification.estimate import Consistency, Estimate, ParameterEstimate, Residual
+
+CC, GXX = shutil.which("cc"), shutil.which("g++")
+STRICT = [
+    *("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow"),
+    *("-Wdouble-promotion", "-Werror"),
+]
+STRICT_CXX = ["-std=c++11", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Werror"]
+NAME = "scara"
+HOSTILE = "*/ #error x /*/ \\\n???/"
+Q, QD, QDD = [0.3, -0.7, 0.1, 1.1], [1.0, -0.5, 0.2, 2.0], [0.4, 3.0, -1.0, 0.5]
+PROGRAM = """#include "scara_values.h"
+#include <stdio.h>
+static void row(const scara_real *x, int n) {{
+    int k;
+    for (k = 0; k < n; ++k) {{ printf("%.17g ", (double)x[k]); }}
+    printf("\\n");
+}}
+int main(void)
+{{
+    const scara_real q[] = {{ {q} }}, qd[] = {{ {qd} }}, qdd[] = {{ {qdd} }};
+    scara_real tau[scara_JOINTS];
+    scara_inverse_dynamics(q, qd, qdd, scara_values, tau);
+    row(scara_values, scara_PARAMETERS);
+    row(tau, scara_JOINTS);
+    return 0;
+}}
+"""
+
+
+@pytest.fixture(scope="module")
+def model() -> symgen.Model:
+    return symgen.derive(symgen.read_robot(NAME), ("energy_regressor", "inverse_dynamics"))
+
+
+@pytest.fixture(scope="module")
+def estimate(model: symgen.Model) -> Estimate:
+    """Values of many sizes and signs; names of logs that would end the comment."""
+    draw = np.random.default_rng(4)
+    parameters = tuple(
+        ParameterEstimate(p.name, p.expression, float(x), float(abs(x) / 7), p.unit)
+        for p, x in zip(
+            model.base.parameters, draw.normal(size=99) * 10.0 ** draw.uniform(-6, 3, 99),
+            strict=False,
+        )
+    )  # fmt: skip
+    return Estimate(
+        robot=NAME,
+        joints=((1, "N m"),) * 4,
+        model="torque",
+        method="wls",
+        parameters=replace_some(parameters),
+        condition_number=10.0,
+        train=Residual(0.1),
+        validation=Residual(0.1),
+        torque_train=None,
+        torque_validation=None,
+        cutoff_hz=None,
+        window_s=None,
+        verdict="doubtful",
+        reasons=("joint 2 is hardly excited", HOSTILE),
+        notes=(),
+        correlation=np.eye(len(parameters)),
+        provenance=((HOSTILE, "x"),),
+        physical=Consistency(False, 3.0, f"FV1 is -3 {HOSTILE}"),
+    )
+
+
+def replace_some(parameters: tuple[ParameterEstimate, ...]) -> tuple[ParameterEstimate, ...]:
+    """A zero, a tiny number and an unknown deviation among them."""
+    first, second, *rest = parameters
+    changed = (replace(first, value=0.0, std=float("nan")), replace(second, value=-1e-12))
+    return (*changed, *rest)
+
+
+def folder_of(model: symgen.Model, estimate: Estimate, dtype: str, folder: Path) -> Path:
+    """A package with the header and a program that uses it."""
+    symgen.write_package(symgen.generate(model, target="c", dtype=dtype), folder)
+    suffix = "f" if dtype == "float" else ""
+    rows = {
+        key: ", ".join(f"{x}{suffix}" for x in row)
+        for key, row in (("q", Q), ("qd", QD), ("qdd", QDD))
+    }
+    (folder / "scara_values.h").write_text(symgen.values_header(estimate))
+    (folder / "main.c").write_text(PROGRAM.format(**rows))
+    return folder
+
+
+def build(command: Sequence[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    sources = [f"{NAME}_inverse_dynamics.c", "-lm", "-o", "program"]
+    return subprocess.run([*command, *sources], cwd=folder, capture_output=True, text=True)
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang", "g++"])
+@pytest.mark.parametrize("dtype", ["double", "float"])
+def test_header_compiles_strictly_and_its_values_reach_the_package(
+    compiler, dtype, model, estimate, tmp_path
+) -> None:
+    if shutil.which(compiler) is None:
+        pytest.skip(f"{compiler} is not on this machine")
+    folder = folder_of(model, estimate, dtype, tmp_path / NAME)
+    how = [compiler, *STRICT] if compiler != "g++" else [compiler, "-x", "c++", *STRICT_CXX]
+    done = build([*how, "main.c"], folder)
+    assert done.returncode == 0, done.stderr
+    printed = subprocess.run([folder / "program"], capture_output=True, text=True, check=True)
+    X, tau = (np.array(list(map(float, line.split()))) for line in printed.stdout.splitlines())
+    kind = np.float32 if dtype == "float" else np.float64
+    assert (estimate.X.astype(kind) == X).all()
+    expected = symgen.load(model)["inverse_dynamics"](Q, QD, QDD, estimate.X)
+    error = np.abs(tau - expected).max() / np.abs(expected).max()
+    assert error < (1e-5 if dtype == "float" else 1e-14)
+
+
+@pytest.mark.skipif(CC is None, reason="no C compiler (cc) on this machine")
+@pytest.mark.parametrize("change", ["another order", "one fewer", "another name"])
+def test_header_of_another_set_of_parameters_does_not_compile(
+    change, model, estimate, tmp_path
+) -> None:
+    found = list(estimate.parameters)
+    if change == "another order":
+        found[2], found[3] = found[3], found[2]
+    elif change == "one fewer":
+        found.pop()
+    else:
+        found[2] = replace(found[2], name="QQ7")
+    folder = folder_of(model, estimate, "double", tmp_path / NAME)
+    wrong = replace(estimate, parameters=tuple(found))
+    assert build(["cc", "main.c"], folder).returncode == 0
+    (folder / "scara_values.h").write_text(symgen.values_header(wrong))
+    assert build(["cc", "main.c"], folder).returncode != 0
+
+
+def test_header_says_what_the_estimate_says(estimate) -> None:
+    text = symgen.values_header(estimate)
+    assert text == symgen.values_header(replace(estimate))
+    for p in estimate.parameters:
+        line = next(x for x in text.splitlines() if f"){p.value!r}" in x)
+        assert p.expression in line
+        assert f"[{p.unit}]" in line
+    assert "std unknown" in text
+    assert "Verdict: doubtful." in text
+    assert "- joint 2 is hardly excited" in text
+    assert len(re.findall(r"/\*", text)) == len(re.findall(r"\*/", text))
+
+
+def test_a_value_that_is_no_number_is_refused(estimate) -> None:
+    first, *rest = estimate.parameters
+    bad = replace(estimate, parameters=(replace(first, value=float("nan")), *rest))
+    with pytest.raises(symgen.ParameterError, match="not finite"):
+        symgen.values_header(bad)

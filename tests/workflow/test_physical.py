@@ -1,0 +1,262 @@
+"""Link parameters from base parameters: they give X, could exist, and what cannot is refused."""
+
+from __future__ import annotations
+
+import random
+import sys
+
+import numpy as np
+import pytest
+from oracles.random_arms import random_arm, random_parameters
+from support import robot_of
+
+import symgen
+from symgen import names
+from symgen.codegen.kernels import regrouped
+from symgen.codegen.verification import physical_parameters
+from symgen.identification.bodies import bodies
+from symgen.identification.estimate import Consistency
+from symgen.identification.physical import LinkParameters, consistency
+
+needs_solver = pytest.mark.usefixtures("solver")
+DRIVES = ("IA", "IAM", "FS", "FV", "FSM", "FVM")
+L1 = 0.5
+#: planar2r: a mass M2 with ZZ2 M2 > MX2^2 + MY2^2 and L1^2 M2 < ZZ1R must exist.
+POSSIBLE = np.array([1.702, 0.05644, 0.15, 0.075])
+EVERYTHING = """
+[robot]
+name = "everything"
+gravity = [1.5, 0.0, -9.81]
+[geometry]
+L1 = 0.4
+[[joint]]
+[[joint]]
+alpha = "pi/2"
+d = "L1"
+[[joint]]
+sigma = 1
+alpha = "-pi/2"
+r = "L1/3"
+friction = ["coulomb", "viscous", "offset"]
+[[joint]]
+sigma = 2
+antecedent = 1
+gamma = 0.7
+d = "sqrt(2)*L1"
+[[joint]]
+theta = "pi/3"
+[[coupling]]
+joints = [1, 2]
+[payload]
+joint = 5
+"""
+
+
+@pytest.fixture(name="solver")
+def _solver() -> None:
+    pytest.importorskip("clarabel", reason="Clarabel is not installed (symgen[physical])")
+
+
+@pytest.fixture(scope="module")
+def planar() -> symgen.Model:
+    return symgen.derive(symgen.read_robot("planar2r"))
+
+
+def require_bodies(found: LinkParameters, model: symgen.Model) -> None:
+    """Masses and principal moments positive, none above the sum of the others; drives dissipate."""
+    links = sorted({p.name[2:] for p in model.base.standard if p.prefix == "XX"})
+    for suffix in links:
+        v = {prefix: found.values[prefix + suffix] for prefix in names.LINK}
+        c = np.array([v["MX"], v["MY"], v["MZ"]]) / v["M"]
+        own = np.array(
+            [[v["XX"], v["XY"], v["XZ"]], [v["XY"], v["YY"], v["YZ"]], [v["XZ"], v["YZ"], v["ZZ"]]]
+        ) + v["M"] * np.linalg.matrix_power(np.cross(np.eye(3), c), 2)
+        a, b, largest = np.linalg.eigvalsh(own)
+        assert v["M"] > 0, suffix
+        assert a > 0, suffix
+        assert a + b > largest, suffix
+    for p in model.base.standard:
+        if p.prefix in DRIVES:
+            assert found.values[p.name] >= 0, p.name
+
+
+def require_values(found: LinkParameters, model: symgen.Model, X: np.ndarray) -> None:
+    """They regroup to X, by the code that the packages are made with."""
+    standard = [found.values[p.name] for p in model.base.standard]
+    given = np.array(regrouped(model.base, standard, model.robot.values()))
+    assert np.abs(given - X).max() <= 1e-9 * np.abs(X).max()
+    np.testing.assert_allclose(given, X, rtol=1e-9, atol=1e-12)
+
+
+@needs_solver
+@pytest.mark.parametrize("seed", range(8))
+def test_a_robot_that_exists_is_found_possible(seed: int) -> None:
+    arm = random_arm(seed, max_joints=6)
+    model = symgen.derive(robot_of(arm, friction=("coulomb", "viscous", "offset")))
+    links, rotors = random_parameters(arm, seed)
+    draw = random.Random(seed)
+    truth = {p.name: draw.uniform(0.1, 2.0) for p in model.base.standard}
+    for number, row in enumerate(links, 1):
+        truth |= {f"{k}{number}": float(x) for k, x in zip(names.LINK, row, strict=True)}
+    truth |= {f"IA{j.number}": float(r) for j, r in zip(model.robot.movable, rotors, strict=True)}
+    X = np.array(regrouped(model.base, [truth[p.name] for p in model.base.standard], {}))
+    found = symgen.link_parameters(model, X)
+    assert found.sigmas == 0
+    require_values(found, model, X)
+    require_bodies(found, model)
+    # The robot itself as the prior comes back: it is the closest to itself.
+    own = symgen.link_parameters(model, X, prior=truth).values
+    assert max(abs(own[name] - value) for name, value in truth.items()) < 1e-4
+
+
+@needs_solver
+def test_trees_couplings_payload_and_named_lengths() -> None:
+    model = symgen.derive(symgen.parse_robot(EVERYTHING))
+    X = np.array(physical_parameters(model, random.Random(5)))
+    found = symgen.link_parameters(model, X)
+    require_values(found, model, X)
+    require_bodies(found, model)
+    assert [b.joint for b in found.bodies] == [1, 2, 3, 4, 5]
+
+
+@needs_solver
+def test_a_prior_is_followed_where_X_leaves_room(planar: symgen.Model) -> None:
+    for mass in (1.0, 3.0):
+        found = symgen.link_parameters(planar, POSSIBLE, prior={"M2": mass})
+        assert abs(found.values["M2"] - mass) < 0.01
+        require_values(found, planar, POSSIBLE)
+        require_bodies(found, planar)
+
+
+@needs_solver
+@pytest.mark.parametrize("share", [0.5, 0.999, 1.001, 2.0])
+def test_the_limit_of_the_possible_is_that_of_the_closed_form(
+    planar: symgen.Model, share: float
+) -> None:
+    ZZ2, MX2, MY2 = POSSIBLE[1:]
+    X = np.array([share * L1**2 * (MX2**2 + MY2**2) / ZZ2, ZZ2, MX2, MY2])
+    if share > 1:
+        require_bodies(symgen.link_parameters(planar, X), planar)
+    else:
+        with pytest.raises(symgen.ParameterError, match="link 1 and link 2 cannot be positive"):
+            symgen.link_parameters(planar, X)
+
+
+@needs_solver
+@pytest.mark.parametrize(
+    ("position", "value", "words"),
+    [(0, -0.3, r"ZZ1R is -0.3.*ZZ1 \+ L1\*\*2\*M2"), (1, -0.1, "ZZ2 is -0.1 and cannot be neg")],
+)
+def test_what_no_robot_can_have_is_named(planar, position, value, words) -> None:
+    X = POSSIBLE.copy()
+    X[position] = value
+    with pytest.raises(symgen.ParameterError, match=words) as refused:
+        symgen.link_parameters(planar, X)
+    assert "nearest=" in str(refused.value)
+
+
+@needs_solver
+def test_negative_friction_is_named_and_its_distance_is_its_own() -> None:
+    model = symgen.derive(symgen.read_robot("scara"))
+    X = np.array(physical_parameters(model, random.Random(2)))
+    k = model.base.names.index("FV2")
+    X[k] = -0.3
+    with pytest.raises(symgen.ParameterError, match=r"FV2 is -0\.3"):
+        symgen.link_parameters(model, X)
+    covariance = np.diag(np.full(len(X), 0.1) ** 2)
+    found = symgen.link_parameters(model, X, nearest=covariance)
+    assert abs(found.sigmas - 3) < 1e-4
+    assert 0 <= found.values["FV2"] < 1e-6
+    np.testing.assert_allclose(np.delete(found.X, k), np.delete(X, k), atol=1e-5)
+    require_values(found, model, found.X)
+    require_bodies(found, model)
+    said = consistency(model, X, covariance)
+    assert said.feasible is False
+    assert said.distance_sigma == pytest.approx(3, abs=1e-4)
+    assert "FV2" in said.reason
+
+
+@needs_solver
+def test_the_nearest_is_that_of_a_search_in_the_closed_form(planar: symgen.Model) -> None:
+    from scipy.optimize import minimize
+
+    X = np.array([0.1, 0.02, 0.2, -0.1])
+    draw = np.random.default_rng(3).normal(size=(4, 4))
+    covariance = 1e-3 * (draw @ draw.T + np.eye(4))
+    inverse = np.linalg.inv(covariance)
+    room = {"type": "ineq", "fun": lambda x: x[0] * x[1] - L1**2 * (x[2] ** 2 + x[3] ** 2)}
+    searched = minimize(
+        lambda x: (x - X) @ inverse @ (x - X), np.array([1.0, 1.0, 0.1, 0.1]),
+        constraints=[room], bounds=[(0, None), (0, None), (None, None), (None, None)],
+        options={"ftol": 1e-14, "maxiter": 500},
+    )  # fmt: skip
+    found = symgen.link_parameters(planar, X, nearest=covariance)
+    assert found.sigmas == pytest.approx(np.sqrt(searched.fun), rel=1e-3)
+    np.testing.assert_allclose(found.X, searched.x, atol=1e-3)
+    require_bodies(found, planar)
+
+
+@needs_solver
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"X": POSSIBLE[:3]}, "4 finite base parameters"),
+        ({"X": POSSIBLE * np.nan}, "4 finite base parameters"),
+        ({"prior": {"M7": 1.0}}, "M7 is no standard parameter; accepted: XX1"),
+        ({"prior": {"M2": float("inf")}}, "M2 is inf; accepted: a finite number"),
+        ({"X": -POSSIBLE, "nearest": np.eye(3)}, r"not a \(4, 4\) matrix"),
+        ({"X": -POSSIBLE, "nearest": np.zeros((4, 4))}, "positive diagonal"),
+    ],
+)
+def test_bad_arguments_are_refused_in_words(planar, change, words) -> None:
+    with pytest.raises(symgen.ParameterError, match=words):
+        symgen.link_parameters(planar, **{"X": POSSIBLE, **change})
+
+
+def test_without_the_solver_the_message_says_what_to_install(planar, monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "clarabel", None)
+    with pytest.raises(symgen.ParameterError, match=r"pip install 'symgen\[physical\]'"):
+        symgen.link_parameters(planar, POSSIBLE)
+    said = consistency(planar, POSSIBLE, np.eye(4))
+    assert said.feasible is None
+    assert "symgen[physical]" in said.reason
+
+
+def test_bodies_are_those_of_point_masses() -> None:
+    robot = symgen.parse_robot(EVERYTHING)
+    draw = np.random.default_rng(1)
+    values: dict[str, float] = {}
+    loads = {}
+    for suffix in ("1", "2", "3", "4", "5", "L"):
+        m, r = draw.uniform(0.1, 1.0, 6), draw.normal(size=(6, 3))
+        J = sum(mi * (ri @ ri * np.eye(3) - np.outer(ri, ri)) for mi, ri in zip(m, r, strict=True))
+        row = [*J[np.triu_indices(3)], *(m @ r), m.sum()]
+        values |= {f"{k}{suffix}": float(x) for k, x in zip(names.LINK, row, strict=True)}
+        loads[suffix] = (m, r)
+    for body in bodies(robot, values):
+        carried = [loads[str(body.joint)]] + [loads["L"]] * (body.joint == 5)
+        m = np.concatenate([m for m, _ in carried])
+        r = np.concatenate([r for _, r in carried])
+        com = m @ r / m.sum()
+        away = r - com
+        J = sum(mi * (a @ a * np.eye(3) - np.outer(a, a)) for mi, a in zip(m, away, strict=True))
+        assert body.mass == pytest.approx(m.sum())
+        np.testing.assert_allclose(body.com, com, rtol=1e-12)
+        np.testing.assert_allclose(body.inertia, J, rtol=1e-9, atol=1e-12)
+    with pytest.raises(symgen.ParameterError, match="XX1"):
+        bodies(robot, {})
+
+
+@needs_solver
+def test_an_estimate_says_whether_its_robot_could_exist() -> None:
+    t = np.arange(0.0, 8.0, 0.01)
+    q = np.sin(1.3 * t)[:, None]
+    qd, qdd = 1.3 * np.cos(1.3 * t), -(1.3**2) * np.sin(1.3 * t)
+    force = 95.0 * qdd + 20.0 * np.sign(qd) - 3.0 * qd  # friction that drives
+    log = symgen.make_log("driven", t, q, force[:, None], qd[:, None])
+    estimate = symgen.identify("emps", log, model="torque")
+    written = estimate.to_json()["physical"]
+    assert written["feasible"] is False
+    assert written["distance_sigma"] > 3
+    assert "FV1" in written["reason"]
+    assert isinstance(estimate.physical, Consistency)
