@@ -46,7 +46,8 @@ _FAINT, _FAINTEST, _TINY = 1e-3, 1e-6, 1e-12
 _BLAMED = 0.1
 #: Smallest eigenvalue of a correlation matrix.
 _TIED = 1e-10
-#: Factor, and power of the length, of the robot's unit for each unit of a parameter.
+#: Factor, and power of the length, of the robot's unit for each unit of a parameter; effects are
+#: free of constraints and taken as they are.
 _UNITS = {
     "kg m2": (1, 2),
     "kg m": (1, 1),
@@ -192,7 +193,7 @@ class _Problem:
             i for i, p in enumerate(base.standard) if p.prefix in POSITIVE and i not in within
         ]
         length = _length(model.robot)
-        scale = [f * length**power for f, power in (_UNITS[p.unit] for p in base.standard)]
+        scale = [f * length**power for f, power in (_UNITS.get(p.unit, (1, 0)) for p in base.standard)]
         heads = self.heads[: base.inertial]
         mass = float(np.max(np.abs(self.X[: len(heads)]) / np.take(scale, heads), initial=0.0))
         self.scale = np.array(scale) * (mass or 1.0)
