@@ -193,7 +193,9 @@ class _Problem:
             i for i, p in enumerate(base.standard) if p.prefix in POSITIVE and i not in within
         ]
         length = _length(model.robot)
-        scale = [f * length**power for f, power in (_UNITS.get(p.unit, (1, 0)) for p in base.standard)]
+        scale = [
+            f * length**power for f, power in (_UNITS.get(p.unit, (1, 0)) for p in base.standard)
+        ]
         heads = self.heads[: base.inertial]
         mass = float(np.max(np.abs(self.X[: len(heads)]) / np.take(scale, heads), initial=0.0))
         self.scale = np.array(scale) * (mass or 1.0)

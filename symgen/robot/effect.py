@@ -22,7 +22,8 @@ from symgen import names
 from symgen.errors import ExpressionError, RobotError
 from symgen.robot import expressions
 
-_OWN = ("q", "qd", "qdd", "taur")
+#: What a torque of the library may depend on, of its own joint.
+OWN = ("q", "qd", "qdd", "taur")
 _POSITION = {names.REVOLUTE: "rad", names.PRISMATIC: "m"}
 _TORQUE = {names.REVOLUTE: "N m", names.PRISMATIC: "N"}
 
@@ -137,7 +138,7 @@ def of_library(
     if set(constants) != set(definition.nonlinear):
         accepted = ", ".join(definition.nonlinear) or "none"
         raise RobotError(f"constants {', '.join(constants) or 'none'}; accepted: {accepted}")
-    own = (*_OWN, *definition.linear, *definition.nonlinear)
+    own = (*OWN, *definition.linear, *definition.nonlinear)
     generic = expressions.parse(definition.torque, own, expressions.EFFECT_FUNCTIONS)
     numbered = {sp.Symbol(n, real=True): sp.Symbol(f"{n}{joint}", real=True) for n in own}
     return Effect(

@@ -7,20 +7,18 @@ joint k. Power is the sum of qd_j times the column of joint j: FS |qd_j| + FV qd
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import sympy as sp
 
 from symgen import names
-from symgen.robot.expressions import text
 from symgen.robot.types import Coupling, Robot
+from symgen.symbolic.effects import effect_columns
 from symgen.symbolic.kinematics import Variables, variables
 from symgen.symbolic.parameters import Parameter, standard_parameters
 from symgen.symbolic.tape import Tape, TapeBuilder
 
-_VARIABLE = re.compile(r"qd?\d+")
 #: Names of arrays in generated code, which no step may have.
 ARGUMENTS = frozenset("q qd qdd tau X out M C h p_out dl_out T_out U_out J_out N k".split())
 
@@ -134,46 +132,3 @@ def _sign(p: Parameter, drive: _Drive, tape: TapeBuilder) -> sp.Expr:
     inverse = tape.constant(f"k{p.name}", 1 / sp.Rational(repr(drive.width)))
     scaled = tape.name(f"x{p.name}", drive.speed * inverse)
     return tape.name(f"s{p.name}", sp.tanh(scaled))
-
-
-def effect_columns(robot: Robot, tape: TapeBuilder) -> dict[str, dict[int, sp.Expr]]:
-    """Return the torque column of every coefficient of the robot's effects, by joint."""
-    out = {}
-    for effect in robot.effects:
-        for name, _ in effect.linear:
-            out[name] = {
-                j: _lowered(column, f"D{name}_{j}", tape)
-                for j, column in effect.columns(name).items()
-            }
-    return out
-
-
-def _lowered(expr: sp.Expr, name: str, tape: TapeBuilder) -> sp.Expr:
-    """Name every function and power of an expression, inside out; constants become the tape's."""
-    if expr.is_Rational or expr in _variables(expr):
-        return expr
-    if not _variables(expr):
-        return tape.constant(f"c{name}", expr)
-    if expr.is_Pow and not expr.exp.is_Integer:
-        logarithm = tape.name(f"l{name}", sp.log(_lowered(expr.base, f"b{name}", tape)))
-        power = _lowered(expr.exp, f"e{name}", tape)
-        return tape.name(f"p{name}", sp.exp(tape.name(f"x{name}", power * logarithm)))
-    if expr.is_Pow:
-        base = tape.name(f"b{name}", _lowered(expr.base, f"b{name}", tape))
-        whole = base ** abs(expr.exp)
-        return tape.name(f"i{name}", 1 / tape.name(f"p{name}", whole)) if expr.exp < 0 else whole
-    if expr.is_Function:
-        argument = tape.name(f"a{name}", _lowered(expr.args[0], f"a{name}", tape))
-        return tape.name(f"f{name}", expr.func(argument))
-    fixed, rest = expr.as_independent(*_variables(expr), as_Add=expr.is_Add)
-    parts = [
-        _lowered(part, f"{name}_{i}", tape)
-        for i, part in enumerate(sorted(expr.func.make_args(rest), key=text))
-    ]
-    if fixed != expr.identity:
-        parts.append(fixed if fixed.is_Rational else tape.constant(f"k{name}", fixed))
-    return tape.name(name, expr.func(*parts))
-
-
-def _variables(expr: sp.Expr) -> set[sp.Symbol]:
-    return {s for s in expr.free_symbols if _VARIABLE.fullmatch(s.name)}

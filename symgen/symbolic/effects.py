@@ -1,0 +1,83 @@
+"""Effects on a tape: the columns of a robot's effects, and those of the library by themselves."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+
+import sympy as sp
+
+from symgen.robot import expressions
+from symgen.robot.effect import OWN, Definition
+from symgen.robot.expressions import text
+from symgen.robot.types import Robot
+from symgen.symbolic.tape import Tape, TapeBuilder
+
+_VARIABLE = re.compile(r"qd?\d+")
+
+
+def effect_columns(robot: Robot, tape: TapeBuilder) -> dict[str, dict[int, sp.Expr]]:
+    """Return the torque column of every coefficient of the robot's effects, by joint."""
+    out = {}
+    for effect in robot.effects:
+        for name, _ in effect.linear:
+            columns = effect.columns(name)
+            used = {s for c in columns.values() for s in c.free_symbols}
+            variables = {s for s in used if _VARIABLE.fullmatch(s.name)}
+            out[name] = {
+                j: _lowered(c, f"D{name}_{j}", tape, variables) for j, c in columns.items()
+            }
+    return out
+
+
+def definition_tape(definition: Definition) -> Tape:
+    """Derive the columns of a library effect on one joint.
+
+    Returns:
+        A tape from q, qd, qdd and taur of the joint, and c, the constants in the order of
+        `nonlinear`, to minus the derivative of the torque by every coefficient.
+    """
+    own = (*OWN, *definition.linear, *definition.nonlinear)
+    torque = expressions.parse(definition.torque, own, expressions.EFFECT_FUNCTIONS)
+    symbol = {name: sp.Symbol(name, real=True) for name in own}
+    constants = [symbol[name] for name in definition.nonlinear]
+    tape = TapeBuilder(own)
+    variables = {symbol[name] for name in OWN} | set(constants)
+    outputs = [
+        _lowered(-sp.diff(torque, symbol[name]), f"D{name}", tape, variables)
+        for name in definition.linear
+    ]
+    return tape.tape([*((name, [symbol[name]]) for name in OWN), ("c", constants)], outputs)
+
+
+def _lowered(
+    expr: sp.Expr, name: str, tape: TapeBuilder, variables: Collection[sp.Symbol]
+) -> sp.Expr:
+    """Name every function and power of an expression, inside out; constants become the tape's."""
+
+    def inner(part: sp.Expr, letter: str) -> sp.Expr:
+        return tape.name(f"{letter}{name}", _lowered(part, f"{letter}{name}", tape, variables))
+
+    used = expr.free_symbols & set(variables)
+    if expr.is_Rational or expr in variables:
+        return expr
+    if not used:
+        return tape.constant(f"c{name}", expr)
+    if expr.is_Pow and not expr.exp.is_Integer:
+        logarithm = tape.name(f"l{name}", sp.log(inner(expr.base, "b")))
+        return tape.name(
+            f"p{name}", sp.exp(tape.name(f"x{name}", inner(expr.exp, "e") * logarithm))
+        )
+    if expr.is_Pow:
+        whole = inner(expr.base, "b") ** abs(expr.exp)
+        return tape.name(f"i{name}", 1 / tape.name(f"p{name}", whole)) if expr.exp < 0 else whole
+    if expr.is_Function:
+        return tape.name(f"f{name}", expr.func(inner(expr.args[0], "a")))
+    fixed, rest = expr.as_independent(*used, as_Add=expr.is_Add)
+    parts = [
+        _lowered(part, f"{name}_{i}", tape, variables)
+        for i, part in enumerate(sorted(expr.func.make_args(rest), key=text))
+    ]
+    if fixed != expr.identity:
+        parts.append(fixed if fixed.is_Rational else tape.constant(f"k{name}", fixed))
+    return tape.name(name, expr.func(*parts))
