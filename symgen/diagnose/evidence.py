@@ -1,0 +1,200 @@
+"""What a log says in the motion's band: torques, regressor and residual, row by row.
+
+Positions, speeds and accelerations pass one zero-phase low-pass; the regressor is evaluated on them
+and passes it again, as does the measured torque (parallel filtering, Gautier 1997). Rows are one
+joint at one kept instant; they are whitened by the standard deviation of their joint's residual.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.data.signals import Samples, can_filter, differentiate, lowpass, motion_bandwidth
+from symgen.runtime.evaluator import Evaluator
+
+FloatArray = NDArray[np.float64]
+_PER_PERIOD = 4  # kept samples per period of the cutoff
+_WHITENING = 3
+_TINY = 1e-300
+#: Blocks of time, for robust errors, and folds, which are held out.
+BLOCKS, FOLDS = 20, 5
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """One log in the motion's band.
+
+    Attributes:
+        name: of the log.
+        t: (N,) time, s.
+        q, qd, qdd: (N, n) in the band, at full rate.
+        tau: (N, n) measured torque, unfiltered.
+        step: sampling step, s.
+        band: cutoff of the low-pass, Hz; None where none fits below the Nyquist frequency.
+        kept: the samples that rows are made of.
+    """
+
+    name: str
+    t: FloatArray
+    q: FloatArray
+    qd: FloatArray
+    qdd: FloatArray
+    tau: FloatArray
+    step: float
+    band: float | None
+    kept: slice
+
+    def smooth(self, x: FloatArray) -> FloatArray:
+        """Pass (N, ...) through the scene's low-pass."""
+        if self.band is None:
+            return x
+        flat = np.ascontiguousarray(x.reshape(len(x), -1))
+        return lowpass(flat, self.step, self.band).reshape(x.shape)
+
+    def seen(self, x: FloatArray) -> FloatArray:
+        """Return (N', ...): in the band, at the kept instants."""
+        return self.smooth(x)[self.kept]
+
+    def cut(self, start: float, end: float) -> Scene:
+        """Return the rows of a span of time; signals keep their full length for the filter."""
+        at = np.arange(len(self.t))[self.kept]
+        inside = at[(self.t[at] >= start) & (self.t[at] <= end)]
+        stride = self.kept.step or 1
+        if len(inside) == 0:
+            return Scene(**{**self.__dict__, "kept": slice(0, 0, stride)})
+        return Scene(**{**self.__dict__, "kept": slice(inside[0], inside[-1] + 1, stride)})
+
+
+def scene(samples: Samples, cutoff: float | None) -> Scene:
+    """See a log in the motion's band.
+
+    Args:
+        samples: the log on a uniform grid.
+        cutoff: of the low-pass, Hz; None for that of the motion's bandwidth.
+    """
+    band = cutoff or samples.cutoff_hz or motion_bandwidth(samples.q, samples.step)
+    filtered = can_filter(band, samples.step)
+    q, qd = samples.q, samples.qd
+    if filtered and not samples.velocity_derived:
+        q, qd = (lowpass(x, samples.step, band) for x in (q, qd))
+    every = max(1, int(1 / (_PER_PERIOD * band * samples.step))) if filtered else 1
+    margin = int(1 / (band * samples.step)) if filtered else 0  # the filter's run-in
+    return Scene(
+        samples.name,
+        samples.t,
+        q,
+        qd,
+        differentiate(qd, samples.step),
+        samples.tau,
+        samples.step,
+        band if filtered else None,
+        slice(margin, len(samples.t) - margin, every),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """The rows of some logs, whitened, with what the model explains taken out.
+
+    Attributes:
+        scenes: the logs.
+        W: (K, n, p) regressor of the model at K kept instants.
+        y: (K, n) torque.
+        X: (p,) least-squares parameters.
+        sigma: (n,) standard deviation of each joint's residual.
+        block, fold: (K,) number of the block and the fold of each instant.
+    """
+
+    scenes: tuple[Scene, ...]
+    W: FloatArray
+    y: FloatArray
+    X: FloatArray
+    sigma: FloatArray
+    block: NDArray[np.int64]
+    fold: NDArray[np.int64]
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return self.y.shape[1]
+
+    @cached_property
+    def residual(self) -> FloatArray:
+        """Whitened residual (K, n)."""
+        return (self.y - self.W @ self.X) / self.sigma
+
+    @cached_property
+    def basis(self) -> FloatArray:
+        """Orthonormal basis (K, n, r) of what the whitened model can say."""
+        rows = (self.W / self.sigma[:, None]).reshape(-1, self.W.shape[2])
+        norms = np.linalg.norm(rows, axis=0)
+        left, values, _ = np.linalg.svd(rows / np.where(norms > 0, norms, 1), full_matrices=False)
+        kept = left[:, values > 1e-9 * values[0]]
+        return np.ascontiguousarray(kept.reshape(*self.y.shape, -1))
+
+    def with_columns(self, columns: FloatArray) -> Evidence:
+        """Return the evidence of the model with more columns (K, n, m)."""
+        return solved(self.scenes, np.concatenate([self.W, columns], axis=2), self.y)
+
+    def gap(self) -> FloatArray:
+        """Return RMS of the residual over RMS of the torque, (n,)."""
+        return ratio(self.y - self.W @ self.X, self.y)
+
+
+def ratio(error: FloatArray, torque: FloatArray) -> FloatArray:
+    """Return RMS of an error over RMS of the torque by joint, (n,)."""
+    size = np.sqrt(np.mean(torque**2, axis=0))
+    return np.asarray(np.sqrt(np.mean(error**2, axis=0)) / np.where(size > 0, size, np.inf))
+
+
+def regressor(evaluator: Evaluator, s: Scene) -> FloatArray:
+    """Return the model's regressor at full rate, (N, n, p)."""
+    return np.asarray(evaluator["torque_regressor"](s.q, s.qd, s.qdd))
+
+
+def evidence(evaluator: Evaluator, scenes: Sequence[Scene]) -> Evidence:
+    """Fit the model to some logs."""
+    W = np.concatenate([s.seen(regressor(evaluator, s)) for s in scenes])
+    y = np.concatenate([s.seen(s.tau) for s in scenes])
+    return solved(tuple(scenes), W, y)
+
+
+def solved(scenes: tuple[Scene, ...], W: FloatArray, y: FloatArray) -> Evidence:
+    """Solve y = W X, joints weighed by the standard deviation of their residual."""
+    n, p = y.shape[1], W.shape[2]
+    sigma = np.maximum(np.std(y, axis=0), _TINY)
+    X = np.zeros(p)
+    for _ in range(_WHITENING):
+        X = least_squares((W / sigma[:, None]).reshape(-1, p), (y / sigma).ravel())
+        error = y - W @ X
+        floor = 1e-6 * np.sqrt(np.mean(y**2, axis=0)) + _TINY
+        sigma = np.maximum(np.sqrt(np.mean(error**2, axis=0)), floor)
+    counts = [len(range(*s.kept.indices(len(s.t)))) for s in scenes]
+    block = _pieces(counts, BLOCKS)
+    return Evidence(scenes, W, y, X, sigma, block, _pieces(counts, FOLDS))
+
+
+def least_squares(A: FloatArray, b: FloatArray) -> FloatArray:
+    """Solve by QR on columns of unit norm; what the rows do not determine is zero."""
+    norms = np.linalg.norm(A, axis=0)
+    scale = np.where(norms > 0, norms, 1.0)
+    factor = np.linalg.qr(np.column_stack([A / scale, b]), mode="r")
+    R, c = factor[: A.shape[1], : A.shape[1]], factor[: A.shape[1], A.shape[1]]
+    x: FloatArray = np.linalg.lstsq(R, c, rcond=1e-9)[0] / scale
+    return x
+
+
+def _pieces(counts: Sequence[int], pieces: int) -> NDArray[np.int64]:
+    """Number the instants of all logs by contiguous pieces of equal length; none spans two logs."""
+    total = sum(counts)
+    out, first = [], 0
+    for count in counts:
+        own = max(1, round(pieces * count / max(total, 1)))
+        out.append(first + np.arange(count) * own // max(count, 1))
+        first += own
+    return np.concatenate(out) if out else np.zeros(0, dtype=np.int64)
