@@ -43,7 +43,10 @@ def robots() -> None:
 @click.option("--target", default="all", show_default=True, help="c, casadi or all.")
 @click.option("--dtype", default="double", show_default=True, help="double or float, of the C.")
 @click.option("--kernels", help="Comma-separated names; default all.")
-def generate(robot: str, into: Path | None, target: str, dtype: str, kernels: str | None) -> int:
+@click.option("--tex", is_flag=True, help="Write the model as a LaTeX document too.")
+def generate(
+    robot: str, into: Path | None, target: str, dtype: str, kernels: str | None, tex: bool
+) -> int:
     """Derive ROBOT's model and write it as a package of C and CasADi.
 
     ROBOT is a robot.toml, a generated package, or the name of a built-in robot.
@@ -57,7 +60,7 @@ def generate(robot: str, into: Path | None, target: str, dtype: str, kernels: st
     chosen = "all" if kernels is None else tuple(k.strip() for k in kernels.split(","))
     _say(f"deriving {source.name}")
     model = symgen.derive(source, chosen)
-    tree = symgen.generate(model, target=target, dtype=dtype)
+    tree = symgen.generate(model, target=target, dtype=dtype, tex=tex)
     symgen.write_package(tree, folder)
     _print_model(model)
     click.echo(f"written: {folder} ({len(tree.files)} files)")

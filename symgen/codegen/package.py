@@ -49,6 +49,7 @@ def generate(
     target: str = "all",
     dtype: str = "double",
     kernels: tuple[str, ...] | None = None,
+    tex: bool = False,
 ) -> SourceTree:
     """Write a model as a package of C, CasADi or both.
 
@@ -58,6 +59,7 @@ def generate(
         dtype: "double" or "float", of the C sources.
         kernels: names of the kernels to write; all by default. The identifier in C comes with
             energy_regressor (and friction_power, where the robot has friction).
+        tex: whether to write the model as a LaTeX document too, with the formulas of the kernels.
 
     Raises:
         PackageError: an option is not one of these.
@@ -71,7 +73,7 @@ def generate(
         if name not in known:
             raise PackageError(f"kernel {name!r}; accepted: {', '.join(known)}")
     chosen = tuple(k for k in model.kernels if kernels is None or k.name in kernels)
-    return _Writer(model, target, dtype, chosen).tree()
+    return _Writer(model, target, dtype, chosen, tex).tree()
 
 
 def write_package(tree: SourceTree, folder: str | Path) -> None:
@@ -85,6 +87,7 @@ class _Writer:
     target: str
     dtype: str
     kernels: tuple[Kernel, ...]
+    tex: bool
 
     @property
     def name(self) -> str:
@@ -101,6 +104,10 @@ class _Writer:
             for kernel in self.kernels:
                 function = casadi_function(self.model, kernel)
                 files[f"{self.name}_{kernel.name}.casadi"] = serialized(function)
+        if self.tex:
+            from symgen.codegen.tex import tex_document
+
+            files[f"{self.name}.tex"] = tex_document(self.model, self.kernels).encode()
         files["README.md"] = self.render("README.md", **self.readme()).encode()
         digests = {
             path: hashlib.sha256(content).hexdigest()
@@ -294,6 +301,7 @@ class _Writer:
                 "target": self.target,
                 "dtype": self.dtype,
                 "kernels": [k.name for k in self.kernels],
+                **({"tex": True} if self.tex else {}),
             },
             "joints": robot.n,
             "joint_numbers": [j.number for j in robot.movable],

@@ -121,7 +121,7 @@ class Evidence:
     @property
     def n(self) -> int:
         """Number of joints."""
-        return self.y.shape[1]
+        return int(self.y.shape[1])
 
     @cached_property
     def residual(self) -> FloatArray:
@@ -166,7 +166,7 @@ def evidence(evaluator: Evaluator, scenes: Sequence[Scene]) -> Evidence:
 
 def solved(scenes: tuple[Scene, ...], W: FloatArray, y: FloatArray) -> Evidence:
     """Solve y = W X, joints weighed by the standard deviation of their residual."""
-    n, p = y.shape[1], W.shape[2]
+    p = W.shape[2]
     sigma = np.maximum(np.std(y, axis=0), _TINY)
     X = np.zeros(p)
     for _ in range(_WHITENING):
@@ -183,9 +183,9 @@ def least_squares(A: FloatArray, b: FloatArray) -> FloatArray:
     """Solve by QR on columns of unit norm; what the rows do not determine is zero."""
     norms = np.linalg.norm(A, axis=0)
     scale = np.where(norms > 0, norms, 1.0)
-    factor = np.linalg.qr(np.column_stack([A / scale, b]), mode="r")
-    R, c = factor[: A.shape[1], : A.shape[1]], factor[: A.shape[1], A.shape[1]]
-    x: FloatArray = np.linalg.lstsq(R, c, rcond=1e-9)[0] / scale
+    factor: FloatArray = np.asarray(np.linalg.qr(np.column_stack([A / scale, b]), mode="r"))
+    p = len(scale)
+    x: FloatArray = np.linalg.lstsq(factor[:p, :p], factor[:p, p], rcond=1e-9)[0] / scale
     return x
 
 

@@ -48,7 +48,7 @@ _KEYWORDS = frozenset(
     "abs sign sqrt sin cos tan exp tanh min max pi g taur".split()
 )
 _RESERVED = re.compile(
-    r"(q|qd|qdd|tau|i)\d*|(XX|XY|XZ|YY|YZ|ZZ|MX|MY|MZ|M|IA|IAM|FS|FV|OF|FSM|FVM)\d+R?"
+    r"X_\w*|(q|qd|qdd|tau|i)\d*|(XX|XY|XZ|YY|YZ|ZZ|MX|MY|MZ|M|IA|IAM|FS|FV|OF|FSM|FVM)\d+R?"
 )
 
 

@@ -62,7 +62,13 @@ def _check_one(folder: Path) -> Checked:
     kernels = tuple(options["kernels"])
     model = _derived(folder, kernels)
     try:
-        tree = generate(model, target=options["target"], dtype=options["dtype"], kernels=kernels)
+        tree = generate(
+            model,
+            target=options["target"],
+            dtype=options["dtype"],
+            kernels=kernels,
+            tex=options.get("tex") is True,
+        )
     except PackageError as error:
         raise PackageError(f"{folder / 'manifest.json'}: {error}") from error
     # Measured at the points of the tree written now: the folder's own are compared with these.

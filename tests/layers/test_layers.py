@@ -15,7 +15,7 @@ SOURCES = sorted((PROJECT / "symgen").rglob("*.py"))
 DOORS = {
     "sympy": ("robot", "symbolic", "codegen", "demo"),
     # A header of values belongs to an estimate, which codegen does not know.
-    "jinja2": ("codegen/package", "identification/export", "report"),
+    "jinja2": ("codegen/package", "codegen/tex", "identification/export", "report"),
     "casadi": ("codegen/casadi_model",),
     "cffi": ("runtime/build",),
     "pyarrow": ("data/log",),
