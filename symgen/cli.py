@@ -20,6 +20,7 @@ from symgen.errors import SymgenError, SymgenWarning
 
 if TYPE_CHECKING:
     from symgen.identification.estimate import Estimate
+    from symgen.runtime.check import Checked
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -70,7 +71,7 @@ def generate(
 @cli.command()
 @click.argument("folder", type=click.Path(path_type=Path))
 def check(folder: Path) -> int:
-    """Check generated packages: write them again, compare, prove again, measure the error."""
+    """Check generated packages: write them again, compare, prove again, measure error and stack."""
     import symgen
 
     _say("deriving, compiling and comparing")
@@ -86,10 +87,24 @@ def check(folder: Path) -> int:
         for result in results
     ]
     _table(("package", "files", "rank", "kernels", "worst of C", "worst of CasADi"), rows)
+    _stack_table(results)
     for result in results:
         for line in result.differences:
             click.echo(f"{result.folder}: {line}")
     return 1 if any(result.differences for result in results) else 0
+
+
+def _stack_table(results: Sequence[Checked]) -> None:
+    """Write the worst-case stack of every function for one sample, a column for each package."""
+    measured = {r.folder.name: r.stacks for r in results if r.stacks is not None}
+    missing = [r.folder.name for r in results if r.stacks is None]
+    functions = sorted({f for stacks in measured.values() for f in stacks if f[-6:] != "_batch"})
+    if functions:
+        rows = [(f, *(str(stacks.get(f, "-")) for stacks in measured.values())) for f in functions]
+        _table(("worst-case stack, bytes", *measured), rows)
+        click.echo("as this C compiler builds them at -O2; what libm takes comes on top")
+    if missing:
+        click.echo(f"stack not measured: {', '.join(missing)} (no C, or no compiler that counts)")
 
 
 def _worst(errors: Sequence[tuple[str, str, float]], backend: str) -> str:

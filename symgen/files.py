@@ -37,10 +37,7 @@ def write_folder(folder: Path, files: Mapping[str, bytes], marker: str) -> None:
             path.write_bytes(content)
         fresh.chmod(0o777 & ~_umask())
         if folder.exists():
-            for path in folder.iterdir():
-                if path.name not in ours:
-                    copy = shutil.copytree if path.is_dir() else shutil.copy2
-                    copy(path, fresh / path.name)
+            _carry_over(folder, fresh, ours)
             old = Path(tempfile.mkdtemp(prefix=f".{folder.name}-old-", dir=folder.parent))
             folder.rename(old / folder.name)
         try:
@@ -55,6 +52,18 @@ def write_folder(folder: Path, files: Mapping[str, bytes], marker: str) -> None:
         for leftover in (fresh, old):
             if leftover is not None:
                 shutil.rmtree(leftover, ignore_errors=True)
+
+
+def _carry_over(old: Path, new: Path, ours: set[str], inside: str = "") -> None:
+    """Copy what is not among our paths; a folder that holds one of them is looked into."""
+    for path in old.iterdir():
+        name = f"{inside}{path.name}"
+        if path.is_dir() and any(own.startswith(f"{name}/") for own in ours):
+            _carry_over(path, new, ours, f"{name}/")
+        elif name not in ours:
+            (new / name).parent.mkdir(parents=True, exist_ok=True)
+            copy = shutil.copytree if path.is_dir() else shutil.copy2
+            copy(path, new / name)
 
 
 def check_replaceable(folder: Path, marker: str) -> set[str]:

@@ -275,6 +275,6 @@ void panda_bias_torque(const double *q, const double *qd, const double *X, doubl
 void panda_bias_torque_batch(size_t N, const double *q, const double *qd, const double *X, double *h)
 {
     for (size_t k = 0; k < N; ++k) {
-        panda_bias_torque(q + k * 7u, qd + k * 7u, X, h + k * 7u);
+        panda_bias_torque(&q[k * 7u], &qd[k * 7u], X, &h[k * 7u]);
     }
 }

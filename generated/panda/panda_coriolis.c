@@ -987,6 +987,6 @@ void panda_coriolis(const double *q, const double *qd, const double *X, double *
 void panda_coriolis_batch(size_t N, const double *q, const double *qd, const double *X, double *C)
 {
     for (size_t k = 0; k < N; ++k) {
-        panda_coriolis(q + k * 7u, qd + k * 7u, X, C + k * 49u);
+        panda_coriolis(&q[k * 7u], &qd[k * 7u], X, &C[k * 49u]);
     }
 }

@@ -140,6 +140,6 @@ void panda_energy(const double *q, const double *qd, const double *X, double *T_
 void panda_energy_batch(size_t N, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     for (size_t k = 0; k < N; ++k) {
-        panda_energy(q + k * 7u, qd + k * 7u, X, T_out + k * 1u, U_out + k * 1u);
+        panda_energy(&q[k * 7u], &qd[k * 7u], X, &T_out[k * 1u], &U_out[k * 1u]);
     }
 }

@@ -184,6 +184,6 @@ void panda_energy_regressor(const double *q, const double *qd, double *out)
 void panda_energy_regressor_batch(size_t N, const double *q, const double *qd, double *out)
 {
     for (size_t k = 0; k < N; ++k) {
-        panda_energy_regressor(q + k * 7u, qd + k * 7u, out + k * 48u);
+        panda_energy_regressor(&q[k * 7u], &qd[k * 7u], &out[k * 48u]);
     }
 }

@@ -587,7 +587,7 @@ int panda_forward_dynamics_batch(size_t N, const double *q, const double *qd, co
 {
     int status = 0;
     for (size_t k = 0; k < N; ++k) {
-        status |= panda_forward_dynamics(q + k * 7u, qd + k * 7u, tau + k * 7u, X, qdd + k * 7u);
+        status |= panda_forward_dynamics(&q[k * 7u], &qd[k * 7u], &tau[k * 7u], X, &qdd[k * 7u]);
     }
     return status;
 }

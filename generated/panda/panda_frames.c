@@ -188,6 +188,6 @@ void panda_frames(const double *q, double *T_out)
 void panda_frames_batch(size_t N, const double *q, double *T_out)
 {
     for (size_t k = 0; k < N; ++k) {
-        panda_frames(q + k * 7u, T_out + k * 112u);
+        panda_frames(&q[k * 7u], &T_out[k * 112u]);
     }
 }

@@ -41,6 +41,6 @@ void panda_friction_power(const double *q, const double *qd, double *out)
 void panda_friction_power_batch(size_t N, const double *q, const double *qd, double *out)
 {
     for (size_t k = 0; k < N; ++k) {
-        panda_friction_power(q + k * 7u, qd + k * 7u, out + k * 14u);
+        panda_friction_power(&q[k * 7u], &qd[k * 7u], &out[k * 14u]);
     }
 }

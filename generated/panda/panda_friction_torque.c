@@ -116,6 +116,6 @@ void panda_friction_torque(const double *q, const double *qd, double *out)
 void panda_friction_torque_batch(size_t N, const double *q, const double *qd, double *out)
 {
     for (size_t k = 0; k < N; ++k) {
-        panda_friction_torque(q + k * 7u, qd + k * 7u, out + k * 98u);
+        panda_friction_torque(&q[k * 7u], &qd[k * 7u], &out[k * 98u]);
     }
 }

@@ -84,6 +84,6 @@ void panda_gravity_torque(const double *q, const double *X, double *tau)
 void panda_gravity_torque_batch(size_t N, const double *q, const double *X, double *tau)
 {
     for (size_t k = 0; k < N; ++k) {
-        panda_gravity_torque(q + k * 7u, X, tau + k * 7u);
+        panda_gravity_torque(&q[k * 7u], X, &tau[k * 7u]);
     }
 }

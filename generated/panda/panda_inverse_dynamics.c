@@ -284,6 +284,6 @@ void panda_inverse_dynamics(const double *q, const double *qd, const double *qdd
 void panda_inverse_dynamics_batch(size_t N, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     for (size_t k = 0; k < N; ++k) {
-        panda_inverse_dynamics(q + k * 7u, qd + k * 7u, qdd + k * 7u, X, tau + k * 7u);
+        panda_inverse_dynamics(&q[k * 7u], &qd[k * 7u], &qdd[k * 7u], X, &tau[k * 7u]);
     }
 }

@@ -135,6 +135,6 @@ void panda_jacobian(const double *q, double *J_out)
 void panda_jacobian_batch(size_t N, const double *q, double *J_out)
 {
     for (size_t k = 0; k < N; ++k) {
-        panda_jacobian(q + k * 7u, J_out + k * 42u);
+        panda_jacobian(&q[k * 7u], &J_out[k * 42u]);
     }
 }

@@ -264,6 +264,6 @@ void panda_mass_matrix(const double *q, const double *X, double *M)
 void panda_mass_matrix_batch(size_t N, const double *q, const double *X, double *M)
 {
     for (size_t k = 0; k < N; ++k) {
-        panda_mass_matrix(q + k * 7u, X, M + k * 49u);
+        panda_mass_matrix(&q[k * 7u], X, &M[k * 49u]);
     }
 }

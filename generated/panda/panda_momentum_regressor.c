@@ -1201,6 +1201,6 @@ void panda_momentum_regressor(const double *q, const double *qd, double *p_out, 
 void panda_momentum_regressor_batch(size_t N, const double *q, const double *qd, double *p_out, double *dl_out)
 {
     for (size_t k = 0; k < N; ++k) {
-        panda_momentum_regressor(q + k * 7u, qd + k * 7u, p_out + k * 336u, dl_out + k * 336u);
+        panda_momentum_regressor(&q[k * 7u], &qd[k * 7u], &p_out[k * 336u], &dl_out[k * 336u]);
     }
 }

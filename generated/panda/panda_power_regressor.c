@@ -339,6 +339,6 @@ void panda_power_regressor(const double *q, const double *qd, const double *qdd,
 void panda_power_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out)
 {
     for (size_t k = 0; k < N; ++k) {
-        panda_power_regressor(q + k * 7u, qd + k * 7u, qdd + k * 7u, out + k * 62u);
+        panda_power_regressor(&q[k * 7u], &qd[k * 7u], &qdd[k * 7u], &out[k * 62u]);
     }
 }

@@ -871,6 +871,6 @@ void panda_torque_regressor(const double *q, const double *qd, const double *qdd
 void panda_torque_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out)
 {
     for (size_t k = 0; k < N; ++k) {
-        panda_torque_regressor(q + k * 7u, qd + k * 7u, qdd + k * 7u, out + k * 434u);
+        panda_torque_regressor(&q[k * 7u], &qd[k * 7u], &qdd[k * 7u], &out[k * 434u]);
     }
 }

@@ -27,6 +27,6 @@ void planar2r_bias_torque(const double *q, const double *qd, const double *X, do
 void planar2r_bias_torque_batch(size_t N, const double *q, const double *qd, const double *X, double *h)
 {
     for (size_t k = 0; k < N; ++k) {
-        planar2r_bias_torque(q + k * 2u, qd + k * 2u, X, h + k * 2u);
+        planar2r_bias_torque(&q[k * 2u], &qd[k * 2u], X, &h[k * 2u]);
     }
 }

@@ -28,6 +28,6 @@ void planar2r_coriolis(const double *q, const double *qd, const double *X, doubl
 void planar2r_coriolis_batch(size_t N, const double *q, const double *qd, const double *X, double *C)
 {
     for (size_t k = 0; k < N; ++k) {
-        planar2r_coriolis(q + k * 2u, qd + k * 2u, X, C + k * 4u);
+        planar2r_coriolis(&q[k * 2u], &qd[k * 2u], X, &C[k * 4u]);
     }
 }

@@ -27,6 +27,6 @@ void planar2r_energy(const double *q, const double *qd, const double *X, double 
 void planar2r_energy_batch(size_t N, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     for (size_t k = 0; k < N; ++k) {
-        planar2r_energy(q + k * 2u, qd + k * 2u, X, T_out + k * 1u, U_out + k * 1u);
+        planar2r_energy(&q[k * 2u], &qd[k * 2u], X, &T_out[k * 1u], &U_out[k * 1u]);
     }
 }

@@ -28,6 +28,6 @@ void planar2r_energy_regressor(const double *q, const double *qd, double *out)
 void planar2r_energy_regressor_batch(size_t N, const double *q, const double *qd, double *out)
 {
     for (size_t k = 0; k < N; ++k) {
-        planar2r_energy_regressor(q + k * 2u, qd + k * 2u, out + k * 4u);
+        planar2r_energy_regressor(&q[k * 2u], &qd[k * 2u], &out[k * 4u]);
     }
 }

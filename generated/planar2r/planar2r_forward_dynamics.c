@@ -43,7 +43,7 @@ int planar2r_forward_dynamics_batch(size_t N, const double *q, const double *qd,
 {
     int status = 0;
     for (size_t k = 0; k < N; ++k) {
-        status |= planar2r_forward_dynamics(q + k * 2u, qd + k * 2u, tau + k * 2u, X, qdd + k * 2u);
+        status |= planar2r_forward_dynamics(&q[k * 2u], &qd[k * 2u], &tau[k * 2u], X, &qdd[k * 2u]);
     }
     return status;
 }

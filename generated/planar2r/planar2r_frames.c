@@ -52,6 +52,6 @@ void planar2r_frames(const double *q, double *T_out)
 void planar2r_frames_batch(size_t N, const double *q, double *T_out)
 {
     for (size_t k = 0; k < N; ++k) {
-        planar2r_frames(q + k * 2u, T_out + k * 32u);
+        planar2r_frames(&q[k * 2u], &T_out[k * 32u]);
     }
 }

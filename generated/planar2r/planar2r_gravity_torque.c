@@ -14,6 +14,6 @@ void planar2r_gravity_torque(const double *q, const double *X, double *tau)
 void planar2r_gravity_torque_batch(size_t N, const double *q, const double *X, double *tau)
 {
     for (size_t k = 0; k < N; ++k) {
-        planar2r_gravity_torque(q + k * 2u, X, tau + k * 2u);
+        planar2r_gravity_torque(&q[k * 2u], X, &tau[k * 2u]);
     }
 }

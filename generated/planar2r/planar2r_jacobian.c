@@ -28,6 +28,6 @@ void planar2r_jacobian(const double *q, double *J_out)
 void planar2r_jacobian_batch(size_t N, const double *q, double *J_out)
 {
     for (size_t k = 0; k < N; ++k) {
-        planar2r_jacobian(q + k * 2u, J_out + k * 12u);
+        planar2r_jacobian(&q[k * 2u], &J_out[k * 12u]);
     }
 }

@@ -23,6 +23,6 @@ void planar2r_mass_matrix(const double *q, const double *X, double *M)
 void planar2r_mass_matrix_batch(size_t N, const double *q, const double *X, double *M)
 {
     for (size_t k = 0; k < N; ++k) {
-        planar2r_mass_matrix(q + k * 2u, X, M + k * 4u);
+        planar2r_mass_matrix(&q[k * 2u], X, &M[k * 4u]);
     }
 }

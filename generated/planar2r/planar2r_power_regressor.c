@@ -33,6 +33,6 @@ void planar2r_power_regressor(const double *q, const double *qd, const double *q
 void planar2r_power_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out)
 {
     for (size_t k = 0; k < N; ++k) {
-        planar2r_power_regressor(q + k * 2u, qd + k * 2u, qdd + k * 2u, out + k * 4u);
+        planar2r_power_regressor(&q[k * 2u], &qd[k * 2u], &qdd[k * 2u], &out[k * 4u]);
     }
 }

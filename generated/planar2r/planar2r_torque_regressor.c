@@ -34,6 +34,6 @@ void planar2r_torque_regressor(const double *q, const double *qd, const double *
 void planar2r_torque_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out)
 {
     for (size_t k = 0; k < N; ++k) {
-        planar2r_torque_regressor(q + k * 2u, qd + k * 2u, qdd + k * 2u, out + k * 8u);
+        planar2r_torque_regressor(&q[k * 2u], &qd[k * 2u], &qdd[k * 2u], &out[k * 8u]);
     }
 }

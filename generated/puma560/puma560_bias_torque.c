@@ -242,6 +242,6 @@ void puma560_bias_torque(const double *q, const double *qd, const double *X, dou
 void puma560_bias_torque_batch(size_t N, const double *q, const double *qd, const double *X, double *h)
 {
     for (size_t k = 0; k < N; ++k) {
-        puma560_bias_torque(q + k * 6u, qd + k * 6u, X, h + k * 6u);
+        puma560_bias_torque(&q[k * 6u], &qd[k * 6u], X, &h[k * 6u]);
     }
 }

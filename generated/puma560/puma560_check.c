@@ -11,7 +11,11 @@ static double error_of(const puma560_real *out, const double *expected, size_t s
     double largest = 0.0;
     double scale = 0.0;
     for (size_t i = 0; i < size; ++i) {
-        largest = fmax(largest, fabs((double)out[i] - expected[i]));
+        const double error = fabs((double)out[i] - expected[i]);
+        if (!(error < HUGE_VAL)) {
+            return HUGE_VAL; /* fmax would pass over a NaN */
+        }
+        largest = fmax(largest, error);
         scale = fmax(scale, fabs(expected[i]));
     }
     return scale > 0.0 ? largest / scale : largest;

@@ -622,6 +622,6 @@ void puma560_coriolis(const double *q, const double *qd, const double *X, double
 void puma560_coriolis_batch(size_t N, const double *q, const double *qd, const double *X, double *C)
 {
     for (size_t k = 0; k < N; ++k) {
-        puma560_coriolis(q + k * 6u, qd + k * 6u, X, C + k * 36u);
+        puma560_coriolis(&q[k * 6u], &qd[k * 6u], X, &C[k * 36u]);
     }
 }

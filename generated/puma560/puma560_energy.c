@@ -124,6 +124,6 @@ void puma560_energy(const double *q, const double *qd, const double *X, double *
 void puma560_energy_batch(size_t N, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     for (size_t k = 0; k < N; ++k) {
-        puma560_energy(q + k * 6u, qd + k * 6u, X, T_out + k * 1u, U_out + k * 1u);
+        puma560_energy(&q[k * 6u], &qd[k * 6u], X, &T_out[k * 1u], &U_out[k * 1u]);
     }
 }

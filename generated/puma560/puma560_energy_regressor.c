@@ -160,6 +160,6 @@ void puma560_energy_regressor(const double *q, const double *qd, double *out)
 void puma560_energy_regressor_batch(size_t N, const double *q, const double *qd, double *out)
 {
     for (size_t k = 0; k < N; ++k) {
-        puma560_energy_regressor(q + k * 6u, qd + k * 6u, out + k * 40u);
+        puma560_energy_regressor(&q[k * 6u], &qd[k * 6u], &out[k * 40u]);
     }
 }

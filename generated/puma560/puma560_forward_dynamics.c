@@ -495,7 +495,7 @@ int puma560_forward_dynamics_batch(size_t N, const double *q, const double *qd, 
 {
     int status = 0;
     for (size_t k = 0; k < N; ++k) {
-        status |= puma560_forward_dynamics(q + k * 6u, qd + k * 6u, tau + k * 6u, X, qdd + k * 6u);
+        status |= puma560_forward_dynamics(&q[k * 6u], &qd[k * 6u], &tau[k * 6u], X, &qdd[k * 6u]);
     }
     return status;
 }

@@ -161,6 +161,6 @@ void puma560_frames(const double *q, double *T_out)
 void puma560_frames_batch(size_t N, const double *q, double *T_out)
 {
     for (size_t k = 0; k < N; ++k) {
-        puma560_frames(q + k * 6u, T_out + k * 96u);
+        puma560_frames(&q[k * 6u], &T_out[k * 96u]);
     }
 }

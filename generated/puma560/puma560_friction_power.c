@@ -37,6 +37,6 @@ void puma560_friction_power(const double *q, const double *qd, double *out)
 void puma560_friction_power_batch(size_t N, const double *q, const double *qd, double *out)
 {
     for (size_t k = 0; k < N; ++k) {
-        puma560_friction_power(q + k * 6u, qd + k * 6u, out + k * 12u);
+        puma560_friction_power(&q[k * 6u], &qd[k * 6u], &out[k * 12u]);
     }
 }

@@ -89,6 +89,6 @@ void puma560_friction_torque(const double *q, const double *qd, double *out)
 void puma560_friction_torque_batch(size_t N, const double *q, const double *qd, double *out)
 {
     for (size_t k = 0; k < N; ++k) {
-        puma560_friction_torque(q + k * 6u, qd + k * 6u, out + k * 72u);
+        puma560_friction_torque(&q[k * 6u], &qd[k * 6u], &out[k * 72u]);
     }
 }

@@ -67,6 +67,6 @@ void puma560_gravity_torque(const double *q, const double *X, double *tau)
 void puma560_gravity_torque_batch(size_t N, const double *q, const double *X, double *tau)
 {
     for (size_t k = 0; k < N; ++k) {
-        puma560_gravity_torque(q + k * 6u, X, tau + k * 6u);
+        puma560_gravity_torque(&q[k * 6u], X, &tau[k * 6u]);
     }
 }

@@ -258,6 +258,6 @@ void puma560_inverse_dynamics(const double *q, const double *qd, const double *q
 void puma560_inverse_dynamics_batch(size_t N, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     for (size_t k = 0; k < N; ++k) {
-        puma560_inverse_dynamics(q + k * 6u, qd + k * 6u, qdd + k * 6u, X, tau + k * 6u);
+        puma560_inverse_dynamics(&q[k * 6u], &qd[k * 6u], &qdd[k * 6u], X, &tau[k * 6u]);
     }
 }

@@ -101,6 +101,6 @@ void puma560_jacobian(const double *q, double *J_out)
 void puma560_jacobian_batch(size_t N, const double *q, double *J_out)
 {
     for (size_t k = 0; k < N; ++k) {
-        puma560_jacobian(q + k * 6u, J_out + k * 36u);
+        puma560_jacobian(&q[k * 6u], &J_out[k * 36u]);
     }
 }

@@ -226,6 +226,6 @@ void puma560_mass_matrix(const double *q, const double *X, double *M)
 void puma560_mass_matrix_batch(size_t N, const double *q, const double *X, double *M)
 {
     for (size_t k = 0; k < N; ++k) {
-        puma560_mass_matrix(q + k * 6u, X, M + k * 36u);
+        puma560_mass_matrix(&q[k * 6u], X, &M[k * 36u]);
     }
 }

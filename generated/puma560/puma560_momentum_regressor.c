@@ -822,6 +822,6 @@ void puma560_momentum_regressor(const double *q, const double *qd, double *p_out
 void puma560_momentum_regressor_batch(size_t N, const double *q, const double *qd, double *p_out, double *dl_out)
 {
     for (size_t k = 0; k < N; ++k) {
-        puma560_momentum_regressor(q + k * 6u, qd + k * 6u, p_out + k * 240u, dl_out + k * 240u);
+        puma560_momentum_regressor(&q[k * 6u], &qd[k * 6u], &p_out[k * 240u], &dl_out[k * 240u]);
     }
 }

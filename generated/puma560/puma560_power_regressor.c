@@ -292,6 +292,6 @@ void puma560_power_regressor(const double *q, const double *qd, const double *qd
 void puma560_power_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out)
 {
     for (size_t k = 0; k < N; ++k) {
-        puma560_power_regressor(q + k * 6u, qd + k * 6u, qdd + k * 6u, out + k * 52u);
+        puma560_power_regressor(&q[k * 6u], &qd[k * 6u], &qdd[k * 6u], &out[k * 52u]);
     }
 }

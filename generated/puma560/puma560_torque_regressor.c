@@ -621,6 +621,6 @@ void puma560_torque_regressor(const double *q, const double *qd, const double *q
 void puma560_torque_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out)
 {
     for (size_t k = 0; k < N; ++k) {
-        puma560_torque_regressor(q + k * 6u, qd + k * 6u, qdd + k * 6u, out + k * 312u);
+        puma560_torque_regressor(&q[k * 6u], &qd[k * 6u], &qdd[k * 6u], &out[k * 312u]);
     }
 }

@@ -14,6 +14,7 @@ from typing import Any
 
 import sympy as sp
 
+from symgen.codegen import example
 from symgen.codegen.c_printer import DTYPES, CFunction, literal, operation_counts, print_kernel
 from symgen.codegen.kernels import ENERGY, Kernel
 from symgen.codegen.model import Model
@@ -31,6 +32,7 @@ from symgen.robot.toml_text import robot_toml
 from symgen.symbolic.base_parameters import bound
 
 SCHEMA = "symgen.manifest/1"
+_VERSION = SCHEMA.split("/")[1]  # of the package for CMake and pkg-config: that of its layout
 TARGETS = ("c", "casadi", "all")
 _RUNTIME = ("least_squares", "identifier")
 
@@ -41,6 +43,15 @@ class SourceTree:
 
     name: str
     files: Mapping[str, bytes]
+
+    @property
+    def library(self) -> dict[str, bytes]:
+        """The sources and headers of the functions: without the check and the example."""
+        return {
+            path: content
+            for path, content in self.files.items()
+            if path.endswith((".c", ".h")) and "/" not in path and path != f"{self.name}_check.c"
+        }
 
 
 def generate(
@@ -152,6 +163,10 @@ class _Writer:
             needed = set(ENERGY)
         return needed <= {k.name for k in self.kernels}
 
+    def has_example(self) -> bool:
+        written = self.target != "casadi"
+        return written and self.has_identifier() and example.possible(self.kernels)
+
     def c_files(self, verified: Mapping[str, Any]) -> list[tuple[str, str]]:
         described = [(k, self.describe(k)) for k in self.kernels]
         out = [
@@ -179,8 +194,17 @@ class _Writer:
         sources = [path for path, _ in out if path.endswith(".c")]
         headers = [path for path, _ in out if path.endswith(".h")]
         out.append((f"{self.name}_check.c", self.check_c(verified)))
-        cmake = self.render("CMakeLists.txt", sources=sources, headers=" ".join(headers))
+        if self.has_example():
+            out.append((f"example/{self.name}_controller.c", self.controller_c()))
+        cmake = self.render(
+            "CMakeLists.txt",
+            sources=sources,
+            headers=" ".join(headers),
+            version=_VERSION,
+            example=self.has_example(),
+        )
         out.append(("CMakeLists.txt", cmake))
+        out.append((f"{self.name}.pc.in", self.render("package.pc.in")))
         return out
 
     def describe(self, kernel: Kernel) -> dict[str, Any]:
@@ -189,7 +213,7 @@ class _Writer:
         arrays = [(name, len(symbols)) for name, symbols in kernel.tape.inputs]
         outputs = [(o.name, o.size) for o in kernel.outputs]
         counts = operation_counts([kernel.tape])
-        steps = [a if a == "X" else f"{a} + k * {size}u" for a, size in [*arrays, *outputs]]
+        steps = [a if a == "X" else f"&{a}[k * {size}u]" for a, size in [*arrays, *outputs]]
         return {
             "name": kernel.name,
             "doc": kernel.doc,
@@ -247,6 +271,8 @@ class _Writer:
                 "lifted": base.proof.lifted,
             },
             "kernels": [{"name": k.name, **operation_counts([k.tape])} for k in self.kernels],
+            "example": self.has_example(),
+            "percent": example.PERCENT,
         }
 
     def check_c(self, verified: Mapping[str, Any]) -> str:
@@ -290,6 +316,14 @@ class _Writer:
             points=POINTS,
             digits=DIGITS,
             tolerance=repr(TOLERANCE[self.dtype]),
+        )
+
+    def controller_c(self) -> str:
+        return self.render(
+            "example/controller.c",
+            percent=example.PERCENT,
+            better=example.BETTER,
+            **example.parameters(self.model, "f" if self.dtype == "float" else ""),
         )
 
     def manifest(self, verified: Mapping[str, Any], digests: dict[str, str]) -> dict[str, Any]:

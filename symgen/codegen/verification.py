@@ -41,8 +41,15 @@ def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
     return out
 
 
-def physical_parameters(model: Model, draw: random.Random) -> list[float]:
-    """Return base parameters X of a robot that could exist: solid links, positive friction."""
+def physical_parameters(model: Model, draw: random.Random, error: float = 0.0) -> list[float]:
+    """Return base parameters X of a robot that could exist: solid links, positive friction.
+
+    Args:
+        model: from `derive`.
+        draw: where the numbers come from.
+        error: of all that belongs to a joint and its link, relative: too large where the number of
+            the joint is odd, too small where it is even, so that the robot still could exist.
+    """
     standard: dict[str, float] = {}
     for parameter in model.base.standard:
         if parameter.prefix not in names.LINK:
@@ -51,7 +58,9 @@ def physical_parameters(model: Model, draw: random.Random) -> list[float]:
             suffix = parameter.name.removeprefix(parameter.prefix)
             body = _solid(draw)
             standard |= {f"{prefix}{suffix}": body[prefix] for prefix in names.LINK}
-    values = [standard[p.name] for p in model.base.standard]
+    values = [
+        standard[p.name] * (1 + error if p.joint % 2 else 1 - error) for p in model.base.standard
+    ]
     return regrouped(model.base, values, model.robot.values())
 
 

@@ -18,6 +18,7 @@ from symgen.errors import PackageError, ParameterError
 from symgen.robot.toml_io import read_robot
 from symgen.runtime.build import find_compiler
 from symgen.runtime.evaluator import Evaluator, load
+from symgen.runtime.stack import worst_case_stack
 
 _BUILT = (".o", ".obj", ".a", ".so", ".out")  # what a compiler leaves beside the sources
 
@@ -31,12 +32,15 @@ class Checked:
         differences: one line for each file that is not what generating again gives.
         errors: measured largest relative error of (backend, kernel) against 50 digits.
         rank: the exact rank, proved again.
+        stacks: worst-case stack of each function of the C library as this compiler builds it,
+            bytes, without what libm takes; None where it was not measured.
     """
 
     folder: Path
     differences: tuple[str, ...]
     errors: tuple[tuple[str, str, float], ...]
     rank: int
+    stacks: Mapping[str, int] | None
 
 
 def check(folder: str | Path) -> tuple[Checked, ...]:
@@ -80,7 +84,20 @@ def _check_one(folder: Path) -> Checked:
         for backend, kernel, error in errors
         if not error <= tolerance
     )
-    return Checked(folder, differences, errors, model.base.proof.rank)
+    return Checked(folder, differences, errors, model.base.proof.rank, _stacks(tree))
+
+
+def _stacks(tree: SourceTree) -> dict[str, int] | None:
+    compiler = find_compiler()
+    if compiler is None or not tree.library:
+        return None
+    worst = worst_case_stack(tree.library, compiler)
+    prefix = f"{tree.name}_"
+    return worst and {
+        name.removeprefix(prefix): size
+        for name, size in sorted(worst.items())
+        if name.startswith(prefix)
+    }
 
 
 def _derived(folder: Path, kernels: tuple[str, ...]) -> Model:
@@ -114,7 +131,15 @@ def _manifest(folder: Path) -> dict[str, Any]:
 
 def _differences(folder: Path, tree: SourceTree) -> tuple[str, ...]:
     out = []
-    present = {p.name for p in folder.iterdir() if p.is_file() and not p.name.startswith(".")}
+    # The package's own folders are looked into; what else stands there is not ours to judge.
+    folders = {folder, *((folder / name).parent for name in tree.files)}
+    present = {
+        path.relative_to(folder).as_posix()
+        for place in folders
+        if place.is_dir()
+        for path in place.iterdir()
+        if path.is_file() and not path.name.startswith(".")
+    }
     for name, content in tree.files.items():
         if name not in present:
             out.append(f"{name}: missing")

@@ -173,12 +173,7 @@ def _say_once(message: str) -> None:
 
 
 def _compiled(model: Model, compiler: Compiler) -> Evaluator:
-    tree = generate(model, target="c")
-    sources = {
-        name: content
-        for name, content in tree.files.items()
-        if name.endswith((".c", ".h")) and not name.endswith("_check.c")
-    }
+    sources = generate(model, target="c").library
     name = model.robot.name
     declarations = "".join(_declaration(name, k) for k in model.kernels)
     if f"{name}_identifier.h" in sources:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
+from packages import STRICT, STRICT_CXX, c_files, run, write
 
 import symgen
 
@@ -21,18 +22,6 @@ needs_cmake = pytest.mark.skipif(
     CC is None or CMAKE is None or CTEST is None, reason="cc, cmake or ctest is not on this machine"
 )
 
-STRICT = [
-    "-std=c99",
-    "-Wall",
-    "-Wextra",
-    "-Wpedantic",
-    "-Wconversion",
-    "-Wshadow",
-    "-Wdouble-promotion",
-    "-Wstrict-prototypes",
-    "-Werror",
-]
-STRICT_CXX = ["-x", "c++", "-std=c++11", "-Wall", "-Wextra", "-Werror"]
 MATH = {"sin", "cos", "sincos", "fabs", "tanh", "sqrt"}
 # Beyond libm, what compilers call on their own account for copies and protected stacks.
 FROM_OUTSIDE = (
@@ -41,38 +30,6 @@ FROM_OUTSIDE = (
     | {"memcpy", "memset", "memmove", "__stack_chk_fail", "_GLOBAL_OFFSET_TABLE_"}
 )
 
-# One of everything that the format has: tree, prismatic and fixed joints, smooth and sharp Coulomb
-# friction, an offset, a coupled drive, a payload, named lengths.
-RICH = """
-[robot]
-name = "rich"
-gravity = [1.5, 0.0, -9.81]
-[geometry]
-L1 = 0.4
-tilt = 0.3
-[[joint]]
-friction = ["coulomb", "viscous", "offset"]
-[[joint]]
-alpha = "pi/2 + tilt"
-d = "L1"
-coulomb_width = 0.05
-[[joint]]
-sigma = 1
-alpha = "-pi/2"
-r = "L1/3"
-[[joint]]
-sigma = 2
-antecedent = 1
-gamma = 0.7
-d = "sqrt(2)*L1"
-[[joint]]
-theta = "pi/3"
-[[coupling]]
-joints = [1, 2]
-ratio = "-L1"
-[payload]
-joint = 5
-"""
 CASES = [
     ("planar2r", "double"),
     ("scara", "double"),
@@ -84,13 +41,6 @@ CASES = [
     ("rich", "float"),
 ]
 IDS = [f"{name}-{dtype}" for name, dtype in CASES]
-
-
-def write(name: str, dtype: str, folder: Path) -> Path:
-    """Generate a package into a folder."""
-    robot = symgen.parse_robot(RICH) if name == "rich" else symgen.read_robot(name)
-    symgen.write_package(symgen.generate(symgen.derive(robot), dtype=dtype), folder)
-    return folder
 
 
 @pytest.fixture(scope="module")
@@ -107,18 +57,6 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 def package(request: pytest.FixtureRequest, packages: dict[str, Path]) -> Path:
     """One case."""
     return packages[request.param]
-
-
-def run(command: Sequence[str | Path], cwd: Path) -> str:
-    """Run a command that must succeed; its output is the message where it does not."""
-    done = subprocess.run([str(c) for c in command], cwd=cwd, capture_output=True, text=True)
-    assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
-    return done.stdout
-
-
-def c_files(package: Path, check: bool = False) -> list[Path]:
-    """The package's .c files, without its check program unless asked for."""
-    return [f for f in sorted(package.glob("*.c")) if check or not f.name.endswith("_check.c")]
 
 
 def uncommented(source: str) -> str:
@@ -209,6 +147,19 @@ def test_check_program_fails_on_a_spoiled_kernel(case, packages, tmp_path):
     kernel.write_text(spoiled)
     run(["cc", *[f.name for f in c_files(copy, check=True)], "-lm", "-o", "check"], copy)
     assert subprocess.run([copy / "check"], capture_output=True).returncode == 1
+
+
+@needs_cc
+def test_check_program_fails_on_what_is_not_a_number(packages, tmp_path):
+    copy = tmp_path / "copy"
+    shutil.copytree(packages["planar2r-double"], copy)
+    kernel = copy / "planar2r_energy_regressor.c"
+    kernel.write_text(
+        re.sub(r"out\[1\] = .+;", "out[1] = 0.0 / (q[0] - q[0]);", kernel.read_text())
+    )
+    run(["cc", *[f.name for f in c_files(copy, check=True)], "-lm", "-o", "check"], copy)
+    done = subprocess.run([copy / "check"], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (1, "energy_regressor inf\n")
 
 
 @needs_cc

@@ -1,0 +1,46 @@
+/* twin: columns of the power that friction takes: P = out . X[p_inertial..p)
+ * 7 mul, 7 other for one sample.
+ */
+#include "twin.h"
+
+#include <math.h>
+
+void twin_friction_power(const double *q, const double *qd, double *out)
+{
+    (void)q;
+    const double DFS1 = fabs(qd[0]);
+    const double DFV1 = qd[0] * qd[0];
+    const double DFS2 = fabs(qd[1]);
+    const double DFV2 = qd[1] * qd[1];
+    const double DFS3 = fabs(qd[2]);
+    const double DFV3 = qd[2] * qd[2];
+    const double DFS4 = fabs(qd[3]);
+    const double DFV4 = qd[3] * qd[3];
+    const double DFS5 = fabs(qd[4]);
+    const double DFV5 = qd[4] * qd[4];
+    const double DFS6 = fabs(qd[5]);
+    const double DFV6 = qd[5] * qd[5];
+    const double DFS7 = fabs(qd[6]);
+    const double DFV7 = qd[6] * qd[6];
+    out[0] = DFS1;
+    out[1] = DFV1;
+    out[2] = DFS2;
+    out[3] = DFV2;
+    out[4] = DFS3;
+    out[5] = DFV3;
+    out[6] = DFS4;
+    out[7] = DFV4;
+    out[8] = DFS5;
+    out[9] = DFV5;
+    out[10] = DFS6;
+    out[11] = DFV6;
+    out[12] = DFS7;
+    out[13] = DFV7;
+}
+
+void twin_friction_power_batch(size_t N, const double *q, const double *qd, double *out)
+{
+    for (size_t k = 0; k < N; ++k) {
+        twin_friction_power(&q[k * 7u], &qd[k * 7u], &out[k * 14u]);
+    }
+}

@@ -1,0 +1,119 @@
+/* Identification on line by the energy model (Gautier and Khalil, 1988).
+ *
+ * Over a window (t1, t2) the work of the motors is the change of energy plus the work of friction:
+ *
+ *     integral qd'tau dt = [DL(t2) - DL(t1)]' X_inertial + [integral DF dt]' X_friction
+ *
+ * with DL from twin_energy_regressor and DF from twin_friction_power. No acceleration is needed.
+ * Every window that closes is one row of a recursive least squares (twin_least_squares.h).
+ *
+ * One thread at a time per state; states are independent. The caller owns the memory, aligned as
+ * malloc aligns it or as a double is. Do not compile with -ffast-math.
+ *
+ *     static union {
+ *         twin_identifier head;
+ *         unsigned char bytes[twin_IDENTIFIER_BYTES(200)];
+ *     } memory;
+ *     twin_identifier_init(&memory, sizeof memory, 200, twin_WINDOW_SLIDING, 1);
+ *     for (;;) {
+ *         ... measure q, qd, tau ...
+ *         twin_identifier_step(&memory, q, qd, tau, dt);
+ *         if (twin_identifier_read(&memory, X, std) == 0) { ... X is determined ... }
+ *     }
+ */
+#ifndef twin_IDENTIFIER_H
+#define twin_IDENTIFIER_H
+
+#include <stddef.h>
+
+#include "twin_least_squares.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    /* Every window starts at the first sample, as in the original paper. For short experiments:
+     * errors of torque and integration add up over the run. */
+    twin_WINDOW_START = 0,
+    /* Every sample closes a window that began `window` samples before. The windows overlap, so
+     * their residuals are correlated and std comes out too small, by up to sqrt(window). */
+    twin_WINDOW_SLIDING = 1,
+    /* A window begins where the last one ended: one row every `window` samples. */
+    twin_WINDOW_CONSECUTIVE = 2
+};
+
+/* What is integrated: the power qd'tau, then the columns of the friction power. */
+enum { twin_INTEGRANDS = 1 + twin_PARAMETERS - twin_INERTIAL };
+
+/* The head of the memory, public only to give its size to the compiler. In mode sliding the ring
+ * follows it: for each of the last `window` samples DL and the running integrals. */
+typedef struct twin_identifier {
+    twin_least_squares least_squares;
+    twin_real start[twin_INERTIAL];     /* DL where the window began (start, consecutive) */
+    twin_real energy[twin_INERTIAL];    /* DL at the second sample */
+    twin_real before[twin_INTEGRANDS];  /* integrands one sample before the latest */
+    twin_real latest[twin_INTEGRANDS];  /* integrands at the latest sample */
+    twin_real sum[twin_INTEGRANDS];     /* integrals since the base */
+    twin_real carry[twin_INTEGRANDS];   /* what rounding lost from them (Kahan) */
+    twin_real block[twin_INTEGRANDS];   /* integrals of the block before the base (sliding) */
+    twin_real dt;                       /* the latest step */
+    size_t window;
+    size_t position;                    /* intervals since the base */
+    int mode;
+    int samples;                        /* 0, 1, 2, then 3 for more */
+    int full;                           /* nonzero: the ring holds a whole window */
+} twin_identifier;
+
+/* Bytes of memory for a window of so many samples, as a constant expression. */
+#define twin_IDENTIFIER_BYTES(window) \
+    (sizeof(twin_identifier) + (size_t)(window) * (twin_PARAMETERS + 1) * sizeof(twin_real))
+
+/* The same as a function; 0 when it exceeds a size_t. Only mode sliding needs memory for its
+ * window: 0 is enough for the two others. */
+size_t twin_identifier_size(size_t window);
+
+/* Begin with no data.
+ *
+ * state: at least twin_identifier_size(window) bytes; window: length in samples, at least 1,
+ * ignored in mode start; forgetting, in (0, 1]: weight of the past, per row (1: keep everything;
+ * below 1, do not feed samples while the robot stands still: nothing new replaces what fades).
+ * Returns 0; nonzero (and the memory untouched) when an argument is out of range, the memory too
+ * small or badly aligned.
+ */
+int twin_identifier_init(void *state, size_t bytes, size_t window, int mode,
+                         twin_real forgetting);
+
+/* Take the next sample: q, qd, tau of twin_JOINTS values each, in rad or m, per s, N m or N; dt > 0
+ * in s, the time since the sample before (ignored for the first sample). Returns 0; nonzero (and
+ * the state untouched) when a number is not finite or dt not positive. The first row comes with the
+ * third sample at the earliest. A step more than ten times as long as the one before it (the very
+ * first: as the one after it) is integrated by the trapezoid: no parabola reaches so far.
+ */
+int twin_identifier_step(void *state, const twin_real *q, const twin_real *qd,
+                         const twin_real *tau, twin_real dt);
+
+/* Forget the open windows, not what was learned: the next sample is a first one. For a new log, or
+ * after a gap in the samples. */
+void twin_identifier_restart(void *state);
+
+/* Restart, then step through a whole log: t (N,), q, qd, tau (N, twin_JOINTS), row-major. Returns
+ * 0, or the number (from 1) of the sample that was refused, where it stops (INT_MAX when the number
+ * is larger). In float let t start near 0: at 1000 s its resolution is 6e-5 s.
+ */
+int twin_identifier_run(void *state, size_t N, const twin_real *t, const twin_real *q,
+                        const twin_real *qd, const twin_real *tau);
+
+/* The parameters X and, unless NULL, their standard deviations, twin_PARAMETERS values each.
+ * Returns what twin_least_squares_solve returns: 0, or the number of the first parameter that the
+ * data do not determine. */
+int twin_identifier_read(const void *state, twin_real *X, twin_real *std);
+
+/* The least squares inside, to look at or to merge into another. */
+const twin_least_squares *twin_identifier_state(const void *state);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,29 @@
+/* The reference: a sum of sines in each joint, rad or m, with its first two derivatives. */
+static void reference(double t, motion *r, real *qdd)
+{
+    for (int j = 0; j < N; ++j) {
+        double sum[3] = { 0.0, 0.0, 0.0 };
+        for (int k = 1; k <= 5; ++k) {
+            const double w = 0.9 * k + 0.17 * (j + 1); /* rad/s */
+            const double phase = w * t + k * k + j;
+            sum[0] += 0.2 * sin(phase);
+            sum[1] += 0.2 * w * cos(phase);
+            sum[2] -= 0.2 * w * w * sin(phase);
+        }
+        r->q[j] = (real)sum[0];
+        r->qd[j] = (real)sum[1];
+        qdd[j] = (real)sum[2];
+    }
+}
+
+/* How far parameters are from those of the robot, relative to their norm. */
+static double wrong(const real *X)
+{
+    double error = 0.0;
+    double norm = 0.0;
+    for (int i = 0; i < P; ++i) {
+        error += ((double)X[i] - (double)ACTUAL[i]) * ((double)X[i] - (double)ACTUAL[i]);
+        norm += (double)ACTUAL[i] * (double)ACTUAL[i];
+    }
+    return sqrt(error / norm);
+}

@@ -1,0 +1,124 @@
+"""The example controller of a package: it builds without a warning, and tracks and identifies."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from packages import STRICT, STRICT_CXX, c_files, run, write
+
+CASES = [
+    ("planar2r", "double"),
+    ("puma560", "double"),
+    ("planar2r", "float"),
+    ("puma560", "float"),
+    ("rich", "float"),
+]
+Packages = Callable[[str, str], Path]
+needs_cc = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler on this machine")
+
+
+def controller(package: Path) -> Path:
+    """The example's source."""
+    return package / "example" / f"{package.name}_controller.c"
+
+
+def output_of(program: Path, cwd: Path) -> tuple[list[float], float, float, float]:
+    """Run the example: errors of the parameters in turn, tracking errors, their ratio."""
+    printed = run([program], cwd)
+    figures = [float(x) for x in re.findall(r"(\S+) of their norm wrong", printed)]
+    model, pd, ratio = (
+        float(re.search(rf"^{label}: (\S+)$", printed, re.MULTILINE)[1])
+        for label in ("computed torque", "PD", "ratio")
+    )
+    assert ratio == pytest.approx(pd / model, rel=0.02)
+    return figures, model, pd, ratio
+
+
+@needs_cc
+@pytest.mark.parametrize(("name", "dtype"), CASES)
+def test_computed_torque_beats_pd_and_the_identifier_finds_the_truth(
+    name: str, dtype: str, complete: Packages, tmp_path: Path
+) -> None:
+    package = complete(name, dtype)
+    sources = [controller(package), *c_files(package)]
+    run(["cc", *STRICT, "-O2", f"-I{package}", *sources, "-lm", "-o", "controller"], tmp_path)
+    figures, model, pd, ratio = output_of(tmp_path / "controller", tmp_path)
+    assumed, *identified = figures
+    assert 0.005 < assumed < 0.06  # 5 % of every part, in sums that may cancel
+    assert len(identified) == 4
+    assert identified[-1] < min(2e-3, identified[0] * 1.5, assumed / 20)
+    assert 1e-6 < model < 5e-3  # rad: neither perfect nor lost
+    assert 1e-3 < pd < 5e-2
+    assert ratio >= 10
+
+
+@needs_cc
+def test_the_example_says_no_when_its_model_is_of_another_robot(
+    complete: Packages, tmp_path: Path
+) -> None:
+    package = complete("puma560", "double")
+    text = controller(package).read_text()
+    begin = text.index("ASSUMED[] = {")
+    end = text.index("};", begin)
+    values = re.sub(r"-?\d+\.\d+", lambda v: repr(float(v[0]) * 0.5), text[begin:end])
+    (tmp_path / "controller.c").write_text(text[:begin] + values + text[end:])
+    run(["cc", f"-I{package}", "controller.c", *c_files(package), "-lm", "-o", "c"], tmp_path)
+    with pytest.raises(AssertionError, match=r"ratio: [0-9]\.[0-9]"):
+        run([tmp_path / "c"], tmp_path)
+
+
+@needs_cc
+def test_the_readme_says_how_to_build_and_run_it(complete: Packages, tmp_path: Path) -> None:
+    package = complete("planar2r", "double")
+    text = (package / "README.md").read_text()
+    library = re.search(r"By hand: `(.+?)`", text)
+    example = re.search(r"`(cc [^`]+ && ./controller)`", text)
+    assert library is not None
+    assert example is not None
+    shutil.copytree(package, tmp_path / "copy")
+    run(["sh", "-c", f"{library[1]} && {example[1]}"], tmp_path / "copy")
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang", "g++", "clang++"])
+@pytest.mark.parametrize(("name", "dtype"), CASES)
+def test_every_kernel_and_the_example_are_free_of_warnings_as_c99_and_cxx11(
+    compiler: str, name: str, dtype: str, complete: Packages, tmp_path: Path
+) -> None:
+    if shutil.which(compiler) is None:
+        pytest.skip(f"{compiler} is not on this machine")
+    package = complete(name, dtype)
+    flags = STRICT_CXX if compiler.endswith("++") else STRICT
+    files = [*c_files(package, check=True), controller(package)]
+    run([compiler, *flags, "-fsyntax-only", f"-I{package}", *files], tmp_path)
+
+
+def test_a_package_without_its_kernels_has_no_example(tmp_path: Path) -> None:
+    energy = ("energy_regressor", "friction_power")
+    dynamics = ("inverse_dynamics", "forward_dynamics", "mass_matrix")
+    for number, kernels in enumerate((energy, dynamics, (*energy, *dynamics[:2]))):
+        package = write("planar2r", "double", tmp_path / str(number), kernels)
+        assert not (package / "example").exists()
+        for file in ("README.md", "CMakeLists.txt"):
+            assert "controller" not in (package / file).read_text()
+
+
+def test_writing_again_keeps_what_somebody_put_beside_the_example(tmp_path: Path) -> None:
+    package = write("planar2r", "double", tmp_path / "planar2r", "all")
+    (package / "example" / "mine.c").write_text("int mine;\n")
+    (package / "build").mkdir()
+    (package / "build" / "cache").write_text("x")
+    controller(package).write_text("spoiled")
+    write("planar2r", "double", package, "all")
+    assert (package / "example" / "mine.c").read_text() == "int mine;\n"
+    assert (package / "build" / "cache").read_text() == "x"
+    assert "computed torque" in controller(package).read_text()
+    write("planar2r", "double", package)
+    assert [p.name for p in (package / "example").iterdir()] == ["mine.c"]
+    (package / "example" / "mine.c").unlink()
+    write("planar2r", "double", package, "all")
+    write("planar2r", "double", package)
+    assert not (package / "example").exists()

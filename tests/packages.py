@@ -1,0 +1,84 @@
+"""What the tests of generated C packages share: robots, strict flags, commands."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+
+import symgen
+
+STRICT = [
+    "-std=c99",
+    "-Wall",
+    "-Wextra",
+    "-Wpedantic",
+    "-Wconversion",
+    "-Wshadow",
+    "-Wdouble-promotion",
+    "-Wstrict-prototypes",
+    "-Werror",
+]
+STRICT_CXX = ["-x", "c++", "-std=c++11"]
+STRICT_CXX += [flag for flag in STRICT if flag not in ("-std=c99", "-Wstrict-prototypes")]
+
+# One of everything that the format has: tree, prismatic and fixed joints, smooth and sharp Coulomb
+# friction, an offset, a coupled drive, a payload, named lengths.
+RICH = """
+[robot]
+name = "rich"
+gravity = [1.5, 0.0, -9.81]
+[geometry]
+L1 = 0.4
+tilt = 0.3
+[[joint]]
+friction = ["coulomb", "viscous", "offset"]
+[[joint]]
+alpha = "pi/2 + tilt"
+d = "L1"
+coulomb_width = 0.05
+[[joint]]
+sigma = 1
+alpha = "-pi/2"
+r = "L1/3"
+[[joint]]
+sigma = 2
+antecedent = 1
+gamma = 0.7
+d = "sqrt(2)*L1"
+[[joint]]
+theta = "pi/3"
+[[coupling]]
+joints = [1, 2]
+ratio = "-L1"
+[payload]
+joint = 5
+"""
+
+
+@cache
+def _tree(name: str, dtype: str, kernels: tuple[str, ...] | str | None) -> symgen.SourceTree:
+    robot = symgen.parse_robot(RICH) if name == "rich" else symgen.read_robot(name)
+    model = symgen.derive(robot) if kernels is None else symgen.derive(robot, kernels)
+    return symgen.generate(model, target="c", dtype=dtype)
+
+
+def write(
+    name: str, dtype: str, folder: Path, kernels: tuple[str, ...] | str | None = None
+) -> Path:
+    """Generate a package of C into a folder: of the energy model unless kernels are named."""
+    symgen.write_package(_tree(name, dtype, kernels), folder)
+    return folder
+
+
+def run(command: Sequence[str | Path], cwd: Path) -> str:
+    """Run a command that must succeed; its output is the message where it does not."""
+    done = subprocess.run([str(c) for c in command], cwd=cwd, capture_output=True, text=True)
+    assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
+    return done.stdout
+
+
+def c_files(package: Path, check: bool = False) -> list[Path]:
+    """The package's .c files, without its check program unless asked for."""
+    return [f for f in sorted(package.glob("*.c")) if check or not f.name.endswith("_check.c")]
