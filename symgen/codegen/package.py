@@ -29,6 +29,7 @@ from symgen.errors import PackageError
 from symgen.files import templates, write_folder
 from symgen.robot.expressions import text
 from symgen.robot.toml_text import robot_toml
+from symgen.robot.types import Joint
 from symgen.symbolic.base_parameters import bound
 
 SCHEMA = "symgen.manifest/1"
@@ -256,9 +257,16 @@ class _Writer:
                         str(j.sigma),
                         str(j.antecedent),
                         *(text(getattr(j, key)) for key in keys),
+                        f"q{j.number}" if j.movable else _followed(j),
+                        j.name or "-",
                     ]
                 )
                 for j in robot.joints
+            ],
+            "effects": [
+                {"name": e.name, "joint": j, "torque": text(torque), "constants": e.nonlinear}
+                for e in robot.effects
+                for j, torque in e.torque
             ],
             "gravity": "[" + ", ".join(text(g) for g in robot.gravity) + "]",
             "geometry": [{"name": n, "value": text(v)} for n, v in robot.geometry],
@@ -385,3 +393,7 @@ def _shape(shape: tuple[int, ...]) -> str:
 
 def _columns(columns: tuple[str, ...]) -> str:
     return f": {', '.join(columns)}" if columns else ""
+
+
+def _followed(joint: Joint) -> str:
+    return "-" if joint.follows is None else text(joint.follows)

@@ -1,0 +1,285 @@
+"""Candidates: what each effect of the library would add to the torque, on a log's samples.
+
+A candidate has columns on one or more joints: minus the derivative of its torque by each of its
+coefficients, so that tau gains columns times coefficients. The torque inside a column is always the
+model's, never the measured one. Constants that are searched give one candidate a value.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen import names
+from symgen.diagnose.evidence import Evidence, Scene
+from symgen.robot.effect import Definition, Search, definitions
+from symgen.robot.types import Robot
+from symgen.symbolic.effects import definition_tape
+from symgen.symbolic.independence import FUNCTIONS
+from symgen.symbolic.tape import Numbers, Tape
+
+FloatArray = NDArray[np.float64]
+#: Columns (N, m) on joints, by position of the movable joint.
+Columns = Mapping[int, FloatArray]
+#: The model's torque (N, n) on a scene, and the part of it that is friction.
+Torques = tuple[FloatArray, FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One effect on certain joints with certain constants.
+
+    Attributes:
+        name: of the library.
+        joints: positions of the movable joints; empty for an effect on the whole arm.
+        constants: value of each searched constant.
+        columns: gives the columns at full rate from a scene and the model's torques on it.
+        size: number of coefficients.
+        uses_model: whether the columns hold the model's torque, and change with it.
+        remake: gives the same candidate with other constants, where these can be refined.
+    """
+
+    name: str
+    joints: tuple[int, ...]
+    columns: Callable[[Scene, Torques], Columns]
+    size: int
+    constants: Mapping[str, float] = field(default_factory=dict)
+    uses_model: bool = False
+    remake: Callable[[Mapping[str, float]], Candidate] | None = None
+
+    @property
+    def complexity(self) -> int:
+        """How many numbers it brings."""
+        return self.size + len(self.constants)
+
+    @property
+    def definition(self) -> Definition:
+        """The library's entry."""
+        return definitions()[self.name]
+
+    @property
+    def key(self) -> tuple[str, tuple[int, ...]]:
+        """What it is apart from its constants."""
+        return self.name, self.joints
+
+    def seen(self, evidence: Evidence, torques: Sequence[Torques]) -> dict[int, FloatArray]:
+        """Return the columns (K, m) in the band at the kept instants of all logs."""
+        per_scene = [self.columns(s, t) for s, t in zip(evidence.scenes, torques, strict=True)]
+        return {
+            j: np.concatenate(
+                [s.seen(c[j]) for s, c in zip(evidence.scenes, per_scene, strict=True)]
+            )
+            for j in per_scene[0]
+        }
+
+
+def candidates(
+    robot: Robot, evidence: Evidence, chosen: Sequence[str] | None = None
+) -> Iterator[Candidate]:
+    """Yield the candidates of a robot: every effect, joint and constant that is not declared yet.
+
+    Args:
+        robot: what it declares is no candidate.
+        evidence: gives the ranges that constants are parts of.
+        chosen: names of effects to try; None for all.
+    """
+    for definition in definitions().values():
+        if chosen is not None and definition.name not in chosen:
+            continue
+        if definition.native == "coupling":
+            yield from _couplings(robot, definition)
+        elif definition.name in _SPECIAL:
+            yield from _SPECIAL[definition.name](robot, definition, evidence)
+        elif definition.torque:
+            for position in range(robot.n):
+                if not _declared(robot, definition, position):
+                    yield from on_joint(definition, position, evidence)
+
+
+def _declared(robot: Robot, definition: Definition, position: int) -> bool:
+    joint = robot.movable[position]
+    if definition.native in names.FRICTION:
+        return definition.native in joint.friction
+    if definition.native == "rotor":
+        return joint.rotor_inertia
+    return any(e.name == definition.name and joint.number in e.joints for e in robot.effects)
+
+
+def on_joint(definition: Definition, position: int, evidence: Evidence) -> Iterator[Candidate]:
+    """Yield the candidates of one effect on one joint, one for each value of its constants."""
+    for values in grid(definition.nonlinear, evidence, position):
+        yield single(definition, position, values)
+
+
+def single(definition: Definition, position: int, constants: Mapping[str, float]) -> Candidate:
+    """Return an effect with a torque expression on one joint."""
+    tape = _tape(definition.name)
+    arithmetic = Numbers({}, FUNCTIONS)
+    values = [float(constants[name]) for name in definition.nonlinear]
+
+    def columns(s: Scene, torques: Torques) -> Columns:
+        with np.errstate(divide="ignore"):
+            out = tape.run(
+                arithmetic,
+                {
+                    "q": [s.q[:, position]],
+                    "qd": [s.qd[:, position]],
+                    "qdd": [s.qdd[:, position]],
+                    "taur": [torques[0][:, position] - torques[1][:, position]],
+                    "c": values,
+                },
+            )
+        shape = (len(s.t),)
+        parts = [np.broadcast_to(np.asarray(c, dtype=float), shape) for c in out]
+        if definition.offset:
+            parts.append(np.ones(shape))
+        return {position: np.stack(parts, axis=1)}
+
+    size = len(definition.linear) + definition.offset
+    return Candidate(
+        definition.name,
+        (position,),
+        columns,
+        size,
+        dict(constants),
+        uses_model="taur" in definition.torque,
+        remake=lambda other: single(definition, position, other),
+    )
+
+
+@cache
+def _tape(name: str) -> Tape:
+    return definition_tape(definitions()[name])
+
+
+def grid(
+    searches: Mapping[str, Search], evidence: Evidence, position: int
+) -> Iterator[dict[str, float]]:
+    """Yield the values of constants that are tried, in the units of the joint."""
+    axes = []
+    for search in searches.values():
+        unit = _unit(search, evidence, position)
+        if search.low > 0 and search.scale:
+            values = np.geomspace(search.low, search.high, search.count) * unit
+        else:
+            values = np.linspace(search.low, search.high, search.count) * unit
+        axes.append([float(v) for v in values])
+    for point in itertools.product(*axes):
+        yield dict(zip(searches, point, strict=True))
+
+
+def _unit(search: Search, evidence: Evidence, position: int) -> float:
+    if search.scale == "speed":
+        speeds = np.concatenate([s.qd[:, position] for s in evidence.scenes])
+        return float(np.sqrt(np.mean(speeds**2))) or 1.0
+    if search.scale == "duration":
+        return max(float(s.t[-1] - s.t[0]) for s in evidence.scenes)
+    return 1.0
+
+
+def _couplings(robot: Robot, definition: Definition) -> Iterator[Candidate]:
+    """Yield drives that move two joints; the pair's second joint gives the parameters' number."""
+    known = {frozenset((c.first, c.second)) for c in robot.couplings}
+    numbers = [j.number for j in robot.movable]
+    for j, k in itertools.combinations(range(robot.n), 2):
+        if frozenset((numbers[j], numbers[k])) in known:
+            continue
+        for ratio in (1.0, -1.0):
+            yield coupling(definition.name, j, k, ratio)
+
+
+def coupling(name: str, j: int, k: int, ratio: float) -> Candidate:
+    """Return u = qd_j + ratio qd_k, F = IAM u' + FVM u + FSM sign(u) on j, ratio F on k."""
+
+    def columns(s: Scene, _: Torques) -> Columns:
+        u = s.qd[:, j] + ratio * s.qd[:, k]
+        F = np.stack([s.qdd[:, j] + ratio * s.qdd[:, k], u, np.sign(u)], axis=1)
+        return {j: F, k: ratio * F}
+
+    return Candidate(name, (j, k), columns, 3, {"ratio": ratio})
+
+
+def _delays(robot: Robot, definition: Definition, _: Evidence) -> Iterator[Candidate]:
+    """A torque that comes late by DT: tau(t) = model(t - DT), to first order -DT d(model)/dt."""
+
+    def columns(s: Scene, torques: Torques) -> Columns:
+        rate = -np.gradient(torques[0], s.step, axis=0)
+        return {j: rate[:, j : j + 1] for j in range(robot.n)}
+
+    yield Candidate(definition.name, (), columns, 1, uses_model=True)
+
+
+def _gains(robot: Robot, definition: Definition, _: Evidence) -> Iterator[Candidate]:
+    """A channel that reads G times too much: tau = (1 + G) model."""
+    for position in range(robot.n):
+
+        def columns(s: Scene, torques: Torques, j: int = position) -> Columns:
+            return {j: torques[0][:, j : j + 1]}
+
+        yield Candidate(definition.name, (position,), columns, 1, uses_model=True)
+
+
+def _drifts(robot: Robot, definition: Definition, evidence: Evidence) -> Iterator[Candidate]:
+    """Friction times 1 + DR exp(-t/T), joint by joint."""
+    for position in range(robot.n):
+        for values in grid(definition.nonlinear, evidence, position):
+
+            def columns(
+                s: Scene, torques: Torques, j: int = position, T: float = values["T"]
+            ) -> Columns:
+                return {j: (torques[1][:, j] * np.exp(-(s.t - s.t[0]) / T))[:, None]}
+
+            yield Candidate(definition.name, (position,), columns, 1, values, uses_model=True)
+
+
+def _pulses(robot: Robot, definition: Definition, evidence: Evidence) -> Iterator[Candidate]:
+    """A pulse after each reversal, in the new direction, for `width` seconds."""
+    for position in range(robot.n):
+        for values in grid(definition.nonlinear, evidence, position):
+            width = min(values["width"], 0.5)
+
+            def columns(s: Scene, _: Torques, j: int = position, width: float = width) -> Columns:
+                return {j: _after_reversals(s, j, width)[:, None]}
+
+            yield Candidate(definition.name, (position,), columns, 1, {"width": width})
+
+
+def _after_reversals(s: Scene, j: int, width: float) -> FloatArray:
+    sign = np.sign(s.qd[:, j])
+    turns = np.flatnonzero(sign[1:] * sign[:-1] < 0) + 1
+    out = np.zeros(len(s.t))
+    length = max(1, int(width / s.step))
+    for at in turns:
+        out[at : at + length] = sign[at]
+    return out
+
+
+def _contacts(robot: Robot, definition: Definition, evidence: Evidence) -> Iterator[Candidate]:
+    """A constant torque on one joint inside a window of time."""
+    for position in range(robot.n):
+        for values in grid(definition.nonlinear, evidence, position):
+            yield contact(definition.name, position, values["start"], values["length"])
+
+
+def contact(name: str, position: int, start: float, length: float) -> Candidate:
+    """Return a torque of one joint from `start`, s after the log's first sample, for `length` s."""
+
+    def columns(s: Scene, _: Torques) -> Columns:
+        t = s.t - s.t[0]
+        return {position: ((t >= start) & (t < start + length)).astype(float)[:, None]}
+
+    return Candidate(name, (position,), columns, 1, {"start": start, "length": length})
+
+
+_SPECIAL: dict[str, Callable[[Robot, Definition, Evidence], Iterator[Candidate]]] = {
+    "time_delay": _delays,
+    "drive_gain_error": _gains,
+    "thermal_drift": _drifts,
+    "backlash": _pulses,
+    "external_contact": _contacts,
+}
