@@ -20,6 +20,7 @@ from symgen.errors import SymgenError, SymgenWarning
 
 if TYPE_CHECKING:
     from symgen.identification.estimate import Estimate
+    from symgen.robot.types import Robot
     from symgen.runtime.check import Checked
 
 
@@ -65,6 +66,39 @@ def generate(
     symgen.write_package(tree, folder)
     _print_model(model)
     click.echo(f"written: {folder} ({len(tree.files)} files)")
+    return 0
+
+
+@cli.command("import")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--into", type=click.Path(path_type=Path), required=True, help="The robot.toml.")
+def import_(file: Path, into: Path) -> int:
+    """Read FILE (.urdf, or .par of SYMORO) and write it as robot.toml.
+
+    Values of parameters that the file has go into NAME_parameters.toml beside it.
+    """
+    import symgen
+    from symgen.files import check_text_replaceable, write_text
+    from symgen.robot.imported import read_imported
+    from symgen.robot.toml_text import parameters_toml
+
+    if into.suffix != ".toml":
+        raise click.UsageError(f"--into {into}: accepted: a path that ends in .toml")
+    found = read_imported(file)
+    values = into.with_name(f"{found.robot.name}_parameters.toml")
+    files = {into: symgen.robot_toml(found.robot)}
+    if found.parameters:
+        files[values] = parameters_toml(found.parameters)
+    for path in files:
+        check_text_replaceable(path)
+    for path, text in files.items():
+        write_text(path, text)
+    _print_table(found.robot)
+    for line in found.notes:
+        click.echo(f"note: {line}")
+    for line in found.assumed:
+        warnings.warn(f"{file}: {line}", SymgenWarning, stacklevel=1)
+    click.echo(f"written: {', '.join(map(str, files))}")
     return 0
 
 
@@ -275,6 +309,33 @@ def _table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
     with console.capture() as captured:
         console.print(table)
     click.echo(captured.get(), nl=False)
+
+
+def _print_table(robot: Robot) -> None:
+    """Print the Denavit-Hartenberg table of a robot."""
+    from symgen.robot.expressions import text
+
+    keys = ("gamma", "b", "alpha", "d", "theta", "r")
+    rows = [
+        (
+            str(j.number),
+            j.name,
+            str(j.sigma),
+            str(j.antecedent),
+            *(_short(getattr(j, key)) for key in keys),
+            "" if j.follows is None else text(j.follows),
+        )
+        for j in robot.joints
+    ]
+    _table(("joint", "name", "sigma", "antecedent", *keys, "follows"), rows)
+
+
+def _short(expr: Any) -> str:
+    """Write an exact value; one that is no short decimal with 9 digits."""
+    from symgen.robot.expressions import text
+
+    written = text(expr)
+    return f"{float(expr):.9g}" if expr.is_Rational and len(written) > 12 else written
 
 
 def _print_model(model: Any) -> None:

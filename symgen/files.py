@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import shutil
@@ -10,6 +11,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from symgen.errors import PackageError
+
+_MARK = "# written by symgen, digest "
 
 
 def write_folder(folder: Path, files: Mapping[str, bytes], marker: str) -> None:
@@ -93,6 +96,51 @@ def check_replaceable(folder: Path, marker: str) -> set[str]:
     digests = manifest.get("digests")
     ours = {marker, *(digests if isinstance(digests, dict) else ())}
     return ours | {path.name for path in folder.glob("*.casadi")}
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file in one step, with a first line by which symgen knows it again.
+
+    Raises:
+        PackageError: the path holds something else, or a file that was changed since, or cannot
+            be written.
+    """
+    check_text_replaceable(path)
+    fresh = None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, fresh = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
+        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
+            file.write(f"{_MARK}{_digest(text)}\n{text}")
+        os.chmod(fresh, 0o666 & ~_umask())
+        os.replace(fresh, path)
+    except OSError as error:
+        if fresh is not None:
+            Path(fresh).unlink(missing_ok=True)
+        raise PackageError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def check_text_replaceable(path: Path) -> None:
+    """Check that a path is free, or holds a text that symgen wrote and nobody changed.
+
+    Raises:
+        PackageError: it holds something else.
+    """
+    accepted = "accepted: a new file, or one that symgen wrote and nobody changed"
+    try:
+        if path.is_symlink() or (path.exists() and not path.is_file()):
+            raise PackageError(f"{path}: exists and is not a file; {accepted}")
+        if not path.exists():
+            return
+        mark, _, text = path.read_text("utf-8").partition("\n")
+    except (OSError, ValueError) as error:
+        raise PackageError(f"{path}: not ours; {accepted}") from error
+    if mark != f"{_MARK}{_digest(text)}":
+        raise PackageError(f"{path}: exists; {accepted}")
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode("utf-8")).hexdigest()[:16]
 
 
 def _umask() -> int:

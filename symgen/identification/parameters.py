@@ -12,9 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen import names
 from symgen.codegen.model import Model
 from symgen.errors import ParameterError
 from symgen.identification.estimate import SCHEMA
+from symgen.robot.imported import FORMATS, read_imported
 
 FloatArray = NDArray[np.float64]
 
@@ -24,13 +26,16 @@ def read_parameters(path: str | Path, model: Model) -> FloatArray:
 
     Args:
         path: an estimate.json, or a TOML file with a table [parameters]: base parameters by name
-            (`ZZ1R = 1.7`), or standard ones (`ZZ1 = 1.2`), which are regrouped.
+            (`ZZ1R = 1.7`), or standard ones (`ZZ1 = 1.2`), which are regrouped; or the .urdf that
+            the robot was imported from, whose inertias are standard parameters.
         model: whose parameters they are.
 
     Raises:
         ParameterError: the file cannot be read, or a name is unknown, missing or not a number.
     """
     path = Path(path)
+    if path.suffix.lower() in FORMATS:
+        return base_values(_imported(path, model), model, str(path))
     try:
         text = path.read_text(encoding="utf-8-sig")
         content = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
@@ -40,6 +45,30 @@ def read_parameters(path: str | Path, model: Model) -> FloatArray:
             f"{path}: cannot be read ({reason}); accepted: estimate.json, or TOML with [parameters]"
         ) from error
     return base_values(_named(content, path), model, str(path))
+
+
+def _imported(path: Path, model: Model) -> dict[str, float]:
+    """Return the parameter values of another program's file, if it has the model's frames.
+
+    A rotor inertia that the file does not give is 0, and so is friction.
+    """
+    found = read_imported(path)
+    if not found.parameters:
+        raise ParameterError(f"{path}: it holds no values of parameters")
+    theirs, ours = found.robot.with_values(), model.robot.with_values()
+    keys = ("sigma", "antecedent", "gamma", "b", "alpha", "d", "theta", "r")
+    tables = [[[getattr(j, key) for key in keys] for j in r.joints] for r in (theirs, ours)]
+    if tables[0] != tables[1]:
+        raise ParameterError(
+            f"{path}: its frames are not those of {model.robot.name}; accepted: the file that the "
+            "robot was imported from, and geometry as imported"
+        )
+    values = dict(found.parameters)
+    standard = {p.name: p for p in model.base.standard}
+    for name, p in standard.items():
+        if not (p.inertial and p.prefix in names.LINK):
+            values.setdefault(name, 0.0)
+    return {name: value for name, value in values.items() if name in standard}
 
 
 def _named(content: Any, path: Path) -> dict[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 import tomllib
 import warnings
 from collections.abc import Collection
@@ -21,6 +20,8 @@ from symgen.robot.builtin import library, library_text
 from symgen.robot.closure import require_closed
 from symgen.robot.effect import Effect, from_table
 from symgen.robot.expressions import shortened
+from symgen.robot.identifiers import MAX_NAME, is_geometry_name, is_robot_name
+from symgen.robot.imported import FORMATS, parse_imported, read_text
 from symgen.robot.types import Coupling, Joint, Limits, Loop, Robot, joint_variable
 
 if TYPE_CHECKING:
@@ -28,28 +29,8 @@ if TYPE_CHECKING:
 
 _LENGTHS = ("b", "d", "r")
 _ANGLES = ("gamma", "alpha", "theta")
-_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
-_MAX_BYTES = 1_000_000
-_MAX_NAME = 64
 _MAX_DENOMINATOR = 10_000
 _MAX_TURN = 4 * math.pi
-# Headers of C that a generated NAME.h would hide.
-_HEADERS = frozenset(
-    "assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal "
-    "stdalign stdarg stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string strings "
-    "tgmath threads time uchar wchar wctype unistd memory features".split()
-)
-# Words that C or C++ keeps for itself, and the names that symgen gives to variables.
-_KEYWORDS = frozenset(
-    "auto break case char const continue default do double else enum extern float for goto if "
-    "inline int long main register restrict return short signed sizeof static struct switch "
-    "typedef union unsigned void volatile while asm bool catch class delete false friend mutable "
-    "namespace new operator private protected public template this throw true try using virtual "
-    "abs sign sqrt sin cos tan exp tanh min max pi g taur".split()
-)
-_RESERVED = re.compile(
-    r"X_\w*|(q|qd|qdd|tau|i)\d*|(XX|XY|XZ|YY|YZ|ZZ|MX|MY|MZ|M|IA|IAM|FS|FV|OF|FSM|FVM)\d+R?"
-)
 
 
 def read_robot(source: str | Path) -> Robot:
@@ -64,29 +45,19 @@ def read_robot(source: str | Path) -> Robot:
     Raises:
         RobotError: there is no such robot, or the file is not a valid one.
     """
-    accepted = f"accepted: a path to robot.toml, a generated package, or {', '.join(library())}"
+    accepted = (
+        f"accepted: a path to robot.toml, a .urdf, a .par, a generated package, or "
+        f"{', '.join(library())}"
+    )
     if str(source) in library() and not Path(source).exists():
         return parse_robot(library_text(str(source)), f"library robot {source}")
-    shown = shortened(str(source)) or "(empty)"
-    try:
-        path = Path(source)
-        if str(source) and path.is_dir():
-            path = path / "robot.toml"
-        if not str(source) or not path.exists():
-            raise RobotError(f"{shown}: no such file or library robot; {accepted}")
-        if not path.is_file():
-            raise RobotError(f"{shown}: not a regular file; {accepted}")
-        if path.suffix in (".urdf", ".par"):
-            raise RobotError(f"{shown}: {path.suffix} files cannot be read yet; accepted: .toml")
-        with path.open("rb") as file:
-            content = file.read(_MAX_BYTES + 1)
-        text = content.decode("utf-8-sig")
-    except (OSError, ValueError) as error:
-        reason = _one_line(getattr(error, "strerror", None) or error)
-        raise RobotError(f"{shown}: cannot be read as UTF-8 text ({reason}); {accepted}") from error
-    if len(content) > _MAX_BYTES:
-        raise RobotError(f"{shown}: larger than {_MAX_BYTES} bytes; {accepted}")
-    return parse_robot(text, str(path))
+    text, path = read_text(source, accepted)
+    if path.suffix.lower() not in FORMATS:
+        return parse_robot(text, str(path))
+    imported = parse_imported(text, path)
+    for line in imported.assumed:
+        warnings.warn(f"{path}: {line}", SymgenWarning, stacklevel=2)
+    return imported.robot
 
 
 def parse_robot(text: str, where: str = "robot.toml") -> Robot:
@@ -122,22 +93,17 @@ class _Reader:
     def fail(self, message: str) -> RobotError:
         return RobotError(f"{self.where}: {message}")
 
-    def usable(self, name: str) -> bool:
-        """Whether a name can stand in C."""
-        fits = _IDENTIFIER.fullmatch(name) is not None and len(name) <= _MAX_NAME
-        return fits and name not in _KEYWORDS
-
     def robot(self, file: RobotFile) -> Robot:
         if file.drive is not None:
             raise self.fail("[drive] is not supported by this version of symgen")
         name = file.robot.name
-        if not self.usable(name) or name in _HEADERS:
+        if not is_robot_name(name):
             raise self.fail(
                 f"robot, key 'name': {shortened(name)!r} is not accepted; accepted: a C identifier "
-                f"of at most {_MAX_NAME} characters that is no word and no header of C"
+                f"of at most {MAX_NAME} characters that is no word and no header of C"
             )
         for key, value in file.geometry.items():
-            if not self.usable(key) or _RESERVED.fullmatch(key):
+            if not is_geometry_name(key):
                 raise self.fail(
                     f"geometry, key {shortened(key)!r}: reserved, or not a C identifier"
                 )
@@ -326,7 +292,7 @@ class _Reader:
         for number, table in enumerate(file.effect, 1):
             place = f"effect {number}"
             for name in (*table.linear, *table.nonlinear):
-                if not self.usable(name) or _RESERVED.fullmatch(name) or name in self.geometry:
+                if not is_geometry_name(name) or name in self.geometry:
                     raise self.fail(f"{place}: {shortened(name)!r}: reserved, or no C identifier")
             exact = {
                 key: self.expression(value, f"{place}, key 'nonlinear'", self.geometry)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from decimal import Decimal
 
 import sympy as sp
@@ -16,7 +17,7 @@ def robot_toml(robot: Robot) -> str:
     """Return the robot as the text of a robot.toml; reading it gives the same robot."""
 
     def scalar(expr: sp.Expr) -> str:
-        written = expressions.text(expr)
+        written = _decimal(expr) or expressions.text(expr)
         try:
             plain = expr.is_Rational and expressions.exact(Decimal(written)) == expr
         except ArithmeticError:
@@ -80,3 +81,15 @@ def robot_toml(robot: Robot) -> str:
             if values is not None:
                 out.append(f"{key} = {plain_list(values)}")
     return "\n".join(out) + "\n"
+
+
+def parameters_toml(values: Iterable[tuple[str, float]]) -> str:
+    """Return values of parameters by name as the text of a TOML file with [parameters]."""
+    return "[parameters]\n" + "".join(f"{name} = {value!r}\n" for name, value in values)
+
+
+def _decimal(expr: sp.Expr) -> str | None:
+    """Write a decimal of up to 17 digits as one: the grammar's own text keeps to shorter ones."""
+    if not expr.is_Rational or 10**17 % expr.q != 0 or abs(expr) >= 10**6:
+        return None
+    return format(Decimal(int(expr.p)) / Decimal(int(expr.q)), "f")

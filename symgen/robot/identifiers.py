@@ -1,0 +1,49 @@
+"""Which names of a robot file can stand in C, and a name that can for one that cannot."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+
+MAX_NAME = 64
+_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
+# Headers of C that a generated NAME.h would hide.
+_HEADERS = frozenset(
+    "assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal "
+    "stdalign stdarg stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string strings "
+    "tgmath threads time uchar wchar wctype unistd memory features".split()
+)
+# Words that C or C++ keeps for itself, and the names that symgen gives to variables.
+_KEYWORDS = frozenset(
+    "auto break case char const continue default do double else enum extern float for goto if "
+    "inline int long main register restrict return short signed sizeof static struct switch "
+    "typedef union unsigned void volatile while asm bool catch class delete false friend mutable "
+    "namespace new operator private protected public template this throw true try using virtual "
+    "abs sign sqrt sin cos tan exp tanh min max pi g taur".split()
+)
+_RESERVED = re.compile(
+    r"X_\w*|(q|qd|qdd|tau|i)\d*|(XX|XY|XZ|YY|YZ|ZZ|MX|MY|MZ|M|IA|IAM|FS|FV|OF|FSM|FVM)\d+R?"
+)
+
+
+def fits_c(name: str) -> bool:
+    """Whether a name can stand in C."""
+    fits = _IDENTIFIER.fullmatch(name) is not None and len(name) <= MAX_NAME
+    return fits and name not in _KEYWORDS
+
+
+def is_robot_name(name: str) -> bool:
+    """Whether a robot can have this name: no header of C may be hidden by its own."""
+    return fits_c(name) and name not in _HEADERS
+
+
+def is_geometry_name(name: str) -> bool:
+    """Whether a length can have this name, which no parameter or variable has."""
+    return fits_c(name) and _RESERVED.fullmatch(name) is None
+
+
+def robot_name(text: str) -> str:
+    """Return the name of a robot as near to a text as C allows: ur5-e becomes ur5_e."""
+    plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
+    name = re.sub(r"[^A-Za-z0-9]+", "_", plain).strip("_")[: MAX_NAME - 6]
+    return name if is_robot_name(name) else f"robot_{name}".rstrip("_")

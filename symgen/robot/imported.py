@@ -1,0 +1,93 @@
+"""What another program's file gives: a robot, values of its parameters, and remarks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from symgen.errors import RobotError
+from symgen.robot.expressions import shortened
+from symgen.robot.types import Robot
+
+#: Endings of the files of other programs.
+FORMATS = (".urdf", ".par")
+_MAX_BYTES = 1_000_000
+_MAX_FOREIGN_BYTES = 20_000_000  # URDFs carry what is displayed, too
+
+
+@dataclass(frozen=True)
+class Imported:
+    """A robot from another program's file.
+
+    Attributes:
+        robot: with exact geometry.
+        parameters: values of standard parameters by name (XX1, FV2), as far as the file has them.
+        notes: what was read otherwise than written; one line each.
+        assumed: what the file does not say and the robot needs; one line each.
+    """
+
+    robot: Robot
+    parameters: tuple[tuple[str, float], ...]
+    notes: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
+
+
+def read_imported(path: str | Path) -> Imported:
+    """Read a .urdf, or a .par of SYMORO.
+
+    Raises:
+        RobotError: it cannot be read, or is not a robot that symgen can have.
+    """
+    accepted = f"accepted: a path to a file with the ending {' or '.join(FORMATS)}"
+    if Path(path).suffix.lower() not in FORMATS:
+        raise RobotError(f"{shortened(str(path)) or '(empty)'}: not such a file; {accepted}")
+    return parse_imported(*read_text(path, accepted))
+
+
+def parse_imported(text: str, path: Path) -> Imported:
+    """Read the text of a file whose ending tells its format.
+
+    Raises:
+        RobotError: it is not a robot that symgen can have.
+    """
+    if path.suffix.lower() == ".par":
+        from symgen.robot.par_io import import_par
+
+        return import_par(text, str(path))
+    from symgen.robot.urdf_io import import_urdf
+
+    return import_urdf(text, str(path))
+
+
+def read_text(source: str | Path, accepted: str) -> tuple[str, Path]:
+    """Read a robot file of reasonable size as UTF-8.
+
+    Args:
+        source: path of the file, or of a folder that holds a robot.toml.
+        accepted: what messages say is accepted in its place.
+
+    Returns:
+        The text, and the path of the file.
+
+    Raises:
+        RobotError: there is no such file, or it cannot be read.
+    """
+    shown = shortened(str(source)) or "(empty)"
+    try:
+        path = Path(source)
+        if str(source) and path.is_dir():
+            path = path / "robot.toml"
+        if not str(source) or not path.exists():
+            raise RobotError(f"{shown}: no such file or library robot; {accepted}")
+        if not path.is_file():
+            raise RobotError(f"{shown}: not a regular file; {accepted}")
+        limit = _MAX_FOREIGN_BYTES if path.suffix.lower() in FORMATS else _MAX_BYTES
+        with path.open("rb") as file:
+            content = file.read(limit + 1)
+        text = content.decode("utf-8-sig")
+    except (OSError, ValueError) as error:
+        reason = shortened(" ".join(str(getattr(error, "strerror", None) or error).split()), 300)
+        raise RobotError(f"{shown}: cannot be read as UTF-8 text ({reason}); {accepted}") from error
+    if len(content) > limit:
+        raise RobotError(f"{shown}: larger than {limit} bytes; {accepted}")
+    return text, path

@@ -1,0 +1,259 @@
+"""SYMORO+ and OpenSYMORO files (.par): tables of `key = {...}` in the notation of this house.
+
+A .par names lengths and gives no values: they become names of [geometry], with values to be
+replaced. The joint's own variable (th2, t2, r3) leaves theta or r, what is added to it stays.
+W. Khalil, A. Vijayalingam et al., OpenSYMORO (2014), describe the format.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from pathlib import Path
+
+import sympy as sp
+
+from symgen import names
+from symgen.errors import ExpressionError, RobotError
+from symgen.robot import expressions, recognition
+from symgen.robot.expressions import shortened
+from symgen.robot.identifiers import is_geometry_name, robot_name
+from symgen.robot.imported import Imported
+from symgen.robot.types import Joint, Robot
+
+_COMMENT = re.compile(r"\(\*.*?\*\)", re.DOTALL)
+_TITLE = re.compile(r"\(\*\s*Robotname\s*=\s*'([^']*)'\s*\*\)", re.IGNORECASE)
+_ENTRY = re.compile(r"([A-Za-z_]\w*)[ \t]*=[ \t]*(\{[^{}]*\}|[^\s{}]+)", re.ASCII)
+_NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+_ANGLES = ("gamma", "alpha", "theta")
+_LENGTHS = ("b", "d", "r")
+_VARIABLE = {
+    names.REVOLUTE: re.compile(r"(?:th|theta|t|q)(\d+)", re.IGNORECASE),
+    names.PRISMATIC: re.compile(r"(?:r|q)(\d+)", re.IGNORECASE),
+}
+_TYPES = ("0 (simple chain)", "1 (tree)")
+_GRAVITY = sp.Rational(-981, 100)
+_MAX_JOINTS = 200
+
+
+def import_par(text: str, where: str = "robot.par") -> Imported:
+    """Read a .par as a robot; inertial entries that are numbers become parameter values.
+
+    Args:
+        text: the file's text.
+        where: what error messages call the file.
+
+    Raises:
+        RobotError: it is no .par, or no open chain; one line names the entry.
+    """
+    return _Reader(text, where).imported()
+
+
+class _Reader:
+    """The entries of one file, and what is learnt while they are read."""
+
+    def __init__(self, text: str, where: str) -> None:
+        self.where = where
+        title = _TITLE.search(text)
+        self.title = title.group(1) if title else Path(where).stem
+        self.entries: dict[str, str] = {}
+        for key, value in _ENTRY.findall(_COMMENT.sub(" ", text)):
+            # Ant and ant, B and b are one key; G is gravity, g none.
+            key = key.lower() if key.lower() in ("ant", "sigma", *_ANGLES, *_LENGTHS) else key
+            if key in self.entries:
+                raise self.fail(f"{key}: the key stands twice")
+            self.entries[key] = value
+        self.joints = self.count("NJ")
+        self.require_open()
+        self.geometry: dict[str, bool] = {}  # named quantity: whether it is an angle
+        self.notes: list[str] = []
+
+    def fail(self, message: str) -> RobotError:
+        return RobotError(f"{self.where}: {message}")
+
+    def count(self, key: str) -> int:
+        value = self.entries.get(key)
+        if value is None or not value.isdigit() or not 1 <= int(value) <= _MAX_JOINTS:
+            found = "is missing" if value is None else f"is {shortened(value)!r}"
+            raise self.fail(f"{key} {found}; accepted: a number from 1 to {_MAX_JOINTS}")
+        return int(value)
+
+    def require_open(self) -> None:
+        """Refuse closed chains and moving bases."""
+        links = self.count("NL") if "NL" in self.entries else self.joints
+        if self.joints != links or self.entries.get("Type", "0") not in ("0", "1"):
+            raise self.fail(
+                f"{self.joints} joints, {links} links and Type "
+                f"{shortened(self.entries.get('Type', '0'))}: not an open chain; accepted: Type "
+                f"{' or '.join(_TYPES)}; write a parallelogram as robot.toml with 'follows'"
+            )
+        if self.entries.get("is_mobile", "0").lower() not in ("0", "false"):
+            raise self.fail("is_mobile: the base moves; accepted: 0, a base at rest")
+
+    def items(self, key: str, size: int, default: str | None = "0") -> list[str]:
+        """Return the entries of a list."""
+        value = self.entries.get(key)
+        if value is None:
+            if default is None:
+                raise self.fail(f"{key} is missing; accepted: a list of {size} entries")
+            return [default] * size
+        items = [item.strip() for item in value.strip("{}").split(",")]
+        if not value.startswith("{") or len(items) != size or not all(items):
+            raise self.fail(
+                f"{key} is {shortened(value)}; accepted: a list {{...}} of {size} entries"
+            )
+        return items
+
+    def integers(self, key: str, accepted: Collection[int], default: str | None) -> list[int]:
+        items = self.items(key, self.joints, default)
+        for number, item in enumerate(items, 1):
+            if not item.isdigit() or int(item) not in accepted:
+                raise self.fail(
+                    f"{key}, entry {number}: {shortened(item)!r}; accepted: "
+                    f"{', '.join(map(str, accepted))}"
+                )
+        return [int(item) for item in items]
+
+    def expression(self, key: str, number: int, item: str) -> sp.Expr:
+        """Return an entry as an exact expression in whatever names it has."""
+        item = re.sub(r"\bPi\b", "pi", item)
+        found = sorted(set(_NAME.findall(item)) - {"pi", "sqrt"})
+        try:
+            return expressions.parse(item, found)
+        except ExpressionError as error:
+            raise self.fail(f"{key}, entry {number}: {error}") from error
+
+    def imported(self) -> Imported:
+        sigma = self.integers("sigma", (0, 1, 2), None)
+        antecedent = self.integers("ant", range(self.joints + 1), None)
+        for number, before in enumerate(antecedent, 1):
+            if before >= number:
+                raise self.fail(
+                    f"ant, entry {number}: {before} is not an earlier joint; accepted: 0 (the "
+                    f"base) to {number - 1}"
+                )
+        if set(sigma) == {names.FIXED}:
+            raise self.fail("sigma: no joint is movable; accepted: at least one 0 or 1")
+        table = {
+            key: [
+                self.entry(key, number, item, sigma)
+                for number, item in enumerate(self.items(key, self.joints), 1)
+            ]
+            for key in (*_ANGLES, *_LENGTHS)
+        }
+        declared = {key: self.declared(key) for key in ("FS", "FV", names.ROTOR)}
+        joints = tuple(
+            Joint(
+                number=i + 1,
+                sigma=sigma[i],
+                antecedent=antecedent[i],
+                friction=tuple(
+                    word
+                    for word in ("coulomb", "viscous")
+                    if sigma[i] != names.FIXED and declared[names.FRICTION[word]][i]
+                ),
+                rotor_inertia=sigma[i] != names.FIXED and declared[names.ROTOR][i],
+                **{key: column[i] for key, column in table.items()},
+            )
+            for i in range(self.joints)
+        )
+        geometry, assumed = self.values()
+        gravity, more = self.gravity()
+        name = robot_name(self.title)
+        if name != self.title:
+            self.notes.append(f"the robot {shortened(self.title)!r} is called {name}")
+        robot = Robot(name=name, gravity=gravity, joints=joints, geometry=geometry)
+        parameters = self.parameters(robot)
+        return Imported(robot, parameters, tuple(self.notes), (*assumed, *more))
+
+    def entry(self, key: str, number: int, item: str, sigma: list[int]) -> sp.Expr:
+        """Return a geometric entry without the joint's variable; names become geometry."""
+        expr = self.expression(key, number, item)
+        kind = sigma[number - 1]
+        if (key, kind) in (("theta", names.REVOLUTE), ("r", names.PRISMATIC)):
+            expr = self.constant(key, number, item, expr, _VARIABLE[kind])
+        for symbol in sorted(expr.free_symbols, key=str):
+            other = _VARIABLE[names.REVOLUTE].fullmatch(symbol.name) if key == "theta" else None
+            if other is not None or not is_geometry_name(symbol.name):
+                raise self.fail(
+                    f"{key}, entry {number}: {shortened(item)!r}: {symbol.name} cannot name a "
+                    "length or an angle; accepted: names that are no variable, no parameter and no "
+                    "word of C"
+                )
+            self.geometry.setdefault(symbol.name, key in _ANGLES)
+        if key not in _ANGLES:
+            return expr
+        terms = []
+        for term in sp.Add.make_args(expr):
+            k = recognition.fraction_of_pi(term) if term.is_Rational and term != 0 else None
+            if k is not None:
+                self.notes.append(f"{key}, entry {number}: {term.evalf(15)} is read as {k * sp.pi}")
+            terms.append(term if k is None else k * sp.pi)
+        return sp.Add(*terms)
+
+    def constant(
+        self, key: str, number: int, item: str, expr: sp.Expr, pattern: re.Pattern[str]
+    ) -> sp.Expr:
+        """Take the joint's own variable out of theta or r."""
+        own = [
+            s
+            for s in expr.free_symbols
+            if (match := pattern.fullmatch(s.name)) and int(match.group(1)) == number
+        ]
+        rest = expr - own[0] if len(own) == 1 else expr
+        if len(own) != 1 or own[0] in sp.expand(rest).free_symbols:
+            variable = f"th{number}" if key == "theta" else f"r{number}"
+            raise self.fail(
+                f"{key}, entry {number}: {shortened(item)!r}; accepted: the joint's variable "
+                f"{variable}, and a constant added to it"
+            )
+        return sp.expand(rest)
+
+    def declared(self, key: str) -> list[bool]:
+        """Say of which joints a parameter exists: a 0 leaves it out, as in SYMORO."""
+        if key not in self.entries:
+            return [True] * self.joints
+        return [item not in ("0", "0.0") for item in self.items(key, self.joints)]
+
+    def values(self) -> tuple[tuple[tuple[str, sp.Expr], ...], list[str]]:
+        """Return the named quantities with distinct values to stand in for the unknown ones."""
+        primes = sp.primerange(29, 10_000)
+        geometry = tuple((name, sp.Rational(next(primes), 100)) for name in self.geometry)
+        if not geometry:
+            return (), []
+        shown = ", ".join(
+            f"{name} = {expressions.text(value)} {'rad' if self.geometry[name] else 'm'}"
+            for name, value in geometry
+        )
+        return geometry, [f"values that are not in the file, replace them in robot.toml: {shown}"]
+
+    def gravity(self) -> tuple[tuple[sp.Expr, sp.Expr, sp.Expr], list[str]]:
+        """Return gravity in frame 0; one named component is -9.81."""
+        items = self.items("G", 3) if "G" in self.entries else ["0", "0", "G3"]
+        values = [self.expression("G", i, item) for i, item in enumerate(items, 1)]
+        named = [i for i, value in enumerate(values) if value.free_symbols]
+        if len(named) > 1 or any(not values[i].is_Symbol for i in named):
+            raise self.fail("G: accepted: three numbers, or one name among them")
+        if named:
+            axis = "xyz"[named[0]]
+            line = f"gravity {items[named[0]]} has no value in the file: -9.81 m/s2 along {axis}0"
+            values[named[0]] = _GRAVITY
+        return (values[0], values[1], values[2]), [line] if named else []
+
+    def parameters(self, robot: Robot) -> tuple[tuple[str, float], ...]:
+        """Return the entries of the parameter lists that are numbers, of parameters that exist."""
+        found: list[tuple[str, float]] = []
+        for joint in robot.joints:
+            friction = {names.FRICTION[word] for word in joint.friction}
+            keys = [k for k in (*names.LINK, names.ROTOR, "FS", "FV") if k in self.entries]
+            for key in keys:
+                name, item = f"{key}{joint.number}", self.items(key, self.joints)[joint.number - 1]
+                has = key in names.LINK or key in friction
+                if item == name or not (has or (key == names.ROTOR and joint.rotor_inertia)):
+                    continue
+                value = self.expression(key, joint.number, item)
+                if value.free_symbols:
+                    self.notes.append(f"{name} is {shortened(item)!r} in the file: left out")
+                else:
+                    found.append((name, float(value.evalf(17))))
+        return tuple(found)

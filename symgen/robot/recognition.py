@@ -1,0 +1,110 @@
+"""From written decimals to exact numbers, and from many digits back to short ones.
+
+Robot files of other programs round: pi/2 stands there as 1.5708 or 1.57079632679. Placements are
+therefore computed with 50 digits from what the decimals mean, and a result that is a fraction of
+pi, a short decimal or a short decimal times a square root is recognised as that, beyond doubt.
+"""
+
+from __future__ import annotations
+
+import functools
+from decimal import Decimal
+from typing import Any
+
+import sympy as sp
+
+from symgen.robot import expressions
+
+#: Angles are recognised in steps of pi/PARTS.
+PARTS = 24
+#: Single precision, in which many programs write: closer to a fraction of pi than this is meant.
+SINGLE = 5e-7  # rad
+_MIN_DECIMALS = 4
+_MAX_TURNS = 4
+_SURE = 1e-30
+_SHORT = 10  # decimals of a short decimal
+_LONG = 15  # decimals of any other number
+_ANGLE = 1e-10  # rad
+
+
+@functools.cache
+def context() -> Any:
+    """Return the arithmetic of 50 digits."""
+    import mpmath
+
+    digits = mpmath.mp.clone()
+    digits.dps = 50
+    return digits
+
+
+def fraction_of_pi(value: sp.Rational) -> sp.Rational | None:
+    """Return k/24 where a written decimal angle means k pi/24, else None.
+
+    It does where the two differ by less than one unit of the last written decimal, of at least
+    four (1.5708 and 1.5707 mean pi/2, 1.571 is itself), or by no more than single precision loses.
+    """
+    digits = context()
+    number = digits.mpf(int(value.p)) / int(value.q)
+    k = int(digits.nint(number * PARTS / digits.pi))
+    if abs(k) > _MAX_TURNS * PARTS:
+        return None
+    unit = digits.mpf(10) ** -_decimals(value)
+    gap = abs(number - k * digits.pi / PARTS)
+    rounded = k != 0 and unit <= 10**-_MIN_DECIMALS and gap < unit
+    return sp.Rational(k, PARTS) if rounded or gap <= SINGLE else None
+
+
+def _decimals(value: sp.Rational) -> int:
+    """Return how many decimals a terminating decimal has."""
+    count, rest = 0, int(value.q)
+    while rest % 10 == 0:
+        count, rest = count + 1, rest // 10
+    for prime in (2, 5):
+        while rest % prime == 0:
+            count, rest = count + 1, rest // prime
+    return count
+
+
+def angle(value: Any) -> sp.Expr:
+    """Return an angle of 50 digits as k pi/24, as k pi/2 plus a short decimal, or as a decimal."""
+    digits = context()
+    k = int(digits.nint(value * PARTS / digits.pi))
+    if abs(value - k * digits.pi / PARTS) < _ANGLE:
+        return sp.Rational(k, PARTS) * sp.pi
+    for quarters in (0, 1, -1, 2, -2):
+        short = _short(value - quarters * digits.pi / 2)
+        if short is not None:
+            return short + sp.Rational(quarters, 2) * sp.pi
+    return _rounded(value, _LONG)
+
+
+def length(value: Any) -> sp.Expr:
+    """Return a length of 50 digits as a decimal, or as a short decimal times a root over six."""
+    rounded = _rounded(value, _LONG)
+    if abs(rounded) < _ANGLE / 100:
+        return sp.S.Zero
+    if _decimals(rounded) <= _SHORT:
+        return rounded
+    digits = context()
+    for root in (2, 3, 6):
+        short = _short(value * 6 / digits.sqrt(root))
+        if short is not None:
+            return short * sp.sqrt(root) / 6
+    return rounded
+
+
+def number(value: Any) -> float:
+    """Return the double next to a number of 50 digits, without the dust of its composition."""
+    return float(value) if abs(value) > _SURE else 0.0
+
+
+def _short(value: Any) -> sp.Rational | None:
+    """Return the short decimal that a number of 50 digits is, else None."""
+    rounded = _rounded(value, _SHORT)
+    exact = context().mpf(int(rounded.p)) / int(rounded.q)
+    return rounded if abs(value - exact) < _SURE else None
+
+
+def _rounded(value: Any, decimals: int) -> sp.Rational:
+    scaled = int(context().nint(value * 10**decimals))
+    return expressions.exact(Decimal(scaled).scaleb(-decimals))

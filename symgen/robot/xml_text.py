@@ -1,0 +1,105 @@
+"""A small, safe reader of XML that remembers where every element stands in the text.
+
+Expat does the parsing. Document types and entities are refused before they can mean anything, so
+that nothing expands and nothing is fetched.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from xml.parsers import expat
+
+from symgen.errors import RobotError
+
+
+@dataclass
+class Element:
+    """One element: its tag, its attributes and, in bytes of the UTF-8 text, where it stands.
+
+    Attributes:
+        start: where its start tag begins.
+        inside: where its content begins (after the start tag).
+        close: where its end tag begins; `inside` of an element without content.
+        end: behind its end tag.
+    """
+
+    tag: str
+    attributes: dict[str, str]
+    line: int
+    start: int
+    inside: int = 0
+    close: int = 0
+    end: int = 0
+    children: list[Element] = field(default_factory=list)
+
+    def all(self, tag: str) -> list[Element]:
+        """Return the children with this tag."""
+        return [child for child in self.children if child.tag == tag]
+
+    def first(self, tag: str) -> Element | None:
+        """Return the first child with this tag, or None."""
+        return next(iter(self.all(tag)), None)
+
+
+def parse_xml(text: str, where: str) -> Element:
+    """Return the root element of an XML text.
+
+    Args:
+        text: the document.
+        where: what error messages call the file.
+
+    Raises:
+        RobotError: it is not well formed, or declares a document type or an entity.
+    """
+    content = text.encode("utf-8")
+    parser = expat.ParserCreate("UTF-8")
+    parser.buffer_text = True
+    roots: list[Element] = []
+    stack: list[Element] = []
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        at = parser.CurrentByteIndex
+        element = Element(tag, attributes, parser.CurrentLineNumber, at)
+        element.inside = element.close = _tag_end(content, at)
+        (stack[-1].children if stack else roots).append(element)
+        stack.append(element)
+
+    def end(_: str) -> None:
+        element = stack.pop()
+        at = parser.CurrentByteIndex
+        # Of <link/> expat reports the end at, or behind, the only tag that there is.
+        empty = content[element.inside - 2 : element.inside] == b"/>"
+        element.close = element.inside if empty else at
+        element.end = element.inside if empty else _tag_end(content, at)
+
+    def refuse(*_: object) -> None:
+        raise RobotError(
+            f"{where}: line {parser.CurrentLineNumber}: DOCTYPE and ENTITY are not accepted; "
+            "accepted: plain XML"
+        )
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
+    parser.StartDoctypeDeclHandler = refuse
+    parser.EntityDeclHandler = refuse
+    try:
+        parser.Parse(content, True)
+    except expat.ExpatError as error:
+        raise RobotError(f"{where}: not well-formed XML: {error}") from error
+    except ValueError as error:  # an encoding that Python does not have
+        raise RobotError(f"{where}: not well-formed XML: {error}") from error
+    return roots[0]
+
+
+def _tag_end(content: bytes, at: int) -> int:
+    """Return the place behind the tag that begins at `at`; quotes may hold a '>'."""
+    quote = 0
+    for i in range(at, len(content)):
+        byte = content[i]
+        if quote:
+            quote = 0 if byte == quote else quote
+        elif byte in b"\"'":
+            quote = byte
+        elif byte == ord(">"):
+            return i + 1
+    return len(content)

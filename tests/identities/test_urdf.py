@@ -1,0 +1,274 @@
+"""Properties of imported URDFs: motion, inertia, exactness, order, and the way back."""
+
+import math
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+import sympy as sp
+from oracles.random_urdf import random_urdf
+from oracles.urdf_arm import PinocchioUrdf, with_all_digits
+from support_urdf import Ours, place_gap, torque_gap
+
+import symgen
+from symgen import robot_toml
+from symgen.robot.recognition import fraction_of_pi
+from symgen.robot.toml_io import parse_robot
+from symgen.robot.urdf_io import Body, import_urdf, updated_urdf
+
+pytest.importorskip("pinocchio", reason="Pinocchio (PyPI: pin) is not installed")
+
+
+def joint(name, kind="revolute", ends=("base", "tip"), origin="", axis="0 0 1", inside=""):
+    place = origin if origin.startswith("<") or not origin else f"<origin {origin}/>"
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{ends[0]}"/><child link="{ends[1]}"/>'
+        f'{place}<axis xyz="{axis}"/>{inside}</joint>'
+    )
+
+
+def urdf(*joints, links=("base", "tip"), name="arm"):
+    text = "".join(f'<link name="{link}"/>' for link in links) + "".join(joints)
+    return f'<robot name="{name}">{text}</robot>'
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_random_trees_have_pinocchios_torques_and_frames(seed):
+    text = random_urdf(seed)
+    ours, pinocchio = Ours(import_urdf(text)), PinocchioUrdf(with_all_digits(text))
+    assert torque_gap(ours, pinocchio) < 1e-11
+    assert place_gap(ours, pinocchio) < 1e-12
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_angles_read_as_written_have_pinocchios_torques_and_frames(seed):
+    text = random_urdf(seed)
+    ours, pinocchio = Ours(import_urdf(text, exact=False)), PinocchioUrdf(text)
+    assert torque_gap(ours, pinocchio) < 1e-8
+    assert place_gap(ours, pinocchio) < 1e-8
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_joints_that_mimic_follow(seed):
+    text = random_urdf(seed, mimics=True)
+    imported = import_urdf(text)
+    ours, pinocchio = Ours(imported), PinocchioUrdf(with_all_digits(text))
+    assert torque_gap(ours, pinocchio) < 1e-11  # each joint by itself
+    factors = _factors(text)
+    for j in imported.robot.joints:
+        if j.name not in factors:
+            assert j.follows is None
+            continue
+        master, factor, offset = factors[j.name]
+        ((k, share),) = j.shares
+        assert imported.robot.joint(k).name == master
+        assert float(share) == pytest.approx(factor)
+        assert float(j.offset) == pytest.approx(offset, abs=1e-5)  # 1.5708 is pi/2
+        assert not j.friction
+        assert not j.rotor_inertia
+
+
+@pytest.mark.skipif(
+    "sr400" not in symgen.library(), reason="the kernels do not move joints that follow yet"
+)
+@pytest.mark.parametrize("seed", range(20))
+def test_torques_of_joints_that_mimic_reach_the_joint_that_they_follow(seed):
+    text = random_urdf(seed, mimics=True)
+    imported = import_urdf(text)
+    ours, pinocchio = Ours(imported, free=False), PinocchioUrdf(with_all_digits(text))
+    robot = imported.robot
+    states = ours.states(4)
+    tau = ours.torques(**states)
+    column = {j.number: i for i, j in enumerate(robot.movable)}
+    for i in range(4):
+        full = [{}, {}, {}]
+        for j in robot.moving:
+            for target, x, constant in zip(full, states.values(), (j.offset, 0, 0), strict=True):
+                own = sum(float(c) * x[i, column[k]] for k, c in j.shares)
+                target[j.name] = own + float(constant)
+        free = pinocchio.torques(*full)
+        want = np.zeros(robot.n)
+        for j in robot.moving:
+            for k, c in j.shares:
+                want[column[k]] += float(c) * free[j.name]
+        assert np.abs(tau[i] - want).max() < 1e-11 * np.abs(want).max()
+
+
+def _factors(text):
+    """Follow the mimics of a URDF: joint to master, factor and offset."""
+    mimic = {
+        j.get("name"): j.find("mimic")
+        for j in ET.fromstring(text.encode()).findall("joint")
+        if j.find("mimic") is not None
+    }
+    out = {}
+    for name in mimic:
+        factor, offset, at = 1.0, 0.0, name
+        while at in mimic:
+            offset += factor * float(mimic[at].get("offset"))
+            factor *= float(mimic[at].get("multiplier"))
+            at = mimic[at].get("joint")
+        out[name] = at, factor, offset
+    return out
+
+
+@pytest.mark.parametrize("seed", range(0, 20, 3))
+def test_writing_the_same_bodies_back_changes_no_torque_and_nothing_else(seed):
+    text = random_urdf(seed).replace("<link", "<!-- a < remark --><link", 3)
+    imported = import_urdf(text)
+    values = dict(imported.parameters)
+    bodies = {}
+    for j in imported.robot.joints:
+        xx, xy, xz, yy, yz, zz, mx, my, mz, m = (
+            values[f"{key}{j.number}"]
+            for key in ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
+        )
+        c = np.array([mx, my, mz]) / (m or 1.0)
+        about_origin = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        bodies[j.number] = Body(m, c, about_origin - m * (c @ c * np.eye(3) - np.outer(c, c)))
+    new = updated_urdf(text, bodies)
+    assert new.startswith('<?xml version="1.0"?>\n<!--')
+    assert "do not determine link parameters" in new
+    assert new.count("<!-- a < remark -->") == 3
+    old_joints, new_joints = (
+        [ET.tostring(j) for j in ET.fromstring(t.encode()).findall("joint")] for t in (text, new)
+    )
+    assert old_joints == new_joints
+    again = dict(import_urdf(new).parameters)
+    assert again.keys() == values.keys()
+    assert all(math.isclose(again[k], v, abs_tol=1e-14) for k, v in values.items())
+    assert torque_gap(Ours(imported), PinocchioUrdf(with_all_digits(new))) < 1e-11
+
+
+def test_only_the_links_that_are_named_change():
+    link = (
+        '<link name="{}"><inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" '
+        'iyz="0" izz="1"/></inertial></link>'
+    )
+    text = f'<robot name="a">{link.format("base")}\n  {link.format("tip")}{joint("j")}</robot>'
+    new = updated_urdf(text, {1: Body(3.0, (0.1, 0.0, 0.0), np.eye(3))})
+    base, tip = ET.fromstring(new).findall("link")
+    assert base.find("inertial/mass").get("value") == "2"
+    assert tip.find("inertial/mass").get("value") == "3.0"
+    assert tip.find("inertial/origin").get("xyz") == "0.1 0.0 0.0"
+    with pytest.raises(symgen.ParameterError, match="there is no joint 2"):
+        updated_urdf(text, {2: Body(3.0, (0, 0, 0), np.eye(3))})
+    with pytest.raises(symgen.ParameterError, match="all finite"):
+        updated_urdf(text, {1: Body(math.nan, (0, 0, 0), np.eye(3))})
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.filterwarnings("ignore:.*is within 1e-4 of")
+def test_the_robot_toml_is_the_same_robot(seed):
+    robot = import_urdf(random_urdf(seed, mimics=True)).robot
+    assert parse_robot(robot_toml(robot)) == robot
+
+
+def test_an_arm_of_right_angles_and_short_decimals_stays_exact():
+    links = ("base", "a", "b", "tip", "tool")
+    text = urdf(
+        joint("lift", origin='xyz="0 0 0.333"', ends=("base", "a")),
+        joint("bend", origin='xyz="0 0.1 0" rpy="-1.5708 0 0"', ends=("a", "b")),
+        joint("roll", "continuous", ("b", "tip"), 'xyz="0.25 0 0" rpy="0 0 0.7854"', "1 0 0"),
+        joint("hold", "fixed", ("tip", "tool"), 'xyz="0.1 0 0" rpy="0 1.57079632679 0"'),
+        links=links,
+    )
+    imported = import_urdf(text)
+    for j in imported.robot.joints:
+        for key in ("gamma", "alpha", "theta"):
+            assert (getattr(j, key) * 24 / sp.pi).is_Integer, (j, key)
+        for key in ("b", "d", "r"):
+            size = getattr(j, key)
+            assert size == 0 or (size**2 * 10**4).is_Rational, (j, key)
+    assert any("1.5708" in note for note in imported.notes)
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [("1.5708", (1, 2)), ("1.5707", (1, 2)), ("-3.14159", (-1, 1)), ("0.7854", (1, 4)),
+     ("1.570796327", (1, 2)), ("1.57079632679000", (1, 2)), ("0.2618", (1, 12)),
+     ("4.71238898038", (3, 2)), ("0.130899694", (1, 24)), ("1.11759e-08", (0, 1)), ("0", (0, 1)),
+     ("1.571", None), ("1.57", None), ("3.14", None), ("1.5706", None), ("0.1", None),
+     ("1.57081", None), ("0.00019159", None), ("100.53096", None)],
+)  # fmt: skip
+def test_rounded_fractions_of_pi_are_known_by_their_digits(written, meant):
+    want = None if meant is None else sp.Rational(*meant)
+    assert fraction_of_pi(sp.Rational(written)) == want
+
+
+def test_movable_joints_keep_the_order_of_the_document_and_fixed_ones_come_last():
+    text = urdf(
+        joint("second", ends=("a", "b")),
+        joint("stand", "fixed", ("base", "mount")),
+        joint("first", ends=("mount", "a")),
+        joint("other", ends=("mount", "c")),
+        links=("c", "b", "a", "mount", "base"),
+    )
+    robot = import_urdf(text).robot
+    assert [j.name for j in robot.joints] == ["first", "second", "other", "stand"]
+    assert [j.antecedent for j in robot.joints] == [0, 1, 0, 0]
+
+
+def test_a_leg_that_hangs_on_a_fixed_root_takes_gravity_along_the_root_axes():
+    imported = import_urdf(urdf(joint("hip", axis="0 -1 0", origin='xyz="0 0 -0.2"')))
+    assert imported.robot.gravity == (0, 0, sp.Rational(-981, 100))
+    assert imported.parameters == ()
+
+
+def test_limits_are_there_when_all_movable_joints_have_them():
+    full = '<limit lower="-1" upper="2" velocity="3" effort="40"/>'
+    part = '<limit lower="-1" upper="2" velocity="3" effort="0"/>'
+    ends = (("base", "a"), ("a", "b"))
+    names = ("base", "a", "b")
+
+    def limits(*inside, kind="revolute"):
+        joints = [joint(f"j{i}", kind, e, "", "0 0 1", x) for i, (e, x) in
+                  enumerate(zip(ends, inside, strict=True))]  # fmt: skip
+        return import_urdf(urdf(*joints, links=names)).robot.limits
+
+    both = limits(full, full)
+    assert both.position == ((-1.0, 2.0), (-1.0, 2.0))
+    assert (both.velocity, both.torque) == ((3.0, 3.0), (40.0, 40.0))
+    assert limits(full, part).torque is None
+    assert limits(full, part).velocity == (3.0, 3.0)
+    assert limits(full, "") is None
+    assert limits(full, full, kind="continuous").position is None
+
+
+def test_losses_of_the_file_are_friction_parameters():
+    inertial = (
+        '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+        "</inertial>"
+    )
+    text = urdf(joint("j", inside='<dynamics damping="0.7" friction="0.3"/>'), name="ur5-e")
+    imported = import_urdf(
+        text.replace('<link name="tip"/>', f'<link name="tip">{inertial}</link>')
+    )
+    values = dict(imported.parameters)
+    assert (values["FV1"], values["FS1"], values["IA1"], values["ZZ1"]) == (0.7, 0.3, 0.0, 1.0)
+    assert imported.robot.name == "ur5_e"
+    assert any("ur5_e" in note for note in imported.notes)
+
+
+@pytest.mark.parametrize(
+    ("given", "name"),
+    [("2 arms", "robot_2_arms"), ("", "robot"), ("math", "robot_math"), ("Ärm", "Arm"),
+     ("x" * 100, "x" * 58)],
+)  # fmt: skip
+def test_every_robot_gets_a_name_that_c_accepts(given, name):
+    assert import_urdf(urdf(joint("j"), name=given)).robot.name == name
+
+
+def test_cad_inertias_are_parameters_of_the_robot_that_they_belong_to(tmp_path):
+    path = tmp_path / "drawn.urdf"
+    path.write_text(random_urdf(3))
+    model = symgen.derive(symgen.read_robot(path), "all")
+    from symgen.identification.parameters import read_parameters
+
+    X = read_parameters(path, model)
+    rigid_body = Ours(import_urdf(path.read_text()))
+    states = rigid_body.states(3)
+    inverse = symgen.load(model)["inverse_dynamics"](*states.values(), X)
+    assert np.allclose(inverse, rigid_body.torques(**states), rtol=1e-9, atol=1e-10)
+    with pytest.raises(symgen.ParameterError, match="its frames are not those of"):
+        read_parameters(path, symgen.derive(symgen.read_robot("planar2r")))
