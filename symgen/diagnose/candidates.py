@@ -218,7 +218,7 @@ def _gains(robot: Robot, definition: Definition, _: Evidence) -> Iterator[Candid
     """A channel that reads G times too much: tau = (1 + G) model."""
     for position in range(robot.n):
 
-        def columns(s: Scene, torques: Torques, j: int = position) -> Columns:
+        def columns(_: Scene, torques: Torques, j: int = position) -> Columns:
             return {j: torques[0][:, j : j + 1]}
 
         yield Candidate(definition.name, (position,), columns, 1, uses_model=True)
