@@ -160,7 +160,7 @@ def _exact_block(evaluator: Evaluator, exact: paper.Runs) -> str:
     worst = [float(np.abs(X / paper.X_TRUE - 1).max()) for X in (spline, online)]
     return (
         f"Without noise: X is returned to {worst[0]:.1e} (spline integrals, 0.62 s windows) and "
-        f"{worst[1]:.1e} (on line, Adams-Moulton)"
+        f"{worst[1]:.1e} (on line)"
     )
 
 

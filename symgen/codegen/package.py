@@ -29,13 +29,13 @@ from symgen.errors import PackageError
 from symgen.files import templates, write_folder
 from symgen.robot.expressions import text
 from symgen.robot.toml_text import robot_toml
-from symgen.robot.types import Joint
+from symgen.robot.types import joint_variable
 from symgen.symbolic.base_parameters import bound
 
 SCHEMA = "symgen.manifest/1"
 _VERSION = SCHEMA.split("/")[1]  # of the package for CMake and pkg-config: that of its layout
 TARGETS = ("c", "casadi", "all")
-_RUNTIME = ("least_squares", "identifier")
+_RUNTIME = ("least_squares", "identifier", "identifier_momentum")
 
 
 @dataclass(frozen=True)
@@ -157,16 +157,21 @@ class _Writer:
             for p in self.model.base.parameters
         ]
 
-    def has_identifier(self) -> bool:
-        """The identifier needs every column of energy and friction."""
-        needed = {"energy_regressor"}
-        if len(self.model.base.parameters) > self.model.inertial:
-            needed = set(ENERGY)
-        return needed <= {k.name for k in self.kernels}
+    def runtime(self) -> tuple[str, ...]:
+        """Return the runtime's parts whose kernels are written: every column of their model."""
+        written = {k.name for k in self.kernels}
+        rubs = len(self.model.base.parameters) > self.model.inertial
+
+        def complete(kernel: str, friction: str) -> bool:
+            return {kernel, *([friction] if rubs else [])} <= written
+
+        if not complete(*ENERGY):
+            return ()
+        return _RUNTIME if complete("momentum_regressor", "friction_torque") else _RUNTIME[:2]
 
     def has_example(self) -> bool:
         written = self.target != "casadi"
-        return written and self.has_identifier() and example.possible(self.kernels)
+        return written and bool(self.runtime()) and example.possible(self.kernels)
 
     def c_files(self, verified: Mapping[str, Any]) -> list[tuple[str, str]]:
         described = [(k, self.describe(k)) for k in self.kernels]
@@ -187,11 +192,10 @@ class _Writer:
             )
         ]
         out += [(f"{self.name}_{k.name}.c", self.render("kernel.c", k=d)) for k, d in described]
-        if self.has_identifier():
-            for stem in _RUNTIME:
-                for suffix in (".h", ".c"):
-                    source = (templates() / "c" / "runtime" / f"{stem}{suffix}").read_text("utf-8")
-                    out.append((f"{self.name}_{stem}{suffix}", source.replace("NAME", self.name)))
+        for stem in self.runtime():
+            for suffix in (".h", ".c"):
+                source = (templates() / "c" / "runtime" / f"{stem}{suffix}").read_text("utf-8")
+                out.append((f"{self.name}_{stem}{suffix}", source.replace("NAME", self.name)))
         sources = [path for path, _ in out if path.endswith(".c")]
         headers = [path for path, _ in out if path.endswith(".h")]
         out.append((f"{self.name}_check.c", self.check_c(verified)))
@@ -244,11 +248,9 @@ class _Writer:
         return {
             "p": len(base.parameters),
             "inertial": self.model.inertial,
-            "sources": " ".join(f"{self.name}_{k.name}.c" for k in self.kernels)
-            + (
-                f" {self.name}_least_squares.c {self.name}_identifier.c"
-                if self.has_identifier()
-                else ""
+            "sources": " ".join(
+                f"{self.name}_{stem}.c"
+                for stem in (*(k.name for k in self.kernels), *self.runtime())
             ),
             "table": [
                 " | ".join(
@@ -257,7 +259,7 @@ class _Writer:
                         str(j.sigma),
                         str(j.antecedent),
                         *(text(getattr(j, key)) for key in keys),
-                        f"q{j.number}" if j.movable else _followed(j),
+                        text(sum((c * joint_variable(k) for k, c in j.shares), j.offset)),
                         j.name or "-",
                     ]
                 )
@@ -393,7 +395,3 @@ def _shape(shape: tuple[int, ...]) -> str:
 
 def _columns(columns: tuple[str, ...]) -> str:
     return f": {', '.join(columns)}" if columns else ""
-
-
-def _followed(joint: Joint) -> str:
-    return "-" if joint.follows is None else text(joint.follows)

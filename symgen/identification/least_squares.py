@@ -52,10 +52,11 @@ class LeastSquares:
             raise ValueError(f"forgetting is {forgetting}; a number in (0, 1] is accepted")
         self.R: Array = np.zeros((parameters, parameters))
         self.z: Array = np.zeros(parameters)
+        self._carry: Array = np.zeros((parameters, parameters + 1))  # of R and z
         self.rss = 0.0
         self.count = 0.0
         self.forgetting = float(forgetting)
-        self._root = sqrt(forgetting)
+        self._fade = (1.0 - forgetting) / (1.0 + sqrt(forgetting))  # 1 - root
 
     def update(self, row: ArrayLike, y: float) -> int:
         """Add the equation row'X = y.
@@ -72,7 +73,7 @@ class LeastSquares:
             raise ValueError(f"row has shape {work.shape}; {self.z.shape} is accepted")
         if not (isfinite(y) and bool(np.isfinite(work).all())):
             return 1
-        rest = self._rotate(work, float(y), 0, self._root)
+        rest = self._rotate(work, float(y), 0, self._fade)
         self.rss = self.forgetting * self.rss + rest * rest
         self.count = self.forgetting * self.count + 1.0
         return 0
@@ -95,6 +96,7 @@ class LeastSquares:
         signs = np.where(np.diag(factor) < 0, -1.0, 1.0)
         factor = np.triu(signs[:, None] * factor)
         self.R, self.z = factor[:p, :p].copy(), factor[:p, p].copy()
+        self._carry[:] = 0.0
         self.rss += float(factor[p, p] ** 2)
         self.count += len(y)
 
@@ -108,7 +110,7 @@ class LeastSquares:
             raise ValueError(f"merged {other.z.size} parameters into {self.z.size}")
         rss, count = self.rss + other.rss, self.count + other.count
         for i in reversed(range(self.z.size)):
-            rest = self._rotate(other.R[i].copy(), float(other.z[i]), i, 1.0)
+            rest = self._rotate(other.R[i].copy(), float(other.z[i]), i, 0.0)
             rss += rest * rest
         self.rss, self.count = rss, count
 
@@ -154,15 +156,18 @@ class LeastSquares:
             x[i] = (x[i] - self.R[i, i + 1 :] @ x[i + 1 :]) / self.R[i, i]
         return x
 
-    def _rotate(self, row: Array, y: float, first: int, root: float) -> float:
-        """Rotate row'X = y into root [R z] from column `first` on; row is overwritten.
+    def _rotate(self, row: Array, y: float, first: int, fade: float) -> float:
+        """Rotate row'X = y into (1 - fade) [R z] from column `first` on.
 
         Returns:
             what is left of y, orthogonal to all columns.
         """
-        R, z = self.R, self.z
-        for i in range(first, z.size):
-            x, pivot = float(row[i]), root * float(R[i, i])
+        p = self.z.size
+        work = np.append(row, y)
+        for i in range(first, p):
+            whole = np.append(self.R[i, i:], self.z[i])
+            above, below = whole - fade * whole, work[i:]
+            x, pivot = float(below[0]), float(above[0])
             sine, half = 0.0, 0.0
             if abs(x) > pivot:
                 ratio, sign = pivot / abs(x), -1.0 if x < 0.0 else 1.0
@@ -172,11 +177,11 @@ class LeastSquares:
                 ratio = x / pivot
                 scale = sqrt(1.0 + ratio * ratio)
                 sine, half = ratio / scale, ratio / (scale + 1.0)
-            # As a change by half = tan(angle / 2): small angles keep their digits.
-            above, below = root * R[i, i:], row[i:].copy()
-            R[i, i:] = above + sine * (below - half * above)
-            row[i:] = below - sine * (above + half * below)
-            top = root * float(z[i])
-            z[i] = top + sine * (y - half * top)
-            y = y - sine * (top + half * y)
-        return y
+            # As a change by half = tan(angle / 2), in a compensated sum: see least_squares.c.
+            change = sine * (below - half * above) - fade * whole
+            work[i:] = below - sine * (above + half * below)
+            part = change - self._carry[i, i:]
+            total = whole + part
+            self._carry[i, i:] = (total - whole) - part
+            self.R[i, i:], self.z[i] = total[:-1], total[-1]
+        return float(work[p])

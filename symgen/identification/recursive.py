@@ -12,27 +12,35 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symgen.errors import IdentificationError, LogError
-from symgen.identification.twin import WindowIdentifier
+from symgen.identification.twin import WindowIdentifier, energy_columns, momentum_columns
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
+_KERNELS = {
+    "energy": ("energy_regressor", "friction_power"),
+    "momentum": ("momentum_regressor", "friction_torque"),
+}
 _MODES = {"start": 0, "sliding": 1, "consecutive": 2}
 
 
 class Identifier:
-    """Recursive least squares on the energy theorem, sample by sample.
+    """Recursive least squares on the energy theorem, or on momentum, sample by sample.
 
-    Integrals by the three-point Adams-Moulton rule; QR by Givens rotations, so that no covariance
-    is inverted and none can lose its sign.
+    Integrals by the polynomial through the six samples around each step (sixth order, known two
+    samples later); QR by Givens rotations, so that no covariance is inverted and none can lose its
+    sign.
 
     Args:
         evaluator: the loaded model.
         window: length of a window in samples; without meaning for mode "start".
         mode: "start", "sliding" or "consecutive".
         forgetting: weight of the past for each new equation, in (0, 1].
+        model: "energy", one equation a window, or "momentum", n equations a window, all with the
+            same weight.
 
     Raises:
-        IdentificationError: an argument is out of its range.
+        IdentificationError: an argument is out of its range, or the evaluator lacks a kernel that
+            the model needs.
     """
 
     def __init__(
@@ -41,7 +49,10 @@ class Identifier:
         window: int = 1,
         mode: str = "sliding",
         forgetting: float = 1.0,
+        model: str = "energy",
     ) -> None:
+        if model not in _KERNELS:
+            raise IdentificationError(f"model {model!r}; accepted: {', '.join(_KERNELS)}")
         if mode not in _MODES:
             raise IdentificationError(f"mode {mode!r}; accepted: {', '.join(_MODES)}")
         if not 0 < forgetting <= 1 or (mode != "start" and window < 1):
@@ -49,15 +60,21 @@ class Identifier:
                 f"window {window}, forgetting {forgetting}; accepted: window of at least 1 sample, "
                 "forgetting above 0 and at most 1"
             )
-        model = evaluator.model
-        self._names = model.base.names
-        self._n = model.robot.n
+        derived = evaluator.model
+        rubs = len(derived.base.parameters) > derived.inertial
+        for kernel in _KERNELS[model][: 2 if rubs else 1]:
+            if not evaluator.has(kernel):
+                raise IdentificationError(
+                    f"model {model} needs the kernel {kernel}; accepted: a model derived with it"
+                )
+        self._names = derived.base.names
+        self._n = derived.robot.n
         self._time: float | None = None
         self._core: _CCore | _NumpyCore
         if evaluator.library is not None:
-            self._core = _CCore(evaluator, window, mode, forgetting)
+            self._core = _CCore(evaluator, window, mode, forgetting, model)
         else:
-            self._core = _NumpyCore(evaluator, window, mode, forgetting)
+            self._core = _NumpyCore(evaluator, window, mode, forgetting, model)
 
     def step(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, t: float) -> None:
         """Take one sample.
@@ -121,20 +138,24 @@ def _undetermined(name: str) -> IdentificationError:
 
 
 class _CCore:
-    def __init__(self, evaluator: Evaluator, window: int, mode: str, forgetting: float) -> None:
+    def __init__(
+        self, evaluator: Evaluator, window: int, mode: str, forgetting: float, model: str
+    ) -> None:
         module: Any = evaluator.library
         self._ffi, lib, name = module.ffi, module.lib, evaluator.model.robot.name
         self._lib = {
             f: getattr(lib, f"{name}_identifier_{f}")
-            for f in ("size", "init", "step", "restart", "run", "read", "state")
+            for f in ("step", "restart", "run", "read", "state")
         }
+        prefix = f"{name}_identifier" + ("" if model == "energy" else f"_{model}")
+        size_of, init = (getattr(lib, f"{prefix}_{f}") for f in ("size", "init"))
         self._p = len(evaluator.model.base.parameters)
         window = window if mode == "sliding" else max(1, window)
-        size = self._lib["size"](window if mode == "sliding" else 0)
+        size = size_of(window if mode == "sliding" else 0)
         self._memory = np.zeros(size // 8 + 2)
         self._state = self._ffi.from_buffer(self._memory)
         bytes_ = self._memory.nbytes
-        if size == 0 or self._lib["init"](self._state, bytes_, window, _MODES[mode], forgetting):
+        if size == 0 or init(self._state, bytes_, window, _MODES[mode], forgetting):
             raise IdentificationError("the identifier refused its settings")
 
     def step(self, arrays: Sequence[FloatArray], dt: float) -> int:
@@ -164,15 +185,17 @@ class _CCore:
 
 
 class _NumpyCore:
-    def __init__(self, evaluator: Evaluator, window: int, mode: Any, forgetting: float) -> None:
-        model = evaluator.model
-        p = len(model.base.parameters)
-        power = evaluator.friction_power if p > model.inertial else None
+    def __init__(
+        self, evaluator: Evaluator, window: int, mode: Any, forgetting: float, model: str
+    ) -> None:
+        p = len(evaluator.model.base.parameters)
+        regressor, friction = _KERNELS[model]
+        columns = energy_columns if model == "energy" else momentum_columns
+        rubs = p > evaluator.model.inertial
         self._twin = WindowIdentifier(
-            evaluator.energy_regressor,
-            power,
-            parameters=p,
-            inertial=model.inertial,
+            columns(evaluator[regressor], evaluator[friction] if rubs else None),
+            p,
+            1 if model == "energy" else evaluator.model.robot.n,
             mode=mode,
             window=0 if mode == "start" else window,
             forgetting=forgetting,

@@ -8,9 +8,10 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 from math import isfinite
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,34 +19,97 @@ from numpy.typing import ArrayLike, NDArray
 from symgen.identification.least_squares import LeastSquares
 
 Array = NDArray[np.float64]
-Kernel = Callable[[Array, Array], ArrayLike]
+Kernel = Callable[[Array, Array], Any]
+Columns = Callable[[Array, Array, Array], tuple[Array, Array]]
 Mode = Literal["start", "sliding", "consecutive"]
 
-#: Steps whose ratio exceeds this are integrated by the trapezoid; see identifier.c.
-LARGEST_RATIO = 10
+#: Samples on each side of an interval that its integral uses, as far as there are any.
+REACH = 2
+NODES = 2 * REACH + 2
+#: Where the weights would enlarge errors by more, fewer samples are used; see identifier.c.
+LARGEST_GAIN = 2.0
+_AT = np.array([0.11270166537925831, 0.5, 0.8872983346207417])
+_SHARE = np.array([5.0, 8.0, 5.0]) / 18.0
+
+
+def energy_columns(energy_regressor: Kernel, friction_power: Kernel | None) -> Columns:
+    """Return the energy model: one equation a window (Gautier and Khalil, 1988).
+
+        integral qd'tau dt = [DL(t2) - DL(t1)]' X_inertial + [integral DF dt]' X_friction
+
+    Args:
+        energy_regressor: DL(q, qd), (p_inertial,), J per unit of X; for q, qd of (N, n) it gives
+            (N, p_inertial).
+        friction_power: DF(q, qd), (p - p_inertial,), W per unit of X, and (N, ...) likewise; None
+            for a robot without friction.
+    """
+
+    def columns(q: Array, qd: Array, tau: Array) -> tuple[Array, Array]:
+        inertial = np.asarray(energy_regressor(q, qd))[..., None, :]
+        blocks = [np.zeros_like(inertial)]
+        if friction_power is not None:
+            blocks.append(np.asarray(friction_power(q, qd))[..., None, :])
+        blocks.append(np.einsum("...i,...i->...", qd, tau)[..., None, None])
+        return _padded(inertial, np.concatenate(blocks, axis=-1))
+
+    return columns
+
+
+def momentum_columns(momentum_regressor: Kernel, friction_torque: Kernel | None) -> Columns:
+    """Return the momentum model: n equations a window.
+
+        integral tau dt = {P(t2) - P(t1) - integral DL dt} X_inertial + integral F dt X_friction
+
+    Args:
+        momentum_regressor: P = dT/dqd and DL = dL/dq of (q, qd), (n, p_inertial) each; for q, qd of
+            (N, n) they are (N, n, p_inertial).
+        friction_torque: F(q, qd), (n, p - p_inertial), and (N, ...) likewise; None for a robot
+            without friction.
+    """
+
+    def columns(q: Array, qd: Array, tau: Array) -> tuple[Array, Array]:
+        momentum, slope = momentum_regressor(q, qd)
+        blocks = [-np.asarray(slope)]
+        if friction_torque is not None:
+            blocks.append(np.asarray(friction_torque(q, qd)))
+        blocks.append(tau[..., None])
+        return _padded(np.asarray(momentum), np.concatenate(blocks, axis=-1))
+
+    return columns
+
+
+def _padded(inertial: Array, rate: Array) -> tuple[Array, Array]:
+    """Return value and rate, where only the inertial columns have a value."""
+    value = np.zeros_like(rate)
+    value[..., : inertial.shape[-1]] = inertial
+    return value, rate
 
 
 class WindowIdentifier:
-    """Identification on line by the energy model (Gautier and Khalil, 1988).
+    """Identification on line: equations that are integrals over windows.
 
-    Over a window (t1, t2) the work of the motors is the change of energy plus the work of friction,
-
-        integral qd'tau dt = [DL(t2) - DL(t1)]' X_inertial + [integral DF dt]' X_friction,
-
-    one row of a recursive least squares per window that closes. Power is integrated by three-point
-    Adams-Moulton, of third order on uneven steps too.
+    For each equation of a window, [w, y] = change of value + integral of rate and w'X = y; every
+    one is a row of a recursive least squares. The integral over an interval is that of the
+    polynomial through six samples, two on each side of it, of sixth order on uneven steps too: it
+    is known two samples later.
 
     Attributes:
         least_squares: the state of the least squares; read it or merge it into another.
     """
 
+    # Integrals since the base, what rounding put into them, those of the block before (sliding),
+    # and the value where the window began (start, consecutive).
+    _sum: Array
+    _carry: Array
+    _block: Array
+    _start: Array
+
     def __init__(
         self,
-        energy_regressor: Kernel,
-        friction_power: Kernel | None,
-        *,
+        columns: Columns,
         parameters: int,
-        inertial: int,
+        equations: int = 1,
+        *,
         mode: Mode = "sliding",
         window: int = 0,
         forgetting: float = 1.0,
@@ -53,12 +117,10 @@ class WindowIdentifier:
         """Begin with no data.
 
         Args:
-            energy_regressor: DL(q, qd), (p_inertial,), J per unit of X; for q, qd of (N, n) it
-                gives (N, p_inertial).
-            friction_power: DF(q, qd), (p - p_inertial,), W per unit of X, and (N, ...) likewise;
-                None when parameters == inertial.
+            columns: of q, qd, tau, (n,) or (N, n) each, gives value and rate: (equations, p + 1)
+                or (N, equations, p + 1), the right-hand side last.
             parameters: p.
-            inertial: p_inertial.
+            equations: of a window: 1 for energy, n for momentum.
             mode: "start", every window starts at the first sample, as in the paper; "sliding",
                 every sample closes a window that began `window` samples before (residuals are
                 correlated: std comes out too small, by up to sqrt(window)); "consecutive", a
@@ -73,28 +135,25 @@ class WindowIdentifier:
             raise ValueError(f"mode is {mode!r}; accepted: {', '.join(get_args(Mode))}")
         if mode != "start" and window < 1:
             raise ValueError(f"window is {window} samples; at least 1 is needed")
-        if not 1 <= inertial <= parameters or (friction_power is None) != (inertial == parameters):
-            raise ValueError(
-                f"{inertial} inertial of {parameters} parameters; friction_power gives the others"
-            )
+        if equations < 1:
+            raise ValueError(f"equations is {equations}; at least 1 is needed")
         self.least_squares = LeastSquares(parameters, forgetting)
-        self._energy_regressor = energy_regressor
-        self._friction_power = friction_power
-        self._inertial = inertial
-        self._integrands = 1 + parameters - inertial
+        self._columns = columns
         self._mode = mode
         self._window = window
-        # Ring of DL and the running integrals, one row per sample of the window.
-        self._ring: Array = np.zeros((window if mode == "sliding" else 0, parameters + 1))
+        self._shape = (equations, parameters + 1)
+        # Ring of value + integral, one entry per sample of the window.
+        self._ring: Array = np.zeros((window if mode == "sliding" else 0, *self._shape))
         self.restart()
 
     def restart(self) -> None:
         """Forget the open windows, not what was learned: the next sample is a first one."""
-        self._samples = 0
         self._full = False
-        self._dt = 0.0
-        self._energy = self._start = np.zeros(self._inertial)
-        self._before = self._latest = self._block = np.zeros(self._integrands)
+        self._values: list[Array] = []
+        self._rates: list[Array] = []
+        self._steps: list[float] = []
+        self._block = np.zeros(self._shape)
+        self._start = self._block
         self._rebase()
 
     def step(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, dt: float) -> int:
@@ -112,47 +171,41 @@ class WindowIdentifier:
         q, qd, tau = (np.asarray(x, dtype=np.float64) for x in (q, qd, tau))
         if not all(bool(np.isfinite(x).all()) for x in (q, qd, tau)):
             return 1
-        if self._samples > 0 and not (dt > 0.0 and isfinite(dt)):
+        if self._rates and not (dt > 0.0 and isfinite(dt)):
             return 1
-        energy, values = self._columns(q, qd, tau)
-        if not (bool(np.isfinite(energy).all()) and bool(np.isfinite(values).all())):
+        value, rate = self._evaluate(q, qd, tau)
+        if not (bool(np.isfinite(value).all()) and bool(np.isfinite(rate).all())):
             return 1
-        equation = self._take(energy, values, dt)
-        if equation is not None:
-            self.least_squares.update(*equation)
+        for row in self._take(value, rate, dt):
+            self.least_squares.update(row[:-1], float(row[-1]))
         return 0
 
-    def _columns(self, q: Array, qd: Array, tau: Array) -> tuple[Array, Array]:
-        """Evaluate DL and the integrands, of one sample or of many."""
+    def _evaluate(self, q: Array, qd: Array, tau: Array) -> tuple[Array, Array]:
         with np.errstate(over="ignore", invalid="ignore"):
-            # Copied: a compiled kernel may hand out the same buffer every time.
-            energy = np.array(self._energy_regressor(q, qd), dtype=np.float64)
-            values = np.empty((*q.shape[:-1], self._integrands))
-            values[..., 0] = np.einsum("...i,...i->...", qd, tau)
-            if self._friction_power is not None:
-                values[..., 1:] = self._friction_power(q, qd)
-        return energy, values
+            return self._columns(q, qd, tau)
 
-    def _take(self, energy: Array, values: Array, dt: float) -> tuple[Array, float] | None:
-        """Integrate up to a sample; return the equation of the window it closes, if any."""
-        equation = None
-        if self._samples == 0:
-            self._start = energy
+    def _take(self, value: Array, rate: Array, dt: float) -> Array:
+        """Take a sample in; return the rows [w, y] of the window that closes, if any."""
+        if self._rates:
+            self._steps = [*self._steps, dt][1 - NODES :]
+        self._rates = [*self._rates, rate][-NODES:]
+        self._values = [*self._values, value][-REACH - 1 :]
+        count = len(self._rates)
+        if count == 1:
+            self._start = value
             if self._mode == "sliding":
-                self._ring[0, : self._inertial] = energy
-                self._ring[0, self._inertial :] = 0.0
-        elif self._samples == 1:
-            self._energy = energy
-        else:
-            points = (self._before, self._latest, values)
-            if self._samples == 2:
-                # Only now can the first interval be integrated; a window that ended with it is
-                # not used, so that no step takes in more than one row.
-                self._advance(_integrate(*points, self._dt, dt, last=False), self._energy)
-            equation = self._advance(_integrate(*points, self._dt, dt, last=True), energy)
-        self._samples = min(self._samples + 1, 3)
-        self._before, self._latest, self._dt = self._latest, values, dt
-        return equation
+                self._ring[0] = value
+        if count < REACH + 2:
+            return np.zeros((0, self._shape[1]))
+        left = count - REACH - 2
+        first, weights = _rule(tuple(self._steps), left)
+        increment = np.zeros(self._shape)
+        for weight, node in zip(weights, self._rates[first:], strict=False):
+            increment += weight * self._steps[left] * node
+        part = increment - self._carry  # Kahan's compensated sum
+        total = self._sum + part
+        self._carry, self._sum = (total - self._sum) - part, total
+        return self._advance(self._values[0])
 
     def run(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> int:
         """Restart, then step through a whole log.
@@ -169,16 +222,15 @@ class WindowIdentifier:
         self.restart()
         t, q, qd, tau = (np.asarray(x, dtype=np.float64) for x in (t, q, qd, tau))
         steps = np.diff(t, prepend=t[:1])
-        energy, values = self._columns(q, qd, tau)
+        value, rate = self._evaluate(q, qd, tau)
         good = np.isfinite(t) & np.isfinite(steps) & ((steps > 0) | (np.arange(t.size) == 0))
-        for array in (q, qd, tau, energy, values):
-            good &= np.isfinite(array).all(axis=1)
+        for array in (q, qd, tau, value, rate):
+            good &= np.isfinite(array).all(axis=tuple(range(1, array.ndim)))
         count = t.size if good.all() else int(np.argmin(good))
-        taken = (self._take(energy[k], values[k], float(steps[k])) for k in range(count))
-        equations = [equation for equation in taken if equation is not None]
-        if equations:
-            rows, right = zip(*equations, strict=True)
-            self.least_squares.extend(np.array(rows), np.array(right))
+        taken = [self._take(value[k], rate[k], float(steps[k])) for k in range(count)]
+        if taken:
+            rows = np.concatenate(taken)
+            self.least_squares.extend(rows[:, :-1], rows[:, -1])
         return 0 if count == t.size else count + 1
 
     def read(self) -> tuple[Array, Array]:
@@ -191,62 +243,64 @@ class WindowIdentifier:
         return X, std
 
     def _rebase(self) -> None:
-        self._sum = np.zeros(self._integrands)
-        self._carry = np.zeros(self._integrands)
+        self._sum = np.zeros(self._shape)
+        self._carry = np.zeros(self._shape)
         self._position = 0
 
-    def _advance(self, increment: Array, energy: Array) -> tuple[Array, float] | None:
-        """Pass one interval, which ends where DL is energy; the equation of a window it closes."""
-        part = increment - self._carry  # Kahan's compensated sum
-        total = self._sum + part
-        self._carry = (total - self._sum) - part
-        self._sum = total
+    def _advance(self, end: Array) -> Array:
+        """Pass one interval, which ends where the value is `end`; the rows of a closing window."""
+        nothing: Array = np.zeros((0, self._shape[1]))
         self._position += 1
-        if self._mode == "sliding":
-            return self._slide(energy)
-        if self._mode == "consecutive" and self._position < self._window:
-            return None
-        equation = _equation(energy - self._start, self._sum)
-        if self._mode == "consecutive":
-            self._start = energy
-            self._rebase()
-        return equation
-
-    def _slide(self, energy: Array) -> tuple[Array, float] | None:
-        """Close the window of the sample that leaves the ring; identifier.c says why in blocks."""
-        if self._position == self._window:
+        closes = self._position == self._window
+        if self._mode != "sliding":
+            rows: Array = end + self._sum - self._start
+            if self._mode == "consecutive" and closes:
+                self._start = end
+                self._rebase()
+            return rows if closes or self._mode == "start" else nothing
+        # Sliding: identifier.c says why in blocks.
+        if closes:
             self._block = self._sum
             self._rebase()
             self._full = True
-        slot = self._ring[self._position]
-        equation = None
-        if self._full:
-            integral = (self._block - slot[self._inertial :]) + self._sum
-            equation = _equation(energy - slot[: self._inertial], integral)
-        slot[: self._inertial] = energy
-        slot[self._inertial :] = self._sum
-        return equation
+        here = end + self._sum
+        rows = here - self._ring[self._position] + self._block if self._full else nothing
+        self._ring[self._position] = here
+        return rows
 
 
-def _equation(change: Array, integral: Array) -> tuple[Array, float]:
-    """Row and right-hand side of a window: change of energy, work of friction; work of motors."""
-    return np.concatenate((change, integral[1:])), float(integral[0])
-
-
-def _integrate(a: Array, b: Array, c: Array, first: float, second: float, *, last: bool) -> Array:
-    """Integrate the parabola through three samples over one of their two intervals.
-
-    Three-point Adams-Moulton: the trapezoid minus h^3/6 times the second divided difference.
+@lru_cache(maxsize=256)
+def _rule(steps: tuple[float, ...], left: int) -> tuple[int, tuple[float, ...]]:
+    """Weights of the nodes, per unit of step, for the integral over step `left`.
 
     Args:
-        a, b, c: (m,) integrands at three samples.
-        first, second: the two intervals, s.
-        last: which of the two is integrated over.
+        steps: times between the nodes, s.
+        left: the interval.
+
+    Returns:
+        the first node that is used, and the weights from it on.
     """
-    h, other = (second, first) if last else (first, second)
-    own, next_ = (c - b, b - a) if last else (b - a, c - b)
-    trapezoid = h * ((b + c) if last else (a + b)) / 2.0
-    if h > LARGEST_RATIO * other:
-        return trapezoid
-    bend = own - (h / other) * next_ if last else (h / other) * next_ - own
-    return trapezoid - h * (h / (first + second)) / 6.0 * bend
+    x = [0.0, 1.0]
+    for step in reversed(steps[:left]):
+        x.insert(0, x[0] - step / steps[left])
+    for step in steps[left + 1 :]:
+        x.append(x[-1] + step / steps[left])
+    for reach in range(REACH, 0, -1):
+        first = max(0, left - reach)
+        weights = _weights(x[first : left + 2 + reach])
+        if float(np.abs(weights).sum()) <= LARGEST_GAIN:
+            return first, tuple(weights.tolist())
+    return left, (0.5, 0.5)
+
+
+def _weights(x: Sequence[float]) -> Array:
+    """Integrate Lagrange's polynomials on the nodes x over (0, 1), by Gauss and Legendre."""
+    out = np.empty(len(x))
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        for i, own in enumerate(x):
+            above, below = _SHARE.copy(), np.float64(1.0)
+            for other in (*x[:i], *x[i + 1 :]):
+                above *= _AT - other
+                below *= own - other
+            out[i] = (above[0] + above[1] + above[2]) / below
+    return out

@@ -215,12 +215,12 @@ def _solved(
     drawn = _convergence(train, system.names)
     if method != "recursive":
         return solve(system, method), drawn
-    if recipe.model != "energy":
-        raise IdentificationError("method recursive works on the energy model alone")
+    if recipe.model == "torque":
+        raise IdentificationError("method recursive works on the models of energy and momentum")
     steps = {max(1, round(recipe.window / p.samples.step)) for p in train}
     if len(steps) > 1:
         raise IdentificationError("method recursive needs logs of one sampling rate")
-    identifier = Identifier(evaluator, steps.pop())
+    identifier = Identifier(evaluator, steps.pop(), model=recipe.model)
     for part in train:
         s = part.samples
         identifier.run(s.t, s.q, s.qd, s.tau)

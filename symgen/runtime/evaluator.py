@@ -178,6 +178,8 @@ def _compiled(model: Model, compiler: Compiler) -> Evaluator:
     declarations = "".join(_declaration(name, k) for k in model.kernels)
     if f"{name}_identifier.h" in sources:
         declarations += _IDENTIFIER.replace("NAME", name)
+    if f"{name}_identifier_momentum.h" in sources:
+        declarations += _IDENTIFIER_MOMENTUM.replace("NAME", name)
     module = build_module(sources, declarations, compiler)
     return Evaluator(model, [_CKernel(k, name, module) for k in model.kernels], module)
 
@@ -202,13 +204,18 @@ int NAME_identifier_run(void *state, size_t N, const double *t, const double *q,
                         const double *tau);
 int NAME_identifier_read(const void *state, double *X, double *std);
 typedef struct NAME_least_squares {
-    double R[...]; double z[...]; double forgetting; double root; double rss; double count; ...;
+    double R[...]; double z[...]; double forgetting; double rss; double count; ...;
 } NAME_least_squares;
 const NAME_least_squares *NAME_identifier_state(const void *state);
 int NAME_least_squares_init(NAME_least_squares *s, double forgetting);
 int NAME_least_squares_update(NAME_least_squares *s, const double *row, double y);
 void NAME_least_squares_merge(NAME_least_squares *s, const NAME_least_squares *other);
 int NAME_least_squares_solve(const NAME_least_squares *s, double *X, double *std, double *rss);
+"""
+_IDENTIFIER_MOMENTUM = """
+size_t NAME_identifier_momentum_size(size_t window);
+int NAME_identifier_momentum_init(void *state, size_t bytes, size_t window, int mode,
+                                  double forgetting);
 """
 
 

@@ -20,7 +20,7 @@ SMALL = ("rich", "float")
 def listed(package: Path) -> dict[str, str]:
     """The rules that the README lists as deviated from, and where."""
     table = (package / "README.md").read_text().split("## MISRA C:2012")[1]
-    return dict(re.findall(r"^\| (\d+\.\d+) \| (\w+) \| \S.+ \|$", table, re.MULTILINE))
+    return dict(re.findall(r"^\| (\d+\.\d+) \| ([\w ]+) \| \S.+ \|$", table, re.MULTILINE))
 
 
 def cppcheck(package: Path, *options: str) -> str:
@@ -44,13 +44,16 @@ def test_a_package_deviates_from_the_rules_it_lists_and_from_no_other(complete) 
     found = cppcheck(package)
     lines = [line for line in found.splitlines() if not line.startswith("misra-c2012-")]
     assert lines == []
-    runtime = (f"{package.name}_identifier.", f"{package.name}_least_squares.")
+    runtime = (f"{package.name}_identifier", f"{package.name}_least_squares")
     seen: dict[str, set[str]] = {}
     for rule, file in re.findall(r"^misra-c2012-(\S+) (\S+):\d+", found, re.MULTILINE):
         part = "identifier" if Path(file).name.startswith(runtime) else "kernels"
         seen.setdefault(rule, set()).add("headers" if file.endswith(".h") else part)
     # "all" stands for sources of both kinds; a rule that is listed and kept is a false statement.
-    told = {rule: {"kernels", "identifier"} if w == "all" else {w} for rule, w in rules.items()}
+    told = {
+        rule: {"kernels", "identifier"} if where == "all" else set(where.split(" and "))
+        for rule, where in rules.items()
+    }
     assert seen == told
 
 

@@ -42,9 +42,10 @@ def test_demo_runs(tmp_path, compiler: str) -> None:
     if said:
         assert "symgen[cc]" in said[0]
     # Noise-free data return X.
-    exact = re.search(r"returned to (\S+) \(spline", out)
+    exact = re.search(r"returned to (\S+) \(spline.* and (\S+) \(on line\)", out)
     assert exact is not None
     assert float(exact.group(1)) < 1e-4
+    assert float(exact.group(2)) < 1e-5
 
 
 def test_closed_form_is_that_of_the_paper() -> None:

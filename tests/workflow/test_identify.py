@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from support import data_folder
 
 import symgen
 from symgen.identification.batch import solve
-from symgen.identification.system import LinearSystem, energy_equations
+from symgen.identification.system import LinearSystem, energy_equations, momentum_equations
 from symgen.report import estimate_page
 
 X = np.array([1.702, 0.05644, 0.15, 0.075])
@@ -52,17 +53,75 @@ def test_recursive_and_batch_agree_to_1e_10_on_the_same_equations() -> None:
     identifier = symgen.Identifier(evaluator, window=40)
     noisy = samples.tau + 0.05 * np.random.default_rng(1).normal(size=samples.tau.shape)
     identifier.run(samples.t, samples.q, samples.qd, noisy)
-    # The same rows by plain NumPy: h differences, and Adams-Moulton sums of the power.
-    h = evaluator.energy_regressor(samples.q, samples.qd)
+    # The same rows by plain NumPy: h differences, and the power by Lagrange's polynomials, with
+    # weights from tables; the last two samples end no window.
+    h = evaluator.energy_regressor(samples.q, samples.qd)[:-2]
     f = np.sum(samples.qd * noisy, axis=1)
-    steps = np.diff(samples.t)
-    part = np.empty(len(f) - 1)
-    part[0] = steps[0] * (5 * f[0] + 8 * f[1] - f[2]) / 12
-    part[1:] = steps[1:] * (5 * f[2:] + 8 * f[1:-1] - f[:-2]) / 12
-    work = np.concatenate([[0.0], np.cumsum(part)])
+    part = np.empty(len(f) - 3)
+    part[0] = np.dot([9, 19, -5, 1], f[:4]) / 24
+    part[1] = np.dot([-19, 346, 456, -74, 11], f[:5]) / 720
+    part[2:] = np.convolve(f, [11, -93, 802, 802, -93, 11], "valid") / 1440
+    work = np.concatenate([[0.0], np.cumsum(0.005 * part)])
     W, y = h[40:] - h[:-40], work[40:] - work[:-40]
     expected = np.linalg.lstsq(W, y, rcond=None)[0]
     assert np.abs(identifier.read()[0] / expected - 1).max() < 1e-10
+
+
+RUBBING = """
+[robot]
+name = "rubbing"
+gravity = [0.0, -9.81, 0.0]
+[[joint]]
+[[joint]]
+d = 0.5
+friction = ["viscous", "offset"]
+"""
+
+
+@pytest.mark.parametrize("backend", ["c", "casadi"])
+def test_momentum_on_line_agrees_with_the_batch(tmp_path, backend: str) -> None:
+    # The same windows; the batch integrates splines. With noise, the two rules differ at the ends
+    # of the windows, by little beside the noise itself.
+    (tmp_path / "rubbing.toml").write_text(RUBBING)
+    model = symgen.derive(symgen.read_robot(tmp_path / "rubbing.toml"), "all")
+    evaluator = symgen.load(model, backend=backend)
+    draw = np.random.default_rng(3)
+    true = draw.uniform(0.1, 1.0, len(model.base.parameters))
+    motion = symgen.prepare(_motion(0.01, 20.0))
+    w, phase = np.array([1.1, 1.7]), np.array([0.2, 0.9])
+    qdd = -(w**2) * np.sin(motion.t[:, None] * w + phase)
+    torque = evaluator["torque_regressor"](motion.q, motion.qd, qdd)
+    for noise, tolerance in ((0.0, 1e-7), (0.01, 0.05)):
+        tau = torque @ true + noise * draw.normal(size=motion.q.shape)
+        samples = replace(motion, tau=tau)
+        equations = momentum_equations(evaluator, samples, 0.1)
+        last = motion.t <= motion.t[-3]
+        kept = tuple(e.where(np.isin(e.t, motion.t[last]), e.name) for e in equations)
+        batch = solve(LinearSystem(model.base.names, kept), "ols")
+        identifier = symgen.Identifier(evaluator, window=10, model="momentum")
+        identifier.run(samples.t, samples.q, samples.qd, samples.tau)
+        found, _ = identifier.read()
+        spread = np.sqrt(np.diag(batch.covariance)) if noise else np.abs(batch.X)
+        assert np.abs((found - batch.X) / spread).max() < tolerance
+        assert np.abs(found / true - 1).max() < (0.05 if noise else 1e-6)
+
+
+def test_momentum_on_line_from_a_log() -> None:
+    log = _motion(0.002, 8.0)
+    settings = {"model": "momentum", "window": 0.1}
+    batch = symgen.identify("planar2r", log, method="ols", **settings).X
+    recursive = symgen.identify("planar2r", log, method="recursive", **settings).X
+    assert np.abs(recursive / batch - 1).max() < 1e-6
+
+
+def test_what_an_identifier_cannot_do_is_said() -> None:
+    evaluator = symgen.load("planar2r")
+    with pytest.raises(symgen.IdentificationError, match="accepted: energy, momentum"):
+        symgen.Identifier(evaluator, model="torque")
+    with pytest.raises(symgen.IdentificationError, match="needs the kernel momentum_regressor"):
+        symgen.Identifier(evaluator, model="momentum")
+    with pytest.raises(symgen.IdentificationError, match="energy and momentum"):
+        symgen.identify("planar2r", _motion(0.01, 8.0), model="torque", method="recursive")
 
 
 def test_trapezoidal_power_would_bias_a_coarse_log() -> None:
