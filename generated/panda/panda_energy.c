@@ -2,63 +2,74 @@
  * 198 mul, 102 add, 6 sincos for one sample.
  */
 #include "panda.h"
-
-#include <math.h>
+#include "panda_math.h"
 
 void panda_energy(const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     const double gz = 9.81;
-    const double C2 = cos(q[1]);
-    const double S2 = sin(q[1]);
-    const double C3 = cos(q[2]);
-    const double S3 = sin(q[2]);
-    const double C4 = cos(q[3]);
-    const double S4 = sin(q[3]);
-    const double C5 = cos(q[4]);
-    const double S5 = sin(q[4]);
-    const double C6 = cos(q[5]);
-    const double S6 = sin(q[5]);
-    const double C7 = cos(q[6]);
-    const double S7 = sin(q[6]);
+    const panda_angles4 q_1 = panda_sincos4(q + 1);
+    const panda_angles2 q_5 = panda_sincos2(q + 5);
+    const double C2 = q_1.c[0];
+    const double S2 = q_1.s[0];
+    const double C3 = q_1.c[1];
+    const double S3 = q_1.s[1];
+    const double C4 = q_1.c[2];
+    const double S4 = q_1.s[2];
+    const double C5 = q_1.c[3];
+    const double S5 = q_1.s[3];
+    const double C6 = q_5.c[0];
+    const double S6 = q_5.s[0];
+    const double C7 = q_5.c[1];
+    const double S7 = q_5.s[1];
     const double W1e2 = -qd[0] * S2;
+    const double G1e2 = gz * S2;
     const double W2e2 = -qd[0] * C2;
+    const double G2e2 = gz * C2;
     const double W1e3 = qd[1] * S3 + C3 * W1e2;
     const double W2e3 = qd[1] * C3 - S3 * W1e2;
+    const double G1e3 = C3 * G1e2;
+    const double G2e3 = -S3 * G1e2;
     const double W33 = qd[2] - W2e2;
     const double V1r3 = panda_geometry_R3 * W2e3;
     const double V2r3 = -panda_geometry_R3 * W1e3;
     const double V2d4 = -panda_geometry_D4 * W2e3;
     const double V3d4 = -panda_geometry_D4 * W33 - V2r3;
+    const double DMX3 = W33 * V2r3;
     const double W1e4 = C4 * W1e3 + S4 * W33;
     const double W2e4 = C4 * W33 - S4 * W1e3;
     const double V1e4 = C4 * V1r3 + S4 * V2d4;
     const double V2e4 = C4 * V2d4 - S4 * V1r3;
+    const double DMY3 = -W33 * V1r3;
     const double W34 = qd[3] - W2e3;
     const double V2d5 = -panda_geometry_D4 * W2e4 - V3d4;
     const double V3d5 = V2e4 - panda_geometry_D4 * W34;
+    const double DMX4 = V2e4 * W34 - V3d4 * W2e4;
+    const double DMY4 = V3d4 * W1e4 - V1e4 * W34;
     const double W1e5 = C5 * W1e4 - S5 * W34;
     const double W2e5 = -C5 * W34 - S5 * W1e4;
     const double V1e5 = C5 * V1e4 + S5 * V2d5;
     const double V2e5 = C5 * V2d5 - S5 * V1e4;
-    const double W35 = qd[4] + W2e4;
     const double V1r5 = panda_geometry_R5 * W2e5 + V1e5;
     const double V2r5 = V2e5 - panda_geometry_R5 * W1e5;
+    const double W35 = qd[4] + W2e4;
     const double W1e6 = C6 * W1e5 + S6 * W35;
     const double W2e6 = C6 * W35 - S6 * W1e5;
     const double V1e6 = C6 * V1r5 + S6 * V3d5;
     const double V2e6 = C6 * V3d5 - S6 * V1r5;
+    const double DMY5 = V3d5 * W1e5 - W35 * V1r5;
+    const double DMX5 = W35 * V2r5 - V3d5 * W2e5;
     const double W36 = qd[5] - W2e5;
     const double V2d7 = -panda_geometry_D7 * W2e6 - V2r5;
     const double V3d7 = -panda_geometry_D7 * W36 - V2e6;
+    const double DMX6 = V2r5 * W2e6 + V2e6 * W36;
+    const double DMY6 = -V2r5 * W1e6 - V1e6 * W36;
     const double W1e7 = C7 * W1e6 + S7 * W36;
     const double W2e7 = C7 * W36 - S7 * W1e6;
     const double V1e7 = C7 * V1e6 + S7 * V2d7;
     const double V2e7 = C7 * V2d7 - S7 * V1e6;
     const double W37 = qd[6] - W2e6;
-    const double G1e2 = gz * S2;
-    const double G2e2 = gz * C2;
-    const double G1e3 = C3 * G1e2;
-    const double G2e3 = -S3 * G1e2;
+    const double DMX7 = V2e7 * W37 - V3d7 * W2e7;
+    const double DMY7 = V3d7 * W1e7 - V1e7 * W37;
     const double G1e4 = C4 * G1e3 - S4 * G2e2;
     const double G2e4 = -C4 * G2e2 - S4 * G1e3;
     const double G1e5 = C5 * G1e4 + S5 * G2e3;
@@ -67,6 +78,8 @@ void panda_energy(const double *q, const double *qd, const double *X, double *T_
     const double G2e6 = C6 * G2e4 - S6 * G1e5;
     const double G1e7 = C7 * G1e6 - S7 * G2e5;
     const double G2e7 = -C7 * G2e5 - S7 * G1e6;
+    const double Usum = -X[6] * G1e2 - X[7] * G2e2 - X[13] * G1e3 - X[14] * G2e3 - X[21] * G1e4 - X[22] * G2e4 - X[29] * G1e5 - X[30] * G2e5 - X[37] * G1e6 - X[38] * G2e6 - X[45] * G1e7 - X[46] * G2e7;
+    U_out[0] = Usum;
     const double Hqd1 = 0.5 * qd[0];
     const double DZZ1 = qd[0] * Hqd1;
     const double HW1e2 = 0.5 * W1e2;
@@ -83,8 +96,6 @@ void panda_energy(const double *q, const double *qd, const double *X, double *T_
     const double DYZ3 = W2e3 * W33;
     const double HW33 = 0.5 * W33;
     const double DZZ3 = W33 * HW33;
-    const double DMX3 = W33 * V2r3;
-    const double DMY3 = -W33 * V1r3;
     const double Hqd3 = 0.5 * qd[2];
     const double DIA3 = qd[2] * Hqd3;
     const double HW1e4 = 0.5 * W1e4;
@@ -94,8 +105,6 @@ void panda_energy(const double *q, const double *qd, const double *X, double *T_
     const double DYZ4 = W2e4 * W34;
     const double HW34 = 0.5 * W34;
     const double DZZ4 = W34 * HW34;
-    const double DMX4 = V2e4 * W34 - V3d4 * W2e4;
-    const double DMY4 = V3d4 * W1e4 - V1e4 * W34;
     const double Hqd4 = 0.5 * qd[3];
     const double DIA4 = qd[3] * Hqd4;
     const double HW1e5 = 0.5 * W1e5;
@@ -105,8 +114,6 @@ void panda_energy(const double *q, const double *qd, const double *X, double *T_
     const double DYZ5 = W2e5 * W35;
     const double HW35 = 0.5 * W35;
     const double DZZ5 = W35 * HW35;
-    const double DMX5 = W35 * V2r5 - V3d5 * W2e5;
-    const double DMY5 = V3d5 * W1e5 - W35 * V1r5;
     const double Hqd5 = 0.5 * qd[4];
     const double DIA5 = qd[4] * Hqd5;
     const double HW1e6 = 0.5 * W1e6;
@@ -116,8 +123,6 @@ void panda_energy(const double *q, const double *qd, const double *X, double *T_
     const double DYZ6 = W2e6 * W36;
     const double HW36 = 0.5 * W36;
     const double DZZ6 = W36 * HW36;
-    const double DMX6 = V2r5 * W2e6 + V2e6 * W36;
-    const double DMY6 = -V2r5 * W1e6 - V1e6 * W36;
     const double Hqd6 = 0.5 * qd[5];
     const double DIA6 = qd[5] * Hqd6;
     const double HW1e7 = 0.5 * W1e7;
@@ -127,14 +132,10 @@ void panda_energy(const double *q, const double *qd, const double *X, double *T_
     const double DYZ7 = W2e7 * W37;
     const double HW37 = 0.5 * W37;
     const double DZZ7 = W37 * HW37;
-    const double DMX7 = V2e7 * W37 - V3d7 * W2e7;
-    const double DMY7 = V3d7 * W1e7 - V1e7 * W37;
     const double Hqd7 = 0.5 * qd[6];
     const double DIA7 = qd[6] * Hqd7;
     const double Tsum = X[0] * DZZ1 + X[1] * DXX2 + X[2] * DXY2 + X[3] * DXZ2 + X[4] * DYZ2 + X[5] * DZZ2 + X[8] * DXX3 + X[9] * DXY3 + X[10] * DXZ3 + X[11] * DYZ3 + X[12] * DZZ3 + X[13] * DMX3 + X[14] * DMY3 + X[15] * DIA3 + X[16] * DXX4 + X[17] * DXY4 + X[18] * DXZ4 + X[19] * DYZ4 + X[20] * DZZ4 + X[21] * DMX4 + X[22] * DMY4 + X[23] * DIA4 + X[24] * DXX5 + X[25] * DXY5 + X[26] * DXZ5 + X[27] * DYZ5 + X[28] * DZZ5 + X[29] * DMX5 + X[30] * DMY5 + X[31] * DIA5 + X[32] * DXX6 + X[33] * DXY6 + X[34] * DXZ6 + X[35] * DYZ6 + X[36] * DZZ6 + X[37] * DMX6 + X[38] * DMY6 + X[39] * DIA6 + X[40] * DXX7 + X[41] * DXY7 + X[42] * DXZ7 + X[43] * DYZ7 + X[44] * DZZ7 + X[45] * DMX7 + X[46] * DMY7 + X[47] * DIA7;
-    const double Usum = -X[6] * G1e2 - X[7] * G2e2 - X[13] * G1e3 - X[14] * G2e3 - X[21] * G1e4 - X[22] * G2e4 - X[29] * G1e5 - X[30] * G2e5 - X[37] * G1e6 - X[38] * G2e6 - X[45] * G1e7 - X[46] * G2e7;
     T_out[0] = Tsum;
-    U_out[0] = Usum;
 }
 
 void panda_energy_batch(size_t N, const double *q, const double *qd, const double *X, double *T_out, double *U_out)

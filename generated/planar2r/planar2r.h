@@ -4,7 +4,8 @@
  * Joint variables in file order: q1, q2.
  * Units: rad, m, s, kg, N; tau in N m for a revolute joint, N for a prismatic one.
  * All functions are re-entrant, allocate nothing and do a fixed number of operations.
- * Arrays are row-major; the _batch forms take N samples and a leading sample axis on every array.
+ * Arrays are row-major; outputs may not overlap inputs.
+ * The _batch forms take N samples and a leading sample axis on every array.
  */
 #ifndef planar2r_MODEL_H
 #define planar2r_MODEL_H

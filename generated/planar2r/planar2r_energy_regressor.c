@@ -2,27 +2,27 @@
  * 9 mul, 1 add, 1 sincos for one sample.
  */
 #include "planar2r.h"
-
-#include <math.h>
+#include "planar2r_math.h"
 
 void planar2r_energy_regressor(const double *q, const double *qd, double *out)
 {
-    const double C2 = cos(q[1]);
-    const double S2 = sin(q[1]);
+    const planar2r_angles1 q_1 = planar2r_sincos1(q + 1);
+    const double C2 = q_1.c[0];
+    const double S2 = q_1.s[0];
     const double V2d2 = qd[0] * planar2r_geometry_L1;
     const double V1e2 = S2 * V2d2;
     const double V2e2 = C2 * V2d2;
     const double W32 = qd[0] + qd[1];
+    const double DMX2 = V2e2 * W32;
+    out[2] = DMX2;
+    const double DMY2 = -V1e2 * W32;
+    out[3] = DMY2;
     const double Hqd1 = 0.5 * qd[0];
     const double DZZ1 = qd[0] * Hqd1;
+    out[0] = DZZ1;
     const double HW32 = 0.5 * W32;
     const double DZZ2 = W32 * HW32;
-    const double DMX2 = V2e2 * W32;
-    const double DMY2 = -V1e2 * W32;
-    out[0] = DZZ1;
     out[1] = DZZ2;
-    out[2] = DMX2;
-    out[3] = DMY2;
 }
 
 void planar2r_energy_regressor_batch(size_t N, const double *q, const double *qd, double *out)

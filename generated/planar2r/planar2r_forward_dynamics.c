@@ -2,13 +2,13 @@
  * 23 mul, 13 add, 2 div, 1 sincos for one sample.
  */
 #include "planar2r.h"
-
-#include <math.h>
+#include "planar2r_math.h"
 
 int planar2r_forward_dynamics(const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
-    const double C2 = cos(q[1]);
-    const double S2 = sin(q[1]);
+    const planar2r_angles1 q_1 = planar2r_sincos1(q + 1);
+    const double C2 = q_1.c[0];
+    const double S2 = q_1.s[0];
     const double m2_1e2 = X[2] * C2 - X[3] * S2;
     const double xd2_2 = 2.0 * planar2r_geometry_L1 * m2_1e2;
     const double J33d2_2 = X[1] + xd2_2;
@@ -18,11 +18,11 @@ int planar2r_forward_dynamics(const double *q, const double *qd, const double *t
     const double Z1d2 = -planar2r_geometry_L1 * ZP33d2;
     const double Z1e2 = C2 * Z1d2;
     const double Z2e2 = -S2 * Z1d2;
+    const double N2_3 = X[2] * Z2e2 - X[3] * Z1e2;
     const double W32 = qd[0] + qd[1];
     const double P332 = W32 * W32;
     const double F2_1 = -X[2] * P332;
     const double F2_2 = -X[3] * P332;
-    const double N2_3 = X[2] * Z2e2 - X[3] * Z1e2;
     const double Fb2e2 = C2 * F2_2 + S2 * F2_1;
     const double Nb3d2 = planar2r_geometry_L1 * Fb2e2 + N2_3;
     const double b1 = tau[0] - Nb3d2;
@@ -33,8 +33,8 @@ int planar2r_forward_dynamics(const double *q, const double *qd, const double *t
     const double d1 = 1.0 / m2_1_1;
     const double y2_1 = b1 - b2 * l2_1;
     const double o1 = d1 * y2_1;
-    const double o2 = b2 * d2 - l2_1 * o1;
     qdd[0] = o1;
+    const double o2 = b2 * d2 - l2_1 * o1;
     qdd[1] = o2;
     return m2_1_1 > 0.0 && X[1] > 0.0 ? 0 : 1;
 }

@@ -5,7 +5,14 @@
  *     integral qd'tau dt = [DL(t2) - DL(t1)]' X_inertial + [integral DF dt]' X_friction
  *
  * with DL from planar2r_energy_regressor and DF from planar2r_friction_power. No acceleration is needed.
- * Every window that closes is one row of a recursive least squares (planar2r_least_squares.h).
+ * Every window that closes is one row of a recursive least squares (planar2r_least_squares.h). Where
+ * planar2r_identifier_momentum.h is in the package, it begins a state with n equations a window.
+ *
+ * Integrals are those of the polynomial of fifth degree through the six samples around each step
+ * (of lower degree in the first two), for uneven steps too: of sixth order where the integrand is
+ * smooth. At a reversal, where the Coulomb column |qd| has a kink, they are of second order, as
+ * those of any such rule. Samples on both sides are needed: a window closes
+ * planar2r_IDENTIFIER_DELAY samples after its last, and the last ones of a log end no window.
  *
  * One thread at a time per state; states are independent. The caller owns the memory, aligned as
  * malloc aligns it or as a double is. Do not compile with -ffast-math.
@@ -43,31 +50,45 @@ enum {
     planar2r_WINDOW_CONSECUTIVE = 2
 };
 
-/* What is integrated: the power qd'tau, then the columns of the friction power. */
-enum { planar2r_INTEGRANDS = 1 + planar2r_PARAMETERS - planar2r_INERTIAL };
+enum {
+    /* Samples that an interval waits for, after its end. */
+    planar2r_IDENTIFIER_DELAY = 2,
+    planar2r_IDENTIFIER_NODES = (2 * planar2r_IDENTIFIER_DELAY) + 2,
+    /* Arrays behind the head, the ring apart. */
+    planar2r_IDENTIFIER_ARRAYS = planar2r_IDENTIFIER_NODES + planar2r_IDENTIFIER_DELAY + 1 + 4
+};
 
-/* The head of the memory, public only to give its size to the compiler. In mode sliding the ring
- * follows it: for each of the last `window` samples DL and the running integrals. */
+/* What a model is to the identifier. For each equation of a window,
+ *
+ *     [w, y] = change of value over the window + integral of rate,    w'X = y.
+ *
+ * At a sample this writes value and rate, each in three blocks: `equations` times the inertial
+ * columns, then as often the friction columns, then the right-hand sides. Both are 0 at first: what
+ * is always 0 need not be written. */
+typedef void planar2r_identifier_columns(const planar2r_real *q, const planar2r_real *qd, const planar2r_real *tau,
+                                     planar2r_real *value, planar2r_real *rate);
+
+/* The head of the memory, public only to give its size to the compiler. Behind it arrays of `width`
+ * values, in mode sliding one for each of the last `window` samples among them. */
 typedef struct planar2r_identifier {
     planar2r_least_squares least_squares;
-    planar2r_real start[planar2r_INERTIAL];     /* DL where the window began (start, consecutive) */
-    planar2r_real energy[planar2r_INERTIAL];    /* DL at the second sample */
-    planar2r_real before[planar2r_INTEGRANDS];  /* integrands one sample before the latest */
-    planar2r_real latest[planar2r_INTEGRANDS];  /* integrands at the latest sample */
-    planar2r_real sum[planar2r_INTEGRANDS];     /* integrals since the base */
-    planar2r_real carry[planar2r_INTEGRANDS];   /* what rounding lost from them (Kahan) */
-    planar2r_real block[planar2r_INTEGRANDS];   /* integrals of the block before the base (sliding) */
-    planar2r_real dt;                       /* the latest step */
+    planar2r_identifier_columns *columns;
+    size_t width;    /* equations (planar2r_PARAMETERS + 1) */
     size_t window;
-    size_t position;                    /* intervals since the base */
+    size_t position; /* intervals since the base */
+    planar2r_real steps[planar2r_IDENTIFIER_NODES - 1]; /* between the latest samples, the newest last */
+    int equations;   /* a window */
     int mode;
-    int samples;                        /* 0, 1, 2, then 3 for more */
-    int full;                           /* nonzero: the ring holds a whole window */
+    int next;        /* where the next sample goes, cyclic */
+    int samples;     /* how many of the latest there are, up to planar2r_IDENTIFIER_NODES */
+    int full;        /* nonzero: the ring holds a whole window */
 } planar2r_identifier;
 
 /* Bytes of memory for a window of so many samples, as a constant expression. */
-#define planar2r_IDENTIFIER_BYTES(window) \
-    (sizeof(planar2r_identifier) + (size_t)(window) * (planar2r_PARAMETERS + 1) * sizeof(planar2r_real))
+#define planar2r_IDENTIFIER_BYTES(window) planar2r_IDENTIFIER_BYTES_OF(1, window)
+#define planar2r_IDENTIFIER_BYTES_OF(equations, window)                            \
+    (sizeof(planar2r_identifier) + ((size_t)planar2r_IDENTIFIER_ARRAYS + (window)) *   \
+                                   (size_t)(equations) * (planar2r_PARAMETERS + 1) * sizeof(planar2r_real))
 
 /* The same as a function; 0 when it exceeds a size_t. Only mode sliding needs memory for its
  * window: 0 is enough for the two others. */
@@ -84,11 +105,19 @@ size_t planar2r_identifier_size(size_t window);
 int planar2r_identifier_init(void *state, size_t bytes, size_t window, int mode,
                          planar2r_real forgetting);
 
+/* The same for another model that is linear in X and has equations of this kind, from 1 to
+ * planar2r_JOINTS of them a window; all take the same weight, and forgetting is per equation. */
+size_t planar2r_identifier_size_of(int equations, size_t window);
+int planar2r_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
+                            planar2r_real forgetting, int equations, planar2r_identifier_columns *columns);
+
 /* Take the next sample: q, qd, tau of planar2r_JOINTS values each, in rad or m, per s, N m or N; dt > 0
- * in s, the time since the sample before (ignored for the first sample). Returns 0; nonzero (and
- * the state untouched) when a number is not finite or dt not positive. The first row comes with the
- * third sample at the earliest. A step more than ten times as long as the one before it (the very
- * first: as the one after it) is integrated by the trapezoid: no parabola reaches so far.
+ * in s, the time since the sample before (ignored for the first sample). Returns 0; nonzero, and
+ * the sample is as if it had never been, when a number is not finite or dt not positive.
+ *
+ * At most one window closes, the first with the fourth sample at the earliest; the work is bounded,
+ * whatever the window. Beside a step much longer than its neighbours (from about three times on)
+ * fewer samples are used, down to the trapezoid: no polynomial reaches so far.
  */
 int planar2r_identifier_step(void *state, const planar2r_real *q, const planar2r_real *qd,
                          const planar2r_real *tau, planar2r_real dt);

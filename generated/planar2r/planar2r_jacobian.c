@@ -2,18 +2,11 @@
  * 2 mul, 1 sincos for one sample.
  */
 #include "planar2r.h"
-
-#include <math.h>
+#include "planar2r_math.h"
 
 void planar2r_jacobian(const double *q, double *J_out)
 {
-    const double C1 = cos(q[0]);
-    const double S1 = sin(q[0]);
-    const double pd2_1 = planar2r_geometry_L1 * C1;
-    const double pd2_2 = planar2r_geometry_L1 * S1;
-    J_out[0] = -pd2_2;
     J_out[1] = 0.0;
-    J_out[2] = pd2_1;
     J_out[3] = 0.0;
     J_out[4] = 0.0;
     J_out[5] = 0.0;
@@ -23,6 +16,13 @@ void planar2r_jacobian(const double *q, double *J_out)
     J_out[9] = 0.0;
     J_out[10] = 1.0;
     J_out[11] = 1.0;
+    const planar2r_angles1 q_0 = planar2r_sincos1(q);
+    const double C1 = q_0.c[0];
+    const double pd2_1 = planar2r_geometry_L1 * C1;
+    J_out[2] = pd2_1;
+    const double S1 = q_0.s[0];
+    const double pd2_2 = planar2r_geometry_L1 * S1;
+    J_out[0] = -pd2_2;
 }
 
 void planar2r_jacobian_batch(size_t N, const double *q, double *J_out)

@@ -2,33 +2,33 @@
  * 14 mul, 8 add, 1 sincos for one sample.
  */
 #include "planar2r.h"
-
-#include <math.h>
+#include "planar2r_math.h"
 
 void planar2r_torque_regressor(const double *q, const double *qd, const double *qdd, double *out)
 {
-    const double C2 = cos(q[1]);
-    const double S2 = sin(q[1]);
+    out[4] = 0.0;
+    out[0] = qdd[0];
+    const planar2r_angles1 q_1 = planar2r_sincos1(q + 1);
+    const double C2 = q_1.c[0];
+    const double S2 = q_1.s[0];
     const double L1_1e2 = planar2r_geometry_L1 * S2;
     const double L1_2e2 = planar2r_geometry_L1 * C2;
     const double W32 = qd[0] + qd[1];
-    const double Z2d2 = qdd[0] * planar2r_geometry_L1;
+    const double P332 = W32 * W32;
     const double ZP33d2 = qd[0] * qd[0];
     const double Z1d2 = -planar2r_geometry_L1 * ZP33d2;
+    const double Z2d2 = qdd[0] * planar2r_geometry_L1;
     const double Z1e2 = C2 * Z1d2 + S2 * Z2d2;
-    const double Z2e2 = C2 * Z2d2 - S2 * Z1d2;
-    const double X32 = qdd[0] + qdd[1];
-    const double P332 = W32 * W32;
-    const double TMX2_1 = L1_2e2 * X32 + Z2e2 - L1_1e2 * P332;
-    const double TMY2_1 = -L1_1e2 * X32 - L1_2e2 * P332 - Z1e2;
-    out[0] = qdd[0];
-    out[1] = X32;
-    out[2] = TMX2_1;
-    out[3] = TMY2_1;
-    out[4] = 0.0;
-    out[5] = X32;
-    out[6] = Z2e2;
     out[7] = -Z1e2;
+    const double Z2e2 = C2 * Z2d2 - S2 * Z1d2;
+    out[6] = Z2e2;
+    const double X32 = qdd[0] + qdd[1];
+    out[1] = X32;
+    out[5] = X32;
+    const double TMX2_1 = L1_2e2 * X32 + Z2e2 - L1_1e2 * P332;
+    out[2] = TMX2_1;
+    const double TMY2_1 = -L1_1e2 * X32 - L1_2e2 * P332 - Z1e2;
+    out[3] = TMY2_1;
 }
 
 void planar2r_torque_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out)

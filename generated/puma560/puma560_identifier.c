@@ -5,12 +5,31 @@
 #include <stdint.h>
 #include <string.h>
 
-/* Ring entry: DL (puma560_INERTIAL values), then the running integrals (puma560_INTEGRANDS values). */
-#define SLOT (puma560_PARAMETERS + 1)
+#define FRICTION (puma560_PARAMETERS - puma560_INERTIAL)
 
-/* Of two neighbouring steps the one may be so many times the other. Beyond it the parabola
- * extrapolates far from its points, and noise in them would grow with the square of the ratio. */
-#define LARGEST_RATIO 10
+/* An interval is integrated by the polynomial through its two ends and so many samples on each
+ * side, as far as there are any. */
+#define REACH puma560_IDENTIFIER_DELAY
+#define NODES puma560_IDENTIFIER_NODES
+/* Values of the samples that may still end an interval. */
+#define VALUES (puma560_IDENTIFIER_DELAY + 1)
+
+/* By so much the rule may enlarge errors of the samples: the sum of the sizes of its weights over
+ * the step. Six points at even steps have 1.26. Beside an interval much longer than its neighbours
+ * the polynomial extrapolates far from its points; fewer points are taken then. */
+#define LARGEST_GAIN 2
+
+/* The arrays behind the head, of `width` values each: [value or rate] of the inertial columns of
+ * all equations, then of their friction columns, then of their right-hand sides. */
+enum {
+    AT_RATE = 0,                 /* rates at the latest NODES samples, cyclic */
+    AT_VALUE = AT_RATE + NODES,  /* values at the latest VALUES samples, cyclic */
+    AT_START = AT_VALUE + VALUES, /* value where the window began (start, consecutive) */
+    AT_SUM,                      /* integrals since the base */
+    AT_CARRY,                    /* what rounding put into them too much (Kahan) */
+    AT_BLOCK,                    /* integrals of the block before the base (sliding) */
+    AT_RING = puma560_IDENTIFIER_ARRAYS /* value + integral at the latest `window` samples (sliding) */
+};
 
 /* The offset of state is the alignment it needs. */
 struct puma560_identifier_alignment {
@@ -18,151 +37,199 @@ struct puma560_identifier_alignment {
     puma560_identifier state;
 };
 
-static int all_finite(const puma560_real *x, int length)
+static int all_finite(const puma560_real *x, size_t length)
 {
     int finite = 1;
-    for (int i = 0; i < length; i++) {
+    for (size_t i = 0; i < length; i++) {
         finite = finite && isfinite(x[i]);
     }
     return finite;
 }
 
-static puma560_real *slot(puma560_identifier *s, size_t position)
+static puma560_real *array(puma560_identifier *s, size_t index)
 {
-    return (puma560_real *)(void *)(s + 1) + position * SLOT;
+    return (puma560_real *)(void *)(s + 1) + index * s->width;
 }
 
-/* The integrands at one sample. */
-static void integrands(const puma560_real *q, const puma560_real *qd, const puma560_real *tau,
-                       puma560_real *out)
+/* The energy model: its inertial columns are differences alone, their rates stay 0. */
+static void energy(const puma560_real *q, const puma560_real *qd, const puma560_real *tau, puma560_real *value,
+                   puma560_real *rate)
 {
     puma560_real power = 0;
     for (int j = 0; j < puma560_JOINTS; j++) {
         power += qd[j] * tau[j];
     }
-    out[0] = power;
+    puma560_energy_regressor(q, qd, value);
 #if puma560_PARAMETERS > puma560_INERTIAL
-    puma560_friction_power(q, qd, out + 1);
-#else
-    (void)q;
+    puma560_friction_power(q, qd, rate + puma560_INERTIAL);
 #endif
+    rate[puma560_PARAMETERS] = power;
 }
 
-/* Three-point Adams-Moulton: the parabola through the values a, b, c, first and second apart in
- * time, integrated over the second interval (last nonzero) or over the first; the trapezoid minus
- * h^3/6 times the second divided difference. The error per step is of fourth order, of the whole of
- * third, on uneven steps too. At a reversal the Coulomb column |qd| has a kink: there, and only
- * there, the step is of second order.
- */
-static void integrate(const puma560_real *a, const puma560_real *b, const puma560_real *c, puma560_real first,
-                      puma560_real second, int last, puma560_real *out)
+/* Weights of `count` nodes x for the integral over (0, 1), exact for the polynomial through the
+ * nodes: Lagrange's polynomials at the three points of Gauss and Legendre, which integrate the
+ * fifth degree. Returns the sum of the sizes of the weights. */
+static puma560_real weigh(const puma560_real *x, int count, puma560_real *weight)
 {
-    const puma560_real h = last ? second : first;
-    const puma560_real other = last ? first : second;
-    const int uneven = h > LARGEST_RATIO * other;
-    const puma560_real weight = uneven ? 0 : h * (h / (first + second)) / 6;
-    const puma560_real ratio = uneven ? 0 : h / other;
-    for (int i = 0; i < puma560_INTEGRANDS; i++) {
-        const puma560_real own = last ? c[i] - b[i] : b[i] - a[i];
-        const puma560_real next = last ? b[i] - a[i] : c[i] - b[i];
-        const puma560_real bend = last ? own - ratio * next : ratio * next - own;
-        const puma560_real ends = last ? b[i] + c[i] : a[i] + b[i];
-        out[i] = h * ends / 2 - weight * bend;
+    static const puma560_real at[3] = {(puma560_real)0.11270166537925831, (puma560_real)0.5,
+                                    (puma560_real)0.8872983346207417};
+    static const puma560_real share[3] = {(puma560_real)(5.0 / 18.0), (puma560_real)(8.0 / 18.0),
+                                       (puma560_real)(5.0 / 18.0)};
+    puma560_real gain = 0;
+    for (int i = 0; i < count; i++) {
+        puma560_real below = 1;
+        puma560_real above[3] = {share[0], share[1], share[2]};
+        for (int j = 0; j < count; j++) {
+            if (j != i) {
+                below *= x[i] - x[j];
+                for (int g = 0; g < 3; g++) {
+                    above[g] *= at[g] - x[j];
+                }
+            }
+        }
+        weight[i] = (above[0] + above[1] + above[2]) / below;
+        gain += weight[i] < 0 ? -weight[i] : weight[i];
     }
+    return gain;
 }
 
-/* Add to the running integrals. Compensated (Kahan): over a long window of many small steps a plain
- * float sum would lose them digit by digit. */
-static void accumulate(puma560_identifier *s, const puma560_real *increment)
+/* Add the integral over the interval that begins at node `left` of the latest `samples` ones to the
+ * running integrals. Compensated (Kahan): over a long window of many small steps a plain float sum
+ * would lose them digit by digit. */
+static void integrate(puma560_identifier *s, int left)
 {
-    for (int i = 0; i < puma560_INTEGRANDS; i++) {
-        const puma560_real part = increment[i] - s->carry[i];
-        const puma560_real sum = s->sum[i] + part;
-        s->carry[i] = (sum - s->sum[i]) - part;
-        s->sum[i] = sum;
+    const puma560_real *steps = s->steps + (NODES - s->samples); /* steps[j]: from node j to j + 1 */
+    const puma560_real h = steps[left];
+    puma560_real x[NODES];
+    puma560_real weight[NODES] = {0};
+    const puma560_real *rate[NODES];
+    int first = left;
+    int count = 2;
+    x[left] = 0;
+    x[left + 1] = 1;
+    for (int j = left - 1; j >= 0; j--) {
+        x[j] = x[j + 1] - steps[j] / h;
+    }
+    for (int j = left + 2; j < s->samples; j++) {
+        x[j] = x[j - 1] + steps[j - 1] / h;
+    }
+    for (int reach = REACH; reach >= 0; reach--) {
+        const int last = left + 1 + reach;
+        first = left > reach ? left - reach : 0;
+        count = (last < s->samples ? last + 1 : s->samples) - first;
+        if (weigh(x + first, count, weight) <= LARGEST_GAIN) { /* not so for NaN */
+            break;
+        }
+    }
+    for (int j = 0; j < count; j++) {
+        rate[j] = array(s, (size_t)(AT_RATE + (s->next + NODES - s->samples + first + j) % NODES));
+        weight[j] *= h;
+    }
+    puma560_real *sum = array(s, AT_SUM);
+    puma560_real *carry = array(s, AT_CARRY);
+    for (size_t i = 0; i < s->width; i++) {
+        puma560_real increment = 0;
+        for (int j = 0; j < count; j++) {
+            increment += weight[j] * rate[j][i];
+        }
+        const puma560_real part = increment - carry[i];
+        const puma560_real total = sum[i] + part;
+        carry[i] = (total - sum[i]) - part;
+        sum[i] = total;
     }
 }
 
 static void rebase(puma560_identifier *s)
 {
-    memset(s->sum, 0, sizeof s->sum);
-    memset(s->carry, 0, sizeof s->carry);
+    memset(array(s, AT_SUM), 0, s->width * sizeof(puma560_real));
+    memset(array(s, AT_CARRY), 0, s->width * sizeof(puma560_real));
     s->position = 0;
 }
 
-/* The equation of a window: change of energy, work of friction; work of the motors. */
-static void equation(const puma560_real *energy, const puma560_real *start, const puma560_real *integral,
-                     puma560_real *row, puma560_real *y)
+/* Take in the equations of the window from `start` to where the value is `end`. */
+static void close_window(puma560_identifier *s, const puma560_real *end, const puma560_real *start)
 {
-    for (int i = 0; i < puma560_INERTIAL; i++) {
-        row[i] = energy[i] - start[i];
+    const puma560_real *sum = array(s, AT_SUM);
+    const puma560_real *block = array(s, AT_BLOCK);
+    const size_t equations = (size_t)s->equations;
+    for (size_t e = 0; e < equations; e++) {
+        puma560_real row[puma560_PARAMETERS + 1];
+        for (size_t i = 0; i <= puma560_PARAMETERS; i++) {
+            const size_t k = i < puma560_INERTIAL     ? e * puma560_INERTIAL + i
+                             : i < puma560_PARAMETERS ? equations * puma560_INERTIAL + e * FRICTION +
+                                                         (i - puma560_INERTIAL)
+                                                   : equations * puma560_PARAMETERS + e;
+            row[i] = ((end[k] + sum[k]) - start[k]) + block[k];
+        }
+        (void)puma560_least_squares_update(&s->least_squares, row, row[puma560_PARAMETERS]);
     }
-    for (int i = 1; i < puma560_INTEGRANDS; i++) {
-        row[puma560_INERTIAL + i - 1] = integral[i];
-    }
-    *y = integral[0];
 }
 
-/* Mode sliding. The integral over a window is a difference of running integrals. Running from the
+/* Pass one interval, which has been integrated and ends where the value is `end`.
+ *
+ * Mode sliding. The integral over a window is a difference of running integrals. Running from the
  * first sample they would grow for ever, and their difference would drown in their rounding. So
  * they start again from 0 every `window` samples: a window that began in the block before this one
- * is (that block's integral - what it held where the window began) + (this block's so far). None of
- * the three exceeds what one window holds, so the error does not grow with the run; and every step
- * costs the same, whatever the length of the window.
+ * is (this block's so far - what that block held where the window began) + (that block's integral).
+ * None of the three exceeds what one window holds, so the error does not grow with the run; and
+ * every step costs the same, whatever the length of the window.
  */
-static int slide(puma560_identifier *s, const puma560_real *energy, puma560_real *row, puma560_real *y)
+static void advance(puma560_identifier *s, const puma560_real *end)
 {
+    const size_t bytes = s->width * sizeof(puma560_real);
+    s->position++;
+    if (s->mode != puma560_WINDOW_SLIDING) {
+        if (s->mode == puma560_WINDOW_START || s->position == s->window) {
+            close_window(s, end, array(s, AT_START));
+        }
+        if (s->mode == puma560_WINDOW_CONSECUTIVE && s->position == s->window) {
+            memcpy(array(s, AT_START), end, bytes);
+            rebase(s);
+        }
+        return;
+    }
     if (s->position == s->window) {
-        memcpy(s->block, s->sum, sizeof s->block);
+        memcpy(array(s, AT_BLOCK), array(s, AT_SUM), bytes);
         rebase(s);
         s->full = 1;
     }
-    puma560_real *oldest = slot(s, s->position);
+    const puma560_real *sum = array(s, AT_SUM);
+    puma560_real *oldest = array(s, AT_RING + s->position);
     if (s->full) {
-        puma560_real integral[puma560_INTEGRANDS];
-        for (int i = 0; i < puma560_INTEGRANDS; i++) {
-            integral[i] = (s->block[i] - oldest[puma560_INERTIAL + i]) + s->sum[i];
-        }
-        equation(energy, oldest, integral, row, y);
+        close_window(s, end, oldest);
     }
-    memcpy(oldest, energy, puma560_INERTIAL * sizeof *oldest);
-    memcpy(oldest + puma560_INERTIAL, s->sum, sizeof s->sum);
-    return s->full;
-}
-
-/* Pass one interval, which ends where DL is energy. Nonzero when a window closes there; row and y
- * are its equation. */
-static int advance(puma560_identifier *s, const puma560_real *increment, const puma560_real *energy,
-                   puma560_real *row, puma560_real *y)
-{
-    accumulate(s, increment);
-    s->position++;
-    if (s->mode == puma560_WINDOW_SLIDING) {
-        return slide(s, energy, row, y);
+    for (size_t i = 0; i < s->width; i++) {
+        oldest[i] = end[i] + sum[i];
     }
-    if (s->mode == puma560_WINDOW_CONSECUTIVE && s->position < s->window) {
-        return 0;
-    }
-    equation(energy, s->start, s->sum, row, y);
-    if (s->mode == puma560_WINDOW_CONSECUTIVE) {
-        memcpy(s->start, energy, sizeof s->start);
-        rebase(s);
-    }
-    return 1;
 }
 
 size_t puma560_identifier_size(size_t window)
 {
-    const size_t room = SIZE_MAX - sizeof(puma560_identifier);
-    return window > room / (SLOT * sizeof(puma560_real)) ? 0 : puma560_IDENTIFIER_BYTES(window);
+    return puma560_identifier_size_of(1, window);
+}
+
+size_t puma560_identifier_size_of(int equations, size_t window)
+{
+    if (equations < 1 || equations > puma560_JOINTS) {
+        return 0;
+    }
+    const size_t slot = (size_t)equations * (puma560_PARAMETERS + 1) * sizeof(puma560_real);
+    const size_t room = SIZE_MAX - sizeof(puma560_identifier) - AT_RING * slot;
+    return window > room / slot ? 0 : puma560_IDENTIFIER_BYTES_OF(equations, window);
 }
 
 int puma560_identifier_init(void *state, size_t bytes, size_t window, int mode, puma560_real forgetting)
 {
+    return puma560_identifier_init_of(state, bytes, window, mode, forgetting, 1, energy);
+}
+
+int puma560_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
+                            puma560_real forgetting, int equations, puma560_identifier_columns *columns)
+{
     puma560_identifier *s = (puma560_identifier *)state;
     const int sliding = mode == puma560_WINDOW_SLIDING;
     const int windowed = sliding || mode == puma560_WINDOW_CONSECUTIVE;
-    const size_t needed = puma560_identifier_size(sliding ? window : 0);
+    const size_t needed = puma560_identifier_size_of(equations, sliding ? window : 0);
     const size_t alignment = offsetof(struct puma560_identifier_alignment, state);
     if (s == NULL || (uintptr_t)state % alignment != 0 || needed == 0 || bytes < needed) {
         return 1;
@@ -172,6 +239,9 @@ int puma560_identifier_init(void *state, size_t bytes, size_t window, int mode, 
         return 1;
     }
     memset(state, 0, needed);
+    s->columns = columns;
+    s->equations = equations;
+    s->width = (size_t)equations * (puma560_PARAMETERS + 1);
     s->mode = mode;
     s->window = window;
     return puma560_least_squares_init(&s->least_squares, forgetting);
@@ -181,46 +251,28 @@ int puma560_identifier_step(void *state, const puma560_real *q, const puma560_re
                          const puma560_real *tau, puma560_real dt)
 {
     puma560_identifier *s = (puma560_identifier *)state;
-    puma560_real energy[puma560_INERTIAL];
-    puma560_real values[puma560_INTEGRANDS];
+    /* Written over the oldest sample, which nobody reads any more. */
+    puma560_real *rate = array(s, (size_t)(AT_RATE + s->next));
+    puma560_real *value = array(s, (size_t)(AT_VALUE + s->next % VALUES));
     if (!all_finite(q, puma560_JOINTS) || !all_finite(qd, puma560_JOINTS) ||
         !all_finite(tau, puma560_JOINTS) || (s->samples > 0 && !(dt > 0 && isfinite(dt)))) {
         return 1;
     }
-    puma560_energy_regressor(q, qd, energy);
-    integrands(q, qd, tau, values);
-    if (!all_finite(energy, puma560_INERTIAL) || !all_finite(values, puma560_INTEGRANDS)) {
+    s->columns(q, qd, tau, value, rate);
+    if (!all_finite(value, s->width) || !all_finite(rate, s->width)) {
         return 1; /* finite, but so large that its energy is not */
     }
-    if (s->samples == 0) {
-        memcpy(s->start, energy, sizeof s->start);
-        if (s->mode == puma560_WINDOW_SLIDING) {
-            memset(slot(s, 0), 0, SLOT * sizeof(puma560_real));
-            memcpy(slot(s, 0), energy, sizeof energy);
-        }
-        s->samples = 1;
-    } else if (s->samples == 1) {
-        memcpy(s->energy, energy, sizeof s->energy);
-        s->samples = 2;
-    } else {
-        puma560_real increment[puma560_INTEGRANDS];
-        puma560_real row[puma560_PARAMETERS];
-        puma560_real y = 0;
-        if (s->samples == 2) {
-            /* Only now can the first interval be integrated; a window that ended with it is not
-             * used, so that no step takes in more than one row. */
-            integrate(s->before, s->latest, values, s->dt, dt, 0, increment);
-            (void)advance(s, increment, s->energy, row, &y);
-            s->samples = 3;
-        }
-        integrate(s->before, s->latest, values, s->dt, dt, 1, increment);
-        if (advance(s, increment, energy, row, &y)) {
-            (void)puma560_least_squares_update(&s->least_squares, row, y);
-        }
+    memmove(s->steps, s->steps + 1, sizeof s->steps - sizeof s->steps[0]);
+    s->steps[NODES - 2] = dt;
+    s->next = (s->next + 1) % NODES;
+    s->samples += s->samples < NODES;
+    if (s->samples == 1) {
+        memcpy(array(s, s->mode == puma560_WINDOW_SLIDING ? AT_RING : AT_START), value,
+               s->width * sizeof(puma560_real));
+    } else if (s->samples >= REACH + 2) {
+        integrate(s, s->samples - REACH - 2);
+        advance(s, array(s, (size_t)(AT_VALUE + s->next % VALUES)));
     }
-    memcpy(s->before, s->latest, sizeof s->before);
-    memcpy(s->latest, values, sizeof s->latest);
-    s->dt = dt;
     return 0;
 }
 
@@ -228,6 +280,7 @@ void puma560_identifier_restart(void *state)
 {
     puma560_identifier *s = (puma560_identifier *)state;
     rebase(s);
+    s->next = 0;
     s->samples = 0;
     s->full = 0;
 }

@@ -5,7 +5,14 @@
  *     integral qd'tau dt = [DL(t2) - DL(t1)]' X_inertial + [integral DF dt]' X_friction
  *
  * with DL from puma560_energy_regressor and DF from puma560_friction_power. No acceleration is needed.
- * Every window that closes is one row of a recursive least squares (puma560_least_squares.h).
+ * Every window that closes is one row of a recursive least squares (puma560_least_squares.h). Where
+ * puma560_identifier_momentum.h is in the package, it begins a state with n equations a window.
+ *
+ * Integrals are those of the polynomial of fifth degree through the six samples around each step
+ * (of lower degree in the first two), for uneven steps too: of sixth order where the integrand is
+ * smooth. At a reversal, where the Coulomb column |qd| has a kink, they are of second order, as
+ * those of any such rule. Samples on both sides are needed: a window closes
+ * puma560_IDENTIFIER_DELAY samples after its last, and the last ones of a log end no window.
  *
  * One thread at a time per state; states are independent. The caller owns the memory, aligned as
  * malloc aligns it or as a double is. Do not compile with -ffast-math.
@@ -43,31 +50,45 @@ enum {
     puma560_WINDOW_CONSECUTIVE = 2
 };
 
-/* What is integrated: the power qd'tau, then the columns of the friction power. */
-enum { puma560_INTEGRANDS = 1 + puma560_PARAMETERS - puma560_INERTIAL };
+enum {
+    /* Samples that an interval waits for, after its end. */
+    puma560_IDENTIFIER_DELAY = 2,
+    puma560_IDENTIFIER_NODES = (2 * puma560_IDENTIFIER_DELAY) + 2,
+    /* Arrays behind the head, the ring apart. */
+    puma560_IDENTIFIER_ARRAYS = puma560_IDENTIFIER_NODES + puma560_IDENTIFIER_DELAY + 1 + 4
+};
 
-/* The head of the memory, public only to give its size to the compiler. In mode sliding the ring
- * follows it: for each of the last `window` samples DL and the running integrals. */
+/* What a model is to the identifier. For each equation of a window,
+ *
+ *     [w, y] = change of value over the window + integral of rate,    w'X = y.
+ *
+ * At a sample this writes value and rate, each in three blocks: `equations` times the inertial
+ * columns, then as often the friction columns, then the right-hand sides. Both are 0 at first: what
+ * is always 0 need not be written. */
+typedef void puma560_identifier_columns(const puma560_real *q, const puma560_real *qd, const puma560_real *tau,
+                                     puma560_real *value, puma560_real *rate);
+
+/* The head of the memory, public only to give its size to the compiler. Behind it arrays of `width`
+ * values, in mode sliding one for each of the last `window` samples among them. */
 typedef struct puma560_identifier {
     puma560_least_squares least_squares;
-    puma560_real start[puma560_INERTIAL];     /* DL where the window began (start, consecutive) */
-    puma560_real energy[puma560_INERTIAL];    /* DL at the second sample */
-    puma560_real before[puma560_INTEGRANDS];  /* integrands one sample before the latest */
-    puma560_real latest[puma560_INTEGRANDS];  /* integrands at the latest sample */
-    puma560_real sum[puma560_INTEGRANDS];     /* integrals since the base */
-    puma560_real carry[puma560_INTEGRANDS];   /* what rounding lost from them (Kahan) */
-    puma560_real block[puma560_INTEGRANDS];   /* integrals of the block before the base (sliding) */
-    puma560_real dt;                       /* the latest step */
+    puma560_identifier_columns *columns;
+    size_t width;    /* equations (puma560_PARAMETERS + 1) */
     size_t window;
-    size_t position;                    /* intervals since the base */
+    size_t position; /* intervals since the base */
+    puma560_real steps[puma560_IDENTIFIER_NODES - 1]; /* between the latest samples, the newest last */
+    int equations;   /* a window */
     int mode;
-    int samples;                        /* 0, 1, 2, then 3 for more */
-    int full;                           /* nonzero: the ring holds a whole window */
+    int next;        /* where the next sample goes, cyclic */
+    int samples;     /* how many of the latest there are, up to puma560_IDENTIFIER_NODES */
+    int full;        /* nonzero: the ring holds a whole window */
 } puma560_identifier;
 
 /* Bytes of memory for a window of so many samples, as a constant expression. */
-#define puma560_IDENTIFIER_BYTES(window) \
-    (sizeof(puma560_identifier) + (size_t)(window) * (puma560_PARAMETERS + 1) * sizeof(puma560_real))
+#define puma560_IDENTIFIER_BYTES(window) puma560_IDENTIFIER_BYTES_OF(1, window)
+#define puma560_IDENTIFIER_BYTES_OF(equations, window)                            \
+    (sizeof(puma560_identifier) + ((size_t)puma560_IDENTIFIER_ARRAYS + (window)) *   \
+                                   (size_t)(equations) * (puma560_PARAMETERS + 1) * sizeof(puma560_real))
 
 /* The same as a function; 0 when it exceeds a size_t. Only mode sliding needs memory for its
  * window: 0 is enough for the two others. */
@@ -84,11 +105,19 @@ size_t puma560_identifier_size(size_t window);
 int puma560_identifier_init(void *state, size_t bytes, size_t window, int mode,
                          puma560_real forgetting);
 
+/* The same for another model that is linear in X and has equations of this kind, from 1 to
+ * puma560_JOINTS of them a window; all take the same weight, and forgetting is per equation. */
+size_t puma560_identifier_size_of(int equations, size_t window);
+int puma560_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
+                            puma560_real forgetting, int equations, puma560_identifier_columns *columns);
+
 /* Take the next sample: q, qd, tau of puma560_JOINTS values each, in rad or m, per s, N m or N; dt > 0
- * in s, the time since the sample before (ignored for the first sample). Returns 0; nonzero (and
- * the state untouched) when a number is not finite or dt not positive. The first row comes with the
- * third sample at the earliest. A step more than ten times as long as the one before it (the very
- * first: as the one after it) is integrated by the trapezoid: no parabola reaches so far.
+ * in s, the time since the sample before (ignored for the first sample). Returns 0; nonzero, and
+ * the sample is as if it had never been, when a number is not finite or dt not positive.
+ *
+ * At most one window closes, the first with the fourth sample at the earliest; the work is bounded,
+ * whatever the window. Beside a step much longer than its neighbours (from about three times on)
+ * fewer samples are used, down to the trapezoid: no polynomial reaches so far.
  */
 int puma560_identifier_step(void *state, const puma560_real *q, const puma560_real *qd,
                          const puma560_real *tau, puma560_real dt);

@@ -5,7 +5,14 @@
  *     integral qd'tau dt = [DL(t2) - DL(t1)]' X_inertial + [integral DF dt]' X_friction
  *
  * with DL from rx90_energy_regressor and DF from rx90_friction_power. No acceleration is needed.
- * Every window that closes is one row of a recursive least squares (rx90_least_squares.h).
+ * Every window that closes is one row of a recursive least squares (rx90_least_squares.h). Where
+ * rx90_identifier_momentum.h is in the package, it begins a state with n equations a window.
+ *
+ * Integrals are those of the polynomial of fifth degree through the six samples around each step
+ * (of lower degree in the first two), for uneven steps too: of sixth order where the integrand is
+ * smooth. At a reversal, where the Coulomb column |qd| has a kink, they are of second order, as
+ * those of any such rule. Samples on both sides are needed: a window closes
+ * rx90_IDENTIFIER_DELAY samples after its last, and the last ones of a log end no window.
  *
  * One thread at a time per state; states are independent. The caller owns the memory, aligned as
  * malloc aligns it or as a double is. Do not compile with -ffast-math.
@@ -43,31 +50,45 @@ enum {
     rx90_WINDOW_CONSECUTIVE = 2
 };
 
-/* What is integrated: the power qd'tau, then the columns of the friction power. */
-enum { rx90_INTEGRANDS = 1 + rx90_PARAMETERS - rx90_INERTIAL };
+enum {
+    /* Samples that an interval waits for, after its end. */
+    rx90_IDENTIFIER_DELAY = 2,
+    rx90_IDENTIFIER_NODES = (2 * rx90_IDENTIFIER_DELAY) + 2,
+    /* Arrays behind the head, the ring apart. */
+    rx90_IDENTIFIER_ARRAYS = rx90_IDENTIFIER_NODES + rx90_IDENTIFIER_DELAY + 1 + 4
+};
 
-/* The head of the memory, public only to give its size to the compiler. In mode sliding the ring
- * follows it: for each of the last `window` samples DL and the running integrals. */
+/* What a model is to the identifier. For each equation of a window,
+ *
+ *     [w, y] = change of value over the window + integral of rate,    w'X = y.
+ *
+ * At a sample this writes value and rate, each in three blocks: `equations` times the inertial
+ * columns, then as often the friction columns, then the right-hand sides. Both are 0 at first: what
+ * is always 0 need not be written. */
+typedef void rx90_identifier_columns(const rx90_real *q, const rx90_real *qd, const rx90_real *tau,
+                                     rx90_real *value, rx90_real *rate);
+
+/* The head of the memory, public only to give its size to the compiler. Behind it arrays of `width`
+ * values, in mode sliding one for each of the last `window` samples among them. */
 typedef struct rx90_identifier {
     rx90_least_squares least_squares;
-    rx90_real start[rx90_INERTIAL];     /* DL where the window began (start, consecutive) */
-    rx90_real energy[rx90_INERTIAL];    /* DL at the second sample */
-    rx90_real before[rx90_INTEGRANDS];  /* integrands one sample before the latest */
-    rx90_real latest[rx90_INTEGRANDS];  /* integrands at the latest sample */
-    rx90_real sum[rx90_INTEGRANDS];     /* integrals since the base */
-    rx90_real carry[rx90_INTEGRANDS];   /* what rounding lost from them (Kahan) */
-    rx90_real block[rx90_INTEGRANDS];   /* integrals of the block before the base (sliding) */
-    rx90_real dt;                       /* the latest step */
+    rx90_identifier_columns *columns;
+    size_t width;    /* equations (rx90_PARAMETERS + 1) */
     size_t window;
-    size_t position;                    /* intervals since the base */
+    size_t position; /* intervals since the base */
+    rx90_real steps[rx90_IDENTIFIER_NODES - 1]; /* between the latest samples, the newest last */
+    int equations;   /* a window */
     int mode;
-    int samples;                        /* 0, 1, 2, then 3 for more */
-    int full;                           /* nonzero: the ring holds a whole window */
+    int next;        /* where the next sample goes, cyclic */
+    int samples;     /* how many of the latest there are, up to rx90_IDENTIFIER_NODES */
+    int full;        /* nonzero: the ring holds a whole window */
 } rx90_identifier;
 
 /* Bytes of memory for a window of so many samples, as a constant expression. */
-#define rx90_IDENTIFIER_BYTES(window) \
-    (sizeof(rx90_identifier) + (size_t)(window) * (rx90_PARAMETERS + 1) * sizeof(rx90_real))
+#define rx90_IDENTIFIER_BYTES(window) rx90_IDENTIFIER_BYTES_OF(1, window)
+#define rx90_IDENTIFIER_BYTES_OF(equations, window)                            \
+    (sizeof(rx90_identifier) + ((size_t)rx90_IDENTIFIER_ARRAYS + (window)) *   \
+                                   (size_t)(equations) * (rx90_PARAMETERS + 1) * sizeof(rx90_real))
 
 /* The same as a function; 0 when it exceeds a size_t. Only mode sliding needs memory for its
  * window: 0 is enough for the two others. */
@@ -84,11 +105,19 @@ size_t rx90_identifier_size(size_t window);
 int rx90_identifier_init(void *state, size_t bytes, size_t window, int mode,
                          rx90_real forgetting);
 
+/* The same for another model that is linear in X and has equations of this kind, from 1 to
+ * rx90_JOINTS of them a window; all take the same weight, and forgetting is per equation. */
+size_t rx90_identifier_size_of(int equations, size_t window);
+int rx90_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
+                            rx90_real forgetting, int equations, rx90_identifier_columns *columns);
+
 /* Take the next sample: q, qd, tau of rx90_JOINTS values each, in rad or m, per s, N m or N; dt > 0
- * in s, the time since the sample before (ignored for the first sample). Returns 0; nonzero (and
- * the state untouched) when a number is not finite or dt not positive. The first row comes with the
- * third sample at the earliest. A step more than ten times as long as the one before it (the very
- * first: as the one after it) is integrated by the trapezoid: no parabola reaches so far.
+ * in s, the time since the sample before (ignored for the first sample). Returns 0; nonzero, and
+ * the sample is as if it had never been, when a number is not finite or dt not positive.
+ *
+ * At most one window closes, the first with the fourth sample at the earliest; the work is bounded,
+ * whatever the window. Beside a step much longer than its neighbours (from about three times on)
+ * fewer samples are used, down to the trapezoid: no polynomial reaches so far.
  */
 int rx90_identifier_step(void *state, const rx90_real *q, const rx90_real *qd,
                          const rx90_real *tau, rx90_real dt);

@@ -9,32 +9,32 @@ void twin_friction_power(const double *q, const double *qd, double *out)
 {
     (void)q;
     const double DFS1 = fabs(qd[0]);
-    const double DFV1 = qd[0] * qd[0];
-    const double DFS2 = fabs(qd[1]);
-    const double DFV2 = qd[1] * qd[1];
-    const double DFS3 = fabs(qd[2]);
-    const double DFV3 = qd[2] * qd[2];
-    const double DFS4 = fabs(qd[3]);
-    const double DFV4 = qd[3] * qd[3];
-    const double DFS5 = fabs(qd[4]);
-    const double DFV5 = qd[4] * qd[4];
-    const double DFS6 = fabs(qd[5]);
-    const double DFV6 = qd[5] * qd[5];
-    const double DFS7 = fabs(qd[6]);
-    const double DFV7 = qd[6] * qd[6];
     out[0] = DFS1;
+    const double DFV1 = qd[0] * qd[0];
     out[1] = DFV1;
+    const double DFS2 = fabs(qd[1]);
     out[2] = DFS2;
+    const double DFV2 = qd[1] * qd[1];
     out[3] = DFV2;
+    const double DFS3 = fabs(qd[2]);
     out[4] = DFS3;
+    const double DFV3 = qd[2] * qd[2];
     out[5] = DFV3;
+    const double DFS4 = fabs(qd[3]);
     out[6] = DFS4;
+    const double DFV4 = qd[3] * qd[3];
     out[7] = DFV4;
+    const double DFS5 = fabs(qd[4]);
     out[8] = DFS5;
+    const double DFV5 = qd[4] * qd[4];
     out[9] = DFV5;
+    const double DFS6 = fabs(qd[5]);
     out[10] = DFS6;
+    const double DFV6 = qd[5] * qd[5];
     out[11] = DFV6;
+    const double DFS7 = fabs(qd[6]);
     out[12] = DFS7;
+    const double DFV7 = qd[6] * qd[6];
     out[13] = DFV7;
 }
 

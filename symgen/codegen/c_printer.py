@@ -1,22 +1,27 @@
-"""A tape as C99: one `const` for each step, in the order of the tape.
+"""A tape as C99: one `const` for each step.
 
 Terms and factors are written in the order in which the tape names them, literals by `repr`, so
-that the text depends on the robot alone.
+that the text depends on the robot alone. Outputs are stored as soon as they are known: kept to
+the end they fill the registers.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
 import sympy as sp
 
 from symgen.codegen.kernels import Kernel
+from symgen.codegen.schedule import scheduled
 from symgen.errors import SymgenError
 from symgen.symbolic.tape import Tape, terms
 
 DTYPES = ("double", "float")
+_ANGLES = (4, 2, 1)  # how many the package's own sincos takes at once
+_ZEROS = 4  # zeros that one turn of a loop stores
 _FUNCTIONS = {
     **{name: name for name in ("sin", "cos", "tanh", "sign", "exp", "log")},
     "Abs": "fabs",
@@ -30,6 +35,7 @@ class CFunction:
     arguments: tuple[str, ...]
     body: tuple[str, ...]
     needs_math: bool
+    needs_sincos: bool = False
 
 
 def literal(value: sp.Expr, dtype: str) -> str:
@@ -53,6 +59,7 @@ def print_kernel(
     geometry: Mapping[sp.Symbol, str],
     values: Mapping[sp.Symbol, sp.Expr],
     dtype: str,
+    own: str | None = None,
 ) -> CFunction:
     """Write the body of a kernel.
 
@@ -61,8 +68,9 @@ def print_kernel(
         geometry: the macro that holds each named length.
         values: exact value of each named length, for constants derived from them.
         dtype: double or float.
+        own: prefix of the package's own sincos of several angles at once; libm's where None.
     """
-    return _Printer(kernel, geometry, values, dtype).function()
+    return _Printer(kernel, geometry, values, dtype).function(own)
 
 
 class _Printer:
@@ -75,13 +83,13 @@ class _Printer:
     ) -> None:
         tape = kernel.tape
         self.kernel, self.tape, self.values, self.dtype = kernel, tape, values, dtype
-        self.word: dict[sp.Symbol, str] = {s: s.name for s in tape.order}
+        self.word: dict[sp.Expr, str] = {s: s.name for s in tape.order}
         for name, symbols in tape.inputs:
             self.word |= {s: f"{name}[{i}]" for i, s in enumerate(symbols)}
         self.word |= {s: m for s, m in geometry.items() if s in tape.order}
         self.geometry = geometry
 
-    def function(self) -> CFunction:
+    def function(self, own: str | None) -> CFunction:
         used = {s for _, e in self.tape.steps for s in e.free_symbols}
         used |= {s for e in self.tape.outputs for s in e.free_symbols}
         arguments = tuple(name for name, _ in self.tape.inputs)
@@ -93,22 +101,109 @@ class _Printer:
             for symbol, value in self.tape.constants
             if symbol not in self.geometry
         ]
-        lines += [
-            f"const {self.dtype} {symbol.name} = {self.expression(expr)};"
-            for symbol, expr in self.tape.steps
-        ]
-        places = [f"{o.name}[{i}]" for o in self.kernel.outputs for i in range(o.size)]
-        results = [self.expression(e) for e in self.tape.outputs]
-        lines += [f"{place} = {result};" for place, result in zip(places, results, strict=False)]
+        first, calls = self.angles(own) if own else ([], [])
+        stores = self.stores()
+        lines += stores.pop(None, [])
+        done = {symbol for symbol, _ in first}
+        for symbol, expr in first:
+            lines += [self.step(symbol, expr), *stores.pop(symbol, [])]
+        lines += calls
+        for symbol, expr in scheduled([s for s in self.tape.steps if s[0] not in done]):
+            lines += [self.step(symbol, expr), *stores.pop(symbol, [])]
         if self.kernel.guards:
             zero = literal(sp.S.Zero, self.dtype)
-            guards = results[len(places) :]
+            guards = [self.expression(e) for e in self.tape.outputs[self.kernel.size :]]
             lines.append(f"return {' && '.join(f'{g} > {zero}' for g in guards)} ? 0 : 1;")
-        needs_math = any(e.is_Function and e.func is not sp.sign for _, e in self.tape.steps)
-        return CFunction(arguments, tuple(lines), needs_math)
+        needs_math = any(
+            e.is_Function and e.func is not sp.sign and e not in self.word
+            for _, e in self.tape.steps
+        )
+        return CFunction(arguments, tuple(lines), needs_math, bool(calls))
+
+    def step(self, symbol: sp.Symbol, expr: sp.Expr) -> str:
+        return f"const {self.dtype} {symbol.name} = {self.expression(expr)};"
+
+    def stores(self) -> dict[sp.Symbol | None, list[str]]:
+        """Return the stores that follow each step, and (None) those that wait for none."""
+        steps = {s for s, _ in self.tape.steps}
+        at: dict[sp.Symbol | None, list[str]] = {}
+        first = 0
+        for output in self.kernel.outputs:
+            results = self.tape.outputs[first : first + output.size]
+            first += output.size
+            zeros = [i for i, result in enumerate(results) if result == 0]
+            at.setdefault(None, []).extend(self.cleared(output.name, zeros))
+            for i, result in enumerate(results):
+                if result != 0:
+                    (symbol,) = result.free_symbols & steps or {None}
+                    line = f"{output.name}[{i}] = {self.expression(result)};"
+                    at.setdefault(symbol, []).append(line)
+        return at
+
+    def cleared(self, name: str, places: Sequence[int]) -> Iterator[str]:
+        """Yield the stores of zeros; a loop of four at a time is what compilers vectorise."""
+        zero = literal(sp.S.Zero, self.dtype)
+        for _, group in groupby(enumerate(places), key=lambda pair: pair[1] - pair[0]):
+            run = [place for _, place in group]
+            whole = len(run) // _ZEROS * _ZEROS if len(run) >= 2 * _ZEROS else 0
+            if whole:
+                end = run[0] + whole
+                yield f"for (size_t i = {run[0]}u; i < {end}u; i += {_ZEROS}u) {{"
+                yield from (f"    {name}[i + {k}u] = {zero};" for k in range(_ZEROS))
+                yield "}"
+            yield from (f"{name}[{i}] = {zero};" for i in run[whole:])
+
+    def angles(self, own: str) -> tuple[list[tuple[sp.Symbol, sp.Expr]], list[str]]:
+        """Return the steps that lead to joint angles, and the calls that turn all of them.
+
+        Angles that are neighbours in an input array are read from there; others are gathered.
+        Those that depend on another angle's cosine are left to libm.
+        """
+        known = {s: (name, i) for name, group in self.tape.inputs for i, s in enumerate(group)}
+        depends: dict[sp.Symbol, bool] = {}
+        wanted: list[sp.Expr] = []
+        for symbol, expr in self.tape.steps:
+            on_angle = expr.func in (sp.sin, sp.cos)
+            depends[symbol] = on_angle or any(depends.get(s, False) for s in expr.free_symbols)
+            free = not any(depends.get(s, False) for s in expr.free_symbols)
+            if on_angle and free and expr.args[0] not in wanted:
+                wanted.append(expr.args[0])
+        needed = {s for angle in wanted for s in angle.free_symbols}
+        first = []
+        for symbol, expr in reversed(self.tape.steps):
+            if symbol in needed:
+                needed |= expr.free_symbols
+                first.append((symbol, expr))
+        lines: list[str] = []
+        plain = sorted((a for a in wanted if a in known), key=lambda a: known[a])
+        for _, group in groupby(
+            enumerate(plain), key=lambda pair: (known[pair[1]][0], known[pair[1]][1] - pair[0])
+        ):
+            run = [angle for _, angle in group]
+            name, start = known[run[0]]
+            lines += self.turned(own, run, name, start)
+        others = [a for a in wanted if a not in known]
+        if others:
+            gathered = ", ".join(self.expression(a) for a in others)
+            lines.append(f"const {self.dtype} angle[{len(others)}] = {{ {gathered} }};")
+            lines += self.turned(own, others, "angle", 0)
+        return first[::-1], lines
+
+    def turned(self, own: str, angles: Sequence[sp.Expr], name: str, start: int) -> Iterator[str]:
+        """Yield the calls for angles that follow one another in an array."""
+        at = 0
+        while at < len(angles):
+            count = next(c for c in _ANGLES if c <= len(angles) - at)
+            result = f"{name}_{start + at}"
+            place = f"{name} + {start + at}" if start + at else name
+            yield f"const {own}_angles{count} {result} = {own}_sincos{count}({place});"
+            for k, angle in enumerate(angles[at : at + count]):
+                self.word[sp.cos(angle)] = f"{result}.c[{k}]"
+                self.word[sp.sin(angle)] = f"{result}.s[{k}]"
+            at += count
 
     def expression(self, expr: sp.Expr) -> str:
-        if expr.is_Symbol:
+        if expr in self.word:
             return self.word[expr]
         if expr.is_number:
             return literal(expr, self.dtype)

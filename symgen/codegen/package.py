@@ -17,11 +17,11 @@ import sympy as sp
 from symgen.codegen import example
 from symgen.codegen.c_printer import DTYPES, CFunction, literal, operation_counts, print_kernel
 from symgen.codegen.kernels import ENERGY, Kernel
+from symgen.codegen.manifest import SCHEMA, base_table, described
 from symgen.codegen.model import Model
 from symgen.codegen.verification import (
     DIGITS,
     POINTS,
-    SEED,
     TOLERANCE,
     verification,
 )
@@ -30,12 +30,11 @@ from symgen.files import templates, write_folder
 from symgen.robot.expressions import text
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import joint_variable
-from symgen.symbolic.base_parameters import bound
 
-SCHEMA = "symgen.manifest/1"
 _VERSION = SCHEMA.split("/")[1]  # of the package for CMake and pkg-config: that of its layout
 TARGETS = ("c", "casadi", "all")
 _RUNTIME = ("least_squares", "identifier", "identifier_momentum")
+_SINCOS = "math.h"
 
 
 @dataclass(frozen=True)
@@ -126,7 +125,13 @@ class _Writer:
             for path, content in sorted(files.items())
             if not path.endswith(".casadi")
         }
-        manifest = self.manifest(verified, digests)
+        options = {
+            "target": self.target,
+            "dtype": self.dtype,
+            "kernels": [k.name for k in self.kernels],
+            **({"tex": True} if self.tex else {}),
+        }
+        manifest = described(self.model, self.kernels, options, verified, digests)
         files["manifest.json"] = (json.dumps(manifest, indent=1) + "\n").encode()
         return SourceTree(self.name, dict(sorted(files.items())))
 
@@ -149,12 +154,6 @@ class _Writer:
         return [
             {"name": name, "value": literal(value, self.dtype)}
             for name, value in self.model.robot.geometry
-        ]
-
-    def base(self) -> list[dict[str, str]]:
-        return [
-            {"name": p.name, "expression": p.expression, "unit": p.unit}
-            for p in self.model.base.parameters
         ]
 
     def runtime(self) -> tuple[str, ...]:
@@ -186,18 +185,18 @@ class _Writer:
                     joints=", ".join(f"q{j.number}" for j in self.model.robot.movable),
                     dtype=self.dtype,
                     geometry=self.geometry(),
-                    base=self.base(),
+                    base=base_table(self.model),
                     kernels=[d for _, d in described],
                 ),
             )
         ]
         out += [(f"{self.name}_{k.name}.c", self.render("kernel.c", k=d)) for k, d in described]
         for stem in self.runtime():
-            for suffix in (".h", ".c"):
-                source = (templates() / "c" / "runtime" / f"{stem}{suffix}").read_text("utf-8")
-                out.append((f"{self.name}_{stem}{suffix}", source.replace("NAME", self.name)))
+            out += [self.plain(f"{stem}{suffix}") for suffix in (".h", ".c")]
         sources = [path for path, _ in out if path.endswith(".c")]
         headers = [path for path, _ in out if path.endswith(".h")]
+        if any(d["needs_sincos"] for _, d in described):
+            out.append(self.plain(_SINCOS))  # private to the sources
         out.append((f"{self.name}_check.c", self.check_c(verified)))
         if self.has_example():
             out.append((f"example/{self.name}_controller.c", self.controller_c()))
@@ -211,6 +210,11 @@ class _Writer:
         out.append(("CMakeLists.txt", cmake))
         out.append((f"{self.name}.pc.in", self.render("package.pc.in")))
         return out
+
+    def plain(self, path: str) -> tuple[str, str]:
+        """Return a file of plain C with this package's name."""
+        source = (templates() / "c" / "runtime" / path).read_text("utf-8")
+        return f"{self.name}_{path}", source.replace("NAME", self.name)
 
     def describe(self, kernel: Kernel) -> dict[str, Any]:
         """Return what the templates print of one kernel."""
@@ -235,12 +239,14 @@ class _Writer:
             or "0 operations",
             "body": function.body,
             "needs_math": function.needs_math,
+            "needs_sincos": function.needs_sincos,
         }
 
     def printed(self, kernel: Kernel) -> CFunction:
         robot = self.model.robot
         macros = {sp.Symbol(g, real=True): f"{self.name}_geometry_{g}" for g, _ in robot.geometry}
-        return print_kernel(kernel, macros, robot.values(), self.dtype)
+        own = self.name if self.dtype == "double" else None
+        return print_kernel(kernel, macros, robot.values(), self.dtype, own)
 
     def readme(self) -> dict[str, Any]:
         robot, base = self.model.robot, self.model.base
@@ -272,7 +278,7 @@ class _Writer:
             ],
             "gravity": "[" + ", ".join(text(g) for g in robot.gravity) + "]",
             "geometry": [{"name": n, "value": text(v)} for n, v in robot.geometry],
-            "base": self.base(),
+            "base": base_table(self.model),
             "no_effect": ", ".join(base.no_effect) or "none",
             "proof": {
                 "rank": base.proof.rank,
@@ -335,58 +341,6 @@ class _Writer:
             better=example.BETTER,
             **example.parameters(self.model, "f" if self.dtype == "float" else ""),
         )
-
-    def manifest(self, verified: Mapping[str, Any], digests: dict[str, str]) -> dict[str, Any]:
-        robot, base = self.model.robot, self.model.base
-        return {
-            "schema": SCHEMA,
-            "robot": self.name,
-            "options": {
-                "target": self.target,
-                "dtype": self.dtype,
-                "kernels": [k.name for k in self.kernels],
-                **({"tex": True} if self.tex else {}),
-            },
-            "joints": robot.n,
-            "joint_numbers": [j.number for j in robot.movable],
-            "standard_parameters": len(base.standard),
-            "base_parameters": self.base(),
-            "inertial_parameters": self.model.inertial,
-            "no_effect": list(base.no_effect),
-            "effects": [],
-            "kernels": [
-                {
-                    "name": k.name,
-                    "inputs": [
-                        {"name": name, "shape": [len(symbols)]} for name, symbols in k.tape.inputs
-                    ],
-                    "outputs": [
-                        {"name": o.name, "shape": list(o.shape), "columns": list(o.columns)}
-                        for o in k.outputs
-                    ],
-                    "operations": operation_counts([k.tape]),
-                }
-                for k in self.kernels
-            ],
-            "proof": {
-                "rank": base.proof.rank,
-                "primes": list(base.proof.primes),
-                "seeds": list(base.proof.seeds),
-                "points": base.proof.points,
-                "structural_relations": base.proof.structural,
-                "lifted_relations": base.proof.lifted,
-                "bound": bound(robot),
-                "method": base.proof.method,
-            },
-            "verification": {
-                "digits": DIGITS,
-                "seed": SEED,
-                "tolerance": TOLERANCE[self.dtype],
-                "points": {name: entry["points"] for name, entry in verified.items()},
-                "expected": {name: entry["expected"] for name, entry in verified.items()},
-            },
-            "digests": digests,
-        }
 
 
 def _shape(shape: tuple[int, ...]) -> str:

@@ -25,7 +25,8 @@ from types import ModuleType
 
 from symgen.errors import BuildError
 
-_FLAGS = ("-O2", "-fPIC", "-shared", "-std=gnu11", "-fno-math-errno", "-ffp-contract=off")
+_FLAGS = ("-O2", "-fPIC", "-shared", "-std=gnu11", "-fno-math-errno", "-ffp-contract=fast")
+_NATIVE = "-march=native"  # all that this machine's processor has
 _STALE_SECONDS = 3600
 _TIMEOUT_SECONDS = 300
 
@@ -70,6 +71,21 @@ def find_compiler(wanted: str | None = None) -> Compiler | None:
     return None
 
 
+@cache
+def native(compiler: Compiler) -> tuple[tuple[str, ...], str]:
+    """Return the flags for this machine's processor, and what tells it from others.
+
+    The macros that the compiler predefines name every instruction set, so that a cache on a shared
+    disk never hands a module to a processor that cannot run it.
+    """
+    command = [*compiler.command, *_FLAGS, _NATIVE, "-dM", "-E", "-x", "c", os.devnull]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    except (OSError, subprocess.SubprocessError):
+        return (), ""
+    return (_NATIVE,), "\n".join(sorted(done.stdout.splitlines()))
+
+
 def missing_compiler() -> str:
     """Return in words why there is no compiler, and what brings one."""
     wanted = os.environ.get("SYMGEN_CC", "").strip()
@@ -109,10 +125,13 @@ def build_module(sources: Mapping[str, bytes], declarations: str, compiler: Comp
 
     digest = hashlib.sha256()
     suffix = sysconfig.get_config_var("EXT_SUFFIX") or ".so"
+    flags, processor = native(compiler)
     for part in (
         *compiler.command,
         compiler.version,
         *_FLAGS,
+        *flags,
+        processor,
         cffi.__version__,
         suffix,
         declarations,
@@ -187,6 +206,7 @@ def _compile(
     command = [
         *compiler.command,
         *_FLAGS,
+        *native(compiler)[0],
         *_platform_flags(),
         f"-I{include}",
         *files,

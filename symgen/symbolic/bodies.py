@@ -39,6 +39,11 @@ def plus(a: Vector, b: Vector) -> Vector:
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
+def scaled(factor: sp.Expr, a: Vector) -> Vector:
+    """Return factor times a."""
+    return (factor * a[0], factor * a[1], factor * a[2])
+
+
 def named(vector: Vector, name: str, tape: TapeBuilder) -> Vector:
     """Name the three components of a vector."""
     x, y, z = (tape.name(f"{name}{i + 1}", c) for i, c in enumerate(vector))
@@ -123,14 +128,37 @@ class Inertia:
         x, y, z = (sum((self.J[i][k] * vector[k] for k in range(3)), sp.S.Zero) for i in range(3))
         return (x, y, z)
 
+    def less_half_trace(self, tag: str, tape: TapeBuilder) -> Inertia:
+        """Return the body with J - tr(J)/2 in place of J."""
+        out = Inertia({})
+        trace = tape.name(f"t{tag}", self.J[0][0] + self.J[1][1] + self.J[2][2])
+        half = tape.name(f"h{tag}", sp.Rational(1, 2) * trace)
+        out.J = [list(row) for row in self.J]
+        for i in range(3):
+            out.J[i][i] = tape.name(f"j{i + 1}{tag}", self.J[i][i] - half)
+        return out
+
     def wrench(self, w: Vector, dw: Vector, a: Vector, j: int, tape: TapeBuilder) -> Pair:
-        """Return (f, n) of the body's motion."""
-        f: Vector = tuple(self.M * x for x in a)
+        """Return (f, n) of the body's motion: unit wrenches times parameters, Euler's terms paired.
+
+        J_ii and J_hh both multiply w_i w_h in n_b; products and sums of w and dw are shared with
+        the unit wrenches of m, which costs less than J w and w x (J w).
+        """
+        f: Vector = (self.M * a[0], self.M * a[1], self.M * a[2])
+        n: Vector = cross(self.m, a)
+        p = products(w, j, tape)
         for axis, value in enumerate(self.m):
             if value != 0:
                 column, _ = unit_wrench(names.MOMENT[axis], w, dw, a, j, tape)
-                f = plus(f, (column[0] * value, column[1] * value, column[2] * value))
-        k = named(self.times(w), f"K{j}_", tape)
-        gyroscopic = cross(w, k)
-        n = plus(plus(self.times(dw), gyroscopic), cross(self.m, a))
+                f = plus(f, scaled(value, column))
+        diagonal = list(ZERO)
+        for b in range(3):
+            i, h = (b + 1) % 3, (b + 2) % 3
+            pair = tape.name(f"J{i + 1}{h + 1}_{j}", self.J[h][h] - self.J[i][i])
+            diagonal[b] = self.J[b][b] * dw[b] + pair * p[i][h]
+            if self.J[i][h] != 0:
+                product = "XYZ"[min(i, h)] + "XYZ"[max(i, h)]
+                _, column = unit_wrench(product, w, dw, a, j, tape)
+                n = plus(n, scaled(self.J[i][h], column))
+        n = plus(n, (diagonal[0], diagonal[1], diagonal[2]))
         return named(f, f"F{j}_", tape), named(n, f"N{j}_", tape)

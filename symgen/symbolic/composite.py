@@ -72,6 +72,14 @@ def _back(body: Inertia, motion: Turn | Shift, j: int, tape: TapeBuilder) -> Ine
 
     if isinstance(motion, Turn):
         c, s = motion.c, motion.s
+        if c == 0 or s == 0:  # quarter turns swap axes
+            swapped = (body.J[b][b], body.J[a][a]) if c == 0 else (body.J[a][a], body.J[b][b])
+            out.J[a][a], out.J[b][b] = swapped
+            put(a, b, (c * c - s * s) * body.J[a][b])
+            put(a, k, c * body.J[a][k] - s * body.J[b][k])
+            put(b, k, s * body.J[a][k] + c * body.J[b][k])
+            out.m = returned(body.m, motion, f"m{j}_", tape)
+            return out
         difference = tape.name(f"D{tag}", body.J[a][a] - body.J[b][b])
         twice = tape.name(f"T{tag}", 2 * body.J[a][b])
         z = tape.name(f"z{tag}", s * difference + c * twice)

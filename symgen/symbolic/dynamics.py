@@ -2,11 +2,11 @@
 
 Inverse dynamics by Newton and Euler in link frames (Luh, Walker and Paul 1980, in the base
 parameters of Khalil and Kleinfinger 1987); the mass matrix by composite bodies (Walker and Orin
-1982); Coriolis by a second, virtual velocity, with the factor that keeps M' - 2 C skew-symmetric
-(Niemeyer and Slotine 1991, in body coordinates)
+1982); Coriolis by a second, virtual velocity, with the factor of Christoffel symbols, which keeps
+M' - 2 C skew-symmetric (Niemeyer and Slotine 1991, in body coordinates)
 
     f = M a_r + dw_r x m + w_r x (w x m)
-    n = m x a_r + J dw_r + (w x (J w_r) - J (w x w_r) - (J w) x w_r)/2
+    n = m x a_r + J dw_r + w x ((J - tr(J)/2) w_r)
 
 forward dynamics by M = L D L^T without square roots.
 """
@@ -22,7 +22,7 @@ from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic import friction
 from symgen.symbolic.base_parameters import BaseParameters
-from symgen.symbolic.bodies import Inertia, cross, named, plus
+from symgen.symbolic.bodies import Inertia, cross, named, plus, scaled
 from symgen.symbolic.composite import composites
 from symgen.symbolic.constraints import Rows, congruent, folded, spread
 from symgen.symbolic.energy import half_square, link_column
@@ -40,7 +40,6 @@ from symgen.symbolic.kinematics import (
 from symgen.symbolic.motion import Screw, carried, handed_back, motions
 from symgen.symbolic.tape import Tape, TapeBuilder
 
-_HALF = sp.Rational(1, 2)
 Wrenches = dict[int, Screw]
 
 
@@ -235,24 +234,10 @@ def _coriolis_wrench(
     body: Inertia, w: Vector, w_r: Vector, dw_r: Vector, a_r: Vector, tag: str, tape: TapeBuilder
 ) -> Screw:
     wm = named(cross(w, body.m), f"h{tag}_", tape)
-    f = plus(plus(cross(dw_r, body.m), cross(w_r, wm)), tuple_scaled(body.M, a_r))
-    inner = named(cross(w, w_r), f"g{tag}_", tape)
-    k_r = named(body.times(w_r), f"k{tag}_", tape)
-    k = named(body.times(w), f"K{tag}_", tape)
-    gyroscopic = plus(cross(w, k_r), plus(minus(body.times(inner)), minus(cross(k, w_r))))
-    half = tuple_scaled(_HALF, named(gyroscopic, f"y{tag}_", tape))
-    n = plus(plus(cross(body.m, a_r), body.times(dw_r)), half)
+    f = plus(plus(cross(dw_r, body.m), cross(w_r, wm)), scaled(body.M, a_r))
+    k = named(body.less_half_trace(tag, tape).times(w_r), f"k{tag}_", tape)
+    n = plus(plus(cross(body.m, a_r), body.times(dw_r)), cross(w, k))
     return named(f, f"F{tag}_", tape), named(n, f"N{tag}_", tape)
-
-
-def tuple_scaled(factor: sp.Expr, vector: Vector) -> Vector:
-    """Return factor times vector."""
-    return (factor * vector[0], factor * vector[1], factor * vector[2])
-
-
-def minus(vector: Vector) -> Vector:
-    """Return the opposite vector."""
-    return (-vector[0], -vector[1], -vector[2])
 
 
 def forward_dynamics(p: Plant) -> tuple[list[sp.Expr], list[sp.Expr]]:

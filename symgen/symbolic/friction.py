@@ -20,7 +20,7 @@ from symgen.symbolic.parameters import Parameter, standard_parameters
 from symgen.symbolic.tape import Tape, TapeBuilder
 
 #: Names of arrays in generated code, which no step may have.
-ARGUMENTS = frozenset("q qd qdd tau X out M C h p_out dl_out T_out U_out J_out N k".split())
+ARGUMENTS = frozenset("q qd qdd tau X out M C h p_out dl_out T_out U_out J_out N k i angle".split())
 
 
 @dataclass(frozen=True)

@@ -89,10 +89,15 @@ def carried(
         low, high = (min(p, q), max(p, q)) if same else (p, q)
         return tape.name(f"{tag}P{low + 1}{high + 1}{shift.tag}", other[low] * w[high])
 
+    # The wrench of the body needs the same sums: with names there is one of each.
+    column = {
+        i: tape.name(f"{tag}A{i + 1}{shift.tag}", product(k, i) + dw[h]),
+        h: tape.name(f"{tag}A{h + 1}{shift.tag}", product(k, h) - dw[i]),
+        k: -tape.name(f"{tag}A{k + 1}{shift.tag}", product(i, i) + product(h, h)),
+    }
     out = list(a)
-    out[i] = tape.name(f"{tag}{i + 1}{shift.tag}", a[i] + length * (product(k, i) + dw[h]))
-    out[h] = tape.name(f"{tag}{h + 1}{shift.tag}", a[h] + length * (product(k, h) - dw[i]))
-    out[k] = tape.name(f"{tag}{k + 1}{shift.tag}", a[k] - length * (product(i, i) + product(h, h)))
+    for axis, value in column.items():
+        out[axis] = tape.name(f"{tag}{axis + 1}{shift.tag}", a[axis] + length * value)
     return (out[0], out[1], out[2])
 
 
@@ -104,28 +109,38 @@ def screws(way: tuple[Step, ...], tape: TapeBuilder) -> Mapping[int, Mapping[int
 
     w_i = sum of e_ij qd_j and V_i = sum of v_ij qd_j.
     """
+    z = (sp.S.Zero, sp.S.Zero, sp.S.One)
+    own: dict[int, Screw] = {}
+    for step in way:
+        if step.joint.sigma != names.FIXED:
+            revolute = step.joint.sigma == names.REVOLUTE
+            own[step.joint.number] = (z, ZERO) if revolute else (ZERO, z)
+    return handed_on(way, own, ("E", "L"), tape)
+
+
+def handed_on(
+    way: tuple[Step, ...], own: Mapping[int, Screw], letters: tuple[str, str], tape: TapeBuilder
+) -> Mapping[int, Mapping[int, Screw]]:
+    """Express the twist `own` of each joint j, given in frame j, in frame i of each link behind."""
     states: dict[int, dict[int, Screw]] = {0: {}}
     for step in way:
         here = dict(states[step.joint.antecedent])
-        for motion in step.before:
-            here = {j: _screwed(s, motion, j, tape) for j, s in here.items()}
+        for motion in (*step.before, *step.after):
+            here = {j: _screwed(s, motion, j, letters, tape) for j, s in here.items()}
         j = step.joint.number
-        z = (sp.S.Zero, sp.S.Zero, sp.S.One)
-        if step.joint.sigma == names.REVOLUTE:
-            here[j] = (z, ZERO)
-        for shift in step.after:
-            here = {k: _screwed(s, shift, k, tape) for k, s in here.items()}
-        if step.joint.sigma == names.PRISMATIC:
-            here[j] = (ZERO, z)
+        if j in own:
+            here[j] = own[j]
         states[j] = here
     return states
 
 
-def _screwed(screw: Screw, motion: Turn | Shift, j: int, tape: TapeBuilder) -> Screw:
-    e, v = screw
+def _screwed(
+    screw: Screw, motion: Turn | Shift, j: int, letters: tuple[str, str], tape: TapeBuilder
+) -> Screw:
+    (e, v), (first, second) = screw, letters
     if isinstance(motion, Turn):
-        return turned(e, motion, f"E{j}_", tape), turned(v, motion, f"L{j}_", tape)
-    return e, shifted(v, e, motion, f"L{j}_", tape)
+        return turned(e, motion, f"{first}{j}_", tape), turned(v, motion, f"{second}{j}_", tape)
+    return e, shifted(v, e, motion, f"{second}{j}_", tape)
 
 
 def handed_back(

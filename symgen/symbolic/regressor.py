@@ -8,7 +8,8 @@ With the screw (e, v) of joint j in the frame of link i, and the unit wrench (f,
     dL/dq_j                 k . dw + l . dV + dependence of gravity on q_j
 
 where moving q_j alone turns the links behind it against the twist (w_a, V_a) that they inherit:
-dw = -e x w_a, dV = -(e x V_a + v x w_a). Power is the wrench times the link's own twist.
+dw = -e x w_a, dV = -(e x V_a + v x w_a), which is a twist of joint j and handed on as its screw is.
+Power is the wrench times the link's own twist.
 """
 
 from __future__ import annotations
@@ -21,11 +22,12 @@ import sympy as sp
 from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic import friction
-from symgen.symbolic.bodies import cross, dot, named, plus, unit, unit_momentum, unit_wrench
+from symgen.symbolic.bodies import cross, dot, unit, unit_momentum, unit_wrench
 from symgen.symbolic.constraints import folded, spread
 from symgen.symbolic.kinematics import (
     ZERO,
     Frame,
+    Step,
     Variables,
     Vector,
     frames,
@@ -33,7 +35,7 @@ from symgen.symbolic.kinematics import (
     steps,
     variables,
 )
-from symgen.symbolic.motion import Motion, Screw, motions, screws
+from symgen.symbolic.motion import Motion, Screw, handed_on, motions, screws
 from symgen.symbolic.parameters import Parameter, standard_parameters
 from symgen.symbolic.tape import Tape, TapeBuilder
 
@@ -47,6 +49,7 @@ class _Scene:
     robot: Robot
     variable: Variables
     tape: TapeBuilder
+    way: tuple[Step, ...]
     qd: Mapping[int, sp.Expr]
     qdd: Mapping[int, sp.Expr]
     screw: Mapping[int, Mapping[int, Screw]]
@@ -76,7 +79,8 @@ def _scene(robot: Robot) -> tuple[_Scene, Mapping[int, Frame], Mapping[int, Moti
     qd = {step.joint.number: step.qd for step in way}
     qdd = spread(robot, dict(zip(numbers, variable.qdd, strict=True)), tape)
     base = gravity(robot, tape)
-    scene = _Scene(robot, variable, tape, qd, qdd, screws(way, tape), standard_parameters(robot))
+    screw, parameters = screws(way, tape), standard_parameters(robot)
+    scene = _Scene(robot, variable, tape, way, qd, qdd, screw, parameters)
     return scene, frames(way, base, tape), motions(way, base, qdd, tape)
 
 
@@ -100,7 +104,7 @@ def torque_tape(robot: Robot) -> Tape:
 def momentum_tape(robot: Robot) -> Tape:
     """Derive the columns of dT/dqd, then those of dL/dq: (n, inertial standard parameters) each."""
     scene, frame, _ = _scene(robot)
-    inherited = _inherited(scene)
+    change = _changes(scene, frame)
     momentum: Columns = []
     slope: Columns = []
     for p in scene.parameters:
@@ -116,7 +120,7 @@ def momentum_tape(robot: Robot) -> Tape:
         slope.append(
             {
                 j: scene.tape.name(
-                    f"S{p.name}_{j}", _slope(p, here, (lin, ang), s, inherited[p.joint][j])
+                    f"S{p.name}_{j}", _slope(p, here, (lin, ang), s, change[p.joint][j])
                 )
                 for j, s in scene.screw[p.joint].items()
             }
@@ -124,11 +128,9 @@ def momentum_tape(robot: Robot) -> Tape:
     return scene.close(("q", "qd"), momentum, slope)
 
 
-def _slope(p: Parameter, here: Frame, momentum: Screw, screw: Screw, inherited: Screw) -> sp.Expr:
+def _slope(p: Parameter, here: Frame, momentum: Screw, screw: Screw, change: Screw) -> sp.Expr:
     """Return dL/dq_j of one unit parameter."""
-    (lin, ang), (e, v), (wa, Va) = momentum, screw, inherited
-    dw = cross(wa, e)
-    dV = plus(cross(Va, e), cross(wa, v))
+    (lin, ang), (e, v), (dw, dV) = momentum, screw, change
     total = dot(ang, dw) + dot(lin, dV)
     if p.prefix in names.MOMENT:
         total += dot(unit(names.MOMENT.index(p.prefix)), cross(here.g, e))
@@ -137,19 +139,17 @@ def _slope(p: Parameter, here: Frame, momentum: Screw, screw: Screw, inherited: 
     return total
 
 
-def _inherited(scene: _Scene) -> dict[int, dict[int, Screw]]:
-    """Return the twist that the joints before j give to link i, by i and j."""
-    out: dict[int, dict[int, Screw]] = {}
-    for i, by_joint in scene.screw.items():
-        w: Vector = ZERO
-        V: Vector = ZERO
-        out[i] = {}
-        for j, (e, v) in by_joint.items():  # in the order of the way from the base
-            out[i][j] = (w, V)
-            qd = scene.qd[j]
-            w = named(plus(w, (e[0] * qd, e[1] * qd, e[2] * qd)), f"I{i}_{j}_", scene.tape)
-            V = named(plus(V, (v[0] * qd, v[1] * qd, v[2] * qd)), f"J{i}_{j}_", scene.tape)
-    return out
+def _changes(scene: _Scene, frame: Mapping[int, Frame]) -> Mapping[int, Mapping[int, Screw]]:
+    """Return (dw, dV) of link i with q_j, by i and j; in frame j they are crosses with z.
+
+    There the joint's own speed makes no difference: it is along z, through the origin.
+    """
+    own: dict[int, Screw] = {}
+    for joint in scene.robot.moving:
+        w, V = frame[joint.number].w, frame[joint.number].V
+        dw, dV = ((w[1], -w[0], sp.S.Zero), (V[1], -V[0], sp.S.Zero))
+        own[joint.number] = (dw, dV) if joint.sigma == names.REVOLUTE else (ZERO, dw)
+    return handed_on(scene.way, own, ("I", "J"), scene.tape)
 
 
 def power_tape(robot: Robot) -> Tape:
@@ -176,11 +176,18 @@ def power_tape(robot: Robot) -> Tape:
 
 
 def _projected(scene: _Scene, p: Parameter, f: Vector, n: Vector, tag: str) -> dict[int, sp.Expr]:
-    """Project a wrench (or momentum) on the screws of the joints that move the link."""
-    return {
-        j: scene.tape.name(f"{tag}{p.name}_{j}", dot(e, n) + dot(v, f))
-        for j, (e, v) in scene.screw[p.joint].items()
-    }
+    """Project a wrench (or momentum) on the screws of the joints that move the link.
+
+    Parallel axes have one e: then e . n has a name of its own.
+    """
+    out = {}
+    axes = [e for e, _ in scene.screw[p.joint].values()]
+    for j, (e, v) in scene.screw[p.joint].items():
+        turning = dot(e, n)
+        if axes.count(e) > 1:
+            turning = scene.tape.name(f"{tag}{p.name}_{j}e", turning)
+        out[j] = scene.tape.name(f"{tag}{p.name}_{j}", turning + dot(v, f))
+    return out
 
 
 def _shares(scene: _Scene, p: Parameter) -> dict[int, sp.Expr]:

@@ -2,6 +2,9 @@
  * {{ k.operations }} for one sample.
  */
 #include "{{ name }}.h"
+{% if k.needs_sincos %}
+#include "{{ name }}_math.h"
+{% endif %}
 {% if k.needs_math %}
 
 #include <math.h>

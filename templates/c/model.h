@@ -4,7 +4,8 @@
  * Joint variables in file order: {{ joints }}.
  * Units: rad, m, s, kg, N; tau in N m for a revolute joint, N for a prismatic one.
  * All functions are re-entrant, allocate nothing and do a fixed number of operations.
- * Arrays are row-major; the _batch forms take N samples and a leading sample axis on every array.
+ * Arrays are row-major; outputs may not overlap inputs.
+ * The _batch forms take N samples and a leading sample axis on every array.
  */
 #ifndef {{ name }}_MODEL_H
 #define {{ name }}_MODEL_H

@@ -30,7 +30,7 @@ from rich.table import Table
 
 import symgen
 from symgen.codegen.casadi_model import casadi_function
-from symgen.runtime.build import _FLAGS, find_compiler
+from symgen.runtime.build import _FLAGS, find_compiler, native
 from symgen.symbolic.tape import Tape
 
 ROBOTS = ("puma560", "tx40", "panda", "wam7")
@@ -144,7 +144,8 @@ def casadi_c(function: casadi.Function, folder: Path, joints: int) -> ctypes.CDL
     assert energy.sz_w() < 65536
     source.write_text(source.read_text() + loop)
     library = folder / "energy.so"
-    command = [*compiler.command, *_FLAGS, str(source), "-o", str(library), "-lm"]
+    command = [*compiler.command, *_FLAGS, *native(compiler)[0], str(source)]
+    command += ["-o", str(library), "-lm"]
     subprocess.run(command, check=True, capture_output=True)
     return ctypes.CDLL(str(library))
 

@@ -132,6 +132,14 @@ def test_mass_matrix_is_symmetric_positive_definite_and_its_rate_matches_corioli
 
 
 @pytest.mark.parametrize("seed", SEEDS)
+def test_coriolis_is_the_factor_of_christoffel_symbols(seed: int) -> None:
+    # Theirs alone among the skew-symmetric ones is symmetric: C(q, a) b = C(q, b) a.
+    c = case(seed)
+    a, b = c.qd, c.qdd
+    _close(c("coriolis", c.q, a, c.X) @ b, c("coriolis", c.q, b, c.X) @ a, 1e-13)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
 def test_frames_and_jacobian_are_those_of_plain_transforms(seed: int) -> None:
     c = case(seed)
     frames = world_transforms(c.arm, c.q_tree)

@@ -59,7 +59,9 @@ def cache(tmp_path):
 
 def script(path: Path, body: str) -> str:
     """Write a compiler: it tells its version, and otherwise runs `body`."""
-    path.write_text(f'#!/bin/sh\nif [ "$1" = --version ]; then echo fake 1; exit 0; fi\n{body}\n')
+    answers = 'if [ "$1" = --version ]; then echo fake 1; exit 0; fi\n'
+    answers += 'for a; do if [ "$a" = -E ]; then exec cc "$@"; fi; done\n'  # what processor?
+    path.write_text(f"#!/bin/sh\n{answers}{body}\n")
     path.chmod(0o755)
     return str(path)
 
@@ -130,7 +132,8 @@ def test_a_model_is_compiled_once_for_two_evaluators(counted, monkeypatch):
 
 @needs_cc
 @pytest.mark.parametrize(
-    "change", ["source", "name of a source", "declarations", "version", "command", "flags"]
+    "change",
+    ["source", "name of a source", "declarations", "version", "command", "processor", "flags"],
 )
 def test_whatever_the_result_depends_on_gives_another_module(change, counted, cache, monkeypatch):
     compiler, count = counted
@@ -146,11 +149,24 @@ def test_whatever_the_result_depends_on_gives_another_module(change, counted, ca
         compiler = Compiler(compiler.command, "fake 2")
     elif change == "command":
         compiler = Compiler((*compiler.command, "-g"), compiler.version)
+    elif change == "processor":
+        monkeypatch.setattr(build, "native", lambda _: (("-O1",), "another processor"))
     else:
         monkeypatch.setattr(build, "_FLAGS", (*build._FLAGS, "-DNDEBUG"))
     assert build_module(sources, declarations, compiler).lib.seven() == 7
     assert count() == 2
     assert len(modules(cache)) == 2
+
+
+@needs_cc
+def test_a_compiler_that_does_not_know_this_processor_still_builds(tmp_path):
+    refuse = 'for a; do case "$a" in -march=*) exit 1;; esac; done\nexec cc "$@"'
+    path = tmp_path / "plain-cc"
+    path.write_text(f"#!/bin/sh\n{refuse}\n")
+    path.chmod(0o755)
+    compiler = Compiler((str(path),), "fake 1")
+    assert build.native(compiler) == ((), "")
+    assert build_module(SOURCES, DECLARATIONS, compiler).lib.seven() == 7
 
 
 @needs_cc

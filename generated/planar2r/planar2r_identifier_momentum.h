@@ -1,0 +1,34 @@
+/* Identification on line by the momentum model: planar2r_JOINTS equations a window.
+ *
+ * Over a window (t1, t2) the impulse of each motor is the change of its joint's momentum:
+ *
+ *     integral tau dt = {P(t2) - P(t1) - integral DL dt} X_inertial + integral F dt X_friction
+ *
+ * with P = dT/dqd and DL = dL/dq, the columns of planar2r_momentum_regressor, and F those of
+ * planar2r_friction_torque. No acceleration is needed. The rows of all joints take the same weight, and
+ * forgetting is per row: to forget at f per window, give its planar2r_JOINTS-th root.
+ *
+ * Begin a state here; all else is done by the functions of planar2r_identifier.h.
+ */
+#ifndef planar2r_IDENTIFIER_MOMENTUM_H
+#define planar2r_IDENTIFIER_MOMENTUM_H
+
+#include "planar2r_identifier.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Bytes of memory for a window of so many samples, as a constant expression, and as a function. */
+#define planar2r_IDENTIFIER_MOMENTUM_BYTES(window) planar2r_IDENTIFIER_BYTES_OF(planar2r_JOINTS, window)
+size_t planar2r_identifier_momentum_size(size_t window);
+
+/* Begin with no data; arguments and result as of planar2r_identifier_init. */
+int planar2r_identifier_momentum_init(void *state, size_t bytes, size_t window, int mode,
+                                  planar2r_real forgetting);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,34 @@
+/* Identification on line by the momentum model: rx90_JOINTS equations a window.
+ *
+ * Over a window (t1, t2) the impulse of each motor is the change of its joint's momentum:
+ *
+ *     integral tau dt = {P(t2) - P(t1) - integral DL dt} X_inertial + integral F dt X_friction
+ *
+ * with P = dT/dqd and DL = dL/dq, the columns of rx90_momentum_regressor, and F those of
+ * rx90_friction_torque. No acceleration is needed. The rows of all joints take the same weight, and
+ * forgetting is per row: to forget at f per window, give its rx90_JOINTS-th root.
+ *
+ * Begin a state here; all else is done by the functions of rx90_identifier.h.
+ */
+#ifndef rx90_IDENTIFIER_MOMENTUM_H
+#define rx90_IDENTIFIER_MOMENTUM_H
+
+#include "rx90_identifier.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Bytes of memory for a window of so many samples, as a constant expression, and as a function. */
+#define rx90_IDENTIFIER_MOMENTUM_BYTES(window) rx90_IDENTIFIER_BYTES_OF(rx90_JOINTS, window)
+size_t rx90_identifier_momentum_size(size_t window);
+
+/* Begin with no data; arguments and result as of rx90_identifier_init. */
+int rx90_identifier_momentum_init(void *state, size_t bytes, size_t window, int mode,
+                                  rx90_real forgetting);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,55 @@
+"""The order in which the steps of a tape are written: few values waiting at any time.
+
+Compilers keep the order of a long straight line, and what its registers cannot hold goes to memory
+and back. A step that uses up a value as it makes one comes as soon as it can; all others keep the
+order of the derivation (Goodman and Hsu 1988, with one threshold).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from heapq import heappop, heappush
+
+import sympy as sp
+
+Steps = Sequence[tuple[sp.Symbol, sp.Expr]]
+
+
+def scheduled(steps: Steps) -> list[tuple[sp.Symbol, sp.Expr]]:
+    """Return the steps in an order in which each still follows what it needs."""
+    place = {symbol: i for i, (symbol, _) in enumerate(steps)}
+    needs = [{place[s] for s in expr.free_symbols if s in place} for _, expr in steps]
+    users: list[set[int]] = [set() for _ in steps]
+    for i, needed in enumerate(needs):
+        for k in needed:
+            users[k].add(i)
+    lasting = [bool(u) for u in users]  # others are stored and gone
+    missing = [len(needed) for needed in needs]
+    ready = [i for i, count in enumerate(missing) if count == 0]
+    cheap: list[int] = []  # those of the ready that leave no more values than they found
+    done: set[int] = set()
+
+    def weigh(i: int) -> None:
+        used_up = sum(len(users[k]) == 1 for k in needs[i])
+        if missing[i] == 0 and used_up >= lasting[i]:
+            heappush(cheap, i)
+
+    for i in ready:
+        weigh(i)
+    order = []
+    while ready or cheap:
+        i = heappop(cheap or ready)
+        if i in done:
+            continue
+        done.add(i)
+        order.append(steps[i])
+        for k in sorted(needs[i]):
+            users[k].discard(i)
+            if len(users[k]) == 1:
+                weigh(next(iter(users[k])))
+        for k in sorted(users[i]):
+            missing[k] -= 1
+            if missing[k] == 0:
+                heappush(ready, k)
+                weigh(k)
+    return order
