@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 from symgen import names
 from symgen.codegen.kernels import Kernel, regrouped
 from symgen.codegen.model import Model
+from symgen.robot.types import Robot
 from symgen.symbolic.tape import Numbers
 
 DIGITS = 50
@@ -91,6 +93,14 @@ def evaluate(
     Returns:
         One mpmath number for every scalar of the outputs, guards left out.
     """
+    arithmetic, number = _arithmetic(model.robot, digits)
+    inputs = {name: [number(repr(v)) for v in values] for name, values in point.items()}
+    return kernel.tape.run(arithmetic, inputs)[: kernel.size]
+
+
+@lru_cache(maxsize=4)
+def _arithmetic(robot: Robot, digits: int) -> tuple[Numbers, Callable[[str], Any]]:
+    """Return arithmetic with many digits, which keeps a robot's constants, and its numbers."""
     import mpmath
 
     context = mpmath.mp.clone()
@@ -104,11 +114,8 @@ def evaluate(
         "log": context.log,
         "sign": context.sign,
     }
-    arithmetic = Numbers(
-        model.robot.values(), functions, lambda value: context.mpf(str(value)), digits + 10
-    )
-    inputs = {name: [context.mpf(repr(v)) for v in values] for name, values in point.items()}
-    return kernel.tape.run(arithmetic, inputs)[: kernel.size]
+    number = context.mpf
+    return Numbers(robot.values(), functions, lambda e: number(str(e)), digits + 10), number
 
 
 def _digits(value: Any) -> str:

@@ -316,9 +316,14 @@ class Numbers:
     ) -> None:
         self.values, self.functions, self.number = values, functions, number
         self.digits = digits
+        self._known: dict[sp.Expr, Any] = {}
 
     def constant(self, value: sp.Expr) -> Any:
-        return self.number(value.subs(self.values).evalf(self.digits))
+        known = self._known.get(value)
+        if known is None:
+            exact = value.subs(self.values) if value.free_symbols else value
+            known = self._known[value] = self.number(exact.evalf(self.digits))
+        return known
 
     def add(self, a: Any, b: Any) -> Any:
         return a + b
