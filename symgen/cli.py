@@ -17,10 +17,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symgen.errors import SymgenError, SymgenWarning
+from symgen.terminal import print_estimate, print_model, print_robot, say, table
 
 if TYPE_CHECKING:
-    from symgen.identification.estimate import Estimate
-    from symgen.robot.types import Robot
     from symgen.runtime.check import Checked
 
 
@@ -36,7 +35,7 @@ def robots() -> None:
     """List the built-in robots."""
     from symgen.robot.builtin import library, library_summary
 
-    _table(("name", "joints", "robot"), [(name, *library_summary(name)) for name in library()])
+    table(("name", "joints", "robot"), [(name, *library_summary(name)) for name in library()])
 
 
 @cli.command()
@@ -60,11 +59,11 @@ def generate(
     folder = into or Path("generated") / source.name
     check_replaceable(folder, "manifest.json")
     chosen = "all" if kernels is None else tuple(k.strip() for k in kernels.split(","))
-    _say(f"deriving {source.name}")
+    say(f"deriving {source.name}")
     model = symgen.derive(source, chosen)
     tree = symgen.generate(model, target=target, dtype=dtype, tex=tex)
     symgen.write_package(tree, folder)
-    _print_model(model)
+    print_model(model)
     click.echo(f"written: {folder} ({len(tree.files)} files)")
     return 0
 
@@ -93,7 +92,7 @@ def import_(file: Path, into: Path) -> int:
         check_text_replaceable(path)
     for path, text in files.items():
         write_text(path, text)
-    _print_table(found.robot)
+    print_robot(found.robot)
     for line in found.notes:
         click.echo(f"note: {line}")
     for line in found.assumed:
@@ -108,7 +107,7 @@ def check(folder: Path) -> int:
     """Check generated packages: write them again, compare, prove again, measure error and stack."""
     import symgen
 
-    _say("deriving, compiling and comparing")
+    say("deriving, compiling and comparing")
     results = symgen.check(folder)
     rows = [
         (
@@ -120,7 +119,7 @@ def check(folder: Path) -> int:
         )
         for result in results
     ]
-    _table(("package", "files", "rank", "kernels", "worst of C", "worst of CasADi"), rows)
+    table(("package", "files", "rank", "kernels", "worst of C", "worst of CasADi"), rows)
     _stack_table(results)
     for result in results:
         for line in result.differences:
@@ -135,7 +134,7 @@ def _stack_table(results: Sequence[Checked]) -> None:
     functions = sorted({f for stacks in measured.values() for f in stacks if f[-6:] != "_batch"})
     if functions:
         rows = [(f, *(str(stacks.get(f, "-")) for stacks in measured.values())) for f in functions]
-        _table(("worst-case stack, bytes", *measured), rows)
+        table(("worst-case stack, bytes", *measured), rows)
         click.echo("as this C compiler builds them at -O2; what libm takes comes on top")
     if missing:
         click.echo(f"stack not measured: {', '.join(missing)} (no C, or no compiler that counts)")
@@ -180,12 +179,23 @@ def identify(
         method=method,
         window=window,
         cutoff=cutoff,
-        progress=_say,
+        progress=say,
     )
-    _say("writing the report")
+    say("writing the report")
     files = estimate_files(estimate)
+    said = ""
+    if robot.endswith(".urdf"):
+        from symgen.identification.robot_file import identified_urdf
+
+        try:
+            text, said = identified_urdf(robot, estimate)
+            files[f"{estimate.robot}.urdf"] = text.encode()
+        except symgen.ParameterError as error:
+            said = f"no URDF is written: {error}"
     write_folder(into, files, "estimate.json")
-    _print_estimate(estimate)
+    print_estimate(estimate)
+    if said:
+        click.echo(f"note: {said}")
     click.echo(f"written: {', '.join(str(into / name) for name in files)}")
     return 0 if estimate.verdict == "trusted" else 1
 
@@ -202,7 +212,7 @@ def predict(robot: str, log: str, parameters: str, cutoff: float | None, into: P
     from symgen.files import check_replaceable, write_folder
 
     check_replaceable(into, "prediction.json")
-    _say("deriving and compiling the model")
+    say("deriving and compiling the model")
     prediction = symgen.predict(robot, log, parameters, cutoff=cutoff)
     write_folder(into, prediction.to_files(), "prediction.json")
     for note in prediction.notes:
@@ -228,7 +238,7 @@ def demo(into: Path, runs: int) -> int:
     """Run the example of Gautier and Khalil (1988) end to end."""
     from symgen.demo import run_demo
 
-    for block in run_demo(into, runs, _say):
+    for block in run_demo(into, runs, say):
         click.echo(block)
     return 0
 
@@ -289,102 +299,3 @@ def _run(arguments: list[str]) -> int:
 def _fail(message: str) -> int:
     click.echo(f"symgen: error: {message}", err=True)
     return 2
-
-
-def _say(message: str) -> None:
-    """Tell on stderr what is being done."""
-    click.echo(click.style(f"  {message}", dim=True), err=True)
-
-
-def _table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(*header, box=None, pad_edge=False, header_style="bold")
-    for row in rows:
-        table.add_row(*row)
-    console = Console(highlight=False)
-    if not console.is_terminal:  # a file or a pipe has no width: never cut a value
-        console.width = 1000
-    with console.capture() as captured:
-        console.print(table)
-    click.echo(captured.get(), nl=False)
-
-
-def _print_table(robot: Robot) -> None:
-    """Print the Denavit-Hartenberg table of a robot."""
-    from symgen.robot.expressions import text
-
-    keys = ("gamma", "b", "alpha", "d", "theta", "r")
-    rows = [
-        (
-            str(j.number),
-            j.name,
-            str(j.sigma),
-            str(j.antecedent),
-            *(_short(getattr(j, key)) for key in keys),
-            "" if j.follows is None else text(j.follows),
-        )
-        for j in robot.joints
-    ]
-    _table(("joint", "name", "sigma", "antecedent", *keys, "follows"), rows)
-
-
-def _short(expr: Any) -> str:
-    """Write an exact value; one that is no short decimal with 9 digits."""
-    from symgen.robot.expressions import text
-
-    written = text(expr)
-    return f"{float(expr):.9g}" if expr.is_Rational and len(written) > 12 else written
-
-
-def _print_model(model: Any) -> None:
-    from symgen.symbolic.base_parameters import bound
-
-    base = model.base
-    _table(
-        ("base parameter", "formula", "unit"),
-        [(p.name, p.expression, p.unit) for p in base.parameters],
-    )
-    click.echo(f"no effect: {', '.join(base.no_effect) or 'none'}")
-    click.echo(
-        f"{len(base.parameters)} base parameters of {len(base.standard)} standard ones "
-        f"({base.inertial} inertial, bound {bound(model.robot)}); exact rank {base.proof.rank} "
-        f"modulo {' and '.join(map(str, base.proof.primes))}"
-    )
-    for kernel in model.kernels:
-        o = kernel.tape.operations
-        click.echo(f"{kernel.name}: {o.mul} mul, {o.add} add, {o.div} div, {o.sincos} sincos")
-
-
-def _print_estimate(estimate: Estimate) -> None:
-    for note in estimate.notes:
-        click.echo(f"note: {note}")
-    _table(
-        ("parameter", "value", "std", "std %", "unit", "formula"),
-        [
-            (
-                p.name,
-                f"{p.value:.5g}",
-                f"{p.std:.2g}",
-                f"{p.relative_std_percent:.1f}",
-                p.unit,
-                p.expression,
-            )
-            for p in estimate.parameters
-        ],
-    )
-    click.echo(f"condition number (scaled): {estimate.condition_number:.4g}")
-    click.echo(
-        f"residual of {estimate.model}: train {100 * estimate.train.relative:.3g} %, "
-        f"validation {100 * estimate.validation.relative:.3g} %"
-    )
-    torque = estimate.torque_validation
-    if torque is not None and torque.per_joint is not None:
-        joints = ", ".join(f"{100 * r:.3g}" for r in torque.per_joint)
-        click.echo(f"residual of torque, validation, per joint: {joints} %")
-    click.echo(f"physical consistency: {estimate.physical.reason}")
-    colour = "green" if estimate.verdict == "trusted" else "yellow"
-    click.echo("verdict: " + click.style(estimate.verdict, fg=colour, bold=True))
-    for reason in estimate.reasons:
-        click.echo(f"  - {reason}")

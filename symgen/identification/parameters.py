@@ -35,7 +35,7 @@ def read_parameters(path: str | Path, model: Model) -> FloatArray:
     """
     path = Path(path)
     if path.suffix.lower() in FORMATS:
-        return base_values(_imported(path, model), model, str(path))
+        return base_values(cad_parameters(path, model), model, str(path))
     try:
         text = path.read_text(encoding="utf-8-sig")
         content = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
@@ -47,10 +47,13 @@ def read_parameters(path: str | Path, model: Model) -> FloatArray:
     return base_values(_named(content, path), model, str(path))
 
 
-def _imported(path: Path, model: Model) -> dict[str, float]:
+def cad_parameters(path: Path, model: Model) -> dict[str, float]:
     """Return the parameter values of another program's file, if it has the model's frames.
 
     A rotor inertia that the file does not give is 0, and so is friction.
+
+    Raises:
+        ParameterError: it holds none, or is another robot's.
     """
     found = read_imported(path)
     if not found.parameters:

@@ -20,7 +20,7 @@ DOORS = {
     "cffi": ("runtime/build",),
     "pyarrow": ("data/log",),
     # Clarabel takes its matrices as SciPy's.
-    "scipy": ("data/signals", "identification/conic", "plots"),
+    "scipy": ("diagnose/select", "data/signals", "identification/conic", "plots"),
     "clarabel": ("identification/conic",),
     "plotly": ("plots", "report"),
     "pydantic": ("robot/schema", "robot/toml_io"),

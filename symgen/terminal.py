@@ -1,0 +1,114 @@
+"""What the command line prints: progress on stderr, tables and verdicts on stdout."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from symgen.identification.estimate import Estimate
+    from symgen.robot.types import Robot
+
+
+def say(message: str) -> None:
+    """Tell on stderr what is being done."""
+    click.echo(click.style(f"  {message}", dim=True), err=True)
+
+
+def table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
+    """Print a table; a file or a pipe gets it in full width."""
+    from rich.console import Console
+    from rich.table import Table
+
+    grid = Table(*header, box=None, pad_edge=False, header_style="bold")
+    for row in rows:
+        grid.add_row(*row)
+    console = Console(highlight=False)
+    if not console.is_terminal:  # never cut a value
+        console.width = 1000
+    with console.capture() as captured:
+        console.print(grid)
+    click.echo(captured.get(), nl=False)
+
+
+def print_robot(robot: Robot) -> None:
+    """Print the Denavit-Hartenberg table of a robot."""
+    from symgen.robot.expressions import text
+
+    keys = ("gamma", "b", "alpha", "d", "theta", "r")
+    rows = [
+        (
+            str(j.number),
+            j.name,
+            str(j.sigma),
+            str(j.antecedent),
+            *(_short(getattr(j, key)) for key in keys),
+            "" if j.follows is None else text(j.follows),
+        )
+        for j in robot.joints
+    ]
+    table(("joint", "name", "sigma", "antecedent", *keys, "follows"), rows)
+
+
+def _short(expr: Any) -> str:
+    """Write an exact value; one that is no short decimal with 9 digits."""
+    from symgen.robot.expressions import text
+
+    written = text(expr)
+    return f"{float(expr):.9g}" if expr.is_Rational and len(written) > 12 else written
+
+
+def print_model(model: Any) -> None:
+    """Print the base parameters with their formulas and proof, and the kernels."""
+    from symgen.symbolic.base_parameters import bound
+
+    base = model.base
+    table(
+        ("base parameter", "formula", "unit"),
+        [(p.name, p.expression, p.unit) for p in base.parameters],
+    )
+    click.echo(f"no effect: {', '.join(base.no_effect) or 'none'}")
+    click.echo(
+        f"{len(base.parameters)} base parameters of {len(base.standard)} standard ones "
+        f"({base.inertial} inertial, bound {bound(model.robot)}); exact rank {base.proof.rank} "
+        f"modulo {' and '.join(map(str, base.proof.primes))}"
+    )
+    for kernel in model.kernels:
+        o = kernel.tape.operations
+        click.echo(f"{kernel.name}: {o.mul} mul, {o.add} add, {o.div} div, {o.sincos} sincos")
+
+
+def print_estimate(estimate: Estimate) -> None:
+    """Print the parameters, what they leave unexplained, and the verdict."""
+    for note in estimate.notes:
+        click.echo(f"note: {note}")
+    table(
+        ("parameter", "value", "std", "std %", "unit", "formula"),
+        [
+            (
+                p.name,
+                f"{p.value:.5g}",
+                f"{p.std:.2g}",
+                f"{p.relative_std_percent:.1f}",
+                p.unit,
+                p.expression,
+            )
+            for p in estimate.parameters
+        ],
+    )
+    click.echo(f"condition number (scaled): {estimate.condition_number:.4g}")
+    click.echo(
+        f"residual of {estimate.model}: train {100 * estimate.train.relative:.3g} %, "
+        f"validation {100 * estimate.validation.relative:.3g} %"
+    )
+    torque = estimate.torque_validation
+    if torque is not None and torque.per_joint is not None:
+        joints = ", ".join(f"{100 * r:.3g}" for r in torque.per_joint)
+        click.echo(f"residual of torque, validation, per joint: {joints} %")
+    click.echo(f"physical consistency: {estimate.physical.reason}")
+    colour = "green" if estimate.verdict == "trusted" else "yellow"
+    click.echo("verdict: " + click.style(estimate.verdict, fg=colour, bold=True))
+    for reason in estimate.reasons:
+        click.echo(f"  - {reason}")
