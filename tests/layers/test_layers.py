@@ -24,8 +24,8 @@ DOORS = {
     "clarabel": ("identification/conic",),
     "plotly": ("plots", "report"),
     "pydantic": ("robot/schema", "robot/toml_io"),
-    "click": ("cli",),
-    "rich": ("cli",),
+    "click": ("cli", "terminal"),
+    "rich": ("terminal",),
 }
 HEAVY = {"sympy", "numpy", "scipy", "casadi", "plotly", "pyarrow", "jinja2", "cffi", "pydantic",
          "clarabel"}  # fmt: skip
