@@ -70,12 +70,8 @@ class Candidate:
     def seen(self, evidence: Evidence, torques: Sequence[Torques]) -> dict[int, FloatArray]:
         """Return the columns (K, m) in the band at the kept instants of all logs."""
         per_scene = [self.columns(s, t) for s, t in zip(evidence.scenes, torques, strict=True)]
-        return {
-            j: np.concatenate(
-                [s.seen(c[j]) for s, c in zip(evidence.scenes, per_scene, strict=True)]
-            )
-            for j in per_scene[0]
-        }
+        pairs = list(zip(evidence.scenes, per_scene, strict=True))
+        return {j: np.concatenate([s.seen(c[j]) for s, c in pairs]) for j in per_scene[0]}
 
 
 def candidates(

@@ -21,6 +21,7 @@ FloatArray = NDArray[np.float64]
 _PER_PERIOD = 4  # kept samples per period of the cutoff
 _WHITENING = 3
 _TINY = 1e-300
+_REST = 0.02  # of the RMS speed
 #: Blocks of time, for robust errors, and folds, which are held out.
 BLOCKS, FOLDS = 20, 5
 
@@ -107,6 +108,8 @@ class Evidence:
         y: (K, n) torque.
         X: (p,) least-squares parameters.
         sigma: (n,) standard deviation of each joint's residual.
+        moves: (K, n) 1.0 where the joint moves, 0.0 where it is at rest and friction is undefined:
+            these rows have no say.
         block, fold: (K,) number of the block and the fold of each instant.
     """
 
@@ -115,6 +118,7 @@ class Evidence:
     y: FloatArray
     X: FloatArray
     sigma: FloatArray
+    moves: FloatArray
     block: NDArray[np.int64]
     fold: NDArray[np.int64]
 
@@ -126,12 +130,13 @@ class Evidence:
     @cached_property
     def residual(self) -> FloatArray:
         """Whitened residual (K, n)."""
-        return (self.y - self.W @ self.X) / self.sigma
+        return self.moves * (self.y - self.W @ self.X) / self.sigma
 
     @cached_property
     def basis(self) -> FloatArray:
         """Orthonormal basis (K, n, r) of what the whitened model can say."""
-        rows = (self.W / self.sigma[:, None]).reshape(-1, self.W.shape[2])
+        weight = (self.moves / self.sigma)[:, :, None]
+        rows = (self.W * weight).reshape(-1, self.W.shape[2])
         norms = np.linalg.norm(rows, axis=0)
         left, values, _ = np.linalg.svd(rows / np.where(norms > 0, norms, 1), full_matrices=False)
         kept = left[:, values > 1e-9 * values[0]]
@@ -167,16 +172,25 @@ def evidence(evaluator: Evaluator, scenes: Sequence[Scene]) -> Evidence:
 def solved(scenes: tuple[Scene, ...], W: FloatArray, y: FloatArray) -> Evidence:
     """Solve y = W X, joints weighed by the standard deviation of their residual."""
     p = W.shape[2]
+    moves = np.concatenate([_moving(s) for s in scenes])
+    count = np.maximum(moves.sum(axis=0), 1.0)
     sigma = np.maximum(np.std(y, axis=0), _TINY)
     X = np.zeros(p)
     for _ in range(_WHITENING):
-        X = least_squares((W / sigma[:, None]).reshape(-1, p), (y / sigma).ravel())
-        error = y - W @ X
+        weight = moves / sigma
+        X = least_squares((W * weight[:, :, None]).reshape(-1, p), (y * weight).ravel())
+        error = moves * (y - W @ X)
         floor = 1e-6 * np.sqrt(np.mean(y**2, axis=0)) + _TINY
-        sigma = np.maximum(np.sqrt(np.mean(error**2, axis=0)), floor)
+        sigma = np.maximum(np.sqrt(np.sum(error**2, axis=0) / count), floor)
     counts = [len(range(*s.kept.indices(len(s.t)))) for s in scenes]
     block = _pieces(counts, BLOCKS)
-    return Evidence(scenes, W, y, X, sigma, block, _pieces(counts, FOLDS))
+    return Evidence(scenes, W, y, X, sigma, moves, block, _pieces(counts, FOLDS))
+
+
+def _moving(s: Scene) -> FloatArray:
+    """Return 1.0 where a joint moves, (K, n): faster than a fiftieth of its RMS speed."""
+    speed = np.sqrt(np.mean(s.qd**2, axis=0))
+    return np.asarray(np.abs(s.qd[s.kept]) > _REST * speed, dtype=float)
 
 
 def least_squares(A: FloatArray, b: FloatArray) -> FloatArray:

@@ -82,7 +82,7 @@ def quick_gain(evidence: Evidence, columns: Columns) -> float:
     """Return the share of the sum of squares of its joints that a candidate explains."""
     A0, b, g, size = 0.0, 0.0, 0.0, 0.0
     for j, c in columns.items():
-        C = c / evidence.sigma[j]
+        C = c * (evidence.moves[:, j] / evidence.sigma[j])[:, None]
         A0 = A0 + C.T @ C
         b = b + evidence.basis[:, j].T @ C
         g = g + C.T @ evidence.residual[:, j]
@@ -110,7 +110,7 @@ def _free_directions(A0: FloatArray, A: FloatArray) -> tuple[FloatArray, FloatAr
 
 def project(evidence: Evidence, columns: Columns) -> Projection:
     """Take out of a candidate's columns what the model can say; fit the rest to the residual."""
-    C = dense(columns, evidence.y.shape) / evidence.sigma[:, None]
+    C = dense(columns, evidence.y.shape) * (evidence.moves / evidence.sigma)[:, :, None]
     K, n, m = C.shape
     Q = evidence.basis.reshape(K * n, -1)
     flat = C.reshape(K * n, m)
@@ -200,10 +200,11 @@ def _fault(evidence: Evidence, score: Score, p: Projection, tried: int) -> str:
 
 def _worse_fold(evidence: Evidence, p: Projection) -> int:
     """Return the number (from 1) of a held-out fold that the candidate does not improve, or 0."""
-    W = evidence.W / evidence.sigma[:, None]
+    weight = evidence.moves / evidence.sigma
+    W = evidence.W * weight[:, :, None]
     norms = np.sqrt(np.sum(W**2, axis=(0, 1)))
     W = W / np.where(norms > 0, norms, 1.0)
-    rows = np.concatenate([W, p.free, (evidence.y / evidence.sigma)[:, :, None]], axis=2)
+    rows = np.concatenate([W, p.free, (evidence.y * weight)[:, :, None]], axis=2)
     count = W.shape[2]
     folds = int(evidence.fold.max()) + 1
     parts = [rows[evidence.fold == f].reshape(-1, rows.shape[2]) for f in range(folds)]
@@ -268,6 +269,7 @@ class Search:
         accepted: list[Score] = []
         alike: dict[tuple[str, tuple[int, ...]], tuple[Score, ...]] = {}
         rejected: list[Score] = []
+        seen: set[frozenset[tuple[str, tuple[int, ...]]]] = set()
         while len(accepted) < _MOST:
             self.progress(f"trying {len(self.pool)} candidates for effect {len(accepted) + 1}")
             ranked = self._ranked(accepted)
@@ -282,6 +284,10 @@ class Search:
                 s for s in passing if s.candidate.key != best.candidate.key and _alike(s, best)
             )
             accepted = self._backward(accepted)
+            chosen = frozenset(s.candidate.key for s in accepted)
+            if chosen in seen:  # one displaces the other in turn: they are as good as each other
+                break
+            seen.add(chosen)
         accepted.sort(key=lambda s: -s.gain)
         return Selection(
             self._with(accepted),

@@ -37,7 +37,11 @@ def _arm(robot: symgen.Robot) -> Arm:
     )
 
 
-@pytest.mark.parametrize("name", symgen.library())
+# The joints of sr400 that follow others have an oracle of their own, in test_closed_loops.
+OPEN = [name for name in symgen.library() if name != "sr400"]
+
+
+@pytest.mark.parametrize("name", OPEN)
 def test_base_columns_equal_plain_transforms(name: str) -> None:
     robot = symgen.read_robot(name)
     model = symgen.derive(robot)

@@ -1,0 +1,199 @@
+"""What a diagnosis says: the gap before and after, where it is, and the effects that close it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.robot.types import Robot
+
+FloatArray = NDArray[np.float64]
+SCHEMA = "symgen.diagnosis/1"
+VERDICTS = ("consistent", "explained", "partly-explained", "unexplained", "bad-measurement")
+
+
+@dataclass(frozen=True)
+class Gap:
+    """RMS of measured minus modelled torque over RMS of measured torque, in the motion's band.
+
+    `total` is the root mean square of the joints' ratios.
+    """
+
+    per_joint: tuple[float, ...]
+
+    @property
+    def total(self) -> float:
+        """Root mean square over the joints."""
+        return float(np.sqrt(np.mean(np.square(self.per_joint))))
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the contract's keys."""
+        return {"total": self.total, "per_joint": list(self.per_joint)}
+
+
+@dataclass(frozen=True)
+class FoundParameter:
+    """A coefficient or a constant of an effect; std is NaN for a constant that was searched."""
+
+    name: str
+    value: float
+    std: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class FoundEffect:
+    """One effect that the data show.
+
+    Attributes:
+        name: of the library, or "unnamed".
+        joints: numbers in the file; empty for the whole arm.
+        parameters: with units and standard deviations.
+        expression: the torque ON the joint.
+        p_value: of the robust test, before the correction for multiplicity.
+        gap_reduction: share of the gap's square on its joints that it closes.
+        indistinguishable_from: (name, joints) of others that these data cannot tell from it.
+        separate: the motion that would tell them apart.
+        declared: whether the extended robot.toml and its C code hold it.
+    """
+
+    name: str
+    joints: tuple[int, ...]
+    parameters: tuple[FoundParameter, ...]
+    expression: str
+    p_value: float
+    gap_reduction: float
+    indistinguishable_from: tuple[tuple[str, tuple[int, ...]], ...] = ()
+    separate: str = ""
+    declared: bool = True
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the gap is: a joint, its share, and what it is organised by."""
+
+    joint: int
+    share: float
+    pattern: str
+    time_window: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Rejected:
+    """A candidate that was looked at, and why it is not named."""
+
+    name: str
+    joints: tuple[int, ...]
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """Torques of one validation log in the motion's band, (K, n), and the motion beside them."""
+
+    name: str
+    t: FloatArray
+    q: FloatArray
+    qd: FloatArray
+    measured: FloatArray
+    before: FloatArray
+    after: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """The answer of `diagnose`.
+
+    Attributes:
+        robot: name.
+        verdict: one of VERDICTS.
+        cutoff_hz: of the low-pass that every torque passes; None where none fits.
+        before, after, floor: the gap on data that the selection never saw.
+        where: joints with the gap, the largest share first; empty where consistent.
+        effects: in the order of their share in closing the gap.
+        rejected: what else was looked at.
+        advice: what to do, in words.
+        notes: what was done to the logs.
+        extended: the robot with the effects added.
+        joints: numbers of the movable joints.
+        curves: for drawing.
+        tried: number of candidates.
+    """
+
+    robot: str
+    verdict: str
+    cutoff_hz: float | None
+    before: Gap
+    after: Gap
+    floor: Gap
+    where: tuple[Place, ...]
+    effects: tuple[FoundEffect, ...]
+    rejected: tuple[Rejected, ...]
+    advice: tuple[str, ...]
+    notes: tuple[str, ...]
+    extended: Robot
+    joints: tuple[int, ...]
+    curves: tuple[Curves, ...] = ()
+    tried: int = 0
+    parameters: tuple[FoundParameter, ...] = field(default_factory=tuple)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the content of diagnosis.json."""
+        return {
+            "schema": SCHEMA,
+            "robot": self.robot,
+            "verdict": self.verdict,
+            "cutoff_hz": self.cutoff_hz,
+            "gap": {
+                "metric": "torque",
+                "before": self.before.to_json(),
+                "after": self.after.to_json(),
+                "noise_floor": self.floor.to_json(),
+            },
+            "where": [
+                {
+                    "joint": p.joint,
+                    "share": p.share,
+                    "pattern": p.pattern,
+                    "time_window": None if p.time_window is None else list(p.time_window),
+                }
+                for p in self.where
+            ],
+            "effects": [
+                {
+                    "name": e.name,
+                    "joints": list(e.joints),
+                    "parameters": [_parameter(p) for p in e.parameters],
+                    "expression": e.expression,
+                    "p_value": e.p_value,
+                    "gap_reduction": e.gap_reduction,
+                    "indistinguishable_from": [
+                        {"name": name, "joints": list(joints)}
+                        for name, joints in e.indistinguishable_from
+                    ],
+                    "separate": e.separate,
+                    "in_robot_toml": e.declared,
+                }
+                for e in self.effects
+            ],
+            "rejected": [
+                {"name": r.name, "joints": list(r.joints), "reason": r.reason}
+                for r in self.rejected
+            ],
+            "candidates_tried": self.tried,
+            "advice": list(self.advice),
+            "notes": list(self.notes),
+            "parameters": [_parameter(p) for p in self.parameters],
+        }
+
+
+def _parameter(p: FoundParameter) -> dict[str, Any]:
+    return {
+        "name": p.name,
+        "value": p.value,
+        "std": p.std if np.isfinite(p.std) else None,
+        "unit": p.unit,
+    }

@@ -1,0 +1,53 @@
+"""The robot with an effect added: friction words, rotor, coupling, or an [[effect]] table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import sympy as sp
+
+from symgen import names
+from symgen.robot.effect import Definition, of_library
+from symgen.robot.expressions import exact
+from symgen.robot.types import Coupling, Joint, Robot
+
+
+def extended(
+    robot: Robot, definition: Definition, positions: tuple[int, ...], constants: Mapping[str, float]
+) -> Robot | None:
+    """Return the robot with an effect of the library declared; None for one that no file declares.
+
+    Args:
+        robot: the robot so far.
+        definition: the effect.
+        positions: of the movable joints that it acts on.
+        constants: value of every constant; written with six digits.
+    """
+    numbers = [robot.movable[i].number for i in positions]
+    if definition.native in names.FRICTION:
+        return _with_friction(robot, numbers[0], definition.native)
+    if definition.native == "rotor":
+        return _replaced(robot, replace(robot.joint(numbers[0]), rotor_inertia=True))
+    if definition.native == "coupling":
+        ratio = exact(float(f"{constants['ratio']:.6g}"))
+        coupling = Coupling(numbers[0], numbers[1], sp.nsimplify(ratio))
+        return replace(robot, couplings=(*robot.couplings, coupling))
+    if not definition.declarable:
+        return None
+    rounded = {name: exact(float(f"{value:.6g}")) for name, value in constants.items()}
+    joint = robot.joint(numbers[0])
+    effect = of_library(definition, joint.number, joint.sigma, rounded)
+    out = replace(robot, effects=(*robot.effects, effect))
+    return _with_friction(out, joint.number, "offset") if definition.offset else out
+
+
+def _with_friction(robot: Robot, number: int, word: str) -> Robot:
+    joint = robot.joint(number)
+    words = tuple(w for w in names.FRICTION if w in (*joint.friction, word))
+    return _replaced(robot, replace(joint, friction=words))
+
+
+def _replaced(robot: Robot, joint: Joint) -> Robot:
+    joints = tuple(joint if j.number == joint.number else j for j in robot.joints)
+    return replace(robot, joints=joints)
