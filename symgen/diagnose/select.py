@@ -31,6 +31,7 @@ _GAIN = 0.0199  # of the sum of squares: 1 % of the residual
 _ALIKE = 0.8
 _NEARLY = 0.9  # of the best gain: the simpler candidate is preferred
 _ACTS = 0.02  # share of a column's square in a fold below which it does not act there
+_PLAIN = 0.75  # the same for parameters of the standard model
 _MOST = 8  # effects
 _CHAIN = 0.2  # least gain of a fault of the measuring chain: a small one hides in the model
 
@@ -272,7 +273,9 @@ class Search:
         seen: set[frozenset[tuple[str, tuple[int, ...]]]] = set()
         while len(accepted) < _MOST:
             self.progress(f"trying {len(self.pool)} candidates for effect {len(accepted) + 1}")
-            ranked = self._ranked(accepted)
+            # Members of one class do not stand beside each other: the data do not tell them apart.
+            same = {s.candidate.key for group in alike.values() for s in group}
+            ranked = [r for r in self._ranked(accepted) if self.pool[r[1]].key not in same]
             evidence = self._with(accepted)
             passing, rejected = self._judged(evidence, ranked)
             if not passing:
@@ -343,13 +346,16 @@ class Search:
 
     @staticmethod
     def _simplest(passing: Sequence[Score]) -> Score:
-        """Return the candidate with the fewest numbers among those that do nearly as well."""
+        """Return the plainest candidate among those that explain the same, nearly as well.
+
+        The parameters of the standard friction model come before any other effect that looks like
+        them; then the fewest numbers count.
+        """
         best = passing[0]
-        near = [s for s in passing if s.gain >= _NEARLY * best.gain and _alike(s, best)]
-        return min(
-            near or [best],
-            key=lambda s: (s.candidate.complexity, not s.candidate.definition.native, -s.gain),
-        )
+        near = [s for s in passing if s is best or _alike(s, best)]
+        plain = [s for s in near if s.candidate.definition.native and s.gain >= _PLAIN * best.gain]
+        close = plain or [s for s in near if s.gain >= _NEARLY * best.gain]
+        return min(close, key=lambda s: (s.candidate.complexity, -s.gain))
 
     def _refined(self, evidence: Evidence, score: Score, accepted: Sequence[Score]) -> Score:
         """Move a single constant between its neighbours on the grid to the largest gain."""
