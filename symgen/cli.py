@@ -78,7 +78,7 @@ def import_(file: Path, into: Path) -> int:
     """
     import symgen
     from symgen.files import check_text_replaceable, write_text
-    from symgen.robot.imported import read_imported
+    from symgen.robot.foreign import read_imported
     from symgen.robot.toml_text import parameters_toml
 
     if into.suffix != ".toml":

@@ -16,7 +16,8 @@ from symgen import names
 from symgen.codegen.model import Model
 from symgen.errors import ParameterError
 from symgen.identification.estimate import SCHEMA
-from symgen.robot.imported import FORMATS, read_imported
+from symgen.robot.foreign import read_imported
+from symgen.robot.imported import FORMATS
 
 FloatArray = NDArray[np.float64]
 

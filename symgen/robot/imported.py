@@ -32,33 +32,6 @@ class Imported:
     assumed: tuple[str, ...] = ()
 
 
-def read_imported(path: str | Path) -> Imported:
-    """Read a .urdf, or a .par of SYMORO.
-
-    Raises:
-        RobotError: it cannot be read, or is not a robot that symgen can have.
-    """
-    accepted = f"accepted: a path to a file with the ending {' or '.join(FORMATS)}"
-    if Path(path).suffix.lower() not in FORMATS:
-        raise RobotError(f"{shortened(str(path)) or '(empty)'}: not such a file; {accepted}")
-    return parse_imported(*read_text(path, accepted))
-
-
-def parse_imported(text: str, path: Path) -> Imported:
-    """Read the text of a file whose ending tells its format.
-
-    Raises:
-        RobotError: it is not a robot that symgen can have.
-    """
-    if path.suffix.lower() == ".par":
-        from symgen.robot.par_io import import_par
-
-        return import_par(text, str(path))
-    from symgen.robot.urdf_io import import_urdf
-
-    return import_urdf(text, str(path))
-
-
 def read_text(source: str | Path, accepted: str) -> tuple[str, Path]:
     """Read a robot file of reasonable size as UTF-8.
 

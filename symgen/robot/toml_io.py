@@ -20,8 +20,9 @@ from symgen.robot.builtin import library, library_text
 from symgen.robot.closure import require_closed
 from symgen.robot.effect import Effect, from_table
 from symgen.robot.expressions import shortened
+from symgen.robot.foreign import parse_imported
 from symgen.robot.identifiers import MAX_NAME, is_geometry_name, is_robot_name
-from symgen.robot.imported import FORMATS, parse_imported, read_text
+from symgen.robot.imported import FORMATS, read_text
 from symgen.robot.types import Coupling, Joint, Limits, Loop, Robot, joint_variable
 
 if TYPE_CHECKING:
