@@ -14,14 +14,23 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.signals import Samples, can_filter, differentiate, lowpass, motion_bandwidth
+from symgen.data.signals import (
+    MARGIN,
+    Samples,
+    can_filter,
+    differentiate,
+    lowpass,
+    motion_bandwidth,
+)
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
 _PER_PERIOD = 4  # kept samples per period of the cutoff
 _WHITENING = 3
 _TINY = 1e-300
-_REST = 0.02  # of the RMS speed
+_REST = 0.005  # of the RMS speed
+_RIGID = 10.0  # Hz
+_SPARED = 1.5  # of the motion's own bandwidth
 #: Blocks of time, for robust errors, and folds, which are held out.
 BLOCKS, FOLDS = 20, 5
 
@@ -76,12 +85,15 @@ def scene(samples: Samples, cutoff: float | None) -> Scene:
 
     Args:
         samples: the log on a uniform grid.
-        cutoff: of the low-pass, Hz; None for that of the motion's bandwidth.
+        cutoff: of the low-pass, Hz; None for that of the motion's bandwidth, up to 10 Hz where
+            this spares the motion: above it drives and structures vibrate, which no rigid body
+            explains.
     """
-    band = cutoff or samples.cutoff_hz or motion_bandwidth(samples.q, samples.step)
+    band = cutoff or _rigid_band(samples)
     filtered = can_filter(band, samples.step)
     q, qd = samples.q, samples.qd
-    if filtered and not samples.velocity_derived:
+    smooth = samples.velocity_derived and (samples.cutoff_hz or np.inf) <= band
+    if filtered and not smooth:
         q, qd = (lowpass(x, samples.step, band) for x in (q, qd))
     every = max(1, int(1 / (_PER_PERIOD * band * samples.step))) if filtered else 1
     margin = int(1 / (band * samples.step)) if filtered else 0  # the filter's run-in
@@ -96,6 +108,11 @@ def scene(samples: Samples, cutoff: float | None) -> Scene:
         band if filtered else None,
         slice(margin, len(samples.t) - margin, every),
     )
+
+
+def _rigid_band(samples: Samples) -> float:
+    wide = samples.cutoff_hz or motion_bandwidth(samples.q, samples.step)
+    return min(wide, max(_RIGID, _SPARED * wide / MARGIN))
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +205,7 @@ def solved(scenes: tuple[Scene, ...], W: FloatArray, y: FloatArray) -> Evidence:
 
 
 def _moving(s: Scene) -> FloatArray:
-    """Return 1.0 where a joint moves, (K, n): faster than a fiftieth of its RMS speed."""
+    """Return 1.0 where a joint moves, (K, n): faster than 0.5 % of its RMS speed."""
     speed = np.sqrt(np.mean(s.qd**2, axis=0))
     return np.asarray(np.abs(s.qd[s.kept]) > _REST * speed, dtype=float)
 
