@@ -70,23 +70,24 @@ def generate(
 
 @cli.command("import")
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--into", type=click.Path(path_type=Path), required=True, help="The robot.toml.")
-def import_(file: Path, into: Path) -> int:
-    """Read FILE (.urdf, or .par of SYMORO) and write it as robot.toml.
+@click.option("--into", type=click.Path(path_type=Path), help="The robot.toml to write.")
+def import_(file: Path, into: Path | None) -> int:
+    """Read FILE (.urdf, or .par of SYMORO), print its table, and write it as robot.toml.
 
-    Values of parameters that the file has go into NAME_parameters.toml beside it.
+    Values of parameters that the file has go into NAME_parameters.toml beside it. Without --into
+    the table is printed alone.
     """
     import symgen
     from symgen.files import check_text_replaceable, write_text
     from symgen.robot.foreign import read_imported
     from symgen.robot.toml_text import parameters_toml
 
-    if into.suffix != ".toml":
+    if into is not None and into.suffix != ".toml":
         raise click.UsageError(f"--into {into}: accepted: a path that ends in .toml")
     found = read_imported(file)
-    values = into.with_name(f"{found.robot.name}_parameters.toml")
-    files = {into: symgen.robot_toml(found.robot)}
-    if found.parameters:
+    files = {} if into is None else {into: symgen.robot_toml(found.robot)}
+    if into is not None and found.parameters:
+        values = into.with_name(f"{found.robot.name}_parameters.toml")
         files[values] = parameters_toml(found.parameters)
     for path in files:
         check_text_replaceable(path)
@@ -97,7 +98,8 @@ def import_(file: Path, into: Path) -> int:
         click.echo(f"note: {line}")
     for line in found.assumed:
         warnings.warn(f"{file}: {line}", SymgenWarning, stacklevel=1)
-    click.echo(f"written: {', '.join(map(str, files))}")
+    if files:
+        click.echo(f"written: {', '.join(map(str, files))}")
     return 0
 
 

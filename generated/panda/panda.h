@@ -216,7 +216,7 @@ void panda_energy_batch(size_t N, const double *q, const double *qd, const doubl
 void panda_frames(const double *q, double *T_out);
 void panda_frames_batch(size_t N, const double *q, double *T_out);
 
-/* Jacobian of the last frame in frame 0: rows of velocity, then of angular velocity
+/* Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning
  * q: (7,)
  * J_out: (6, 7)
  */

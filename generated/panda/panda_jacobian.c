@@ -1,4 +1,4 @@
-/* panda: Jacobian of the last frame in frame 0: rows of velocity, then of angular velocity
+/* panda: Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning
  * 93 mul, 58 add, 6 sincos for one sample.
  */
 #include "panda.h"

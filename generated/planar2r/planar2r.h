@@ -139,7 +139,7 @@ void planar2r_energy_batch(size_t N, const double *q, const double *qd, const do
 void planar2r_frames(const double *q, double *T_out);
 void planar2r_frames_batch(size_t N, const double *q, double *T_out);
 
-/* Jacobian of the last frame in frame 0: rows of velocity, then of angular velocity
+/* Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning
  * q: (2,)
  * J_out: (6, 2)
  */

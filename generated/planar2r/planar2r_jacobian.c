@@ -1,4 +1,4 @@
-/* planar2r: Jacobian of the last frame in frame 0: rows of velocity, then of angular velocity
+/* planar2r: Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning
  * 2 mul, 1 sincos for one sample.
  */
 #include "planar2r.h"

@@ -207,7 +207,7 @@ void puma560_energy_batch(size_t N, const double *q, const double *qd, const dou
 void puma560_frames(const double *q, double *T_out);
 void puma560_frames_batch(size_t N, const double *q, double *T_out);
 
-/* Jacobian of the last frame in frame 0: rows of velocity, then of angular velocity
+/* Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning
  * q: (6,)
  * J_out: (6, 6)
  */

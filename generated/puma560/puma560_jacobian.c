@@ -1,4 +1,4 @@
-/* puma560: Jacobian of the last frame in frame 0: rows of velocity, then of angular velocity
+/* puma560: Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning
  * 53 mul, 30 add, 5 sincos for one sample.
  */
 #include "puma560.h"

@@ -204,7 +204,7 @@ void rx90_energy_batch(size_t N, const double *q, const double *qd, const double
 void rx90_frames(const double *q, double *T_out);
 void rx90_frames_batch(size_t N, const double *q, double *T_out);
 
-/* Jacobian of the last frame in frame 0: rows of velocity, then of angular velocity
+/* Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning
  * q: (6,)
  * J_out: (6, 6)
  */

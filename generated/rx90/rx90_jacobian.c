@@ -1,4 +1,4 @@
-/* rx90: Jacobian of the last frame in frame 0: rows of velocity, then of angular velocity
+/* rx90: Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning
  * 46 mul, 21 add, 5 sincos for one sample.
  */
 #include "rx90.h"

@@ -25,6 +25,9 @@
 
 static inline void rx90_cosine_sine(double x, double *cosine, double *sine)
 {
+#if defined(__clang__) && __clang_major__ >= 11
+#pragma clang fp reassociate(off) /* clang does not tell -fassociative-math by a macro */
+#endif
     const double t = (x * 0.6366197723675814 + rx90_ROUND) - rx90_ROUND;
     const double head = x - t * 1.5707963267341256;
     const double middle = t * 6.077100506303966e-11;

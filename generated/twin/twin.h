@@ -206,7 +206,7 @@ void twin_energy_batch(size_t N, const double *q, const double *qd, const double
 void twin_frames(const double *q, double *T_out);
 void twin_frames_batch(size_t N, const double *q, double *T_out);
 
-/* Jacobian of the last frame in frame 0: rows of velocity, then of angular velocity
+/* Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning
  * q: (7,)
  * J_out: (6, 7)
  */

@@ -1,4 +1,4 @@
-/* twin: Jacobian of the last frame in frame 0: rows of velocity, then of angular velocity
+/* twin: Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning
  * 11 mul, 8 add, 2 sincos for one sample.
  */
 #include "twin.h"

@@ -226,7 +226,7 @@ def _frames(s: Subject) -> Kernel:
 
 def _jacobian(s: Subject) -> Kernel:
     tape = placement.jacobian_tape(s.robot)
-    doc = "Jacobian of the last frame in frame 0: rows of velocity, then of angular velocity"
+    doc = "Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning"
     return Kernel("jacobian", doc, tape, (Output("J_out", (6, s.robot.n)),))
 
 

@@ -266,7 +266,7 @@ class _Writer:
                         str(j.antecedent),
                         *(text(getattr(j, key)) for key in keys),
                         text(sum((c * joint_variable(k) for k, c in j.shares), j.offset)),
-                        j.name or "-",
+                        j.name.replace("|", "\\|") or "-",
                     ]
                 )
                 for j in robot.joints

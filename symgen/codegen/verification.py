@@ -16,7 +16,7 @@ from symgen.symbolic.tape import Numbers
 DIGITS = 50
 SEED = 1988
 POINTS = 4
-#: Largest error over the largest entry of an output that a compiled kernel may show.
+#: Largest error that a compiled kernel may show, over its largest entry at any of the points.
 TOLERANCE = {"double": 1e-13, "float": 2e-5}
 
 

@@ -81,6 +81,11 @@ class Effect:
     torque: tuple[tuple[int, sp.Expr], ...]
     own: bool = False
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names that it declares: coefficients, then constants."""
+        return tuple(name for name, _ in (*self.linear, *self.nonlinear))
+
     def columns(self, coefficient: str) -> dict[int, sp.Expr]:
         """Return what a coefficient adds to the motor torque of each joint, constants put in."""
         constants = {sp.Symbol(name, real=True): value for name, value in self.nonlinear}
@@ -122,7 +127,11 @@ def unit(written: str, sigma: int) -> str:
 
 
 def of_library(
-    definition: Definition, joint: int, sigma: int, constants: Mapping[str, sp.Expr]
+    definition: Definition,
+    joint: int,
+    sigma: int,
+    constants: Mapping[str, sp.Expr],
+    geometry: Mapping[str, sp.Expr] | None = None,
 ) -> Effect:
     """Return an effect of the library on one joint.
 
@@ -131,15 +140,16 @@ def of_library(
         joint: its number.
         sigma: its type.
         constants: value of every nonlinear constant, by its name in the library.
+        geometry: value of every named length that the constants may hold.
 
     Raises:
-        RobotError: a constant is missing or unknown.
+        RobotError: a constant is missing or unknown, or the torque has no value with it.
     """
     if set(constants) != set(definition.nonlinear):
         accepted = ", ".join(definition.nonlinear) or "none"
         raise RobotError(f"constants {', '.join(constants) or 'none'}; accepted: {accepted}")
     own = (*OWN, *definition.linear, *definition.nonlinear)
-    generic = expressions.parse(definition.torque, own, expressions.EFFECT_FUNCTIONS)
+    generic = _torque(definition.torque, (*OWN, *definition.linear), constants, geometry or {})
     numbered = {sp.Symbol(n, real=True): sp.Symbol(f"{n}{joint}", real=True) for n in own}
     return Effect(
         name=definition.name,
@@ -150,13 +160,38 @@ def of_library(
     )
 
 
+def _torque(
+    text: str,
+    variables: Collection[str],
+    constants: Mapping[str, sp.Expr],
+    geometry: Mapping[str, sp.Expr],
+) -> sp.Expr:
+    """Return a torque with its constants as symbols; at their values it must be of the grammar too.
+
+    Raises:
+        RobotError: it is not.
+    """
+    functions = expressions.EFFECT_FUNCTIONS
+    known = (*variables, *constants, *geometry)
+    lengths = {sp.Symbol(name, real=True): value for name, value in geometry.items()}
+    values = {**geometry, **{name: c.subs(lengths) for name, c in constants.items()}}
+    try:
+        expr = expressions.parse(text, known, functions)
+        expressions.check_powers(expr, text)
+        expressions.check_powers(expressions.parse(text, known, functions, values), text)
+    except ExpressionError as error:
+        raise RobotError(f"key 'torque': {error}") from error
+    return expr
+
+
 def of_file(
     name: str,
     joint: int,
     torque: str,
     linear: Mapping[str, str],
     nonlinear: Mapping[str, sp.Expr],
-    known: Collection[str],
+    variables: Collection[str],
+    geometry: Mapping[str, sp.Expr],
 ) -> Effect:
     """Return an effect whose torque the file gives.
 
@@ -166,17 +201,13 @@ def of_file(
         torque: its expression, linear in the names of `linear`.
         linear: unit of every coefficient.
         nonlinear: value of every constant.
-        known: the variables q1, qd1, ... and named lengths that may occur.
+        variables: q1, qd1, ... that may occur.
+        geometry: value of every named length, which may occur too.
 
     Raises:
         RobotError: the torque is not of the grammar, or not linear in its coefficients.
     """
-    try:
-        expr = expressions.parse(
-            torque, (*known, *linear, *nonlinear), expressions.EFFECT_FUNCTIONS
-        )
-    except ExpressionError as error:
-        raise RobotError(f"key 'torque': {error}") from error
+    expr = _torque(torque, (*variables, *linear), nonlinear, geometry)
     symbols = [sp.Symbol(n, real=True) for n in linear]
     rest = expr.subs(dict.fromkeys(symbols, 0))
     slopes = [sp.diff(expr, s) for s in symbols]
@@ -188,6 +219,9 @@ def of_file(
     unused = [n for n, d in zip(linear, slopes, strict=True) if d == 0]
     if unused:
         raise RobotError(f"key 'linear': {unused[0]} does not occur in the torque")
+    unused = [n for n in nonlinear if sp.Symbol(n, real=True) not in expr.free_symbols]
+    if unused:
+        raise RobotError(f"key 'nonlinear': {unused[0]} does not occur in the torque")
     return Effect(
         name=name,
         joints=(joint,),
@@ -198,13 +232,15 @@ def of_file(
     )
 
 
-def from_table(table: Any, movable: Mapping[int, int], geometry: Collection[str]) -> list[Effect]:
+def from_table(
+    table: Any, movable: Mapping[int, int], geometry: Mapping[str, sp.Expr]
+) -> list[Effect]:
     """Return the effects that one [[effect]] table declares: one a joint.
 
     Args:
         table: the validated table: name, joints, torque, linear, nonlinear (exact values).
         movable: type of every movable joint by its number.
-        geometry: the file's named lengths.
+        geometry: value of each of the file's named lengths.
 
     Raises:
         RobotError: the message names the key.
@@ -226,7 +262,7 @@ def from_table(table: Any, movable: Mapping[int, int], geometry: Collection[str]
             )
         if table.linear:
             raise RobotError("key 'linear': an effect of the library has its own")
-        return [of_library(chosen, j, movable[j], table.nonlinear) for j in table.joints]
+        return [of_library(chosen, j, movable[j], table.nonlinear, geometry) for j in table.joints]
     if table.name in known:
         raise RobotError(f"key 'torque': {table.name} is an effect of the library and has its own")
     if len(table.joints) != 1:
@@ -234,7 +270,7 @@ def from_table(table: Any, movable: Mapping[int, int], geometry: Collection[str]
     variables = [f"{letter}{j}" for letter in ("q", "qd") for j in movable]
     j = table.joints[0]
     return [
-        of_file(table.name, j, table.torque, table.linear, table.nonlinear, (*variables, *geometry))
+        of_file(table.name, j, table.torque, table.linear, table.nonlinear, variables, geometry)
     ]
 
 
@@ -245,4 +281,4 @@ def _declared_by(definition: Definition) -> str:
         return {"rotor": "rotor_inertia of the joint"}.get(
             definition.native, f"a table of its own: {definition.native}"
         )
-    return f"kind {definition.kind}: symgen diagnose measures it, a robot file does not declare it"
+    return f"kind {definition.kind}: a robot file does not declare it"

@@ -29,6 +29,8 @@ _MAX_LENGTH = 1000
 _MAX_DEPTH = 50
 _MAX_EXPONENT = 16
 _MAX_DECIMALS = 100
+_MAX_EXPONENTIAL = 200  # argument of exp of a number: exp(200) is 7e86
+_MAX_SIZE = 1000  # nodes of what a function gives: min and max write their arguments twice
 
 #: How many arguments a function has, and what it gives.
 Function = tuple[int, Callable[..., sp.Expr]]
@@ -45,20 +47,36 @@ def _smaller(a: sp.Expr, b: sp.Expr) -> sp.Expr:
     return (a + b - sp.Abs(a - b)) / 2
 
 
+def _power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
+    if exponent.is_number and not abs(exponent) <= _MAX_EXPONENT:
+        raise ExpressionError(f"an exponent of pow is at most {_MAX_EXPONENT} in size")
+    return sp.Pow(sp.Abs(base), exponent)
+
+
+def _exponential(argument: sp.Expr) -> sp.Expr:
+    if argument.is_number and not abs(argument) <= _MAX_EXPONENTIAL:
+        raise ExpressionError(f"exp of a number is taken up to {_MAX_EXPONENTIAL} in size")
+    return sp.exp(argument)
+
+
 #: Functions of the torques of effects; pow(x, p) is x**p for any p where x is not negative.
 EFFECT_FUNCTIONS: Mapping[str, Function] = {
     **FUNCTIONS,
-    **{f.__name__: (1, f) for f in (sp.sin, sp.cos, sp.exp, sp.tanh, sp.sign)},
+    **{f.__name__: (1, f) for f in (sp.sin, sp.cos, sp.tanh, sp.sign)},
+    "exp": (1, _exponential),
     "tan": (1, lambda x: sp.sin(x) / sp.cos(x)),
     "abs": (1, sp.Abs),
     "min": (2, _smaller),
     "max": (2, _larger),
-    "pow": (2, lambda x, p: sp.Pow(sp.Abs(x), p)),
+    "pow": (2, _power),
 }
 
 
 def parse(
-    text: str, names: Collection[str] = (), functions: Mapping[str, Function] = FUNCTIONS
+    text: str,
+    names: Collection[str] = (),
+    functions: Mapping[str, Function] = FUNCTIONS,
+    values: Mapping[str, sp.Expr] | None = None,
 ) -> sp.Expr:
     """Return the exact expression that a text of the safe grammar stands for.
 
@@ -66,6 +84,7 @@ def parse(
         text: for example "pi/2", "-L1" or "sqrt(2)*L1/2".
         names: the names that may occur, each a real symbol.
         functions: the functions that may occur.
+        values: what stands for some of the names, in place of their symbols.
 
     Raises:
         ExpressionError: the text is not of the grammar, uses a name that is not declared,
@@ -75,7 +94,7 @@ def parse(
         raise ExpressionError(
             f"expression of {len(text)} characters; accepted: at most {_MAX_LENGTH}"
         )
-    parser = _Parser(text, names, functions)
+    parser = _Parser(text, names, functions, values or {})
     expr = parser.sum()
     if parser.kind is not None:
         raise parser.error("an operator")
@@ -101,6 +120,13 @@ def check_plain(expr: sp.Expr, written: str) -> None:
                 f"{written!r}: accepted: square roots (not roots of roots) and powers up to "
                 f"{_MAX_EXPONENT}"
             )
+
+
+def check_powers(expr: sp.Expr, written: str) -> None:
+    """Raise ExpressionError where a whole power is so high that it is no formula for a torque."""
+    for power in expr.atoms(sp.Pow):
+        if power.exp.is_number and abs(power.exp) > _MAX_EXPONENT:
+            raise ExpressionError(f"{shortened(written)!r}: accepted: powers up to {_MAX_EXPONENT}")
 
 
 def shortened(written: str, length: int = 60) -> str:
@@ -129,9 +155,13 @@ class _Parser:
     """One pass over one text; `kind` and `token` are the token ahead."""
 
     def __init__(
-        self, text: str, names: Collection[str], functions: Mapping[str, Function]
+        self,
+        text: str,
+        names: Collection[str],
+        functions: Mapping[str, Function],
+        values: Mapping[str, sp.Expr],
     ) -> None:
-        self.text, self.names, self.functions = text, names, functions
+        self.text, self.names, self.functions, self.values = text, names, functions, values
         self.at, self.end, self.depth = 0, 0, 0
         self.kind: str | None = None
         self.token = ""
@@ -203,6 +233,7 @@ class _Parser:
             return value
         base = self.atom()
         if self.kind == "op" and self.token == "**":
+            check_finite(base, self.text)  # before a power makes it longer than memory
             self.advance()
             exponent = self.power()
             if not (exponent.is_Integer or exponent in (sp.Rational(1, 2), -sp.Rational(1, 2))):
@@ -217,6 +248,18 @@ class _Parser:
                 raise ExpressionError(f"in {shortened(self.text)!r}: division by zero")
             return base**exponent
         return base
+
+    def applied(self, function: Callable[..., sp.Expr], arguments: list[sp.Expr]) -> sp.Expr:
+        """Return a function's value, unless it is no number or unreasonably long."""
+        for argument in arguments:
+            check_finite(argument, self.text)
+        try:
+            value = function(*arguments)
+        except ExpressionError as error:
+            raise ExpressionError(f"in {shortened(self.text)!r}: {error}") from error
+        if any(i > _MAX_SIZE for i, _ in enumerate(sp.preorder_traversal(value))):
+            raise ExpressionError(f"in {shortened(self.text)!r}: too many functions in each other")
+        return value
 
     def atom(self) -> sp.Expr:
         kind, token = self.kind, self.token
@@ -237,13 +280,13 @@ class _Parser:
                 self.take(",")
                 arguments.append(self.sum())
             self.take(")")
-            return function(*arguments)
+            return self.applied(function, arguments)
         if kind == "name" and token in CONSTANTS:
             self.advance()
             return CONSTANTS[token]
         if kind == "name" and token in self.names:
             self.advance()
-            return sp.Symbol(token, real=True)
+            return self.values.get(token, sp.Symbol(token, real=True))
         declared = ", ".join([*CONSTANTS, *self.functions, *self.names])
         raise self.error(f"a number, '(' or one of {declared}")
 
@@ -289,7 +332,7 @@ def _text(expr: sp.Expr, level: int) -> str:
         base, exponent = expr.args
         if exponent == sp.Rational(1, 2):
             return f"sqrt({_text(base, 0)})"
-        if base.func is sp.Abs and not (2 * exponent).is_Integer:
+        if base.func is sp.Abs and not exponent.is_Integer:
             return f"pow({_text(base, 0)}, {_text(exponent, 0)})"
         if exponent.is_negative:
             out = f"1/{_text(1 / expr, 2)}"

@@ -22,8 +22,12 @@ _KEYWORDS = frozenset(
     "abs sign sqrt sin cos tan exp tanh min max pi g taur".split()
 )
 _RESERVED = re.compile(
-    r"X_\w*|(q|qd|qdd|tau|i)\d*|(XX|XY|XZ|YY|YZ|ZZ|MX|MY|MZ|M|IA|IAM|FS|FV|OF|FSM|FVM)\d+R?"
+    r"X_\w*|(q|qd|qdd|tau|i)\d*|(XX|XY|XZ|YY|YZ|ZZ|MX|MY|MZ|M|IA|IAM|FS|FV|OF|FSM|FVM)(\d+|L)R?"
 )
+# A coefficient becomes NAME_coefficient, beside the package's own words: these are of small letters
+# and underscores, but for a few.
+_COEFFICIENT = re.compile(r"[A-Z][A-Za-z0-9]*", re.ASCII)
+_API = frozenset("JOINTS PARAMETERS INERTIAL NEAR ROUND".split())
 
 
 def fits_c(name: str) -> bool:
@@ -40,6 +44,11 @@ def is_robot_name(name: str) -> bool:
 def is_geometry_name(name: str) -> bool:
     """Whether a length can have this name, which no parameter or variable has."""
     return fits_c(name) and _RESERVED.fullmatch(name) is None
+
+
+def is_coefficient_name(name: str) -> bool:
+    """Whether a parameter of an effect can have this name, in C as NAME_name."""
+    return is_geometry_name(name) and _COEFFICIENT.fullmatch(name) is not None and name not in _API
 
 
 def robot_name(text: str) -> str:

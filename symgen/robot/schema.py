@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from decimal import Decimal
 from typing import Annotated, Any, Literal
 
@@ -13,6 +14,7 @@ _MAX_JOINTS = 200
 _LARGEST = 100  # decimal exponent of the largest number
 _SMALLEST_WIDTH = 1e-12
 _MAX_TITLE = 200
+_UNIT = re.compile(r"[A-Za-z0-9 /^.-]{0,40}", re.ASCII)
 
 
 def _number(value: object) -> float:
@@ -65,6 +67,19 @@ def _title(value: object) -> str:
     return value
 
 
+def _own_name(value: object) -> str:
+    if not _title(value):
+        raise ValueError("a name that is not empty")
+    return str(value)
+
+
+def _unit(value: object) -> str:
+    # It stands in comments of C, in tables and in formulas.
+    if not isinstance(value, str) or _UNIT.fullmatch(value) is None:
+        raise ValueError("a unit in quotes, such as 'N m/rad', of letters, digits, spaces, / ^ . -")
+    return value
+
+
 Positive = Annotated[float, PlainValidator(_positive)]
 
 
@@ -108,10 +123,10 @@ class LoopTable(_Table):
 
 
 class EffectTable(_Table):
-    name: str
+    name: Annotated[str, PlainValidator(_own_name)]
     joints: list[Integer]
     torque: str | None = None
-    linear: dict[str, str] = Field(default_factory=dict)
+    linear: dict[str, Annotated[str, PlainValidator(_unit)]] = Field(default_factory=dict)
     nonlinear: dict[str, Scalar] = Field(default_factory=dict)
 
 

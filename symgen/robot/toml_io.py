@@ -21,9 +21,14 @@ from symgen.robot.closure import require_closed
 from symgen.robot.effect import Effect, from_table
 from symgen.robot.expressions import shortened
 from symgen.robot.foreign import parse_imported
-from symgen.robot.identifiers import MAX_NAME, is_geometry_name, is_robot_name
+from symgen.robot.identifiers import (
+    MAX_NAME,
+    is_coefficient_name,
+    is_geometry_name,
+    is_robot_name,
+)
 from symgen.robot.imported import FORMATS, read_text
-from symgen.robot.types import Coupling, Joint, Limits, Loop, Robot, joint_variable
+from symgen.robot.types import MAX_RATIO, Coupling, Joint, Limits, Loop, Robot, joint_variable
 
 if TYPE_CHECKING:
     from symgen.robot.schema import JointTable, RobotFile
@@ -242,12 +247,19 @@ class _Reader:
         for k, c in joint.shares:
             if {s.name for s in c.free_symbols} & set(variables):
                 raise self.fail(f"{place}: not linear in q{k}; accepted: {accepted}")
+            if self.at_values(c).is_zero:
+                raise self.fail(f"{place}: the factor of q{k} is 0 at the file's values")
             if joint.sigma == names.REVOLUTE and (
                 variables[f"q{k}"].sigma != names.REVOLUTE or not self.at_values(c).is_Rational
             ):
                 raise self.fail(
                     f"{place}: the factor of q{k} is {expressions.text(c)}; accepted for a "
                     "revolute joint: fractions, of the variables of revolute joints"
+                )
+            if joint.sigma == names.REVOLUTE and abs(self.at_values(c)) > MAX_RATIO:
+                raise self.fail(
+                    f"{place}: the factor of q{k} is {expressions.text(c)}, which makes its "
+                    f"rounding as much larger; accepted: at most {MAX_RATIO} in size"
                 )
         if joint.sigma == names.REVOLUTE:
             self.angle(joint.offset, place)
@@ -292,8 +304,14 @@ class _Reader:
         found: list[Effect] = []
         for number, table in enumerate(file.effect, 1):
             place = f"effect {number}"
-            for name in (*table.linear, *table.nonlinear):
-                if not is_geometry_name(name) or name in self.geometry:
+            for name in table.linear:
+                if not is_coefficient_name(name):
+                    raise self.fail(
+                        f"{place}, key 'linear': {shortened(name)!r}: reserved, or not a capital "
+                        "letter followed by letters and digits"
+                    )
+            for name in table.nonlinear:
+                if not is_geometry_name(name):
                     raise self.fail(f"{place}: {shortened(name)!r}: reserved, or no C identifier")
             exact = {
                 key: self.expression(value, f"{place}, key 'nonlinear'", self.geometry)
@@ -304,10 +322,11 @@ class _Reader:
                 here = from_table(table, {j.number: j.sigma for j in movable}, self.geometry)
             except RobotError as error:
                 raise self.fail(f"{place}: {error}") from error
-            taken = {name for e in found for name, _ in (*e.linear, *e.nonlinear)}
-            for name in (name for e in here for name, _ in (*e.linear, *e.nonlinear)):
+            taken = {*self.geometry, *(n for e in found for n in e.names)}
+            for name in (name for e in here for name in e.names):
                 if name in taken:
                     raise self.fail(f"{place}: {name} is declared twice")
+                taken.add(name)
             found += here
         return tuple(found)
 

@@ -60,7 +60,8 @@ def robot_toml(robot: Robot) -> str:
     for loop in robot.loops:
         out += ["", "[[loop]]", f"cut = [{loop.first}, {loop.second}]"]
     for effect in robot.effects:
-        out += ["", "[[effect]]", f'name = "{effect.name}"', f"joints = {list(effect.joints)}"]
+        out += ["", "[[effect]]", f"name = {json.dumps(effect.name, ensure_ascii=False)}"]
+        out.append(f"joints = {list(effect.joints)}")
         values = effect.nonlinear
         if effect.own:
             out.append(f'torque = "{expressions.text(effect.torque[0][1])}"')

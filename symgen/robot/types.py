@@ -21,6 +21,8 @@ from symgen.errors import RobotError
 from symgen.robot.effect import Effect
 
 _VARIABLE = re.compile(r"q\d+")
+#: Largest factor by which a revolute joint follows another: it makes rounding as much larger.
+MAX_RATIO = 200
 
 
 def joint_variable(number: int) -> sp.Symbol:

@@ -20,7 +20,7 @@ from symgen.robot.denavit_hartenberg import Line, Matrix, Pose, Vector
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import robot_name
 from symgen.robot.recognition import context
-from symgen.robot.types import Joint, Limits, Robot, joint_variable
+from symgen.robot.types import MAX_RATIO, Joint, Limits, Robot, joint_variable
 from symgen.robot.urdf_text import Triple, Urdf, UrdfJoint
 
 _FAR = 10  # m
@@ -225,6 +225,8 @@ class Chain:
                 raise self.fail(joint, f"it mimics {shortened(name)!r}, which is fixed")
         if factor == 0:
             raise self.fail(joint, "its multiplier is 0; accepted: a fixed joint in its place")
+        if joint.sigma == names.REVOLUTE and abs(factor) > MAX_RATIO:
+            raise self.fail(joint, f"its multiplier is above {MAX_RATIO} in size")
         if joint.sigma == names.REVOLUTE and at.sigma == names.PRISMATIC:
             raise self.fail(
                 joint,

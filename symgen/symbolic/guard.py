@@ -66,7 +66,11 @@ def require_floats_agree(
     norms = np.linalg.norm(K, axis=0)
     singular = np.linalg.svd(K / np.where(norms > 0, norms, 1.0), compute_uv=False)
     if len(singular) and singular[-1] < _DEPENDENT * singular[0]:
-        raise SymgenError("the exact rank contradicts the rank in numbers")
+        raise SymgenError(
+            f"the {len(singular)} base parameters are independent, but not in double precision: "
+            f"singular values range over {singular[0] / max(singular[-1], 1e-300):.0e}; "
+            "accepted: lengths, and factors of 'follows', of like size"
+        )
 
 
 def _float(expr: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> float:

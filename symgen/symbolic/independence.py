@@ -33,7 +33,8 @@ def require_new_columns(robot: Robot, base: BaseParameters) -> None:
     others are taken out.
 
     Raises:
-        RobotError: the message names the effect and its coefficient.
+        RobotError: the message names the effect and its coefficient; also where its torque is not
+            finite.
     """
     draw = np.random.default_rng(len(base.parameters))
     count = 4 * len(base.parameters) + 20
@@ -42,25 +43,34 @@ def require_new_columns(robot: Robot, base: BaseParameters) -> None:
         name: [draw.uniform(-s * size, s * size, count) for s in span]
         for name, size in (("q", 1.0), ("qd", 1.0), ("qdd", 2.0))
     }
-    with np.errstate(divide="ignore"):  # log(0) of a power at rest
+    with np.errstate(all="ignore"):  # log(0) of a power at rest; what is not finite is refused
         out = torque_tape(robot).run(Numbers(robot.values(), FUNCTIONS), inputs)
     total = len(base.standard)
     W = np.stack([np.broadcast_to(np.asarray(c, dtype=float), (count,)) for c in out])
     rows = W.reshape(robot.n, total, count).transpose(0, 2, 1).reshape(-1, total)
     kept = [p.index for p in base.parameters]
-    for effect in robot.effects:
-        for name, _ in effect.linear:
-            at = next(p.index for p in base.parameters if p.name == name)
-            others = rows[:, [i for i in kept if i != at]]
-            norms = np.linalg.norm(others, axis=0)
-            others = others / np.where(norms > 0, norms, 1.0)
-            column = rows[:, at]
-            size = float(np.linalg.norm(column))
-            fit = np.linalg.lstsq(others, column, rcond=1e-12)[0]
-            left = float(np.linalg.norm(column - others @ fit))
-            if not np.isfinite(size) or left <= _NEW * size:
-                raise RobotError(
-                    f"effect {effect.name!r} of joint {effect.joints[0]}: {name} is nothing new: "
-                    "its torque is a combination of the model's other columns; accepted: an effect "
-                    "that the declared friction and the rigid body do not contain"
-                )
+    largest = np.abs(rows).max(axis=0)
+    declared = [(effect, name) for effect in robot.effects for name, _ in effect.linear]
+    place = {p.name: p.index for p in base.parameters}
+    for effect, name in declared:
+        if not np.isfinite(largest[place[name]]):
+            raise RobotError(
+                f"effect {effect.name!r} of joint {effect.joints[0]}: the torque of {name} is not "
+                "a finite number everywhere; accepted: one that is, where joints are within half a "
+                "turn or 1 m and move at up to 3 rad/s or 1 m/s"
+            )
+    rows = rows / np.where(largest > 0, largest, 1.0)
+    for effect, name in declared:
+        at = place[name]
+        others = rows[:, [i for i in kept if i != at]]
+        norms = np.linalg.norm(others, axis=0)
+        others = others / np.where(norms > 0, norms, 1.0)
+        column = rows[:, at]
+        fit = np.linalg.lstsq(others, column, rcond=1e-12)[0]
+        left = float(np.linalg.norm(column - others @ fit))
+        if left <= _NEW * float(np.linalg.norm(column)):
+            raise RobotError(
+                f"effect {effect.name!r} of joint {effect.joints[0]}: {name} is nothing new: "
+                "its torque is a combination of the model's other columns; accepted: an effect "
+                "that the declared friction and the rigid body do not contain"
+            )

@@ -1,4 +1,4 @@
-"""Kinematics: the place of every frame in frame 0, and the Jacobian of the last one."""
+"""Kinematics: the place of every frame in frame 0, and the Jacobian of the last that moves."""
 
 from __future__ import annotations
 
@@ -44,6 +44,15 @@ def _moved(place: Place, motion: Turn | Shift, tape: TapeBuilder) -> Place:
     return (columns[0], columns[1], columns[2], columns[3])
 
 
+def _path(robot: Robot, number: int) -> list[int]:
+    """Return the numbers of the joints from one down to the base."""
+    out = []
+    while number:
+        out.append(number)
+        number = robot.joint(number).antecedent
+    return out
+
+
 def frames_tape(robot: Robot) -> Tape:
     """Derive 0T_j of every link, fixed ones included: (links, 4, 4), row-major."""
     places, tape = _places(robot)
@@ -58,13 +67,15 @@ def frames_tape(robot: Robot) -> Tape:
 
 
 def jacobian_tape(robot: Robot) -> Tape:
-    """Derive the Jacobian of the last frame in frame 0: rows v then w, (6, n), row-major."""
+    """Derive the Jacobian of the last frame that moves: rows v then w, (6, n), row-major.
+
+    A fixed joint on the base that stands after it, as in a URDF, has none.
+    """
     places, tape = _places(robot)
-    last = robot.joints[-1].number
-    path, at = set(), last
-    while at:
-        path.add(at)
-        at = robot.joint(at).antecedent
+    moving = {j.number for j in robot.moving}
+    paths = (_path(robot, joint.number) for joint in reversed(robot.joints))
+    path = next(path for path in paths if moving.intersection(path))
+    last = path[0]
     zero: Vector = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
     columns: dict[int, tuple[Vector, Vector]] = {}
     tip = places[last][3]

@@ -33,7 +33,11 @@ CASES = {
     "gcc, fused": ["gcc", "-O2", "-march=native", "-ffp-contract=fast"],
     "clang, fused": ["clang", "-O2", "-march=native"],
 }
-FAST = {"gcc": ["gcc", "-O2", "-ffast-math"], "clang": ["clang", "-O2", "-ffast-math"]}
+FAST = {
+    "gcc": ["gcc", "-O2", "-ffast-math"],
+    "clang": ["clang", "-O2", "-ffast-math"],
+    "clang, reassociating": ["clang", "-O2", "-funsafe-math-optimizations"],  # says so by no macro
+}
 
 
 def library(folder: Path, command: list[str]) -> ctypes.CDLL:

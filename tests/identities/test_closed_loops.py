@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tempfile
+
 import numpy as np
 import pytest
 from oracles.following import FollowingArm, following_arm
@@ -147,6 +149,7 @@ cut = [5, 6]
         ("q1 - q3", "q1*q3", "a sum of numbers times variables"),
         ("q1 - q3", "q1 - q2", "found 'q2'"),
         ("q1 - q3", "sqrt(2)*q1", "accepted for a revolute joint: fractions"),
+        ("q1 - q3", "201*q1", "accepted: at most 200 in size"),
         ("q1 - q3", "1", "a sum of numbers times variables"),
         ('follows = "q1 - q3"', 'follows = "q1"\nfriction = ["viscous"]', "has none of its own"),
         ("sigma = 2\nantecedent = 4", 'sigma = 2\nfollows = "q1"', "a fixed joint"),
@@ -157,3 +160,22 @@ def test_what_does_not_close_or_is_not_linear_is_refused(old: str, new: str, mes
     with pytest.raises(symgen.RobotError, match=message) as caught:
         symgen.parse_robot(PLANAR.replace(old, new))
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("sigma", [0, 1])
+def test_a_factor_that_is_zero_at_the_values_is_refused(sigma: int) -> None:
+    # It would be written as "0", which follows nothing.
+    text = PLANAR.split("[[loop]]")[0].replace("[[joint]]", "[geometry]\nL1 = 0\n[[joint]]", 1)
+    text = text.replace('d = 0.3\nfollows = "q1 - q3"', f'sigma = {sigma}\nfollows = "L1*q1"')
+    with pytest.raises(symgen.RobotError, match="joint 4, key 'follows': the factor of q1 is 0"):
+        symgen.parse_robot(text)
+
+
+def test_the_only_entry_of_a_kernel_may_be_near_zero_at_a_point() -> None:
+    # One variable: at one of the package's points C is a thousandth of what it is at the others.
+    text = '[robot]\nname = "arm"\n[[joint]]\nfollows = "q2"\n[[joint]]\nd = 0.3\n'
+    model = symgen.derive(symgen.parse_robot(text), "all")
+    with tempfile.TemporaryDirectory() as folder:
+        symgen.write_package(symgen.generate(model), f"{folder}/arm")
+        (checked,) = symgen.check(f"{folder}/arm")
+    assert checked.differences == ()

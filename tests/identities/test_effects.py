@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
 import symgen
+from symgen.robot.identifiers import is_coefficient_name
 
 BASE = """
 [robot]
@@ -134,6 +137,94 @@ def test_effects_that_are_refused(table: str, message: str) -> None:
     with pytest.raises(symgen.RobotError, match=message) as caught:
         symgen.derive(symgen.parse_robot(f"{BASE}[[effect]]\n{table}\n"))
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("torque", "linear", "constants", "message"),
+    [
+        ("energy*sin(q1)", "energy", "", "'energy': reserved, or not a capital"),
+        ("JOINTS*sin(q1)", "JOINTS", "", "'JOINTS': reserved"),
+        ("ML*sin(q1)", "ML", "", "'ML': reserved"),
+        ("A*sin(q1)", "A", "A = 1", "A is declared twice"),
+        ("A*sin(q1)", "A", "w = 1", "w does not occur"),
+        ("A*sin(q1/w)", "A", "w = 0", "division by zero"),
+        ("A*sin(q1)/(w-1)", "A", "w = 1", "division by zero"),
+        ("A*pow(q1, 1000000000)", "A", "", "at most 16"),
+        ("A*pow(2, 1000000000)*q1**2", "A", "", "at most 16"),
+        ("A*pow(q1, p)", "A", "p = 1e9", "at most 16"),
+        ("A*pow(2, p)*q1**2", "A", "p = 1e9", "at most 16"),
+        ("A*pow(q1, exp(exp(exp(exp(9)))))", "A", "", "exp of a number"),
+        ("A*exp(w)*q1**2", "A", "w = 1e9", "exp of a number"),
+        ("A*((q1+q2)**16)**16", "A", "", "powers up to 16"),
+        ("A*" + "max(q1, " * 20 + "q2" + ")" * 20, "A", "", "too many functions in each other"),
+        ("A*exp(1000*q1)", "A", "", "the torque of A is not a finite number everywhere"),
+        ("A*sqrt(q1) + B*sin(3*q1)", "A", "", "the torque of A is not a finite"),
+    ],
+)
+def test_a_torque_without_value_or_end_is_refused_at_once(
+    torque: str, linear: str, constants: str, message: str
+) -> None:
+    units = ", ".join(f'{name} = "N m"' for name in (linear, *(["B"] if "B" in torque else [])))
+    text = f"[[effect]]\nname = 'own'\njoints = [1]\ntorque = '{torque}'\nlinear = {{ {units} }}\n"
+    text += f"nonlinear = {{ {constants} }}\n" if constants else ""
+    with pytest.raises(symgen.RobotError, match=message) as caught:
+        symgen.derive(symgen.parse_robot(f"{BASE}{text}"))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("unit", ["*/ int x;", "a|b", "N\\nm", "\u00b5N", "x" * 100])
+def test_a_unit_cannot_end_a_comment_or_a_table(unit: str) -> None:
+    text = f'name = "own"\njoints = [1]\ntorque = "A*q1"\nlinear = {{ A = "{unit}" }}\n'
+    with pytest.raises(symgen.RobotError, match="a unit in quotes"):
+        symgen.parse_robot(f"{BASE}[[effect]]\n{text}")
+
+
+@pytest.mark.parametrize("exponent", ["L1", "w"])
+def test_a_power_is_bounded_at_the_value_of_a_length(exponent: str) -> None:
+    constants = "nonlinear = { w = '2*L1' }" if exponent == "w" else ""
+    text = (
+        BASE.replace("[[joint]]", "[geometry]\nL1 = 1e9\n[[joint]]", 1)
+        + f"""
+[[effect]]
+name = "own"
+joints = [1]
+torque = "A*pow(2, {exponent})*q1**2"
+linear = {{ A = "N m" }}
+{constants}
+"""
+    )
+    with pytest.raises(symgen.RobotError, match="at most 16"):
+        symgen.parse_robot(text)
+
+
+def test_a_length_and_a_coefficient_of_the_library_do_not_share_a_name() -> None:
+    text = BASE.replace("[[joint]]", "[geometry]\nK2 = 0.4\n[[joint]]", 1)
+    with pytest.raises(symgen.RobotError, match="effect 1: K2 is declared twice"):
+        symgen.parse_robot(text + '[[effect]]\nname = "gravity_spring"\njoints = [2]\n')
+
+
+@pytest.mark.parametrize(
+    "torque",
+    ["A*pow(q1, 16)", "A*pow(q1, 4.5)", "A*pow(q1, -0.5)", "A*pow(q1, p/3)", "A*sqrt(abs(q1)**3)"],
+)
+def test_powers_are_written_and_read_again(torque: str) -> None:
+    constants = "nonlinear = { p = 2.5 }\n" if "p/3" in torque else ""
+    text = f'name = "own"\njoints = [1]\ntorque = "{torque}"\nlinear = {{ A = "N" }}\n'
+    text += constants
+    robot = symgen.parse_robot(f"{BASE}[[effect]]\n{text}")
+    assert symgen.parse_robot(symgen.robot_toml(robot)) == robot
+
+
+def test_no_word_of_the_package_is_a_coefficient() -> None:
+    # A coefficient A is arm_A in C: a name of the package there would not compile, or mean that.
+    robot = symgen.parse_robot(BASE + EFFECTS)
+    tree = symgen.generate(symgen.derive(robot, "all"), target="c")
+    text = "".join(content.decode() for content in tree.library.values())
+    own = {p for e in robot.effects for p, _ in e.linear}
+    words = set(re.findall(r"\barm_(\w+)", text)) - own
+    assert {"JOINTS", "energy", "identifier", "sincos2"} <= words
+    allowed = {word for word in words | {"values"} if is_coefficient_name(word)}
+    assert allowed == set()
 
 
 def test_an_effect_stands_once() -> None:

@@ -86,6 +86,13 @@ def test_a_bad_urdf_is_refused_in_one_line(name):
         assert word in message
 
 
+def test_a_revolute_joint_that_multiplies_rounding_too_much_is_refused():
+    text = GOOD.replace('"prismatic"', '"continuous"')
+    text = text.replace(END, f'<mimic joint="turn" multiplier="1e9"/>{END}')
+    with pytest.raises(symgen.RobotError, match="joint 'slide': its multiplier is above 200"):
+        import_urdf(text)
+
+
 def test_a_revolute_joint_cannot_mimic_a_prismatic_one():
     text = GOOD.replace("</joint>", '<mimic joint="slide"/></joint>', 1)
     with pytest.raises(symgen.RobotError, match=r"joint 'turn'.*slides"):
