@@ -17,7 +17,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symgen.errors import SymgenError, SymgenWarning
-from symgen.terminal import print_estimate, print_model, print_robot, say, table
+from symgen.terminal import (
+    print_diagnosis,
+    print_estimate,
+    print_model,
+    print_robot,
+    print_text,
+    say,
+    table,
+)
 
 if TYPE_CHECKING:
     from symgen.runtime.check import Checked
@@ -225,6 +233,54 @@ def predict(robot: str, log: str, parameters: str, cutoff: float | None, into: P
     )
     click.echo(f"written: {into / 'prediction.json'}, {into / 'prediction.csv'}")
     return 0
+
+
+@cli.command("diagnose")
+@click.argument("robot")
+@click.argument("logs", nargs=-1, required=True)
+@click.option("--validation", multiple=True, help="A log to show the gap on; may be repeated.")
+@click.option("--effects", help="Comma-separated names to try; default all (symgen explain).")
+@click.option("--cutoff", type=float, help="Of the zero-phase filter, Hz; default from the motion.")
+@click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
+def diagnose_(
+    robot: str,
+    logs: tuple[str, ...],
+    validation: tuple[str, ...],
+    effects: str | None,
+    cutoff: float | None,
+    into: Path,
+) -> int:
+    """Find what the model of ROBOT misses in LOGS, name it, add it, and show the gap shrink."""
+    from symgen.diagnose.workflow import diagnose
+    from symgen.diagnosis_page import MARKER, diagnosis_files
+    from symgen.files import check_replaceable, write_folder
+
+    check_replaceable(into, MARKER)
+    diagnosis = diagnose(
+        robot,
+        list(logs),
+        validation=list(validation),
+        effects=None if effects is None else [name.strip() for name in effects.split(",")],
+        cutoff=cutoff,
+        progress=say,
+    )
+    say("writing the page and the extended model")
+    files = diagnosis_files(diagnosis)
+    write_folder(into, files, MARKER)
+    print_diagnosis(diagnosis, into)
+    return 0 if diagnosis.verdict in ("consistent", "explained") else 1
+
+
+@cli.command()
+@click.argument("effect", required=False)
+def explain(effect: str | None) -> None:
+    """Tell what EFFECT is, its formula, what it looks like and how to declare it."""
+    from symgen.explain import explained, listed
+
+    if effect is None:
+        table(("effect", "kind", "what it is"), listed())
+    else:
+        print_text(explained(effect))
 
 
 @cli.command()

@@ -78,7 +78,7 @@ def parameters(estimate: Estimate) -> Figure:
     top = 1.5 * min(max(drawn.max(initial=WEAK_PERCENT), 2 * WEAK_PERCENT), 1e4)
     height = np.clip(np.where(np.isfinite(percent), percent, top), bottom, top)
     weak = ~(percent <= WEAK_PERCENT)
-    figure = _empty()
+    figure = empty()
     for name, chosen, colour, hatch in (
         (f"up to {WEAK_PERCENT:g} %", ~weak, BLUE, ""),
         (f"weak: over {WEAK_PERCENT:g} %, or unknown", weak, ORANGE, "/"),
@@ -97,7 +97,7 @@ def parameters(estimate: Estimate) -> Figure:
     figure.update_xaxes(categoryorder="array", categoryarray=names)
     figure.update_yaxes(type="log", range=list(np.log10([bottom, top])), dtick=1, tickformat="~g")
     figure.update_layout(bargap=0.25, barmode="overlay", yaxis_title="relative std, %")
-    return _styled(figure, "Relative standard deviation", 440, min_width=14 * len(found))
+    return styled(figure, "Relative standard deviation", 440, min_width=14 * len(found))
 
 
 def measured_and_predicted(estimate: Estimate, quantity: str | None = None) -> Figure | None:
@@ -128,7 +128,7 @@ def measured_and_predicted(estimate: Estimate, quantity: str | None = None) -> F
             ):
                 style = {"color": colour, "width": width}
                 once = {"legendgroup": name, "showlegend": column == 0}
-                line = _curve(trace.t, values[:, column], name, style, **once)
+                line = curve(trace.t, values[:, column], name, style, **once)
                 row = (2 if name == "residual" else 1) if alone else column + 1
                 figure.add_trace(line, row=row, col=1)
     for row in range(1, rows + 1):
@@ -137,9 +137,9 @@ def measured_and_predicted(estimate: Estimate, quantity: str | None = None) -> F
         figure.update_yaxes(title=f"{label}, {unit}", row=row, col=1)
     figure.update_xaxes(title="time, s", row=rows, col=1)
     figure.update_yaxes(zeroline=True)
-    _choose_log(figure, traces, 3 * columns)
+    choose_log(figure, traces, 3 * columns)
     height = 560 if alone else 150 + 165 * columns
-    return _styled(figure, f"Measured and predicted {quantity}", height)
+    return styled(figure, f"Measured and predicted {quantity}", height)
 
 
 def residual_spectrum(estimate: Estimate, quantity: str | None = None) -> Figure | None:
@@ -153,7 +153,7 @@ def residual_spectrum(estimate: Estimate, quantity: str | None = None) -> Figure
         return None
     named, columns = _components(estimate, traces[0].quantity), traces[0].measured.shape[1]
     unit = " | ".join(dict.fromkeys(unit for _, unit in named))
-    figure, low, high = _empty(), np.inf, 0.0
+    figure, low, high = empty(), np.inf, 0.0
     for trace in traces:
         f, density = _spectrum(trace.t, trace.measured - trace.predicted)
         if np.any(density > 0):
@@ -161,15 +161,15 @@ def residual_spectrum(estimate: Estimate, quantity: str | None = None) -> Figure
         for column in range(columns):
             name = "residual" if columns == 1 else named[column][0]
             above = np.where(density[:, column] > 0, density[:, column], np.nan)
-            figure.add_trace(_curve(f, above, name, _line(column)))
+            figure.add_trace(curve(f, above, name, _line(column)))
     # the cutoff goes last: it belongs to every log
-    _choose_log(figure, traces, columns)
+    choose_log(figure, traces, columns)
     if estimate.cutoff_hz and high > 0:
         at, name = np.full(2, estimate.cutoff_hz), f"filter cutoff {estimate.cutoff_hz:.4g} Hz"
-        figure.add_trace(_curve(at, np.array([low, high]), name, _LEVEL))
+        figure.add_trace(curve(at, np.array([low, high]), name, _LEVEL))
     figure.update_xaxes(type="log", title="frequency, Hz", tickformat="~g", dtick=1)
     figure.update_yaxes(type="log", title=f"residual, {unit}/√Hz", exponentformat="power", dtick=1)
-    return _styled(figure, f"Spectrum of the {traces[0].quantity} residual", 440)
+    return styled(figure, f"Spectrum of the {traces[0].quantity} residual", 440)
 
 
 def convergence(estimate: Estimate) -> Figure | None:
@@ -181,17 +181,17 @@ def convergence(estimate: Estimate) -> Figure | None:
     if course is None or not len(course.t):
         return None
     weak = [not p.relative_std_percent <= WEAK_PERCENT for p in estimate.parameters]
-    figure = _empty()
+    figure = empty()
     for k, parameter in enumerate(estimate.parameters):
         final = float(course.values[-1, k])
         if not final or not np.isfinite(final):
             continue
         hidden = weak[k] and not all(weak)
-        line = _curve(course.t, course.values[:, k] / final, parameter.name, _line(k))
+        line = curve(course.t, course.values[:, k] / final, parameter.name, _line(k))
         figure.add_trace(line.update(visible="legendonly" if hidden else True))
     figure.update_xaxes(title="data seen, s")
     figure.update_yaxes(title="estimate / final value", range=[-0.1, 2.1])
-    _styled(figure, "Recursive estimate", 460)
+    styled(figure, "Recursive estimate", 460)
     legend = {"orientation": "v", "yref": "paper", "x": 1.01, "xanchor": "left", "y": 1}
     return figure.update_layout(
         legend={**legend, "yanchor": "top"}, margin={"b": 60, "r": 110}, meta={"min_width": 400}
@@ -204,7 +204,7 @@ def correlation(estimate: Estimate) -> Figure | None:
         return None
     names = [plain(p.name) for p in estimate.parameters]
     bar = {"title": {"text": "correlation, -", "side": "right"}, "thickness": 12}
-    figure = _empty().add_heatmap(
+    figure = empty().add_heatmap(
         **{"x": names, "y": names, "z": np.round(estimate.correlation, 3).astype(np.float32)},
         **{"zmin": -1, "zmax": 1, "colorbar": bar},
         colorscale=[[0, ORANGE], [0.5, "#ffffff"], [1, BLUE]],
@@ -213,7 +213,7 @@ def correlation(estimate: Estimate) -> Figure | None:
     figure.update_xaxes(title="parameter", showgrid=False, **_NAMED_AXIS)
     figure.update_yaxes(title="parameter", showgrid=False, autorange="reversed", tickfont_size=10)
     height = int(np.clip(13 * len(names) + 170, 360, 1000))
-    return _styled(figure, "Correlation of the parameters", height, min_width=height - 40)
+    return styled(figure, "Correlation of the parameters", height, min_width=height - 40)
 
 
 def lines(
@@ -271,13 +271,13 @@ def line_grid(
         for name, abscissa, values, style in curves:
             once = {"legendgroup": plain(name), "showlegend": name not in told}
             told.add(name)
-            figure.add_trace(_curve(abscissa, values, name, style, **once), **place)
+            figure.add_trace(curve(abscissa, values, name, style, **once), **place)
         last = k + columns >= len(panels)
         figure.update_xaxes(title=plain(xlabel) if last else None, **place)
         figure.update_yaxes(title=plain(panel.ylabel), title_standoff=4, **place)
     figure.update_layout(showlegend=len(told) > 1)
     figure.update_annotations(font={"size": 12})
-    _styled(figure, plain(title), height, min_width=270 * columns)
+    styled(figure, plain(title), height, min_width=270 * columns)
     return figure.update_layout(margin={"t": 78})
 
 
@@ -334,18 +334,18 @@ def _spectrum(t: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray
     return f[1:], np.sqrt(power[:, 1:]).T
 
 
-def _choose_log(figure: Figure, traces: Sequence[Trace], curves: int) -> None:
+def choose_log(figure: Figure, traces: Sequence[Trace], curves: int) -> None:
     """Give the figure a list of logs, each with `curves` curves in order; curves after stay."""
     first = next((k for k, trace in enumerate(traces) if trace.kind == "validation"), 0)
     labels = [f"{plain(t.log)} ({_KINDS.get(t.kind, plain(t.kind))})" for t in traces]
     ground = [VALIDATION_GROUND if t.kind == "validation" else "#ffffff" for t in traces]
-    curve = list(range(curves * len(traces)))
+    every = list(range(curves * len(traces)))
     buttons = []
     for chosen, label in enumerate(labels):
-        seen = {"visible": [k // curves == chosen for k in curve]}
-        act = [seen, {"plot_bgcolor": ground[chosen]}, curve]
+        seen = {"visible": [k // curves == chosen for k in every]}
+        act = [seen, {"plot_bgcolor": ground[chosen]}, every]
         buttons.append({"label": label, "method": "update", "args": act})
-    for k in curve:
+    for k in every:
         figure.data[k].visible = k // curves == first
     menu = {"buttons": buttons, "active": first, "bgcolor": "#ffffff", "bordercolor": GREY}
     place = {"x": 0, "xanchor": "left", "y": 1, "yanchor": "bottom", "pad": {"b": 8}}
@@ -363,20 +363,20 @@ def _line(k: int) -> dict[str, Any]:
     return {"color": COLOURS[k % len(COLOURS)], "dash": dash, "width": 1.5}
 
 
-def _empty() -> Figure:
+def empty() -> Figure:
     import plotly.graph_objects as go
 
     return go.Figure()
 
 
-def _curve(x: FloatArray, y: FloatArray, name: str, line: dict[str, Any], **options: Any) -> Any:
+def curve(x: FloatArray, y: FloatArray, name: str, line: dict[str, Any], **options: Any) -> Any:
     import plotly.graph_objects as go
 
     xs, ys = thin(x, y)
     return go.Scatter(x=xs, y=ys, name=plain(name), mode="lines", line=line, **options)
 
 
-def _styled(figure: Figure, title: str, height: int, min_width: int = 0) -> Figure:
+def styled(figure: Figure, title: str, height: int, min_width: int = 0) -> Figure:
     """The one look of all figures; `min_width` in pixels is kept for the page in layout.meta."""
     axis = {"gridcolor": "#e6e8eb", "linecolor": GREY, "showline": True, "automargin": True}
     ticks = {"ticks": "outside", "tickcolor": GREY, "ticklen": 4, "hoverformat": ".5g"}

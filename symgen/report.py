@@ -96,13 +96,13 @@ def page(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    drawn = any(section.figure is not None for section in sections)
+    any_figure = any(section.figure is not None for section in sections)
     return environment.get_template("report.html").render(
         title=title,
         lead=lead,
         banner=banner,
         sections=[_view(k, section) for k, section in enumerate(sections, 1)],
-        plotly=_plotly_js() if drawn else None,
+        plotly=_plotly_js() if any_figure else None,
     )
 
 
@@ -172,19 +172,19 @@ def _sections(estimate: Estimate) -> list[Section]:
         figure = plots.measured_and_predicted(estimate, quantity)
         if figure is not None:
             text = "The list above the plot chooses the log; validation stands on a tinted ground."
-            sections.append(_drawn(f"Measured and predicted {quantity}", text, figure))
+            sections.append(drawn(f"Measured and predicted {quantity}", text, figure))
     course = plots.convergence(estimate)
     if course is not None:
         text = (
             "Each estimate over its final value, as data come in: a line that still moves at the "
             "end needs more data. Weak parameters start hidden; click on the legend."
         )
-        sections.append(_drawn("Convergence", text, course))
+        sections.append(drawn("Convergence", text, course))
     for quantity in dict.fromkeys(t.quantity for t in estimate.traces):
         figure = plots.residual_spectrum(estimate, quantity)
         if figure is not None:
             text = _SPECTRUM.get(quantity, "")
-            sections.append(_drawn(f"Spectrum of the {quantity} residual", text, figure))
+            sections.append(drawn(f"Spectrum of the {quantity} residual", text, figure))
     figure = plots.correlation(estimate)
     if figure is not None:
         sections.append(_correlation_section(estimate, figure))
@@ -248,7 +248,7 @@ def _correlation_section(estimate: Estimate, figure: Figure) -> Section:
     tied.sort(key=lambda entry: (-entry[0], entry[1], entry[2]))
     if not tied:
         text = f"No two parameters are correlated beyond ±{TIED:g}."
-        return _drawn("Correlation", text, figure)
+        return drawn("Correlation", text, figure)
     shown = tied[:15]
     text = (
         f"{_count(len(tied), 'pair')} of parameters correlated beyond ±{TIED:g}: the data hardly "
@@ -256,7 +256,7 @@ def _correlation_section(estimate: Estimate, figure: Figure) -> Section:
     )
     rows = tuple((names[i], names[j], number(estimate.correlation[i, j], 4)) for _, i, j in shown)
     table = Table(("parameter", "and", "correlation"), rows, ("name", "name", "number"))
-    return _drawn("Correlation", text, figure, table)
+    return drawn("Correlation", text, figure, table)
 
 
 def _provenance(estimate: Estimate) -> Table:
@@ -272,7 +272,7 @@ def _provenance(estimate: Estimate) -> Table:
     return Table(("item", "value"), rows)
 
 
-def _drawn(heading: str, text: str, figure: Figure, table: Table | None = None) -> Section:
+def drawn(heading: str, text: str, figure: Figure, table: Table | None = None) -> Section:
     """A section whose heading stands for the figure's own title, which is taken off."""
     room = figure.layout.margin.t - 30
     figure.update_layout(title=None, margin={"t": max(room, 36)})

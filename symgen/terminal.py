@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 if TYPE_CHECKING:
+    from symgen.diagnose.diagnosis import Diagnosis
     from symgen.identification.estimate import Estimate
     from symgen.robot.types import Robot
 
@@ -112,3 +115,52 @@ def print_estimate(estimate: Estimate) -> None:
     click.echo("verdict: " + click.style(estimate.verdict, fg=colour, bold=True))
     for reason in estimate.reasons:
         click.echo(f"  - {reason}")
+
+
+def print_diagnosis(diagnosis: Diagnosis, folder: Path) -> None:
+    """Print the answer in one screen: verdict, effects, gap per joint, and what to do next."""
+    from symgen.diagnose.words import TONES, alike, percent, summary, undeclared
+
+    for note in diagnosis.notes:
+        click.echo(f"note: {note}")
+    colour = {"good": "green", "warn": "yellow", "bad": "red"}[TONES[diagnosis.verdict]]
+    click.echo(f"{click.style(diagnosis.verdict, fg=colour, bold=True)}: {summary(diagnosis)}")
+    rows = []
+    for effect in diagnosis.effects:
+        first = (effect.name, ", ".join(map(str, effect.joints)) or "all")
+        for k, p in enumerate(effect.parameters):
+            std = "searched" if p.std != p.std else f"{p.std:.2g}"
+            closes = percent(effect.gap_reduction) if k == 0 else ""
+            start = first if k == 0 else ("", "")
+            rows.append((*start, p.name, f"{p.value:.5g}", std, p.unit, closes))
+        if not effect.parameters:
+            rows.append((*first, "", "", "", "", percent(effect.gap_reduction)))
+    if rows:
+        click.echo()
+        table(("effect", "joint", "parameter", "value", "std", "unit", "closes"), rows)
+    for effect in diagnosis.effects:
+        if effect.indistinguishable_from and not effect.separate:
+            click.echo(f"{effect.name}: not told from {alike(effect)}")
+    gaps = (diagnosis.before, diagnosis.after, diagnosis.floor)
+    joints = [f"joint {number}" for number in diagnosis.joints]
+    columns = [(*gap.per_joint, gap.total) for gap in gaps]
+    click.echo()
+    table(
+        ("gap", "before", "after", "noise floor"),
+        [(name, *map(percent, row)) for name, *row in zip([*joints, "all"], *columns, strict=True)],
+    )
+    for line in (*diagnosis.advice, *undeclared(diagnosis)):
+        click.echo(f"next: {line}")
+    if any(effect.declared for effect in diagnosis.effects):
+        click.echo(f"next: {folder / 'robot.toml'} declares what was found; use it from here on")
+    names = "diagnosis.json, report.html, robot.toml, parameters.toml, generated/"
+    click.echo(f"written: {folder} ({names})")
+
+
+def print_text(text: str) -> None:
+    """Print a text that may hold dots of Braille; a terminal without them gets stars."""
+    try:
+        text.encode(sys.stdout.encoding or "utf-8")
+    except UnicodeEncodeError:
+        text = "".join("*" if ord(c) > 0x2800 else c if ord(c) < 128 else "-" for c in text)
+    click.echo(text)

@@ -32,6 +32,7 @@ from symgen.diagnose.evidence import (
 )
 from symgen.diagnose.extend import extended
 from symgen.diagnose.select import MEASURING, Score, Search, Selection, dense
+from symgen.diagnose.words import tie
 from symgen.errors import LogError, ParameterError
 from symgen.identification.batch import Solution, solve
 from symgen.identification.system import Equations, LinearSystem
@@ -285,12 +286,12 @@ class _Study:
             c, d = score.candidate, score.candidate.definition
             numbers = self._numbers(c)
             suffix = numbers[-1] if numbers else ""
+            sigma = self.robot.movable[c.joints[0]].sigma if c.joints else 0
             parameters = []
             for i, (name, word) in enumerate(d.linear.items()):
                 full = f"{name}{suffix}"
                 if id(score) in at:
                     k = at[id(score)] + i
-                    sigma = self.robot.movable[c.joints[0]].sigma if c.joints else 0
                     parameters.append(
                         FoundParameter(full, float(solution.X[k]), float(std[k]), unit(word, sigma))
                     )
@@ -300,7 +301,9 @@ class _Study:
                         FoundParameter(full, float(solution.X[k]), float(std[k]), units[full])
                     )
             parameters += [
-                FoundParameter(f"{name}{suffix}", float(value), float("nan"), "")
+                FoundParameter(
+                    f"{name}{suffix}", float(value), float("nan"), d.unit_of(name, sigma)
+                )
                 for name, value in c.constants.items()
             ]
             out.append(
@@ -308,9 +311,9 @@ class _Study:
                     name=c.name,
                     joints=numbers,
                     parameters=tuple(parameters),
-                    expression=_expression(d.torque or d.says, d, suffix),
+                    expression=_expression(d.torque or d.formula or d.says, d, suffix),
                     p_value=score.p_value,
-                    gap_reduction=score.gain,
+                    gap_reduction=min(score.gain, 1.0),
                     indistinguishable_from=tuple(
                         (s.candidate.name, self._numbers(s.candidate)) for s in alike
                     ),
@@ -390,12 +393,7 @@ def _expression(torque: str, definition: object, suffix: object) -> str:
 
 
 def _advice(found: Sequence[FoundEffect], verdict: str) -> tuple[str, ...]:
-    out = [
-        f"{e.name} on joints {', '.join(map(str, e.joints)) or 'all'} looks like "
-        f"{', '.join(name for name, _ in e.indistinguishable_from)}; to tell: {e.separate}"
-        for e in found
-        if e.indistinguishable_from and e.separate
-    ]
+    out = [tie(e) for e in found if e.indistinguishable_from and e.separate]
     if verdict == "partly-explained":
         out.append("a part of the gap has no name: look at the portraits of the residual")
     if verdict == "unexplained":

@@ -54,11 +54,17 @@ class Definition:
     sign: str = "any"
     confused: str = ""
     separate: str = ""
+    formula: str = ""
 
     @property
     def declarable(self) -> bool:
         """Whether [[effect]] of a robot file may name it: it has columns in every kernel."""
         return self.kind == "linear" and bool(self.torque) and not self.native
+
+    def unit_of(self, constant: str, sigma: int) -> str:
+        """Return the unit of a constant, as its range is part of a speed or of a log's duration."""
+        scale = self.nonlinear[constant].scale if constant in self.nonlinear else ""
+        return {"speed": unit("speed", sigma), "duration": "s"}.get(scale, "")
 
 
 @dataclass(frozen=True)

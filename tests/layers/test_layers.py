@@ -22,7 +22,7 @@ DOORS = {
     # Clarabel takes its matrices as SciPy's.
     "scipy": ("diagnose/select", "data/signals", "identification/conic", "plots"),
     "clarabel": ("identification/conic",),
-    "plotly": ("plots", "report"),
+    "plotly": ("diagnosis_plots", "plots", "report"),
     "pydantic": ("robot/schema", "robot/toml_io"),
     "click": ("cli", "terminal"),
     "rich": ("terminal",),

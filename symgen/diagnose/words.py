@@ -1,0 +1,94 @@
+"""What a diagnosis says in words, for the terminal and the page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from symgen.diagnose.diagnosis import Diagnosis, FoundEffect
+from symgen.robot.effect import definitions
+
+#: Colour of a verdict: "good", "warn" or "bad".
+TONES = {
+    "consistent": "good",
+    "explained": "good",
+    "partly-explained": "warn",
+    "unexplained": "bad",
+    "bad-measurement": "bad",
+}
+
+
+def percent(ratio: float) -> str:
+    """Return a ratio in percent, three digits."""
+    return f"{100 * ratio:.3g} %"
+
+
+def on_joints(joints: Sequence[int]) -> str:
+    """Return "joint 2", "joints 5 and 6", or "the whole arm"."""
+    if not joints:
+        return "the whole arm"
+    if len(joints) == 1:
+        return f"joint {joints[0]}"
+    return f"joints {', '.join(map(str, joints[:-1]))} and {joints[-1]}"
+
+
+def placed(effect: FoundEffect) -> str:
+    """Return the name of an effect and where it acts."""
+    return f"{effect.name} on {on_joints(effect.joints)}"
+
+
+def summary(diagnosis: Diagnosis) -> str:
+    """Return the verdict in a sentence or two."""
+    before, after = percent(diagnosis.before.total), percent(diagnosis.after.total)
+    gap = f"The gap falls from {before} to {after}; noise alone is {percent(diagnosis.floor.total)}"
+    count = len(diagnosis.effects)
+    effects = "one effect" if count == 1 else f"{count} effects"
+    if diagnosis.verdict == "consistent":
+        return (
+            f"The model explains these logs down to their noise: nothing is missing. The gap is "
+            f"{before}, noise alone {percent(diagnosis.floor.total)}."
+        )
+    if diagnosis.verdict == "explained":
+        return f"The model misses {effects}. {gap}."
+    if diagnosis.verdict == "partly-explained":
+        return f"The model misses {effects}, and a part of the gap has no name. {gap}."
+    if diagnosis.verdict == "bad-measurement":
+        named = f"{effects} of the measuring chain" if count else "the measuring chain"
+        return f"Not the model but the measurement is wrong: {named}. {gap}."
+    return (
+        f"The model misses something that no effect explains. The gap is {before}, noise alone "
+        f"{percent(diagnosis.floor.total)}."
+    )
+
+
+def alike(effect: FoundEffect) -> str:
+    """Return what these data cannot tell from an effect, or ''."""
+    return ", ".join(
+        name if joints == effect.joints else f"{name} on {on_joints(joints)}"
+        for name, joints in effect.indistinguishable_from
+    )
+
+
+def tie(effect: FoundEffect) -> str:
+    """Return what an effect looks like, and the motion that would tell."""
+    return f"{placed(effect)} looks like {alike(effect)}; to tell: {effect.separate}"
+
+
+def undeclared(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """Return a line on the effects that no robot file declares, or nothing."""
+    left = dict.fromkeys(e.name for e in diagnosis.effects if not e.declared)
+    if not left:
+        return ()
+    return (f"robot.toml and its C do not hold what samples alone show: {', '.join(left)}",)
+
+
+def told_once(effects: Sequence[FoundEffect]) -> tuple[str, ...]:
+    """Return where each effect acts and what it is: a line a name."""
+    joints: dict[str, list[str]] = {}
+    for effect in effects:
+        joints.setdefault(effect.name, []).append(on_joints(effect.joints))
+    known = definitions()
+    return tuple(
+        f"{name} on {', '.join(places)}: "
+        + (known[name].says if name in known else "an effect of the robot file")
+        for name, places in joints.items()
+    )

@@ -1,0 +1,188 @@
+"""What `diagnose` writes: the page of a diagnosis, and the files of its folder."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from symgen import diagnosis_plots
+from symgen.codegen.model import derive
+from symgen.codegen.package import generate
+from symgen.diagnose.diagnosis import Diagnosis, FoundEffect, FoundParameter
+from symgen.diagnose.words import (
+    TONES,
+    alike,
+    on_joints,
+    percent,
+    placed,
+    summary,
+    tie,
+    told_once,
+    undeclared,
+)
+from symgen.report import Banner, Section, Table, drawn, number, page
+from symgen.robot.toml_text import parameters_toml, robot_toml
+
+MARKER = "diagnosis.json"
+
+
+def diagnosis_files(diagnosis: Diagnosis) -> dict[str, bytes]:
+    """Return what `diagnose` writes into its folder.
+
+    Returns:
+        diagnosis.json, report.html, robot.toml and parameters.toml of the extended robot, and its
+        package under generated/.
+    """
+    tree = generate(derive(diagnosis.extended, "all"))
+    files = {
+        "report.html": diagnosis_page(diagnosis).encode(),
+        "robot.toml": robot_toml(diagnosis.extended).encode(),
+        **{f"generated/{path}": content for path, content in tree.files.items()},
+    }
+    values = {p.name: p.value for p in diagnosis.parameters if math.isfinite(p.value)}
+    if values:
+        files["parameters.toml"] = parameters_toml(values.items()).encode()
+    # By these names a later diagnosis knows which files of the folder it may replace.
+    digests = {path: hashlib.sha256(content).hexdigest() for path, content in sorted(files.items())}
+    content = _finite({**diagnosis.to_json(), "digests": digests})
+    files[MARKER] = (json.dumps(content, indent=1, allow_nan=False) + "\n").encode()
+    return files
+
+
+def _finite(value: Any) -> Any:
+    """Return the value with null for every number that JSON has no word for."""
+    if isinstance(value, dict):
+        return {key: _finite(v) for key, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def diagnosis_page(diagnosis: Diagnosis) -> str:
+    """Return the page: verdict, gap, effects, torques, portraits, what was rejected, settings."""
+    lead = (
+        f"What the model of {diagnosis.robot} and its logs disagree about, measured on data that "
+        "the search never saw.",
+    )
+    title = f"Diagnosis of {diagnosis.robot}"
+    return page(title, lead, _sections(diagnosis), _banner(diagnosis))
+
+
+def _banner(diagnosis: Diagnosis) -> Banner:
+    return Banner(
+        tone=TONES[diagnosis.verdict],
+        verdict=diagnosis.verdict.replace("-", " ").capitalize(),
+        text=summary(diagnosis),
+        reasons=told_once(diagnosis.effects),
+        facts=(
+            ("gap before", percent(diagnosis.before.total)),
+            ("gap after", percent(diagnosis.after.total)),
+            ("noise floor", percent(diagnosis.floor.total)),
+            ("candidates tried", str(diagnosis.tried)),
+        ),
+    )
+
+
+def _sections(diagnosis: Diagnosis) -> list[Section]:
+    text = (
+        "RMS of measured minus modelled torque over RMS of measured torque, in the band of the "
+        "motion. The noise floor is what the noise of the torque alone leaves there."
+    )
+    sections = [drawn("Gap", text, diagnosis_plots.gaps(diagnosis), _gap_table(diagnosis))]
+    if diagnosis.effects:
+        text = (
+            "An effect is a torque on the joint. Values come from the logs, identified with all "
+            "other parameters; a constant without std was searched."
+        )
+        sections.append(Section("Effects", (text,), _effect_table(diagnosis.effects)))
+    tied = [e for e in diagnosis.effects if e.indistinguishable_from]
+    if tied:
+        text = "On these logs other effects would explain the same part of the gap as well."
+        sections.append(Section("Not told apart", (text,), _alike_table(tied)))
+    told = {tie(effect) for effect in tied}
+    advice = tuple(line for line in diagnosis.advice if line not in told) + undeclared(diagnosis)
+    if advice:
+        sections.append(Section("What to do", advice))
+    figure = diagnosis_plots.torques(diagnosis)
+    if figure is not None:
+        text = "Measured, by the model as it was, and with the effects; all in the motion's band."
+        sections.append(drawn("Torque", text, figure))
+    figure = diagnosis_plots.portraits(diagnosis)
+    if figure is not None:
+        text = (
+            "Measured minus modelled torque before, and on top of it what the found effects "
+            "changed. Where black covers blue nothing is left."
+        )
+        sections.append(drawn("Portraits of the residual", text, figure))
+    if diagnosis.rejected:
+        text = f"The best of {diagnosis.tried} candidates that were not accepted, and why."
+        rows = [(r.name, on_joints(r.joints), r.reason) for r in diagnosis.rejected]
+        sections.append(Section("Rejected", (text,), _table(("effect", "on", "reason"), rows)))
+    if diagnosis.notes:
+        sections.append(Section("Notes", diagnosis.notes))
+    sections.append(Section("Settings", table=_settings(diagnosis)))
+    if diagnosis.parameters:
+        text = "All parameters of the extended robot; parameters.toml holds them."
+        sections.append(Section("Parameters", (text,), _parameter_table(diagnosis.parameters)))
+    return sections
+
+
+def _table(header: Sequence[str], rows: Sequence[tuple[str, ...]]) -> Table:
+    """Return a table of texts whose first column holds names."""
+    return Table(tuple(header), tuple(rows), ("name", *("text",) * (len(header) - 1)))
+
+
+def _gap_table(diagnosis: Diagnosis) -> Table:
+    where = {p.joint: p for p in diagnosis.where}
+    columns = [g.per_joint for g in (diagnosis.before, diagnosis.after, diagnosis.floor)]
+    rows = []
+    for k, joint in enumerate(diagnosis.joints):
+        place = where.get(joint)
+        told = ("", "") if place is None else (f"{100 * place.share:.0f} %", place.pattern)
+        rows.append((f"joint {joint}", *(percent(c[k]) for c in columns), *told))
+    totals = (diagnosis.before, diagnosis.after, diagnosis.floor)
+    rows.append(("all", *(percent(g.total) for g in totals), "", ""))
+    header = ("", "before", "after", "noise floor", "share", "organised by")
+    return Table(header, tuple(rows), ("name", *("number",) * 4, "text"))
+
+
+def _effect_table(effects: Sequence[FoundEffect]) -> Table:
+    rows = []
+    for effect in effects:
+        first = (effect.name, ", ".join(map(str, effect.joints)) or "all")
+        last = (percent(effect.gap_reduction), f"{effect.p_value:.1g}", effect.expression)
+        found: Sequence[FoundParameter | None] = effect.parameters or (None,)
+        for k, p in enumerate(found):
+            cells = ("", "", "", "") if p is None else (p.name, number(p.value), _std(p), p.unit)
+            rows.append((*(first if k == 0 else ("", "")), *cells, *(last if k == 0 else [""] * 3)))
+    header = ("effect", "joint", "parameter", "value", "std", "unit", "closes", "p", "torque")
+    styles = ("name", "unit", "unit", "number", "number", "unit", "number", "number", "formula")
+    return Table(header, tuple(rows), styles)
+
+
+def _alike_table(effects: Sequence[FoundEffect]) -> Table:
+    rows = [(placed(e), alike(e), e.separate) for e in effects]
+    return _table(("effect", "looks like", "motion that would tell them apart"), rows)
+
+
+def _parameter_table(parameters: Sequence[FoundParameter]) -> Table:
+    rows = tuple((p.name, number(p.value), _std(p), p.unit) for p in parameters)
+    return Table(("name", "value", "std", "unit"), rows, ("name", "number", "number", "unit"))
+
+
+def _std(p: FoundParameter) -> str:
+    return number(p.std, 2) if math.isfinite(p.std) else "searched"
+
+
+def _settings(diagnosis: Diagnosis) -> Table:
+    cutoff = diagnosis.cutoff_hz
+    rows = (
+        ("robot", diagnosis.robot),
+        ("band of the motion", "no filter" if cutoff is None else f"up to {number(cutoff, 4)} Hz"),
+        ("gap shown on", ", ".join(c.name for c in diagnosis.curves) or "-"),
+        ("candidates tried", str(diagnosis.tried)),
+    )
+    return Table(("item", "value"), rows)

@@ -1,0 +1,215 @@
+"""explain: what an effect of the library is, in words, as a formula and as a picture of text."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen import names
+from symgen.errors import ParameterError
+from symgen.robot.effect import Definition, Search, definitions, unit
+from symgen.symbolic.effects import definition_tape
+from symgen.symbolic.independence import FUNCTIONS
+from symgen.symbolic.tape import Numbers
+
+FloatArray = NDArray[np.float64]
+_WIDTH, _HEIGHT = 60, 8  # of a picture, in characters of 2 x 4 dots
+_DOTS = ((0x01, 0x02, 0x04, 0x40), (0x08, 0x10, 0x20, 0x80))  # of a Braille character, by column
+_MARGIN = 20  # of what is said of an effect
+_KINDS = {
+    "linear": "linear: columns in every kernel, in C and CasADi",
+    "model": "model: needs the model's own torque; measured by symgen diagnose",
+    "log": "log: belongs to the measuring chain or to time; measured by symgen diagnose on samples",
+}
+#: What a picture is drawn over: label and half range, the first of these that a torque holds.
+_OVER = {
+    "taur": ("the model's torque, with qd = 1", 1.0),
+    "q": ("q, rad", np.pi),
+    "qd": ("qd, rad/s", 1.0),
+    "qdd": ("qdd, rad/s2", 1.0),
+}
+Shape = tuple[str, float, float, Callable[[FloatArray], FloatArray]]
+#: Pictures of effects that are no expression in the joint's own variables: label, range, values.
+_SHAPES: dict[str, Shape] = {
+    "coupled_transmission": (
+        "torque over u, rad/s (FVM = FSM = 1, at constant u)", -1, 1, lambda u: -u - np.sign(u),
+    ),
+    "payload": ("torque over q of a horizontal axis, rad", -np.pi, np.pi, lambda q: -np.cos(q)),
+    "base_tilt": (
+        "torque on an axis across gravity over q1, rad", -np.pi, np.pi, lambda q: 0.05 * np.sin(q),
+    ),
+    "geometry_error": (
+        "torque over q of a horizontal axis, rad", -np.pi, np.pi, lambda q: -0.02 * np.cos(q),
+    ),
+    "joint_elasticity": (
+        "amplitude over frequency / resonance", 0.05, 0.9, lambda x: x**2 / (1 - x**2),
+    ),
+    "saturation": (
+        "torque missing over time / period, cut at 0.7 of the peak", 0, 2,
+        lambda t: np.clip(np.sin(2 * np.pi * t), -0.7, 0.7) - np.sin(2 * np.pi * t),
+    ),
+    "drive_gain_error": ("residual over the model's torque (G = 0.1)", -1, 1, lambda x: 0.1 * x),
+    "time_delay": (
+        "residual over time / period of a torque with friction, 3 % late", 0, 2,
+        lambda t: _late(t - 0.03) - _late(t),
+    ),
+    "velocity_sensor_error": (
+        "measured qd minus dq/dt over qd, rad/s (GV = 0.05, OV = 0.02)", -1, 1,
+        lambda v: 0.05 * v + 0.02,
+    ),
+    "thermal_drift": (
+        "factor of friction over t / T (DR = 1)", 0, 4, lambda t: 1 + np.exp(-t),
+    ),
+    "backlash": (
+        "torque over time / period of the speed", 0, 2,
+        lambda t: np.sign(np.sin(2 * np.pi * t)) * (np.mod(t, 0.5) < 0.08),
+    ),
+    "external_contact": (
+        "torque over time / duration", 0, 1, lambda t: ((t > 0.4) & (t < 0.5)).astype(float),
+    ),
+}  # fmt: skip
+
+
+def listed() -> list[tuple[str, str, str]]:
+    """Return name, kind and meaning of every effect of the library."""
+    return [(d.name, d.kind, d.says) for d in definitions().values()]
+
+
+def explained(name: str) -> str:
+    """Return what an effect is, as a text of several lines.
+
+    Raises:
+        ParameterError: the library has no such effect.
+    """
+    known = definitions()
+    if name not in known:
+        raise ParameterError(f"effect {name[:60]!r}; accepted: {', '.join(known)}")
+    d = known[name]
+    lines = [
+        ("torque on joint" if d.torque and d.name != "backlash" else "formula", _formula(d)),
+        ("kind", _KINDS[d.kind]),
+        ("coefficients", "; ".join(_coefficient(d, key) for key in d.linear) or "none of its own"),
+        ("constants", "; ".join(_constant(key, s) for key, s in d.nonlinear.items()) or "none"),
+        ("pattern", d.pattern),
+        ("hard to tell from", d.confused or "nothing known"),
+        ("to tell them apart", d.separate),
+    ]
+    out = [*textwrap.wrap(f"{d.name}: {d.says}", 100), ""]
+    for label, said in lines:
+        first, *rest = textwrap.wrap(said, 100 - _MARGIN, break_long_words=False) or [""]
+        out += [f"{label:<{_MARGIN}}{first}", *(" " * _MARGIN + line for line in rest)]
+    out.append(f"{'in robot.toml':<{_MARGIN}}{_declaration(d)}")
+    return "\n".join([*out, *_pictured(d)])
+
+
+def curve(definition: Definition) -> tuple[str, FloatArray, FloatArray] | None:
+    """Return label, abscissa and ordinate of an effect's picture; None where it has none.
+
+    An expression is evaluated as compiled for `diagnose`, with every coefficient 1, the joint's
+    other variables 1, and constants in the middle of their range (the lowest where they are not
+    spaced by ratio).
+    """
+    if definition.name in _SHAPES:
+        label, low, high, shape = _SHAPES[definition.name]
+        x = np.linspace(low, high, 2 * _WIDTH)
+        return label, x, shape(x)
+    if not definition.torque:
+        return None
+    tape = definition_tape(definition)
+    over = next((name for name in _OVER if _holds(definition.torque, name)), "qd")
+    text, half = _OVER[over]
+    x = np.linspace(-half, half, 2 * _WIDTH)
+    constants = {name: _middle(s) for name, s in definition.nonlinear.items()}
+    inputs = {name: [x if name == over else np.ones_like(x)] for name in _OVER}
+    with np.errstate(divide="ignore"):
+        columns = tape.run(Numbers({}, FUNCTIONS), {**inputs, "c": list(constants.values())})
+    y = -np.sum([np.broadcast_to(np.asarray(c, dtype=float), x.shape) for c in columns], axis=0)
+    beside = ", with qd = 1" if over == "q" and _holds(definition.torque, "qd") else ""
+    fixed = "".join(f", {name} = {value:.3g}" for name, value in constants.items())
+    ones = " = ".join([*definition.linear, "1"])
+    return f"torque over {text}{beside} ({ones}{fixed})", x, y
+
+
+def _late(t: FloatArray) -> FloatArray:
+    return np.sin(2 * np.pi * t) + 0.5 * np.sign(np.cos(2 * np.pi * t))
+
+
+def _holds(torque: str, name: str) -> bool:
+    return re.search(rf"\b{name}\b", torque) is not None
+
+
+def _middle(search: Search) -> float:
+    if search.low > 0 and search.scale:
+        return float(np.sqrt(search.low * search.high))
+    return search.low
+
+
+def _formula(d: Definition) -> str:
+    if d.name == "backlash":
+        return "BL*sign(qd) for `width` after each reversal"
+    return (d.torque or d.formula) + (" - constant" if d.offset else "")
+
+
+def _coefficient(d: Definition, key: str) -> str:
+    units = dict.fromkeys(unit(d.linear[key], s) for s in (names.REVOLUTE, names.PRISMATIC))
+    written = " or ".join(u for u in units if u) or "no unit"
+    return f"{key} [{written}]" + (", positive" if d.sign == "positive" else "")
+
+
+def _constant(key: str, search: Search) -> str:
+    of = {"speed": " of the joint's RMS speed", "duration": " of the log's duration"}
+    part = of.get(search.scale, "")
+    return f"{key}: {search.low:g} to {search.high:g}{part}, {search.count} values tried"
+
+
+def _declaration(d: Definition) -> str:
+    if d.native in names.FRICTION:
+        return f'friction = ["{d.native}"] of the joint, beside its other words'
+    if d.native == "rotor":
+        return "rotor_inertia = true of the joint (the default)"
+    if d.native == "coupling":
+        return "[[coupling]] with joints = [j, k], ratio = 1"
+    if d.native == "payload":
+        return "[payload] with joint = j, the link that carries it"
+    if d.kind == "linear" and not d.torque:
+        return "[[effect]] with a name, joints = [j], torque and linear of your own"
+    if not d.declarable:
+        return "not declared there: symgen diagnose measures it"
+    constants = ", ".join(f"{key} = {_middle(s):.3g}" for key, s in d.nonlinear.items())
+    nonlinear = f", nonlinear = {{ {constants} }}" if constants else ""
+    offset = ', and "offset" among the words of its friction' if d.offset else ""
+    return f'[[effect]] with name = "{d.name}", joints = [j]{nonlinear}{offset}'
+
+
+def _pictured(d: Definition) -> list[str]:
+    found = curve(d)
+    if found is None:
+        return []
+    label, x, y = found
+    return ["", label, *picture(x, y)]
+
+
+def picture(x: FloatArray, y: FloatArray) -> list[str]:
+    """Draw values, (2 width,), as lines of Braille dots with the zero line and the limits."""
+    low, high = min(float(y.min()), 0.0), max(float(y.max()), 0.0)
+    span = (high - low) or 1.0
+    dots = 4 * _HEIGHT - 1
+    at = np.rint((high - y) / span * dots).astype(int)
+    cells = np.zeros((_HEIGHT, _WIDTH), dtype=int)
+    for k, row in enumerate(at):
+        before = row if k == 0 else at[k - 1]
+        for r in range(min(row, before), max(row, before) + 1):
+            cells[r // 4, k // 2] |= _DOTS[k % 2][r % 4]
+    zero = min(int(np.rint(high / span * dots)) // 4, _HEIGHT - 1)
+    out = []
+    for r, line in enumerate(cells):
+        empty = "─" if r == zero else " "
+        drawn = "".join(chr(0x2800 + c) if c else empty for c in line)
+        value = {0: high, _HEIGHT - 1: low}.get(r, 0.0 if r == zero else None)
+        out.append(f"{'' if value is None else f'{value:.3g}':>8} │{drawn}".rstrip())
+    left, right = f"{x[0]:.3g}", f"{x[-1]:.3g}"
+    return [*out, " " * 10 + left + right.rjust(_WIDTH - len(left))]

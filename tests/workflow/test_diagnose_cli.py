@@ -1,0 +1,193 @@
+"""symgen diagnose and symgen explain: exit codes, files, the contract's keys, one screen."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from oracles.planar2r import torque_regressor
+
+import symgen
+from symgen import cli
+from symgen.explain import picture
+from symgen.robot.effect import definitions
+
+SPRING = 0.4
+X = np.array([1.7, 0.15, 0.3, 0.02])
+
+
+def write_log(path: Path, seed: int, spring: float = SPRING) -> Path:
+    """A log of planar2r from the hand-written closed form, with a spring on joint 2 and noise."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0, 12, 0.005)[:, None, None]
+    w = 2 * np.pi * 0.15 * np.arange(1, 6) * (1 + 0.03 * seed)
+    a, phase = rng.uniform(0.1, 0.5, (2, 5)), rng.uniform(0, 6, (2, 5))
+    q, qd, qdd = (
+        np.sum(a * w**d * np.sin(w * t + phase + d * np.pi / 2), axis=2) for d in (0, 1, 2)
+    )
+    tau = torque_regressor(q, qd, qdd, 0.5) @ X
+    tau[:, 1] += spring * (q[:, 1] - 0.2)
+    tau += 0.01 * tau.std(axis=0) * rng.normal(size=tau.shape)
+    np.savez(path, t=t.ravel(), q=q, qd=qd, tau=tau)
+    return path
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("logs")
+    return write_log(folder / "train.npz", 1), write_log(folder / "test.npz", 2)
+
+
+@pytest.fixture(scope="module")
+def clean(tmp_path_factory):
+    return write_log(tmp_path_factory.mktemp("clean") / "clean.npz", 3, spring=0.0)
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    def call(*arguments):
+        monkeypatch.setattr(sys, "argv", ["symgen", *map(str, arguments)])
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as caught:
+            cli.main()
+        out, err = capsys.readouterr()
+        return caught.value.code, out, err
+
+    return call
+
+
+def test_a_hidden_spring_is_found_added_and_shown(run, logs, tmp_path):
+    into = tmp_path / "out"
+    code, out, err = run("diagnose", "planar2r", logs[0], "--validation", logs[1], "--into", into)
+    assert code == 0, out + err
+    assert "\x1b" not in out
+    assert out.startswith("explained: ")
+    assert len(out.splitlines()) <= 24
+    for words in ("gravity_spring", "K2", "N m/rad", "joint 2", "noise floor", "next: "):
+        assert words in out, words
+    assert "trying" in err
+
+    content = json.loads((into / "diagnosis.json").read_text(), parse_constant=pytest.fail)
+    keys = {"schema", "robot", "verdict", "cutoff_hz", "gap", "where", "effects", "rejected"}
+    assert keys <= set(content)
+    assert (content["schema"], content["robot"]) == ("symgen.diagnosis/1", "planar2r")
+    gap = content["gap"]
+    assert gap["metric"] == "torque"
+    for part in ("before", "after", "noise_floor"):
+        squares = np.square(gap[part]["per_joint"])
+        assert gap[part]["total"] == pytest.approx(math.sqrt(squares.mean()))
+    assert gap["after"]["total"] < 0.3 * gap["before"]["total"]
+    effect = content["effects"][0]
+    assert {"name", "joints", "parameters", "expression", "p_value", "gap_reduction",
+            "indistinguishable_from"} <= set(effect)  # fmt: skip
+    assert (effect["name"], effect["joints"]) == ("gravity_spring", [2])
+    assert effect["parameters"][0]["value"] == pytest.approx(SPRING, rel=0.02)
+    assert sum(place["share"] for place in content["where"]) == pytest.approx(1)
+
+    robot = symgen.read_robot(into / "robot.toml")
+    assert [e.name for e in robot.effects] == ["gravity_spring"]
+    assert (into / "generated" / "planar2r.h").is_file()
+    assert (into / "generated" / "planar2r_inverse_dynamics.casadi").is_file()
+    assert "<html" in (into / "report.html").read_text("utf-8")
+    code, out, err = run(
+        *("predict", into / "robot.toml", logs[1], "--parameters", into / "parameters.toml"),
+        *("--into", tmp_path / "prediction"),
+    )
+    assert code == 0, err
+    assert not run("check", into / "generated")[0]
+
+
+def test_nothing_is_named_where_nothing_is_wrong(run, clean, tmp_path):
+    code, out, _ = run("diagnose", "planar2r", clean, "--into", tmp_path / "out")
+    assert code == 0
+    assert "consistent: " in out
+    content = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    assert (content["where"], content["effects"]) == ([], [])
+
+
+def test_effects_limit_the_search_and_what_they_cannot_say_is_unexplained(run, logs, tmp_path):
+    code, out, _ = run(
+        *("diagnose", "planar2r", logs[0], "--validation", logs[1]),
+        *("--effects", "torque_offset, viscous_friction", "--into", tmp_path / "out"),
+    )
+    content = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    named = {e["name"] for e in (*content["effects"], *content["rejected"])}
+    assert named <= {"torque_offset", "viscous_friction"}
+    assert code == 1
+    assert out.startswith(("unexplained: ", "partly-explained: "))
+
+
+def test_an_interrupt_leaves_nothing(run, logs, tmp_path, monkeypatch):
+    def stop(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("symgen.diagnosis_page.generate", stop)
+    arguments = ("diagnose", "planar2r", logs[0], "--effects", "gravity_spring")
+    code, _, err = run(*arguments, "--into", tmp_path / "out")
+    assert (code, err.splitlines()[-1]) == (130, "symgen: interrupted")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["diagnose", "planar2r", "nowhere.csv", "--into", "x"], "nowhere.csv"),
+        (["diagnose", "planar2r", "--into", "x"], "LOGS"),
+        (["diagnose", "planar2r", "LOG"], "--into"),
+        (["diagnose", "planar2r", "LOG", "--effects", "gremlins", "--into", "x"], "gremlins"),
+        (["diagnose", "planar2r", "LOG", "--effects", "", "--into", "x"], "accepted"),
+        (["diagnose", "scara", "LOG", "--into", "x"], "q"),
+        (["diagnose", "nothing", "LOG", "--into", "x"], "nothing"),
+        (["diagnose", "planar2r", "LOG", "--cutoff", "-1", "--into", "x"], "cutoff"),
+        (["diagnose", "planar2r", "LOG", "--cutoff", "nan", "--into", "x"], "cutoff"),
+        (["diagnose", "planar2r", "LOG", "--into", "LOG"], "not a folder"),
+        (["explain", "gremlins"], "gravity_spring"),
+        (["explain", "a" * 5000], "accepted"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(run, logs, tmp_path, monkeypatch, arguments, words):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(*(str(logs[0]) if a == "LOG" else a for a in arguments))
+    lines = [line for line in err.splitlines() if not line.startswith("  ")]
+    assert code == 2, out + err
+    assert len(lines) == 1, err
+    assert lines[0].startswith("symgen: error: ")
+    assert words in lines[0]
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", definitions())
+def test_every_effect_is_explained(run, name):
+    code, out, err = run("explain", name)
+    assert (code, err) == (0, "")
+    definition = definitions()[name]
+    said = " ".join(out.split())
+    for words in (definition.says, definition.pattern, definition.confused, definition.separate,
+                  definition.formula or definition.torque, *definition.linear,
+                  *definition.nonlinear, "in robot.toml"):  # fmt: skip
+        assert " ".join(words.split()) in said, words
+    if name != "unnamed":
+        assert any(0x2800 < ord(c) < 0x2900 for c in out), "no picture"
+    assert all(len(line) <= 120 for line in out.splitlines())
+
+
+def test_without_a_name_every_effect_is_listed(run):
+    code, out, _ = run("explain")
+    assert code == 0
+    assert [line.split()[0] for line in out.splitlines()[1:]] == list(definitions())
+
+
+def test_the_picture_of_a_step_is_high_left_and_low_right():
+    x = np.linspace(-1, 1, 120)
+    lines = picture(x, -np.sign(x))
+    assert lines[0].startswith("       1")
+    assert lines[7].startswith("      -1")
+    assert "⠉" in lines[0][10:38]
+    assert set(lines[0][42:]) <= {" "}
+    assert "⣀" in lines[7][42:]
+    assert set(lines[7][10:38]) == {" "}
+    assert lines[8].split() == ["-1", "1"]

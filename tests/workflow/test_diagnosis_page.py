@@ -1,0 +1,188 @@
+"""The page and the files of a diagnosis say what it says, let no name act, open offline."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser import BROWSER, HOSTILE, Page, visit
+
+import symgen
+from symgen import diagnosis_plots
+from symgen.diagnose.diagnosis import (
+    Curves,
+    Diagnosis,
+    FoundEffect,
+    FoundParameter,
+    Gap,
+    Place,
+    Rejected,
+)
+from symgen.diagnosis_page import MARKER, diagnosis_files, diagnosis_page
+from symgen.files import write_folder
+
+
+def synthetic(name: str = "test.csv", robot: str = "planar2r") -> Diagnosis:
+    """Two joints, two logs, a spring on joint 2 that a cable resembles, and a ripple on joint 1."""
+    rng = np.random.default_rng(5)
+    curves = []
+    for log in (name, "again.csv"):
+        t = np.arange(0, 8, 0.01)
+        q = np.stack([np.sin(t), np.cos(1.3 * t)], axis=1)
+        qd = np.gradient(q, t, axis=0)
+        before = 4 * q + qd
+        after = before + np.stack([0 * t, 0.8 * q[:, 1]], axis=1)
+        curves.append(Curves(log, t, q, qd, after + 0.02 * rng.normal(size=q.shape), before, after))
+    spring = FoundEffect(
+        "gravity_spring",
+        (2,),
+        (FoundParameter("K2", 0.81234, 0.0123, "N m/rad"),),
+        "-K2*q2",
+        1e-12,
+        0.9321,
+        (("cable_torque", (2,)), ("torque_ripple", (1,))),
+        "motion over the whole range of the joint",
+    )
+    ripple = FoundEffect(
+        "torque_ripple",
+        (1,),
+        (
+            FoundParameter("RS1", -0.051, 0.004, "N m"),
+            FoundParameter("RC1", 0.02, 0.004, "N m"),
+            FoundParameter("k1", 12.0, float("nan"), ""),
+        ),
+        "RS1*sin(k1*q1) + RC1*cos(k1*q1)",
+        float("nan"),
+        0.05,
+        declared=False,
+    )
+    return Diagnosis(
+        robot=robot,
+        verdict="partly-explained",
+        cutoff_hz=8.25,
+        before=Gap((0.031, 0.212)),
+        after=Gap((0.0299, 0.0131)),
+        floor=Gap((0.009, float("nan"))),
+        where=(Place(2, 0.97, "position"), Place(1, 0.03, "spectrum")),
+        effects=(spring, ripple),
+        rejected=(Rejected("time_delay", (), "it explains too little"),),
+        advice=("look at the portraits",),
+        notes=("test.csv: resampled to 500 Hz",),
+        extended=symgen.read_robot("planar2r"),
+        joints=(1, 2),
+        curves=tuple(curves),
+        tried=321,
+        parameters=(FoundParameter("ZZ1R", 3.5, 0.02, "kg m2"),),
+    )
+
+
+@pytest.fixture(scope="module")
+def html() -> str:
+    return diagnosis_page(synthetic())
+
+
+def test_page_holds_verdict_gap_effects_and_what_was_rejected(html: str) -> None:
+    text = Page(html).text
+    for words in (
+        *("Diagnosis of planar2r", "Partly explained", "the gap falls", "15.2 %", "21.2 %"),
+        *("gravity_spring on joint 2", "0.81234", "0.012", "N m/rad", "-K2*q2", "93.2 %", "1e-12"),
+        *("cable_torque, torque_ripple on joint 1", "motion over the whole range", "searched"),
+        *("time_delay", "the whole arm", "it explains too little", "321", "8.250 Hz", "97 %"),
+        *("do not hold what samples alone show: torque_ripple",),
+        *("look at the portraits", "resampled to 500 Hz", "test.csv, again.csv", "ZZ1R", "3.5000"),
+    ):
+        assert words.lower() in text.lower(), words
+
+
+@pytest.mark.parametrize(
+    ("verdict", "words"),
+    [("consistent", "down to their noise"), ("explained", "The model misses one effect."),
+     ("unexplained", "no effect explains"), ("bad-measurement", "the measurement is wrong")],
+)  # fmt: skip
+def test_every_verdict_is_a_sentence(verdict: str, words: str) -> None:
+    found = synthetic()
+    effects = found.effects[:1] if verdict in ("explained", "bad-measurement") else ()
+    html = diagnosis_page(replace(found, verdict=verdict, effects=effects))
+    assert words in Page(html).text
+
+
+def test_page_is_self_contained(html: str) -> None:
+    page = Page(html)
+    assert html.count("* plotly.js v") == 1
+    assert len(page.figures) == 3
+    for _, attrs in page.tags:
+        assert "src" not in attrs
+        assert (attrs.get("href") or "#").startswith(("#", "data:"))
+    assert diagnosis_page(synthetic()) == html
+
+
+def test_each_choice_shows_one_log_and_axes_have_units(html: str) -> None:
+    for figure in Page(html).figures[1:]:
+        buttons = figure["layout"]["updatemenus"][0]["buttons"]
+        assert [b["label"] for b in buttons] == ["test.csv (validation)", "again.csv (validation)"]
+        shown = [sum(b["args"][0]["visible"]) for b in buttons]
+        assert shown[0] == shown[1] == len(figure["data"]) / 2
+        axes = [v["title"]["text"] for k, v in figure["layout"].items()
+                if "axis" in k and v.get("title", {}).get("text")]  # fmt: skip
+        assert {"joint 1, N m", "joint 2, N m", "time, s"} <= set(axes)
+
+
+def test_portrait_of_a_found_effect_lies_on_the_residual() -> None:
+    figure = diagnosis_plots.portraits(synthetic())
+    assert figure is not None
+    # joint 2 against its position: the spring of the synthetic log, 0.8 q
+    drawn = [c for c in figure.data if c.name == "found effects" and c.mode == "markers"]
+    assert any(np.allclose(c.y, 0.8 * np.asarray(c.x), atol=1e-5) for c in drawn)
+
+
+def test_hostile_names_add_no_element(html: str) -> None:
+    found = synthetic(HOSTILE, HOSTILE)
+    effect = replace(found.effects[0], name=HOSTILE, expression=HOSTILE, separate=HOSTILE)
+    spoiled = replace(
+        found, effects=(effect, *found.effects[1:]), advice=(HOSTILE,), notes=(HOSTILE,),
+        rejected=(Rejected(HOSTILE, (), HOSTILE),),
+    )  # fmt: skip
+    page = Page(diagnosis_page(spoiled))
+    assert [tag for tag, _ in page.tags] == [tag for tag, _ in Page(html).tags]
+    assert not any(key.startswith("on") for _, attrs in page.tags for key in attrs)
+
+
+def test_sparse_diagnosis_has_a_page() -> None:
+    bare = replace(
+        synthetic(), verdict="consistent", effects=(), where=(), rejected=(), advice=(), notes=(),
+        curves=(), parameters=(), cutoff_hz=None, before=Gap((0.0, 0.0)), after=Gap((0.0, 0.0)),
+        floor=Gap((0.0, 0.0)),
+    )  # fmt: skip
+    assert len(Page(diagnosis_page(bare)).figures) == 1
+
+
+def test_files_of_another_robot_are_replaced_and_what_is_not_ours_stays(tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    first = diagnosis_files(synthetic())
+    write_folder(folder, first, MARKER)
+    (folder / "generated" / "mine.txt").write_text("kept")
+    other = replace(synthetic(), extended=replace(synthetic().extended, name="other"))
+    write_folder(folder, diagnosis_files(other), MARKER)
+    left = {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()}
+    assert not [name for name in left if "planar2r" in name]
+    assert "generated/mine.txt" in left
+    content = json.loads((folder / MARKER).read_text(), parse_constant=pytest.fail)
+    assert content["gap"]["noise_floor"]["per_joint"] == [0.009, None]
+    assert content["effects"][1]["parameters"][2]["std"] is None
+    assert set(content["digests"]) | {MARKER, "generated/mine.txt"} == left
+
+
+@pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
+def test_browser_draws_every_figure_in_silence(tmp_path: Path) -> None:
+    seen = visit(diagnosis_page(synthetic(HOSTILE, HOSTILE)), tmp_path)
+    figures = re.findall(r'<div id="(figure\d+)"', seen.dom)
+    assert len(figures) == 3
+    for name in figures:
+        assert 'class="main-svg"' in seen.dom.split(f'id="{name}"', 1)[1][:2000], name
+    assert seen.console == ()
+    assert seen.requests == ()
+    assert "<img" not in seen.dom.split("<main>")[1].split("</main>")[0]
