@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +27,20 @@ from symgen.symbolic.tape import Numbers, Tape
 FloatArray = NDArray[np.float64]
 #: Columns (N, m) on joints, by position of the movable joint.
 Columns = Mapping[int, FloatArray]
-#: The model's torque (N, n) on a scene, and the part of it that is friction.
-Torques = tuple[FloatArray, FloatArray]
+
+
+class Torques(NamedTuple):
+    """The model on a scene.
+
+    Attributes:
+        model: its torque (N, n).
+        friction: the part of it that is friction.
+        links: (links, 10) parameters of the links that give it, one of many sets.
+    """
+
+    model: FloatArray
+    friction: FloatArray
+    links: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +55,8 @@ class Candidate:
         size: number of coefficients.
         uses_model: whether the columns hold the model's torque, and change with it.
         remake: gives the same candidate with other constants, where these can be refined.
+        coefficients: name and unit of those that mean something, where not as in the library.
+        change: whether it changes a declared parameter, which may grow or fall.
     """
 
     name: str
@@ -51,6 +66,8 @@ class Candidate:
     constants: Mapping[str, float] = field(default_factory=dict)
     uses_model: bool = False
     remake: Callable[[Mapping[str, float]], Candidate] | None = None
+    coefficients: tuple[tuple[str, str], ...] = ()
+    change: bool = False
 
     @property
     def complexity(self) -> int:
@@ -75,7 +92,7 @@ class Candidate:
 
 
 def candidates(
-    robot: Robot, evidence: Evidence, chosen: Sequence[str] | None = None
+    robot: Robot, evidence: Evidence, chosen: Sequence[str] | None = None, *, given: bool = False
 ) -> Iterator[Candidate]:
     """Yield the candidates of a robot: every effect, joint and constant that is not declared yet.
 
@@ -83,6 +100,7 @@ def candidates(
         robot: what it declares is no candidate.
         evidence: gives the ranges that constants are parts of.
         chosen: names of effects to try; None for all.
+        given: whether the parameters are given: then declared friction may have changed.
     """
     for definition in definitions().values():
         if chosen is not None and definition.name not in chosen:
@@ -95,6 +113,9 @@ def candidates(
             for position in range(robot.n):
                 if not _declared(robot, definition, position):
                     yield from on_joint(definition, position, evidence)
+                elif given and definition.native in names.FRICTION:
+                    for drifted in on_joint(definition, position, evidence):
+                        yield replace(drifted, change=True)
 
 
 def _declared(robot: Robot, definition: Definition, position: int) -> bool:

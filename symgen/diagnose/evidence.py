@@ -153,8 +153,10 @@ class Evidence:
     def basis(self) -> FloatArray:
         """Orthonormal basis (K, n, r) of what the whitened model can say."""
         weight = (self.moves / self.sigma)[:, :, None]
-        rows = (self.W * weight).reshape(-1, self.W.shape[2])
+        rows = (self.W * weight).reshape(self.y.size, self.W.shape[2])
         norms = np.linalg.norm(rows, axis=0)
+        if rows.shape[1] == 0:
+            return np.zeros((*self.y.shape, 0))
         left, values, _ = np.linalg.svd(rows / np.where(norms > 0, norms, 1), full_matrices=False)
         kept = left[:, values > 1e-9 * values[0]]
         return np.ascontiguousarray(kept.reshape(*self.y.shape, -1))
@@ -186,6 +188,12 @@ def evidence(evaluator: Evaluator, scenes: Sequence[Scene]) -> Evidence:
     return solved(tuple(scenes), W, y)
 
 
+def given_evidence(evaluator: Evaluator, scenes: Sequence[Scene], X: FloatArray) -> Evidence:
+    """Compare a model of given parameters (p,) with some logs: y is what it misses, W is empty."""
+    y = np.concatenate([s.seen(s.tau - regressor(evaluator, s) @ X) for s in scenes])
+    return solved(tuple(scenes), np.zeros((*y.shape, 0)), y)
+
+
 def solved(scenes: tuple[Scene, ...], W: FloatArray, y: FloatArray) -> Evidence:
     """Solve y = W X, joints weighed by the standard deviation of their residual."""
     p = W.shape[2]
@@ -195,7 +203,7 @@ def solved(scenes: tuple[Scene, ...], W: FloatArray, y: FloatArray) -> Evidence:
     X = np.zeros(p)
     for _ in range(_WHITENING):
         weight = moves / sigma
-        X = least_squares((W * weight[:, :, None]).reshape(-1, p), (y * weight).ravel())
+        X = least_squares((W * weight[:, :, None]).reshape(y.size, p), (y * weight).ravel())
         error = moves * (y - W @ X)
         floor = 1e-6 * np.sqrt(np.mean(y**2, axis=0)) + _TINY
         sigma = np.maximum(np.sqrt(np.sum(error**2, axis=0) / count), floor)
@@ -212,6 +220,8 @@ def _moving(s: Scene) -> FloatArray:
 
 def least_squares(A: FloatArray, b: FloatArray) -> FloatArray:
     """Solve by QR on columns of unit norm; what the rows do not determine is zero."""
+    if A.shape[1] == 0:
+        return np.zeros(0)
     norms = np.linalg.norm(A, axis=0)
     scale = np.where(norms > 0, norms, 1.0)
     factor: FloatArray = np.asarray(np.linalg.qr(np.column_stack([A / scale, b]), mode="r"))

@@ -33,6 +33,8 @@ def extended(
         ratio = exact(float(f"{constants['ratio']:.6g}"))
         coupling = Coupling(numbers[0], numbers[1], sp.nsimplify(ratio))
         return replace(robot, couplings=(*robot.couplings, coupling))
+    if definition.native == "payload":
+        return replace(robot, payload=numbers[0])
     if not definition.declarable:
         return None
     rounded = {name: exact(float(f"{value:.6g}")) for name, value in constants.items()}

@@ -189,7 +189,8 @@ def _fault(evidence: Evidence, score: Score, p: Projection, tried: int) -> str:
     definition = score.candidate.definition
     named = score.coefficients[: len(definition.linear)]
     std = score.std[: len(definition.linear)]
-    if definition.sign == "positive" and ((named < -2 * std).any() or not (named > 2 * std).any()):
+    signed = definition.sign == "positive" and not score.candidate.change
+    if signed and ((named < -2 * std).any() or not (named > 2 * std).any()):
         return "its coefficient has the wrong sign"
     size = np.sqrt(np.mean((p.C @ score.coefficients) ** 2, axis=0)) * evidence.sigma
     torque = np.sqrt(np.mean(evidence.y**2, axis=0))
@@ -344,16 +345,17 @@ class Search:
                 break
         return sorted(passing, key=lambda s: -s.gain), failing
 
-    @staticmethod
-    def _simplest(passing: Sequence[Score]) -> Score:
+    def _simplest(self, passing: Sequence[Score]) -> Score:
         """Return the plainest candidate among those that explain the same, nearly as well.
 
         The parameters of the standard friction model come before any other effect that looks like
-        them; then the fewest numbers count.
+        them; then the fewest numbers count. Where all parameters are given they are only changes,
+        and have no more say than others.
         """
+        enough = _PLAIN if self.base.W.shape[2] else _NEARLY
         best = passing[0]
         near = [s for s in passing if s is best or _alike(s, best)]
-        plain = [s for s in near if s.candidate.definition.native and s.gain >= _PLAIN * best.gain]
+        plain = [s for s in near if s.candidate.definition.native and s.gain >= enough * best.gain]
         close = plain or [s for s in near if s.gain >= _NEARLY * best.gain]
         return min(close, key=lambda s: (s.candidate.complexity, -s.gain))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -26,15 +27,19 @@ from symgen.diagnose.evidence import (
     Evidence,
     Scene,
     evidence,
+    given_evidence,
     ratio,
     regressor,
     scene,
 )
 from symgen.diagnose.extend import extended
+from symgen.diagnose.given import changed, link_values
 from symgen.diagnose.select import MEASURING, Score, Search, Selection, dense
+from symgen.diagnose.special import special_candidates
 from symgen.diagnose.words import tie
 from symgen.errors import LogError, ParameterError
 from symgen.identification.batch import Solution, solve
+from symgen.identification.parameters import read_parameters
 from symgen.identification.system import Equations, LinearSystem
 from symgen.identification.validation import open_log
 from symgen.robot.effect import definitions, unit
@@ -57,12 +62,14 @@ def diagnose(
     *,
     validation: Sequence[Source] | Source = (),
     effects: Sequence[str] | None = None,
+    parameters: str | Path | None = None,
     cutoff: float | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Diagnosis:
     """Find where a model and measured data disagree, and name what is missing.
 
-    The model is identified from the logs by the torque equations in the motion's band; candidates
+    The model is identified from the logs by the torque equations in the motion's band, or has
+    given parameters, of an earlier state of the robot, and the logs show what changed; candidates
     are accepted by the rule of `symgen.diagnose.select`; the extended model is derived, compiled
     and identified again; the gap is shown on data that the selection never saw.
 
@@ -71,12 +78,14 @@ def diagnose(
         logs: paths of logs, or logs, to diagnose.
         validation: logs that show the gap; without any, the last fifth of each log.
         effects: names of effects to try; None for the whole library.
+        parameters: a file of parameters that are not identified again: an estimate.json, TOML
+            with [parameters], or the URDF of the robot.
         cutoff: of the zero-phase low-pass, Hz; None for the motion's bandwidth.
         progress: is told what is being tried.
 
     Raises:
         LogError: a log cannot be read or belongs to another robot.
-        ParameterError: there is no such effect.
+        ParameterError: there is no such effect, or the parameters are not this robot's.
         IdentificationError: the logs do not determine the parameters.
     """
     unknown = [name for name in effects or () if name not in definitions()]
@@ -85,10 +94,14 @@ def diagnose(
     source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
     progress("deriving and compiling the model")
     evaluator = load(derive(source, _KERNELS))
+    given = None if parameters is None else read_parameters(parameters, evaluator.model)
     train, held, notes = _scenes(source, logs, validation, cutoff, progress)
-    study = _Study(evaluator, train, held)
-    search = Search(study.base, candidates(source, study.base, effects), study.torques, progress)
-    selection = search.run()
+    study = _Study(evaluator, train, held, given)
+    pool = chain.from_iterable(
+        make(source, study.base, effects, given=given is not None)
+        for make in (candidates, special_candidates)
+    )
+    selection = Search(study.base, pool, study.torques, progress).run()
     progress("deriving, compiling and identifying the extended model")
     return study.conclude(selection, notes)
 
@@ -135,10 +148,20 @@ def _scenes(
 class _Study:
     """One diagnosis: the model, the logs, and the model's torques on them."""
 
-    def __init__(self, evaluator: Evaluator, train: Sequence[Scene], held: Sequence[Scene]) -> None:
-        self.evaluator, self.held = evaluator, tuple(held)
+    def __init__(
+        self,
+        evaluator: Evaluator,
+        train: Sequence[Scene],
+        held: Sequence[Scene],
+        given: FloatArray | None = None,
+    ) -> None:
+        self.evaluator, self.held, self.given = evaluator, tuple(held), given
         self.robot = evaluator.model.robot
-        self.base = evidence(evaluator, train)
+        if given is None:
+            self.base = evidence(evaluator, train)
+        else:
+            self.base = given_evidence(evaluator, train, given)
+        self.X = self.base.X if given is None else given
         self._full = [regressor(evaluator, s) for s in train]
 
     def torques(self, accepted: Sequence[Score]) -> Sequence[Torques]:
@@ -148,14 +171,15 @@ class _Study:
 
     def _parameters(self, accepted: Sequence[Score]) -> FloatArray:
         p = self.base.W.shape[2]
-        if not accepted:
-            return self.base.X
+        if not accepted or self.given is not None:
+            return self.X
         columns = [dense(s.columns, self.base.y.shape) for s in accepted]
         return self.base.with_columns(np.concatenate(columns, axis=2)).X[:p]
 
     def _split(self, W: FloatArray, X: FloatArray) -> Torques:
-        first = self.evaluator.model.inertial
-        return W @ X, W[:, :, first:] @ X[first:]
+        model = self.evaluator.model
+        first = model.inertial
+        return Torques(W @ X, W[:, :, first:] @ X[first:], link_values(model, X))
 
     def conclude(self, selection: Selection, notes: tuple[str, ...]) -> Diagnosis:
         """Add what was found, identify again, and measure the gap on the held-out data."""
@@ -168,11 +192,13 @@ class _Study:
                 robot = more
                 declared.append(score)
         corrected = [s for s in selection.accepted if s not in declared]
-        evaluator = self.evaluator
-        if robot is not self.robot:
+        evaluator, final = self.evaluator, self.base
+        if self.given is not None:  # the effects' columns stand beside what is given
+            corrected, names_ = list(selection.accepted), ()
+        elif robot is not self.robot:
             evaluator = load(derive(robot, _KERNELS))
             names_ = evaluator.model.base.names
-        final = evidence(evaluator, self.base.scenes)
+            final = evidence(evaluator, self.base.scenes)
         extra = [f"{s.candidate.name} {i}" for s in corrected for i in range(s.candidate.size)]
         if corrected:
             torques = self.torques(selection.accepted)
@@ -180,13 +206,19 @@ class _Study:
                 dense(s.candidate.seen(self.base, torques), self.base.y.shape) for s in corrected
             ]
             final = final.with_columns(np.concatenate(parts, axis=2))
-        solution = solve(_system((*names_, *extra), final), "wls")
-        before, after, floor, curves = self._gaps(evaluator, corrected, solution)
-        found = self._effects(selection, corrected, names_, solution, evaluator)
+        solution = _solved((*names_, *extra), final)
+        before, after, floor, curves = self._gaps(evaluator, selection, corrected, solution)
+        found = self._effects(selection, corrected, declared, names_, solution, evaluator)
         measuring = [s for s in selection.accepted if s.candidate.name in MEASURING]
         verdict = _verdict(selection, measuring, before, after, floor)
         std = np.sqrt(np.maximum(np.diag(solution.covariance), 0))
-        units = [p.unit for p in evaluator.model.base.parameters]
+        X, model = solution.X, evaluator.model
+        if self.given is not None:
+            model = model if robot is self.robot else derive(robot, ())
+            added = [p for e in found if e.declared for p in e.parameters]
+            X = changed(self.evaluator.model, self.given, model, added)
+            names_, std = model.base.names, np.full(len(X), np.nan)
+        units = [p.unit for p in model.base.parameters]
         return Diagnosis(
             robot=self.robot.name,
             verdict=verdict,
@@ -208,7 +240,7 @@ class _Study:
             tried=selection.tried,
             parameters=tuple(
                 FoundParameter(name, float(x), float(s), u)
-                for name, x, s, u in zip(names_, solution.X, std, units, strict=False)
+                for name, x, s, u in zip(names_, X, std, units, strict=False)
             ),
         )
 
@@ -218,22 +250,19 @@ class _Study:
     def _gaps(
         self,
         evaluator: Evaluator,
+        selection: Selection,
         corrected: Sequence[Score],
         solution: Solution,
     ) -> tuple[Gap, Gap, Gap, tuple[Curves, ...]]:
         """Return gap before, after, noise floor, and the curves, on the held-out data."""
-        p = len(evaluator.model.base.parameters)
+        p = len(solution.X) - sum(s.candidate.size for s in corrected)
+        X = solution.X[:p] if self.given is None else self.given
+        inside = self._parameters(selection.accepted)  # of what stands in the effects' columns
         curves, noise, span = [], [], []
         for s in self.held:
             W0, W1 = regressor(self.evaluator, s), regressor(evaluator, s)
-            before, whole = W0 @ self.base.X, W1 @ solution.X[:p]
-            torques: Torques = (
-                before,
-                before
-                - W0[:, :, : self.evaluator.model.inertial]
-                @ self.base.X[: self.evaluator.model.inertial],
-            )
-            at = p
+            before, whole = W0 @ self.X, W1 @ X
+            torques, at = self._split(W0, inside), p
             for score in corrected:
                 columns = score.candidate.columns(s, torques)
                 for j, c in columns.items():
@@ -270,6 +299,7 @@ class _Study:
         self,
         selection: Selection,
         corrected: Sequence[Score],
+        declared: Sequence[Score],
         names_: Sequence[str],
         solution: Solution,
         evaluator: Evaluator,
@@ -288,12 +318,12 @@ class _Study:
             suffix = numbers[-1] if numbers else ""
             sigma = self.robot.movable[c.joints[0]].sigma if c.joints else 0
             parameters = []
-            for i, (name, word) in enumerate(d.linear.items()):
-                full = f"{name}{suffix}"
+            library = tuple((f"{name}{suffix}", unit(w, sigma)) for name, w in d.linear.items())
+            for i, (full, word) in enumerate(c.coefficients or library):
                 if id(score) in at:
                     k = at[id(score)] + i
                     parameters.append(
-                        FoundParameter(full, float(solution.X[k]), float(std[k]), unit(word, sigma))
+                        FoundParameter(full, float(solution.X[k]), float(std[k]), word)
                     )
                 elif full in place:
                     k = place[full]
@@ -318,7 +348,7 @@ class _Study:
                         (s.candidate.name, self._numbers(s.candidate)) for s in alike
                     ),
                     separate=d.separate if alike else "",
-                    declared=id(score) not in at,
+                    declared=score in declared,
                 )
             )
         return tuple(out)
@@ -354,6 +384,13 @@ def _system(names_: tuple[str, ...], final: Evidence) -> LinearSystem:
             out.append(Equations(s.name, W, y, t[moves], 2, j))
         first += len(t)
     return LinearSystem(names_, tuple(out))
+
+
+def _solved(names_: tuple[str, ...], final: Evidence) -> Solution:
+    """Solve the final model; nothing is identified where all is given and nothing was found."""
+    if names_:
+        return solve(_system(names_, final), "wls")
+    return Solution(np.zeros(0), np.zeros((0, 0)), 1.0, ())
 
 
 def _noise(s: Scene, error: FloatArray) -> FloatArray:

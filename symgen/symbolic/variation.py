@@ -1,0 +1,139 @@
+"""The torque of a robot's links when a length or gravity is not what its file says.
+
+One tape from all standard parameters of the links, every length that is not zero and gravity, as
+symbols: what the base parameters of the file's own geometry hide, shows here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from symgen import names
+from symgen.robot.types import Robot
+from symgen.symbolic.base_parameters import BaseParameter, BaseParameters, Proof
+from symgen.symbolic.dynamics import inverse_dynamics, plant
+from symgen.symbolic.independence import FUNCTIONS
+from symgen.symbolic.parameters import standard_parameters
+from symgen.symbolic.tape import Numbers, Tape
+
+FloatArray = NDArray[np.float64]
+_LENGTHS = ("d", "r", "b")
+_UNPROVED = Proof(rank=0, primes=(), seeds=(), points=0, structural=0, lifted=0)
+
+
+@dataclass(frozen=True)
+class Variation:
+    """The torque of a robot's links, friction and rotors apart, with lengths and gravity free."""
+
+    robot: Robot
+
+    @property
+    def lengths(self) -> tuple[tuple[int, str], ...]:
+        """Number of the joint and key of every length that is not zero, as ("d", "r", "b")."""
+        return tuple(
+            (joint.number, key)
+            for joint in self.robot.with_values().joints
+            for key in _LENGTHS
+            if getattr(joint, key) != 0
+        )
+
+    @property
+    def gravity(self) -> FloatArray:
+        """Gravity in frame 0, (3,), m/s2."""
+        return np.array([float(g) for g in self.robot.with_values().gravity])
+
+    def torque(
+        self,
+        state: Sequence[FloatArray],
+        links: FloatArray,
+        gravity: FloatArray | None = None,
+        changes: Mapping[tuple[int, str], float] | None = None,
+    ) -> FloatArray:
+        """Return the torque of the links.
+
+        Args:
+            state: q, qd, qdd, (..., n) each; rad or m and so on.
+            links: XX XY XZ YY YZ ZZ MX MY MZ M of every link, (..., links, 10); what comes before
+                its last two axes is broadcast against that of the state.
+            gravity: in frame 0, (3,); None for the file's.
+            changes: what is added to lengths, m.
+
+        Returns:
+            (..., n), N m or N.
+        """
+        values = dict(self._values)
+        for key, change in (changes or {}).items():
+            values[_symbol(*key)] += change
+        for axis, g in zip("xyz", self.gravity if gravity is None else gravity, strict=True):
+            values[_gravity(axis)] = sp.Float(float(g), 20)
+        inputs = {
+            name: [x[..., i] for i in range(x.shape[-1])]
+            for name, x in zip(("q", "qd", "qdd"), state, strict=True)
+        }
+        flat = links.reshape(*links.shape[:-2], -1)
+        inputs["X"] = [flat[..., i] for i in range(flat.shape[-1])]
+        out = self._tape.run(Numbers(values, FUNCTIONS, digits=17), inputs)
+        shape = np.broadcast_shapes(state[0].shape[:-1], flat.shape[:-1])
+        return np.stack([np.broadcast_to(np.asarray(x, float), shape) for x in out], axis=-1)
+
+    @cached_property
+    def _values(self) -> dict[sp.Symbol, sp.Expr]:
+        joints = self.robot.with_values().joints
+        return {_symbol(j, key): getattr(joints[j - 1], key) for j, key in self.lengths}
+
+    @cached_property
+    def _tape(self) -> Tape:
+        plain = self.robot.with_values()
+        free = set(self.lengths)
+        joints = tuple(
+            replace(
+                joint,
+                **{k: _symbol(joint.number, k) for k in _LENGTHS if (joint.number, k) in free},
+                friction=(),
+                rotor_inertia=False,
+            )
+            for joint in plain.joints
+        )
+        gravity = tuple(_gravity(axis) for axis in "xyz")
+        robot = replace(
+            plain,
+            gravity=gravity,
+            joints=joints,
+            couplings=(),
+            payload=None,
+            effects=(),
+            # Names that no step of the tape may take; their values come with each run.
+            geometry=tuple((s.name, sp.S.One) for s in (*gravity, *self._values)),
+        )
+        standard = standard_parameters(robot)
+        every = tuple(BaseParameter(p.name, i, (), p.unit, True) for i, p in enumerate(standard))
+        p = plant(robot, BaseParameters(every, standard, (), _UNPROVED))
+        torque = inverse_dynamics(p)
+        return p.close(("q", "qd", "qdd"), [torque[j] for j in p.numbers])
+
+
+@lru_cache(maxsize=4)
+def variation(robot: Robot) -> Variation:
+    """Return the variation of a robot; its tape is derived when it is first run."""
+    return Variation(robot)
+
+
+def random_states(robot: Robot, count: int, seed: int = 0) -> list[FloatArray]:
+    """Return q, qd, qdd, (count, n), of a robot in any posture: what parameters can show at all."""
+    draw = np.random.default_rng(seed)
+    span = np.array([np.pi if j.sigma == names.REVOLUTE else 1.0 for j in robot.movable])
+    return [size * span * draw.uniform(-1, 1, (count, robot.n)) for size in (1.0, 1.0, 2.0)]
+
+
+def _symbol(joint: int, key: str) -> sp.Symbol:
+    return sp.Symbol(f"length_{key}{joint}", real=True)
+
+
+def _gravity(axis: str) -> sp.Symbol:
+    return sp.Symbol(f"gravity_{axis}", real=True)

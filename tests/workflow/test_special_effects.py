@@ -1,0 +1,147 @@
+"""Effects that need the model itself, hidden in simulators that share no code with it.
+
+Named first and of the true size: a turned base, a wrong length, an elastic joint; and, with the
+parameters of an earlier state given, a load, a drive gain and friction that changed.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from oracles.hidden import cases, machines
+from oracles.random_arms import to_toml
+
+import symgen
+from symgen.diagnose.diagnosis import Diagnosis
+from symgen.diagnose.special import special_candidates
+from symgen.diagnose.workflow import diagnose
+from symgen.symbolic.variation import random_states, variation
+
+SPECIAL = ["base_tilt", "geometry_error", "joint_elasticity", "payload"]
+
+
+def _diagnosed(
+    case: cases.Case, folder: Path, *, given: bool = False, effects: list[str] | None = None
+) -> Diagnosis:
+    f = cases.write(case, folder)
+    parameters = f / "parameters.toml" if given else None
+    return diagnose(f / "robot.toml", f / "train.csv", validation=f / "validation.csv",
+                    parameters=parameters, effects=effects)  # fmt: skip
+
+
+def _values(diagnosis: Diagnosis) -> dict[str, float]:
+    return {p.name: p.value for p in diagnosis.effects[0].parameters}
+
+
+@pytest.mark.parametrize("robot", ["planar2r", "arm6r"])
+def test_the_torque_of_links_with_a_free_length_and_gravity_is_pinocchios(robot: str) -> None:
+    from dataclasses import replace
+
+    pytest.importorskip("pinocchio")
+    from oracles.hidden.engines import PinocchioEngine
+
+    machine = machines.MACHINES[robot]
+    v = variation(symgen.parse_robot(to_toml(machine.arm, robot)))
+    number, key = v.lengths[0]
+    lengths = list(getattr(machine.arm, key))
+    lengths[number - 1] += 0.07
+    gravity = np.array([1.0, -2.0, 3.0])
+    arm = replace(machine.arm, **{key: tuple(lengths)}, gravity=tuple(gravity))
+    states = random_states(v.robot, 20)
+    bare = replace(machine, arm=arm, rotor=np.zeros(machine.n))
+    theirs = PinocchioEngine(bare).torque(*states)
+    ours = v.torque(states, machine.links, gravity, {(number, key): 0.07})
+    assert np.allclose(ours, theirs, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("robot", ["planar2r", "arm3r"])
+def test_a_turned_base_is_named_with_its_angles(robot: str, tmp_path: Path) -> None:
+    case = cases.case(robot, "base_tilt")
+    found = _diagnosed(case, tmp_path)
+    assert [e.name for e in found.effects] == ["base_tilt"]
+    truth, values = case.truth[0][2], _values(found)
+    size = float(np.linalg.norm(list(truth.values())))
+    for name, value in values.items():
+        assert abs(value - truth[f"beta_{name[1].lower()}"]) < 0.15 * size
+
+
+def test_a_wrong_length_is_named_with_its_error(tmp_path: Path) -> None:
+    case = cases.case("arm3r", "geometry_error")
+    found = _diagnosed(case, tmp_path)
+    assert (found.effects[0].name, found.effects[0].joints) == ("geometry_error", (3,))
+    assert _values(found)["delta_d3"] == pytest.approx(case.truth[0][2]["delta_d"], rel=0.05)
+
+
+def test_lengths_that_scale_together_are_one_class(tmp_path: Path) -> None:
+    """Of an upright planar arm only the ratio of the two lengths has a torque."""
+    found = _diagnosed(cases.case("scara", "geometry_error"), tmp_path, effects=SPECIAL)
+    first = found.effects[0]
+    both = {(first.name, first.joints), *first.indistinguishable_from}
+    assert both == {("geometry_error", (2,)), ("geometry_error", (3,))}
+
+
+def test_an_elastic_joint_is_named_with_its_compliance(tmp_path: Path) -> None:
+    case = cases.case("planar2r", "joint_elasticity")
+    found = _diagnosed(case, tmp_path)
+    name, joints, truth = case.truth[0]
+    assert (found.effects[0].name, found.effects[0].joints) == (name, joints)
+    assert _values(found)[f"CE{joints[0]}"] == pytest.approx(1 / truth["K"], rel=0.3)
+
+
+@pytest.mark.parametrize("robot", ["planar2r", "scara"])
+def test_a_load_is_named_by_what_shows_of_it(robot: str, tmp_path: Path) -> None:
+    case = cases.case(robot, "payload")
+    found = _diagnosed(case, tmp_path, given=True)
+    _, joints, truth = case.truth[0]
+    assert [(e.name, e.joints) for e in found.effects] == [("payload", joints)]
+    values = _values(found)
+    assert set(values) == {"ML", "MXL", "MYL", "ZZL"}  # four of ten on arms with parallel axes
+    for name in ("ML", "MXL", "MYL"):
+        assert values[name] == pytest.approx(truth[name], rel=0.05)
+    assert found.extended.payload == joints[0]
+    assert found.after.total < 0.3 * found.before.total
+    loaded = {p.name: p.value for p in found.parameters}
+    own = case.parameters[f"MX{joints[0]}"]
+    assert loaded[f"MX{joints[0]}R"] == pytest.approx(own + truth["MXL"], rel=0.02)
+
+
+def test_a_drive_gain_that_changed_is_named(tmp_path: Path) -> None:
+    case = cases.case("planar2r", "drive_gain_error")
+    found = _diagnosed(case, tmp_path, given=True)
+    name, joints, truth = case.truth[0]
+    assert [(e.name, e.joints) for e in found.effects] == [(name, joints)]
+    assert _values(found)[f"G{joints[0]}"] == pytest.approx(truth["gain"] - 1, rel=0.02)
+
+
+@pytest.mark.parametrize("factor", [0.6, 1.5])
+def test_friction_that_drifted_is_named_with_its_change(factor: float, tmp_path: Path) -> None:
+    """The parameters are those of a state in which Coulomb friction of joint 2 was different."""
+    case = cases.case("planar2r", None)
+    f = cases.write(case, tmp_path)
+    before = case.parameters["FS2"] / factor
+    text = (f / "parameters.toml").read_text().replace(
+        f"FS2 = {case.parameters['FS2']!r}", f"FS2 = {before!r}"
+    )  # fmt: skip
+    (f / "parameters.toml").write_text(text)
+    found = diagnose(f / "robot.toml", f / "train.csv", validation=f / "validation.csv",
+                     parameters=f / "parameters.toml")  # fmt: skip
+    assert [(e.name, e.joints) for e in found.effects] == [("coulomb_friction", (2,))]
+    assert _values(found)["FS2"] == pytest.approx(case.parameters["FS2"] - before, rel=0.05)
+    now = {p.name: p.value for p in found.parameters}
+    assert now["FS2"] == pytest.approx(case.parameters["FS2"], rel=0.03)
+
+
+@pytest.mark.parametrize("given", [False, True])
+@pytest.mark.parametrize("robot", ["planar2r", "arm3r"])
+def test_a_robot_as_its_file_says_has_none_of_them(robot: str, given: bool, tmp_path: Path) -> None:
+    found = _diagnosed(cases.case(robot, None), tmp_path, given=given)
+    assert (found.verdict, found.effects) == ("consistent", ())
+
+
+def test_a_planar_arm_feels_its_base_turn_about_its_axes_alone() -> None:
+    """In a vertical plane; of the two other axes one is vertical, and one lies in the plane."""
+    robot = symgen.parse_robot(machines.MACHINES["planar2r"].robot_toml())
+    (tilt,) = special_candidates(robot, None, ["base_tilt"])  # type: ignore[arg-type]
+    assert [name for name, _ in tilt.coefficients] == ["TZ"]
