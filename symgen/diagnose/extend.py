@@ -8,7 +8,7 @@ from dataclasses import replace
 import sympy as sp
 
 from symgen import names
-from symgen.robot.effect import Definition, of_library
+from symgen.robot.effect import Definition, Effect, numbered, of_file, of_library
 from symgen.robot.expressions import exact
 from symgen.robot.types import Coupling, Joint, Robot
 
@@ -39,9 +39,30 @@ def extended(
         return None
     rounded = {name: exact(float(f"{value:.6g}")) for name, value in constants.items()}
     joint = robot.joint(numbers[0])
-    effect = of_library(definition, joint.number, joint.sigma, rounded)
+    if definition.name == "unnamed":
+        effect = _own(robot, definition, joint.number, rounded)
+    else:
+        effect = of_library(definition, joint.number, joint.sigma, rounded)
     out = replace(robot, effects=(*robot.effects, effect))
     return _with_friction(out, joint.number, "offset") if definition.offset else out
+
+
+def _own(
+    robot: Robot, definition: Definition, number: int, constants: Mapping[str, sp.Expr]
+) -> Effect:
+    """Return an effect whose torque names the joints' variables itself."""
+    taken = {e.name for e in robot.effects}
+    name = f"{definition.name}_{number}"
+    while name in taken:
+        name += "_more"
+    return of_file(
+        name,
+        number,
+        numbered(definition, number),
+        {f"{n}{number}": u for n, u in definition.linear.items()},
+        {f"{n}{number}": value for n, value in constants.items()},
+        [f"{letter}{j.number}" for letter in ("q", "qd") for j in robot.movable],
+    )
 
 
 def _with_friction(robot: Robot, number: int, word: str) -> Robot:

@@ -20,7 +20,6 @@ from symgen.diagnose.diagnosis import (
     FoundEffect,
     FoundParameter,
     Gap,
-    Place,
     Rejected,
 )
 from symgen.diagnose.evidence import (
@@ -34,15 +33,17 @@ from symgen.diagnose.evidence import (
 )
 from symgen.diagnose.extend import extended
 from symgen.diagnose.given import changed, link_values
+from symgen.diagnose.portrait import places
 from symgen.diagnose.select import MEASURING, Score, Search, Selection, dense
 from symgen.diagnose.special import special_candidates
+from symgen.diagnose.unnamed import with_unnamed
 from symgen.diagnose.words import tie
 from symgen.errors import LogError, ParameterError
 from symgen.identification.batch import Solution, solve
 from symgen.identification.parameters import read_parameters
 from symgen.identification.system import Equations, LinearSystem
 from symgen.identification.validation import open_log
-from symgen.robot.effect import definitions, unit
+from symgen.robot.effect import definitions, numbered, unit
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
@@ -102,6 +103,8 @@ def diagnose(
         for make in (candidates, special_candidates)
     )
     selection = Search(study.base, pool, study.torques, progress).run()
+    if given is None and (effects is None or "unnamed" in effects):
+        selection = with_unnamed(selection, source, study.base, study.noise(), progress)
     progress("deriving, compiling and identifying the extended model")
     return study.conclude(selection, notes)
 
@@ -169,6 +172,12 @@ class _Study:
         X = self._parameters(accepted)
         return [self._split(W, X) for W in self._full]
 
+    def noise(self) -> FloatArray:
+        """Return the standard deviation of each torque's noise in the band, (n,)."""
+        pairs = zip(self.base.scenes, self._full, strict=True)
+        parts = [_noise(s, s.tau - W @ self.base.X) ** 2 for s, W in pairs]
+        return np.asarray(np.sqrt(np.mean(parts, axis=0)))
+
     def _parameters(self, accepted: Sequence[Score]) -> FloatArray:
         p = self.base.W.shape[2]
         if not accepted or self.given is not None:
@@ -226,7 +235,9 @@ class _Study:
             before=before,
             after=after,
             floor=floor,
-            where=() if verdict == "consistent" else self._where(selection, before, floor),
+            where=()
+            if verdict == "consistent"
+            else places(self.robot, self.base, self.torques(()), selection, before, floor),
             effects=found,
             rejected=tuple(
                 Rejected(s.candidate.name, self._numbers(s.candidate), s.fault)
@@ -341,7 +352,7 @@ class _Study:
                     name=c.name,
                     joints=numbers,
                     parameters=tuple(parameters),
-                    expression=_expression(d.torque or d.formula or d.says, d, suffix),
+                    expression=numbered(d, suffix) or d.formula or d.says,
                     p_value=score.p_value,
                     gap_reduction=min(score.gain, 1.0),
                     indistinguishable_from=tuple(
@@ -352,24 +363,6 @@ class _Study:
                 )
             )
         return tuple(out)
-
-    def _where(self, selection: Selection, before: Gap, floor: Gap) -> tuple[Place, ...]:
-        """Return the joints with a gap, what closes it, and the largest share first."""
-        excess = np.maximum(np.square(before.per_joint) - np.square(floor.per_joint), 0)
-        total = float(excess.sum())
-        if total == 0:
-            return ()
-        pattern: dict[int, str] = {}
-        for score in selection.accepted:
-            for j in score.candidate.joints or range(self.robot.n):
-                pattern.setdefault(j, score.candidate.definition.pattern)
-        rows = [
-            Place(self.robot.movable[j].number, float(excess[j] / total), pattern.get(j, "all"))
-            for j in np.argsort(-excess)
-            if excess[j] > 0.01 * total
-        ]
-        share = sum(r.share for r in rows)
-        return tuple(replace(r, share=r.share / share) for r in rows)
 
 
 def _system(names_: tuple[str, ...], final: Evidence) -> LinearSystem:
@@ -416,17 +409,6 @@ def _verdict(
     if not selection.accepted:
         return "consistent" if before.total <= _QUIET * max(floor.total, 1e-9) else "unexplained"
     return "explained" if after.total <= _QUIET * max(floor.total, 1e-9) else "partly-explained"
-
-
-def _expression(torque: str, definition: object, suffix: object) -> str:
-    """Return the torque with the joint's number at every name."""
-    import re
-
-    d = definition
-    own = {"q", "qd", "qdd", "taur", *getattr(d, "linear", ()), *getattr(d, "nonlinear", ())}
-    if torque == getattr(d, "says", None):
-        return torque
-    return re.sub(r"[A-Za-z]\w*", lambda m: f"{m[0]}{suffix}" if m[0] in own else m[0], torque)
 
 
 def _advice(found: Sequence[FoundEffect], verdict: str) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ The library is effects.toml; an effect of a robot file may give its own torque i
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
@@ -130,6 +131,14 @@ def unit(written: str, sigma: int) -> str:
     if written == "torque/acceleration":
         return names.unit("IA", sigma)
     return "/".join(words.get(word, word) for word in written.split("/"))
+
+
+def numbered(definition: Definition, joint: int | str) -> str:
+    """Return the torque of an effect with the joint's number at every name of its own."""
+    own = {*OWN, *definition.linear, *definition.nonlinear}
+    return re.sub(
+        r"[A-Za-z]\w*", lambda m: f"{m[0]}{joint}" if m[0] in own else m[0], definition.torque
+    )
 
 
 def of_library(
