@@ -47,6 +47,8 @@ class Scene:
         step: sampling step, s.
         band: cutoff of the low-pass, Hz; None where none fits below the Nyquist frequency.
         kept: the samples that rows are made of.
+        limit: (n,) limits of the torque that was measured; None for none.
+        held: (N, n) where the torque is at its limit or near it in time, and has no say.
     """
 
     name: str
@@ -58,6 +60,12 @@ class Scene:
     step: float
     band: float | None
     kept: slice
+    limit: FloatArray | None = None
+    held: NDArray[np.bool_] | None = None
+
+    def limited(self, torque: FloatArray) -> FloatArray:
+        """Cut a torque (N, n) at the limits."""
+        return torque if self.limit is None else np.clip(torque, -self.limit, self.limit)
 
     def smooth(self, x: FloatArray) -> FloatArray:
         """Pass (N, ...) through the scene's low-pass."""
@@ -199,13 +207,14 @@ def solved(scenes: tuple[Scene, ...], W: FloatArray, y: FloatArray) -> Evidence:
     p = W.shape[2]
     moves = np.concatenate([_moving(s) for s in scenes])
     count = np.maximum(moves.sum(axis=0), 1.0)
-    sigma = np.maximum(np.std(y, axis=0), _TINY)
+    least = 1e-6 * float(np.sqrt(np.mean(y**2))) + _TINY  # a dead channel has no spread at all
+    sigma = np.maximum(np.std(y, axis=0), least)
     X = np.zeros(p)
     for _ in range(_WHITENING):
         weight = moves / sigma
         X = least_squares((W * weight[:, :, None]).reshape(y.size, p), (y * weight).ravel())
         error = moves * (y - W @ X)
-        floor = 1e-6 * np.sqrt(np.mean(y**2, axis=0)) + _TINY
+        floor = np.maximum(1e-6 * np.sqrt(np.mean(y**2, axis=0)), least * 1e-3)
         sigma = np.maximum(np.sqrt(np.sum(error**2, axis=0) / count), floor)
     counts = [len(range(*s.kept.indices(len(s.t)))) for s in scenes]
     block = _pieces(counts, BLOCKS)
@@ -213,9 +222,10 @@ def solved(scenes: tuple[Scene, ...], W: FloatArray, y: FloatArray) -> Evidence:
 
 
 def _moving(s: Scene) -> FloatArray:
-    """Return 1.0 where a joint moves, (K, n): faster than 0.5 % of its RMS speed."""
+    """Return 1.0 where a joint moves, (K, n): not held, faster than 0.5 % of its RMS speed."""
     speed = np.sqrt(np.mean(s.qd**2, axis=0))
-    return np.asarray(np.abs(s.qd[s.kept]) > _REST * speed, dtype=float)
+    moves = np.abs(s.qd[s.kept]) > _REST * speed
+    return np.asarray(moves if s.held is None else moves & ~s.held[s.kept], dtype=float)
 
 
 def least_squares(A: FloatArray, b: FloatArray) -> FloatArray:

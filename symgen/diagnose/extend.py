@@ -62,6 +62,7 @@ def _own(
         {f"{n}{number}": u for n, u in definition.linear.items()},
         {f"{n}{number}": value for n, value in constants.items()},
         [f"{letter}{j.number}" for letter in ("q", "qd") for j in robot.movable],
+        {},
     )
 
 

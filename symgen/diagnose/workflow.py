@@ -32,13 +32,14 @@ from symgen.diagnose.evidence import (
     scene,
 )
 from symgen.diagnose.extend import extended
+from symgen.diagnose.gate import check, corrected, judged
 from symgen.diagnose.given import changed, link_values
 from symgen.diagnose.portrait import places
 from symgen.diagnose.select import MEASURING, Score, Search, Selection, dense
 from symgen.diagnose.special import special_candidates
 from symgen.diagnose.unnamed import with_unnamed
 from symgen.diagnose.words import tie
-from symgen.errors import LogError, ParameterError
+from symgen.errors import IdentificationError, LogError, ParameterError
 from symgen.identification.batch import Solution, solve
 from symgen.identification.parameters import read_parameters
 from symgen.identification.system import Equations, LinearSystem
@@ -96,8 +97,17 @@ def diagnose(
     progress("deriving and compiling the model")
     evaluator = load(derive(source, _KERNELS))
     given = None if parameters is None else read_parameters(parameters, evaluator.model)
-    train, held, notes = _scenes(source, logs, validation, cutoff, progress)
+    train, held, notes, samples = _scenes(source, logs, validation, cutoff, progress)
     study = _Study(evaluator, train, held, given)
+    progress("checking the logs")
+    later = [*zip(samples[len(train) :], held, strict=False)]
+    faults = check(evaluator, study.base, samples[: len(train)], later)
+    if faults:
+        fixed = _Study(evaluator, corrected(faults, train), corrected(faults, held), given)
+        try:
+            return judged(faults, study.plain(notes), fixed.plain(notes))
+        except IdentificationError as error:  # a dead channel leaves nothing to identify
+            raise IdentificationError(f"{faults[0].says} ({error})") from error
     pool = chain.from_iterable(
         make(source, study.base, effects, given=given is not None)
         for make in (candidates, special_candidates)
@@ -119,8 +129,8 @@ def _scenes(
     validation: Sequence[Source] | Source,
     cutoff: float | None,
     progress: Callable[[str], None],
-) -> tuple[list[Scene], list[Scene], tuple[str, ...]]:
-    """Return what is searched, what the gap is shown on, and what was done to the logs."""
+) -> tuple[list[Scene], list[Scene], tuple[str, ...], list[Samples]]:
+    """Return what is searched, what the gap is shown on, what was done to the logs, and these."""
     if not _listed(logs):
         raise LogError("no log is given; accepted: one or more CSV, Parquet or NPZ files")
 
@@ -132,12 +142,14 @@ def _scenes(
     given = [seen(s) for s in _listed(logs)]
     held = [seen(s) for s in _listed(validation)]
     notes = tuple(note for _, s in (*given, *held) for note in s.notes)
+    samples = [s for _, s in (*given, *held)]
     if held:
         band = min((s.band for s, _ in given if s.band), default=None)
         return (
             [s for s, _ in given],
             [scene(samples, cutoff or band) for _, samples in held],
             notes,
+            samples,
         )
     train, late = [], []
     for s, _ in given:
@@ -145,7 +157,7 @@ def _scenes(
         train.append(s.cut(float(s.t[0]), float(cut)))
         late.append(replace(s.cut(float(cut), float(s.t[-1])), name=f"{s.name} (last fifth)"))
     note = "no validation log is given: the gap is that of the last fifth of each log"
-    return train, late, (*notes, note)
+    return train, late, (*notes, note), samples
 
 
 class _Study:
@@ -189,6 +201,10 @@ class _Study:
         model = self.evaluator.model
         first = model.inertial
         return Torques(W @ X, W[:, :, first:] @ X[first:], link_values(model, X))
+
+    def plain(self, notes: tuple[str, ...]) -> Diagnosis:
+        """Return what the model says as it is declared."""
+        return self.conclude(Selection(self.base, (), (), (), 0), notes)
 
     def conclude(self, selection: Selection, notes: tuple[str, ...]) -> Diagnosis:
         """Add what was found, identify again, and measure the gap on the held-out data."""
@@ -279,6 +295,7 @@ class _Study:
                 for j, c in columns.items():
                     whole[:, j] += c @ solution.X[at : at + score.candidate.size]
                 at += score.candidate.size
+            whole = s.limited(whole)
             seen = Curves(
                 s.name,
                 s.t[s.kept],

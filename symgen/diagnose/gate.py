@@ -1,0 +1,155 @@
+"""The gate before any physics: every log is checked, and a faulty one is judged by itself.
+
+Motion comes first, as a torque is looked at along the corrected motion; a limit of the torque comes
+last, as it needs the model's fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from symgen.data.signals import Samples
+from symgen.diagnose.diagnosis import (
+    Diagnosis,
+    FoundEffect,
+    FoundParameter,
+    Gap,
+    Place,
+    Rejected,
+)
+from symgen.diagnose.evidence import Evidence, Scene, evidence
+from symgen.diagnose.sanity import SENSOR, Fault, motion_faults
+from symgen.diagnose.torque_sanity import SATURATION, saturations, torque_faults
+from symgen.robot.effect import definitions
+from symgen.robot.types import Robot
+from symgen.runtime.evaluator import Evaluator
+
+_WORDS = {
+    SENSOR: "qd{0} = (1 + GV{0})*dq{0}(t - LV{0})/dt + OV{0}",
+    SATURATION: "min(max(tau{0}, -limit{0}), limit{0})",
+}
+
+
+def check(
+    evaluator: Evaluator,
+    base: Evidence,
+    train: Sequence[Samples],
+    others: Sequence[tuple[Samples, Scene]] = (),
+) -> tuple[Fault, ...]:
+    """Return what is wrong with some logs; nothing for a sound set.
+
+    Args:
+        evaluator: the compiled model.
+        base: its evidence on the training logs.
+        train: the training logs, unfiltered, in the order of the scenes of base.
+        others: validation logs; only their motion is looked at.
+    """
+    robot = evaluator.model.robot
+    logs = [*zip(train, base.scenes, strict=True), *others]
+    found = _pooled(f for samples, s in logs for f in motion_faults(robot, samples, s))
+    if any(f.corrected is None for f in found):
+        return found
+    if found:
+        base = evidence(evaluator, corrected(found, base.scenes))
+    wrong = _pooled(torque_faults(evaluator, train, base))
+    return (*found, *(wrong or saturations(evaluator, base)))
+
+
+def _pooled(faults: Iterable[Fault]) -> tuple[Fault, ...]:
+    """Make one fault of those of one channel in several logs; values are weighed by precision."""
+    groups: dict[tuple[str, tuple[int, ...], str], list[Fault]] = {}
+    for fault in faults:
+        groups.setdefault((fault.name, fault.joints, fault.channel), []).append(fault)
+    return tuple(
+        replace(
+            same[0],
+            parameters=tuple(_mean(p) for p in zip(*(f.parameters for f in same), strict=True)),
+            says="; ".join(f.says for f in same),
+            p_value=min(f.p_value for f in same),
+        )
+        for same in groups.values()
+    )
+
+
+def _mean(same: Sequence[FoundParameter]) -> FoundParameter:
+    weights = np.array([p.std for p in same]) ** -2.0
+    value = float(weights @ [p.value for p in same] / weights.sum())
+    return replace(same[0], value=value, std=float(weights.sum() ** -0.5))
+
+
+def corrected(faults: Sequence[Fault], scenes: Iterable[Scene]) -> list[Scene]:
+    """Return scenes without the faults that can be corrected."""
+    out = []
+    for s in scenes:
+        for fault in faults:
+            s = fault.corrected(s) if fault.corrected else s
+        out.append(s)
+    return out
+
+
+def judged(faults: Sequence[Fault], before: Diagnosis, after: Diagnosis) -> Diagnosis:
+    """Return the verdict on faulty logs, which names no physics.
+
+    Args:
+        faults: what is wrong.
+        before, after: the model on the logs as they are, and as corrected, without any effect.
+    """
+    robot = after.extended
+    if not any(f.corrected for f in faults):
+        after = replace(after, after=before.before)  # nothing was done about it
+    named = [f for f in faults if f.name in definitions()]
+    plain = [f for f in faults if f.name not in definitions()]
+    effects = tuple(_effect(f, robot, before.before, after.after) for f in named)
+    curves = tuple(
+        replace(a, before=b.before) for a, b in zip(after.curves, before.curves, strict=True)
+    )
+    rejected = tuple(Rejected(f.name, _numbers(f, robot), f.says) for f in plain)
+    return replace(
+        after,
+        verdict="bad-measurement",
+        before=before.before,
+        where=_where(faults, before, robot),
+        effects=tuple(sorted(effects, key=lambda e: -e.gap_reduction)),
+        rejected=rejected,
+        advice=(*(f.says for f in faults), "no physics is looked for in a log that is wrong"),
+        curves=curves,
+    )
+
+
+def _numbers(fault: Fault, robot: Robot) -> tuple[int, ...]:
+    return tuple(robot.movable[j].number for j in fault.joints)
+
+
+def _effect(fault: Fault, robot: Robot, before: Gap, after: Gap) -> FoundEffect:
+    number = robot.movable[fault.joints[0]].number
+    # The wrong speed of one joint is felt in the torques of others.
+    joints = fault.joints if fault.name == SATURATION else range(robot.n)
+    was, left = (sum(g.per_joint[j] ** 2 for j in joints) for g in (before, after))
+    return FoundEffect(
+        name=fault.name,
+        joints=_numbers(fault, robot),
+        parameters=fault.parameters,
+        expression=_WORDS[fault.name].format(number),
+        p_value=fault.p_value,
+        gap_reduction=max(0.0, 1 - left / was) if was else 0.0,
+        declared=False,
+    )
+
+
+def _where(faults: Sequence[Fault], before: Diagnosis, robot: Robot) -> tuple[Place, ...]:
+    """Return the joints of the faults, each with its share of the gap before."""
+    pattern: dict[int, str] = {}
+    for fault in faults:
+        own = definitions()[fault.name].pattern if fault.name in definitions() else "all"
+        for j in fault.joints or range(robot.n):
+            pattern.setdefault(j, own)
+    size = np.array([before.before.per_joint[j] ** 2 for j in pattern])
+    share = size / size.sum() if size.sum() > 0 else np.full(len(size), 1 / len(size))
+    rows = [
+        Place(robot.movable[j].number, float(part), word)
+        for (j, word), part in zip(pattern.items(), share, strict=True)
+    ]
+    return tuple(sorted(rows, key=lambda p: -p.share))

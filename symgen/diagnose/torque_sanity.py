@@ -1,0 +1,306 @@
+"""The sanity gate's second half: torques, looked at with little model.
+
+The equations of one joint alone tell whether its torque has the right sign and belongs to it:
+friction dissipates and inertia is positive; a motion in degrees fits no gravity; a torque that
+stays at its largest value where the model asks for more is cut by a limit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.data.signals import Samples
+from symgen.diagnose.diagnosis import FoundParameter
+from symgen.diagnose.evidence import Evidence, Scene, evidence, least_squares, regressor, solved
+from symgen.diagnose.sanity import (
+    Fault,
+    covariance_of,
+    frozen,
+    jumped,
+    moving,
+    step_fault,
+    stuck,
+)
+from symgen.names import REVOLUTE
+from symgen.robot.effect import unit
+from symgen.robot.types import Robot
+from symgen.runtime.evaluator import Evaluator
+
+FloatArray = NDArray[np.float64]
+SATURATION = "saturation"
+SIGMAS = 5.0
+HALF = 0.5  # a hypothesis about channels must halve the residual
+_FLAT = 2.0  # times the channel's noise: how flat the top of a cut torque is
+_AT_LIMIT = 3.0  # times the noise: how near to the limit a torque is that is cut
+_PEAKS = 60  # limits that are tried
+_ROUNDS = 4
+_SIGNIFICANCE = 0.001
+_CUT = 0.01  # least gain, of the joint's sum of squares
+
+
+def torque_faults(evaluator: Evaluator, samples: Sequence[Samples], base: Evidence) -> list[Fault]:
+    """Look at the torques of the training logs, with the equations of each joint alone.
+
+    Args:
+        evaluator: the compiled model.
+        samples: the logs, unfiltered.
+        base: the model's evidence on the same logs.
+    """
+    robot = evaluator.model.robot
+    logs = list(zip(samples, base.scenes, strict=True))
+    models = [s.smooth(regressor(evaluator, s) @ base.X) for s in base.scenes]
+    out: list[Fault] = []
+    for (log, s), model in zip(logs, models, strict=True):
+        out += _stuck_torques(robot, log, s, model)
+    taken = {j for fault in out for j in fault.joints}
+    joints = [j for j in moving(base.scenes[0]) if j not in taken]
+    signs = [j for j in joints if _reversed(evaluator, base, j)]
+    out += _swapped(robot, base, [j for j in joints if j not in signs])
+    for j in signs:
+        number = robot.movable[j].number
+        says = (
+            f"tau{number}: with this sign the joint's friction would give energy and its inertia "
+            f"would be negative: change the sign of tau{number}"
+        )
+        out.append(Fault("sign", (j,), f"tau{number}", (), says))
+    out = out or _degrees(evaluator, base)
+    if out:  # a model that is fitted to wrong channels says nothing about jumps
+        return out
+    for (log, s), model in zip(logs, models, strict=True):
+        out += _jumping_torques(robot, log, s, model)
+    return out
+
+
+def _stuck_torques(robot: Robot, samples: Samples, s: Scene, model: FloatArray) -> list[Fault]:
+    out = []
+    moves = np.abs(s.qd) > 0.1 * np.sqrt(np.mean(s.qd**2, axis=0))  # friction at rest is anything
+    for j in moving(s):
+        x = samples.tau[:, j]
+        top = 0.999 * float(np.abs(x).max())
+        dead = (0, len(x) - 1) if np.ptp(x) == 0 else None
+        span = dead or frozen(x, model[:, j], moves[:, j], top)
+        if span is not None:
+            out.append(stuck(f"tau{robot.movable[j].number}", (j,), samples, span))
+    return out
+
+
+def _jumping_torques(robot: Robot, samples: Samples, s: Scene, model: FloatArray) -> list[Fault]:
+    """Find steps of a torque that the residual keeps until the next one.
+
+    A drive may give a jump, which moves the robot, and friction jumps at a reversal; a sensor's
+    step stays in the residual.
+    """
+    out = []
+    left = s.smooth(s.tau) - model
+    wide = int(2 / (s.band * s.step)) if s.band else 5
+    for j in moving(s):
+        x, at = samples.tau[:, j], jumped(samples.tau[:, j])
+        ends = [0, *map(int, at), len(x)]
+        spans = zip(ends[:-2], ends[1:-1], ends[2:], strict=True)
+        jump = [
+            i
+            for first, i, last in spans
+            if np.all(s.qd[i - 2 : i + 4, j] * s.qd[i, j] > 0)
+            and _stays(left[first : i - wide // 4, j], left[i + wide // 4 : last, j], x, i)
+            and _stays(left[i - wide : i - wide // 4, j], left[i + wide // 4 : i + wide, j], x, i)
+        ]
+        if jump:
+            name = f"tau{robot.movable[j].number}"
+            out.append(step_fault(name, j, samples, x, np.array(jump)))
+    return out
+
+
+def _stays(before: FloatArray, after: FloatArray, x: FloatArray, i: int) -> bool:
+    """Whether a jump of x after sample i is one of the residual too."""
+    if len(before) < 2 or len(after) < 2:
+        return False
+    return float(np.mean(after) - np.mean(before)) / float(x[i + 1] - x[i]) > HALF
+
+
+def _alone(base: Evidence, j: int, equations: int) -> tuple[FloatArray, FloatArray, float]:
+    """Fit the torque of joint j to the equations of a joint: rows, parameters, residual's RMS."""
+    rows = base.moves[:, equations] > 0
+    W, y = base.W[rows, equations], base.y[rows, j]
+    X = least_squares(W, y)
+    return W, X, float(np.sqrt(np.mean((y - W @ X) ** 2)))
+
+
+def _swapped(robot: Robot, base: Evidence, joints: Sequence[int]) -> list[Fault]:
+    """Find pairs of torques that fit the equations of each other's joint much better."""
+    left = {(j, k): _alone(base, j, k)[2] for j in joints for k in joints}
+    out = []
+    for j in joints:
+        for k in joints:
+            cross = max(left[j, k] / left[j, j], left[k, j] / left[k, k]) if j < k else math.inf
+            if cross < HALF:
+                a, b = robot.movable[j].number, robot.movable[k].number
+                says = (
+                    f"tau{a} fits the equations of joint {b}, and tau{b} those of joint {a}: swap "
+                    f"the two channels (of torque, or of motion)"
+                )
+                out.append(Fault("swapped", (j, k), f"tau{a}, tau{b}", (), says))
+    return out
+
+
+def _reversed(evaluator: Evaluator, base: Evidence, j: int) -> bool:
+    """Whether a joint's own equations give a negative inertia and friction that gives energy."""
+    q = np.concatenate([s.q[s.kept] for s in base.scenes])
+    qd = np.concatenate([s.qd[s.kept] for s in base.scenes])
+    rows = base.moves[:, j] > 0
+    one, zero = np.zeros_like(q), np.zeros_like(q)
+    one[:, j] = 1.0
+    kernel = evaluator["torque_regressor"]
+    mass = np.asarray(kernel(q, zero, one) - kernel(q, zero, zero))[rows, j]
+    W, speed = base.W[rows, j], qd[rows, j]
+    first = evaluator.model.inertial
+    loss = np.zeros_like(W)
+    loss[:, first:] = W[:, first:] * speed[:, None]
+    if not np.any(loss):  # no friction is declared: look for a viscous one
+        W = np.column_stack([W, speed])
+        loss, mass = (np.column_stack([x, c]) for x, c in ((loss, speed**2), (mass, 0 * speed)))
+    used = np.linalg.norm(W, axis=0) > 0
+    W, y = W[:, used], base.y[rows, j]
+    scale = np.linalg.norm(W, axis=0)
+    A = W / scale
+    x = least_squares(A, y)
+    covariance = covariance_of(A, y - A @ x)
+    for part in (mass, loss):
+        g = part[:, used].mean(axis=0) / scale
+        if float(g @ x) > -SIGMAS * math.sqrt(max(float(g @ covariance @ g), 0.0)) or not g.any():
+            return False
+    return True
+
+
+def _degrees(evaluator: Evaluator, base: Evidence) -> list[Fault]:
+    """Find a motion in degrees: the model fits it at least twice as well in radians."""
+    robot = evaluator.model.robot
+    revolute = np.array([joint.sigma == REVOLUTE for joint in robot.movable])
+    scale = np.where(revolute, math.pi / 180, 1.0)
+    if not np.any(base.gap() > 0.3):
+        return []
+    scenes = [replace(s, q=s.q * scale, qd=s.qd * scale, qdd=s.qdd * scale) for s in base.scenes]
+    other = evidence(evaluator, scenes)
+    before, after = float(np.mean(base.gap() ** 2)), float(np.mean(other.gap() ** 2))
+    if after > HALF**2 * before:
+        return []
+    says = "q: the model fits positions in degrees: multiply q and qd by pi/180"
+
+    def radians(s: Scene) -> Scene:
+        return replace(s, q=s.q * scale, qd=s.qd * scale, qdd=s.qdd * scale)
+
+    return [Fault("units", (), "q", (), says, radians)]
+
+
+def saturations(evaluator: Evaluator, base: Evidence) -> list[Fault]:
+    """Find torques that a limit cuts: flat at a largest value where the model asks for more.
+
+    The model is fitted without the rows near the limit, the limit is the one whose clipped model
+    is nearest to the torque; both in turn. Only torques count that are as flat there as the
+    channel's noise, which is taken from sixth differences.
+
+    Args:
+        evaluator: the compiled model.
+        base: the model's evidence on the training logs.
+    """
+    full = [regressor(evaluator, s)[_span(s)] for s in base.scenes]
+    out = []
+    for j in moving(base.scenes[0]):
+        fault = _saturation(evaluator.model.robot, full, base, j)
+        if fault is not None:
+            out.append(fault)
+    return out
+
+
+def _saturation(robot: Robot, full: Sequence[FloatArray], base: Evidence, j: int) -> Fault | None:
+    tau = np.concatenate([s.tau[_span(s), j] for s in base.scenes])
+    noise = _noise(tau) + 1e-6 * float(np.abs(tau).max())
+    X, limit, W = base.X, math.inf, base.W
+    for _ in range(_ROUNDS):
+        model = np.concatenate([w[:, j] @ X for w in full])
+        last, limit = limit, _nearest(tau, model)
+        if not _gains(tau, model, limit):
+            return None
+        if abs(limit - last) < 0.1 * noise:
+            break
+        scenes = tuple(cut(s, j, limit, noise) for s in base.scenes)
+        X = solved(scenes, W, base.y).X
+    asked = np.abs(model) > limit + _AT_LIMIT * noise
+    over = np.abs(tau[asked]) - limit
+    excess = np.abs(model[asked]) - limit
+    if len(over) < 10 or float(np.sqrt(np.mean(over**2))) > _FLAT * noise:
+        return None
+    beyond = np.mean(np.abs(tau) > limit + SIGMAS * noise)
+    if beyond > 1e-3 or not _gains(tau, model, limit):
+        return None
+    s = base.scenes[0]
+    # Noise in the band is taken as one value in each half period.
+    independent = max(1.0, len(over) * s.step * 2 * (s.band or 0.5 / s.step))
+    std = float(np.std(over)) / math.sqrt(independent)
+    model_error = float(np.sqrt(np.mean((tau - model)[~asked] ** 2)))
+    z = float(np.mean(excess)) / model_error * math.sqrt(independent)
+    p = math.erfc(z / math.sqrt(2))
+    if p * robot.n > _SIGNIFICANCE:
+        return None
+    joint = robot.movable[j]
+    number, name = joint.number, unit("torque", joint.sigma)
+    says = (
+        f"tau{number} is cut at {limit:.4g} {name} in {100 * np.mean(asked):.1f} % of the samples: "
+        "these are left out of the fit; move more slowly, or raise the limit"
+    )
+    value = FoundParameter(f"limit{number}", limit, std, name)
+
+    def corrected(s: Scene) -> Scene:
+        return cut(s, j, limit, noise)
+
+    return Fault(SATURATION, (j,), f"tau{number}", (value,), says, corrected, p)
+
+
+def _span(s: Scene) -> slice:
+    """Return the samples between the first and the last row: no others were given to the fit."""
+    return slice(s.kept.start, s.kept.stop)
+
+
+def _noise(x: FloatArray) -> float:
+    """Return the standard deviation of white noise from sixth differences, kinks left aside."""
+    return float(np.median(np.abs(np.diff(x, 6)))) / 0.6745 / math.sqrt(924)
+
+
+def _nearest(tau: FloatArray, model: FloatArray) -> float:
+    """Return the limit whose clipped model is nearest to the torque."""
+    size, top = np.abs(model), float(np.abs(tau).max())
+
+    def loss(limit: float) -> float:
+        # Where the model is within the limit it makes no difference.
+        asked = size > limit
+        own = np.sign(model[asked]) * tau[asked]
+        return float(np.sum((own - limit) ** 2 - (own - size[asked]) ** 2))
+
+    limits = np.linspace(0.2 * top, top, _PEAKS)
+    for _ in range(3):
+        at = int(np.argmin([loss(x) for x in limits]))
+        low, high = limits[max(at - 1, 0)], limits[min(at + 1, len(limits) - 1)]
+        limits = np.linspace(low, high, 20)
+    return float(limits[np.argmin([loss(x) for x in limits])])
+
+
+def _gains(tau: FloatArray, model: FloatArray, limit: float) -> bool:
+    """Whether clipping the model brings it nearer to the torque by more than a hundredth."""
+    whole = float(np.sum((tau - model) ** 2))
+    return whole - float(np.sum((tau - np.clip(model, -limit, limit)) ** 2)) > _CUT * whole
+
+
+def cut(s: Scene, j: int, limit: float, noise: float) -> Scene:
+    """Return a scene that knows the limit of a torque, and leaves out the rows that it touches."""
+    limits = np.full(s.tau.shape[1], math.inf) if s.limit is None else s.limit.copy()
+    held = np.zeros(s.tau.shape, dtype=bool) if s.held is None else s.held.copy()
+    limits[j] = limit
+    at = np.abs(s.tau[:, j]) > limit - _AT_LIMIT * noise
+    # The low-pass carries a cut to its neighbours, half a period of its cutoff away.
+    reach = int(0.5 / (s.band * s.step)) if s.band else 0
+    held[:, j] = np.convolve(at, np.ones(2 * reach + 1), mode="same") > 0.5
+    return replace(s, limit=limits, held=held)

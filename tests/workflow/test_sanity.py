@@ -1,0 +1,188 @@
+"""The sanity gate: faulty channels are named with how much is wrong, sound logs pass in silence."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pinocchio")
+pytest.importorskip("mujoco")
+
+from oracles.hidden.cases import Spec, cases
+
+from symgen import parse_robot
+from symgen.codegen.model import derive
+from symgen.data.log import Log, make_log
+from symgen.data.signals import prepare
+from symgen.diagnose.evidence import evidence, scene
+from symgen.diagnose.gate import check
+from symgen.diagnose.sanity import Fault, jumped
+from symgen.diagnose.workflow import diagnose
+from symgen.errors import IdentificationError
+from symgen.runtime.evaluator import Evaluator, load
+
+ROBOTS = ("planar2r", "arm3r", "scara", "arm6r")
+
+
+def spec(robot: str, effect: str | None, size: str = "moderate") -> Spec:
+    wanted = (robot, effect, size, 0.0)
+    return next(s for s in cases() if (s.robot, s.effect, s.size, s.misfit) == wanted)
+
+
+def log_of(s: Spec, kind: str = "train", **changed: np.ndarray) -> Log:
+    columns = {**getattr(s.run(), kind), **changed}
+    return make_log(f"{kind}.csv", columns["t"], columns["q"], columns["tau"], columns["qd"])
+
+
+@cache
+def evaluator(toml: str) -> Evaluator:
+    return load(derive(parse_robot(toml), ("torque_regressor", "inverse_dynamics")))
+
+
+def faults(s: Spec, log: Log) -> tuple[Fault, ...]:
+    """The gate alone, without the diagnosis around it."""
+    samples, model = prepare(log), evaluator(s.run().robot_toml)
+    return check(model, evidence(model, [scene(samples, None)]), [samples])
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_sound_logs_pass(robot: str) -> None:
+    s = spec(robot, None)
+    assert faults(s, log_of(s)) == ()
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_errors_of_a_velocity_sensor_are_measured(robot: str) -> None:
+    s = spec(robot, "velocity_sensor_error")
+    case = s.run()
+    ((_, joints, true),) = case.truth
+    d = diagnose(parse_robot(case.robot_toml), log_of(s), validation=log_of(s, "validation"))
+    assert d.verdict == "bad-measurement"
+    assert [(e.name, e.joints) for e in d.effects] == [("velocity_sensor_error", joints)]
+    gain, lag, offset = d.effects[0].parameters
+    assert gain.value == pytest.approx(true["gain"] - 1, abs=1e-3)
+    assert lag.value == pytest.approx(true["lag"], abs=1e-4)
+    assert offset.value == pytest.approx(true["offset"], abs=1e-3)
+    assert all(0 < p.std < 1e-3 for p in d.effects[0].parameters)
+    assert d.after.total < 3 * d.floor.total
+    assert d.after.total <= d.before.total
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_saturation_is_measured(robot: str) -> None:
+    s = spec(robot, "saturation")
+    case = s.run()
+    ((_, joints, true),) = case.truth
+    d = diagnose(parse_robot(case.robot_toml), log_of(s), validation=log_of(s, "validation"))
+    assert d.verdict == "bad-measurement"
+    assert [(e.name, e.joints) for e in d.effects] == [("saturation", joints)]
+    (limit,) = d.effects[0].parameters
+    assert limit.value == pytest.approx(true["limit"], rel=0.01)
+    assert limit.std < 0.01 * limit.value
+    assert d.after.total < 3 * d.floor.total
+    assert d.after.total < d.before.total
+
+
+def _swap(x: np.ndarray, j: int, k: int) -> np.ndarray:
+    order = np.arange(x.shape[1])
+    order[[j, k]] = k, j
+    return x[:, order]
+
+
+def _column(x: np.ndarray, j: int, values: np.ndarray) -> np.ndarray:
+    out = x.copy()
+    out[:, j] = values
+    return out
+
+
+def _late(t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """A channel that is held from 40 % to 60 % of the log."""
+    return np.where((t > 0.4 * t[-1]) & (t < 0.6 * t[-1]), x[np.searchsorted(t, 0.4 * t[-1])], x)
+
+
+WRONG = {
+    "swapped speeds": ("qd", "swapped", "qd1", lambda _, x: _swap(x, 0, 1)),
+    "swapped torques": ("tau", "swapped", "tau1, tau2", lambda _, x: _swap(x, 0, 1)),
+    "dead speed": ("qd", "stuck", "qd2", lambda t, x: _column(x, 1, 0 * t)),
+    "dead position": ("q", "stuck", "q2", lambda t, x: _column(x, 1, 0 * t + x[0, 1])),
+    "dead torque": ("tau", "stuck", "tau2", lambda t, x: _column(x, 1, 0 * t + 1.0)),
+    "held speed": ("qd", "stuck", "qd2", lambda t, x: _column(x, 1, _late(t, x[:, 1]))),
+    "held torque": ("tau", "stuck", "tau2", lambda t, x: _column(x, 1, _late(t, x[:, 1]))),
+    "speed of other sign": ("qd", "sign", "qd2", lambda _, x: _column(x, 1, -x[:, 1])),
+    "torque of other sign": ("tau", "sign", "tau2", lambda _, x: _column(x, 1, -x[:, 1])),
+    "speed in turns": ("qd", "units", "qd2", lambda _, x: _column(x, 1, x[:, 1] * 30 / np.pi)),
+    "milliseconds": ("t", "units", "t or qd", lambda _, x: 1e3 * x),
+    "position jumps": ("q", "step", "q2", lambda t, x: _column(x, 1, x[:, 1] + 0.2 * (t > 5))),
+    "speed jumps": ("qd", "step", "qd2", lambda t, x: _column(x, 1, x[:, 1] + 0.3 * (t > 5))),
+    "torque jumps": ("tau", "step", "tau2", lambda t, x: _column(x, 1, x[:, 1] + 30 * (t > 5))),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_a_wrong_channel_is_named(what: str) -> None:
+    s = spec("arm3r", None)
+    key, name, channel, change = WRONG[what]
+    log = s.run().train
+    found = faults(s, log_of(s, **{key: change(log["t"], log[key])}))
+    assert [(f.name, f.channel) for f in found] == [(name, channel)]
+    assert "\n" not in found[0].says
+
+
+def test_all_torques_of_other_sign_are_named() -> None:
+    s = spec("arm3r", None)
+    found = faults(s, log_of(s, tau=-s.run().train["tau"]))
+    assert [(f.name, f.channel) for f in found] == [("sign", f"tau{j}") for j in (1, 2, 3)]
+
+
+def test_a_whole_motion_in_degrees_is_named() -> None:
+    s = spec("arm3r", None)
+    log = s.run().train
+    small = {key: np.degrees(log[key]) for key in ("q", "qd")}
+    sigma = [1, 1, 1]  # the reader refuses so large angles
+    wrong = make_log("train.csv", log["t"], small["q"], log["tau"], small["qd"], sigma=sigma)
+    found = faults(s, wrong)
+    assert [(f.name, f.channel) for f in found] == [("units", "q")]
+
+
+def test_what_has_no_effect_of_the_library_is_in_the_advice() -> None:
+    s = spec("arm3r", None)
+    log = s.run().train
+    d = diagnose(parse_robot(s.run().robot_toml), log_of(s, qd=_swap(log["qd"], 0, 1)))
+    assert (d.verdict, d.effects) == ("bad-measurement", ())
+    assert any("qd1" in line and "swap" in line for line in d.advice)
+    assert [r.name for r in d.rejected] == ["swapped"]
+    assert d.after.total < 0.3 * d.before.total
+
+
+def test_what_cannot_be_corrected_leaves_the_gap_as_it_is() -> None:
+    s = spec("arm3r", None)
+    log = s.run().train
+    robot, none = parse_robot(s.run().robot_toml), 0 * log["t"]
+    d = diagnose(robot, log_of(s, tau=_column(log["tau"], 1, none)))
+    assert (d.verdict, d.effects, d.after) == ("bad-measurement", (), d.before)
+    assert [r.joints for r in d.rejected] == [(2,)]
+    with pytest.raises(IdentificationError, match=r"^q2 of train.csv stays"):
+        diagnose(robot, log_of(s, q=_column(log["q"], 1, none)))
+
+
+def test_jumps_are_told_from_motion_and_noise() -> None:
+    t = np.arange(10_000) * 1e-3
+    noise = np.random.default_rng(0).normal(size=len(t))
+    for x in (np.sin(2 * np.pi * t), noise):
+        assert len(jumped(x)) == 0
+        assert list(jumped(x + 20 * np.std(x) * (t > 4.9995))) == [4999]
+
+
+def test_a_hard_stop_is_no_jump_of_a_sensor() -> None:
+    s = spec("planar2r", None)
+    log = s.run().train
+    t, q, qd = (log[key][log["t"] < 6] for key in ("t", "q", "qd"))
+    at = int(np.argmax(np.abs(qd[:, 0])))
+    still = t >= t[at]
+    q = _column(q, 0, np.where(still, q[at, 0], q[:, 0]))
+    stopped = _column(qd, 0, np.where(still, 0.0, qd[:, 0]))
+    tau = log["tau"][: len(t)]
+    found = faults(s, make_log("train.csv", t, q, tau, stopped))
+    assert not any(f.channel == "qd1" and f.name == "step" for f in found)
