@@ -112,9 +112,11 @@ def candidates(
         elif definition.torque:
             for position in range(robot.n):
                 if not _declared(robot, definition, position):
-                    yield from on_joint(definition, position, evidence)
+                    width = robot.movable[position].coulomb_width
+                    yield from on_joint(definition, position, evidence, width)
                 elif given and definition.native in names.FRICTION:
-                    for drifted in on_joint(definition, position, evidence):
+                    width = robot.movable[position].coulomb_width
+                    for drifted in on_joint(definition, position, evidence, width):
                         yield replace(drifted, change=True)
 
 
@@ -127,16 +129,21 @@ def _declared(robot: Robot, definition: Definition, position: int) -> bool:
     return any(e.name == definition.name and joint.number in e.joints for e in robot.effects)
 
 
-def on_joint(definition: Definition, position: int, evidence: Evidence) -> Iterator[Candidate]:
+def on_joint(
+    definition: Definition, position: int, evidence: Evidence, width: float = 0.0
+) -> Iterator[Candidate]:
     """Yield the candidates of one effect on one joint, one for each value of its constants."""
     for values in grid(definition.nonlinear, evidence, position):
-        yield single(definition, position, values)
+        yield single(definition, position, values, width)
 
 
-def single(definition: Definition, position: int, constants: Mapping[str, float]) -> Candidate:
-    """Return an effect with a torque expression on one joint."""
+def single(
+    definition: Definition, position: int, constants: Mapping[str, float], width: float = 0.0
+) -> Candidate:
+    """Return an effect with a torque expression on one joint; sign(qd) has the joint's width."""
     tape = _tape(definition.name)
-    arithmetic = Numbers({}, FUNCTIONS)
+    sign = {"sign": lambda v: np.tanh(v / width)} if width else {}
+    arithmetic = Numbers({}, {**FUNCTIONS, **sign})
     values = [float(constants[name]) for name in definition.nonlinear]
 
     def columns(s: Scene, torques: Torques) -> Columns:
@@ -165,7 +172,7 @@ def single(definition: Definition, position: int, constants: Mapping[str, float]
         size,
         dict(constants),
         uses_model="taur" in definition.torque,
-        remake=lambda other: single(definition, position, other),
+        remake=lambda other: single(definition, position, other, width),
     )
 
 
@@ -194,6 +201,8 @@ def _unit(search: Search, evidence: Evidence, position: int) -> float:
     if search.scale == "speed":
         speeds = np.concatenate([s.qd[:, position] for s in evidence.scenes])
         return float(np.sqrt(np.mean(speeds**2))) or 1.0
+    if search.scale == "range":
+        return max(float(np.ptp(s.q[s.kept, position])) for s in evidence.scenes) or 1.0
     if search.scale == "duration":
         return max(float(s.t[-1] - s.t[0]) for s in evidence.scenes)
     return 1.0
@@ -245,42 +254,65 @@ def _drifts(robot: Robot, definition: Definition, evidence: Evidence) -> Iterato
     """Friction times 1 + DR exp(-t/T), joint by joint."""
     for position in range(robot.n):
         for values in grid(definition.nonlinear, evidence, position):
+            yield drift(definition.name, position, values["T"])
 
-            def columns(
-                s: Scene, torques: Torques, j: int = position, T: float = values["T"]
-            ) -> Columns:
-                return {j: (torques[1][:, j] * np.exp(-(s.t - s.t[0]) / T))[:, None]}
 
-            yield Candidate(definition.name, (position,), columns, 1, values, uses_model=True)
+def drift(name: str, position: int, T: float) -> Candidate:
+    """Return friction of one joint that falls with the time constant T."""
+
+    def columns(s: Scene, torques: Torques) -> Columns:
+        fading = np.exp(-(s.t - s.t[0]) / T)
+        return {position: (torques[1][:, position] * fading)[:, None]}
+
+    def remake(other: Mapping[str, float]) -> Candidate:
+        return drift(name, position, other["T"])
+
+    return Candidate(name, (position,), columns, 1, {"T": T}, uses_model=True, remake=remake)
 
 
 def _pulses(robot: Robot, definition: Definition, evidence: Evidence) -> Iterator[Candidate]:
-    """A pulse after each reversal, in the new direction, for `width` seconds."""
+    """A pulse after each reversal, in the new direction, while the joint crosses `width`."""
     for position in range(robot.n):
         for values in grid(definition.nonlinear, evidence, position):
-            width = min(values["width"], 0.5)
+            yield pulse(definition.name, position, values["width"])
 
-            def columns(s: Scene, _: Torques, j: int = position, width: float = width) -> Columns:
-                return {j: _after_reversals(s, j, width)[:, None]}
 
-            yield Candidate(definition.name, (position,), columns, 1, {"width": width})
+def pulse(name: str, position: int, width: float) -> Candidate:
+    """Return a torque that rises and falls over `width` of position after each reversal."""
+
+    def columns(s: Scene, _: Torques) -> Columns:
+        return {position: -_after_reversals(s, position, width)[:, None]}
+
+    def remake(other: Mapping[str, float]) -> Candidate:
+        return pulse(name, position, other["width"])
+
+    return Candidate(name, (position,), columns, 1, {"width": width}, remake=remake)
 
 
 def _after_reversals(s: Scene, j: int, width: float) -> FloatArray:
-    sign = np.sign(s.qd[:, j])
-    turns = np.flatnonzero(sign[1:] * sign[:-1] < 0) + 1
+    """Return a half sine of unit height over the way since the last reversal, with its sign."""
+    speed = s.qd[:, j]
+    moves = np.abs(speed) > 1e-3 * np.sqrt(np.mean(speed**2))
+    at = np.flatnonzero(moves)
     out = np.zeros(len(s.t))
-    length = max(1, int(width / s.step))
-    for at in turns:
-        out[at : at + length] = sign[at]
+    if len(at) == 0:
+        return out
+    sign = np.sign(speed[at])
+    turns = at[1:][sign[1:] != sign[:-1]]
+    last = np.searchsorted(turns, np.arange(len(s.t)), side="right") - 1
+    turned = last >= 0
+    way = np.abs(s.q[turned, j] - s.q[turns[last[turned]], j])
+    out[turned] = np.sign(speed[turned]) * np.sin(np.pi * np.minimum(way / width, 1.0))
     return out
 
 
 def _contacts(robot: Robot, definition: Definition, evidence: Evidence) -> Iterator[Candidate]:
-    """A constant torque on one joint inside a window of time."""
+    """A constant torque on one joint inside a window of time that lies within a log."""
+    longest = max(float(s.t[s.kept][-1] - s.t[0]) for s in evidence.scenes)
     for position in range(robot.n):
         for values in grid(definition.nonlinear, evidence, position):
-            yield contact(definition.name, position, values["start"], values["length"])
+            if values["start"] + values["length"] <= longest:
+                yield contact(definition.name, position, values["start"], values["length"])
 
 
 def contact(name: str, position: int, start: float, length: float) -> Candidate:
@@ -290,7 +322,11 @@ def contact(name: str, position: int, start: float, length: float) -> Candidate:
         t = s.t - s.t[0]
         return {position: ((t >= start) & (t < start + length)).astype(float)[:, None]}
 
-    return Candidate(name, (position,), columns, 1, {"start": start, "length": length})
+    def remake(other: Mapping[str, float]) -> Candidate:
+        return contact(name, position, other["start"], other["length"])
+
+    constants = {"start": start, "length": length}
+    return Candidate(name, (position,), columns, 1, constants, remake=remake)
 
 
 _SPECIAL: dict[str, Callable[[Robot, Definition, Evidence], Iterator[Candidate]]] = {

@@ -56,6 +56,7 @@ _KERNELS = ("torque_regressor", "inverse_dynamics")
 #: Gap over noise floor up to which nothing is missing, where no effect is found.
 _QUIET = 3.0
 _SHOWN = 12
+_SETTLING = 4
 
 
 def diagnose(
@@ -197,6 +198,18 @@ class _Study:
         columns = [dense(s.columns, self.base.y.shape) for s in accepted]
         return self.base.with_columns(np.concatenate(columns, axis=2)).X[:p]
 
+    def _settled(self, accepted: Sequence[Score]) -> Sequence[Score]:
+        """Return the effects with the model's torque in their columns as it is beside them all."""
+        for _ in range(_SETTLING if any(s.candidate.uses_model for s in accepted) else 0):
+            torques = self.torques(accepted)
+            accepted = [
+                replace(s, columns=s.candidate.seen(self.base, torques))
+                if s.candidate.uses_model
+                else s
+                for s in accepted
+            ]
+        return accepted
+
     def _split(self, W: FloatArray, X: FloatArray) -> Torques:
         model = self.evaluator.model
         first = model.inertial
@@ -226,7 +239,7 @@ class _Study:
             final = evidence(evaluator, self.base.scenes)
         extra = [f"{s.candidate.name} {i}" for s in corrected for i in range(s.candidate.size)]
         if corrected:
-            torques = self.torques(selection.accepted)
+            torques = self.torques(self._settled(selection.accepted))
             parts = [
                 dense(s.candidate.seen(self.base, torques), self.base.y.shape) for s in corrected
             ]
@@ -289,7 +302,10 @@ class _Study:
         for s in self.held:
             W0, W1 = regressor(self.evaluator, s), regressor(evaluator, s)
             before, whole = W0 @ self.X, W1 @ X
-            torques, at = self._split(W0, inside), p
+            rigid = evaluator.model.inertial
+            links = self._split(W0, inside).links
+            torques = Torques(whole.copy(), W1[:, :, rigid:] @ X[rigid:], links)
+            at = p
             for score in corrected:
                 columns = score.candidate.columns(s, torques)
                 for j, c in columns.items():

@@ -21,13 +21,25 @@ def effect_columns(robot: Robot, tape: TapeBuilder) -> dict[str, dict[int, sp.Ex
     out = {}
     for effect in robot.effects:
         for name, _ in effect.linear:
-            columns = effect.columns(name)
+            columns = {j: _smooth(c, robot) for j, c in effect.columns(name).items()}
             used = {s for c in columns.values() for s in c.free_symbols}
             variables = {s for s in used if _VARIABLE.fullmatch(s.name)}
             out[name] = {
                 j: _lowered(c, f"D{name}_{j}", tape, variables) for j, c in columns.items()
             }
     return out
+
+
+def _smooth(column: sp.Expr, robot: Robot) -> sp.Expr:
+    """Write tanh(qd/width) for sign(qd) of a joint that declares a width, as its friction does."""
+    widths = {
+        sp.sign(sp.Symbol(f"qd{j.number}", real=True)): sp.tanh(
+            sp.Symbol(f"qd{j.number}", real=True) / sp.Rational(repr(j.coulomb_width))
+        )
+        for j in robot.movable
+        if j.coulomb_width
+    }
+    return column.xreplace(widths)
 
 
 def definition_tape(definition: Definition) -> Tape:

@@ -20,7 +20,13 @@ DOORS = {
     "cffi": ("runtime/build",),
     "pyarrow": ("data/log",),
     # Clarabel takes its matrices as SciPy's.
-    "scipy": ("diagnose/select", "data/signals", "identification/conic", "plots"),
+    "scipy": (
+        "diagnose/select",
+        "diagnose/refine",
+        "data/signals",
+        "identification/conic",
+        "plots",
+    ),
     "clarabel": ("identification/conic",),
     "plotly": ("diagnosis_plots", "plots", "report"),
     "pydantic": ("robot/schema", "robot/toml_io"),

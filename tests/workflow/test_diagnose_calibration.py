@@ -1,0 +1,105 @@
+"""How often a diagnosis is right, on logs in which an effect is hidden, and on clean ones.
+
+The long suite (-m slow -s) diagnoses every case and writes diagnose_figures.json; the default one
+diagnoses a few again and reads the sums.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import pytest
+from oracles.pinocchio_arm import load_pinocchio
+
+try:
+    load_pinocchio()
+    import mujoco  # noqa: F401
+except ImportError as missing:
+    pytest.skip(f"needs Pinocchio and MuJoCo: {missing}", allow_module_level=True)
+
+from oracles.hidden.cases import cases
+from support_diagnose import false_effects, right_first, run, summary
+
+FIGURES = Path(__file__).parent / "diagnose_figures.json"
+SPECS = {spec.id: spec for spec in cases()}
+#: Quick ones, of every kind of effect and both simulators.
+SAMPLE = (
+    "planar2r-coulomb_friction-moderate-0-mujoco",
+    "planar2r-stribeck_friction-moderate-38-pinocchio",
+    "planar2r-coupled_transmission-moderate-72-mujoco",
+    "planar2r-torque_ripple-moderate-67-pinocchio",
+    "planar2r-external_contact-moderate-144-mujoco",
+    "planar2r-drive_gain_error-moderate-115-pinocchio",
+    "planar2r-clean-230-pinocchio",
+    "planar2r-clean-misfit-202-pinocchio",
+)
+
+
+def _named(row: dict[str, Any]) -> list[tuple[str, list[int]]]:
+    return [(e["name"], e["joints"]) for e in row["found"]]
+
+
+def _figures() -> dict[str, Any]:
+    return dict(json.loads(FIGURES.read_text("utf-8")))
+
+
+@pytest.mark.slow
+def test_every_hidden_effect_is_looked_for() -> None:
+    """Takes about a quarter of an hour; SYMGEN_CASES limits it to ids that hold the word."""
+    word = os.environ.get("SYMGEN_CASES", "")
+    specs = [spec for id_, spec in SPECS.items() if word in id_]
+    begin, rows = time.perf_counter(), []
+    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+        for row in pool.map(run, specs):
+            rows.append(row)
+            print(
+                f"{len(rows)}/{len(specs)} {time.perf_counter() - begin:.0f} s  {row['id']}: "
+                f"{row['verdict']}, {_named(row)}, {row['before']} -> {row['after']}",
+                flush=True,
+            )
+    sums = summary(rows)
+    print(json.dumps(sums, indent=1))
+    if not word:
+        FIGURES.write_text(_text(sums, rows), "utf-8")
+    assert len(rows) == len(specs)
+
+
+def _text(sums: dict[str, Any], rows: list[dict[str, Any]]) -> str:
+    """JSON with a line for each case."""
+    lines = ",\n".join(json.dumps(row) for row in rows)
+    return f'{{"summary": {json.dumps(sums, indent=1)},\n"cases": [\n{lines}\n]}}\n'
+
+
+@pytest.mark.parametrize("name", SAMPLE)
+def test_a_diagnosis_says_what_the_calibration_says(name: str) -> None:
+    (kept,) = (row for row in _figures()["cases"] if row["id"] == name)
+    row = run(SPECS[name])
+    assert _named(row) == _named(kept)
+    assert row["verdict"] == kept["verdict"]
+    assert row["before"] == pytest.approx(kept["before"], rel=0.02)
+    assert row["after"] == pytest.approx(kept["after"], rel=0.1)
+
+
+def test_the_sums_are_those_of_the_cases() -> None:
+    figures = _figures()
+    assert summary(figures["cases"]) == figures["summary"]
+    assert {row["id"] for row in figures["cases"]} <= set(SPECS)
+
+
+def test_a_case_counts_as_right_only_where_name_and_joint_are() -> None:
+    row = {
+        "truth": [["gravity_spring", [2]]],
+        "alternatives": [[]],
+        "found": [{"name": "cable_torque", "joints": [2], "like": [["gravity_spring", [2]]]}],
+    }
+    assert right_first(row)
+    assert not false_effects(row)
+    row["truth"] = [["gravity_spring", [1]]]
+    assert not right_first(row)
+    assert false_effects(row) == 1
