@@ -7,7 +7,7 @@ It is accepted only where all of this holds:
 * its coefficients are significant by an F test with errors that are robust to correlation in time
   (sums of scores over blocks, and not below the residual's own long-run variance), corrected for
   every candidate tried, constants counted (Bonferroni);
-* with it the fit is better on every held-out fold of the training log in which it acts;
+* with it the fit of its joints is better on every held-out fold of the training log;
 * the residual of its joints falls by at least 1 %;
 * sign and size are those of a real thing.
 """
@@ -162,7 +162,7 @@ def judge(evidence: Evidence, candidate: Candidate, columns: Columns, tried: int
 def _fault(evidence: Evidence, score: Score, p: Projection, tried: int) -> str:
     if score.gain < _GAIN:
         return f"it explains {100 * score.gain:.2g} % of the residual's square; needed: 2 %"
-    if score.candidate.definition.kind == "log" and score.gain < _CHAIN:
+    if score.candidate.definition.kind != "linear" and score.gain < _CHAIN:
         return f"it explains {100 * score.gain:.2g} % of the residual's square; needed: 20 %"
     if score.p_value * tried > _SIGNIFICANCE:
         return f"not significant: p = {score.p_value:.2g}, {tried} candidates were tried"
@@ -176,27 +176,28 @@ def _fault(evidence: Evidence, score: Score, p: Projection, tried: int) -> str:
     torque = np.sqrt(np.mean(evidence.y**2, axis=0))
     if (size > 3 * torque).any():
         return "its torque would be larger than the torque itself"
-    worse = _worse_fold(evidence, p)
+    worse = _worse_fold(evidence, p, list(score.columns))
     return f"the fit of held-out fold {worse} is not better with it" if worse else ""
 
 
-def _worse_fold(evidence: Evidence, p: Projection) -> int:
-    """Return the number (from 1) of a held-out fold that the candidate does not improve, or 0."""
+def _worse_fold(evidence: Evidence, p: Projection, joints: Sequence[int]) -> int:
+    """Return the number (from 1) of a held-out fold whose joints it does not improve, or 0."""
     weight = evidence.moves / evidence.sigma
     W = evidence.W * weight[:, :, None]
     norms = np.sqrt(np.sum(W**2, axis=(0, 1)))
     W = W / np.where(norms > 0, norms, 1.0)
     rows = np.concatenate([W, p.free, (evidence.y * weight)[:, :, None]], axis=2)
     count = W.shape[2]
-    folds = FOLDS
     # Folds in which it acts alike, so that what happens in one place is held out in parts, too.
     acting = np.cumsum(np.sum(p.free**2, axis=(1, 2)))
-    fold = np.minimum((folds * acting / acting[-1]).astype(int), folds - 1)
-    parts = [rows[fold == f].reshape(-1, rows.shape[2]) for f in range(folds)]
+    fold = np.minimum((FOLDS * acting / acting[-1]).astype(int), FOLDS - 1)
+    parts = [rows[fold == f].reshape(-1, rows.shape[2]) for f in range(FOLDS)]
     grams = [part.T @ part for part in parts]
     whole = np.sum(grams, axis=0)
-    for f in range(folds):
-        rest, here = whole - grams[f], grams[f]
+    # On its own joints: on others, what a fold teaches about their parameters weighs more.
+    own = [rows[fold == f][:, joints].reshape(-1, rows.shape[2]) for f in range(FOLDS)]
+    for f in range(FOLDS):
+        rest, here = whole - grams[f], own[f].T @ own[f]
         errors = []
         for m in (count, len(whole) - 1):
             ridge = 1e-10 * np.eye(m)
@@ -359,20 +360,20 @@ class Search:
         """Choose each effect again among all on its joints, now that the others stand beside it."""
         for at in range(len(accepted) if len(accepted) > 1 else 0):
             rest, own = accepted[:at] + accepted[at + 1 :], accepted[at]
+            joints = own.candidate.joints
+            same = {s.candidate.key for r in rest for s in alike.get(r.candidate.key, ())}
             ranked = [
-                r for r in self._ranked(rest) if self.pool[r[1]].joints == own.candidate.joints
+                r
+                for r in self._ranked(rest)
+                if self.pool[r[1]].joints == joints and self.pool[r[1]].key not in same
             ]
             passing, _ = self._judged(rest, ranked)
             if not passing:
                 continue
-            best = self._simplest(passing)
-            if best.candidate.key in {s.candidate.key for s in rest}:
-                continue
-            accepted[at] = best
+            accepted[at] = best = self._simplest(passing)
+            known = {s.candidate.key: s for s in (*alike.get(own.candidate.key, ()), *passing)}
             alike[best.candidate.key] = tuple(
-                s
-                for s in (*passing, *alike.get(own.candidate.key, ()))
-                if s.candidate.key != best.candidate.key and _alike(s, best)
+                s for key, s in known.items() if key != best.candidate.key and _alike(s, best)
             )
         return accepted
 

@@ -28,7 +28,7 @@ from symgen.robot.types import Robot
 FloatArray = NDArray[np.float64]
 NAME = "unnamed"
 _MOST = 3  # terms on one joint
-_STRUCTURED = 2.0  # residual over noise below which a joint is left alone
+_STRUCTURED = 3.0  # residual over noise below which a joint is left alone
 _LEFT = 0.5  # of the residual's square after the named search that an expression may leave
 _NUMBER = 1.2  # the residual that one more number has to be worth
 _FREE = 0.05

@@ -90,6 +90,18 @@ def test_an_effect_is_the_same_column_in_every_kernel(model: symgen.Model, backe
         np.testing.assert_allclose(M @ qdd + bias, tau, atol=1e-12)
 
 
+def test_an_effect_takes_its_sign_from_the_width_of_its_joint() -> None:
+    wide = BASE.replace("d = 0.4", "d = 0.4\ncoulomb_width = 0.03")
+    model = symgen.derive(symgen.parse_robot(wide + EFFECTS), ["torque_regressor"])
+    qd = np.array([0.02, 0.1, -0.02])
+    W = symgen.load(model)["torque_regressor"](np.ones(3), qd, np.zeros(3))
+    shape = np.exp(-((qd / 0.05) ** 2))
+    names = list(model.base.names)
+    smooth = np.tanh(qd[2] / 0.03) * shape[2]
+    np.testing.assert_allclose(W[:, names.index("FST3")], [0, 0, smooth], atol=1e-13)
+    np.testing.assert_allclose(W[:, names.index("FST1")], [shape[0], 0, 0], atol=1e-13)
+
+
 def test_a_robot_with_effects_is_written_and_read_again(model: symgen.Model) -> None:
     assert symgen.parse_robot(symgen.robot_toml(model.robot)) == model.robot
 
