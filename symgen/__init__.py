@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from symgen.data.log import make_log as make_log
     from symgen.data.log import read_log as read_log
     from symgen.data.signals import prepare as prepare
-    from symgen.diagnose.diagnosis import Diagnosis as Diagnosis
-    from symgen.diagnose.workflow import diagnose as diagnose
+    from symgen.diagnosis.diagnosis import Diagnosis as Diagnosis
+    from symgen.diagnosis.workflow import diagnose as diagnose
     from symgen.errors import (
         BuildError as BuildError,
     )
@@ -77,7 +77,7 @@ _WHERE = {
     "BaseParameters": "symgen.symbolic.base_parameters",
     "BuildError": "symgen.errors",
     "Checked": "symgen.runtime.check",
-    "Diagnosis": "symgen.diagnose.diagnosis",
+    "Diagnosis": "symgen.diagnosis.diagnosis",
     "Estimate": "symgen.identification.estimate",
     "Evaluator": "symgen.runtime.evaluator",
     "ExpressionError": "symgen.errors",
@@ -95,7 +95,7 @@ _WHERE = {
     "SymgenWarning": "symgen.errors",
     "check": "symgen.runtime.check",
     "derive": "symgen.codegen.model",
-    "diagnose": "symgen.diagnose.workflow",
+    "diagnose": "symgen.diagnosis.workflow",
     "generate": "symgen.codegen.package",
     "identify": "symgen.identification.workflow",
     "library": "symgen.robot.builtin",

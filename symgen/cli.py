@@ -235,14 +235,14 @@ def predict(robot: str, log: str, parameters: str, cutoff: float | None, into: P
     return 0
 
 
-@cli.command("diagnose")
+@cli.command()
 @click.argument("robot")
 @click.argument("logs", nargs=-1, required=True)
 @click.option("--validation", multiple=True, help="A log to show the gap on; may be repeated.")
 @click.option("--effects", help="Comma-separated names to try; default all (symgen explain).")
 @click.option("--cutoff", type=float, help="Of the zero-phase filter, Hz; default from the motion.")
 @click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
-def diagnose_(
+def diagnose(
     robot: str,
     logs: tuple[str, ...],
     validation: tuple[str, ...],
@@ -251,12 +251,12 @@ def diagnose_(
     into: Path,
 ) -> int:
     """Find what the model of ROBOT misses in LOGS, name it, add it, and show the gap shrink."""
-    from symgen.diagnose.workflow import diagnose
+    import symgen
     from symgen.diagnosis_page import MARKER, diagnosis_files
     from symgen.files import check_replaceable, write_folder
 
     check_replaceable(into, MARKER)
-    diagnosis = diagnose(
+    diagnosis = symgen.diagnose(
         robot,
         list(logs),
         validation=list(validation),

@@ -11,8 +11,8 @@ from typing import Any
 from symgen import diagnosis_plots
 from symgen.codegen.model import derive
 from symgen.codegen.package import generate
-from symgen.diagnose.diagnosis import Diagnosis, FoundEffect, FoundParameter
-from symgen.diagnose.words import (
+from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
+from symgen.diagnosis.words import (
     TONES,
     alike,
     on_joints,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.diagnose.diagnosis import Curves, Diagnosis
+from symgen.diagnosis.diagnosis import Curves, Diagnosis
 from symgen.identification.estimate import Trace
 from symgen.plots import (
     BLUE,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from symgen.diagnose.diagnosis import Diagnosis
+    from symgen.diagnosis.diagnosis import Diagnosis
     from symgen.identification.estimate import Estimate
     from symgen.robot.types import Robot
 
@@ -119,7 +119,7 @@ def print_estimate(estimate: Estimate) -> None:
 
 def print_diagnosis(diagnosis: Diagnosis, folder: Path) -> None:
     """Print the answer in one screen: verdict, effects, gap per joint, and what to do next."""
-    from symgen.diagnose.words import TONES, alike, percent, summary, undeclared
+    from symgen.diagnosis.words import TONES, alike, percent, summary, undeclared
 
     for note in diagnosis.notes:
         click.echo(f"note: {note}")

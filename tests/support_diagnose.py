@@ -13,7 +13,7 @@ import numpy as np
 from oracles.hidden.cases import Case, Log, Spec
 
 import symgen
-from symgen.diagnose.workflow import diagnose
+from symgen.diagnosis.workflow import diagnose
 
 Row = dict[str, Any]
 #: Effects of one rank say the same, whatever the library calls them.

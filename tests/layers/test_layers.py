@@ -21,8 +21,8 @@ DOORS = {
     "pyarrow": ("data/log",),
     # Clarabel takes its matrices as SciPy's.
     "scipy": (
-        "diagnose/select",
-        "diagnose/refine",
+        "diagnosis/select",
+        "diagnosis/refine",
         "data/signals",
         "identification/conic",
         "plots",

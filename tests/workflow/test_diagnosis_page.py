@@ -13,7 +13,7 @@ from browser import BROWSER, HOSTILE, Page, visit
 
 import symgen
 from symgen import diagnosis_plots
-from symgen.diagnose.diagnosis import (
+from symgen.diagnosis.diagnosis import (
     Curves,
     Diagnosis,
     FoundEffect,

@@ -16,10 +16,10 @@ from symgen import parse_robot
 from symgen.codegen.model import derive
 from symgen.data.log import Log, make_log
 from symgen.data.signals import prepare
-from symgen.diagnose.evidence import evidence, scene
-from symgen.diagnose.gate import check
-from symgen.diagnose.sanity import Fault, jumped
-from symgen.diagnose.workflow import diagnose
+from symgen.diagnosis.evidence import evidence, scene
+from symgen.diagnosis.gate import check
+from symgen.diagnosis.sanity import Fault, jumped
+from symgen.diagnosis.workflow import diagnose
 from symgen.errors import IdentificationError
 from symgen.runtime.evaluator import Evaluator, load
 

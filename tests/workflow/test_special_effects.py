@@ -14,9 +14,9 @@ from oracles.hidden import cases, machines
 from oracles.random_arms import to_toml
 
 import symgen
-from symgen.diagnose.diagnosis import Diagnosis
-from symgen.diagnose.special import special_candidates
-from symgen.diagnose.workflow import diagnose
+from symgen.diagnosis.diagnosis import Diagnosis
+from symgen.diagnosis.special import special_candidates
+from symgen.diagnosis.workflow import diagnose
 from symgen.symbolic.variation import random_states, variation
 
 SPECIAL = ["base_tilt", "geometry_error", "joint_elasticity", "payload"]

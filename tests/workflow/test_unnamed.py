@@ -17,8 +17,8 @@ pytest.importorskip("mujoco")
 from oracles.hidden.cases import Case, Spec, write
 
 import symgen
-from symgen.diagnose.diagnosis import Diagnosis, FoundEffect
-from symgen.diagnose.workflow import diagnose
+from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect
+from symgen.diagnosis.workflow import diagnose
 
 ROBOTS = ("planar2r", "arm3r", "scara", "arm6r")
 FUNCTIONS = {"sin": np.sin, "cos": np.cos, "exp": np.exp, "abs": np.abs, "sign": np.sign}

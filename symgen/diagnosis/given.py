@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import Model
-from symgen.diagnose.diagnosis import FoundParameter
+from symgen.diagnosis.diagnosis import FoundParameter
 from symgen.identification.parameters import base_values
 
 FloatArray = NDArray[np.float64]

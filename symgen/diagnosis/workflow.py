@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from symgen.codegen.model import derive
 from symgen.data.log import Log
 from symgen.data.signals import Samples, prepare
-from symgen.diagnose.candidates import Candidate, Torques, candidates
-from symgen.diagnose.diagnosis import (
+from symgen.diagnosis.candidates import Candidate, Torques, candidates
+from symgen.diagnosis.diagnosis import (
     Curves,
     Diagnosis,
     FoundEffect,
@@ -22,7 +22,7 @@ from symgen.diagnose.diagnosis import (
     Gap,
     Rejected,
 )
-from symgen.diagnose.evidence import (
+from symgen.diagnosis.evidence import (
     Evidence,
     Scene,
     evidence,
@@ -31,14 +31,14 @@ from symgen.diagnose.evidence import (
     regressor,
     scene,
 )
-from symgen.diagnose.extend import extended
-from symgen.diagnose.gate import check, corrected, judged
-from symgen.diagnose.given import changed, link_values
-from symgen.diagnose.portrait import places
-from symgen.diagnose.select import MEASURING, Score, Search, Selection, dense
-from symgen.diagnose.special import special_candidates
-from symgen.diagnose.unnamed import with_unnamed
-from symgen.diagnose.words import tie
+from symgen.diagnosis.extend import extended
+from symgen.diagnosis.gate import check, corrected, judged
+from symgen.diagnosis.given import changed, link_values
+from symgen.diagnosis.portrait import places
+from symgen.diagnosis.select import MEASURING, Score, Search, Selection, dense
+from symgen.diagnosis.special import special_candidates
+from symgen.diagnosis.unnamed import with_unnamed
+from symgen.diagnosis.words import tie
 from symgen.errors import IdentificationError, LogError, ParameterError
 from symgen.identification.batch import Solution, solve
 from symgen.identification.parameters import read_parameters
@@ -73,7 +73,7 @@ def diagnose(
 
     The model is identified from the logs by the torque equations in the motion's band, or has
     given parameters, of an earlier state of the robot, and the logs show what changed; candidates
-    are accepted by the rule of `symgen.diagnose.select`; the extended model is derived, compiled
+    are accepted by the rule of `symgen.diagnosis.select`; the extended model is derived, compiled
     and identified again; the gap is shown on data that the selection never saw.
 
     Args:

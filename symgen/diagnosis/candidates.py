@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.diagnose.evidence import Evidence, Scene
+from symgen.diagnosis.evidence import Evidence, Scene
 from symgen.robot.effect import Definition, Search, definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.effects import definition_tape

@@ -20,10 +20,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.diagnose.candidates import Candidate, Torques
-from symgen.diagnose.evidence import FOLDS, Evidence
-from symgen.diagnose.refine import refined
-from symgen.diagnose.robust import covariance
+from symgen.diagnosis.candidates import Candidate, Torques
+from symgen.diagnosis.evidence import FOLDS, Evidence
+from symgen.diagnosis.refine import refined
+from symgen.diagnosis.robust import covariance
 
 FloatArray = NDArray[np.float64]
 Columns = Mapping[int, FloatArray]

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.diagnose.candidates import Candidate, Columns, Torques
-from symgen.diagnose.evidence import Evidence, Scene
+from symgen.diagnosis.candidates import Candidate, Columns, Torques
+from symgen.diagnosis.evidence import Evidence, Scene
 from symgen.robot.types import Robot
 from symgen.symbolic.variation import Variation, random_states, variation
 

@@ -5,7 +5,7 @@
 The terms are texts of the effects' grammar in the positions and speeds of all joints: powers, sines
 and absolute values, products of two, and bumps exp(-((q - c)/w)**2) and their slopes, whose centre
 c and width w are searched on a grid and refined. One is taken after the other, each by the strict
-rule of `symgen.diagnose.select` with every term that was looked at counted; named effects that
+rule of `symgen.diagnosis.select` with every term that was looked at counted; named effects that
 the expression makes needless are dropped. A sum that leaves most of the residual is not reported.
 """
 
@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.diagnose.candidates import Candidate, Torques
-from symgen.diagnose.evidence import Evidence, Scene
-from symgen.diagnose.select import Score, Selection, dense, judge
+from symgen.diagnosis.candidates import Candidate, Torques
+from symgen.diagnosis.evidence import Evidence, Scene
+from symgen.diagnosis.select import Score, Selection, dense, judge
 from symgen.robot.effect import Definition, Search, definitions, unit
 from symgen.robot.types import Robot
 

@@ -2,7 +2,7 @@
 
 Position and speed of one joint must be one motion; a channel that stays constant while its joint
 moves is dead; a jump that would need several times the joint's fastest motion is none of the
-joint's. Torques are looked at in `symgen.diagnose.torque_sanity`, with little model.
+joint's. Torques are looked at in `symgen.diagnosis.torque_sanity`, with little model.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.signals import Samples, differentiate
-from symgen.diagnose.diagnosis import FoundParameter
-from symgen.diagnose.evidence import Scene, least_squares
+from symgen.diagnosis.diagnosis import FoundParameter
+from symgen.diagnosis.evidence import Scene, least_squares
 from symgen.names import REVOLUTE
 from symgen.robot.effect import unit
 from symgen.robot.types import Robot

@@ -12,10 +12,10 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.diagnose.candidates import Torques
-from symgen.diagnose.diagnosis import Gap, Place
-from symgen.diagnose.evidence import Evidence, Scene
-from symgen.diagnose.select import Selection, quick_gain
+from symgen.diagnosis.candidates import Torques
+from symgen.diagnosis.diagnosis import Gap, Place
+from symgen.diagnosis.evidence import Evidence, Scene
+from symgen.diagnosis.select import Selection, quick_gain
 from symgen.robot.types import Robot
 
 FloatArray = NDArray[np.float64]

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.diagnose.candidates import Candidate
+from symgen.diagnosis.candidates import Candidate
 
 FloatArray = NDArray[np.float64]
 Columns = Mapping[int, FloatArray]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symgen.diagnose.diagnosis import Diagnosis, FoundEffect
+from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect
 from symgen.robot.effect import definitions
 
 #: Colour of a verdict: "good", "warn" or "bad".

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from symgen.data.signals import Samples
-from symgen.diagnose.diagnosis import (
+from symgen.diagnosis.diagnosis import (
     Diagnosis,
     FoundEffect,
     FoundParameter,
@@ -20,9 +20,9 @@ from symgen.diagnose.diagnosis import (
     Place,
     Rejected,
 )
-from symgen.diagnose.evidence import Evidence, Scene, evidence
-from symgen.diagnose.sanity import SENSOR, Fault, motion_faults
-from symgen.diagnose.torque_sanity import SATURATION, saturations, torque_faults
+from symgen.diagnosis.evidence import Evidence, Scene, evidence
+from symgen.diagnosis.sanity import SENSOR, Fault, motion_faults
+from symgen.diagnosis.torque_sanity import SATURATION, saturations, torque_faults
 from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.signals import Samples
-from symgen.diagnose.diagnosis import FoundParameter
-from symgen.diagnose.evidence import Evidence, Scene, evidence, least_squares, regressor, solved
-from symgen.diagnose.sanity import (
+from symgen.diagnosis.diagnosis import FoundParameter
+from symgen.diagnosis.evidence import Evidence, Scene, evidence, least_squares, regressor, solved
+from symgen.diagnosis.sanity import (
     Fault,
     covariance_of,
     frozen,
