@@ -239,6 +239,7 @@ def predict(robot: str, log: str, parameters: str, cutoff: float | None, into: P
 @click.argument("robot")
 @click.argument("logs", nargs=-1, required=True)
 @click.option("--validation", multiple=True, help="A log to show the gap on; may be repeated.")
+@click.option("--parameters", help="Given ones, not identified again: what has changed since?")
 @click.option("--effects", help="Comma-separated names to try; default all (symgen explain).")
 @click.option("--cutoff", type=float, help="Of the zero-phase filter, Hz; default from the motion.")
 @click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
@@ -246,6 +247,7 @@ def diagnose(
     robot: str,
     logs: tuple[str, ...],
     validation: tuple[str, ...],
+    parameters: str | None,
     effects: str | None,
     cutoff: float | None,
     into: Path,
@@ -260,6 +262,7 @@ def diagnose(
         robot,
         list(logs),
         validation=list(validation),
+        parameters=parameters,
         effects=None if effects is None else [name.strip() for name in effects.split(",")],
         cutoff=cutoff,
         progress=say,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -233,7 +234,7 @@ def lowpass(x: FloatArray, step: float, cutoff: float) -> FloatArray:
     Raises:
         LogError: the cutoff is not between 0 and the Nyquist frequency.
     """
-    from scipy.signal import butter, sosfiltfilt
+    from scipy.signal import sosfiltfilt
 
     _require_cutoff("low-pass filter", cutoff, step)
     samples = len(x)
@@ -246,10 +247,17 @@ def lowpass(x: FloatArray, step: float, cutoff: float) -> FloatArray:
     window = min(samples, max(6, math.ceil(0.6 * period)))
     head = _continuation(x, length, window)
     tail = _continuation(x[::-1], length, window)[::-1]
-    sections = butter(_ORDER, cutoff, fs=1.0 / step, output="sos")
+    sections = _sections(cutoff, step)
     padded = np.concatenate([head, x, tail])
     filtered: FloatArray = sosfiltfilt(sections, padded, axis=0, padtype=None)
     return np.ascontiguousarray(filtered[length : length + samples])
+
+
+@cache
+def _sections(cutoff: float, step: float) -> FloatArray:
+    from scipy.signal import butter
+
+    return np.asarray(butter(_ORDER, cutoff, fs=1.0 / step, output="sos"))
 
 
 def _continuation(x: FloatArray, length: int, window: int) -> FloatArray:

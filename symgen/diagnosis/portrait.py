@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from symgen.diagnosis.candidates import Torques
 from symgen.diagnosis.diagnosis import Gap, Place
 from symgen.diagnosis.evidence import Evidence, Scene
-from symgen.diagnosis.select import Selection, quick_gain
+from symgen.diagnosis.search import Selection
+from symgen.diagnosis.select import quick_gain
 from symgen.robot.types import Robot
 
 FloatArray = NDArray[np.float64]

@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.diagnosis.candidates import Candidate, Torques
 from symgen.diagnosis.evidence import Evidence, Scene
-from symgen.diagnosis.select import Score, Selection, dense, judge
+from symgen.diagnosis.search import Selection
+from symgen.diagnosis.select import Score, dense, judge
 from symgen.robot.effect import Definition, Search, definitions, unit
 from symgen.robot.types import Robot
 

@@ -1,0 +1,217 @@
+"""Which effects are there: the stepwise search, and what it found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symgen.diagnosis.candidates import Candidate, Torques
+from symgen.diagnosis.evidence import Evidence
+from symgen.diagnosis.refine import refined
+from symgen.diagnosis.select import GAIN, Columns, Score, dense, judge, quick_gain
+
+_ALIKE = 0.8
+# Of the best gain: the simpler candidate is preferred, and parameters of the standard model.
+_NEARLY, _PLAIN = 0.9, 0.75
+_LEAVES = 2.0  # but it leaves at most this many times the square that the best one leaves
+_MOST = 8  # effects
+_REFINED = 6  # candidates whose constants are refined before they are judged
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """What the stepwise search found.
+
+    Attributes:
+        evidence: with the columns of all accepted effects.
+        accepted: in the order of their share in closing the gap.
+        alike: for each, other candidates that the data cannot tell from it.
+        rejected: the best of the others, with the reason.
+        tried: number of candidates.
+    """
+
+    evidence: Evidence
+    accepted: tuple[Score, ...]
+    alike: tuple[tuple[Score, ...], ...]
+    rejected: tuple[Score, ...]
+    tried: int
+
+
+class Search:
+    """A stepwise search among candidates.
+
+    Args:
+        base: the evidence of the model as it is declared.
+        pool: the candidates.
+        torques: gives the model's torques on every log from the accepted scores.
+        progress: is told what is being tried.
+    """
+
+    def __init__(
+        self,
+        base: Evidence,
+        pool: Iterable[Candidate],
+        torques: Callable[[Sequence[Score]], Sequence[Torques]],
+        progress: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        self.base, self.pool = base, tuple(pool)
+        self.torques, self.progress = torques, progress
+        self._fixed: dict[int, Columns] = {}
+
+    def run(self) -> Selection:
+        accepted: list[Score] = []
+        alike: dict[tuple[str, tuple[int, ...]], tuple[Score, ...]] = {}
+        rejected: list[Score] = []
+        seen: set[frozenset[tuple[str, tuple[int, ...]]]] = set()
+        while len(accepted) < _MOST:
+            self.progress(f"trying {len(self.pool)} candidates for effect {len(accepted) + 1}")
+            # Members of one class do not stand beside each other: the data do not tell them apart.
+            same = {s.candidate.key for group in alike.values() for s in group}
+            ranked = [r for r in self._ranked(accepted) if self.pool[r[1]].key not in same]
+            passing, rejected = self._judged(accepted, ranked)
+            if not passing:
+                break
+            best = self._simplest(passing)
+            accepted.append(best)
+            alike[best.candidate.key] = tuple(
+                s for s in passing if s.candidate.key != best.candidate.key and _alike(s, best)
+            )
+            accepted = self._backward(accepted)
+            chosen = frozenset(s.candidate.key for s in accepted)
+            if chosen in seen:  # one displaces the other in turn: they are as good as each other
+                break
+            seen.add(chosen)
+        accepted = self._swapped(accepted, alike)
+        accepted.sort(key=lambda s: -s.gain)
+        return Selection(
+            self._with(accepted),
+            tuple(accepted),
+            tuple(alike.get(s.candidate.key, ()) for s in accepted),
+            tuple(rejected),
+            len(self.pool),
+        )
+
+    def _with(self, accepted: Sequence[Score]) -> Evidence:
+        if not accepted:
+            return self.base
+        columns = [dense(s.columns, self.base.y.shape) for s in accepted]
+        return self.base.with_columns(np.concatenate(columns, axis=2))
+
+    def _columns(self, i: int, evidence: Evidence, torques: Sequence[Torques]) -> Columns:
+        candidate = self.pool[i]
+        if not candidate.uses_model:
+            if i not in self._fixed:
+                self._fixed[i] = candidate.seen(evidence, torques)
+            return self._fixed[i]
+        return candidate.seen(evidence, torques)
+
+    def _ranked(self, accepted: Sequence[Score]) -> list[tuple[float, int, Columns]]:
+        """Return the best constants of every candidate, the largest gain first."""
+        evidence, torques = self._with(accepted), self.torques(accepted)
+        taken = {s.candidate.key for s in accepted}
+        best: dict[tuple[str, tuple[int, ...]], tuple[float, int, Columns]] = {}
+        for i, candidate in enumerate(self.pool):
+            if candidate.key in taken and candidate.name not in _REPEATED:
+                continue
+            columns = self._columns(i, evidence, torques)
+            gain = quick_gain(evidence, columns)
+            if gain > best.get(candidate.key, (0.0, 0, {}))[0]:
+                best[candidate.key] = (gain, i, columns)
+        return sorted(best.values(), key=lambda entry: -entry[0])
+
+    def _judged(
+        self, accepted: Sequence[Score], ranked: Sequence[tuple[float, int, Columns]]
+    ) -> tuple[list[Score], list[Score]]:
+        """Judge the best candidates, the first of them with constants between the grid's."""
+        evidence, torques = self._with(accepted), self.torques(accepted)
+        passing: list[Score] = []
+        failing: list[Score] = []
+        for place, (gain, i, columns) in enumerate(ranked):
+            if gain < GAIN / 4 and len(failing) >= 5:
+                break
+            if passing and gain < 0.25 * passing[0].gain:
+                break
+            candidate = self.pool[i]
+            if place < _REFINED:
+                candidate, columns = refined(
+                    candidate,
+                    [c.constants for c in self.pool if c.key == candidate.key],
+                    lambda c: c.seen(evidence, torques),
+                    lambda c: quick_gain(evidence, c),
+                )
+            score = judge(evidence, candidate, columns, len(self.pool))
+            (failing if score.fault else passing).append(score)
+            if len(passing) + len(failing) >= 30:
+                break
+        return sorted(passing, key=lambda s: -s.gain), failing
+
+    def _simplest(self, passing: Sequence[Score]) -> Score:
+        """Return the plainest candidate among those that explain the same, nearly as well.
+
+        The parameters of the standard friction model come before any other effect that looks like
+        them; then the fewest numbers count. Where all parameters are given they are only changes,
+        and have no more say than others.
+        """
+        enough = _PLAIN if self.base.W.shape[2] else _NEARLY
+        best = passing[0]
+        least = max(1 - best.gain, 0.0)
+        near = [
+            s
+            for s in passing
+            if s is best or (_alike(s, best) and 1 - s.gain <= _LEAVES * least + GAIN)
+        ]
+        plain = [s for s in near if s.candidate.definition.native and s.gain >= enough * best.gain]
+        close = plain or [s for s in near if s.gain >= _NEARLY * best.gain]
+        return min(close, key=lambda s: (s.candidate.complexity, -s.gain))
+
+    def _swapped(
+        self, accepted: list[Score], alike: dict[tuple[str, tuple[int, ...]], tuple[Score, ...]]
+    ) -> list[Score]:
+        """Choose each effect again among all on its joints, now that the others stand beside it."""
+        for at in range(len(accepted) if len(accepted) > 1 else 0):
+            rest, own = accepted[:at] + accepted[at + 1 :], accepted[at]
+            joints = own.candidate.joints
+            same = {s.candidate.key for r in rest for s in alike.get(r.candidate.key, ())}
+            ranked = [
+                r
+                for r in self._ranked(rest)
+                if self.pool[r[1]].joints == joints and self.pool[r[1]].key not in same
+            ]
+            passing, _ = self._judged(rest, ranked)
+            if not passing:
+                continue
+            accepted[at] = best = self._simplest(passing)
+            known = {s.candidate.key: s for s in (*alike.get(own.candidate.key, ()), *passing)}
+            alike[best.candidate.key] = tuple(
+                s for key, s in known.items() if key != best.candidate.key and _alike(s, best)
+            )
+        return accepted
+
+    def _backward(self, accepted: list[Score]) -> list[Score]:
+        """Test every effect again beside all others; drop what no longer holds."""
+        at = 0
+        while len(accepted) > 1 and at < len(accepted):
+            rest = accepted[:at] + accepted[at + 1 :]
+            own = accepted[at]
+            again = judge(self._with(rest), own.candidate, own.columns, len(self.pool))
+            if again.fault:
+                accepted = rest
+            else:
+                accepted[at] = again
+                at += 1
+        return accepted
+
+
+#: Effects of the measuring chain.
+MEASURING = ("time_delay", "velocity_sensor_error", "saturation", "drive_gain_error")
+_REPEATED = ("external_contact",)
+
+
+def _alike(a: Score, b: Score) -> bool:
+    """Whether two candidates explain the same part of the residual."""
+    if a.explained is None or b.explained is None:
+        return False
+    sizes = float(np.linalg.norm(a.explained) * np.linalg.norm(b.explained))
+    return abs(float(np.sum(a.explained * b.explained))) > _ALIKE * sizes
