@@ -13,7 +13,8 @@ from support import PROJECT
 
 SOURCES = sorted((PROJECT / "symgen").rglob("*.py"))
 DOORS = {
-    "sympy": ("robot", "symbolic", "codegen", "demo"),
+    # An effect that was found becomes an exact declaration.
+    "sympy": ("robot", "symbolic", "codegen", "demo", "diagnosis/extend"),
     # A header of values belongs to an estimate, which codegen does not know.
     "jinja2": ("codegen/package", "codegen/tex", "identification/export", "report"),
     "casadi": ("codegen/casadi_model",),
