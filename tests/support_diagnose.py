@@ -16,8 +16,6 @@ import symgen
 from symgen.diagnosis.workflow import diagnose
 
 Row = dict[str, Any]
-#: Effects of one rank say the same, whatever the library calls them.
-SAME = {"unnamed_bump": "unnamed", "unnamed_product": "unnamed"}
 
 
 def run(spec: Spec, case: Case | None = None) -> Row:
