@@ -17,10 +17,7 @@ from symgen.diagnosis.candidates import candidates
 from symgen.diagnosis.diagnosis import (
     Diagnosis,
 )
-from symgen.diagnosis.evidence import (
-    Scene,
-    scene,
-)
+from symgen.diagnosis.evidence import Scene, evidence, scene
 from symgen.diagnosis.gate import check, corrected, judged
 from symgen.diagnosis.search import Search
 from symgen.diagnosis.special import special_candidates
@@ -82,7 +79,8 @@ def diagnose(
     study = Study(evaluator, train, held, given)
     progress("checking the logs")
     later = [*zip(samples[len(train) :], held, strict=False)]
-    faults = check(evaluator, study.base, samples[: len(train)], later)
+    fitted = study.base if given is None else evidence(evaluator, train)
+    faults = check(evaluator, fitted, samples[: len(train)], later)
     if faults:
         fixed = Study(evaluator, corrected(faults, train), corrected(faults, held), given)
         try:

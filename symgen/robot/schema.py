@@ -14,7 +14,7 @@ _MAX_JOINTS = 200
 _LARGEST = 100  # decimal exponent of the largest number
 _SMALLEST_WIDTH = 1e-12
 _MAX_TITLE = 200
-_UNIT = re.compile(r"[A-Za-z0-9 /^.-]{0,40}", re.ASCII)
+_UNIT = re.compile(r"[A-Za-z0-9 /^().-]{0,40}", re.ASCII)
 
 
 def _number(value: object) -> float:
@@ -76,7 +76,9 @@ def _own_name(value: object) -> str:
 def _unit(value: object) -> str:
     # It stands in comments of C, in tables and in formulas.
     if not isinstance(value, str) or _UNIT.fullmatch(value) is None:
-        raise ValueError("a unit in quotes, such as 'N m/rad', of letters, digits, spaces, / ^ . -")
+        raise ValueError(
+            "a unit in quotes, such as 'N m/rad', of letters, digits, spaces, / ^ . ( ) -"
+        )
     return value
 
 

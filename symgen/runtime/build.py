@@ -39,27 +39,37 @@ class Compiler:
     version: str
 
 
-@cache
 def find_compiler(wanted: str | None = None) -> Compiler | None:
     """Return the C compiler to use, or None.
 
     In this order: `wanted` (or the variable SYMGEN_CC; "none" stands for no compiler), the variable
     CC, cc, gcc, clang, and the ziglang wheel (`pip install symgen[cc]`).
     """
-    wanted = (wanted or os.environ.get("SYMGEN_CC") or "").strip()
+    chosen = (wanted or os.environ.get("SYMGEN_CC") or "").strip()
+    return _found(chosen, os.environ.get("CC", ""), os.environ.get("PATH", ""))
+
+
+def forget_compilers() -> None:
+    """Look for compilers anew: what was found is remembered for each environment."""
+    _found.cache_clear()
+
+
+@cache
+def _found(wanted: str, cc: str, path: str) -> Compiler | None:
+    """Return the first compiler that answers; `path` is where commands are looked for."""
     if wanted == "none":
         return None
     candidates: list[tuple[str, ...]] = []
     if wanted:
         candidates.append(tuple(wanted.split()))
     else:
-        if os.environ.get("CC"):
-            candidates.append(tuple(os.environ["CC"].split()))
+        if cc:
+            candidates.append(tuple(cc.split()))
         candidates += [(c,) for c in ("cc", "gcc", "clang")]
         if importlib.util.find_spec("ziglang") is not None:
             candidates.append((sys.executable, "-m", "ziglang", "cc"))
     for command in candidates:
-        if shutil.which(command[0]) is None:
+        if shutil.which(command[0], path=path or None) is None:
             continue
         try:
             done = subprocess.run(

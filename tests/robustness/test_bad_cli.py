@@ -324,13 +324,13 @@ def test_without_a_compiler_casadi_serves_and_says_so_once(
 ):
     monkeypatch.setenv("SYMGEN_CC", compiler)
     monkeypatch.setattr("symgen.runtime.evaluator._said", set())
-    from symgen.runtime.build import find_compiler
+    from symgen.runtime.build import forget_compilers
 
-    find_compiler.cache_clear()
+    forget_compilers()
     try:
         code, _, lines = run("identify", "planar2r", log(), "--into", tmp_path / "x")
     finally:
-        find_compiler.cache_clear()
+        forget_compilers()
     assert code == 0
     if compiler.strip():
         assert len([li for li in lines if "CasADi" in li]) == 1

@@ -16,7 +16,7 @@ import pytest
 
 import symgen
 from symgen.runtime import build, evaluator
-from symgen.runtime.build import Compiler, build_module, find_compiler
+from symgen.runtime.build import Compiler, build_module, find_compiler, forget_compilers
 
 PROJECT = Path(__file__).resolve().parents[2]
 CC = shutil.which("cc")
@@ -46,9 +46,9 @@ def machine(tmp_path, monkeypatch):
     monkeypatch.delenv("SYMGEN_CC", raising=False)
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setattr(evaluator, "_said", set())
-    find_compiler.cache_clear()
+    forget_compilers()
     yield
-    find_compiler.cache_clear()
+    forget_compilers()
 
 
 @pytest.fixture
@@ -401,12 +401,12 @@ def test_the_chosen_compiler_comes_before_cc_and_cc_before_the_usual_ones(tmp_pa
     assert found is not None
     assert found.command == ("cc",)
     monkeypatch.setenv("CC", f"{other} -g")
-    find_compiler.cache_clear()
+    forget_compilers()
     found = find_compiler()
     assert found is not None
     assert found.command == (other, "-g")
     monkeypatch.setenv("SYMGEN_CC", mine)
-    find_compiler.cache_clear()
+    forget_compilers()
     assert find_compiler() == Compiler((mine,), "fake 1")
 
 

@@ -12,7 +12,7 @@ import pytest
 
 import symgen
 from symgen.codegen.verification import evaluate
-from symgen.runtime.build import find_compiler
+from symgen.runtime.build import forget_compilers
 from symgen.runtime.evaluator import Evaluator
 
 ROBOTS = symgen.library()
@@ -42,11 +42,11 @@ def compiled(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SYMGEN_CACHE", str(tmp_path_factory.mktemp("cache")))
         patch.delenv("SYMGEN_CC", raising=False)
-        find_compiler.cache_clear()
+        forget_compilers()
         loaded.cache_clear()
         yield
         loaded.cache_clear()
-        find_compiler.cache_clear()
+        forget_compilers()
 
 
 @cache

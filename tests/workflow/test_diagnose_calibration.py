@@ -105,11 +105,8 @@ def test_a_case_counts_as_right_only_where_name_and_joint_are() -> None:
     assert false_effects(row) == 1
 
 
-#: What the library has no candidates for yet, or none that the search tries.
-NOT_BUILT = (
-    "payload", "base_tilt", "geometry_error", "joint_elasticity", "saturation",
-    "velocity_sensor_error", "unnamed",
-)  # fmt: skip
+#: What shows only against parameters identified without it, which these cases do not give.
+NEEDS_PARAMETERS = ("payload",)
 
 
 def test_the_figures_that_are_reached() -> None:
@@ -119,8 +116,6 @@ def test_the_figures_that_are_reached() -> None:
     assert clean["as declared"]["false_per_run"] <= 0.05
     assert clean["1 % misfit"]["false_per_run"] <= 0.3
     hidden = [row for row in figures["cases"] if row["truth"]]
-    built = [r for r in hidden if not any(name in NOT_BUILT for name, _ in r["truth"])]
-    assert sum(map(right_first, built)) >= 0.95 * len(built)
-    # The others are missed, and hardly ever called by another name.
-    assert sum(map(right_first, hidden)) >= 0.69 * len(hidden)
-    assert sum(map(false_effects, hidden)) <= 0.1 * len(hidden)
+    open_ = [r for r in hidden if not any(name in NEEDS_PARAMETERS for name, _ in r["truth"])]
+    assert sum(map(right_first, open_)) >= 0.95 * len(open_)
+    assert sum(map(false_effects, hidden)) <= 0.05 * len(hidden)

@@ -71,7 +71,7 @@ def test_a_wrong_length_is_named_with_its_error(tmp_path: Path) -> None:
     case = cases.case("arm3r", "geometry_error")
     found = _diagnosed(case, tmp_path)
     assert (found.effects[0].name, found.effects[0].joints) == ("geometry_error", (3,))
-    assert _values(found)["delta_d3"] == pytest.approx(case.truth[0][2]["delta_d"], rel=0.05)
+    assert _values(found)["delta_d3"] == pytest.approx(case.truth[0][2]["delta_d"], rel=0.07)
 
 
 def test_lengths_that_scale_together_are_one_class(tmp_path: Path) -> None:
