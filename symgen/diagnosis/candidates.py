@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.diagnosis.evidence import Evidence, Scene
+from symgen.diagnosis.evidence import Columns, Evidence, Scene
 from symgen.robot.effect import Definition, Search, definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.effects import definition_tape
@@ -25,8 +25,6 @@ from symgen.symbolic.independence import FUNCTIONS
 from symgen.symbolic.tape import Numbers, Tape
 
 FloatArray = NDArray[np.float64]
-#: Columns (N, m) on joints, by position of the movable joint.
-Columns = Mapping[int, FloatArray]
 
 
 class Torques(NamedTuple):
@@ -41,6 +39,11 @@ class Torques(NamedTuple):
     model: FloatArray
     friction: FloatArray
     links: FloatArray
+
+    @property
+    def load(self) -> FloatArray:
+        """What the rigid body asks of the joints, (N, n): taur of effects."""
+        return self.model - self.friction
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,13 +114,12 @@ def candidates(
             yield from _SPECIAL[definition.name](robot, definition, evidence)
         elif definition.torque:
             for position in range(robot.n):
-                if not _declared(robot, definition, position):
-                    width = robot.movable[position].coulomb_width
-                    yield from on_joint(definition, position, evidence, width)
-                elif given and definition.native in names.FRICTION:
-                    width = robot.movable[position].coulomb_width
-                    for drifted in on_joint(definition, position, evidence, width):
-                        yield replace(drifted, change=True)
+                drifted = _declared(robot, definition, position)
+                if drifted and not (given and definition.native in names.FRICTION):
+                    continue
+                width = robot.movable[position].coulomb_width
+                for candidate in on_joint(definition, position, evidence, width):
+                    yield replace(candidate, change=drifted)
 
 
 def _declared(robot: Robot, definition: Definition, position: int) -> bool:
@@ -154,7 +156,7 @@ def single(
                     "q": [s.q[:, position]],
                     "qd": [s.qd[:, position]],
                     "qdd": [s.qdd[:, position]],
-                    "taur": [torques[0][:, position] - torques[1][:, position]],
+                    "taur": [torques.load[:, position]],
                     "c": values,
                 },
             )
@@ -234,7 +236,7 @@ def _delays(robot: Robot, definition: Definition, _: Evidence) -> Iterator[Candi
     """A torque that comes late by DT: tau(t) = model(t - DT), to first order -DT d(model)/dt."""
 
     def columns(s: Scene, torques: Torques) -> Columns:
-        rate = -np.gradient(torques[0], s.step, axis=0)
+        rate = -np.gradient(torques.model, s.step, axis=0)
         return {j: rate[:, j : j + 1] for j in range(robot.n)}
 
     yield Candidate(definition.name, (), columns, 1, uses_model=True)
@@ -245,7 +247,7 @@ def _gains(robot: Robot, definition: Definition, _: Evidence) -> Iterator[Candid
     for position in range(robot.n):
 
         def columns(_: Scene, torques: Torques, j: int = position) -> Columns:
-            return {j: torques[0][:, j : j + 1]}
+            return {j: torques.model[:, j : j + 1]}
 
         yield Candidate(definition.name, (position,), columns, 1, uses_model=True)
 
@@ -262,7 +264,7 @@ def drift(name: str, position: int, T: float) -> Candidate:
 
     def columns(s: Scene, torques: Torques) -> Columns:
         fading = np.exp(-(s.t - s.t[0]) / T)
-        return {position: (torques[1][:, position] * fading)[:, None]}
+        return {position: (torques.friction[:, position] * fading)[:, None]}
 
     def remake(other: Mapping[str, float]) -> Candidate:
         return drift(name, position, other["T"])

@@ -7,8 +7,8 @@ joint at one kept instant; they are whitened by the standard deviation of their 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -25,14 +25,15 @@ from symgen.data.signals import (
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
+#: Columns (.., m) on joints, by position of the movable joint.
+Columns = Mapping[int, FloatArray]
 _PER_PERIOD = 4  # kept samples per period of the cutoff
 _WHITENING = 3
 _TINY = 1e-300
 _REST = 0.005  # of the RMS speed
 _RIGID = 10.0  # Hz
 _SPARED = 1.5  # of the motion's own bandwidth
-#: Blocks of time, for robust errors, and folds, which are held out.
-BLOCKS, FOLDS = 20, 5
+_BLOCKS = 20  # of time, for robust errors
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +85,8 @@ class Scene:
         inside = at[(self.t[at] >= start) & (self.t[at] <= end)]
         stride = self.kept.step or 1
         if len(inside) == 0:
-            return Scene(**{**self.__dict__, "kept": slice(0, 0, stride)})
-        return Scene(**{**self.__dict__, "kept": slice(inside[0], inside[-1] + 1, stride)})
+            return replace(self, kept=slice(0, 0, stride))
+        return replace(self, kept=slice(inside[0], inside[-1] + 1, stride))
 
 
 def scene(samples: Samples, cutoff: float | None) -> Scene:
@@ -135,7 +136,7 @@ class Evidence:
         sigma: (n,) standard deviation of each joint's residual.
         moves: (K, n) 1.0 where the joint moves, 0.0 where it is at rest and friction is undefined:
             these rows have no say.
-        block, fold: (K,) number of the block and the fold of each instant.
+        block: (K,) number of the block of each instant.
     """
 
     scenes: tuple[Scene, ...]
@@ -145,7 +146,6 @@ class Evidence:
     sigma: FloatArray
     moves: FloatArray
     block: NDArray[np.int64]
-    fold: NDArray[np.int64]
 
     @property
     def n(self) -> int:
@@ -169,13 +169,25 @@ class Evidence:
         kept = left[:, values > 1e-9 * values[0]]
         return np.ascontiguousarray(kept.reshape(*self.y.shape, -1))
 
-    def with_columns(self, columns: FloatArray) -> Evidence:
-        """Return the evidence of the model with more columns (K, n, m)."""
-        return solved(self.scenes, np.concatenate([self.W, columns], axis=2), self.y)
+    def with_columns(self, columns: Iterable[Columns]) -> Evidence:
+        """Return the evidence of the model with more columns."""
+        more = [dense(c, self.y.shape) for c in columns]
+        return (
+            solved(self.scenes, np.concatenate([self.W, *more], axis=2), self.y) if more else self
+        )
 
     def gap(self) -> FloatArray:
         """Return RMS of the residual over RMS of the torque, (n,)."""
         return ratio(self.y - self.W @ self.X, self.y)
+
+
+def dense(columns: Columns, shape: tuple[int, ...]) -> FloatArray:
+    """Return the columns of all joints, (K, n, m), for the shape (K, n)."""
+    m = next(iter(columns.values())).shape[1]
+    out = np.zeros((*shape, m))
+    for j, c in columns.items():
+        out[:, j] = c
+    return out
 
 
 def ratio(error: FloatArray, torque: FloatArray) -> FloatArray:
@@ -217,8 +229,7 @@ def solved(scenes: tuple[Scene, ...], W: FloatArray, y: FloatArray) -> Evidence:
         floor = np.maximum(1e-6 * np.sqrt(np.mean(y**2, axis=0)), least * 1e-3)
         sigma = np.maximum(np.sqrt(np.sum(error**2, axis=0) / count), floor)
     counts = [len(range(*s.kept.indices(len(s.t)))) for s in scenes]
-    block = _pieces(counts, BLOCKS)
-    return Evidence(scenes, W, y, X, sigma, moves, block, _pieces(counts, FOLDS))
+    return Evidence(scenes, W, y, X, sigma, moves, _blocks(counts))
 
 
 def _moving(s: Scene) -> FloatArray:
@@ -240,12 +251,12 @@ def least_squares(A: FloatArray, b: FloatArray) -> FloatArray:
     return x
 
 
-def _pieces(counts: Sequence[int], pieces: int) -> NDArray[np.int64]:
-    """Number the instants of all logs by contiguous pieces of equal length; none spans two logs."""
+def _blocks(counts: Sequence[int]) -> NDArray[np.int64]:
+    """Number the instants of all logs by contiguous blocks of equal length; none spans two logs."""
     total = sum(counts)
     out, first = [], 0
     for count in counts:
-        own = max(1, round(pieces * count / max(total, 1)))
+        own = max(1, round(_BLOCKS * count / max(total, 1)))
         out.append(first + np.arange(count) * own // max(count, 1))
         first += own
     return np.concatenate(out) if out else np.zeros(0, dtype=np.int64)

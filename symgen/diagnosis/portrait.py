@@ -70,14 +70,14 @@ def _accelerations(s: Scene, _: Torques, j: int) -> FloatArray:
 
 
 def _loads(s: Scene, torques: Torques, j: int) -> FloatArray:
-    load = (torques[0] - torques[1])[:, j]
-    return np.stack([torques[0][:, j], load, np.abs(load) * np.sign(s.qd[:, j])], 1)
+    load = torques.load[:, j]
+    return np.stack([torques.model[:, j], load, np.abs(load) * np.sign(s.qd[:, j])], 1)
 
 
 def _course(s: Scene, torques: Torques, j: int) -> FloatArray:
     x = (s.t - s.t[0]) / ((s.t[-1] - s.t[0]) or 1.0)
     blocks = [(x >= i / _BLOCKS) & (x < (i + 1) / _BLOCKS) for i in range(_BLOCKS)]
-    friction = torques[1][:, j]
+    friction = torques.friction[:, j]
     return np.stack([*np.asarray(blocks, float), friction * x, friction * np.exp(-5 * x)], 1)
 
 
@@ -88,7 +88,7 @@ def _pulses(s: Scene, torques: Torques, j: int) -> FloatArray:
     last[turns] = s.t[turns]
     since = s.t - np.maximum.accumulate(last)
     pulses = [np.where(since < width, sign, 0.0) for width in _AFTER]
-    return np.stack([*pulses, np.gradient(torques[0][:, j], s.step)], 1)
+    return np.stack([*pulses, np.gradient(torques.model[:, j], s.step)], 1)
 
 
 def _readings(s: Scene, _: Torques, j: int) -> FloatArray:

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.diagnosis.candidates import Candidate
+from symgen.diagnosis.evidence import Columns
 
 FloatArray = NDArray[np.float64]
-Columns = Mapping[int, FloatArray]
 _STEPS = {1: 20, 2: 60}
 
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from symgen.diagnosis.candidates import Candidate, Torques
-from symgen.diagnosis.evidence import Evidence
+from symgen.diagnosis.evidence import Columns, Evidence
 from symgen.diagnosis.refine import refined
-from symgen.diagnosis.select import GAIN, Columns, Score, dense, judge, quick_gain
+from symgen.diagnosis.select import GAIN, Score, judge, quick_gain
 
 _ALIKE = 0.8
 # Of the best gain: the simpler candidate is preferred, and parameters of the standard model.
@@ -39,13 +39,22 @@ class Selection:
     tried: int
 
 
+@dataclass(frozen=True, eq=False)
+class _Stage:
+    """The evidence with some effects accepted, the model's torques then, and which they are."""
+
+    evidence: Evidence
+    torques: Sequence[Torques]
+    taken: frozenset[tuple[str, tuple[int, ...]]]
+
+
 class Search:
     """A stepwise search among candidates.
 
     Args:
         base: the evidence of the model as it is declared.
         pool: the candidates.
-        torques: gives the model's torques on every log from the accepted scores.
+        torques: gives the model's torques on every log, as some evidence has its parameters.
         progress: is told what is being tried.
     """
 
@@ -53,7 +62,7 @@ class Search:
         self,
         base: Evidence,
         pool: Iterable[Candidate],
-        torques: Callable[[Sequence[Score]], Sequence[Torques]],
+        torques: Callable[[Evidence], Sequence[Torques]],
         progress: Callable[[str], None] = lambda _: None,
     ) -> None:
         self.base, self.pool = base, tuple(pool)
@@ -69,8 +78,9 @@ class Search:
             self.progress(f"trying {len(self.pool)} candidates for effect {len(accepted) + 1}")
             # Members of one class do not stand beside each other: the data do not tell them apart.
             same = {s.candidate.key for group in alike.values() for s in group}
-            ranked = [r for r in self._ranked(accepted) if self.pool[r[1]].key not in same]
-            passing, rejected = self._judged(accepted, ranked)
+            stage = self._stage(accepted)
+            ranked = [r for r in self._ranked(stage) if self.pool[r[1]].key not in same]
+            passing, rejected = self._judged(stage, ranked)
             if not passing:
                 break
             best = self._simplest(passing)
@@ -94,38 +104,37 @@ class Search:
         )
 
     def _with(self, accepted: Sequence[Score]) -> Evidence:
-        if not accepted:
-            return self.base
-        columns = [dense(s.columns, self.base.y.shape) for s in accepted]
-        return self.base.with_columns(np.concatenate(columns, axis=2))
+        return self.base.with_columns(s.columns for s in accepted)
 
-    def _columns(self, i: int, evidence: Evidence, torques: Sequence[Torques]) -> Columns:
+    def _stage(self, accepted: Sequence[Score]) -> _Stage:
+        evidence = self._with(accepted)
+        taken = frozenset(s.candidate.key for s in accepted)
+        return _Stage(evidence, self.torques(evidence), taken)
+
+    def _columns(self, i: int, stage: _Stage) -> Columns:
         candidate = self.pool[i]
-        if not candidate.uses_model:
-            if i not in self._fixed:
-                self._fixed[i] = candidate.seen(evidence, torques)
-            return self._fixed[i]
-        return candidate.seen(evidence, torques)
+        if candidate.uses_model:
+            return candidate.seen(stage.evidence, stage.torques)
+        if i not in self._fixed:
+            self._fixed[i] = candidate.seen(stage.evidence, stage.torques)
+        return self._fixed[i]
 
-    def _ranked(self, accepted: Sequence[Score]) -> list[tuple[float, int, Columns]]:
+    def _ranked(self, stage: _Stage) -> list[tuple[float, int, Columns]]:
         """Return the best constants of every candidate, the largest gain first."""
-        evidence, torques = self._with(accepted), self.torques(accepted)
-        taken = {s.candidate.key for s in accepted}
         best: dict[tuple[str, tuple[int, ...]], tuple[float, int, Columns]] = {}
         for i, candidate in enumerate(self.pool):
-            if candidate.key in taken and candidate.name not in _REPEATED:
+            if candidate.key in stage.taken and candidate.name not in _REPEATED:
                 continue
-            columns = self._columns(i, evidence, torques)
-            gain = quick_gain(evidence, columns)
+            columns = self._columns(i, stage)
+            gain = quick_gain(stage.evidence, columns)
             if gain > best.get(candidate.key, (0.0, 0, {}))[0]:
                 best[candidate.key] = (gain, i, columns)
         return sorted(best.values(), key=lambda entry: -entry[0])
 
     def _judged(
-        self, accepted: Sequence[Score], ranked: Sequence[tuple[float, int, Columns]]
+        self, stage: _Stage, ranked: Sequence[tuple[float, int, Columns]]
     ) -> tuple[list[Score], list[Score]]:
         """Judge the best candidates, the first of them with constants between the grid's."""
-        evidence, torques = self._with(accepted), self.torques(accepted)
         passing: list[Score] = []
         failing: list[Score] = []
         for place, (gain, i, columns) in enumerate(ranked):
@@ -138,10 +147,10 @@ class Search:
                 candidate, columns = refined(
                     candidate,
                     [c.constants for c in self.pool if c.key == candidate.key],
-                    lambda c: c.seen(evidence, torques),
-                    lambda c: quick_gain(evidence, c),
+                    lambda c: c.seen(stage.evidence, stage.torques),
+                    lambda c: quick_gain(stage.evidence, c),
                 )
-            score = judge(evidence, candidate, columns, len(self.pool))
+            score = judge(stage.evidence, candidate, columns, len(self.pool))
             (failing if score.fault else passing).append(score)
             if len(passing) + len(failing) >= 30:
                 break
@@ -174,12 +183,13 @@ class Search:
             rest, own = accepted[:at] + accepted[at + 1 :], accepted[at]
             joints = own.candidate.joints
             same = {s.candidate.key for r in rest for s in alike.get(r.candidate.key, ())}
+            stage = self._stage(rest)
             ranked = [
                 r
-                for r in self._ranked(rest)
+                for r in self._ranked(stage)
                 if self.pool[r[1]].joints == joints and self.pool[r[1]].key not in same
             ]
-            passing, _ = self._judged(rest, ranked)
+            passing, _ = self._judged(stage, ranked)
             if not passing:
                 continue
             accepted[at] = best = self._simplest(passing)

@@ -14,19 +14,19 @@ It is accepted only where all of this holds:
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symgen.diagnosis.candidates import Candidate
-from symgen.diagnosis.evidence import FOLDS, Evidence
+from symgen.diagnosis.evidence import Columns, Evidence, dense
 from symgen.diagnosis.robust import covariance
 
 FloatArray = NDArray[np.float64]
-Columns = Mapping[int, FloatArray]
 _FREE = 0.05
+_FOLDS = 5  # which are held out
 _SIGNIFICANCE = 0.001  # of all candidates together; refined constants are not counted
 GAIN = 0.0199  # of the sum of squares: 1 % of the residual
 # Least gain of what belongs to the measuring chain, to reversals or to time: it is named where it
@@ -70,15 +70,6 @@ class Projection:
     known: NDArray[
         np.bool_
     ]  # (m,) coefficients in which no direction that the model absorbs shares
-
-
-def dense(columns: Columns, shape: tuple[int, int]) -> FloatArray:
-    """Return the columns of all joints, (K, n, m)."""
-    m = next(iter(columns.values())).shape[1]
-    out = np.zeros((*shape, m))
-    for j, c in columns.items():
-        out[:, j] = c
-    return out
 
 
 def quick_gain(evidence: Evidence, columns: Columns) -> float:
@@ -186,13 +177,13 @@ def _worse_fold(evidence: Evidence, p: Projection, joints: Sequence[int]) -> int
     count = W.shape[2]
     # Folds in which it acts alike, so that what happens in one place is held out in parts, too.
     acting = np.cumsum(np.sum(p.free**2, axis=(1, 2)))
-    fold = np.minimum((FOLDS * acting / acting[-1]).astype(int), FOLDS - 1)
-    parts = [rows[fold == f].reshape(-1, rows.shape[2]) for f in range(FOLDS)]
+    fold = np.minimum((_FOLDS * acting / acting[-1]).astype(int), _FOLDS - 1)
+    parts = [rows[fold == f].reshape(-1, rows.shape[2]) for f in range(_FOLDS)]
     grams = [part.T @ part for part in parts]
     whole = np.sum(grams, axis=0)
     # On its own joints: on others, what a fold teaches about their parameters weighs more.
-    own = [rows[fold == f][:, joints].reshape(-1, rows.shape[2]) for f in range(FOLDS)]
-    for f in range(FOLDS):
+    own = [rows[fold == f][:, joints].reshape(-1, rows.shape[2]) for f in range(_FOLDS)]
+    for f in range(_FOLDS):
         rest, here = whole - grams[f], own[f].T @ own[f]
         errors = []
         for m in (count, len(whole) - 1):

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.diagnosis.candidates import Candidate, Columns, Torques
-from symgen.diagnosis.evidence import Evidence, Scene
+from symgen.diagnosis.candidates import Candidate, Torques
+from symgen.diagnosis.evidence import Columns, Evidence, Scene
 from symgen.robot.types import Robot
 from symgen.symbolic.variation import Variation, random_states, variation
 

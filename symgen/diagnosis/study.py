@@ -30,7 +30,7 @@ from symgen.diagnosis.extend import extended
 from symgen.diagnosis.given import changed, link_values
 from symgen.diagnosis.portrait import places
 from symgen.diagnosis.search import MEASURING, Selection
-from symgen.diagnosis.select import Score, dense
+from symgen.diagnosis.select import Score
 from symgen.diagnosis.words import tie
 from symgen.identification.batch import Solution, solve
 from symgen.identification.system import Equations, LinearSystem
@@ -64,9 +64,13 @@ class Study:
         self.X = self.base.X if given is None else given
         self._full = [regressor(evaluator, s) for s in train]
 
-    def torques(self, accepted: Sequence[Score]) -> Sequence[Torques]:
-        """Return the model's torque and its friction on every training log."""
-        X = self._parameters(accepted)
+    def torques(self, found: Evidence) -> Sequence[Torques]:
+        """Return the model's torque and its friction on every training log, beside what is found.
+
+        Args:
+            found: the evidence with the columns of what was accepted so far.
+        """
+        X = self._parameters(found)
         return [self._split(W, X) for W in self._full]
 
     def noise(self) -> FloatArray:
@@ -75,17 +79,16 @@ class Study:
         parts = [_noise(s, s.tau - W @ self.base.X) ** 2 for s, W in pairs]
         return np.asarray(np.sqrt(np.mean(parts, axis=0)))
 
-    def _parameters(self, accepted: Sequence[Score]) -> FloatArray:
-        p = self.base.W.shape[2]
-        if not accepted or self.given is not None:
-            return self.X
-        columns = [dense(s.columns, self.base.y.shape) for s in accepted]
-        return self.base.with_columns(np.concatenate(columns, axis=2)).X[:p]
+    def _parameters(self, found: Evidence) -> FloatArray:
+        return self.X if self.given is not None else found.X[: len(self.X)]
+
+    def _beside(self, accepted: Sequence[Score]) -> Evidence:
+        return self.base.with_columns(s.columns for s in accepted)
 
     def _settled(self, accepted: Sequence[Score]) -> Sequence[Score]:
         """Return the effects with the model's torque in their columns as it is beside them all."""
         for _ in range(_SETTLING if any(s.candidate.uses_model for s in accepted) else 0):
-            torques = self.torques(accepted)
+            torques = self.torques(self._beside(accepted))
             accepted = [
                 replace(s, columns=s.candidate.seen(self.base, torques))
                 if s.candidate.uses_model
@@ -123,11 +126,8 @@ class Study:
             final = evidence(evaluator, self.base.scenes)
         extra = [f"{s.candidate.name} {i}" for s in corrected for i in range(s.candidate.size)]
         if corrected:
-            torques = self.torques(self._settled(selection.accepted))
-            parts = [
-                dense(s.candidate.seen(self.base, torques), self.base.y.shape) for s in corrected
-            ]
-            final = final.with_columns(np.concatenate(parts, axis=2))
+            torques = self.torques(self._beside(self._settled(selection.accepted)))
+            final = final.with_columns(s.candidate.seen(self.base, torques) for s in corrected)
         solution = _solved((*names_, *extra), final)
         before, after, floor, curves = self._gaps(evaluator, selection, corrected, solution)
         found = self._effects(selection, corrected, declared, names_, solution, evaluator)
@@ -150,7 +150,7 @@ class Study:
             floor=floor,
             where=()
             if verdict == "consistent"
-            else places(self.robot, self.base, self.torques(()), selection, before, floor),
+            else places(self.robot, self.base, self.torques(self.base), selection, before, floor),
             effects=found,
             rejected=tuple(
                 Rejected(s.candidate.name, self._numbers(s.candidate), s.fault)
@@ -181,7 +181,8 @@ class Study:
         """Return gap before, after, noise floor, and the curves, on the held-out data."""
         p = len(solution.X) - sum(s.candidate.size for s in corrected)
         X = solution.X[:p] if self.given is None else self.given
-        inside = self._parameters(selection.accepted)  # of what stands in the effects' columns
+        # What stands in the effects' columns.
+        inside = self._parameters(self._beside(selection.accepted))
         curves, noise, span = [], [], []
         for s in self.held:
             W0, W1 = regressor(self.evaluator, s), regressor(evaluator, s)

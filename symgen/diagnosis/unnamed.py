@@ -22,7 +22,7 @@ from symgen import names
 from symgen.diagnosis.candidates import Candidate, Torques
 from symgen.diagnosis.evidence import Evidence, Scene
 from symgen.diagnosis.search import Selection
-from symgen.diagnosis.select import Score, dense, judge
+from symgen.diagnosis.select import Score, judge
 from symgen.robot.effect import Definition, Search, definitions, unit
 from symgen.robot.types import Robot
 
@@ -227,10 +227,7 @@ class _Finder:
 
     def evidence(self, accepted: Sequence[Score]) -> Evidence:
         """Return the evidence with the columns of some effects."""
-        if not accepted:
-            return self.base
-        columns = [dense(s.columns, self.base.y.shape) for s in accepted]
-        return self.base.with_columns(np.concatenate(columns, axis=2))
+        return self.base.with_columns(s.columns for s in accepted)
 
     def structured(self, evidence: Evidence) -> FloatArray:
         """Return the residual over the noise, (n,)."""

@@ -11,28 +11,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.codegen.model import derive
-from symgen.data.log import Log
 from symgen.data.signals import Samples, prepare
 from symgen.diagnosis.candidates import candidates
-from symgen.diagnosis.diagnosis import (
-    Diagnosis,
-)
+from symgen.diagnosis.diagnosis import Diagnosis
 from symgen.diagnosis.evidence import Scene, evidence, scene
 from symgen.diagnosis.gate import check, corrected, judged
 from symgen.diagnosis.search import Search
 from symgen.diagnosis.special import special_candidates
 from symgen.diagnosis.study import KERNELS, Study
 from symgen.diagnosis.unnamed import with_unnamed
-from symgen.errors import IdentificationError, LogError, ParameterError
+from symgen.errors import IdentificationError, ParameterError
 from symgen.identification.parameters import read_parameters
-from symgen.identification.validation import open_log
+from symgen.identification.validation import (
+    Source,
+    listed_logs,
+    open_log,
+    require_logs,
+    require_other_data,
+)
 from symgen.robot.effect import definitions
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import load
 
 FloatArray = NDArray[np.float64]
-Source = str | Path | Log
 _HELD_OUT = 0.2
 
 
@@ -98,10 +100,6 @@ def diagnose(
     return study.conclude(selection, notes)
 
 
-def _listed(logs: Sequence[Source] | Source) -> list[Source]:
-    return [logs] if isinstance(logs, (str, Path, Log)) else list(logs)
-
-
 def _scenes(
     robot: Robot,
     logs: Sequence[Source] | Source,
@@ -110,28 +108,22 @@ def _scenes(
     progress: Callable[[str], None],
 ) -> tuple[list[Scene], list[Scene], tuple[str, ...], list[Samples]]:
     """Return what is searched, what the gap is shown on, what was done to the logs, and these."""
-    if not _listed(logs):
-        raise LogError("no log is given; accepted: one or more CSV, Parquet or NPZ files")
+    require_logs(listed_logs(logs))
 
-    def seen(source: Source) -> tuple[Scene, Samples]:
+    def read(source: Source) -> Samples:
         progress(f"reading {getattr(source, 'name', source)}")
-        samples = prepare(open_log(source, robot), cutoff)
-        return scene(samples, cutoff), samples
+        return prepare(open_log(source, robot), cutoff)
 
-    given = [seen(s) for s in _listed(logs)]
-    held = [seen(s) for s in _listed(validation)]
-    notes = tuple(note for _, s in (*given, *held) for note in s.notes)
-    samples = [s for _, s in (*given, *held)]
+    samples = [read(s) for s in listed_logs(logs)]
+    given = [scene(s, cutoff) for s in samples]
+    held = [read(s) for s in listed_logs(validation)]
+    notes = tuple(note for s in (*samples, *held) for note in s.notes)
     if held:
-        band = min((s.band for s, _ in given if s.band), default=None)
-        return (
-            [s for s, _ in given],
-            [scene(samples, cutoff or band) for _, samples in held],
-            notes,
-            samples,
-        )
+        require_other_data(samples, held)
+        band = min((s.band for s in given if s.band), default=None)
+        return given, [scene(s, cutoff or band) for s in held], notes, [*samples, *held]
     train, late = [], []
-    for s, _ in given:
+    for s in given:
         cut = s.t[0] + (1 - _HELD_OUT) * (s.t[-1] - s.t[0])
         train.append(s.cut(float(s.t[0]), float(cut)))
         late.append(replace(s.cut(float(cut), float(s.t[-1])), name=f"{s.name} (last fifth)"))

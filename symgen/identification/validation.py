@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,6 +20,8 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
+_TORQUES = (1e-9, 1e9)  # N m or N
+Source = str | Path | Log
 _CHECKED = 2000  # samples of each log at which the kinetic energy is looked at
 
 
@@ -32,16 +35,53 @@ class Part:
     quantity: str = "energy"
 
 
-def open_log(source: str | Path | Log, robot: Robot) -> Log:
+def listed_logs(logs: Sequence[Source] | Source) -> list[Source]:
+    """Return one log or several as a list."""
+    return [logs] if isinstance(logs, (str, Path, Log)) else list(logs)
+
+
+def require_logs(logs: Sequence[Source]) -> None:
+    """Raise LogError where there is no log."""
+    if not logs:
+        raise LogError("no log is given; accepted: one or more CSV, Parquet or NPZ files")
+
+
+def open_log(source: Source, robot: Robot) -> Log:
     """Read a log where a path is given; refuse one of another robot.
 
     Raises:
-        LogError: it cannot be read, or has another number of joints.
+        LogError: it cannot be read, has another number of joints, or torques that no robot has.
     """
     log = source if isinstance(source, Log) else read_log(source, sigma=robot.sigma)
     if log.q.shape[1] != robot.n:
         raise LogError(f"{log.name}: the log has {log.q.shape[1]} joints, the robot has {robot.n}")
+    largest = float(np.abs(log.tau).max())  # nothing can be learned from torques that none has
+    if not _TORQUES[0] < largest < _TORQUES[1]:
+        raise LogError(
+            f"{log.name}: the largest torque is {largest:.3g}; accepted: N m or N, between "
+            f"{_TORQUES[0]:g} and {_TORQUES[1]:g}"
+        )
     return log
+
+
+def require_other_data(train: Sequence[Samples], held: Sequence[Samples]) -> None:
+    """Raise LogError where a validation log is a training log: it would judge nothing."""
+    known = {digest(s): s.name for s in train}
+    for samples in held:
+        same = known.get(digest(samples))
+        if same is not None:
+            raise LogError(
+                f"{samples.name}: the validation log holds the same data as the training log "
+                f"{same}; accepted: another log, or none (the last fifth is held out then)"
+            )
+
+
+def digest(samples: Samples) -> str:
+    """Return the SHA-256 of a log's samples."""
+    sha = hashlib.sha256()
+    for array in (samples.t, samples.q, samples.qd, samples.tau):
+        sha.update(np.ascontiguousarray(array).tobytes())
+    return sha.hexdigest()
 
 
 def kinetic_energy(evaluator: Evaluator, parts: Sequence[Part], X: FloatArray) -> FloatArray:

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 import symgen.identification.verdict as verdicts
 from symgen import names
 from symgen.codegen.model import derive
-from symgen.data.log import Log
-from symgen.data.signals import Samples, prepare
+from symgen.data.signals import prepare
 from symgen.errors import IdentificationError, LogError
 from symgen.identification.batch import (
     METHODS,
@@ -33,10 +32,15 @@ from symgen.identification.recursive import Identifier
 from symgen.identification.system import LinearSystem
 from symgen.identification.validation import (
     Part,
+    Source,
     TorqueComparison,
+    digest,
     kinetic_energy,
+    listed_logs,
     model_traces,
     open_log,
+    require_logs,
+    require_other_data,
     residual,
 )
 from symgen.robot.toml_io import read_robot
@@ -49,8 +53,6 @@ MODELS = tuple(NEEDED)
 ALL_METHODS = (*METHODS, "recursive")
 _HELD_OUT = 0.2
 _CHECKPOINTS = 80
-_TORQUES = (1e-9, 1e9)
-Source = str | Path | Log
 
 
 def identify(
@@ -95,10 +97,10 @@ def identify(
     progress("deriving and compiling the model")
     recipe = Recipe(model, window, cutoff)
     evaluator = _loaded(robot, recipe)
-    parts = _parts(evaluator, _listed(logs), _listed(validation), recipe, progress)
+    parts = _parts(evaluator, listed_logs(logs), listed_logs(validation), recipe, progress)
     train = [p for p in parts if p.kind == "train"]
     held = [p for p in parts if p.kind == "validation"]
-    _require_other_data(train, held)
+    require_other_data([p.samples for p in train], [p.samples for p in held])
     fault = verdicts.motion_fault([p.samples for p in train])
     system = LinearSystem(evaluator.model.base.names, tuple(e for p in train for e in p.equations))
     progress(f"solving {len(system.y)} equations for {len(system.names)} parameters")
@@ -132,10 +134,6 @@ def _loaded(robot: Robot | str | Path | Evaluator, recipe: Recipe) -> Evaluator:
     return load(derive(source, recipe.all_kernels))
 
 
-def _listed(logs: Sequence[Source] | Source) -> list[Source]:
-    return [logs] if isinstance(logs, (str, Path, Log)) else list(logs)
-
-
 def _parts(
     evaluator: Evaluator,
     logs: Sequence[Source],
@@ -144,46 +142,14 @@ def _parts(
     progress: Callable[[str], None],
 ) -> list[Part]:
     robot = evaluator.model.robot
-    if not logs:
-        raise LogError("no log is given; accepted: one or more CSV, Parquet or NPZ files")
+    require_logs(logs)
     out = []
     for kind, sources in (("train", logs), ("validation", validation)):
         for source in sources:
             progress(f"reading {getattr(source, 'name', source)}")
-            log = open_log(source, robot)
-            _require_torque(log)
-            samples = prepare(log, recipe.cutoff)
+            samples = prepare(open_log(source, robot), recipe.cutoff)
             out.append(Part(kind, samples, recipe.equations(evaluator, samples), recipe.model))
     return out if validation else [piece for part in out for piece in _split(part, recipe.gap)]
-
-
-def _require_torque(log: Log) -> None:
-    """Refuse torques that no robot has: nothing can be learned from them."""
-    largest = float(np.abs(log.tau).max())
-    if not _TORQUES[0] < largest < _TORQUES[1]:
-        raise LogError(
-            f"{log.name}: the largest torque is {largest:.3g}; accepted: N m or N, between "
-            f"{_TORQUES[0]:g} and {_TORQUES[1]:g}"
-        )
-
-
-def _require_other_data(train: Sequence[Part], held: Sequence[Part]) -> None:
-    """Refuse a validation log that is a training log: it would judge nothing."""
-    known = {_digest(p.samples): p.samples.name for p in train}
-    for part in held:
-        same = known.get(_digest(part.samples))
-        if same is not None:
-            raise LogError(
-                f"{part.samples.name}: the validation log holds the same data as the training log "
-                f"{same}; accepted: another log, or none (the last fifth is held out then)"
-            )
-
-
-def _digest(samples: Samples) -> str:
-    digest = hashlib.sha256()
-    for array in (samples.t, samples.q, samples.qd, samples.tau):
-        digest.update(np.ascontiguousarray(array).tobytes())
-    return digest.hexdigest()
 
 
 def _split(part: Part, gap: float) -> list[Part]:
@@ -373,5 +339,5 @@ def _provenance(
         ("robot, sha256 of its canonical robot.toml", robot),
     ]
     for part in (*train, *held):
-        out.append((f"{part.kind} {part.samples.name}, sha256 of samples", _digest(part.samples)))
+        out.append((f"{part.kind} {part.samples.name}, sha256 of samples", digest(part.samples)))
     return tuple(out)
