@@ -9,6 +9,7 @@ import shutil
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from symgen.errors import PackageError
 
@@ -147,6 +148,41 @@ def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
+
+
+#: What templates of a folder need: TeX has braces and percent signs of its own.
+_SYNTAX: dict[str, dict[str, Any]] = {
+    "tex": {
+        "block_start_string": "<%",
+        "block_end_string": "%>",
+        "variable_start_string": "<<",
+        "variable_end_string": ">>",
+        "comment_start_string": "<#",
+        "comment_end_string": "#>",
+    },
+    "report": {"autoescape": True},
+}
+
+
+def rendered(template: str, **data: Any) -> str:
+    """Return a template with its data put in.
+
+    Args:
+        template: its folder and name, such as "c/values.h".
+        data: every name that it uses; one that is missing is an error.
+    """
+    import jinja2
+
+    folder, name = template.split("/", 1)
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(templates() / folder),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        **_SYNTAX.get(folder, {}),
+    )
+    return environment.get_template(name).render(**data)
 
 
 def templates() -> Path:

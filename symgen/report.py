@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from symgen import plots
-from symgen.files import templates
+from symgen.files import rendered
 from symgen.identification.estimate import Estimate, ParameterEstimate
 from symgen.identification.export import values_header
 
@@ -89,15 +88,9 @@ def page(
         sections: in the order of the page.
         banner: the verdict, above all sections.
     """
-    environment = Environment(
-        loader=FileSystemLoader(templates() / "report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     any_figure = any(section.figure is not None for section in sections)
-    return environment.get_template("report.html").render(
+    return rendered(
+        "report/report.html",
         title=title,
         lead=lead,
         banner=banner,

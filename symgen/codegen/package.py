@@ -26,7 +26,7 @@ from symgen.codegen.verification import (
     verification,
 )
 from symgen.errors import PackageError
-from symgen.files import templates, write_folder
+from symgen.files import rendered, templates, write_folder
 from symgen.robot.expressions import text
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import joint_variable
@@ -136,17 +136,7 @@ class _Writer:
         return SourceTree(self.name, dict(sorted(files.items())))
 
     def render(self, template: str, **data: Any) -> str:
-        import jinja2
-
-        environment = jinja2.Environment(
-            loader=jinja2.FileSystemLoader(templates() / "c"),
-            undefined=jinja2.StrictUndefined,
-            trim_blocks=True,
-            lstrip_blocks=True,
-            keep_trailing_newline=True,
-            autoescape=False,
-        )
-        return environment.get_template(template).render(name=self.name, **data)
+        return rendered(f"c/{template}", name=self.name, **data)
 
     # Data of the templates.
 

@@ -17,7 +17,7 @@ from symgen.codegen.formula import Factor, Formula, Product, geometric, step
 from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import Model
 from symgen.codegen.tex_printer import TexPrinter, Words, broken, escaped, subscript
-from symgen.files import templates
+from symgen.files import rendered
 from symgen.robot.types import Joint, joint_variable
 from symgen.symbolic.base_parameters import BaseParameter, bound
 from symgen.symbolic.friction import torque_tape
@@ -56,24 +56,7 @@ def tex_document(model: Model, kernels: Sequence[Kernel]) -> str:
         model: from `derive`.
         kernels: those of its kernels whose formulas may be printed.
     """
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(templates() / "tex"),
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-        autoescape=False,
-        # Braces and percent signs belong to TeX.
-        block_start_string="<%",
-        block_end_string="%>",
-        variable_start_string="<<",
-        variable_end_string=">>",
-        comment_start_string="<#",
-        comment_end_string="#>",
-    )
-    return environment.get_template("model.tex").render(**_Document(model, kernels).data())
+    return rendered("tex/model.tex", **_Document(model, kernels).data())
 
 
 class _Document:

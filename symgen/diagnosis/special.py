@@ -14,7 +14,7 @@ open has no torque in the file's own geometry and gravity, but may have one in a
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,16 +157,23 @@ def _lengthened(v: Variation, number: int, key: str, s: Scene, torques: Torques)
 
     How much of the derivative these can say depends on which of many sets `links` is.
     """
-    count = len(torques.links)
-    units = np.eye(10 * count).reshape(-1, count, 10)
-    state = random_states(v.robot, _STATES)
-    Y = v.torque([x[:, None, :] for x in state], units).transpose(0, 2, 1)
+    state, inverse = _own_torques(v)
     slope = _slope(v, (number, key), state, torques.links)
-    fit = np.linalg.lstsq(Y.reshape(slope.size, -1), slope.ravel(), rcond=_DEPENDENT)[0]
-    same: FloatArray = np.asarray(fit, dtype=float).reshape(count, 10)
+    same = (inverse @ slope.ravel()).reshape(torques.links.shape)
     here = (s.q, s.qd, s.qdd)
     along = _slope(v, (number, key), here, torques.links) - v.torque(here, same)
     return _everywhere(along[:, :, None])
+
+
+@lru_cache(maxsize=4)
+def _own_torques(v: Variation) -> tuple[list[FloatArray], FloatArray]:
+    """Return random states, and what link parameters (10 links,) give a torque at them."""
+    count = len(v.robot.joints)
+    state = random_states(v.robot, _STATES)
+    units = np.eye(10 * count).reshape(-1, count, 10)
+    Y = v.torque([x[:, None, :] for x in state], units).transpose(0, 2, 1)
+    inverse: FloatArray = np.asarray(np.linalg.pinv(Y.reshape(-1, 10 * count), rcond=_DEPENDENT))
+    return state, inverse
 
 
 def _slope(

@@ -6,7 +6,7 @@ import math
 import re
 
 from symgen.errors import ParameterError
-from symgen.files import templates
+from symgen.files import rendered
 from symgen.identification.estimate import Estimate
 
 
@@ -19,19 +19,9 @@ def values_header(estimate: Estimate) -> str:
     Raises:
         ParameterError: a value is not finite.
     """
-    import jinja2
-
     bad = [p.name for p in estimate.parameters if not math.isfinite(p.value)]
     if bad:
         raise ParameterError(f"{', '.join(bad[:5])}: not finite, and cannot be written in C")
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(templates() / "c"),
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-        autoescape=False,
-    )
     facts = [
         f"Identified by symgen with the {estimate.model} model, method {estimate.method}.",
         f"Verdict: {estimate.verdict}.",
@@ -39,7 +29,8 @@ def values_header(estimate: Estimate) -> str:
         f"Physical consistency: {estimate.physical.reason}.",
         *(f"{key}: {value}" for key, value in estimate.provenance),
     ]
-    return environment.get_template("values.h").render(
+    return rendered(
+        "c/values.h",
         name=estimate.robot,
         facts=[_comment(fact) for fact in facts],
         parameters=[

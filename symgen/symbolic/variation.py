@@ -67,18 +67,15 @@ class Variation:
         Returns:
             (..., n), N m or N.
         """
-        values = dict(self._values)
-        for key, change in (changes or {}).items():
-            values[_symbol(*key)] += change
-        for axis, g in zip("xyz", self.gravity if gravity is None else gravity, strict=True):
-            values[_gravity(axis)] = sp.Float(float(g), 20)
+        field = self.gravity if gravity is None else gravity
+        arithmetic = _arithmetic(self, tuple(map(float, field)), tuple((changes or {}).items()))
         inputs = {
             name: [x[..., i] for i in range(x.shape[-1])]
             for name, x in zip(("q", "qd", "qdd"), state, strict=True)
         }
         flat = links.reshape(*links.shape[:-2], -1)
         inputs["X"] = [flat[..., i] for i in range(flat.shape[-1])]
-        out = self._tape.run(Numbers(values, FUNCTIONS, digits=17), inputs)
+        out = self._tape.run(arithmetic, inputs)
         shape = np.broadcast_shapes(state[0].shape[:-1], flat.shape[:-1])
         return np.stack([np.broadcast_to(np.asarray(x, float), shape) for x in out], axis=-1)
 
@@ -116,6 +113,19 @@ class Variation:
         p = plant(robot, BaseParameters(every, standard, (), _UNPROVED))
         torque = inverse_dynamics(p)
         return p.close(("q", "qd", "qdd"), [torque[j] for j in p.numbers])
+
+
+@lru_cache(maxsize=64)
+def _arithmetic(
+    v: Variation, gravity: tuple[float, ...], changes: tuple[tuple[tuple[int, str], float], ...]
+) -> Numbers:
+    """Return floats that remember the constants of one geometry and gravity."""
+    values = dict(v._values)
+    for key, change in changes:
+        values[_symbol(*key)] += change
+    for axis, g in zip("xyz", gravity, strict=True):
+        values[_gravity(axis)] = sp.Float(g, 20)
+    return Numbers(values, FUNCTIONS, digits=17)
 
 
 @lru_cache(maxsize=4)

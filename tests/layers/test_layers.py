@@ -15,8 +15,7 @@ SOURCES = sorted((PROJECT / "symgen").rglob("*.py"))
 DOORS = {
     # An effect that was found becomes an exact declaration.
     "sympy": ("robot", "symbolic", "codegen", "demo", "diagnosis/extend"),
-    # A header of values belongs to an estimate, which codegen does not know.
-    "jinja2": ("codegen/package", "codegen/tex", "identification/export", "report"),
+    "jinja2": ("files",),
     "casadi": ("codegen/casadi_model",),
     "cffi": ("runtime/build",),
     "pyarrow": ("data/log",),
