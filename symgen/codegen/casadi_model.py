@@ -13,7 +13,7 @@ import sympy as sp
 
 from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import Model
-from symgen.errors import PackageError
+from symgen.errors import PackageError, ParameterError
 from symgen.symbolic.friction import torque_tape
 from symgen.symbolic.tape import Numbers
 
@@ -83,10 +83,15 @@ def dynamics(model: Model) -> Dynamics:
 
     Args:
         model: the derived model; X is in its base parameters.
+
+    Raises:
+        ParameterError: the robot has effects that hold the model's own torque.
     """
     import casadi
 
     robot, base = model.robot, model.base
+    if robot.loaded:
+        raise ParameterError("effects of kind model; accepted: a robot whose effects have columns")
     n, p, inertial = robot.n, len(base.parameters), model.inertial
     q, qd, qdd, tau, X = (
         casadi.SX.sym(name, size)

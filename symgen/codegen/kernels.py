@@ -72,14 +72,19 @@ class Subject:
         return [p.index for p in self.base.parameters if p.inertial]
 
     @property
-    def all(self) -> list[int]:
-        """Positions of all base parameters among the standard ones."""
-        return [p.index for p in self.base.parameters]
+    def linear(self) -> list[int]:
+        """Positions of the base parameters with a column among the standard ones."""
+        return [p.index for p in self.base.parameters[: self.base.linear]]
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the base parameters."""
-        return self.base.names
+        """Names of the base parameters with a column."""
+        return self.base.names[: self.base.linear]
+
+    @property
+    def columns(self) -> int:
+        """Number of standard parameters with a column."""
+        return sum(not p.load for p in self.base.standard)
 
     @property
     def numbers(self) -> list[int]:
@@ -124,25 +129,24 @@ def _friction_torque(s: Subject) -> Kernel | None:
 def _friction_columns(s: Subject) -> tuple[tuple[str, ...], list[int], int]:
     """Return the base parameters of friction, their positions, and the count of standard ones."""
     first = sum(p.inertial for p in s.base.standard)
-    kept = [i - first for i in s.all if i >= first]
-    return s.names[s.base.inertial :], kept, len(s.base.standard) - first
+    kept = [i - first for i in s.linear if i >= first]
+    return s.names[s.base.inertial :], kept, s.columns - first
 
 
 def _power_regressor(s: Subject) -> Kernel:
     return Kernel(
         "power_regressor",
         "columns of power: qd' tau = out . X, the rate of energy plus friction",
-        regressor.power_tape(s.robot).keep(s.all),
+        regressor.power_tape(s.robot).keep(s.linear),
         (Output("out", (len(s.names),), s.names),),
     )
 
 
 def _torque_regressor(s: Subject) -> Kernel:
-    count = len(s.base.standard)
     return Kernel(
         "torque_regressor",
         "columns of torque: tau = out X, friction included",
-        regressor.torque_tape(s.robot).keep(_rows(s.robot.n, count, s.all)),
+        regressor.torque_tape(s.robot).keep(_rows(s.robot.n, s.columns, s.linear)),
         (Output("out", (s.robot.n, len(s.names)), s.names),),
     )
 

@@ -48,7 +48,7 @@ def described(
         "base_parameters": base_table(model),
         "inertial_parameters": model.inertial,
         "no_effect": list(base.no_effect),
-        "effects": [{"name": e.name, "kind": "linear"} for e in robot.effects],
+        "effects": [{"name": e.name, "kind": e.kind} for e in robot.effects],
         "kernels": [
             {
                 "name": k.name,

@@ -150,6 +150,8 @@ class _Writer:
         """Return the runtime's parts whose kernels are written: every column of their model."""
         written = {k.name for k in self.kernels}
         rubs = len(self.model.base.parameters) > self.model.inertial
+        if self.model.robot.loaded:  # not linear in X
+            return ()
 
         def complete(kernel: str, friction: str) -> bool:
             return {kernel, *([friction] if rubs else [])} <= written

@@ -22,6 +22,7 @@ from symgen.data.signals import (
     lowpass,
     motion_bandwidth,
 )
+from symgen.identification.system import torque_columns
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
@@ -30,6 +31,7 @@ Columns = Mapping[int, FloatArray]
 _PER_PERIOD = 4  # kept samples per period of the cutoff
 _WHITENING = 3
 _TINY = 1e-300
+_SETTLING = 5
 _REST = 0.005  # of the RMS speed
 _RIGID = 10.0  # Hz
 _SPARED = 1.5  # of the motion's own bandwidth
@@ -78,6 +80,11 @@ class Scene:
     def seen(self, x: FloatArray) -> FloatArray:
         """Return (N', ...): in the band, at the kept instants."""
         return self.smooth(x)[self.kept]
+
+    @cached_property
+    def measured(self) -> FloatArray:
+        """The measured torque in the band at the kept instants, (K, n)."""
+        return self.seen(self.tau)
 
     def cut(self, start: float, end: float) -> Scene:
         """Return the rows of a span of time; signals keep their full length for the filter."""
@@ -196,21 +203,29 @@ def ratio(error: FloatArray, torque: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.mean(error**2, axis=0)) / np.where(size > 0, size, np.inf))
 
 
-def regressor(evaluator: Evaluator, s: Scene) -> FloatArray:
-    """Return the model's regressor at full rate, (N, n, p)."""
-    return np.asarray(evaluator["torque_regressor"](s.q, s.qd, s.qdd))
+def regressor(evaluator: Evaluator, s: Scene, X: FloatArray | None = None) -> FloatArray:
+    """Return the model's regressor at full rate, (N, n, p), see `torque_columns`."""
+    return torque_columns(evaluator, s.q, s.qd, s.qdd, X)
 
 
 def evidence(evaluator: Evaluator, scenes: Sequence[Scene]) -> Evidence:
-    """Fit the model to some logs."""
-    W = np.concatenate([s.seen(regressor(evaluator, s)) for s in scenes])
-    y = np.concatenate([s.seen(s.tau) for s in scenes])
-    return solved(tuple(scenes), W, y)
+    """Fit the model to some logs; effects that hold the model's torque settle in a few rounds."""
+    y = np.concatenate([s.measured for s in scenes])
+
+    def fitted(X: FloatArray | None) -> Evidence:
+        W = np.concatenate([s.seen(regressor(evaluator, s, X)) for s in scenes])
+        return solved(tuple(scenes), W, y)
+
+    found = fitted(None)
+    base = evaluator.model.base
+    for _ in range(_SETTLING if base.linear < len(base.parameters) else 0):
+        found = fitted(np.pad(found.X, (0, len(base.parameters) - len(found.X))))
+    return found
 
 
 def given_evidence(evaluator: Evaluator, scenes: Sequence[Scene], X: FloatArray) -> Evidence:
     """Compare a model of given parameters (p,) with some logs: y is what it misses, W is empty."""
-    y = np.concatenate([s.seen(s.tau - regressor(evaluator, s) @ X) for s in scenes])
+    y = np.concatenate([s.seen(s.tau - regressor(evaluator, s, X) @ X) for s in scenes])
     return solved(tuple(scenes), np.zeros((*y.shape, 0)), y)
 
 

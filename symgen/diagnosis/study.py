@@ -62,7 +62,7 @@ class Study:
         else:
             self.base = given_evidence(evaluator, train, given)
         self.X = self.base.X if given is None else given
-        self._full = [regressor(evaluator, s) for s in train]
+        self._full = [regressor(evaluator, s, self.X) for s in train]
 
     def torques(self, found: Evidence) -> Sequence[Torques]:
         """Return the model's torque and its friction on every training log, beside what is found.

@@ -164,8 +164,38 @@ def _friction_torque(evaluator: Evaluator, samples: Samples) -> FloatArray:
     return np.asarray(evaluator["friction_torque"](samples.q, samples.qd))
 
 
+def torque_columns(
+    evaluator: Evaluator,
+    q: FloatArray,
+    qd: FloatArray,
+    qdd: FloatArray,
+    X: FloatArray | None = None,
+) -> FloatArray:
+    """Return the regressor W with tau = W X, (N, n, p).
+
+    Effects that hold the model's torque have no column of their own: theirs is taken at given
+    parameters, as the change of torque with their coefficient. At the X that solves the equations
+    the whole is exact.
+
+    Args:
+        evaluator: the compiled model, with torque_regressor, and inverse_dynamics for such effects.
+        q, qd, qdd: (N, n).
+        X: (p,) at which the model's torque is taken; None leaves these columns away.
+    """
+    W: FloatArray = evaluator["torque_regressor"](q, qd, qdd)
+    base = evaluator.model.base
+    if X is None or base.linear == len(base.parameters):
+        return W
+    rigid = np.concatenate([X[: base.linear], np.zeros(len(X) - base.linear)])
+    inverse = evaluator["inverse_dynamics"]
+    at = inverse(q, qd, qdd, rigid)
+    units = np.eye(len(X))[base.linear :]
+    columns = [inverse(q, qd, qdd, rigid + unit) - at for unit in units]
+    return np.concatenate([W, np.stack(columns, axis=2)], axis=2)
+
+
 def torque_equations(
-    evaluator: Evaluator, samples: Samples, cutoff: float | None
+    evaluator: Evaluator, samples: Samples, cutoff: float | None, X: FloatArray | None = None
 ) -> tuple[Equations, ...]:
     """Build the torque equations of one log, joint by joint, in the motion's band.
 
@@ -173,6 +203,7 @@ def torque_equations(
         evaluator: the compiled model, with the kernel torque_regressor.
         samples: the log on a uniform grid.
         cutoff: of the low-pass, Hz; None for that of the motion's bandwidth.
+        X: (p,) at which effects take the model's torque, see `torque_columns`.
     """
     band = cutoff or samples.cutoff_hz or motion_bandwidth(samples.q, samples.step)
     filtered = can_filter(band, samples.step)
@@ -182,7 +213,7 @@ def torque_equations(
 
     measured = filtered and not samples.velocity_derived
     q, qd = (smooth(x) if measured else x for x in (samples.q, samples.qd))
-    W = evaluator["torque_regressor"](q, qd, differentiate(qd, samples.step))
+    W = torque_columns(evaluator, q, qd, differentiate(qd, samples.step), X)
     every = max(1, int(1 / (_SAMPLES_PER_PERIOD * band * samples.step))) if filtered else 1
     margin = int(1 / (band * samples.step)) if filtered else 0  # the filter's run-in
     kept = slice(margin, len(samples.t) - margin, every)

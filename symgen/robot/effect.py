@@ -59,8 +59,8 @@ class Definition:
 
     @property
     def declarable(self) -> bool:
-        """Whether [[effect]] of a robot file may name it: it has columns in every kernel."""
-        return self.kind == "linear" and bool(self.torque) and not self.native
+        """Whether [[effect]] of a robot file may name it: its torque is part of the dynamics."""
+        return self.kind != "log" and bool(self.torque) and not self.native
 
     def unit_of(self, constant: str, sigma: int) -> str:
         """Return the unit of a constant, as its range is part of a speed or of a log's duration."""
@@ -92,6 +92,16 @@ class Effect:
     def names(self) -> tuple[str, ...]:
         """The names that it declares: coefficients, then constants."""
         return tuple(name for name, _ in (*self.linear, *self.nonlinear))
+
+    @property
+    def kind(self) -> str:
+        """ "linear", or "model" where a torque holds that of the rigid body."""
+        return "model" if any(self.loads(name) for name, _ in self.linear) else "linear"
+
+    def loads(self, coefficient: str) -> bool:
+        """Whether the torque of a coefficient holds that of the rigid body, taur."""
+        loads = {sp.Symbol(f"taur{j}", real=True) for j in self.joints}
+        return any(c.has(*loads) for c in self.columns(coefficient).values())
 
     def columns(self, coefficient: str) -> dict[int, sp.Expr]:
         """Return what a coefficient adds to the motor torque of each joint, constants put in."""
@@ -231,6 +241,12 @@ def of_file(
             f"key 'torque': {expressions.shortened(torque)!r} is not a sum of the coefficients of "
             "'linear', each times an expression without them"
         )
+    if not all(_homogeneous(d, joint) for d in slopes):
+        raise RobotError(
+            f"key 'torque': {expressions.shortened(torque)!r} is not of the form "
+            f"a*taur{joint} + b*abs(taur{joint}) for a coefficient that taur{joint} goes with, "
+            "with a and b of positions and speeds"
+        )
     unused = [n for n, d in zip(linear, slopes, strict=True) if d == 0]
     if unused:
         raise RobotError(f"key 'linear': {unused[0]} does not occur in the torque")
@@ -245,6 +261,17 @@ def of_file(
         torque=((joint, expr),),
         own=True,
     )
+
+
+def _homogeneous(slope: sp.Expr, joint: int) -> bool:
+    """Whether an expression has no taur, or is proportional to it for either sign.
+
+    Then forward dynamics has a closed form, too.
+    """
+    load, size = sp.Symbol(f"taur{joint}", real=True), sp.Symbol("size", positive=True)
+    if not slope.has(load):
+        return True
+    return all(not sp.simplify(slope.subs(load, s * size) / size).has(size) for s in (1, -1))
 
 
 def from_table(
@@ -282,8 +309,8 @@ def from_table(
         raise RobotError(f"key 'torque': {table.name} is an effect of the library and has its own")
     if len(table.joints) != 1:
         raise RobotError("key 'joints': an effect with a torque acts on one joint")
-    variables = [f"{letter}{j}" for letter in ("q", "qd") for j in movable]
     j = table.joints[0]
+    variables = [f"{letter}{k}" for letter in ("q", "qd") for k in movable] + [f"taur{j}"]
     return [
         of_file(table.name, j, table.torque, table.linear, table.nonlinear, variables, geometry)
     ]

@@ -127,6 +127,11 @@ class Robot:
         return tuple(joint for joint in self.joints if joint.movable)
 
     @property
+    def loaded(self) -> bool:
+        """Whether an effect depends on the torque of the rigid body."""
+        return any(e.loads(name) for e in self.effects for name, _ in e.linear)
+
+    @property
     def moving(self) -> tuple[Joint, ...]:
         """The joints that move, those included that follow others."""
         return tuple(joint for joint in self.joints if joint.sigma != names.FIXED)

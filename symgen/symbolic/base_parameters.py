@@ -120,6 +120,11 @@ class BaseParameters:
         return sum(p.inertial for p in self.parameters)
 
     @property
+    def linear(self) -> int:
+        """Number of base parameters with a column: all but those of load effects, the last of X."""
+        return sum(not self.standard[p.index].load for p in self.parameters)
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Names of the base parameters, in the order of X."""
         return tuple(p.name for p in self.parameters)
@@ -249,7 +254,7 @@ class _Columns:
         self.robot, self.energy = robot, energy
         self.state = [p for p in standard if p.inertial or p.prefix == "OF"]
         self.names = [p.name for p in self.state]
-        self.path_only = len(standard) - len(self.state)
+        self.path_only = sum(not p.load for p in standard) - len(self.state)
         turned = [j.theta + j.offset for j in robot.joints if j.sigma == names.REVOLUTE]
         self.angles = [a for j in robot.joints for a in (j.gamma, j.alpha, j.theta)] + turned
         ratios = [c for j in robot.joints for _, c in j.shares if j.sigma == names.REVOLUTE]

@@ -25,6 +25,7 @@ from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.bodies import Inertia, cross, named, plus, scaled
 from symgen.symbolic.composite import composites
 from symgen.symbolic.constraints import Rows, congruent, folded, spread
+from symgen.symbolic.effects import effect_columns
 from symgen.symbolic.energy import half_square, link_column
 from symgen.symbolic.kinematics import (
     ZERO,
@@ -94,17 +95,39 @@ def plant(robot: Robot, base: BaseParameters) -> Plant:
 
 
 def inverse_dynamics(p: Plant, *, accelerating: bool = True) -> dict[int, sp.Expr]:
-    """Return the torque of every movable joint; without acceleration: C qd + g + friction."""
-    variable = variables(p.robot)
-    qdd = dict(zip(p.numbers, variable.qdd, strict=True)) if accelerating else {}
+    """Return the torque of every movable joint; without acceleration: C qd + g + friction.
+
+    Effects of the load take the rigid body's torque, rotors included, as it is at this motion.
+    """
+    torque = _rigid_torques(p, accelerating)
+    if p.robot.loaded:
+        load = {j: p.tape.name(f"taur{j}", value) for j, value in torque.items()}
+        torque = dict(load)
+        for name, column in effect_columns(p.robot, p.tape, load).items():
+            for j, value in column.items():
+                torque[j] += p.value(name) * value
+    for j, value in _friction_torques(p).items():
+        torque[j] += value
+    return {j: p.tape.name(f"T{j}", value) for j, value in torque.items()}
+
+
+def _rigid_torques(p: Plant, accelerating: bool) -> dict[int, sp.Expr]:
+    """Return the torque of links and rotors, by joint that moves."""
+    qdd = dict(zip(p.numbers, variables(p.robot).qdd, strict=True)) if accelerating else {}
     torque = _body_torques(p, spread(p.robot, qdd, p.tape) if accelerating else {})
     for j, coefficient in _rotors(p).items():
         for k, value in coefficient.items():
             torque[j] += value * qdd.get(k, sp.S.Zero)
-    for parameter, column in friction.torque_columns(p.robot, variable, p.tape):
+    return torque
+
+
+def _friction_torques(p: Plant) -> dict[int, sp.Expr]:
+    """Return the torque of friction and effects with columns, by joint."""
+    torque: dict[int, sp.Expr] = {}
+    for parameter, column in friction.torque_columns(p.robot, variables(p.robot), p.tape):
         for j, value in column.items():
-            torque[j] += p.value(parameter.name) * value
-    return {j: p.tape.name(f"T{j}", value) for j, value in torque.items()}
+            torque[j] = torque.get(j, sp.S.Zero) + p.value(parameter.name) * value
+    return torque
 
 
 def gravity_torque(p: Plant) -> dict[int, sp.Expr]:
@@ -240,14 +263,51 @@ def _coriolis_wrench(
     return named(f, f"F{tag}_", tape), named(n, f"N{tag}_", tape)
 
 
+def _driving(p: Plant) -> tuple[dict[int, sp.Expr], list[sp.Expr]]:
+    """Return M qdd of every movable joint, and what must be positive for it to be unique.
+
+    Effects of the load are z (a taur + b |taur|), with a and b of the motion: from R = tau -
+    friction = (1 + z a) taur + z b |taur| follows taur = R / (1 + z a + z b sign(R)) where this is
+    positive for both signs.
+    """
+    tape, order, commanded = p.tape, p.numbers, variables(p.robot).tau
+    if not p.robot.loaded:
+        bias = inverse_dynamics(p, accelerating=False)
+        pairs = zip(order, commanded, strict=True)
+        return {j: tape.name(f"b{j}", tau - bias[j]) for j, tau in pairs}, []
+    rigid, rubbing = _rigid_torques(p, False), _friction_torques(p)
+    slopes = []  # of the effects by taur, for taur > 0 and for taur < 0
+    for sign in (sp.S.One, sp.S.NegativeOne):
+        slope: dict[int, sp.Expr] = {}
+        for name, column in effect_columns(p.robot, tape, dict.fromkeys(order, sign)).items():
+            for j, value in column.items():
+                slope[j] = slope.get(j, sp.S.Zero) + sign * p.value(name) * value
+        slopes.append({j: tape.name(f"e{j}", value) for j, value in slope.items()})
+    right, positive = {}, []
+    for j, tau in zip(order, commanded, strict=True):
+        left = tape.name(f"R{j}", tau - rubbing.get(j, sp.S.Zero))
+        if j in slopes[0] or j in slopes[1]:
+            up, down = (s.get(j, sp.S.Zero) for s in slopes)
+            half = sp.Rational(1, 2)
+            mean, spread_ = (
+                tape.name(f"{n}{j}", half * e) for n, e in (("a", up + down), ("B", up - down))
+            )
+            turned_ = tape.name(f"G{j}", sp.sign(left))
+            share = tape.name(f"E{j}", 1 + mean + spread_ * turned_)
+            positive += [tape.name(f"P{j}", 1 + e) for e in (up, down)]
+            left = left * tape.name(f"I{j}", 1 / share)
+        right[j] = tape.name(f"b{j}", left - rigid[j])
+    return right, positive
+
+
 def forward_dynamics(p: Plant) -> tuple[list[sp.Expr], list[sp.Expr]]:
-    """Return (qdd, pivots): M is positive definite exactly when all pivots of L D L^T are."""
-    variable = variables(p.robot)
-    M, bias, tape = mass_matrix(p), inverse_dynamics(p, accelerating=False), p.tape
+    """Return (qdd, pivots): M is positive definite exactly when all pivots of L D L^T are.
+
+    Beside the pivots stand what must be positive for effects of the load to be solvable.
+    """
+    M, tape = mass_matrix(p), p.tape
     order = p.numbers
-    right = {
-        j: tape.name(f"b{j}", tau - bias[j]) for j, tau in zip(order, variable.tau, strict=True)
-    }
+    right, positive = _driving(p)
     low: dict[tuple[int, int], sp.Expr] = {}
     pivot: dict[int, sp.Expr] = {}
     inverse: dict[int, sp.Expr] = {}
@@ -279,7 +339,7 @@ def forward_dynamics(p: Plant) -> tuple[list[sp.Expr], list[sp.Expr]]:
             if (k, i) in low:
                 value -= low[k, i] * out[i]
         out[k] = tape.name(f"o{k}", value)
-    return [out[k] for k in order], [pivot[k] for k in order]
+    return [out[k] for k in order], [*(pivot[k] for k in order), *positive]
 
 
 def dense(rows: Rows, numbers: Sequence[int]) -> list[sp.Expr]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 import sympy as sp
 
@@ -16,14 +16,28 @@ from symgen.symbolic.tape import Tape, TapeBuilder
 _VARIABLE = re.compile(r"qd?\d+")
 
 
-def effect_columns(robot: Robot, tape: TapeBuilder) -> dict[str, dict[int, sp.Expr]]:
-    """Return the torque column of every coefficient of the robot's effects, by joint."""
+def effect_columns(
+    robot: Robot, tape: TapeBuilder, load: Mapping[int, sp.Expr] | None = None
+) -> dict[str, dict[int, sp.Expr]]:
+    """Return the torque column of every coefficient of the robot's effects, by joint.
+
+    Args:
+        robot: with its effects.
+        tape: that the columns are written on.
+        load: torque of the rigid body on each movable joint; with it, the columns of the
+            coefficients whose torque holds it, and without, those of all others.
+    """
+    torques = {sp.Symbol(f"taur{j}", real=True): torque for j, torque in (load or {}).items()}
     out = {}
     for effect in robot.effects:
         for name, _ in effect.linear:
-            columns = {j: _smooth(c, robot) for j, c in effect.columns(name).items()}
+            if effect.loads(name) != (load is not None):
+                continue
+            found = effect.columns(name).items()
+            columns = {j: _smooth(c.subs(torques), robot) for j, c in found}
             used = {s for c in columns.values() for s in c.free_symbols}
-            variables = {s for s in used if _VARIABLE.fullmatch(s.name)}
+            loads = {s for torque in torques.values() for s in torque.free_symbols}
+            variables = {s for s in used if _VARIABLE.fullmatch(s.name)} | (used & loads)
             out[name] = {
                 j: _lowered(c, f"D{name}_{j}", tape, variables) for j, c in columns.items()
             }

@@ -45,12 +45,12 @@ def require_new_columns(robot: Robot, base: BaseParameters) -> None:
     }
     with np.errstate(all="ignore"):  # log(0) of a power at rest; what is not finite is refused
         out = torque_tape(robot).run(Numbers(robot.values(), FUNCTIONS), inputs)
-    total = len(base.standard)
+    total = sum(not p.load for p in base.standard)
     W = np.stack([np.broadcast_to(np.asarray(c, dtype=float), (count,)) for c in out])
     rows = W.reshape(robot.n, total, count).transpose(0, 2, 1).reshape(-1, total)
-    kept = [p.index for p in base.parameters]
+    kept = [p.index for p in base.parameters[: base.linear]]
     largest = np.abs(rows).max(axis=0)
-    declared = [(effect, name) for effect in robot.effects for name, _ in effect.linear]
+    declared = [(e, name) for e in robot.effects for name, _ in e.linear if not e.loads(name)]
     place = {p.name: p.index for p in base.parameters}
     for effect, name in declared:
         if not np.isfinite(largest[place[name]]):

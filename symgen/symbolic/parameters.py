@@ -18,6 +18,7 @@ class Parameter:
         joint: number of the joint it belongs to.
         unit: SI unit.
         inertial: whether it has a column of energy (friction has a column of power alone).
+        load: whether its torque holds the model's own: it has no column, and comes last.
     """
 
     name: str
@@ -25,13 +26,15 @@ class Parameter:
     joint: int
     unit: str
     inertial: bool
+    load: bool = False
 
 
 def standard_parameters(robot: Robot) -> tuple[Parameter, ...]:
     """Return the inertial parameters link by link, then friction joint by joint.
 
     The rotor of a coupling follows the rotor of its second joint, the payload follows all links,
-    the friction of couplings follows that of the joints, and effects come last.
+    the friction of couplings follows that of the joints, and effects come last: first those with
+    columns, then those that hold the model's torque.
     """
     out: list[Parameter] = []
 
@@ -57,7 +60,9 @@ def standard_parameters(robot: Robot) -> tuple[Parameter, ...]:
     for coupling in robot.couplings:
         for prefix in names.COUPLING_FRICTION:
             add(prefix, robot.joint(coupling.second), inertial=False)
-    for effect in robot.effects:
-        for name, unit in effect.linear:
-            out.append(Parameter(name, "", effect.joints[0], unit, inertial=False))
-    return tuple(out)
+    added = [
+        Parameter(name, "", effect.joints[0], unit, inertial=False, load=effect.loads(name))
+        for effect in robot.effects
+        for name, unit in effect.linear
+    ]
+    return (*out, *sorted(added, key=lambda p: p.load))
