@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
 import sympy as sp
 
 from symgen import names
@@ -14,30 +15,41 @@ from symgen.robot.types import Coupling, Joint, Robot
 
 
 def extended(
-    robot: Robot, definition: Definition, positions: tuple[int, ...], constants: Mapping[str, float]
+    robot: Robot,
+    definition: Definition,
+    positions: tuple[int, ...],
+    constants: Mapping[str, float],
+    coefficients: Mapping[str, float],
 ) -> Robot | None:
     """Return the robot with an effect of the library declared; None for one that no file declares.
+
+    A base that is tilted gives another gravity, an error of a length another length.
 
     Args:
         robot: the robot so far.
         definition: the effect.
         positions: of the movable joints that it acts on.
         constants: value of every constant; written with six digits.
+        coefficients: value of those that are no parameters: TX.. of a tilt, delta_d2 of a length.
     """
     numbers = [robot.movable[i].number for i in positions]
+    if definition.name == "base_tilt" and coefficients:
+        return _tilted(robot, coefficients)
+    if definition.name == "geometry_error" and coefficients:
+        return _lengthened(robot, numbers[0], coefficients)
     if definition.native in names.FRICTION:
         return _with_friction(robot, numbers[0], definition.native)
     if definition.native == "rotor":
         return _replaced(robot, replace(robot.joint(numbers[0]), rotor_inertia=True))
     if definition.native == "coupling":
-        ratio = exact(float(f"{constants['ratio']:.6g}"))
+        ratio = _rounded(constants["ratio"])
         coupling = Coupling(numbers[0], numbers[1], sp.nsimplify(ratio))
         return replace(robot, couplings=(*robot.couplings, coupling))
     if definition.native == "payload":
         return replace(robot, payload=numbers[0])
     if not definition.declarable:
         return None
-    rounded = {name: exact(float(f"{value:.6g}")) for name, value in constants.items()}
+    rounded = {name: _rounded(value) for name, value in constants.items()}
     joint = robot.joint(numbers[0])
     if definition.name == "unnamed":
         effect = _own(robot, definition, joint.number, rounded)
@@ -45,6 +57,25 @@ def extended(
         effect = of_library(definition, joint.number, joint.sigma, rounded)
     out = replace(robot, effects=(*robot.effects, effect))
     return _with_friction(out, joint.number, "offset") if definition.offset else out
+
+
+def _tilted(robot: Robot, coefficients: Mapping[str, float]) -> Robot:
+    """Return the robot under g - beta x g: its base is turned by beta."""
+    gravity = np.array([float(g) for g in robot.with_values().gravity])
+    beta = np.array([coefficients.get(f"T{axis}", 0.0) for axis in "XYZ"])
+    turned = gravity - np.cross(beta, gravity)
+    return replace(robot, gravity=tuple(_rounded(g) for g in turned))
+
+
+def _lengthened(robot: Robot, number: int, coefficients: Mapping[str, float]) -> Robot:
+    joint = robot.joint(number)
+    changes = {key: coefficients.get(f"delta_{key}{number}") for key in ("d", "r", "b")}
+    lengths = {k: getattr(joint, k) + _rounded(v) for k, v in changes.items() if v is not None}
+    return _replaced(robot, replace(joint, **lengths))
+
+
+def _rounded(value: float) -> sp.Expr:
+    return exact(float(f"{value:.6g}"))
 
 
 def _own(

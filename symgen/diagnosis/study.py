@@ -109,10 +109,13 @@ class Study:
     def conclude(self, selection: Selection, notes: tuple[str, ...]) -> Diagnosis:
         """Add what was found, identify again, and measure the gap on the held-out data."""
         robot, names_ = self.robot, self.evaluator.model.base.names
+        settled = self._settled(selection.accepted)
+        beside = self._coefficients(settled)
         declared: list[Score] = []
-        for score in selection.accepted:
+        for score, own in zip(selection.accepted, beside, strict=True):
             c = score.candidate
-            more = extended(robot, c.definition, c.joints, c.constants)
+            values = {p.name: p.value for p in own} if self.given is None else {}
+            more = extended(robot, c.definition, c.joints, c.constants, values)
             if more is not None:
                 robot = more
                 declared.append(score)
@@ -126,11 +129,13 @@ class Study:
             final = evidence(evaluator, self.base.scenes)
         extra = [f"{s.candidate.name} {i}" for s in corrected for i in range(s.candidate.size)]
         if corrected:
-            torques = self.torques(self._beside(self._settled(selection.accepted)))
+            torques = self.torques(self._beside(settled))
             final = final.with_columns(s.candidate.seen(self.base, torques) for s in corrected)
         solution = _solved((*names_, *extra), final)
         before, after, floor, curves = self._gaps(evaluator, selection, corrected, solution)
-        found = self._effects(selection, corrected, declared, names_, solution, evaluator)
+        if selection.accepted and after.total > before.total:
+            return self.conclude(_withdrawn(selection, before, after), notes)
+        found = self._effects(selection, beside, corrected, declared, names_, solution, evaluator)
         measuring = [s for s in selection.accepted if s.candidate.name in MEASURING]
         verdict = _verdict(selection, measuring, before, after, floor)
         std = np.sqrt(np.maximum(np.diag(solution.covariance), 0))
@@ -185,7 +190,7 @@ class Study:
         inside = self._parameters(self._beside(selection.accepted))
         curves, noise, span = [], [], []
         for s in self.held:
-            W0, W1 = regressor(self.evaluator, s), regressor(evaluator, s)
+            W0, W1 = regressor(self.evaluator, s, self.X), regressor(evaluator, s, X)
             before, whole = W0 @ self.X, W1 @ X
             rigid = evaluator.model.inertial
             links = self._split(W0, inside).links
@@ -224,9 +229,38 @@ class Study:
             tuple(curves),
         )
 
+    def _coefficients(self, accepted: Sequence[Score]) -> list[list[FoundParameter]]:
+        """Return the coefficients of each effect, all beside the declared model."""
+        extra = [f"{i} {j}" for i, s in enumerate(accepted) for j in range(s.candidate.size)]
+        names_ = () if self.given is not None else self.evaluator.model.base.names
+        solution = _solved((*names_, *extra), self._beside(accepted))
+        std = np.sqrt(np.maximum(np.diag(solution.covariance), 0))
+        out, at = [], len(names_)
+        for score in accepted:
+            named = self._named(score.candidate)
+            triples = zip(named, solution.X[at:], std[at:], strict=False)
+            out.append([FoundParameter(n, float(x), float(s), u) for (n, u), x, s in triples])
+            at += score.candidate.size
+        return out
+
+    def _named(self, c: Candidate) -> tuple[tuple[str, str], ...]:
+        """Return name and unit of every coefficient that means something."""
+        suffix = self._suffix(c)
+        sigma = self._sigma(c)
+        library = ((f"{name}{suffix}", unit(w, sigma)) for name, w in c.definition.linear.items())
+        return c.coefficients or tuple(library)
+
+    def _suffix(self, c: Candidate) -> int | str:
+        numbers = self._numbers(c)
+        return numbers[-1] if numbers else ""
+
+    def _sigma(self, c: Candidate) -> int:
+        return self.robot.movable[c.joints[0]].sigma if c.joints else 0
+
     def _effects(
         self,
         selection: Selection,
+        beside: Sequence[Sequence[FoundParameter]],
         corrected: Sequence[Score],
         declared: Sequence[Score],
         names_: Sequence[str],
@@ -241,24 +275,18 @@ class Study:
             for k, s in enumerate(corrected)
         }
         out = []
-        for score, alike in zip(selection.accepted, selection.alike, strict=True):
+        for score, own, alike in zip(selection.accepted, beside, selection.alike, strict=True):
             c, d = score.candidate, score.candidate.definition
-            numbers = self._numbers(c)
-            suffix = numbers[-1] if numbers else ""
-            sigma = self.robot.movable[c.joints[0]].sigma if c.joints else 0
+            numbers, suffix, sigma = self._numbers(c), self._suffix(c), self._sigma(c)
             parameters = []
-            library = tuple((f"{name}{suffix}", unit(w, sigma)) for name, w in d.linear.items())
-            for i, (full, word) in enumerate(c.coefficients or library):
-                if id(score) in at:
-                    k = at[id(score)] + i
-                    parameters.append(
-                        FoundParameter(full, float(solution.X[k]), float(std[k]), word)
-                    )
-                elif full in place:
-                    k = place[full]
-                    parameters.append(
-                        FoundParameter(full, float(solution.X[k]), float(std[k]), units[full])
-                    )
+            for i, first in enumerate(own):
+                k = at[id(score)] + i if id(score) in at else place.get(first.name)
+                word = units.get(first.name, first.unit) if id(score) not in at else first.unit
+                if k is not None:
+                    x, s = float(solution.X[k]), float(std[k])
+                    parameters.append(FoundParameter(first.name, x, s, word))
+                elif not c.definition.native:  # part of the extended geometry or gravity
+                    parameters.append(first)
             parameters += [
                 FoundParameter(
                     f"{name}{suffix}", float(value), float("nan"), d.unit_of(name, sigma)
@@ -281,6 +309,16 @@ class Study:
                 )
             )
         return tuple(out)
+
+
+def _withdrawn(selection: Selection, before: Gap, after: Gap) -> Selection:
+    """Return a selection without effects: what made the gap on data that it never saw larger."""
+    fault = (
+        "accepted on the training log, but with what was accepted the gap on the validation data "
+        f"grows from {100 * before.total:.2g} to {100 * after.total:.2g} %"
+    )
+    failed = tuple(replace(s, fault=fault) for s in selection.accepted)
+    return replace(selection, accepted=(), alike=(), rejected=(*failed, *selection.rejected))
 
 
 def _system(names_: tuple[str, ...], final: Evidence) -> LinearSystem:
