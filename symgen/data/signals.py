@@ -276,6 +276,25 @@ def can_filter(cutoff: float, step: float) -> bool:
     return cutoff < HIGHEST * 0.5 / step
 
 
+def white_noise(high: FloatArray, step: float, band: float) -> FloatArray:
+    """Return the standard deviation of the white noise that has a given part above a band.
+
+    White noise of variance v has v band / Nyquist in the band and the rest above it.
+
+    Args:
+        high: (N, k) the part above the band; its ends, where filters run in, are left out.
+        step: sampling step in s.
+        band: cutoff of the filter that took the part in the band away, Hz, below Nyquist.
+
+    Returns:
+        (k,), in the unit of `high`.
+    """
+    margin = int(1 / (band * step))
+    inside = high[margin:-margin] if margin and len(high) > 4 * margin else high
+    nyquist = 0.5 / step
+    return np.asarray(np.sqrt(np.mean(inside**2, axis=0) * nyquist / (nyquist - band)))
+
+
 def differentiate(x: FloatArray, step: float) -> FloatArray:
     """Return dx/dt, the derivative of the interpolating spline of degree five: no phase.
 

@@ -21,6 +21,7 @@ from symgen.data.signals import (
     differentiate,
     lowpass,
     motion_bandwidth,
+    white_noise,
 )
 from symgen.identification.system import torque_columns
 from symgen.runtime.evaluator import Evaluator
@@ -31,6 +32,7 @@ Columns = Mapping[int, FloatArray]
 _PER_PERIOD = 4  # kept samples per period of the cutoff
 _WHITENING = 3
 _TINY = 1e-300
+_WIDE = 4.0  # first filter over second: friction steps faster than the motion
 _SETTLING = 5
 _REST = 0.005  # of the RMS speed
 _RIGID = 10.0  # Hz
@@ -52,6 +54,8 @@ class Scene:
         kept: the samples that rows are made of.
         limit: (n,) limits of the torque that was measured; None for none.
         held: (N, n) where the torque is at its limit or near it in time, and has no say.
+        wide: cutoff of the low-pass that positions and speeds passed first, Hz; None for none.
+        noise: standard deviation of their white noise, (n,) each; None where it was not seen.
     """
 
     name: str
@@ -65,6 +69,8 @@ class Scene:
     kept: slice
     limit: FloatArray | None = None
     held: NDArray[np.bool_] | None = None
+    wide: float | None = None
+    noise: tuple[FloatArray, FloatArray] | None = None
 
     def limited(self, torque: FloatArray) -> FloatArray:
         """Cut a torque (N, n) at the limits."""
@@ -109,8 +115,15 @@ def scene(samples: Samples, cutoff: float | None) -> Scene:
     filtered = can_filter(band, samples.step)
     q, qd = samples.q, samples.qd
     smooth = samples.velocity_derived and (samples.cutoff_hz or np.inf) <= band
-    if filtered and not smooth:
-        q, qd = (lowpass(x, samples.step, band) for x in (q, qd))
+    noise = None
+    wide = None
+    if not smooth and can_filter(_WIDE * band, samples.step):
+        wide = _WIDE * band
+        q, qd = (lowpass(x, samples.step, wide) for x in (q, qd))
+        noise = (
+            white_noise(samples.q - q, samples.step, wide),
+            white_noise(samples.qd - qd, samples.step, wide),
+        )
     every = max(1, int(1 / (_PER_PERIOD * band * samples.step))) if filtered else 1
     margin = int(1 / (band * samples.step)) if filtered else 0  # the filter's run-in
     return Scene(
@@ -123,6 +136,8 @@ def scene(samples: Samples, cutoff: float | None) -> Scene:
         samples.step,
         band if filtered else None,
         slice(margin, len(samples.t) - margin, every),
+        wide=wide,
+        noise=noise,
     )
 
 
@@ -175,6 +190,13 @@ class Evidence:
         left, values, _ = np.linalg.svd(rows / np.where(norms > 0, norms, 1), full_matrices=False)
         kept = left[:, values > 1e-9 * values[0]]
         return np.ascontiguousarray(kept.reshape(*self.y.shape, -1))
+
+    @cached_property
+    def size(self) -> FloatArray:
+        """RMS of the measured torque in the band, (n,); 1 where there is none."""
+        measured = np.concatenate([s.measured for s in self.scenes])
+        rms = np.sqrt(np.mean(measured**2, axis=0))
+        return np.asarray(np.where(rms > 0, rms, 1.0))
 
     def with_columns(self, columns: Iterable[Columns]) -> Evidence:
         """Return the evidence of the model with more columns."""

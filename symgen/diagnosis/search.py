@@ -15,7 +15,7 @@ from symgen.diagnosis.select import GAIN, Score, judge, quick_gain
 _ALIKE = 0.8
 # Of the best gain: the simpler candidate is preferred, and parameters of the standard model.
 _NEARLY, _PLAIN = 0.9, 0.75
-_LEAVES = 2.0  # but it leaves at most this many times the square that the best one leaves
+_LEAVES = 3.0  # but it leaves at most this many times the square that the best one leaves
 _MOST = 8  # effects
 _REFINED = 6  # candidates whose constants are refined before they are judged
 

@@ -8,7 +8,8 @@ It is accepted only where all of this holds:
   (sums of scores over blocks, and not below the residual's own long-run variance), corrected for
   every candidate tried, constants counted (Bonferroni);
 * with it the fit of its joints is better on every held-out fold of the training log;
-* the residual of its joints falls by at least 1 %;
+* the residual of its joints falls by at least 1 %, and the whole gap, the root mean square over the
+  joints of residual over torque, by at least 5 %: what is smaller waits for what is larger;
 * sign and size are those of a real thing.
 """
 
@@ -29,6 +30,7 @@ _FREE = 0.05
 _FOLDS = 5  # which are held out
 _SIGNIFICANCE = 0.001  # of all candidates together; refined constants are not counted
 GAIN = 0.0199  # of the sum of squares: 1 % of the residual
+_WHOLE = 0.0975  # of the square: 5 % of the whole gap
 # Least gain of what belongs to the measuring chain, to reversals or to time: it is named where it
 # is the main thing; small ones are mimicked by what is always a little wrong somewhere.
 _MODEL = 0.2  # of what is linearised about the model
@@ -46,6 +48,7 @@ class Score:
         gain: share of its joints' sum of squares that it explains.
         explained: whitened contribution (K, n) after projection.
         p_value: of the robust test, not corrected.
+        closes: share of the whole gap's square that it closes.
         fault: why it is not accepted, or ''.
     """
 
@@ -56,6 +59,7 @@ class Score:
     gain: float
     explained: FloatArray | None = None
     p_value: float = 1.0
+    closes: float = 0.0
     fault: str = ""
 
 
@@ -133,6 +137,8 @@ def judge(evidence: Evidence, candidate: Candidate, columns: Columns, tried: int
     before = float(np.sum(evidence.residual[:, joints] ** 2))
     error = evidence.residual - explained
     gain = float(np.sum(explained**2)) / before
+    share = (evidence.sigma / evidence.size) ** 2
+    left, was = (float(np.sum(e**2, axis=0) @ share) for e in (error, evidence.residual))
     spread = covariance(p.free, error, evidence.block)
     wald = float(p.fit @ np.linalg.solve(spread, p.fit))
     blocks = int(evidence.block.max()) + 1
@@ -140,7 +146,8 @@ def judge(evidence: Evidence, candidate: Candidate, columns: Columns, tried: int
     p_value = float(fisher.sf(wald / r * freedom / max(blocks - 1, 1), r, freedom))
     coefficients = p.directions @ p.fit
     std = np.sqrt(np.maximum(np.diag(p.directions @ spread @ p.directions.T), 0))
-    score = Score(candidate, columns, coefficients, std, gain, explained, p_value)
+    closes = 1 - left / was if was else 0.0
+    score = Score(candidate, columns, coefficients, std, gain, explained, p_value, closes)
     return replace(score, fault=_fault(evidence, score, p, tried))
 
 
@@ -151,6 +158,8 @@ def _fault(evidence: Evidence, score: Score, p: Projection, tried: int) -> str:
     if score.gain < least:
         explains = f"it explains {100 * score.gain:.2g} % of the residual's square"
         return f"{explains}; needed: {100 * least:.2g} %"
+    if score.closes < _WHOLE:
+        return f"it closes {100 * score.closes:.2g} % of the whole gap's square; needed: 10 %"
     if score.p_value * tried > _SIGNIFICANCE:
         return f"not significant: p = {score.p_value:.2g}, {tried} candidates were tried"
     definition = score.candidate.definition

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,7 @@ from symgen.diagnosis.evidence import (
     regressor,
 )
 from symgen.diagnosis.extend import extended
+from symgen.diagnosis.floor import noise_floor, torque_noise
 from symgen.diagnosis.given import changed, link_values
 from symgen.diagnosis.portrait import places
 from symgen.diagnosis.search import MEASURING, Selection
@@ -76,7 +78,7 @@ class Study:
     def noise(self) -> FloatArray:
         """Return the standard deviation of each torque's noise in the band, (n,)."""
         pairs = zip(self.base.scenes, self._full, strict=True)
-        parts = [_noise(s, s.tau - W @ self.base.X) ** 2 for s, W in pairs]
+        parts = [torque_noise(s, s.tau - W @ self.base.X) ** 2 for s, W in pairs]
         return np.asarray(np.sqrt(np.mean(parts, axis=0)))
 
     def _parameters(self, found: Evidence) -> FloatArray:
@@ -212,7 +214,10 @@ class Study:
                 s.seen(whole),
             )
             curves.append(seen)
-            noise.append(_noise(s, s.tau - whole))
+            others = (*self.base.scenes, *self.held)
+            noise.append(
+                noise_floor(s, s.tau - whole, partial(_model_torque, evaluator, X), others)
+            )
             span.append(len(seen.t))
         measured = np.concatenate([c.measured for c in curves])
 
@@ -221,13 +226,12 @@ class Study:
 
         size = np.sqrt(np.mean(measured**2, axis=0))
         variance = np.average(np.square(noise), axis=0, weights=span)
+        was = gap(np.concatenate([c.before for c in curves]))
+        now = gap(np.concatenate([c.after for c in curves]))
         floor = np.sqrt(variance) / np.where(size > 0, size, np.inf)
-        return (
-            gap(np.concatenate([c.before for c in curves])),
-            gap(np.concatenate([c.after for c in curves])),
-            Gap(tuple(map(float, floor))),
-            tuple(curves),
-        )
+        # Noise above the band is not always white: in the band there is no more than what is left.
+        floor = np.minimum(floor, np.minimum(was.per_joint, now.per_joint))
+        return was, now, Gap(tuple(map(float, floor))), tuple(curves)
 
     def _coefficients(self, accepted: Sequence[Score]) -> list[list[FoundParameter]]:
         """Return the coefficients of each effect, all beside the declared model."""
@@ -321,6 +325,11 @@ def _withdrawn(selection: Selection, before: Gap, after: Gap) -> Selection:
     return replace(selection, accepted=(), alike=(), rejected=(*failed, *selection.rejected))
 
 
+def _model_torque(evaluator: Evaluator, X: FloatArray, s: Scene) -> FloatArray:
+    """Return the model's torque at full rate, (N, n)."""
+    return np.asarray(evaluator["inverse_dynamics"](s.q, s.qd, s.qdd, X))
+
+
 def _system(names_: tuple[str, ...], final: Evidence) -> LinearSystem:
     """Return the equations of the final model, log by log and joint by joint."""
     out, first = [], 0
@@ -340,21 +349,6 @@ def _solved(names_: tuple[str, ...], final: Evidence) -> Solution:
     if names_:
         return solve(_system(names_, final), "wls")
     return Solution(np.zeros(0), np.zeros((0, 0)), 1.0, ())
-
-
-def _noise(s: Scene, error: FloatArray) -> FloatArray:
-    """Return the standard deviation of torque noise in the band, (n,), from that above it.
-
-    White noise of density D has D band in the band and D (Nyquist - band) above it.
-    """
-    if s.band is None:
-        return np.zeros(error.shape[1])
-    above = error - s.smooth(error)
-    margin = int(1 / (s.band * s.step))
-    inside = above[margin:-margin] if len(above) > 4 * margin else above
-    nyquist = 0.5 / s.step
-    out: FloatArray = np.sqrt(np.mean(inside**2, axis=0) * s.band / (nyquist - s.band))
-    return out
 
 
 def _verdict(

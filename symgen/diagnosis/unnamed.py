@@ -216,6 +216,11 @@ def _gains(evidence: Evidence, j: int, columns: FloatArray) -> FloatArray:
     return np.asarray(np.where(np.isfinite(out), out, 0.0))
 
 
+def _on(j: int, accepted: Sequence[Score]) -> list[Score]:
+    """Return the effects on one joint alone."""
+    return [s for s in accepted if s.candidate.joints == (j,)]
+
+
 class _Finder:
     """The search for expressions, joint by joint."""
 
@@ -260,20 +265,29 @@ class _Finder:
                 return None
         return None if found is None else (list(named), found)
 
-    def instead(self, j: int, named: Sequence[Score]) -> list[Score] | None:
+    def instead(
+        self, j: int, named: Sequence[Score], alike: Mapping[int, Sequence[Score]]
+    ) -> list[Score] | None:
         """Return the effects with an expression on a joint; None where named ones do as well.
 
         It is looked for beside all that is named, and in place of the joint's own effects: first
-        of those outside the standard model of friction, then of all.
+        of those outside the standard model of friction, then of all. It has to do better than any
+        member of the classes of these, too.
         """
-        own = [s for s in named if s.candidate.joints == (j,)]
+        own = _on(j, named)
         odd = [s for s in own if not s.candidate.definition.native]
-        best, least = None, _LEFT * self._cost(named, j, own)
+        others = [
+            [other if s is mine else s for s in named]
+            for mine in own
+            for other in alike.get(id(mine), ())
+        ]
+        costs = [self._cost(one, j, _on(j, one)) for one in (named, *others)]
+        best, least = None, _LEFT * min(costs)
         for away in (own[:0], *([odd] if odd else []), *([own] if own != odd else [])):
             found = self.on_joint(j, [s for s in named if all(s is not a for a in away)])
             if found is not None:
                 whole = [*found[0], found[1]]
-                cost = self._cost(whole, j, [s for s in whole if s.candidate.joints == (j,)])
+                cost = self._cost(whole, j, _on(j, whole))
                 if cost < least:
                     best, least = whole, cost
         return best
@@ -362,11 +376,11 @@ def with_unnamed(
     progress("looking for expressions that have no name")
     finder = _Finder(robot, base, noise, selection.tried)
     accepted = list(selection.accepted)
+    alike = {id(s): a for s, a in zip(selection.accepted, selection.alike, strict=True)}
     for j in np.argsort(-loud):
         if finder.structured(finder.evidence(accepted))[j] < _STRUCTURED:
             continue
-        accepted = finder.instead(int(j), accepted) or accepted
-    alike = {id(s): a for s, a in zip(selection.accepted, selection.alike, strict=True)}
+        accepted = finder.instead(int(j), accepted, alike) or accepted
     accepted.sort(key=lambda s: -s.gain)
     return replace(
         selection,
