@@ -46,14 +46,14 @@ def noise_floor(
         if other is not s and repeats(s, other):
             difference = s.measured - other.measured
             return np.asarray(np.sqrt(np.mean(difference**2, axis=0) / 2))
-    variance = torque_noise(s, error) ** 2
+    variance = _torque_noise(s, error) ** 2
     if s.noise is not None:
         carried = s.seen(model(_shaken(s, s.noise)) - model(s))
         variance = variance + np.mean(carried**2, axis=0)
     return np.asarray(np.sqrt(variance))
 
 
-def torque_noise(s: Scene, error: FloatArray) -> FloatArray:
+def _torque_noise(s: Scene, error: FloatArray) -> FloatArray:
     """Return the standard deviation of torque noise in the band, (n,), from that above it."""
     if s.band is None:
         return np.zeros(error.shape[1])

@@ -28,7 +28,7 @@ from symgen.diagnosis.evidence import (
     regressor,
 )
 from symgen.diagnosis.extend import extended
-from symgen.diagnosis.floor import noise_floor, torque_noise
+from symgen.diagnosis.floor import noise_floor
 from symgen.diagnosis.given import changed, link_values
 from symgen.diagnosis.portrait import places
 from symgen.diagnosis.search import MEASURING, Selection
@@ -76,9 +76,10 @@ class Study:
         return [self._split(W, X) for W in self._full]
 
     def noise(self) -> FloatArray:
-        """Return the standard deviation of each torque's noise in the band, (n,)."""
+        """Return the standard deviation of the residual that noise alone leaves, (n,)."""
+        model = partial(_model_torque, self.evaluator, self.X)
         pairs = zip(self.base.scenes, self._full, strict=True)
-        parts = [torque_noise(s, s.tau - W @ self.base.X) ** 2 for s, W in pairs]
+        parts = [noise_floor(s, s.tau - W @ self.X, model, self.base.scenes) ** 2 for s, W in pairs]
         return np.asarray(np.sqrt(np.mean(parts, axis=0)))
 
     def _parameters(self, found: Evidence) -> FloatArray:
