@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from symgen.codegen.kernels import ALL, ENERGY, RECIPES, Kernel, Subject
 from symgen.errors import ParameterError
+from symgen.robot.sought import require_constants
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters, find_base
 from symgen.symbolic.energy import energy_tape
@@ -45,11 +46,13 @@ def derive(robot: Robot, kernels: Sequence[str] | str = ENERGY) -> Model:
     Raises:
         SymgenError: the base parameters could not be proved.
         ParameterError: there is no such kernel.
+        RobotError: a constant of an effect is a range, or an effect is nothing new.
     """
     chosen = ALL if kernels == "all" else tuple(kernels)
     for name in chosen:
         if name not in RECIPES:
             raise ParameterError(f"kernel {name!r}; accepted: all, or some of {', '.join(ALL)}")
+    require_constants(robot.sought)
     standard = standard_parameters(robot)
     energy = energy_tape(robot)
     subject = robot

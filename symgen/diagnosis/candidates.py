@@ -8,23 +8,27 @@ model's, never the measured one. Constants that are searched give one candidate 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
 from symgen.diagnosis.evidence import Columns, Evidence, Scene
+from symgen.errors import RobotError
 from symgen.robot.effect import Definition, Search, definitions
+from symgen.robot.sought import Sought
 from symgen.robot.types import Robot
 from symgen.symbolic.effects import definition_tape
 from symgen.symbolic.independence import FUNCTIONS
 from symgen.symbolic.tape import Numbers, Tape
 
 FloatArray = NDArray[np.float64]
+#: What the tape of an effect takes: arrays (N,) of joints, and numbers.
+Inputs = Mapping[str, Sequence[Any]]
 
 
 class Torques(NamedTuple):
@@ -51,7 +55,7 @@ class Candidate:
     """One effect on certain joints with certain constants.
 
     Attributes:
-        name: of the library.
+        definition: of the library, or of the robot file or the search for expressions.
         joints: positions of the movable joints; empty for an effect on the whole arm.
         constants: value of each searched constant.
         columns: gives the columns at full rate from a scene and the model's torques on it.
@@ -62,7 +66,7 @@ class Candidate:
         change: whether it changes a declared parameter, which may grow or fall.
     """
 
-    name: str
+    definition: Definition
     joints: tuple[int, ...]
     columns: Callable[[Scene, Torques], Columns]
     size: int
@@ -78,9 +82,9 @@ class Candidate:
         return self.size + len(self.constants)
 
     @property
-    def definition(self) -> Definition:
-        """The library's entry."""
-        return definitions()[self.name]
+    def name(self) -> str:
+        """The definition's."""
+        return self.definition.name
 
     @property
     def key(self) -> tuple[str, tuple[int, ...]]:
@@ -100,11 +104,13 @@ def candidates(
     """Yield the candidates of a robot: every effect, joint and constant that is not declared yet.
 
     Args:
-        robot: what it declares is no candidate.
+        robot: what it declares is no candidate; what it wants to be searched is, in place of the
+            library's ranges.
         evidence: gives the ranges that constants are parts of.
         chosen: names of effects to try; None for all.
         given: whether the parameters are given: then declared friction may have changed.
     """
+    own = {s.key for s in robot.sought}
     for definition in definitions().values():
         if chosen is not None and definition.name not in chosen:
             continue
@@ -117,9 +123,15 @@ def candidates(
                 drifted = _declared(robot, definition, position)
                 if drifted and not (given and definition.native in names.FRICTION):
                     continue
-                width = robot.movable[position].coulomb_width
-                for candidate in on_joint(definition, position, evidence, width):
+                joint = robot.movable[position]
+                if (definition.name, joint.number) in own:
+                    continue
+                points = grid(definition.nonlinear, evidence, position)
+                for candidate in on_joint(definition, position, points, joint.coulomb_width):
                     yield replace(candidate, change=drifted)
+    for sought in robot.sought:
+        if chosen is None or sought.effect.name in chosen:
+            yield from _sought(robot, sought, evidence)
 
 
 def _declared(robot: Robot, definition: Definition, position: int) -> bool:
@@ -131,50 +143,92 @@ def _declared(robot: Robot, definition: Definition, position: int) -> bool:
     return any(e.name == definition.name and joint.number in e.joints for e in robot.effects)
 
 
+def _sought(robot: Robot, sought: Sought, evidence: Evidence) -> Iterator[Candidate]:
+    """Yield an effect of the robot file with each value of its ranges."""
+    (joint,), lengths = sought.effect.joints, robot.values()
+    position = [j.number for j in robot.movable].index(joint)
+    definition = sought.definition(lengths)
+    points = grid(sought.searches(lengths), evidence, position)
+    if not definition.own:
+        yield from on_joint(definition, position, points, robot.movable[position].coulomb_width)
+        return
+    tape = definition_tape(definition, robot)
+    arithmetic = Numbers(lengths, FUNCTIONS)
+
+    def torque(inputs: Inputs) -> list[FloatArray]:
+        with np.errstate(all="ignore"):
+            out = tape.run(arithmetic, inputs)
+        if all(np.isfinite(c).all() for c in out):
+            return out
+        values = zip(definition.nonlinear, inputs["c"], strict=True)
+        raise RobotError(
+            f"effect {definition.name!r} of joint {joint}: on these logs its torque is not a "
+            f"finite number with {', '.join(f'{name} = {value:.6g}' for name, value in values)}; "
+            "accepted: ranges in which it is"
+        )
+
+    for values in points:
+        yield single(definition, position, values, torque, range(robot.n))
+
+
 def on_joint(
-    definition: Definition, position: int, evidence: Evidence, width: float = 0.0
+    definition: Definition,
+    position: int,
+    points: Iterable[Mapping[str, float]],
+    width: float = 0.0,
 ) -> Iterator[Candidate]:
-    """Yield the candidates of one effect on one joint, one for each value of its constants."""
-    for values in grid(definition.nonlinear, evidence, position):
-        yield single(definition, position, values, width)
+    """Yield an effect of the library on one joint, one candidate for each point of its constants.
 
-
-def single(
-    definition: Definition, position: int, constants: Mapping[str, float], width: float = 0.0
-) -> Candidate:
-    """Return an effect with a torque expression on one joint; sign(qd) has the joint's width."""
+    sign(qd) has the joint's width.
+    """
     tape = _tape(definition.name)
     sign = {"sign": lambda v: np.tanh(v / width)} if width else {}
     arithmetic = Numbers({}, {**FUNCTIONS, **sign})
+
+    def torque(inputs: Inputs) -> list[FloatArray]:
+        with np.errstate(divide="ignore"):
+            return tape.run(arithmetic, inputs)
+
+    for values in points:
+        yield single(definition, position, values, torque, (position,))
+
+
+def single(
+    definition: Definition,
+    position: int,
+    constants: Mapping[str, float],
+    torque: Callable[[Inputs], list[FloatArray]],
+    sees: Sequence[int],
+) -> Candidate:
+    """Return an effect with a torque expression on one joint.
+
+    Args:
+        definition: the effect.
+        position: of the movable joint that it acts on.
+        constants: value of each that is searched.
+        torque: runs the tape of its columns.
+        sees: positions of the joints whose variables the tape takes.
+    """
     values = [float(constants[name]) for name in definition.nonlinear]
 
     def columns(s: Scene, torques: Torques) -> Columns:
-        with np.errstate(divide="ignore"):
-            out = tape.run(
-                arithmetic,
-                {
-                    "q": [s.q[:, position]],
-                    "qd": [s.qd[:, position]],
-                    "qdd": [s.qdd[:, position]],
-                    "taur": [torques.load[:, position]],
-                    "c": values,
-                },
-            )
+        variables = {"q": s.q, "qd": s.qd, "qdd": s.qdd, "taur": torques.load}
+        inputs = {letter: [x[:, j] for j in sees] for letter, x in variables.items()}
+        out = torque({**inputs, "c": values})
         shape = (len(s.t),)
         parts = [np.broadcast_to(np.asarray(c, dtype=float), shape) for c in out]
         if definition.offset:
             parts.append(np.ones(shape))
         return {position: np.stack(parts, axis=1)}
 
-    size = len(definition.linear) + definition.offset
     return Candidate(
-        definition.name,
+        definition,
         (position,),
         columns,
-        size,
+        len(definition.linear) + definition.offset,
         dict(constants),
         uses_model="taur" in definition.torque,
-        remake=lambda other: single(definition, position, other, width),
+        remake=lambda other: single(definition, position, other, torque, sees),
     )
 
 
@@ -190,10 +244,8 @@ def grid(
     axes = []
     for search in searches.values():
         unit = _unit(search, evidence, position)
-        if search.low > 0 and search.scale:
-            values = np.geomspace(search.low, search.high, search.count) * unit
-        else:
-            values = np.linspace(search.low, search.high, search.count) * unit
+        spaced = np.geomspace if search.by_ratio else np.linspace
+        values = spaced(search.low, search.high, search.count) * unit
         axes.append([float(v) for v in values])
     for point in itertools.product(*axes):
         yield dict(zip(searches, point, strict=True))
@@ -218,10 +270,10 @@ def _couplings(robot: Robot, definition: Definition) -> Iterator[Candidate]:
         if frozenset((numbers[j], numbers[k])) in known:
             continue
         for ratio in (1.0, -1.0):
-            yield coupling(definition.name, j, k, ratio)
+            yield coupling(definition, j, k, ratio)
 
 
-def coupling(name: str, j: int, k: int, ratio: float) -> Candidate:
+def coupling(definition: Definition, j: int, k: int, ratio: float) -> Candidate:
     """Return u = qd_j + ratio qd_k, F = IAM u' + FVM u + FSM sign(u) on j, ratio F on k."""
 
     def columns(s: Scene, _: Torques) -> Columns:
@@ -229,7 +281,7 @@ def coupling(name: str, j: int, k: int, ratio: float) -> Candidate:
         F = np.stack([s.qdd[:, j] + ratio * s.qdd[:, k], u, np.sign(u)], axis=1)
         return {j: F, k: ratio * F}
 
-    return Candidate(name, (j, k), columns, 3, {"ratio": ratio})
+    return Candidate(definition, (j, k), columns, 3, {"ratio": ratio})
 
 
 def _delays(robot: Robot, definition: Definition, _: Evidence) -> Iterator[Candidate]:
@@ -239,7 +291,7 @@ def _delays(robot: Robot, definition: Definition, _: Evidence) -> Iterator[Candi
         rate = -np.gradient(torques.model, s.step, axis=0)
         return {j: rate[:, j : j + 1] for j in range(robot.n)}
 
-    yield Candidate(definition.name, (), columns, 1, uses_model=True)
+    yield Candidate(definition, (), columns, 1, uses_model=True)
 
 
 def _gains(robot: Robot, definition: Definition, _: Evidence) -> Iterator[Candidate]:
@@ -249,17 +301,17 @@ def _gains(robot: Robot, definition: Definition, _: Evidence) -> Iterator[Candid
         def columns(_: Scene, torques: Torques, j: int = position) -> Columns:
             return {j: torques.model[:, j : j + 1]}
 
-        yield Candidate(definition.name, (position,), columns, 1, uses_model=True)
+        yield Candidate(definition, (position,), columns, 1, uses_model=True)
 
 
 def _drifts(robot: Robot, definition: Definition, evidence: Evidence) -> Iterator[Candidate]:
     """Friction times 1 + DR exp(-t/T), joint by joint."""
     for position in range(robot.n):
         for values in grid(definition.nonlinear, evidence, position):
-            yield drift(definition.name, position, values["T"])
+            yield drift(definition, position, values["T"])
 
 
-def drift(name: str, position: int, T: float) -> Candidate:
+def drift(definition: Definition, position: int, T: float) -> Candidate:
     """Return friction of one joint that falls with the time constant T."""
 
     def columns(s: Scene, torques: Torques) -> Columns:
@@ -267,28 +319,29 @@ def drift(name: str, position: int, T: float) -> Candidate:
         return {position: (torques.friction[:, position] * fading)[:, None]}
 
     def remake(other: Mapping[str, float]) -> Candidate:
-        return drift(name, position, other["T"])
+        return drift(definition, position, other["T"])
 
-    return Candidate(name, (position,), columns, 1, {"T": T}, uses_model=True, remake=remake)
+    constants = {"T": T}
+    return Candidate(definition, (position,), columns, 1, constants, uses_model=True, remake=remake)
 
 
 def _pulses(robot: Robot, definition: Definition, evidence: Evidence) -> Iterator[Candidate]:
     """A pulse after each reversal, in the new direction, while the joint crosses `width`."""
     for position in range(robot.n):
         for values in grid(definition.nonlinear, evidence, position):
-            yield pulse(definition.name, position, values["width"])
+            yield pulse(definition, position, values["width"])
 
 
-def pulse(name: str, position: int, width: float) -> Candidate:
+def pulse(definition: Definition, position: int, width: float) -> Candidate:
     """Return a torque that rises and falls over `width` of position after each reversal."""
 
     def columns(s: Scene, _: Torques) -> Columns:
         return {position: -_after_reversals(s, position, width)[:, None]}
 
     def remake(other: Mapping[str, float]) -> Candidate:
-        return pulse(name, position, other["width"])
+        return pulse(definition, position, other["width"])
 
-    return Candidate(name, (position,), columns, 1, {"width": width}, remake=remake)
+    return Candidate(definition, (position,), columns, 1, {"width": width}, remake=remake)
 
 
 def _after_reversals(s: Scene, j: int, width: float) -> FloatArray:
@@ -314,10 +367,10 @@ def _contacts(robot: Robot, definition: Definition, evidence: Evidence) -> Itera
     for position in range(robot.n):
         for values in grid(definition.nonlinear, evidence, position):
             if values["start"] + values["length"] <= longest:
-                yield contact(definition.name, position, values["start"], values["length"])
+                yield contact(definition, position, values["start"], values["length"])
 
 
-def contact(name: str, position: int, start: float, length: float) -> Candidate:
+def contact(definition: Definition, position: int, start: float, length: float) -> Candidate:
     """Return a torque of one joint from `start`, s after the log's first sample, for `length` s."""
 
     def columns(s: Scene, _: Torques) -> Columns:
@@ -325,10 +378,10 @@ def contact(name: str, position: int, start: float, length: float) -> Candidate:
         return {position: ((t >= start) & (t < start + length)).astype(float)[:, None]}
 
     def remake(other: Mapping[str, float]) -> Candidate:
-        return contact(name, position, other["start"], other["length"])
+        return contact(definition, position, other["start"], other["length"])
 
     constants = {"start": start, "length": length}
-    return Candidate(name, (position,), columns, 1, constants, remake=remake)
+    return Candidate(definition, (position,), columns, 1, constants, remake=remake)
 
 
 _SPECIAL: dict[str, Callable[[Robot, Definition, Evidence], Iterator[Candidate]]] = {

@@ -49,7 +49,7 @@ class FoundEffect:
     """One effect that the data show.
 
     Attributes:
-        name: of the library, or "unnamed".
+        name: of the library, "unnamed", or the robot file's.
         joints: numbers in the file; empty for the whole arm.
         parameters: with units and standard deviations.
         expression: the torque ON the joint.
@@ -116,7 +116,7 @@ class Diagnosis:
         effects: in the order of their share in closing the gap.
         rejected: what else was looked at.
         advice: what to do, in words.
-        notes: what was done to the logs.
+        notes: what was done to the logs, and what the extended robot leaves out.
         extended: the robot with the effects added.
         joints: numbers of the movable joints.
         curves: for drawing.

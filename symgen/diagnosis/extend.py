@@ -9,7 +9,7 @@ import numpy as np
 import sympy as sp
 
 from symgen import names
-from symgen.robot.effect import Definition, Effect, numbered, of_file, of_library
+from symgen.robot.effect import Definition, Effect, definitions, of_file, of_library, variables
 from symgen.robot.expressions import exact
 from symgen.robot.types import Coupling, Joint, Robot
 
@@ -21,7 +21,7 @@ def extended(
     constants: Mapping[str, float],
     coefficients: Mapping[str, float],
 ) -> Robot | None:
-    """Return the robot with an effect of the library declared; None for one that no file declares.
+    """Return the robot with an effect declared; None for one that no file declares.
 
     A base that is tilted gives another gravity, an error of a length another length.
 
@@ -51,7 +51,7 @@ def extended(
         return None
     rounded = {name: _rounded(value) for name, value in constants.items()}
     joint = robot.joint(numbers[0])
-    if definition.name == "unnamed":
+    if definition.own:
         effect = _own(robot, definition, joint.number, rounded)
     else:
         effect = of_library(definition, joint.number, joint.sigma, rounded)
@@ -82,18 +82,19 @@ def _own(
     robot: Robot, definition: Definition, number: int, constants: Mapping[str, sp.Expr]
 ) -> Effect:
     """Return an effect whose torque names the joints' variables itself."""
-    taken = {e.name for e in robot.effects}
-    name = f"{definition.name}_{number}"
-    while name in taken:
-        name += "_more"
+    name, taken = definition.name, {e.name for e in robot.effects}
+    if name in definitions():  # of which no file gives the torque
+        name = f"{name}_{number}"
+        while name in taken:
+            name += "_more"
     return of_file(
         name,
         number,
-        numbered(definition, number),
-        {f"{n}{number}": u for n, u in definition.linear.items()},
-        {f"{n}{number}": value for n, value in constants.items()},
-        [f"{letter}{j.number}" for letter in ("q", "qd") for j in robot.movable],
-        {},
+        definition.torque,
+        definition.linear,
+        constants,
+        variables(number, [j.number for j in robot.movable]),
+        dict(robot.geometry),
     )
 
 

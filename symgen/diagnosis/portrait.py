@@ -200,7 +200,7 @@ def places(
         named = [
             s.candidate.definition.pattern
             for s in selection.accepted
-            if s.candidate.name != "unnamed" and j in (s.candidate.joints or range(robot.n))
+            if not s.candidate.definition.own and j in (s.candidate.joints or range(robot.n))
         ]
         if named and left[j] < _EXPLAINED:
             pattern = named[0]

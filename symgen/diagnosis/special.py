@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.diagnosis.candidates import Candidate, Torques
 from symgen.diagnosis.evidence import Columns, Evidence, Scene
+from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.variation import Variation, random_states, variation
 
@@ -88,7 +89,7 @@ def _tilts(robot: Robot, _: Evidence) -> Iterator[Candidate]:
         return _everywhere(np.stack(along, axis=-1))
 
     yield Candidate(
-        "base_tilt",
+        definitions()["base_tilt"],
         (),
         columns,
         len(axes) + len(hidden),
@@ -143,7 +144,7 @@ def _lengths(robot: Robot, _: Evidence) -> Iterator[Candidate]:
     for number, key in v.lengths:
         if number in at:
             yield Candidate(
-                "geometry_error",
+                definitions()["geometry_error"],
                 (at[number],),
                 partial(_lengthened, v, number, key),
                 1,
@@ -187,9 +188,9 @@ def _slope(
 
 def _elastic(robot: Robot, _: Evidence) -> Iterator[Candidate]:
     """Each joint, with a compliance between its motor, whose motion is measured, and its link."""
-    v = variation(robot)
+    v, definition = variation(robot), definitions()["joint_elasticity"]
     for j in range(robot.n):
-        yield Candidate("joint_elasticity", (j,), partial(_bent, v, j), 1, uses_model=True)
+        yield Candidate(definition, (j,), partial(_bent, v, j), 1, uses_model=True)
 
 
 def _bent(v: Variation, j: int, s: Scene, torques: Torques) -> Columns:
@@ -237,7 +238,7 @@ def _loads(robot: Robot, _: Evidence) -> Iterator[Candidate]:
 
     if kept:
         yield Candidate(
-            "payload",
+            definitions()["payload"],
             (robot.n - 1,),
             columns,
             len(kept),

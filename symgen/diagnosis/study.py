@@ -36,7 +36,7 @@ from symgen.diagnosis.select import Score
 from symgen.diagnosis.words import tie
 from symgen.identification.batch import Solution, solve
 from symgen.identification.system import Equations, LinearSystem
-from symgen.robot.effect import numbered, unit
+from symgen.robot.effect import numbered
 from symgen.runtime.evaluator import Evaluator, load
 
 FloatArray = NDArray[np.float64]
@@ -250,10 +250,7 @@ class Study:
 
     def _named(self, c: Candidate) -> tuple[tuple[str, str], ...]:
         """Return name and unit of every coefficient that means something."""
-        suffix = self._suffix(c)
-        sigma = self._sigma(c)
-        library = ((f"{name}{suffix}", unit(w, sigma)) for name, w in c.definition.linear.items())
-        return c.coefficients or tuple(library)
+        return c.coefficients or c.definition.coefficients(self._suffix(c), self._sigma(c))
 
     def _suffix(self, c: Candidate) -> int | str:
         numbers = self._numbers(c)
@@ -294,7 +291,7 @@ class Study:
                     parameters.append(first)
             parameters += [
                 FoundParameter(
-                    f"{name}{suffix}", float(value), float("nan"), d.unit_of(name, sigma)
+                    d.named(name, suffix), float(value), float("nan"), d.unit_of(name, sigma)
                 )
                 for name, value in c.constants.items()
             ]

@@ -23,7 +23,7 @@ from symgen.diagnosis.candidates import Candidate, Torques
 from symgen.diagnosis.evidence import Evidence, Scene
 from symgen.diagnosis.search import Selection
 from symgen.diagnosis.select import Score, judge
-from symgen.robot.effect import Definition, Search, definitions, unit
+from symgen.robot.effect import Search, definitions, unit
 from symgen.robot.types import Robot
 
 FloatArray = NDArray[np.float64]
@@ -83,18 +83,6 @@ class Term:
     dimension: str
     constants: Mapping[str, float] = field(default_factory=dict)
     remake: Callable[[float, float], Term] | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Expression(Candidate):
-    """A sum of terms on one joint, with the definition that declares it."""
-
-    says: Definition | None = None
-
-    @property
-    def definition(self) -> Definition:
-        """The entry of an effect whose torque is this sum."""
-        return self.says or definitions()[NAME]
 
 
 def library(robot: Robot, scenes: Sequence[Scene]) -> list[Term]:
@@ -167,30 +155,32 @@ def _bump(robot: Robot, k: int, text: str, c: float, w: float) -> Term:
     )
 
 
-def expression(robot: Robot, position: int, terms: Sequence[Term]) -> Expression:
+def expression(robot: Robot, position: int, terms: Sequence[Term]) -> Candidate:
     """Return the sum of some terms on one joint as a candidate."""
     joint = robot.movable[position]
-    taken = {name for e in robot.effects for name, _ in (*e.linear, *e.nonlinear)}
+    declared = (*robot.effects, *(s.effect for s in robot.sought))
+    taken = {name for e in declared for name in e.names}
     free = [x for x in "ABCDEFGHIJKLMNOPQRSTUVWXYZ" if f"U{x}{joint.number}" not in taken]
     torque, linear, constants = [], {}, {}
     force = unit("torque", joint.sigma)
-    for letter, term in zip(free, terms, strict=False):
+    for letter, term in zip((f"{x}{joint.number}" for x in free), terms, strict=False):
         own = {key: f"U{key}{letter}" for key in term.constants}
         torque.append(f"U{letter}*{term.text.format(**own)}")
         over = term.dimension if len(term.dimension.split()) < 2 else f"({term.dimension})"
         linear[f"U{letter}"] = f"{force}/{over}" if over else force
         constants.update({own[key]: value for key, value in term.constants.items()})
-    says = replace(
+    definition = replace(
         definitions()[NAME],
         torque=" + ".join(torque),
         linear=linear,
         nonlinear={name: Search(value, value, 1) for name, value in constants.items()},
+        own=True,
     )
 
     def columns(s: Scene, _: Torques) -> Mapping[int, FloatArray]:
         return {position: -np.stack([t.values(s) for t in terms], axis=1)}
 
-    return Expression(NAME, (position,), columns, len(terms), constants, says=says)
+    return Candidate(definition, (position,), columns, len(terms), constants)
 
 
 def _seen(terms: Sequence[Term], scenes: Sequence[Scene]) -> FloatArray:

@@ -50,7 +50,8 @@ def diagnose(
 ) -> Diagnosis:
     """Find where a model and measured data disagree, and name what is missing.
 
-    The model is identified from the logs by the torque equations in the motion's band, or has
+    Effects of the robot whose constants are ranges are tried beside the library. The model is
+    identified from the logs by the torque equations in the motion's band, or has
     given parameters, of an earlier state of the robot, and the logs show what changed; candidates
     are accepted by the rule of `symgen.diagnosis.select`; the extended model is derived, compiled
     and identified again; the gap is shown on data that the selection never saw.
@@ -59,7 +60,7 @@ def diagnose(
         robot: a robot, a path or a library name.
         logs: paths of logs, or logs, to diagnose.
         validation: logs that show the gap; without any, the last fifth of each log.
-        effects: names of effects to try; None for the whole library.
+        effects: names of effects to try; None for the whole library and the robot's own.
         parameters: a file of parameters that are not identified again: an estimate.json, TOML
             with [parameters], or the URDF of the robot.
         cutoff: of the zero-phase low-pass, Hz; None for the motion's bandwidth.
@@ -70,12 +71,13 @@ def diagnose(
         ParameterError: there is no such effect, or the parameters are not this robot's.
         IdentificationError: the logs do not determine the parameters.
     """
-    unknown = [name for name in effects or () if name not in definitions()]
-    if unknown:
-        raise ParameterError(f"effect {unknown[0]!r}; accepted: {', '.join(definitions())}")
     source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
+    known = dict.fromkeys((*definitions(), *(s.effect.name for s in source.sought)))
+    unknown = [name for name in effects or () if name not in known]
+    if unknown:
+        raise ParameterError(f"effect {unknown[0]!r}; accepted: {', '.join(known)}")
     progress("deriving and compiling the model")
-    evaluator = load(derive(source, KERNELS))
+    evaluator = load(derive(replace(source, sought=()), KERNELS))
     given = None if parameters is None else read_parameters(parameters, evaluator.model)
     train, held, notes, samples = _scenes(source, logs, validation, cutoff, progress)
     study = Study(evaluator, train, held, given)
@@ -86,7 +88,8 @@ def diagnose(
     if faults:
         fixed = Study(evaluator, corrected(faults, train), corrected(faults, held), given)
         try:
-            return judged(faults, study.plain(notes), fixed.plain(notes))
+            found = judged(faults, study.plain(notes), fixed.plain(notes))
+            return _with_left_out(found, source)
         except IdentificationError as error:  # a dead channel leaves nothing to identify
             raise IdentificationError(f"{faults[0].says} ({error})") from error
     pool = chain.from_iterable(
@@ -97,7 +100,18 @@ def diagnose(
     if given is None and (effects is None or "unnamed" in effects):
         selection = with_unnamed(selection, source, study.base, study.noise(), progress)
     progress("deriving, compiling and identifying the extended model")
-    return study.conclude(selection, notes)
+    return _with_left_out(study.conclude(selection, notes), source)
+
+
+def _with_left_out(diagnosis: Diagnosis, robot: Robot) -> Diagnosis:
+    """Note which effects of the robot file the extended robot is without."""
+    named = {(e.name, joint) for e in diagnosis.effects for joint in e.joints}
+    left = [s.key for s in robot.sought if s.key not in named]
+    if not left:
+        return diagnosis
+    listed = ", ".join(f"{name} on joint {joint}" for name, joint in left)
+    note = f"not named, hence not in the extended robot.toml: {listed}"
+    return replace(diagnosis, notes=(*diagnosis.notes, note))
 
 
 def _scenes(

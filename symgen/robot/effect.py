@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import resources
@@ -37,11 +37,16 @@ class Search:
     high: float
     count: int
     scale: str = ""
+    by_ratio: bool = False
 
 
 @dataclass(frozen=True)
 class Definition:
-    """An effect of the library: a table of effects.toml."""
+    """An effect of the library, a table of effects.toml; or an own one.
+
+    The torque of an own one names the variables of any joint, and its coefficients and constants
+    have their full names; those of the library get the joint's number.
+    """
 
     name: str
     kind: str
@@ -56,6 +61,7 @@ class Definition:
     confused: str = ""
     separate: str = ""
     formula: str = ""
+    own: bool = False
 
     @property
     def declarable(self) -> bool:
@@ -66,6 +72,17 @@ class Definition:
         """Return the unit of a constant, as its range is part of a speed or of a log's duration."""
         scale = self.nonlinear[constant].scale if constant in self.nonlinear else ""
         return {"speed": unit("speed", sigma), "duration": "s"}.get(scale, "")
+
+    def named(self, name: str, joint: int | str) -> str:
+        """Return the full name of a coefficient or constant on a joint."""
+        return name if self.own else f"{name}{joint}"
+
+    def coefficients(self, joint: int | str, sigma: int) -> tuple[tuple[str, str], ...]:
+        """Return full name and unit of every coefficient on a joint of this type."""
+        return tuple(
+            (self.named(name, joint), written if self.own else unit(written, sigma))
+            for name, written in self.linear.items()
+        )
 
 
 @dataclass(frozen=True)
@@ -103,6 +120,12 @@ class Effect:
         loads = {sp.Symbol(f"taur{j}", real=True) for j in self.joints}
         return any(c.has(*loads) for c in self.columns(coefficient).values())
 
+    @property
+    def constants(self) -> tuple[tuple[str, sp.Expr], ...]:
+        """The constants by their names in the file; the library adds the joint's number."""
+        digits = 0 if self.own else len(str(self.joints[0]))
+        return tuple((name[: len(name) - digits], value) for name, value in self.nonlinear)
+
     def columns(self, coefficient: str) -> dict[int, sp.Expr]:
         """Return what a coefficient adds to the motor torque of each joint, constants put in."""
         constants = {sp.Symbol(name, real=True): value for name, value in self.nonlinear}
@@ -119,7 +142,13 @@ def definitions() -> Mapping[str, Definition]:
     for name, table in tomllib.loads(text).items():
         scale = table.pop("scale", {})
         searches = {
-            key: Search(float(low), float(high), int(count), scale.get(key, ""))
+            key: Search(
+                float(low),
+                float(high),
+                int(count),
+                scale.get(key, ""),
+                by_ratio=low > 0 and key in scale,
+            )
             for key, (low, high, count) in table.pop("nonlinear", {}).items()
         }
         out[name] = Definition(name=name, nonlinear=searches, **table)
@@ -145,6 +174,8 @@ def unit(written: str, sigma: int) -> str:
 
 def numbered(definition: Definition, joint: int | str) -> str:
     """Return the torque of an effect with the joint's number at every name of its own."""
+    if definition.own:
+        return definition.torque
     own = {*OWN, *definition.linear, *definition.nonlinear}
     return re.sub(
         r"[A-Za-z]\w*", lambda m: f"{m[0]}{joint}" if m[0] in own else m[0], definition.torque
@@ -179,7 +210,7 @@ def of_library(
     return Effect(
         name=definition.name,
         joints=(joint,),
-        linear=tuple((f"{n}{joint}", unit(u, sigma)) for n, u in definition.linear.items()),
+        linear=definition.coefficients(joint, sigma),
         nonlinear=tuple((f"{n}{joint}", constants[n]) for n in definition.nonlinear),
         torque=((joint, generic.subs(numbered, simultaneous=True)),),
     )
@@ -310,10 +341,18 @@ def from_table(
     if len(table.joints) != 1:
         raise RobotError("key 'joints': an effect with a torque acts on one joint")
     j = table.joints[0]
-    variables = [f"{letter}{k}" for letter in ("q", "qd") for k in movable] + [f"taur{j}"]
-    return [
-        of_file(table.name, j, table.torque, table.linear, table.nonlinear, variables, geometry)
-    ]
+    constants, names_ = table.nonlinear, variables(j, movable)
+    return [of_file(table.name, j, table.torque, table.linear, constants, names_, geometry)]
+
+
+def variables(joint: int, movable: Iterable[int]) -> list[str]:
+    """Return what the torque of a robot file's own effect may depend on.
+
+    Args:
+        joint: number of the joint that it acts on.
+        movable: numbers of all movable joints.
+    """
+    return [*(f"{letter}{k}" for letter in ("q", "qd") for k in movable), f"taur{joint}"]
 
 
 def _declared_by(definition: Definition) -> str:

@@ -103,7 +103,8 @@ def parse(
 
 def check_finite(expr: sp.Expr, text: str) -> sp.Expr:
     """Return `expr`, or raise ExpressionError where it is not a finite real number or formula."""
-    if expr.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
+    roots = (p for p in expr.atoms(sp.Pow) if not p.exp.is_integer)
+    if expr.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I) or any(p.base.is_negative for p in roots):
         raise ExpressionError(f"{shortened(text)!r} is not a finite real value")
     if expr.is_number:
         size = abs(float(expr.evalf(20)))
@@ -200,24 +201,28 @@ class _Parser:
             raise ExpressionError(
                 f"in {shortened(self.text)!r}: more than {_MAX_DEPTH} nested parentheses"
             )
-        value = self.product()
-        while self.kind == "op" and self.token in "+-":
-            sign = 1 if self.token == "+" else -1
-            self.advance()
+        value: sp.Expr = sp.S.Zero
+        while True:
+            sign = -1 if self.kind == "op" and self.token == "-" else 1
+            if self.kind == "op" and self.token in "+-":
+                self.advance()
             value = value + sign * self.product()
+            if self.kind != "op" or self.token not in "+-":
+                break
         self.depth -= 1
         return value
 
     def product(self) -> sp.Expr:
-        value = self.power()
+        factors = [self.power()]
         while self.kind == "op" and self.token in ("*", "/"):
             divide = self.token == "/"
             self.advance()
             factor = self.power()
             if divide and factor.is_zero:
                 raise ExpressionError(f"in {shortened(self.text)!r}: division by zero")
-            value = value / factor if divide else value * factor
-        return value
+            factors.append(1 / factor if divide else factor)
+        # At once: one after the other, a number would be multiplied into the first sum alone.
+        return sp.Mul(*factors)
 
     def power(self) -> sp.Expr:
         if self.kind == "op" and self.token in ("+", "-"):

@@ -42,7 +42,16 @@ def _integer(value: object) -> object:
     return value
 
 
+def _constant(value: object) -> object:
+    if not isinstance(value, list):
+        return _number_or_text(value)
+    if len(value) != 2:
+        raise ValueError("a number, or [low, high] to be searched by `symgen diagnose`")
+    return tuple(_number_or_text(end) for end in value)
+
+
 Scalar = Annotated[Any, PlainValidator(_number_or_text)]
+Constant = Annotated[Any, PlainValidator(_constant)]
 Finite = Annotated[float, PlainValidator(_number)]
 Integer = Annotated[int, PlainValidator(_integer)]
 
@@ -129,7 +138,7 @@ class EffectTable(_Table):
     joints: list[Integer]
     torque: str | None = None
     linear: dict[str, Annotated[str, PlainValidator(_unit)]] = Field(default_factory=dict)
-    nonlinear: dict[str, Scalar] = Field(default_factory=dict)
+    nonlinear: dict[str, Constant] = Field(default_factory=dict)
 
 
 class LimitsTable(_Table):

@@ -18,7 +18,7 @@ from symgen.errors import ExpressionError, RobotError, SymgenWarning
 from symgen.robot import expressions
 from symgen.robot.builtin import library, library_text
 from symgen.robot.closure import require_closed
-from symgen.robot.effect import Effect, from_table
+from symgen.robot.effect import Effect
 from symgen.robot.expressions import shortened
 from symgen.robot.foreign import parse_imported
 from symgen.robot.identifiers import (
@@ -28,6 +28,7 @@ from symgen.robot.identifiers import (
     is_robot_name,
 )
 from symgen.robot.imported import FORMATS, read_text
+from symgen.robot.sought import Sought, read_effects
 from symgen.robot.types import MAX_RATIO, Coupling, Joint, Limits, Loop, Robot, joint_variable
 
 if TYPE_CHECKING:
@@ -125,6 +126,7 @@ class _Reader:
         gravity = tuple(
             self.expression(g, "robot, key 'gravity'", self.geometry) for g in file.robot.gravity
         )
+        effects, sought = self.effects(file, movable)
         robot = Robot(
             name=name,
             gravity=(gravity[0], gravity[1], gravity[2]),
@@ -134,7 +136,8 @@ class _Reader:
             payload=self.payload(file, joints),
             limits=self.limits(file, len(movable)),
             loops=tuple(Loop(*table.cut) for table in file.loop),
-            effects=self.effects(file, movable),
+            effects=effects,
+            sought=sought,
         )
         try:
             require_closed(robot)
@@ -300,8 +303,13 @@ class _Reader:
             found.append(Coupling(first, second, ratio))
         return tuple(found)
 
-    def effects(self, file: RobotFile, movable: list[Joint]) -> tuple[Effect, ...]:
+    def effects(
+        self, file: RobotFile, movable: list[Joint]
+    ) -> tuple[tuple[Effect, ...], tuple[Sought, ...]]:
+        """Return the effects of the model, and those that are to be searched."""
         found: list[Effect] = []
+        sought: list[Sought] = []
+        sigma = {j.number: j.sigma for j in movable}
         for number, table in enumerate(file.effect, 1):
             place = f"effect {number}"
             for name in table.linear:
@@ -313,22 +321,40 @@ class _Reader:
             for name in table.nonlinear:
                 if not is_geometry_name(name):
                     raise self.fail(f"{place}: {shortened(name)!r}: reserved, or no C identifier")
-            exact = {
-                key: self.expression(value, f"{place}, key 'nonlinear'", self.geometry)
-                for key, value in table.nonlinear.items()
-            }
-            table = table.model_copy(update={"nonlinear": exact})
+            ends = {key: self.ends(value, place) for key, value in table.nonlinear.items()}
             try:
-                here = from_table(table, {j.number: j.sigma for j in movable}, self.geometry)
+                here, ranged = read_effects(table, ends, sigma, self.geometry)
             except RobotError as error:
                 raise self.fail(f"{place}: {error}") from error
-            taken = {*self.geometry, *(n for e in found for n in e.names)}
-            for name in (name for e in here for name in e.names):
+            earlier = (*found, *(s.effect for s in sought))
+            taken = {*self.geometry, *(n for e in earlier for n in e.names)}
+            for name in (n for e in (*here, *(s.effect for s in ranged)) for n in e.names):
                 if name in taken:
                     raise self.fail(f"{place}: {name} is declared twice")
                 taken.add(name)
+            for name, joint in {s.key for s in sought} & {s.key for s in ranged}:
+                raise self.fail(
+                    f"{place}: a second {shortened(name)!r} to be searched on joint {joint}; "
+                    "accepted: another name"
+                )
             found += here
-        return tuple(found)
+            sought += ranged
+        return tuple(found), tuple(sought)
+
+    def ends(
+        self, value: int | Decimal | str | tuple[int | Decimal | str, ...], place: str
+    ) -> tuple[sp.Expr, ...]:
+        """Return the value of a constant, or the two ends of its range."""
+        values = value if isinstance(value, tuple) else (value,)
+        place = f"{place}, key 'nonlinear'"
+        out = tuple(self.expression(end, place, self.geometry) for end in values)
+        if len(out) == 2 and self.at_values(out[0] - out[1]) >= 0:
+            low, high = map(expressions.text, out)
+            raise self.fail(
+                f"{place}: the range [{shortened(low)}, {shortened(high)}] is empty; accepted: "
+                "[low, high], low below high"
+            )
+        return out
 
     def payload(self, file: RobotFile, joints: tuple[Joint, ...]) -> int | None:
         if file.payload is None:

@@ -59,21 +59,23 @@ def robot_toml(robot: Robot) -> str:
         out += ["", "[payload]", f"joint = {robot.payload}"]
     for loop in robot.loops:
         out += ["", "[[loop]]", f"cut = [{loop.first}, {loop.second}]"]
-    for effect in robot.effects:
+    sought = [(s.effect, {name: ends for name, *ends in s.ranges}) for s in robot.sought]
+    for effect, ranges in [*((e, {}) for e in robot.effects), *sought]:
         out += ["", "[[effect]]", f"name = {json.dumps(effect.name, ensure_ascii=False)}"]
         out.append(f"joints = {list(effect.joints)}")
-        values = effect.nonlinear
         if effect.own:
             out.append(f'torque = "{expressions.text(effect.torque[0][1])}"')
             units = ", ".join(
                 f"{k} = {json.dumps(u, ensure_ascii=False)}" for k, u in effect.linear
             )
             out.append(f"linear = {{ {units} }}")
-        else:  # the library adds the joint's number
-            digits = len(str(effect.joints[0]))
-            values = tuple((k[:-digits], v) for k, v in values)
-        if values:
-            constants = ", ".join(f"{key} = {scalar(value)}" for key, value in values)
+        if effect.constants:
+            constants = ", ".join(
+                f"{key} = [{', '.join(map(scalar, ranges[key]))}]"
+                if key in ranges
+                else f"{key} = {scalar(value)}"
+                for key, value in effect.constants
+            )
             out.append(f"nonlinear = {{ {constants} }}")
     if robot.limits is not None:
         out += ["", "[limits]"]

@@ -19,6 +19,7 @@ import sympy as sp
 from symgen import names
 from symgen.errors import RobotError
 from symgen.robot.effect import Effect
+from symgen.robot.sought import Sought
 
 _VARIABLE = re.compile(r"q\d+")
 #: Largest factor by which a revolute joint follows another: it makes rounding as much larger.
@@ -108,7 +109,8 @@ class Robot:
     """A mechanism: joints in file order, gravity in frame 0 [m/s2], named lengths and angles.
 
     `geometry` holds pairs (name, exact value); the names stay symbols in the joints' expressions.
-    `payload` is the number of the joint whose link carries a load, or None.
+    `payload` is the number of the joint whose link carries a load, or None. `sought` are effects to
+    be searched in logs; a robot with any has no model until they are found or left out.
     """
 
     name: str
@@ -120,6 +122,7 @@ class Robot:
     limits: Limits | None = None
     loops: tuple[Loop, ...] = ()
     effects: tuple[Effect, ...] = ()
+    sought: tuple[Sought, ...] = ()
 
     @property
     def movable(self) -> tuple[Joint, ...]:

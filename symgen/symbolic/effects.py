@@ -56,24 +56,41 @@ def _smooth(column: sp.Expr, robot: Robot) -> sp.Expr:
     return column.xreplace(widths)
 
 
-def definition_tape(definition: Definition) -> Tape:
-    """Derive the columns of a library effect on one joint.
+def definition_tape(definition: Definition, robot: Robot | None = None) -> Tape:
+    """Derive the columns of an effect on one joint.
+
+    Args:
+        definition: of the library, or an own one.
+        robot: whose joints and lengths the torque of an own one names.
 
     Returns:
-        A tape from q, qd, qdd and taur of the joint, and c, the constants in the order of
-        `nonlinear`, to minus the derivative of the torque by every coefficient.
+        A tape from q, qd, qdd and taur, of the joint alone or of all movable joints for an own
+        effect, and c, the constants in the order of `nonlinear`, to minus the derivative of the
+        torque by every coefficient.
     """
-    own = (*OWN, *definition.linear, *definition.nonlinear)
-    torque = expressions.parse(definition.torque, own, expressions.EFFECT_FUNCTIONS)
-    symbol = {name: sp.Symbol(name, real=True) for name in own}
-    constants = [symbol[name] for name in definition.nonlinear]
-    tape = TapeBuilder(own)
-    variables = {symbol[name] for name in OWN} | set(constants)
+    numbers = [""] if robot is None else [str(j.number) for j in robot.movable]
+    symbol = {
+        name: sp.Symbol(name, real=True)
+        for name in (
+            *(f"{letter}{number}" for letter in OWN for number in numbers),
+            *definition.linear,
+            *definition.nonlinear,
+        )
+    }
+    lengths = () if robot is None else tuple(name for name, _ in robot.geometry)
+    known = (*symbol, *lengths)
+    torque = expressions.parse(definition.torque, known, expressions.EFFECT_FUNCTIONS)
+    if robot is not None:
+        torque = _smooth(torque, robot)
+    inputs = [(letter, [symbol[f"{letter}{number}"] for number in numbers]) for letter in OWN]
+    inputs.append(("c", [symbol[name] for name in definition.nonlinear]))
+    tape = TapeBuilder(known)
+    variables = {s for _, group in inputs for s in group}
     outputs = [
         _lowered(-sp.diff(torque, symbol[name]), f"D{name}", tape, variables)
         for name in definition.linear
     ]
-    return tape.tape([*((name, [symbol[name]]) for name in OWN), ("c", constants)], outputs)
+    return tape.tape(inputs, outputs)
 
 
 def _lowered(

@@ -242,3 +242,29 @@ def test_no_word_of_the_package_is_a_coefficient() -> None:
 def test_an_effect_stands_once() -> None:
     with pytest.raises(symgen.RobotError, match="effect 6: K2 is declared twice"):
         symgen.parse_robot(BASE + EFFECTS + '[[effect]]\nname = "gravity_spring"\njoints = [2]\n')
+
+
+@pytest.mark.parametrize(
+    "torque",
+    ["-A*(q1-c)*exp(-((q1-c)/w)**2)", "A*3*(q1-c)*q1*w", "A*(q1-c)/-(q1+w)*sin(2*(q1-c)*q1)"],
+)
+def test_a_torque_is_written_and_read_again_as_it_is(torque: str) -> None:
+    effect = f"""
+[[effect]]
+name = "own"
+joints = [1]
+torque = "{torque}"
+linear = {{ A = "N m" }}
+nonlinear = {{ c = 0.3, w = 7 }}
+"""
+    robot = symgen.parse_robot(BASE + effect)
+    text = symgen.robot_toml(robot)
+    assert symgen.parse_robot(text) == robot
+    assert symgen.robot_toml(symgen.parse_robot(text)) == text
+
+
+@pytest.mark.parametrize("root", ["sqrt(1/3 - pi)", "sin(sqrt(1/3 - pi))", "(-2 - q1**2)**(1/2)"])
+def test_a_torque_without_a_real_value_is_refused(root: str) -> None:
+    effect = EFFECTS.split("[[effect]]")[-1].replace("-A*", f"A*{root}*")
+    with pytest.raises(symgen.SymgenError, match="finite real"):
+        symgen.parse_robot(f"{BASE}[[effect]]{effect}")

@@ -1,0 +1,360 @@
+"""Effects of a robot file whose constants are ranges: `diagnose` finds them, a model has none.
+
+The logs are those of the two-link arm's closed form, written by hand in plain NumPy; the torque of
+the hidden effect is added here.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from oracles.planar2r import torque_regressor
+
+import symgen
+from symgen import cli
+from symgen.codegen.model import derive
+from symgen.diagnosis.candidates import Torques, candidates
+from symgen.diagnosis.evidence import Scene
+from symgen.diagnosis.extend import extended
+from symgen.diagnosis.workflow import diagnose
+from symgen.errors import ParameterError, RobotError
+
+X = np.array([1.7, 0.15, 0.3, 0.02])
+A, C, W = 15.0, 0.31, 0.18
+DETENT = """
+[[effect]]
+name = "detent"
+joints = [1]
+torque = "-A*(q1-c)*exp(-((q1-c)/w)**2)"
+linear = { A = "N m/rad" }
+"""
+SOUGHT = DETENT + "nonlinear = { c = [-0.5, 0.9], w = [0.06, 0.4] }\n"
+Torque = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+
+
+def _bump(q: np.ndarray, *_: np.ndarray) -> np.ndarray:
+    x = q[:, 0] - C
+    return -A * x * np.exp(-((x / W) ** 2))
+
+
+def _ripple(q: np.ndarray, *_: np.ndarray) -> np.ndarray:
+    return 0.8 * np.sin(7.3 * q[:, 0])
+
+
+def _drag(q: np.ndarray, qd: np.ndarray, _: np.ndarray) -> np.ndarray:
+    return -0.5 * qd[:, 1] * np.cos(3.3 * q[:, 1])
+
+
+def _load(_: np.ndarray, qd: np.ndarray, rigid: np.ndarray) -> np.ndarray:
+    return -0.2 * np.abs(rigid[:, 0]) * np.tanh(qd[:, 0] / 0.8)
+
+
+def _log(path: Path, seed: int, hidden: Torque | None, joint: int = 1) -> Path:
+    """Write a log of planar2r with a torque ON a joint that the model does not have, and noise."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0, 12, 0.005)[:, None, None]
+    w = 2 * np.pi * 0.15 * np.arange(1, 6) * (1 + 0.03 * seed)
+    a, phase = rng.uniform(0.1, 0.5, (2, 5)), rng.uniform(0, 6, (2, 5))
+    q, qd, qdd = (
+        np.sum(a * w**d * np.sin(w * t + phase + d * np.pi / 2), axis=2) for d in (0, 1, 2)
+    )
+    tau = torque_regressor(q, qd, qdd, 0.5) @ X
+    if hidden is not None:
+        tau[:, joint - 1] -= hidden(q, qd, tau)
+    tau += 0.01 * tau.std(axis=0) * rng.normal(size=tau.shape)
+    np.savez(path, t=t.ravel(), q=q, qd=qd, tau=tau)
+    return path
+
+
+def _robot(effects: str) -> symgen.Robot:
+    return symgen.parse_robot(symgen.robot_toml(symgen.read_robot("planar2r")) + effects)
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory) -> Callable[[Torque | None], tuple[Path, Path]]:
+    folder = tmp_path_factory.mktemp("logs")
+
+    def made(hidden: Torque | None) -> tuple[Path, Path]:
+        name = getattr(hidden, "__name__", "clean")
+        paths = folder / f"{name}_train.npz", folder / f"{name}_test.npz"
+        if not paths[0].exists():
+            _log(paths[0], 1, hidden), _log(paths[1], 2, hidden)
+        return paths
+
+    return made
+
+
+def test_a_detent_is_named_with_its_constants_and_declared_with_numbers(logs) -> None:
+    train, test = logs(_bump)
+    found = diagnose(_robot(SOUGHT), train, validation=test)
+    assert found.verdict == "explained"
+    assert [(e.name, e.joints) for e in found.effects] == [("detent", (1,))]
+    values = {p.name: p.value for p in found.effects[0].parameters}
+    assert set(values) == {"A", "c", "w"}
+    assert values["c"] == pytest.approx(C, abs=0.01)
+    assert values["w"] == pytest.approx(W, rel=0.05)
+    assert values["A"] == pytest.approx(A, rel=0.05)
+    assert [p.unit for p in found.effects[0].parameters] == ["N m/rad", "", ""]
+
+    again = symgen.parse_robot(symgen.robot_toml(found.extended))
+    assert again == found.extended
+    assert not again.sought
+    (effect,) = again.effects
+    assert effect.name == "detent"
+    assert {n: float(v) for n, v in effect.nonlinear} == {n: values[n] for n in ("c", "w")}
+    model = symgen.derive(again, ("torque_regressor",))
+    assert model.base.names[-1] == "A"
+
+
+def test_a_clean_log_names_no_detent_and_says_so(logs) -> None:
+    train, test = logs(None)
+    found = diagnose(_robot(SOUGHT), train, validation=test)
+    assert (found.verdict, found.effects) == ("consistent", ())
+    assert found.extended.effects == ()
+    assert any("detent on joint 1" in note for note in found.notes)
+
+
+def test_a_detent_shows_beside_given_parameters(logs, tmp_path: Path) -> None:
+    train, test = logs(_bump)
+    given = tmp_path / "parameters.toml"
+    names = ("ZZ1R", "ZZ2", "MX2", "MY2")
+    lines = [f"{name} = {value}" for name, value in zip(names, X, strict=True)]
+    given.write_text("\n".join(["[parameters]", *lines]))
+    found = diagnose(_robot(SOUGHT), train, validation=test, parameters=given, effects=["detent"])
+    assert [(e.name, e.joints) for e in found.effects] == [("detent", (1,))]
+    now = {p.name: p.value for p in found.parameters}
+    assert now["A"] == pytest.approx(A, rel=0.05)
+    assert now["ZZ1R"] == X[0]
+
+
+def test_a_torque_of_another_joint_is_searched(logs) -> None:
+    train, test = logs(_drag)
+    text = """
+[[effect]]
+name = "drag"
+joints = [1]
+torque = "-B*qd2*cos(k*q2)"
+linear = { B = "N m s/rad" }
+nonlinear = { k = [1, 6] }
+"""
+    found = diagnose(_robot(text), train, validation=test, effects=["drag"])
+    assert found.tried == 10
+    assert [(e.name, e.joints) for e in found.effects] == [("drag", (1,))]
+    values = {p.name: p.value for p in found.effects[0].parameters}
+    assert values == {"B": pytest.approx(0.5, rel=0.03), "k": pytest.approx(3.3, rel=0.01)}
+
+
+def test_a_torque_of_the_load_is_searched(logs) -> None:
+    train, test = logs(_load)
+    text = """
+[[effect]]
+name = "loaded"
+joints = [1]
+torque = "-B*abs(taur1)*tanh(qd1/v)"
+linear = { B = "" }
+nonlinear = { v = [0.2, 2.5] }
+"""
+    found = diagnose(_robot(text), train, validation=test, effects=["loaded"])
+    assert [(e.name, e.joints) for e in found.effects] == [("loaded", (1,))]
+    values = {p.name: p.value for p in found.effects[0].parameters}
+    assert values == {"B": pytest.approx(0.2, rel=0.05), "v": pytest.approx(0.8, rel=0.05)}
+    assert symgen.parse_robot(symgen.robot_toml(found.extended)) == found.extended
+
+
+def test_a_range_takes_the_place_of_the_librarys(logs) -> None:
+    train, test = logs(_ripple)
+    ripple = '[[effect]]\nname = "torque_ripple"\njoints = [1]\nnonlinear = { k = [6, 9] }\n'
+    found = diagnose(_robot(ripple), train, validation=test, effects=["torque_ripple"])
+    assert found.tried == 10 + 59  # joint 2 has the library's values
+    assert [(e.name, e.joints) for e in found.effects] == [("torque_ripple", (1,))]
+    values = {p.name: p.value for p in found.effects[0].parameters}
+    assert set(values) == {"RS1", "RC1", "k1"}
+    assert values["k1"] == pytest.approx(7.3, rel=0.005)
+    away = diagnose(_robot(ripple.replace("6, 9", "20, 30")), train, effects=["torque_ripple"])
+    assert ("torque_ripple", (1,)) not in [(e.name, e.joints) for e in away.effects]
+
+
+@pytest.mark.parametrize(
+    ("ranges", "expected"),
+    [
+        ("c = 0.3, w = [0.1, 1.0]", {"w": np.linspace(0.1, 1.0, 10)}),
+        ("c = 0.3, w = [0.1, 1.1]", {"w": np.geomspace(0.1, 1.1, 10)}),
+        ("w = 0.2, c = [-0.1, 8]", {"c": np.linspace(-0.1, 8, 10)}),
+        ('c = ["-pi/2", "L1"], w = [1, 2]', {"c": np.linspace(-np.pi / 2, 0.5, 6),
+                                              "w": np.linspace(1, 2, 6)}),
+    ],
+)  # fmt: skip
+def test_every_point_of_the_grid_is_a_candidate(ranges: str, expected: dict) -> None:
+    robot = _robot(DETENT + f"nonlinear = {{ {ranges} }}\n")
+    pool = list(candidates(robot, None, ["detent"]))  # type: ignore[arg-type]
+    axes = [np.ravel(axis) for axis in np.meshgrid(*expected.values(), indexing="ij")]
+    tried = np.array([[c.constants[name] for name in expected] for c in pool])
+    assert {frozenset(c.constants) for c in pool} == {frozenset(expected)}
+    np.testing.assert_allclose(tried, np.transpose(axes))
+
+
+def test_the_columns_searched_are_those_of_the_kernels_and_of_plain_numpy() -> None:
+    torque = "E*sign(qd2)*pow(abs(qd1), p)*L1 + F*tanh(q2/s)*max(q1, h)"
+    effect = f"""
+[[effect]]
+name = "odd"
+joints = [2]
+torque = "{torque}"
+linear = {{ E = "N m", F = "N m" }}
+nonlinear = {{ p = [0.4, 2.5], s = [0.1, 0.3], h = "L1/4" }}
+"""
+    plain = symgen.robot_toml(symgen.read_robot("planar2r"))
+    text = plain.replace("rotor_inertia", "coulomb_width = 0.07\nrotor_inertia")
+    robot = symgen.parse_robot(text + effect)
+    draw = np.random.default_rng(4)
+    q, qd, qdd = draw.uniform(-1, 1, (3, 50, 2))
+    s = Scene("random", np.arange(50) * 0.1, q, qd, qdd, 0 * q, 0.1, None, slice(0, 50))
+    chosen = list(candidates(robot, None, ["odd"]))[17]  # type: ignore[arg-type]
+    p, w = chosen.constants["p"], chosen.constants["s"]
+    ours = chosen.columns(s, Torques(0 * q, 0 * q, np.zeros((2, 10))))[1]
+    by_hand = -np.stack(
+        [
+            np.tanh(qd[:, 1] / 0.07) * np.abs(qd[:, 0]) ** p * 0.5,
+            np.tanh(q[:, 1] / w) * np.maximum(q[:, 0], 0.125),
+        ],
+        axis=1,
+    )
+    np.testing.assert_allclose(ours, by_hand, rtol=1e-12, atol=1e-14)
+    whole = extended(
+        replace(robot, sought=()), chosen.definition, chosen.joints, chosen.constants, {}
+    )
+    evaluator = symgen.load(derive(whole, ("torque_regressor",)))
+    theirs = evaluator["torque_regressor"](q, qd, qdd)[:, 1, -2:]
+    np.testing.assert_allclose(theirs, by_hand, rtol=1e-5, atol=1e-9)  # constants of six digits
+
+
+@pytest.mark.parametrize(
+    "ranges",
+    [
+        "c = [-0.5, 0.9], w = [0.06, 0.4]",
+        "c = 0.31, w = [0.06, 0.4]",
+        'c = ["-pi/3", "2*L1"], w = 0.18',
+        "c = [1e-7, 3], w = 0.123456789012345",
+    ],
+)
+def test_ranges_are_written_and_read_again(ranges: str) -> None:
+    stribeck = (
+        '[[effect]]\nname = "stribeck_friction"\njoints = [1, 2]\nnonlinear = { vs = [0.01, 1] }\n'
+    )
+    spring = '[[effect]]\nname = "gravity_spring"\njoints = [2]\n'
+    robot = _robot(DETENT + f"nonlinear = {{ {ranges} }}\n" + stribeck + spring)
+    assert [s.key for s in robot.sought] == [
+        ("detent", 1), ("stribeck_friction", 1), ("stribeck_friction", 2)
+    ]  # fmt: skip
+    assert [e.name for e in robot.effects] == ["gravity_spring"]
+    text = symgen.robot_toml(robot)
+    assert symgen.parse_robot(text) == robot
+    assert symgen.robot_toml(symgen.parse_robot(text)) == text
+    assert text.count("vs = [0.01, 1]") == 2
+
+
+@pytest.mark.parametrize(
+    ("effect", "words"),
+    [
+        (DETENT + "nonlinear = { c = [0.5, 0.1], w = 0.2 }", "[0.5, 0.1] is empty"),
+        (DETENT + "nonlinear = { c = [0.5, 0.5], w = 0.2 }", "low below high"),
+        (DETENT + "nonlinear = { c = [0.5], w = 0.2 }", "[low, high]"),
+        (DETENT + "nonlinear = { c = [0, 1, 2], w = 0.2 }", "[low, high]"),
+        (DETENT + "nonlinear = { c = [0, [1]], w = 0.2 }", "key 'nonlinear'"),
+        (DETENT + "nonlinear = { c = [0, true], w = 0.2 }", "key 'nonlinear'"),
+        (DETENT + "nonlinear = { c = [0, inf], w = 0.2 }", "finite"),
+        (DETENT + 'nonlinear = { c = [0, "__import__"], w = 0.2 }', "__import__"),
+        (DETENT + "nonlinear = { c = 0.3, w = [0, 0.2] }", "zero"),
+        (DETENT + "nonlinear = { c = [0, 1], w = [1, 2], z = 3 }", "z does not occur"),
+        (DETENT.replace("q1-c)*", "q1-c)*q2**2*sin(z*q2)*")
+         + "nonlinear = { c = [0, 1], w = [1, 2], z = [1, 2] }", "at most 2"),
+        (SOUGHT + DETENT.replace("detent", "other") + "nonlinear = { c = 1, w = 2 }",
+         "declared twice"),
+        ('[[effect]]\nname = "torque_ripple"\njoints = [1]\nnonlinear = { k = [9, 2] }', "empty"),
+        ('[[effect]]\nname = "torque_ripple"\njoints = [1]\nnonlinear = { n = [1, 2] }', "k"),
+    ],
+)  # fmt: skip
+def test_a_range_that_cannot_be_searched_is_refused_in_one_line(effect: str, words: str) -> None:
+    with pytest.raises(RobotError) as caught:
+        _robot(effect)
+    assert "effect " in str(caught.value)
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_second_search_of_the_same_name_and_joint_is_refused() -> None:
+    second = """
+[[effect]]
+name = "detent"
+joints = [1]
+torque = "B*sin(k*q1)"
+linear = { B = "N m" }
+nonlinear = { k = [1, 2] }
+"""
+    with pytest.raises(RobotError, match="effect 2: a second 'detent' to be searched on joint 1"):
+        _robot(SOUGHT + second)
+
+
+@pytest.mark.parametrize("command", ["generate", "identify", "predict"])
+def test_a_command_that_needs_a_model_refuses_a_range(
+    command: str, logs, tmp_path: Path, monkeypatch, capsys
+) -> None:
+    (tmp_path / "robot.toml").write_text(symgen.robot_toml(_robot(SOUGHT)))
+    (tmp_path / "given.toml").write_text("[parameters]\nZZ1R = 1\nZZ2 = 1\nMX2 = 1\nMY2 = 1\n")
+    arguments = [command, tmp_path / "robot.toml", "--into", tmp_path / "out"]
+    if command != "generate":
+        arguments.insert(2, logs(None)[0])
+    if command == "predict":
+        arguments += ["--parameters", tmp_path / "given.toml"]
+    monkeypatch.setattr(sys, "argv", ["symgen", *map(str, arguments)])
+    with pytest.raises(SystemExit) as caught:
+        cli.main()
+    assert caught.value.code == 2
+    (line,) = [x for x in capsys.readouterr().err.splitlines() if not x.startswith("  ")]
+    for words in ("'detent'", "joint 1", " c ", "[-0.5, 0.9]", "symgen diagnose", "a number"):
+        assert words in line
+    assert not (tmp_path / "out").exists()
+
+
+def test_effects_may_name_it_and_the_refusal_lists_it(logs) -> None:
+    with pytest.raises(ParameterError, match="detent"):
+        diagnose(_robot(SOUGHT), logs(None)[0], effects=["gremlins"])
+    with pytest.raises(ParameterError, match="'detent'; accepted"):
+        diagnose("planar2r", logs(None)[0], effects=["detent"])
+
+
+def test_a_torque_that_is_not_finite_on_the_logs_is_refused(logs) -> None:
+    text = DETENT.replace("(q1-c)*exp(-((q1-c)/w)**2)", "sqrt(q1-c)*exp(w*q1)")
+    robot = _robot(text + "nonlinear = { c = [0, 1], w = [1, 2] }\n")
+    with pytest.raises(RobotError, match=r"effect 'detent' of joint 1: .* finite number with c = "):
+        diagnose(robot, logs(None)[0], effects=["detent"])
+
+
+def test_the_command_writes_a_robot_that_every_other_command_takes(
+    logs, tmp_path: Path, monkeypatch, capsys
+) -> None:
+    train, test = logs(_bump)
+    (tmp_path / "robot.toml").write_text(symgen.robot_toml(_robot(SOUGHT)))
+
+    def run(*arguments: object) -> int:
+        monkeypatch.setattr(sys, "argv", ["symgen", *map(str, arguments)])
+        with pytest.raises(SystemExit) as caught:
+            cli.main()
+        return int(caught.value.code or 0)
+
+    out = tmp_path / "out"
+    options = ("--validation", test, "--effects", "detent,torque_offset", "--into", out)
+    assert run("diagnose", tmp_path / "robot.toml", train, *options) == 0
+    assert "detent" in capsys.readouterr().out
+    content = json.loads((out / "diagnosis.json").read_text())
+    assert content["effects"][0]["expression"] == "-(q1 - c)*A*exp(-(q1 - c)**2/w**2)"
+    assert content["effects"][0]["in_robot_toml"]
+    given = ("--parameters", out / "parameters.toml", "--into", tmp_path / "prediction")
+    assert run("predict", out / "robot.toml", test, *given) == 0
+    assert run("check", out / "generated") == 0
