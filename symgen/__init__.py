@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from symgen.errors import (
         SymgenWarning as SymgenWarning,
     )
+    from symgen.experiment.simulate import simulate as simulate
     from symgen.identification.estimate import Estimate as Estimate
     from symgen.identification.export import values_header as values_header
     from symgen.identification.physical import link_parameters as link_parameters
@@ -108,6 +109,7 @@ _WHERE = {
     "read_log": "symgen.data.log",
     "read_robot": "symgen.robot.toml_io",
     "robot_toml": "symgen.robot.toml_text",
+    "simulate": "symgen.experiment.simulate",
     "values_header": "symgen.identification.export",
     "write_package": "symgen.codegen.package",
 }

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from symgen.cli_simulate import simulate
 from symgen.errors import SymgenError, SymgenWarning
 from symgen.terminal import (
     print_diagnosis,
@@ -302,6 +303,9 @@ def demo(into: Path, runs: int) -> int:
     for block in run_demo(into, runs, say):
         click.echo(block)
     return 0
+
+
+cli.add_command(simulate)
 
 
 def main() -> None:

@@ -7,7 +7,7 @@ import json
 import os
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -119,6 +119,49 @@ def write_text(path: Path, text: str) -> None:
         if fresh is not None:
             Path(fresh).unlink(missing_ok=True)
         raise PackageError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def write_files(files: Iterable[tuple[Path, bytes]]) -> None:
+    """Write new files, all of them or none.
+
+    Args:
+        files: path and content of each; a content is asked for when the one before is on the disk.
+
+    Raises:
+        PackageError: a path is taken, or cannot be written.
+    """
+    made: list[tuple[str, Path]] = []
+    done: list[Path] = []
+    path = Path()
+    try:
+        for path, content in files:
+            check_new(path)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            handle, fresh = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
+            made.append((fresh, path))
+            with os.fdopen(handle, "wb") as file:
+                file.write(content)
+            os.chmod(fresh, 0o666 & ~_umask())
+        for fresh, path in made:
+            os.replace(fresh, path)
+            done.append(path)
+    except OSError as error:
+        for written in done:
+            written.unlink(missing_ok=True)
+        raise PackageError(f"{path}: cannot be written: {error.strerror or error}") from error
+    finally:
+        for fresh, _ in made:
+            Path(fresh).unlink(missing_ok=True)
+
+
+def check_new(path: Path) -> None:
+    """Check that nothing is at a path.
+
+    Raises:
+        PackageError: something is.
+    """
+    if os.path.lexists(path):
+        raise PackageError(f"{path}: exists; accepted: a new file")
 
 
 def check_text_replaceable(path: Path) -> None:

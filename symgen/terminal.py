@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,8 +13,12 @@ import click
 
 if TYPE_CHECKING:
     from symgen.diagnosis.diagnosis import Diagnosis
+    from symgen.experiment.simulation import Simulation
     from symgen.identification.estimate import Estimate
     from symgen.robot.types import Robot
+
+#: A job shorter than this, s, shows no bar.
+_LONG = 2.0
 
 
 def say(message: str) -> None:
@@ -81,6 +87,41 @@ def print_model(model: Any) -> None:
     for kernel in model.kernels:
         o = kernel.tape.operations
         click.echo(f"{kernel.name}: {o.mul} mul, {o.add} add, {o.div} div, {o.sincos} sincos")
+
+
+def print_simulation(done: Simulation) -> None:
+    """Print how far, how fast and how hard each joint of a simulation moves, and what was done."""
+    rows = [
+        (
+            str(number),
+            f"{done.q[:, :, j].min():.4g} to {done.q[:, :, j].max():.4g}",
+            f"{abs(done.qd[:, :, j]).max():.4g}",
+            f"{abs(done.tau[:, :, j]).max():.4g}",
+            f"{100 * float((done.qd[:, :, j] == 0).mean()):.3g} %",
+        )
+        for j, number in enumerate(done.joints)
+    ]
+    table(("joint", "position", "top speed", "top torque", "at rest"), rows)
+    for note in done.notes:
+        click.echo(f"note: {note}")
+
+
+@contextmanager
+def meter(label: str) -> Iterator[Callable[[float], None]]:
+    """Yield what shows the part of a long job that is done, as a bar on a terminal's stderr."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    begun = time.monotonic()
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(label, total=1.0, visible=False)
+
+        def advance(part: float) -> None:
+            now = time.monotonic() - begun
+            bar.update(task, completed=part, visible=now > _LONG)
+
+        yield advance
 
 
 def print_estimate(estimate: Estimate) -> None:

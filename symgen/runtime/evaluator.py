@@ -40,7 +40,7 @@ class Bound:
     Attributes:
         inputs: one array for each input of the kernel, to be written in place.
         outputs: one array for each output, overwritten by each call.
-        call: evaluates the kernel; no checks, no allocation.
+        call: evaluates the kernel; no checks, no allocation. In C it returns the kernel's status.
     """
 
     inputs: tuple[FloatArray, ...]
@@ -71,8 +71,8 @@ class KernelFunction(Protocol):
             ParameterError: a shape is wrong, or M is not positive definite (forward_dynamics).
         """
 
-    def bind(self) -> Bound:
-        """Return the kernel on fixed buffers."""
+    def bind(self, count: int | None = None) -> Bound:
+        """Return the kernel on fixed buffers: of one sample, or of a batch of `count`."""
 
 
 class Evaluator:
@@ -272,9 +272,12 @@ class _CKernel:
         status = self._one(*pointers) if count is None else self._batch(count, *pointers)
         return _result(self.kernel, outputs, status or 0)
 
-    def bind(self) -> Bound:
-        inputs, outputs = _buffers(self.kernel)
+    def bind(self, count: int | None = None) -> Bound:
+        inputs, outputs = _buffers(self.kernel, count)
         pointers = [self._pointer(a) for a in (*inputs, *outputs)]
+        if count is not None:
+            batch = self._batch
+            return Bound(inputs, outputs, lambda: batch(count, *pointers))
         function = self._one
         if len(pointers) == 3:  # the usual case, without the cost of unpacking
             a, b, c = pointers
@@ -282,9 +285,15 @@ class _CKernel:
         return Bound(inputs, outputs, lambda: function(*pointers))
 
 
-def _buffers(kernel: Kernel) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...]]:
-    inputs = tuple(np.zeros(len(symbols)) for _, symbols in kernel.tape.inputs)
-    return inputs, tuple(np.zeros(o.shape) for o in kernel.outputs)
+def _buffers(
+    kernel: Kernel, count: int | None
+) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...]]:
+    lead = () if count is None else (count,)
+    inputs = tuple(
+        np.zeros((*(() if name == "X" else lead), len(symbols)))
+        for name, symbols in kernel.tape.inputs
+    )
+    return inputs, tuple(np.zeros((*lead, *o.shape)) for o in kernel.outputs)
 
 
 class _CasadiKernel:
@@ -319,11 +328,12 @@ class _CasadiKernel:
         pairs = zip(results, self.kernel.outputs, strict=True)
         return [np.array(r).reshape(o.shape) for r, o in pairs]
 
-    def bind(self) -> Bound:
-        inputs, outputs = _buffers(self.kernel)
+    def bind(self, count: int | None = None) -> Bound:
+        inputs, outputs = _buffers(self.kernel, count)
 
         def call() -> None:
-            for out, value in zip(outputs, self._one(inputs), strict=True):
+            values = self._one(inputs) if count is None else _as_tuple(self(*inputs))
+            for out, value in zip(outputs, values, strict=True):
                 out[...] = value
 
         return Bound(inputs, outputs, call)

@@ -1,0 +1,281 @@
+"""Reference motions: from a file or a log, the paper's, or a Fourier series within limits."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen import names
+from symgen.data.log import Log, read_log, read_only
+from symgen.data.signals import differentiate, prepare
+from symgen.errors import LogError
+from symgen.experiment import paper
+from symgen.robot.types import Robot
+
+FloatArray = NDArray[np.float64]
+_COLUMN = re.compile(r"(qdd|qd|q|tau)([1-9][0-9]*)")
+_ACCEPTED = "CSV with the columns t, q1.. and optionally qd1.., qdd1.."
+_HARMONICS = 5
+#: What a reference reaches where [limits] are silent: position, speed, acceleration.
+_MODEST = {names.REVOLUTE: (1.0, 1.5, 6.0), names.PRISMATIC: (0.2, 0.5, 3.0)}
+#: Part of the limits that a reference uses: the controller needs the rest.
+_PART = 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """A motion to follow; between its stamps a polynomial of degree five, which keeps q, qd, qdd.
+
+    Attributes:
+        name: what messages call it.
+        t: (N,) s, increasing.
+        q: (N, n) rad or m.
+        qd: (N, n) rad/s or m/s.
+        qdd: (N, n) rad/s2 or m/s2.
+        coefficients: (N - 1, 6, 3, n) of the polynomials of q, qd, qdd in the time since a stamp.
+    """
+
+    name: str
+    t: FloatArray
+    q: FloatArray
+    qd: FloatArray
+    qdd: FloatArray
+    coefficients: FloatArray
+
+    def at(self, t: FloatArray) -> FloatArray:
+        """Return q, qd and qdd (T, 3, n) at times (T,); beyond its ends the motion rests there."""
+        k = np.minimum(np.maximum(self.t.searchsorted(t, side="right") - 1, 0), len(self.t) - 2)
+        u = np.minimum(np.maximum(t, self.t[0]), self.t[-1]) - self.t[k]
+        c, u = self.coefficients[k], u[:, None, None]
+        out = c[:, 5]
+        for i in (4, 3, 2, 1, 0):
+            out = out * u + c[:, i]
+        outside = (t < self.t[0]) | (t > self.t[-1])
+        if outside.any():
+            out[outside, 1:] = 0.0
+        return np.asarray(out)
+
+
+def make_reference(
+    name: str, t: FloatArray, q: FloatArray, qd: FloatArray, qdd: FloatArray
+) -> Reference:
+    """Make a reference of arrays.
+
+    Args:
+        name: what messages call it.
+        t: (N,) s.
+        q: (N, n) rad or m.
+        qd: (N, n), dq/dt.
+        qdd: (N, n), dqd/dt.
+
+    Raises:
+        LogError: fewer than 2 stamps, shapes that differ, no finite numbers, or time that does not
+            increase.
+    """
+    shape = q.shape
+    if len(t) < 2 or q.ndim != 2 or shape[0] != len(t) or not shape == qd.shape == qdd.shape:
+        _refuse(name, f"t {t.shape}, q {shape}, qd {qd.shape}, qdd {qdd.shape}", "(N,), (N, n)")
+    if not all(np.isfinite(x).all() for x in (t, q, qd, qdd)):
+        _refuse(name, "a value is not a finite number", "finite numbers")
+    if np.diff(t).min() <= 0:
+        k = int(np.argmin(np.diff(t) > 0)) + 1
+        _refuse(name, f"sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s", "increasing time")
+    h = np.diff(t)[:, None]
+    x, v, a = q[:-1], qd[:-1], qdd[:-1]
+    # What the first three terms leave for the last three, in position, speed and acceleration.
+    dx = (q[1:] - x - v * h - a * h**2 / 2) / h**3
+    dv = (qd[1:] - v - a * h) / h**2
+    da = (qdd[1:] - a) / h
+    last = [
+        10 * dx - 4 * dv + da / 2,
+        (-15 * dx + 7 * dv - da) / h,
+        (6 * dx - 3 * dv + da / 2) / h**2,
+    ]
+    c = np.stack([x, v, a / 2, *last], axis=1)
+    coefficients = np.zeros((len(h), 6, 3, shape[1]))
+    coefficients[:, :, 0] = c
+    coefficients[:, :5, 1] = c[:, 1:] * np.arange(1, 6)[:, None]
+    coefficients[:, :4, 2] = c[:, 2:] * np.array([2, 6, 12, 20])[:, None]
+    return Reference(name, *(read_only(y) for y in (t, q, qd, qdd, coefficients)))
+
+
+def reference_of(
+    source: Reference | Log | str | Path | None, robot: Robot, **options: float
+) -> Reference:
+    """Return the reference that a user means.
+
+    Args:
+        source: a reference; a log or its NPZ or Parquet file, whose motion is filtered; a CSV;
+            "paper" for the motion of Gautier and Khalil (1988), of two revolute joints; None for a
+            Fourier series.
+        robot: whose joints move.
+        options: duration, rate and seed of the Fourier series; duration and rate of the paper's.
+
+    Raises:
+        LogError: the file cannot be read, or has another number of joints than the robot.
+    """
+    if isinstance(source, (str, Path)):
+        source = opened(source)
+    if source is None:
+        found = fourier(robot, **options)
+    elif isinstance(source, Reference):
+        found = source
+    elif isinstance(source, Log):
+        found = from_log(source)
+    elif str(source) == "paper":
+        found = _paper(robot, options["rate"])
+    else:
+        found = read_reference(source)
+    if found.q.shape[1] != robot.n:
+        _refuse(
+            found.name, f"it moves {found.q.shape[1]} joints, the robot has {robot.n}", "as many"
+        )
+    return found
+
+
+def opened(source: Log | str | Path) -> Log | str | Path:
+    """Read a log in a format that is a log's alone; leave a CSV, which may have fewer columns."""
+    if isinstance(source, Log) or Path(source).suffix.lower() not in (".npz", ".parquet"):
+        return source
+    return read_log(source)
+
+
+def from_log(log: Log, cutoff: float | None = None) -> Reference:
+    """Return the measured motion of a log: q through a zero-phase low-pass filter, and its slopes.
+
+    Measured speeds are not used, so that q, qd and qdd belong to one motion.
+    """
+    s = prepare(Log(log.name, log.t, log.q, None, log.tau), cutoff)
+    return make_reference(log.name, s.t, s.q, s.qd, differentiate(s.qd, s.step))
+
+
+def read_reference(path: str | Path) -> Reference:
+    """Read a reference from CSV; missing derivatives are those of a spline of degree five.
+
+    Raises:
+        LogError: the file cannot be read, or derivatives are missing where steps vary.
+    """
+    t, found = read_columns(path, ("q",), ("qd", "qdd"), _ACCEPTED)
+    step = float((t[-1] - t[0]) / (len(t) - 1))
+    uniform = float(np.abs(np.diff(t) - step).max()) <= 1e-3 * step
+    if not uniform and len(found) < 3:
+        _refuse(
+            path, "its steps vary, so that slopes must be given", "qd1.. and qdd1.., or equal steps"
+        )
+    q = found["q"]
+    qd = found["qd"] if "qd" in found else differentiate(q, step)
+    qdd = found["qdd"] if "qdd" in found else differentiate(qd, step)
+    return make_reference(str(path), t, q, qd, qdd)
+
+
+def read_columns(
+    path: str | Path, needed: tuple[str, ...], optional: tuple[str, ...], accepted: str
+) -> tuple[FloatArray, dict[str, FloatArray]]:
+    """Read t (N,) and groups of numbered columns (N, n) from CSV; other columns are ignored.
+
+    Raises:
+        LogError: the file cannot be read, a column is missing, or a value is not a finite number.
+    """
+    try:
+        with Path(path).open(encoding="utf-8-sig", newline="") as file:
+            rows = [row for row in csv.reader(file) if row and not row[0].startswith("#")]
+    except (OSError, ValueError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or "not a text file"
+        raise LogError(f"{path}: cannot be read ({reason}); accepted: {accepted}") from error
+    header = [name.strip() for name in rows[0]] if rows else []
+    groups: dict[str, dict[int, int]] = {}
+    for at, name in enumerate(header):
+        if match := _COLUMN.fullmatch(name):
+            groups.setdefault(match[1], {})[int(match[2])] = at
+    if "t" not in header or any(role not in groups for role in needed):
+        _refuse(path, f"columns {', '.join(header[:12]) or 'none'}", accepted)
+    if len(rows) < 3:
+        _refuse(path, "fewer than 2 samples", accepted)
+    try:
+        table = np.array([[float(cell) for cell in row] for row in rows[1:]])
+    except ValueError as error:
+        raise LogError(f"{path}: not a table of numbers ({error}); accepted: {accepted}") from error
+    if table.shape[1] != len(header) or not np.isfinite(table).all():
+        _refuse(path, "a value is not a finite number, or rows differ in length", accepted)
+    t, joints = table[:, header.index("t")], len(groups[needed[0]])
+    if np.diff(t).min() <= 0:
+        _refuse(path, "time does not increase", accepted)
+    out = {}
+    for role in (*needed, *optional):
+        places = groups.get(role, {})
+        if places and sorted(places) != list(range(1, joints + 1)):
+            _refuse(path, f"the columns of {role} are not numbered 1 to {joints}", accepted)
+        if places:
+            out[role] = np.ascontiguousarray(table[:, [places[j] for j in sorted(places)]])
+    return t, out
+
+
+def fourier(
+    robot: Robot, *, duration: float = 20.0, rate: float = 1000.0, seed: float = 0
+) -> Reference:
+    """Return a seeded Fourier series that begins and ends at rest, within 90 % of [limits].
+
+        q_j = c_j + sum over k = 1..5 of (a_jk sin(k w t) - b_jk cos(k w t)) / (k w),
+        w = 2 pi / duration, at least 0.1 Hz
+
+    with speeds and accelerations of 0 at t = 0 (Swevers and others 1997). Where the robot has no
+    limits: 1 rad, 1.5 rad/s, 6 rad/s2 (0.2 m, 0.5 m/s, 3 m/s2) about zero.
+
+    Args:
+        robot: whose limits hold.
+        duration: s; periods of the series are repeated so that none is longer than 10 s.
+        rate: stamps per second.
+        seed: of the coefficients.
+    """
+    samples = duration * rate
+    if not (math.isfinite(samples) and 10 <= samples <= 20_000_000):
+        _refuse("reference", f"{duration:g} s at {rate:g} Hz", "10 to 20,000,000 samples")
+    t = np.arange(round(samples) + 1) / rate
+    w = 2 * math.pi * math.ceil(duration / 10.0) / duration
+    k = np.arange(1, _HARMONICS + 1)
+    draw = np.random.default_rng([int(seed), 4])
+    a, b = draw.uniform(-1, 1, (2, robot.n, _HARMONICS))
+    a -= a.mean(axis=1, keepdims=True)  # speed and acceleration are 0 at both ends
+    b -= (b @ k)[:, None] * k / (k @ k)
+    angle = w * t[:, None] * k
+    sine, cosine = np.sin(angle), np.cos(angle)
+    q = (sine / (k * w)) @ a.T - (cosine / (k * w)) @ b.T
+    qd = cosine @ a.T + sine @ b.T
+    qdd = -(sine * (k * w)) @ a.T + (cosine * (k * w)) @ b.T
+    limits = robot.limits
+    for j, sigma in enumerate(robot.sigma):
+        far, fast, hard = _MODEST[sigma]
+        low, high = -far, far
+        if limits and limits.position:
+            low, high = limits.position[j]
+        fast = limits.velocity[j] if limits and limits.velocity else fast
+        hard = limits.acceleration[j] if limits and limits.acceleration else hard
+        # A wide range would make slow motion of few reversals: a turn each way is enough.
+        reach = min((high - low) / 2, 2 * far)
+        q[:, j] -= (q[:, j].max() + q[:, j].min()) / 2
+        scale = _PART * min(
+            limit / float(np.abs(x[:, j]).max())
+            for limit, x in ((reach, q), (fast, qd), (hard, qdd))
+        )
+        q[:, j] = (low + high) / 2 + scale * q[:, j]
+        qd[:, j] *= scale
+        qdd[:, j] *= scale
+    return make_reference("Fourier series", t, q, qd, qdd)
+
+
+def _paper(robot: Robot, rate: float) -> Reference:
+    if robot.n != 2 or any(robot.sigma):
+        _refuse("trajectory paper", f"{robot.name} has other joints", "two revolute joints")
+    t = np.arange(round(paper.SAMPLES * paper.STEP * rate) + 1) / rate
+    return make_reference("paper", t, *paper.reference(t))
+
+
+def _refuse(file: str | Path, what: str, accepted: str) -> NoReturn:
+    raise LogError(f"{file}: {what}; accepted: {accepted}")

@@ -1,0 +1,399 @@
+"""simulate: a robot that moves under a controller or given torques, and the log that it leaves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symgen.codegen.model import Model, derive
+from symgen.data.log import Log, read_only
+from symgen.errors import LogError, ParameterError
+from symgen.experiment.controller import Controller, Law, replay, tracking
+from symgen.experiment.instruments import Instruments, unseen_torque
+from symgen.experiment.integrator import Motion, integrate
+from symgen.experiment.plant import KERNELS, Plant, plant, without_dry
+from symgen.experiment.reference import Reference, from_log, opened, read_columns, reference_of
+from symgen.experiment.simulation import Simulation
+from symgen.identification.parameters import base_values, read_parameters
+from symgen.robot.toml_io import read_robot
+from symgen.robot.types import Robot
+from symgen.runtime.evaluator import Evaluator, load
+
+FloatArray = NDArray[np.float64]
+Parameters = str | Path | Mapping[str, float] | ArrayLike
+#: Numbers in one array of all runs, above which memory is likely to be short.
+_MOST = 60_000_000
+
+
+def simulate(
+    robot: Robot | str | Path | Evaluator,
+    parameters: Parameters,
+    *,
+    trajectory: Reference | Log | str | Path | None = None,
+    torque: Log | str | Path | None = None,
+    hold: bool = False,
+    controller: Controller | None = None,
+    instruments: Instruments | None = None,
+    disturbance: float | Sequence[float] = 0.0,
+    initial: tuple[ArrayLike, ArrayLike] | None = None,
+    duration: float = 20.0,
+    rate: float | None = None,
+    runs: int = 1,
+    seed: int = 0,
+    clip: bool = False,
+    tolerance: float = 1e-9,
+    progress: Callable[[str], None] = lambda _: None,
+    meter: Callable[[float], None] = lambda _: None,
+) -> Simulation:
+    """Simulate a robot that follows a reference, or that given torques drive, and its logs.
+
+        M(q) qdd + h(q, qd) + A' f = tau + disturbance
+
+    with every kernel of the model (friction, couplings, effects); Coulomb friction of width 0 holds
+    a joint at rest under any load below it (see `symgen.experiment.plant`). Dormand and Prince's
+    method of order 5, all runs at once.
+
+    Args:
+        robot: a robot, a path or library name, or a loaded evaluator.
+        parameters: an estimate.json or TOML with [parameters], a mapping of their names, or X (p,).
+        trajectory: what the controller follows: a CSV with t, q1.. and optionally qd1.., qdd1..;
+            a log; "paper"; a `Reference`; by default a seeded Fourier series within [limits].
+        torque: instead of a controller: a log, or a CSV with t, tau1.., played in straight lines
+            between its stamps.
+        hold: hold each of these torques until the next stamp instead.
+        controller: the controller; computed torque by default.
+        instruments: what the log shows; everything exactly, by default.
+        disturbance: standard deviation of torques that act on the joints and are not in the log,
+            new at every stamp; one number, or one for each joint, N m or N.
+        initial: q and qd (n,) to begin with; by default those of the reference, or of the log whose
+            torques are played, or rest at 0.
+        duration: of the Fourier series, s.
+        rate: stamps of the log per second; by default those of the trajectory or of the torques,
+            1000 for the Fourier series and the paper's motion.
+        runs: how many; they differ in noise and disturbance. Run k is the same of however many.
+        seed: of all noise, and of the Fourier series.
+        clip: keep the torque within [limits] instead of refusing when it leaves them.
+        tolerance: of the error of an integration step, absolute (rad, m, rad/s, m/s) and relative.
+        progress: is told what is being done.
+        meter: is told which part of the motion is done, from 0 to 1.
+
+    Returns:
+        The true motions and the logs.
+
+    Raises:
+        ParameterError: the parameters are not this robot's or no robot's (M is not positive
+            definite, negative Coulomb friction), the motion is not finite, or the torque leaves
+            [limits]: the message says when and which joint.
+        LogError: a file cannot be read, or has another number of joints.
+    """
+    evaluator, X = _loaded(robot, parameters, progress)
+    source = evaluator.model.robot
+    if torque is not None and (trajectory is not None or controller is not None):
+        raise ParameterError("simulate: torques and a trajectory; accepted: one of the two")
+    if torque is not None and rate is not None:
+        raise ParameterError("simulate: torques have stamps of their own; accepted: no rate")
+    if rate is not None and not (math.isfinite(rate) and rate > 0):
+        raise ParameterError(f"simulate: rate is {rate:g}; accepted: above 0 Hz")
+    if torque is not None:
+        t, tau, start = _torques(torque, source)
+        law, acts = replay(t, tau, hold), "at stamps" if hold else "always"
+    else:
+        chosen = controller or Controller()
+        made = rate or 1000.0
+        aim = reference_of(trajectory, source, duration=duration, rate=made, seed=seed)
+        t = aim.t if rate is None else _stamps(aim.t, rate)
+        start = aim.q[0], aim.qd[0]
+        law = tracking(chosen, aim, evaluator, without_dry(evaluator.model, X))
+        acts = "always" if chosen.feedback == "true" else "on measurements"
+    plan = _Plan(
+        plant(evaluator, X),
+        t,
+        law,
+        acts,
+        start if initial is None else initial,
+        instruments or Instruments(),
+        _per_joint(disturbance, source.n),
+        runs,
+        seed,
+        clip,
+        tolerance,
+        torque is None,
+    )
+    return _run(plan, progress, meter)
+
+
+def track(
+    robot: Robot | str | Path | Evaluator,
+    parameters: Parameters,
+    log: Log,
+    controller: Controller | None = None,
+    *,
+    cutoff: float | None = None,
+    clip: bool = False,
+    tolerance: float = 1e-9,
+) -> Simulation:
+    """Simulate a robot that a controller moves along the measured motion of a log.
+
+    The reference is the log's q through a zero-phase low-pass filter, with its slopes: what the
+    model would do in the real robot's place. Where the model is right the simulated torque is the
+    measured one and the motion differs by what the feedback leaves of Coulomb friction.
+
+    Args:
+        robot: a robot, a path or library name, or a loaded evaluator.
+        parameters: as in `simulate`.
+        log: the measured log.
+        controller: computed torque by default.
+        cutoff: of the low-pass, Hz; by default from the motion's bandwidth.
+        clip: as in `simulate`.
+        tolerance: as in `simulate`.
+
+    Returns:
+        One run over the log's stamps: `t` is log.t, and `q[0]`, `qd[0]`, `tau[0]` (N, n) are the
+        simulated motion and torque, free of noise.
+
+    Raises:
+        ParameterError: as `simulate`.
+        LogError: the log has another number of joints, or a gap.
+    """
+    evaluator, X = _loaded(robot, parameters, lambda _: None)
+    aim = reference_of(from_log(log, cutoff), evaluator.model.robot)
+    chosen = controller or Controller()
+    plan = _Plan(
+        plant(evaluator, X),
+        log.t,
+        tracking(chosen, aim, evaluator, without_dry(evaluator.model, X)),
+        "always" if chosen.feedback == "true" else "on measurements",
+        (aim.q[0], aim.qd[0]),
+        clip=clip,
+        tolerance=tolerance,
+    )
+    return _run(plan)
+
+
+@dataclass(frozen=True, eq=False)
+class _Plan:
+    """All that a simulation is made of."""
+
+    plant: Plant
+    t: FloatArray
+    law: Law
+    acts: str  # "always", "at stamps" and held, "on measurements" at stamps and held
+    initial: tuple[ArrayLike, ArrayLike]
+    instruments: Instruments = field(default_factory=Instruments)
+    disturbance: FloatArray | None = None
+    runs: int = 1
+    seed: int = 0
+    clip: bool = False
+    tolerance: float = 1e-9
+    smooth: bool = True  # whether the law does not bend at the stamps
+
+
+def _run(
+    plan: _Plan,
+    progress: Callable[[str], None] = lambda _: None,
+    meter: Callable[[float], None] = lambda _: None,
+) -> Simulation:
+    robot, t, shown = plan.plant.evaluator.model.robot, plan.t, plan.instruments
+    limits = robot.limits.torque if robot.limits else None
+    if plan.clip and limits is None:
+        raise ParameterError(f"simulate: clip, and {robot.name} has no torque in [limits]")
+    if plan.runs < 1 or plan.seed < 0:
+        raise ParameterError(
+            f"simulate: {plan.runs} runs, seed {plan.seed}; accepted: 1 run or more, seed 0 or more"
+        )
+    if not 1e-13 <= plan.tolerance <= 1e-3:
+        raise ParameterError(f"simulate: tolerance {plan.tolerance:g}; accepted: 1e-13 to 1e-3")
+    if plan.runs * len(t) * robot.n > _MOST:
+        raise ParameterError(
+            f"simulate: {plan.runs} runs of {len(t)} samples and {robot.n} joints would fill the "
+            f"memory; accepted: up to {_MOST // (len(t) * robot.n)} runs at a time"
+        )
+    noise = shown.motion_noise(plan.runs, plan.seed, (len(t), robot.n))
+    pushed = plan.disturbance is not None and bool(plan.disturbance.any())
+    noisy = plan.acts == "on measurements" and any(e.size > 1 for e in noise)
+    # Runs that differ in nothing but what is read off them are one motion.
+    moving = plan.runs if pushed or noisy else 1
+    law = _clipped(plan.law, np.array(limits)) if plan.clip else plan.law
+    unseen = None
+    if pushed:
+        assert plan.disturbance is not None
+        unseen = unseen_torque(plan.disturbance, moving, plan.seed, len(t))
+    progress(f"moving {robot.name} over {t[-1] - t[0]:.6g} s")
+    motion = integrate(
+        plan.plant,
+        law,
+        t,
+        *_start(plan.initial, robot, moving),
+        held=None if plan.acts == "always" else _held(plan, law, noise),
+        unseen=unseen,
+        smooth=plan.smooth,
+        tolerance=plan.tolerance,
+        progress=lambda k: meter((k + 1) / (len(t) - 1)),
+    )
+    notes = _torque_notes(motion, robot, limits, plan.clip)
+    shape = (plan.runs, len(t), robot.n)
+    q, qd = shown.delayed(t, motion.q, motion.qd, slice(0, len(t)))
+    q, qd = shown.read(q, qd, *noise)
+    command = np.broadcast_to(motion.tau, shape)
+    arrays = (motion.q, motion.qd, command, q, qd, shown.torque(command, plan.seed))
+    frozen = [_read_only(np.broadcast_to(x, shape)) for x in arrays]
+    true_q, true_qd, tau, q_log, qd_log, tau_log = frozen
+    return Simulation(
+        robot.name,
+        read_only(t),
+        true_q,
+        true_qd,
+        tau,
+        q_log,
+        qd_log if shown.velocity else None,
+        tau_log,
+        robot.sigma,
+        tuple(j.number for j in robot.movable),
+        notes,
+    )
+
+
+def _held(
+    plan: _Plan, law: Law, noise: tuple[FloatArray, FloatArray]
+) -> Callable[[int, FloatArray, FloatArray], FloatArray]:
+    """Return the torque that acts from stamp k on, held until the next."""
+    shown, t = plan.instruments, plan.t
+
+    def torque(k: int, q: FloatArray, qd: FloatArray) -> FloatArray:
+        now = slice(k, k + 1)
+        if plan.acts == "on measurements":
+            q, qd = shown.delayed(t, q, qd, now)
+            errors = (e if e.size == 1 else e[: len(q), now] for e in noise)
+            q, qd = shown.read(q, qd, *errors)
+        else:
+            q, qd = q[:, now], qd[:, now]
+        return law(np.full(len(q), t[k]), q[:, 0], qd[:, 0])
+
+    return torque
+
+
+def _clipped(law: Law, limits: FloatArray) -> Law:
+    def clipped(t: FloatArray, q: FloatArray, qd: FloatArray) -> FloatArray:
+        return np.clip(law(t, q, qd), -limits, limits)
+
+    return clipped
+
+
+def _torque_notes(
+    motion: Motion, robot: Robot, limits: tuple[float, ...] | None, clip: bool
+) -> tuple[str, ...]:
+    """Say how often a torque was clipped.
+
+    Raises:
+        ParameterError: it left the limits and clipping was not asked for.
+    """
+    notes = []
+    for j, limit in enumerate(limits or ()):
+        size, number = np.abs(motion.tau[:, :, j]), robot.movable[j].number
+        if clip and (share := float(np.mean(size >= limit))):
+            notes.append(
+                f"the torque of joint {number} was clipped in {100 * share:.3g} % of samples"
+            )
+        if size.max() > limit * (1 + 1e-12):
+            k = int(np.argmax((size > limit).any(axis=0)))
+            raise ParameterError(
+                f"simulate: joint {number} needs {size[:, k].max():.4g} at t = {motion.t[k]:.6g} "
+                f"s, and [limits] allow {limit:g}; accepted: a slower motion, or clipping (--clip)"
+            )
+    return tuple(notes)
+
+
+def _read_only(array: FloatArray) -> FloatArray:
+    """Return a view that nobody writes to; unlike `read_only`, without a copy."""
+    view = array.view()
+    view.setflags(write=False)
+    return view
+
+
+def _start(initial: tuple[ArrayLike, ArrayLike], robot: Robot, runs: int) -> list[FloatArray]:
+    out = []
+    for name, given in zip(("q", "qd"), initial, strict=True):
+        value = np.asarray(given, dtype=np.float64)
+        if value.shape != (robot.n,) or not np.isfinite(value).all():
+            raise ParameterError(
+                f"simulate: initial {name} has the shape {value.shape}, or is not finite; "
+                f"accepted: ({robot.n},)"
+            )
+        out.append(np.repeat(value[None], runs, axis=0))
+    return out
+
+
+def _per_joint(value: float | Sequence[float], n: int) -> FloatArray:
+    out = np.asarray(value, dtype=np.float64)
+    if out.shape not in ((), (n,)) or not np.isfinite(out).all() or out.min() < 0:
+        raise ParameterError(
+            f"simulate: disturbance {value}; accepted: one or {n} numbers from 0 on"
+        )
+    return np.broadcast_to(out, (n,))
+
+
+def _stamps(t: FloatArray, rate: float) -> FloatArray:
+    count = math.floor((t[-1] - t[0]) * rate * (1 + 1e-12)) + 1
+    if count < 2:
+        raise ParameterError(
+            f"simulate: rate {rate:g} Hz over {t[-1] - t[0]:.4g} s; accepted: more"
+        )
+    return np.asarray(t[0] + np.arange(count) / rate)
+
+
+def _torques(
+    source: Log | str | Path, robot: Robot
+) -> tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray]]:
+    """Return t (N,), tau (N, n), and the state to begin with."""
+    source = opened(source)
+    if isinstance(source, Log):
+        aim = from_log(source)
+        t, tau, start = source.t, source.tau, (aim.q[0], aim.qd[0])
+        if source.qd is not None:
+            start = source.q[0], source.qd[0]
+    else:
+        t, found = read_columns(source, ("tau",), ("q", "qd"), "CSV with the columns t, tau1..")
+        tau, rest = found["tau"], np.zeros((1, robot.n))
+        start = found.get("q", rest)[0], found.get("qd", rest)[0]
+    if tau.shape[1] != robot.n:
+        name = source.name if isinstance(source, Log) else source
+        raise LogError(f"{name}: {tau.shape[1]} torques, the robot has {robot.n} joints")
+    return t, tau, start
+
+
+def _loaded(
+    robot: Robot | str | Path | Evaluator, parameters: Parameters, progress: Callable[[str], None]
+) -> tuple[Evaluator, FloatArray]:
+    """Return the evaluator with the kernels that are needed, and X (p,)."""
+    if isinstance(robot, Evaluator):
+        model: Model = robot.model
+        ready = all(robot.has(name) for name in KERNELS if name != "friction_torque")
+        evaluator = robot if ready else None
+        source = model.robot
+    else:
+        evaluator = None
+        source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
+    if evaluator is None:
+        progress("deriving and compiling the model")
+        model = derive(source, KERNELS)
+    X = _values(parameters, model)
+    return evaluator or load(model), X
+
+
+def _values(parameters: Parameters, model: Model) -> FloatArray:
+    if isinstance(parameters, (str, Path)):
+        return read_parameters(parameters, model)
+    if isinstance(parameters, Mapping):
+        return base_values(parameters, model, "parameters")
+    X = np.asarray(parameters, dtype=np.float64)
+    if X.shape != (len(model.base.parameters),) or not np.isfinite(X).all():
+        raise ParameterError(
+            f"parameters of shape {X.shape}; accepted: X ({len(model.base.parameters)},) of finite "
+            "numbers, a mapping of names, or a file"
+        )
+    return X

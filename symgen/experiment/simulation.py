@@ -1,0 +1,103 @@
+"""The result of a simulation: true motions, and the logs that instruments made of them."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.data.log import Log, make_log
+from symgen.errors import LogError
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """What truly happened in every run, and what its log shows. Arrays are read-only.
+
+    Attributes:
+        robot: its name.
+        t: (N,) stamps, s.
+        q: (runs, N, n) true positions, rad or m.
+        qd: (runs, N, n) true speeds, rad/s or m/s.
+        tau: (runs, N, n) commanded torques, N m or N.
+        q_log: (runs, N, n) positions in the logs.
+        qd_log: (runs, N, n) speeds in the logs, None without tachometers.
+        tau_log: (runs, N, n) torques in the logs.
+        sigma: types of the joints.
+        joints: their numbers in the robot file.
+        notes: what was done, in words.
+    """
+
+    robot: str
+    t: FloatArray
+    q: FloatArray
+    qd: FloatArray
+    tau: FloatArray
+    q_log: FloatArray
+    qd_log: FloatArray | None
+    tau_log: FloatArray
+    sigma: tuple[int, ...]
+    joints: tuple[int, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return len(self.q_log)
+
+    def log(self, run: int = 0) -> Log:
+        """Return the log of a run.
+
+        Raises:
+            LogError: it is no log that identification would take, such as one of under 10 samples.
+        """
+        qd = None if self.qd_log is None else self.qd_log[run]
+        name = f"{self.robot} {run + 1}"
+        return make_log(name, self.t, self.q_log[run], self.tau_log[run], qd, sigma=self.sigma)
+
+    def files(self, into: Path) -> Iterator[tuple[Path, bytes]]:
+        """Yield path and content of every run's log: `into`, or NAME_1 and so on where several."""
+        for run, path in enumerate(log_paths(into, self.runs)):
+            yield path, self.file(run, path.suffix)
+
+    def file(self, run: int = 0, suffix: str = ".csv") -> bytes:
+        """Return the log of a run as the content of a CSV or NPZ file.
+
+        Raises:
+            LogError: the suffix is neither .csv nor .npz.
+        """
+        groups = {"q": self.q_log[run], "tau": self.tau_log[run]}
+        if self.qd_log is not None:
+            groups = {"q": groups["q"], "qd": self.qd_log[run], "tau": groups["tau"]}
+        if suffix == ".npz":
+            out = io.BytesIO()
+            np.savez(out, t=self.t, **groups)
+            return out.getvalue()
+        _require_format(suffix)
+        names = [f"{role}{j + 1}" for role in groups for j in range(len(self.sigma))]
+        rows = np.column_stack([self.t, *groups.values()]).tolist()
+        form = ",".join(["%.12g"] * (1 + len(names)))
+        return "\n".join([",".join(["t", *names]), *(form % tuple(r) for r in rows), ""]).encode()
+
+
+def log_paths(into: Path, runs: int) -> list[Path]:
+    """Return the paths of the logs of some runs.
+
+    Raises:
+        LogError: the suffix is neither .csv nor .npz.
+    """
+    _require_format(into.suffix)
+    if runs == 1:
+        return [into]
+    return [into.with_name(f"{into.stem}_{run + 1}{into.suffix}") for run in range(runs)]
+
+
+def _require_format(suffix: str) -> None:
+    if suffix not in (".csv", ".npz"):
+        raise LogError(f"log {suffix or 'without a suffix'}; accepted: .csv or .npz")

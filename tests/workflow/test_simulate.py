@@ -1,0 +1,599 @@
+"""symgen simulate: motions against SciPy, Pinocchio and analytic results; what logs show."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from oracles.pinocchio_arm import PinocchioArm
+from oracles.random_arms import random_arm, random_parameters
+from oracles.transforms import LINK_PARAMETERS, Arm
+from scipy.integrate import solve_ivp
+from scipy.special import ellipj, ellipk
+from support import robot_of
+
+import symgen
+from symgen.experiment.controller import Controller
+from symgen.experiment.instruments import Instruments
+from symgen.experiment.plant import KERNELS
+from symgen.experiment.reference import fourier, make_reference
+from symgen.experiment.simulate import simulate, track
+
+SLIDER = """
+[robot]
+name = "slider"
+gravity = [0, 0, 0]
+[[joint]]
+sigma = 1
+rotor_inertia = false
+friction = ["coulomb"]
+{more}
+"""
+M, FS = 2.0, 1.5
+
+
+def _slider(more: str = "") -> symgen.Evaluator:
+    return _evaluator(symgen.parse_robot(SLIDER.format(more=more)))
+
+
+def _evaluator(robot: symgen.Robot) -> symgen.Evaluator:
+    return symgen.load(symgen.derive(robot, KERNELS))
+
+
+def _values(arm: Arm, links: np.ndarray, rotor: np.ndarray | None = None) -> dict[str, float]:
+    out = {
+        f"{name}{j + 1}": float(x)
+        for j, link in enumerate(links)
+        for name, x in zip(LINK_PARAMETERS, link, strict=True)
+    }
+    rotors = np.zeros(arm.n) if rotor is None else rotor
+    return out | {f"IA{j}": float(x) for j, x in zip(arm.movable, rotors, strict=True)}
+
+
+def _played(t: np.ndarray, tau: np.ndarray) -> symgen.Log:
+    """A log at rest at zero, whose torques are played."""
+    zero = np.zeros_like(tau)
+    return symgen.make_log("torques", t, zero, tau, zero)
+
+
+@pytest.fixture(scope="module")
+def arm() -> tuple[Arm, np.ndarray, np.ndarray]:
+    """A random serial arm of four joints, one of them prismatic, with its parameters."""
+    found = next(
+        a
+        for a in (random_arm(seed, 4, 4, tree=False, fixed=False) for seed in range(100))
+        if sum(a.sigma) == 1
+    )
+    return found, *random_parameters(found, 5)
+
+
+def test_a_torque_driven_arm_moves_as_scipy_and_pinocchio_say(arm) -> None:
+    table, links, rotor = arm
+    t = np.arange(0, 1.005, 0.01)
+    tau = np.sin(np.outer(t, [3.0, 4.0, 5.0, 6.0])) * [20.0, 20.0, 5.0, 5.0]
+    given = robot_of(table), _values(table, links, rotor)
+    done = simulate(*given, torque=_played(t, tau), tolerance=1e-12)
+    usual = simulate(*given, torque=_played(t, tau))
+
+    oracle = PinocchioArm(table, links, rotor)
+    zero = np.zeros(4)
+
+    def rate(at: float, x: np.ndarray) -> np.ndarray:
+        torque = np.array([np.interp(at, t, tau[:, j]) for j in range(4)])
+        bias = oracle.inverse_dynamics(x[:4], x[4:], zero)
+        return np.concatenate([x[4:], np.linalg.solve(oracle.mass_matrix(x[:4]), torque - bias)])
+
+    states = [np.zeros(8)]
+    for begin, end in pairwise(t):  # the torque bends at every stamp
+        found = solve_ivp(rate, (begin, end), states[-1], "DOP853", rtol=1e-11, atol=1e-12)
+        states.append(found.y[:, -1])
+    expected = np.array(states)
+    assert np.abs(np.hstack([done.q[0], done.qd[0]]) - expected).max() < 1e-9
+    assert np.abs(np.hstack([usual.q[0], usual.qd[0]]) - expected).max() < 1e-7
+
+
+def test_a_free_arm_without_friction_keeps_its_energy_for_ten_seconds(arm) -> None:
+    table, links, rotor = arm
+    # The prismatic joint would fall for ever.
+    flat = Arm.from_table({**vars(table), "sigma": [0, 0, 0, 0]})
+    t = np.arange(0, 10.005, 0.01)
+    done = simulate(
+        robot_of(flat),
+        _values(flat, links, rotor),
+        torque=_played(t, np.zeros((len(t), 4))),
+        initial=([0.3, -0.4, 0.5, 0.1], [1.0, -2.0, 1.5, 1.0]),
+    )
+    oracle = PinocchioArm(flat, links, rotor)
+    kinetic = [oracle.kinetic_energy(q, v) for q, v in zip(done.q[0], done.qd[0], strict=True)]
+    energy = np.array(kinetic) + [oracle.potential_energy(q) for q in done.q[0]]
+    assert np.ptp(energy) < 1e-6 * max(kinetic)
+
+
+def test_a_pendulum_follows_the_elliptic_functions() -> None:
+    robot = symgen.parse_robot(
+        '[robot]\nname = "pendulum"\ngravity = [9.81, 0, 0]\n[[joint]]\nfriction = []\n'
+        "rotor_inertia = false\n"
+    )
+    inertia, moment, swing = 0.5, 0.8, 2.5
+    t = np.arange(0, 5.001, 0.01)
+    done = simulate(
+        robot,
+        {"ZZ1": inertia, "MX1": moment, "MY1": 0.0},
+        torque=_played(t, np.zeros((len(t), 1))),
+        initial=([swing], [0.0]),
+    )
+    w, k = np.sqrt(9.81 * moment / inertia), np.sin(swing / 2)
+    sn = ellipj(ellipk(k**2) - w * t, k**2)[0]
+    expected = 2 * np.arcsin(k * sn)
+    assert np.abs(done.q[0, :, 0] - expected).max() < 1e-7
+
+
+@pytest.mark.parametrize("load", [0.0, 0.999, -0.999])
+def test_a_joint_under_a_load_below_its_friction_does_not_move_at_all(load: float) -> None:
+    t = np.arange(0, 5.005, 0.05)
+    tau = np.full((len(t), 1), load * FS)
+    done = simulate(_slider(), {"M1": M, "FS1": FS}, torque=_played(t, tau))
+    assert not done.q.any()
+    assert not done.qd.any()
+
+
+def test_a_load_above_the_friction_accelerates_by_the_difference() -> None:
+    t = np.arange(0, 1.0005, 1e-3)
+    tau = np.full((len(t), 1), -1.001 * FS)
+    done = simulate(_slider(), {"M1": M, "FS1": FS}, torque=_played(t, tau))
+    assert np.abs(done.q[0, :, 0] + 0.001 * FS / M * t**2 / 2).max() < 1e-12
+
+
+def test_breakaway_and_stop_happen_when_the_forces_say() -> None:
+    # Force 2 t: slides from t1 = FS/2, when the force has come over FS.
+    t = np.arange(0, 2.005, 0.01)
+    done = simulate(_slider(), {"M1": M, "FS1": FS}, torque=_played(t, 2 * t[:, None]))
+    since = np.maximum(t - FS / 2, 0.0)
+    assert np.abs(done.qd[0, :, 0] - since**2 / M).max() < 1e-9
+    # A push of 1 m/s stops after M v/FS s and M v^2/(2 FS) m, and stays there.
+    done = simulate(
+        _slider(),
+        {"M1": M, "FS1": FS},
+        torque=_played(t, 0 * t[:, None]),
+        initial=([0.0], [1.0]),
+    )
+    stop = np.minimum(t, M / FS)
+    assert np.abs(done.q[0, :, 0] - (stop - FS / M * stop**2 / 2)).max() < 1e-8
+    assert not done.qd[0, t > M / FS].any()
+
+
+def test_a_spring_loses_two_frictions_each_half_swing_and_stops_in_the_dead_band() -> None:
+    evaluator = _slider('[[effect]]\nname = "gravity_spring"\njoints = [1]')
+    names = evaluator.model.base.names
+    K, start = 50.0, 0.2
+    half = np.pi * np.sqrt(M / K)
+    t = np.arange(0, 5.0, half / 16)
+    X = [{"M": M, "F": FS, "K": K}[name[0]] for name in names]
+    rest = _played(t, 0 * t[:, None])
+    done = simulate(evaluator, X, torque=rest, initial=([start], [0.0]))
+    band = FS / K
+    swings = int(np.ceil((start - band) / (2 * band)))
+    for i in range(swings + 1):
+        turned = (-1) ** i * (start - 2 * i * band)
+        assert abs(done.q[0, 16 * i, 0] - turned) < 1e-7
+    assert not done.qd[0, 16 * swings + 1 :].any()
+
+
+def test_stribeck_friction_breaks_away_at_the_sum_of_both_forces() -> None:
+    more = '[[effect]]\nname = "stribeck_friction"\njoints = [1]\nnonlinear = { vs = 0.1 }'
+    evaluator = _slider(more)
+    drop = 0.6
+    X = [
+        {"M": M, "FS1": FS}.get(n if n == "FS1" else n[0], drop) for n in evaluator.model.base.names
+    ]
+    t = np.arange(0, 1.5005, 1e-3)
+    done = simulate(evaluator, X, torque=_played(t, 2 * t[:, None]))
+    qd = done.qd[0, :, 0]
+    assert not qd[t < (FS + drop) / 2].any()
+    assert (qd[t > (FS + drop) / 2 + 1e-3] > 0).all()
+
+    def rate(at: float, x: np.ndarray) -> list[float]:
+        friction = FS + drop * np.exp(-((x[1] / 0.1) ** 2))
+        return [x[1], max(2 * at - friction, 0.0) / M]
+
+    begin = (FS + drop) / 2
+    after = t[t > begin]
+    found = solve_ivp(rate, (begin, 1.5), [0, 0], t_eval=after, rtol=1e-10, atol=1e-12)
+    assert np.abs(qd[t > begin] - found.y[1]).max() < 1e-6
+
+
+COUPLED = """
+[robot]
+name = "wrist"
+gravity = [0, 0, 0]
+[[joint]]
+rotor_inertia = true
+friction = ["coulomb"]
+[[joint]]
+alpha = "pi/2"
+friction = ["coulomb"]
+[[coupling]]
+joints = [1, 2]
+ratio = 2.0
+"""
+
+
+def test_a_coupled_drive_holds_with_its_friction_and_the_joints_own() -> None:
+    evaluator = _evaluator(symgen.parse_robot(COUPLED))
+    standard = {p.name: 0.0 for p in evaluator.model.base.standard}
+    values = standard | {"ZZ1": 1.0, "ZZ2": 1.0, "IA1": 1.0, "FS1": 0.5, "FS2": 0.5, "FSM2": 1.0}
+    t = np.arange(0, 1.05, 0.1)
+    for first, second in (
+        (1.4, 2.4),
+        (0.2, 1.3),
+        (-1.3, -2.2),
+        (0.0, 2.6),
+        (-0.4, 1.7),
+        (1.6, 2.0),
+    ):
+        # f1 + f = tau1, f2 + 2 f = tau2 with |f1|, |f2| <= 0.5 and |f| <= 1 need such an f.
+        least = max(first - 0.5, (second - 0.5) / 2, -1.0)
+        most = min(first + 0.5, (second + 0.5) / 2, 1.0)
+        tau = np.tile([first, second], (len(t), 1))
+        moved = np.abs(simulate(evaluator, values, torque=_played(t, tau)).q).max()
+        assert moved < 1e-8 if least <= most else moved > 1e-3, (first, second)
+
+
+def test_dry_friction_is_the_limit_of_a_steep_smooth_one() -> None:
+    table = Arm.from_table(
+        {
+            "sigma": [0, 0],
+            "ant": [0, 1],
+            "gamma": [0, 0],
+            "b": [0, 0],
+            "alpha": [0.0, 0.5],
+            "d": [0.0, 0.5],
+            "theta": [0, 0],
+            "r": [0, 0],
+            "gravity": [0, -9.81, 0],
+        }
+    )
+    links, rotor = random_parameters(table, 3)
+    oracle, dry, width = PinocchioArm(table, links, rotor), np.array([4.0, 3.0]), 1e-4
+    t = np.arange(0, 1.5005, 1e-3)
+    tau = np.sin(np.outer(t, [5.0, 9.0])) * [40.0, 20.0]
+    values = _values(table, links, rotor) | {"FS1": 4.0, "FS2": 3.0}
+    done = simulate(robot_of(table, ("coulomb",)), values, torque=_played(t, tau))
+    zero = np.zeros(2)
+
+    def rate(at: float, x: np.ndarray) -> np.ndarray:
+        torque = np.array([np.interp(at, t, tau[:, j]) for j in range(2)])
+        force = torque - dry * np.tanh(x[2:] / width) - oracle.inverse_dynamics(x[:2], x[2:], zero)
+        return np.concatenate([x[2:], np.linalg.solve(oracle.mass_matrix(x[:2]), force)])
+
+    found = solve_ivp(rate, (0, 1.5), np.zeros(4), "Radau", t_eval=t, rtol=1e-7, atol=1e-9)
+    assert (done.qd[0] == 0).any(axis=0).all()
+    assert np.abs(done.q[0] - found.y[:2].T).max() < 10 * width
+
+
+# --- controllers ---------------------------------------------------------------------------------
+
+ELBOW = """
+[robot]
+name = "elbow"
+[geometry]
+L2 = 0.4
+[[joint]]
+friction = {friction}
+[[joint]]
+alpha = "pi/2"
+friction = {friction}
+coulomb_width = {width}
+[[joint]]
+d = "L2"
+friction = {friction}
+[limits]
+velocity = [3.0, 3.0, 3.0]
+torque = [60.0, 60.0, 60.0]
+"""
+
+
+def _elbow(friction: str, width: float = 0.0) -> tuple[symgen.Evaluator, np.ndarray]:
+    robot = symgen.parse_robot(ELBOW.format(friction=friction, width=width))
+    evaluator = symgen.load(symgen.derive(robot, "all"))
+    table = random_arm(1, 3, 3, tree=False, fixed=False)
+    links, rotor = random_parameters(table, 8)
+    given = {"FS": 0.6, "FV": 0.4, "OF": 0.2}
+    values = _values(table, links, rotor) | {
+        f"{k}{j}": x for k, x in given.items() for j in (1, 2, 3)
+    }
+    known = {p.name for p in evaluator.model.base.standard}
+    from symgen.identification.parameters import base_values
+
+    kept = {k: v for k, v in values.items() if k in known}
+    return evaluator, base_values(kept, evaluator.model, "test")
+
+
+@pytest.fixture(scope="module")
+def elbow() -> tuple[symgen.Evaluator, np.ndarray]:
+    return _elbow('["viscous", "offset"]')
+
+
+@pytest.fixture(scope="module")
+def clean(elbow) -> list[symgen.Log]:
+    evaluator, X = elbow
+    return [simulate(evaluator, X, duration=10, rate=250, seed=s).log() for s in (1, 2)]
+
+
+@pytest.mark.parametrize("model", ["energy", "momentum", "torque"])
+def test_a_log_without_noise_returns_the_parameters(elbow, clean, model: str) -> None:
+    evaluator, X = elbow
+    estimate = symgen.identify(evaluator, clean, model=model)
+    assert np.abs(estimate.X / X - 1).max() < 1e-4
+
+
+def test_a_log_with_dry_friction_returns_the_parameters_by_energy() -> None:
+    evaluator, X = _elbow('["coulomb", "viscous"]')
+    logs = [simulate(evaluator, X, duration=10, rate=250, seed=s).log() for s in (1, 2)]
+    assert any((log.qd == 0).any() for log in logs)
+    assert np.abs(symgen.identify(evaluator, logs).X / X - 1).max() < 3e-4
+
+
+def test_a_computed_torque_that_knows_all_follows_exactly_and_one_that_does_not_is_off(
+    elbow,
+) -> None:
+    evaluator, X = elbow
+    aim = fourier(evaluator.model.robot, duration=2.0, rate=200, seed=3)
+    exact = simulate(evaluator, X, trajectory=aim)
+    assert np.abs(exact.q[0] - aim.q).max() < 1e-8
+    for kind in ("computed-torque", "pd"):
+        wrong = simulate(evaluator, X, trajectory=aim, controller=Controller(kind, scale=1.2))
+        assert 1e-4 < np.abs(wrong.q[0] - aim.q).max() < 0.1
+
+
+def test_the_fourier_series_keeps_the_limits_and_begins_and_ends_at_rest() -> None:
+    text = ELBOW.format(friction="[]", width=0.0) + (
+        "position = [[-1.0, 2.0], [-0.2, 0.2], [0.5, 3.0]]\nacceleration = [5.0, 4.0, 30.0]\n"
+    )
+    robot = symgen.parse_robot(text)
+    aim = fourier(robot, duration=20.0, rate=500, seed=2)
+    low, high = np.array(robot.limits.position).T
+    assert (aim.q >= low).all()
+    assert (aim.q <= high).all()
+    assert (np.abs(aim.qd) <= robot.limits.velocity).all()
+    assert (np.abs(aim.qdd) <= robot.limits.acceleration).all()
+    for x in (aim.qd, aim.qdd):
+        assert np.abs(x[[0, -1]]).max() < 1e-9
+    assert np.abs(np.gradient(aim.q, aim.t, axis=0) - aim.qd)[1:-1].max() < 1e-3
+
+
+def test_a_reference_keeps_a_polynomial_of_degree_five_between_its_stamps() -> None:
+    t = np.array([0.0, 0.4, 1.0, 1.7])
+    curve = np.polynomial.Polynomial([0.3, -0.2, 0.5, 0.1, -0.4, 0.2])
+    slopes = [curve.deriv(order) if order else curve for order in range(3)]
+    aim = make_reference("curve", t, *(c(t)[:, None] for c in slopes))
+    at = np.linspace(0, 1.7, 50)
+    expected = np.array([c(at) for c in slopes]).T
+    assert np.abs(aim.at(at)[:, :, 0] - expected).max() < 1e-12
+    rest = aim.at(np.array([-1.0, 3.0]))[:, :, 0]
+    assert np.allclose(rest, [[curve(0.0), 0, 0], [curve(1.7), 0, 0]], atol=1e-12)
+
+
+def test_a_digital_controller_acts_as_the_sampled_double_integrator_does() -> None:
+    evaluator = _slider()
+    t = np.arange(0, 1.0005, 0.01)
+    one = np.ones((len(t), 1))
+    step = make_reference("step", t, one, 0 * one, 0 * one)
+    controller = Controller("pd", bandwidth=10.0, damping=0.8, feedback="measured")
+    done = simulate(
+        evaluator,
+        {"M1": M, "FS1": 0.0},
+        trajectory=step,
+        controller=controller,
+        initial=([0.0], [0.0]),
+    )
+    q = v = 0.0
+    for k in range(len(t)):
+        tau = M * (100 * (1 - q) - 16 * v)
+        assert done.q[0, k, 0] == pytest.approx(q, abs=1e-10)
+        assert done.tau[0, k, 0] == pytest.approx(tau, abs=1e-7)
+        q, v = q + 0.01 * v + 0.01**2 * tau / M / 2, v + 0.01 * tau / M
+
+
+def test_a_measured_log_is_tracked_over_its_own_stamps(elbow, clean) -> None:
+    evaluator, X = elbow
+    rng = np.random.default_rng(4)
+    t = clean[0].t[:1000] + 1e-4 * rng.uniform(size=1000)
+    q = np.array([np.interp(t, clean[0].t, clean[0].q[:, j]) for j in range(3)]).T
+    tau = np.array([np.interp(t, clean[0].t, clean[0].tau[:, j]) for j in range(3)]).T
+    log = symgen.make_log("measured", t, q + 1e-5 * rng.normal(size=q.shape), tau)
+    done = track(evaluator, X, log)
+    assert np.array_equal(done.t, t)
+    assert np.abs(done.q[0] - q).max() < 2e-4
+    inner = slice(50, -50)
+    assert np.abs(done.tau[0] - tau)[inner].max() < 0.02 * np.abs(tau).max()
+    lighter = track(evaluator, 0.8 * X, log)
+    assert np.abs(lighter.tau[0] - 0.8 * tau)[inner].max() < 0.02 * np.abs(tau).max()
+
+
+# --- instruments ---------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def ramp() -> tuple[symgen.Evaluator, symgen.Log]:
+    t = np.arange(0, 10.005, 0.01)
+    return _slider(), _played(t, np.full((len(t), 1), 2 * FS))
+
+
+def test_instruments_have_the_errors_that_they_declare(ramp) -> None:
+    evaluator, log = ramp
+    tools = Instruments(
+        encoder_step=1.2345e-3,
+        velocity_noise=0.02,
+        velocity_gain=1.05,
+        torque_noise=0.1,
+        torque_noise_relative=0.01,
+    )
+    done = simulate(evaluator, {"M1": M, "FS1": FS}, torque=log, instruments=tools, runs=4)
+    error = done.q_log - done.q
+    assert np.abs(error).max() <= 0.5 * 1.2345e-3 * (1 + 1e-9)
+    counts = done.q_log / 1.2345e-3
+    assert np.allclose(counts, np.round(counts), atol=1e-6)
+    assert error.std() == pytest.approx(1.2345e-3 / np.sqrt(12), rel=0.05)
+    assert (done.qd_log - 1.05 * done.qd).std() == pytest.approx(0.02, rel=0.05)
+    assert (done.tau_log - done.tau).std() == pytest.approx(0.1 + 0.01 * 2 * FS, rel=0.05)
+    lag = np.corrcoef((done.qd_log - 1.05 * done.qd)[:, :, 0])
+    assert np.abs(lag[np.triu_indices(4, 1)]).max() < 0.15
+
+
+@pytest.mark.parametrize("delay", [0.02, 0.034])
+def test_a_delay_shows_the_motion_of_before(ramp, delay: float) -> None:
+    evaluator, log = ramp
+    done = simulate(
+        evaluator, {"M1": M, "FS1": FS}, torque=log, instruments=Instruments(delay=delay)
+    )
+    then = np.maximum(done.t - delay, 0.0)
+    assert np.abs(done.q_log[0, :, 0] - FS / M * then**2 / 2).max() < 1e-9
+    assert np.abs(done.qd_log[0, :, 0] - FS / M * then).max() < 1e-7
+    assert np.array_equal(done.tau_log, done.tau)
+
+
+NOISE = Instruments(encoder_step=1e-4, position_noise=1e-4, velocity_noise=1e-2, torque_noise=0.1)
+
+
+def test_a_run_is_the_same_to_the_last_bit_alone_and_among_others() -> None:
+    evaluator, X = _elbow('["coulomb", "viscous"]')
+    options = {
+        "trajectory": fourier(evaluator.model.robot, duration=0.3, rate=1000),
+        "instruments": NOISE,
+        "controller": Controller(feedback="measured"),
+        "disturbance": [0.5, 0.5, 0.1],
+        "seed": 5,
+    }
+    many, again, few = (simulate(evaluator, X, runs=runs, **options) for runs in (6, 6, 2))
+    for run in range(6):
+        assert many.file(run) == again.file(run)
+    for run in range(2):
+        assert many.file(run) == few.file(run)
+    assert many.file(0) != many.file(1)
+    other = simulate(evaluator, X, runs=1, **(options | {"seed": 6}))
+    assert other.file(0) != many.file(0)
+
+
+# --- what is refused, and the command line -------------------------------------------------------
+
+
+def test_parameters_of_no_robot_are_refused_with_the_time(elbow) -> None:
+    evaluator, X = elbow
+    bad = X.copy()
+    bad[evaluator.model.base.names.index("ZZ1R")] = -5.0
+    with pytest.raises(symgen.ParameterError, match=r"t = 0 s: the mass matrix is not positive"):
+        simulate(evaluator, bad, duration=1)
+
+
+def test_friction_that_drives_at_rest_is_refused(ramp) -> None:
+    with pytest.raises(symgen.ParameterError, match=r"FS1 = -0\.1.*accepted"):
+        simulate(ramp[0], {"M1": M, "FS1": -0.1}, torque=ramp[1])
+
+
+LOADED = '[[effect]]\nname = "load_dependent_friction"\njoints = [1]'
+
+
+def test_friction_of_the_load_is_simulated_where_it_is_smooth_and_refused_where_it_is_dry() -> None:
+    t = np.arange(0, 1.005, 0.01)
+    pushed = _played(t, np.full((len(t), 1), 4.0))
+    with pytest.raises(symgen.ParameterError, match=r"taur.*coulomb_width"):
+        simulate(_slider(LOADED), [M, FS, 0.2], torque=pushed)
+    smooth = _evaluator(symgen.parse_robot(SLIDER.format(more="coulomb_width = 1e-3\n" + LOADED)))
+    values = [{"M1": M, "FS1": FS}.get(name, 0.2) for name in smooth.model.base.names]
+    done = simulate(smooth, values, torque=pushed)
+    # (1 + 0.2) M qdd = 4 - FS once the speed is far above the width.
+    assert np.diff(done.qd[0, 50:, 0]) / 0.01 == pytest.approx((4.0 - FS) / (1.2 * M), rel=1e-6)
+
+
+def test_a_motion_that_explodes_is_refused_with_joint_and_time() -> None:
+    robot = symgen.parse_robot(SLIDER.format(more="").replace("coulomb", "viscous"))
+    t = np.arange(0, 2.0, 1e-3)
+    with pytest.raises(symgen.ParameterError, match=r"joint 1, leaves all bounds at t = 0\.\d+ s"):
+        simulate(robot, {"M1": 1.0, "FV1": -30.0}, torque=_played(t, 0 * t[:, None] + 1))
+
+
+def test_torque_beyond_the_limits_is_refused_and_clipped_on_request(elbow) -> None:
+    evaluator, X = elbow
+    heavy = 20 * X
+    with pytest.raises(symgen.ParameterError, match=r"joint \d needs .* allow 60.*accepted"):
+        simulate(evaluator, heavy, duration=1, rate=200)
+    done = simulate(evaluator, heavy, duration=0.2, rate=200, clip=True)
+    assert np.abs(done.tau).max() == 60.0
+    assert any("clipped in" in note for note in done.notes)
+
+
+PARAMETERS = "[parameters]\nM1 = 2.0\nFS1 = 1.5\n"
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> list[str]:
+    (tmp_path / "slider.toml").write_text(SLIDER.format(more=""))
+    (tmp_path / "P.toml").write_text(PARAMETERS)
+    return ["simulate", str(tmp_path / "slider.toml"), "--parameters", str(tmp_path / "P.toml")]
+
+
+def _main(monkeypatch, *arguments: object) -> int:
+    from symgen.cli import main
+
+    monkeypatch.setattr("sys.argv", ["symgen", *map(str, arguments)])
+    with pytest.raises(SystemExit) as left:
+        main()
+    return int(left.value.code or 0)
+
+
+def test_the_command_writes_logs_that_symgen_reads(files, tmp_path: Path, monkeypatch) -> None:
+    out = tmp_path / "new" / "log.csv"
+    more = ["--duration", "2", "--rate", "200", "--encoder", "1e-5", "--runs", "2"]
+    assert _main(monkeypatch, *files, *more, "--into", out) == 0
+    assert sorted(p.name for p in out.parent.iterdir()) == ["log_1.csv", "log_2.csv"]
+    log = symgen.read_log(out.with_name("log_1.csv"), 1)
+    assert len(log.t) == 401
+    again = tmp_path / "again.npz"
+    assert _main(monkeypatch, *files, *more[:-2], "--into", again) == 0
+    assert np.allclose(symgen.read_log(again, 1).q, log.q, rtol=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("more", "told"),
+    [
+        (["--into", "log.txt"], ".csv or .npz"),
+        (["--into", "P.toml.csv"], "a new file"),
+        (["--into", "x.csv", "--trajectory", "nowhere.csv"], "nowhere.csv"),
+        (["--into", "x.csv", "--controller", "pid"], "computed-torque, pd"),
+        (["--into", "x.csv", "--encoder", "-1"], "0 or more"),
+        (["--into", "x.csv", "--runs", "0"], "1 run or more"),
+        (["--into", "x.csv", "--duration", "nan"], "samples"),
+        (["--into", "x.csv", "--clip"], "[limits]"),
+        (["--into", "x.csv", "--torque", "tau.csv", "--trajectory", "q.csv"], "one of the two"),
+    ],
+)
+def test_what_cannot_be_is_one_line_and_no_file(
+    files, tmp_path: Path, monkeypatch, capsys, more: list[str], told: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("P.toml.csv").write_text("mine")
+    before = sorted(tmp_path.iterdir())
+    assert _main(monkeypatch, *files, *more) == 2
+    error = [line for line in capsys.readouterr().err.splitlines() if "error:" in line]
+    assert len(error) == 1
+    assert told in error[0]
+    assert sorted(tmp_path.iterdir()) == before
+    assert Path("P.toml.csv").read_text() == "mine"
+
+
+def test_a_trajectory_file_is_followed_and_torques_are_played(files, tmp_path, monkeypatch) -> None:
+    t = np.arange(0, 1.0005, 0.01)
+    wanted = 0.1 * np.sin(3 * t) ** 3
+    rows = [f"{a:.12g},{b:.12g}" for a, b in zip(t, wanted, strict=True)]
+    (tmp_path / "q.csv").write_text("\n".join(["t,q1", *rows]))
+    out = tmp_path / "a.csv"
+    fast = ["--trajectory", tmp_path / "q.csv", "--bandwidth", "300"]
+    assert _main(monkeypatch, *files, *fast, "--into", out) == 0
+    log = symgen.read_log(out, 1)
+    assert np.abs(log.q[:, 0] - wanted).max() < 1e-4
+    assert _main(monkeypatch, *files, "--torque", out, "--into", tmp_path / "b.csv") == 0
+    replayed = symgen.read_log(tmp_path / "b.csv", 1)
+    assert np.abs(replayed.q - log.q).max() < 0.01
