@@ -143,7 +143,7 @@ def _holds(torque: str, name: str) -> bool:
 
 
 def _middle(search: Search) -> float:
-    if search.low > 0 and search.scale:
+    if search.by_ratio:
         return float(np.sqrt(search.low * search.high))
     return search.low
 

@@ -126,7 +126,7 @@ def candidates(
                 joint = robot.movable[position]
                 if (definition.name, joint.number) in own:
                     continue
-                points = grid(definition.nonlinear, evidence, position)
+                points = grid(definition.nonlinear, evidence, position, joint.sigma)
                 for candidate in on_joint(definition, position, points, joint.coulomb_width):
                     yield replace(candidate, change=drifted)
     for sought in robot.sought:
@@ -238,12 +238,12 @@ def _tape(name: str) -> Tape:
 
 
 def grid(
-    searches: Mapping[str, Search], evidence: Evidence, position: int
+    searches: Mapping[str, Search], evidence: Evidence, position: int, sigma: int = names.REVOLUTE
 ) -> Iterator[dict[str, float]]:
     """Yield the values of constants that are tried, in the units of the joint."""
     axes = []
     for search in searches.values():
-        unit = _unit(search, evidence, position)
+        unit = _unit(search, evidence, position, sigma)
         spaced = np.geomspace if search.by_ratio else np.linspace
         values = spaced(search.low, search.high, search.count) * unit
         axes.append([float(v) for v in values])
@@ -251,7 +251,9 @@ def grid(
         yield dict(zip(searches, point, strict=True))
 
 
-def _unit(search: Search, evidence: Evidence, position: int) -> float:
+def _unit(search: Search, evidence: Evidence, position: int, sigma: int) -> float:
+    if search.scale == "turn" and sigma == names.PRISMATIC:  # periods over the slide's way
+        return 2 * np.pi / _unit(replace(search, scale="range"), evidence, position, sigma)
     if search.scale == "speed":
         speeds = np.concatenate([s.qd[:, position] for s in evidence.scenes])
         return float(np.sqrt(np.mean(speeds**2))) or 1.0

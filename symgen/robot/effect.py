@@ -71,7 +71,9 @@ class Definition:
     def unit_of(self, constant: str, sigma: int) -> str:
         """Return the unit of a constant, as its range is part of a speed or of a log's duration."""
         scale = self.nonlinear[constant].scale if constant in self.nonlinear else ""
-        return {"speed": unit("speed", sigma), "duration": "s"}.get(scale, "")
+        per_length = "" if sigma == names.REVOLUTE else "1/m"
+        units = {"speed": unit("speed", sigma), "duration": "s", "turn": per_length}
+        return units.get(scale, "")
 
     def named(self, name: str, joint: int | str) -> str:
         """Return the full name of a coefficient or constant on a joint."""
@@ -147,7 +149,7 @@ def definitions() -> Mapping[str, Definition]:
                 float(high),
                 int(count),
                 scale.get(key, ""),
-                by_ratio=low > 0 and key in scale,
+                by_ratio=low > 0 and scale.get(key, "turn") != "turn",
             )
             for key, (low, high, count) in table.pop("nonlinear", {}).items()
         }

@@ -84,6 +84,7 @@ class Spec:
         return case(self.robot, self.effect, self.size, self.seed, self.engine, self.misfit)
 
 
+_SEED = 2000  # the rule of acceptance was chosen on logs of other seeds
 PAIRS = (
     ("coulomb_friction", "gravity_spring"),
     ("stribeck_friction", "torque_ripple"),
@@ -113,7 +114,7 @@ def cases() -> list[Spec]:
     for k in range(15):
         found += [(robot, None, "moderate", 0.01 if k % 2 else 0.0) for robot in robots]
     return [
-        Spec(robot, effect, size, i, "pinocchio" if i % 3 else "mujoco", misfit)
+        Spec(robot, effect, size, _SEED + i, "pinocchio" if i % 3 else "mujoco", misfit)
         for i, (robot, effect, size, misfit) in enumerate(found)
     ]
 
