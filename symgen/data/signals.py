@@ -62,7 +62,11 @@ class Samples:
     velocity_derived: bool = False
 
 
-def prepare(log: Log, cutoff: float | None = None) -> Samples:
+_RIGID = 10.0  # Hz
+_SPARED = 1.5  # of the motion's own bandwidth
+
+
+def prepare(log: Log, cutoff: float | None = None, *, wide: float = 1.0) -> Samples:
     """Give a log uniform steps and a velocity.
 
     Steps that vary by more than 1 % are resampled by a cubic spline. Measured velocities are used
@@ -73,6 +77,7 @@ def prepare(log: Log, cutoff: float | None = None) -> Samples:
     Args:
         log: the measured log.
         cutoff: cutoff of the filter in Hz; None to take it from the motion's bandwidth.
+        wide: by how much q is filtered above the cutoff, for equations that are filtered again.
 
     Raises:
         LogError: a gap in time, or a cutoff that is not between 0 and the Nyquist frequency.
@@ -103,7 +108,7 @@ def prepare(log: Log, cutoff: float | None = None) -> Samples:
         _require_cutoff(log.name, cutoff, step, float(t[-1] - t[0]))
     used = None
     if qd is None:
-        q, qd, used, note = _derive_velocity(q, step, cutoff)
+        q, qd, used, note = _derive_velocity(q, step, cutoff, wide)
         notes.append(f"{log.name}: {note}")
     elif cutoff is not None:
         notes.append(f"{log.name}: qd was measured and is used unfiltered, whatever the cutoff")
@@ -112,7 +117,7 @@ def prepare(log: Log, cutoff: float | None = None) -> Samples:
 
 
 def _derive_velocity(
-    q: FloatArray, step: float, cutoff: float | None
+    q: FloatArray, step: float, cutoff: float | None, wide: float
 ) -> tuple[FloatArray, FloatArray, float | None, str]:
     source = "from the user"
     if cutoff is None:
@@ -125,10 +130,12 @@ def _derive_velocity(
         if reason:
             note = f"qd is missing and was derived from q, not filtered because {reason}"
             return q, differentiate(q, step), None, note
-    smooth = lowpass(q, step, cutoff)
+    edge = max(cutoff, min(wide * cutoff, HIGHEST * 0.5 / step))
+    smooth = lowpass(q, step, edge)
+    wider = f", {edge / cutoff:.3g} times the cutoff {source}" if edge > cutoff else f" ({source})"
     note = (
         "qd is missing and was derived from q, both through a zero-phase low-pass filter at "
-        f"{cutoff:.4g} Hz ({source})"
+        f"{edge:.4g} Hz{wider}"
     )
     return smooth, differentiate(smooth, step), cutoff, note
 
@@ -180,6 +187,16 @@ def motion_bandwidth(q: FloatArray, step: float) -> float:
     largest = max(total for total, _ in found)
     bandwidth = max(edge for total, edge in found if total >= 1e-4 * largest)
     return min(MARGIN * bandwidth, highest)
+
+
+def rigid_band(samples: Samples) -> float:
+    """Choose the band of torque in which a robot's links are rigid, Hz.
+
+    The cutoff of the motion, up to 10 Hz where that is 1.5 times its bandwidth: above it drives and
+    structures vibrate, which no rigid body explains.
+    """
+    wide = samples.cutoff_hz or motion_bandwidth(samples.q, samples.step)
+    return min(wide, max(_RIGID, _SPARED * wide / MARGIN))
 
 
 def _energy_above_noise(

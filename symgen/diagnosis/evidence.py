@@ -1,7 +1,8 @@
 """What a log says in the motion's band: torques, regressor and residual, row by row.
 
-Positions, speeds and accelerations pass one zero-phase low-pass; the regressor is evaluated on them
-and passes it again, as does the measured torque (parallel filtering, Gautier 1997). Rows are one
+Positions, speeds and accelerations pass a zero-phase low-pass wider than the motion's band; the
+regressor is evaluated on them and passes that of the band, as does the measured torque (parallel
+filtering, Gautier 1997). Rows are one
 joint at one kept instant; they are whitened by the standard deviation of their joint's residual.
 """
 
@@ -15,15 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.signals import (
-    MARGIN,
     Samples,
     can_filter,
     differentiate,
     lowpass,
-    motion_bandwidth,
+    rigid_band,
     white_noise,
 )
-from symgen.identification.system import torque_columns
+from symgen.identification.system import WIDE, torque_columns
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
@@ -32,11 +32,8 @@ Columns = Mapping[int, FloatArray]
 _PER_PERIOD = 4  # kept samples per period of the cutoff
 _WHITENING = 3
 _TINY = 1e-300
-_WIDE = 4.0  # first filter over second: friction steps faster than the motion
 _SETTLING = 5
 _REST = 0.005  # of the RMS speed
-_RIGID = 10.0  # Hz
-_SPARED = 1.5  # of the motion's own bandwidth
 _BLOCKS = 20  # of time, for robust errors
 
 
@@ -107,18 +104,16 @@ def scene(samples: Samples, cutoff: float | None) -> Scene:
 
     Args:
         samples: the log on a uniform grid.
-        cutoff: of the low-pass, Hz; None for that of the motion's bandwidth, up to 10 Hz where
-            this spares the motion: above it drives and structures vibrate, which no rigid body
-            explains.
+        cutoff: of the low-pass, Hz; None for `rigid_band`.
     """
-    band = cutoff or _rigid_band(samples)
+    band = cutoff or rigid_band(samples)
     filtered = can_filter(band, samples.step)
     q, qd = samples.q, samples.qd
     smooth = samples.velocity_derived and (samples.cutoff_hz or np.inf) <= band
     noise = None
     wide = None
-    if not smooth and can_filter(_WIDE * band, samples.step):
-        wide = _WIDE * band
+    if not smooth and can_filter(WIDE * band, samples.step):
+        wide = WIDE * band
         q, qd = (lowpass(x, samples.step, wide) for x in (q, qd))
         noise = (
             white_noise(samples.q - q, samples.step, wide),
@@ -139,11 +134,6 @@ def scene(samples: Samples, cutoff: float | None) -> Scene:
         wide=wide,
         noise=noise,
     )
-
-
-def _rigid_band(samples: Samples) -> float:
-    wide = samples.cutoff_hz or motion_bandwidth(samples.q, samples.step)
-    return min(wide, max(_RIGID, _SPARED * wide / MARGIN))
 
 
 @dataclass(frozen=True, eq=False)

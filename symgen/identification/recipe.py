@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 from symgen.codegen.kernels import ENERGY
 from symgen.codegen.model import Model
-from symgen.data.signals import Samples
+from symgen.data.signals import Samples, can_filter, rigid_band
 from symgen.identification.system import (
+    WIDE,
     Equations,
     energy_equations,
     momentum_equations,
@@ -40,6 +41,18 @@ class Recipe:
         """Names of the kernels that exist for this robot: without friction some do not."""
         rubs = len(model.base.parameters) > model.inertial
         return tuple(k for k in self.all_kernels if rubs or not k.startswith("friction"))
+
+    @property
+    def wide(self) -> float:
+        """Cutoff of the filter of positions over that of the equations."""
+        return WIDE if self.model == "torque" else 1.0
+
+    def band(self, samples: Samples) -> float | None:
+        """Return the cutoff in Hz of the filter that the equations of a log pass; None for none."""
+        if self.model == "torque":
+            band = self.cutoff or rigid_band(samples)
+            return band if can_filter(band, samples.step) else None
+        return samples.cutoff_hz
 
     @property
     def gap(self) -> float:

@@ -10,7 +10,8 @@ with h the energy regressor and f the columns of friction power. Momentum, n equ
 
 with p and dL/dq the columns of the momentum regressor and F those of friction torque. Neither needs
 accelerations; integrals are those of the cubic spline through the samples. Torque, n equations a
-sample: tau = W X, both sides through the same zero-phase low-pass (Gautier's parallel filter).
+sample: tau = W X, both sides through the same zero-phase low-pass (Gautier's parallel filter), with
+W on positions and speeds that passed a wider one.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from symgen.data.signals import (
     cumulative_integral,
     differentiate,
     lowpass,
-    motion_bandwidth,
+    rigid_band,
 )
 from symgen.errors import IdentificationError
 from symgen.runtime.evaluator import Evaluator
@@ -34,6 +35,9 @@ from symgen.runtime.evaluator import Evaluator
 FloatArray = NDArray[np.float64]
 WINDOWS = ("sliding", "consecutive", "start")
 _OVERLAP = 10
+#: Cutoff of the filter that positions and speeds pass first, over that of the equations: friction
+#: steps where the speed has its zero, which a filter as narrow as the motion moves.
+WIDE = 4.0
 _SAMPLES_PER_PERIOD = 4  # of the highest frequency that passes the filter
 
 
@@ -202,17 +206,18 @@ def torque_equations(
     Args:
         evaluator: the compiled model, with the kernel torque_regressor.
         samples: the log on a uniform grid.
-        cutoff: of the low-pass, Hz; None for that of the motion's bandwidth.
+        cutoff: of the low-pass, Hz; None for `rigid_band`.
         X: (p,) at which effects take the model's torque, see `torque_columns`.
     """
-    band = cutoff or samples.cutoff_hz or motion_bandwidth(samples.q, samples.step)
+    band = cutoff or rigid_band(samples)
     filtered = can_filter(band, samples.step)
 
     def smooth(x: FloatArray) -> FloatArray:
         return lowpass(x, samples.step, band) if filtered else x
 
-    measured = filtered and not samples.velocity_derived
-    q, qd = (smooth(x) if measured else x for x in (samples.q, samples.qd))
+    q, qd = samples.q, samples.qd
+    if can_filter(WIDE * band, samples.step):
+        q, qd = (lowpass(x, samples.step, WIDE * band) for x in (q, qd))
     W = torque_columns(evaluator, q, qd, differentiate(qd, samples.step), X)
     every = max(1, int(1 / (_SAMPLES_PER_PERIOD * band * samples.step))) if filtered else 1
     margin = int(1 / (band * samples.step)) if filtered else 0  # the filter's run-in

@@ -147,7 +147,7 @@ def _parts(
     for kind, sources in (("train", logs), ("validation", validation)):
         for source in sources:
             progress(f"reading {getattr(source, 'name', source)}")
-            samples = prepare(open_log(source, robot), recipe.cutoff)
+            samples = prepare(open_log(source, robot), recipe.cutoff, wide=recipe.wide)
             out.append(Part(kind, samples, recipe.equations(evaluator, samples), recipe.model))
     return out if validation else [piece for part in out for piece in _split(part, recipe.gap)]
 
@@ -273,7 +273,7 @@ def _estimate(
     flagged = [p.name for p in parameters if not p.relative_std_percent <= 30]
     if flagged:
         notes += (f"relative standard deviation above 30 %: {', '.join(flagged)}",)
-    cutoffs = [p.samples.cutoff_hz for p in train if p.samples.cutoff_hz is not None]
+    cutoffs = [band for p in train if (band := recipe.band(p.samples)) is not None]
     return Estimate(
         robot=evaluator.model.robot.name,
         joints=tuple((j.number, names.unit("FS", j.sigma)) for j in evaluator.model.robot.movable),
