@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from symgen.data.log import Log as Log
     from symgen.data.log import make_log as make_log
     from symgen.data.log import read_log as read_log
+    from symgen.data.raw import Reading as Reading
     from symgen.data.signals import prepare as prepare
     from symgen.diagnosis.diagnosis import Diagnosis as Diagnosis
     from symgen.diagnosis.workflow import diagnose as diagnose
@@ -90,6 +91,7 @@ _WHERE = {
     "Model": "symgen.codegen.model",
     "PackageError": "symgen.errors",
     "ParameterError": "symgen.errors",
+    "Reading": "symgen.data.raw",
     "Robot": "symgen.robot.types",
     "RobotError": "symgen.errors",
     "SymgenError": "symgen.errors",

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from symgen.cli_reading import numbers, reading_options
 from symgen.cli_simulate import simulate
 from symgen.errors import SymgenError, SymgenWarning
 from symgen.terminal import (
@@ -29,6 +30,7 @@ from symgen.terminal import (
 )
 
 if TYPE_CHECKING:
+    from symgen.data.raw import Reading
     from symgen.runtime.check import Checked
 
 
@@ -165,6 +167,8 @@ def _worst(errors: Sequence[tuple[str, str, float]], backend: str) -> str:
 @click.option("--method", default="wls", show_default=True, help="wls, ols or recursive.")
 @click.option("--window", default=0.2, show_default=True, help="Length of the windows, s.")
 @click.option("--cutoff", type=float, help="Of the zero-phase filter, Hz; default from the motion.")
+@click.option("--weights", help="Of the logs' squared residuals, one each: 1,0.5,..")
+@reading_options
 @click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
 def identify(
     robot: str,
@@ -174,9 +178,11 @@ def identify(
     method: str,
     window: float,
     cutoff: float | None,
+    weights: str | None,
+    reading: Reading,
     into: Path,
 ) -> int:
-    """Identify the parameters of ROBOT from LOGS (CSV, Parquet or NPZ)."""
+    """Identify the parameters of ROBOT from LOGS (CSV, Parquet, NPZ, MCAP or ROS 2 bags)."""
     import symgen
     from symgen.files import check_replaceable, write_folder
     from symgen.report import estimate_files
@@ -190,6 +196,8 @@ def identify(
         method=method,
         window=window,
         cutoff=cutoff,
+        reading=reading,
+        weights=numbers("--weights", weights),
         progress=say,
     )
     say("writing the report")
@@ -216,15 +224,18 @@ def identify(
 @click.argument("log")
 @click.option("--parameters", required=True, help="estimate.json, or TOML with [parameters].")
 @click.option("--cutoff", type=float, help="Of the zero-phase filter, Hz; default from the motion.")
+@reading_options
 @click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
-def predict(robot: str, log: str, parameters: str, cutoff: float | None, into: Path) -> int:
+def predict(
+    robot: str, log: str, parameters: str, cutoff: float | None, reading: Reading, into: Path
+) -> int:
     """Predict torque and energy of LOG with given parameters of ROBOT, and the error."""
     import symgen
     from symgen.files import check_replaceable, write_folder
 
     check_replaceable(into, "prediction.json")
     say("deriving and compiling the model")
-    prediction = symgen.predict(robot, log, parameters, cutoff=cutoff)
+    prediction = symgen.predict(robot, log, parameters, cutoff=cutoff, reading=reading)
     write_folder(into, prediction.to_files(), "prediction.json")
     for note in prediction.notes:
         click.echo(f"note: {note}")
@@ -243,6 +254,7 @@ def predict(robot: str, log: str, parameters: str, cutoff: float | None, into: P
 @click.option("--parameters", help="Given ones, not identified again: what has changed since?")
 @click.option("--effects", help="Comma-separated names to try; default all (symgen explain).")
 @click.option("--cutoff", type=float, help="Of the zero-phase filter, Hz; default from the motion.")
+@reading_options
 @click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
 def diagnose(
     robot: str,
@@ -251,6 +263,7 @@ def diagnose(
     parameters: str | None,
     effects: str | None,
     cutoff: float | None,
+    reading: Reading,
     into: Path,
 ) -> int:
     """Find what the model of ROBOT misses in LOGS, name it, add it, and show the gap shrink."""
@@ -266,6 +279,7 @@ def diagnose(
         parameters=parameters,
         effects=None if effects is None else [name.strip() for name in effects.split(",")],
         cutoff=cutoff,
+        reading=reading,
         progress=say,
     )
     say("writing the page and the extended model")

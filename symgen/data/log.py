@@ -1,4 +1,4 @@
-"""Measured logs: read from CSV, Parquet or NPZ, and checked before anything is computed.
+"""Measured logs: read from files or made of arrays, and checked before anything is computed.
 
 A log that passes is safe to use without further checks: finite, increasing in time, with as many
 positions as torques. One that does not is refused with one line that names the file, the column
@@ -8,20 +8,24 @@ and the sample, and says what is accepted.
 from __future__ import annotations
 
 import csv
-import re
-import zipfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from symgen.data.bags import is_bag, read_bag
+from symgen.data.drive import joint_side
+from symgen.data.raw import FloatArray, Raw, Reading, one_line, refuse
+from symgen.data.raw import read_only as read_only
+from symgen.data.tables import COLUMNS, KEYS, read_csv, read_npz, read_parquet
 from symgen.errors import LogError
 from symgen.names import PRISMATIC
 
-FloatArray = npt.NDArray[np.float64]
+if TYPE_CHECKING:
+    from symgen.robot.types import Drive
 
 #: Fewer samples than this determine neither a derivative nor a noise level.
 MIN_SAMPLES = 10
@@ -30,54 +34,63 @@ MIN_SAMPLES = 10
 MAX_RANGE = 50.0
 
 _DEGREES = 180.0 / np.pi
-_NUMBERED = re.compile(r"(qd|q|tau|i)(0|[1-9][0-9]*)")
-_COLUMNS = "t, q1.., optional qd1.., tau1.."
-_KEYS = "t (N,), q (N, n), tau (N, n), optional qd (N, n)"
+_FILES = "a .csv, .parquet, .npz, .mcap or .db3 file, or the folder of a ROS 2 bag"
 
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """One measured log, as it was recorded. All arrays are read-only, C-contiguous float64.
+    """One measured log. All arrays are read-only, C-contiguous float64.
+
+    It is as it was recorded, on the motor side where the robot has a [drive], until `joint_side`
+    has mapped it, which `mapped` tells; without a [drive] both are the same.
 
     Attributes:
         name: file name without its folder.
         t: (N,) time in s, strictly increasing.
-        q: (N, n) joint positions in rad (m for a prismatic joint).
-        qd: (N, n) measured joint velocities in rad/s (m/s), None when the log has none.
-        tau: (N, n) joint torques in N m (forces in N).
+        q: (N, n) positions in rad (m for a prismatic joint).
+        qd: (N, n) measured velocities in rad/s (m/s), None when the log has none.
+        tau: (N, n) torques in N m (forces in N), None when the log has currents in their place.
         ignored: the other columns of the file, which nothing reads.
+        current: (N, n) motor currents in A, None where none are used.
+        notes: what was done to the log, in words, one line each.
+        mapped: whether q, qd and tau have been mapped to the joint side.
     """
 
     name: str
     t: FloatArray
     q: FloatArray
     qd: FloatArray | None
-    tau: FloatArray
+    tau: FloatArray | None
     ignored: tuple[str, ...] = ()
+    current: FloatArray | None = None
+    notes: tuple[str, ...] = ()
+    mapped: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class _Raw:
-    """What a file held, before any check of the values."""
-
-    t: npt.NDArray[Any]
-    q: npt.NDArray[Any]
-    qd: npt.NDArray[Any] | None
-    tau: npt.NDArray[Any]
-    ignored: tuple[str, ...] = ()
-
-
-def read_log(path: str | Path, n: int | None = None, *, sigma: Sequence[int] | None = None) -> Log:
-    """Read a log from a .csv, .parquet or .npz file.
+def read_log(
+    path: str | Path,
+    n: int | None = None,
+    *,
+    sigma: Sequence[int] | None = None,
+    drive: Drive | None = None,
+    reading: Reading | None = None,
+    names: Sequence[str] = (),
+) -> Log:
+    """Read a log from a CSV, Parquet, NPZ or MCAP file, or from a ROS 2 bag.
 
     CSV and Parquet have the columns t, q1.., optional qd1.., tau1..; all others are ignored. NPZ
     has the arrays t (N,), q, tau and optional qd (N, n), of any float or integer type; (N,) will
-    do for q, qd and tau of a single joint.
+    do for q, qd and tau of a single joint. MCAP files and bags have messages
+    sensor_msgs/msg/JointState, whose effort is tau.
 
     Args:
-        path: the file.
+        path: the file, or the folder of a bag.
         n: number of movable joints of the robot, None to take what the log has.
         sigma: (n,) types of the movable joints (0 revolute, 1 prismatic); None for all revolute.
+        drive: gears and motors of the robot; the log is mapped to the joint side, and currents
+            i1.. are read where it has torque constants.
+        reading: names of columns, joints and topic in the file, and the span of time.
+        names: what the robot calls its movable joints, for bags.
 
     Returns:
         The checked log.
@@ -86,32 +99,38 @@ def read_log(path: str | Path, n: int | None = None, *, sigma: Sequence[int] | N
         LogError: the file cannot be read, or is refused by `make_log`.
     """
     path = Path(path)
-    readers = {".csv": _read_csv, ".parquet": _read_parquet, ".npz": _read_npz}
-    accepted = "a .csv, .parquet or .npz file"
+    reading = reading or Reading()
+    readers = {".csv": read_csv, ".parquet": read_parquet, ".npz": read_npz}
+    currents = drive is not None and drive.torque_constant is not None
     try:
-        if path.is_dir():
-            _refuse(path, "is a folder", accepted)
+        if path.is_dir() and not is_bag(path):
+            refuse(path, "is a folder", _FILES)
         if not path.exists():
-            _refuse(path, "there is no such file", accepted)
-        if path.suffix.lower() not in readers:
-            _refuse(path, f"the extension {path.suffix!r} is not known", accepted)
-        if path.stat().st_size == 0:
-            _refuse(path, "the file is empty", _COLUMNS)
-        raw = readers[path.suffix.lower()](path)
+            refuse(path, "there is no such file", _FILES)
+        if is_bag(path):
+            raw = read_bag(path, reading, names, currents)
+        elif path.suffix.lower() not in readers:
+            refuse(path, f"the extension {path.suffix!r} is not known", _FILES)
+        elif path.stat().st_size == 0:
+            refuse(path, "the file is empty", COLUMNS)
+        else:
+            raw = readers[path.suffix.lower()](path, reading.columns, currents)
     except (OSError, ValueError, csv.Error) as error:
-        raise LogError(_line(f"{path}: cannot be read: {error}; accepted: {accepted}")) from error
-    return _checked(str(path), path.name, raw, n, sigma)
+        raise LogError(one_line(f"{path}: cannot be read: {error}; accepted: {_FILES}")) from error
+    return _checked(str(path), path.name, raw, n, sigma, drive)
 
 
 def make_log(
     name: str,
     t: npt.ArrayLike,
     q: npt.ArrayLike,
-    tau: npt.ArrayLike,
+    tau: npt.ArrayLike | None,
     qd: npt.ArrayLike | None = None,
     n: int | None = None,
     *,
     sigma: Sequence[int] | None = None,
+    current: npt.ArrayLike | None = None,
+    drive: Drive | None = None,
 ) -> Log:
     """Make a log of arrays, with the same checks as a file gets. The arrays are copied.
 
@@ -119,226 +138,97 @@ def make_log(
         name: what messages and reports call the log.
         t: (N,) time in s.
         q: (N, n) positions in rad (m); (N,) for a single joint, as for qd and tau.
-        tau: (N, n) torques in N m (N).
+        tau: (N, n) torques in N m (N); None where currents are given in their place.
         qd: (N, n) velocities in rad/s (m/s), or None.
         n: number of movable joints of the robot, None to take what the log has.
         sigma: (n,) types of the movable joints (0 revolute, 1 prismatic); None for all revolute.
+        current: (N, n) motor currents in A, or None.
+        drive: gears and motors of the robot; the log is mapped to the joint side.
 
     Raises:
         LogError: fewer than 10 samples, shapes that differ, a value that is not a finite number,
             time that does not increase, another number of joints than n, or degrees for radians.
     """
     try:
-        velocity = None if qd is None else np.asarray(qd)
-        raw = _Raw(np.asarray(t), np.asarray(q), velocity, np.asarray(tau))
+        speed, torque, motor = (None if a is None else np.asarray(a) for a in (qd, tau, current))
+        raw = Raw(np.asarray(t), np.asarray(q), speed, torque, motor)
     except ValueError as error:
-        raise LogError(_line(f"{name}: {error}; accepted: {_KEYS}")) from error
-    return _checked(name, name, raw, n, sigma)
+        raise LogError(one_line(f"{name}: {error}; accepted: {KEYS}")) from error
+    return _checked(name, name, raw, n, sigma, drive)
 
 
-def read_only(array: npt.ArrayLike) -> FloatArray:
-    """Return a read-only, C-contiguous float64 copy of an array."""
-    # An extended double beyond the range becomes inf, which the checks then name.
-    with np.errstate(over="ignore"):
-        copy = np.array(array, dtype=np.float64, order="C")
-    copy.setflags(write=False)
-    return copy
+def cut(log: Log, start: float | None, until: float | None) -> Log:
+    """Return the part of a log between two times of its column t, s; None for no bound.
 
-
-def _line(message: str) -> str:
-    return " ".join(message.splitlines())
-
-
-def _refuse(file: str | Path, what: str, accepted: str) -> NoReturn:
-    raise LogError(_line(f"{file}: {what}; accepted: {accepted}"))
-
-
-# --- the three formats ---------------------------------------------------------------------------
-
-
-def _read_csv(path: Path) -> _Raw:
-    import pyarrow as pa
-    import pyarrow.csv as pacsv
-
-    try:
-        # utf-8-sig drops the byte order mark that spreadsheets write.
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = csv.reader(file)
-            header = next((row for row in rows if row), [])
-            skip = rows.line_num
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise LogError(f"{path}: is not a text file; accepted: CSV in UTF-8") from error
-    names = [name.strip() for name in header]
-    groups = _groups(path, names)
-    wanted = ["t", *(name for group in groups.values() for name in group)]
-    try:
-        table = pacsv.read_csv(
-            path,
-            read_options=pacsv.ReadOptions(column_names=names, skip_rows=skip),
-            convert_options=pacsv.ConvertOptions(
-                include_columns=wanted, column_types=dict.fromkeys(wanted, pa.float64())
-            ),
-        )
-    except (pa.ArrowInvalid, pa.ArrowKeyError) as error:
-        what = _bad_cell(path, names, wanted) or str(error)
-        accepted = f"at least {MIN_SAMPLES} rows of numbers, separated by commas"
-        raise LogError(_line(f"{path}: {what}; accepted: {accepted}")) from error
-    return _from_columns(table, names, groups)
-
-
-def _bad_cell(path: Path, names: list[str], wanted: list[str]) -> str | None:
-    """Find the first row of a refused CSV that is too short, too long, or holds a text.
-
-    The CSV reader works in blocks, on several threads, and cannot tell the row itself.
+    Raises:
+        LogError: fewer than 10 samples lie between them.
     """
-    with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
-        rows = (row for row in csv.reader(file) if row)
-        next(rows)
-        sample = -1
-        for sample, row in enumerate(rows):
-            if len(row) != len(names):
-                return f"sample {sample}: {len(row)} values for {len(names)} columns"
-            for name in wanted:
-                cell = row[names.index(name)].strip()
-                try:
-                    float(cell or "nan")
-                except ValueError:
-                    return f"column {name}, sample {sample}: {cell[:40]!r} is not a number"
-    return "has a header and no samples" if sample < 0 else None
-
-
-def _read_parquet(path: Path) -> _Raw:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    try:
-        with pq.ParquetFile(path) as file:
-            schema = file.schema_arrow
-            names = [name.strip() for name in schema.names]
-            groups = _groups(path, names)
-            wanted = ["t", *(name for group in groups.values() for name in group)]
-            for name in wanted:
-                kind = schema.types[names.index(name)]
-                if not (pa.types.is_integer(kind) or pa.types.is_floating(kind)):
-                    _refuse(path, f"column {name} holds {kind}", "floats or integers")
-            stored = [schema.names[names.index(name)] for name in wanted]
-            table = file.read(columns=stored).select(stored).rename_columns(wanted)
-    except (pa.ArrowException, OSError, ValueError) as error:
-        what = f"{path}: is not a readable Parquet file: {error}"
-        raise LogError(_line(f"{what}; accepted: a Parquet table of {_COLUMNS}")) from error
-    return _from_columns(table, names, groups)
-
-
-def _groups(path: Path, names: list[str]) -> dict[str, list[str]]:
-    """Sort the names of columns into {"q": [q1, ..], "qd": [..], "tau": [..]}, by number."""
-    named = [name for name in names if name]
-    for name in named:
-        if named.count(name) > 1:
-            _refuse(path, f"the column {name} occurs {named.count(name)} times", "each column once")
-    numbers: dict[str, list[int]] = {"q": [], "qd": [], "tau": [], "i": []}
-    for name in named:
-        if match := _NUMBERED.fullmatch(name):
-            numbers[match[1]].append(int(match[2]))
-    found = ", ".join(named[:12]) + (", .." if len(named) > 12 else "")
-    for role, present in (("t", "t" in named), ("q1", numbers["q"]), ("tau1", numbers["tau"])):
-        if role == "tau1" and not present and numbers["i"]:
-            _refuse_currents(path)
-        if not present:
-            _refuse(path, f"there is no column {role} among {found or 'none'}", _COLUMNS)
-    groups = {}
-    for role in ("q", "qd", "tau"):
-        have = sorted(numbers[role])
-        if have != list(range(1, len(have) + 1)):
-            gap = ", ".join(f"{role}{number}" for number in have)
-            _refuse(path, f"the columns {gap} are not numbered 1, 2, .. without gaps", _COLUMNS)
-        groups[role] = [f"{role}{number}" for number in have]
-    return groups
-
-
-def _refuse_currents(path: Path) -> NoReturn:
-    _refuse(
-        path,
-        "the torque columns tau1.. are missing, and motor currents i1.. need [drive] in the robot "
-        "file, which is not supported yet",
-        _COLUMNS,
+    if start is None and until is None:
+        return log
+    low, high = (-np.inf if start is None else start), (np.inf if until is None else until)
+    inside = np.flatnonzero((log.t >= low) & (log.t <= high))
+    have = f"the log runs from {log.t[0]:.6g} s to {log.t[-1]:.6g} s"
+    if len(inside) < MIN_SAMPLES:
+        what = f"{len(inside)} samples lie between {low:g} s and {high:g} s; {have}"
+        refuse(log.name, what, f"a span with at least {MIN_SAMPLES} samples")
+    span = slice(int(inside[0]), int(inside[-1]) + 1)
+    t = read_only(log.t[span])
+    q, qd, tau, current = (
+        None if a is None else read_only(a[span]) for a in (log.q, log.qd, log.tau, log.current)
     )
+    assert q is not None
+    note = f"{log.name}: cut to t = {t[0]:.6g} s to {t[-1]:.6g} s, {len(t)} of {len(log.t)} samples"
+    return replace(log, t=t, q=q, qd=qd, tau=tau, current=current, notes=(*log.notes, note))
 
 
-def _from_columns(table: Any, names: list[str], groups: dict[str, list[str]]) -> _Raw:
-    def stack(columns: list[str]) -> FloatArray:
-        return np.column_stack([table[name].to_numpy().astype(np.float64) for name in columns])
-
-    used = {"t", *(name for group in groups.values() for name in group)}
-    return _Raw(
-        t=table["t"].to_numpy(),
-        q=stack(groups["q"]),
-        qd=stack(groups["qd"]) if groups["qd"] else None,
-        tau=stack(groups["tau"]),
-        ignored=tuple(name for name in names if name not in used),
-    )
-
-
-def _read_npz(path: Path) -> _Raw:
-    if not zipfile.is_zipfile(path):
-        _refuse(path, "is not an NPZ archive", f"what numpy.savez writes, with {_KEYS}")
-    try:
-        # allow_pickle stays off: a pickle in a log would run code of whoever wrote it. The file is
-        # opened here because numpy leaves it open when the archive is damaged.
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            keys = list(archive.files)
-            arrays = {
-                key: np.asarray(archive[key]) for key in ("t", "q", "qd", "tau") if key in keys
-            }
-    except Exception as error:  # a damaged archive raises one of a dozen kinds
-        what = "an array holds Python objects" if "Object arrays" in str(error) else str(error)
-        raise LogError(_line(f"{path}: cannot be read: {what}; accepted: {_KEYS}")) from error
-    if "tau" not in arrays and "i" in keys:
-        _refuse_currents(path)
-    for key in ("t", "q", "tau"):
-        if key not in arrays:
-            _refuse(path, f"there is no array {key} among {', '.join(keys) or 'none'}", _KEYS)
-    ignored = tuple(key for key in keys if key not in arrays)
-    return _Raw(arrays["t"], arrays["q"], arrays.get("qd"), arrays["tau"], ignored)
-
-
-# --- the checks ----------------------------------------------------------------------------------
-
-
-def _checked(file: str, name: str, raw: _Raw, n: int | None, sigma: Sequence[int] | None) -> Log:
+def _checked(
+    file: str,
+    name: str,
+    raw: Raw,
+    n: int | None,
+    sigma: Sequence[int] | None,
+    drive: Drive | None,
+) -> Log:
     if sigma is not None and n is not None and len(sigma) != n:
         raise ValueError(f"sigma has {len(sigma)} entries for {n} joints")
     n = len(sigma) if sigma is not None else n
     t = _numeric(file, "t", raw.t)
     if t.ndim != 1:
-        _refuse(file, f"t has the shape {t.shape}", "t (N,)")
+        refuse(file, f"t has the shape {t.shape}", "t (N,)")
     if len(t) == 0:
-        _refuse(file, "has no samples", f"at least {MIN_SAMPLES} samples")
+        refuse(file, "has no samples", f"at least {MIN_SAMPLES} samples")
     if len(t) < MIN_SAMPLES:
-        _refuse(file, f"has {len(t)} samples", f"at least {MIN_SAMPLES} samples")
+        refuse(file, f"has {len(t)} samples", f"at least {MIN_SAMPLES} samples")
     q = _matrix(file, "q", raw.q, len(t))
-    tau = _matrix(file, "tau", raw.tau, len(t))
-    qd = None if raw.qd is None else _matrix(file, "qd", raw.qd, len(t))
+    qd, tau, current = (
+        None if array is None else _matrix(file, role, array, len(t))
+        for role, array in (("qd", raw.qd), ("tau", raw.tau), ("i", raw.i))
+    )
+    if tau is None and current is None:
+        refuse(file, "has neither torques nor currents", KEYS)
     joints = q.shape[1]
     if n is not None and joints != n:
         count = f"{joints} joint{'s' if joints > 1 else ''}"
-        _refuse(file, f"the log has {count}, the robot has {n}", "one q and tau per movable joint")
-    for role, array in (("qd", qd), ("tau", tau)):
+        refuse(file, f"the log has {count}, the robot has {n}", "one q and tau per movable joint")
+    for role, array in (("qd", qd), ("tau", tau), ("i", current)):
         if array is not None and array.shape[1] != joints:
             what = f"columns of q: {joints}, of {role}: {array.shape[1]}"
-            _refuse(file, what, "as many of q and tau, and of qd when there is any")
+            refuse(file, what, "as many of q and tau, and of qd when there is any")
     _require_finite(file, "t", t[:, None], t)
-    for role, array in (("q", q), ("qd", qd), ("tau", tau)):
+    for role, array in (("q", q), ("qd", qd), ("tau", tau), ("i", current)):
         if array is not None:
             _require_finite(file, role, array, t)
     _require_increasing(file, t)
     revolute = [j for j in range(joints) if sigma is None or sigma[j] != PRISMATIC]
-    _require_radians(file, t, q, qd, revolute)
-    return Log(name, t, q, qd, tau, raw.ignored)
+    log = Log(name, t, q, qd, tau, raw.ignored, current, raw.notes)
+    log = log if drive is None else joint_side(log, drive)
+    _require_radians(file, t, log.q, log.qd, revolute)
+    return log
 
 
 def _numeric(file: str, role: str, array: npt.NDArray[Any]) -> FloatArray:
     if array.dtype.kind not in "iuf":
-        _refuse(file, f"{role} holds {array.dtype}", "floats or integers")
+        refuse(file, f"{role} holds {array.dtype}", "floats or integers")
     return read_only(array)
 
 
@@ -346,7 +236,7 @@ def _matrix(file: str, role: str, array: npt.NDArray[Any], samples: int) -> Floa
     matrix = array[:, None] if array.ndim == 1 else array
     if matrix.ndim != 2 or len(matrix) != samples or matrix.shape[1] == 0:
         what = f"{role} has the shape {array.shape}, and t has {samples} samples"
-        _refuse(file, what, f"{role} ({samples}, n)")
+        refuse(file, what, f"{role} ({samples}, n)")
     return _numeric(file, role, matrix)
 
 
@@ -358,7 +248,7 @@ def _require_finite(file: str, role: str, array: FloatArray, t: FloatArray) -> N
         when = f" (t = {t[sample]:.6g} s)" if role != "t" else ""
         value = array[sample, j]
         shown = "nan, or an empty cell" if np.isnan(value) else f"{value}"
-        _refuse(file, f"column {column}, sample {sample}{when}: {shown}", "finite numbers")
+        refuse(file, f"column {column}, sample {sample}{when}: {shown}", "finite numbers")
 
 
 def _require_increasing(file: str, t: FloatArray) -> None:
@@ -366,18 +256,18 @@ def _require_increasing(file: str, t: FloatArray) -> None:
     if len(late):
         k = int(late[0]) + 1
         what = f"column t, sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s"
-        _refuse(file, what, "strictly increasing time in s")
+        refuse(file, what, "strictly increasing time in s")
 
 
 def _require_radians(
     file: str, t: FloatArray, q: FloatArray, qd: FloatArray | None, revolute: list[int]
 ) -> None:
-    accepted = "rad and rad/s (m and m/s for a prismatic joint)"
+    accepted = "rad and rad/s (m and m/s for a prismatic joint), on the joint side or with [drive]"
     for j in revolute:
         span = float(np.ptp(q[:, j]))
         if span > MAX_RANGE:
             what = f"column q{j + 1} spans {span:.4g}, over {MAX_RANGE:g} rad, as degrees would"
-            _refuse(file, what, accepted)
+            refuse(file, what, accepted)
     if qd is None:
         return
     slope = np.gradient(q, t, axis=0)
@@ -396,4 +286,4 @@ def _require_radians(
                     f"qd{j + 1} and the slope of q{j + 1} differ by {factor:.3g}: {role}{j + 1} "
                     f"looks like degrees and {other}{j + 1} like radians"
                 )
-                _refuse(file, what, accepted)
+                refuse(file, what, accepted)

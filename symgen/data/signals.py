@@ -7,13 +7,15 @@ parameter that the robot does not have.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 import numpy.typing as npt
 
-from symgen.data.log import FloatArray, Log, read_only
+from symgen.data.log import Log
+from symgen.data.mask import Mask
+from symgen.data.raw import FloatArray, read_only
 from symgen.errors import LogError
 
 #: Steps that vary by more than this part of the median are resampled.
@@ -49,6 +51,7 @@ class Samples:
             qd was used, or when q needed no filter.
         notes: what was done to the log, in words, one line each.
         velocity_derived: whether qd was missing and is the derivative of q.
+        mask: the samples that no equation may touch; None for none.
     """
 
     name: str
@@ -60,6 +63,12 @@ class Samples:
     cutoff_hz: float | None
     notes: tuple[str, ...]
     velocity_derived: bool = False
+    mask: Mask | None = None
+
+    def cut(self, span: slice) -> Samples:
+        """Return some of the samples."""
+        arrays = {key: getattr(self, key)[span] for key in ("t", "q", "qd", "tau")}
+        return replace(self, mask=None if self.mask is None else self.mask.cut(span), **arrays)
 
 
 _RIGID = 10.0  # Hz
@@ -80,11 +89,17 @@ def prepare(log: Log, cutoff: float | None = None, *, wide: float = 1.0) -> Samp
         wide: by how much q is filtered above the cutoff, for equations that are filtered again.
 
     Raises:
-        LogError: a gap in time, or a cutoff that is not between 0 and the Nyquist frequency.
+        LogError: a gap in time, a cutoff that is not between 0 and the Nyquist frequency, or
+            currents in place of torques.
     """
     t, q, qd, tau = log.t, log.q, log.qd, log.tau
+    if tau is None:
+        raise LogError(
+            f"{log.name}: has currents and no torques; accepted: a log mapped by the torque "
+            "constants in [drive] of the robot file"
+        )
     derived = qd is None
-    notes: list[str] = []
+    notes = list(log.notes)
     step = float((t[-1] - t[0]) / (len(t) - 1))
     steps = np.diff(t)
     median = float(np.median(steps))
@@ -112,7 +127,7 @@ def prepare(log: Log, cutoff: float | None = None, *, wide: float = 1.0) -> Samp
         notes.append(f"{log.name}: {note}")
     elif cutoff is not None:
         notes.append(f"{log.name}: qd was measured and is used unfiltered, whatever the cutoff")
-    t, q, qd, tau = (read_only(array) for array in (t, q, qd, tau))
+    t, q, qd, tau = map(read_only, (t, q, qd, tau))
     return Samples(log.name, t, q, qd, tau, step, used, tuple(notes), derived)
 
 
@@ -293,7 +308,9 @@ def can_filter(cutoff: float, step: float) -> bool:
     return cutoff < HIGHEST * 0.5 / step
 
 
-def white_noise(high: FloatArray, step: float, band: float) -> FloatArray:
+def white_noise(
+    high: FloatArray, step: float, band: float, free: npt.NDArray[np.bool_] | None = None
+) -> FloatArray:
     """Return the standard deviation of the white noise that has a given part above a band.
 
     White noise of variance v has v band / Nyquist in the band and the rest above it.
@@ -302,14 +319,22 @@ def white_noise(high: FloatArray, step: float, band: float) -> FloatArray:
         high: (N, k) the part above the band; its ends, where filters run in, are left out.
         step: sampling step in s.
         band: cutoff of the filter that took the part in the band away, Hz, below Nyquist.
+        free: (N, k) the samples that count; None for all.
 
     Returns:
         (k,), in the unit of `high`.
     """
     margin = int(1 / (band * step))
-    inside = high[margin:-margin] if margin and len(high) > 4 * margin else high
+    span = slice(margin, -margin) if margin and len(high) > 4 * margin else slice(None)
+    inside, say = high[span], np.ones(high.shape) if free is None else free
+    power = np.sum(say[span] * inside**2, axis=0) / np.maximum(say[span].sum(axis=0), 1)
     nyquist = 0.5 / step
-    return np.asarray(np.sqrt(np.mean(inside**2, axis=0) * nyquist / (nyquist - band)))
+    return np.asarray(np.sqrt(power * nyquist / (nyquist - band)))
+
+
+def filter_reach(cutoff: float, step: float) -> int:
+    """Return how many samples away a low-pass still carries a sample: one period of the cutoff."""
+    return int(1.0 / (cutoff * step))
 
 
 def differentiate(x: FloatArray, step: float) -> FloatArray:

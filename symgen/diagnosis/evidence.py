@@ -19,6 +19,7 @@ from symgen.data.signals import (
     Samples,
     can_filter,
     differentiate,
+    filter_reach,
     lowpass,
     rigid_band,
     white_noise,
@@ -53,6 +54,7 @@ class Scene:
         held: (N, n) where the torque is at its limit or near it in time, and has no say.
         wide: cutoff of the low-pass that positions and speeds passed first, Hz; None for none.
         noise: standard deviation of their white noise, (n,) each; None where it was not seen.
+        mask: (N, n) where the user asked that it has none, in the gap neither; None for nowhere.
     """
 
     name: str
@@ -68,6 +70,12 @@ class Scene:
     held: NDArray[np.bool_] | None = None
     wide: float | None = None
     noise: tuple[FloatArray, FloatArray] | None = None
+    mask: NDArray[np.bool_] | None = None
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """Where the torque is not masked, (N, n)."""
+        return np.ones(self.tau.shape, dtype=bool) if self.mask is None else ~self.mask
 
     def limited(self, torque: FloatArray) -> FloatArray:
         """Cut a torque (N, n) at the limits."""
@@ -120,7 +128,8 @@ def scene(samples: Samples, cutoff: float | None) -> Scene:
             white_noise(samples.qd - qd, samples.step, wide),
         )
     every = max(1, int(1 / (_PER_PERIOD * band * samples.step))) if filtered else 1
-    margin = int(1 / (band * samples.step)) if filtered else 0  # the filter's run-in
+    margin = filter_reach(band, samples.step) if filtered else 0  # the filter's run-in
+    mask = None if samples.mask is None else samples.mask.near(margin)
     return Scene(
         samples.name,
         samples.t,
@@ -133,6 +142,8 @@ def scene(samples: Samples, cutoff: float | None) -> Scene:
         slice(margin, len(samples.t) - margin, every),
         wide=wide,
         noise=noise,
+        held=mask,
+        mask=mask,
     )
 
 

@@ -58,7 +58,7 @@ def _torque_noise(s: Scene, error: FloatArray) -> FloatArray:
     if s.band is None:
         return np.zeros(error.shape[1])
     edge = s.wide or s.band  # below it the modelled torque has noise of its own
-    white = white_noise(error - lowpass(error, s.step, edge), s.step, edge)
+    white = white_noise(error - lowpass(error, s.step, edge), s.step, edge, s.free)
     return np.asarray(white * np.sqrt(s.band * 2 * s.step))
 
 

@@ -322,9 +322,14 @@ def _moved(q: FloatArray, qd: FloatArray, i: int, step: float, wide: int = _NEAR
     """
     before, after = max(i - wide, 0), min(i + 1 + wide, len(q) - 1)
     slopes = (q[i] - q[before]) / (i - before), (q[after] - q[i + 1]) / (after - i - 1)
-    means = np.mean(qd[before + 1 : i + 1]), np.mean(qd[i + 1 : after])
+    means = _mean_speed(qd[before : i + 1]), _mean_speed(qd[i + 1 : after + 1])
     change = means[1] - means[0] - (slopes[1] - slopes[0]) / step
     return abs(float(change)) < 0.15 * abs(float(qd[i + 1] - qd[i]))
+
+
+def _mean_speed(qd: FloatArray) -> float:
+    """Return the mean speed from the first to the last sample, by trapezoids."""
+    return float(np.mean((qd[1:] + qd[:-1]) / 2))
 
 
 def step_fault(

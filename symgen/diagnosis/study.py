@@ -191,7 +191,7 @@ class Study:
         X = solution.X[:p] if self.given is None else self.given
         # What stands in the effects' columns.
         inside = self._parameters(self._beside(selection.accepted))
-        curves, noise, span = [], [], []
+        curves, noise, span, free = [], [], [], []
         for s in self.held:
             W0, W1 = regressor(self.evaluator, s, self.X), regressor(evaluator, s, X)
             before, whole = W0 @ self.X, W1 @ X
@@ -220,12 +220,14 @@ class Study:
                 noise_floor(s, s.tau - whole, partial(_model_torque, evaluator, X), others)
             )
             span.append(len(seen.t))
-        measured = np.concatenate([c.measured for c in curves])
+            free.append(s.free[s.kept])
+        say = np.concatenate(free)
+        measured = say * np.concatenate([c.measured for c in curves])
 
         def gap(model: FloatArray) -> Gap:
-            return Gap(tuple(map(float, ratio(measured - model, measured))))
+            return Gap(tuple(map(float, ratio(measured - say * model, measured))))
 
-        size = np.sqrt(np.mean(measured**2, axis=0))
+        size = np.sqrt(np.sum(measured**2, axis=0) / np.maximum(say.sum(axis=0), 1))
         variance = np.average(np.square(noise), axis=0, weights=span)
         was = gap(np.concatenate([c.before for c in curves]))
         now = gap(np.concatenate([c.after for c in curves]))

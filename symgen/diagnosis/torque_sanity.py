@@ -37,6 +37,7 @@ SIGMAS = 5.0
 HALF = 0.5  # a hypothesis about channels must halve the residual
 _FLAT = 2.0  # times the channel's noise: how flat the top of a cut torque is
 _AT_LIMIT = 3.0  # times the noise: how near to the limit a torque is that is cut
+_LEAST = 100  # samples in which a limit is looked for
 _PEAKS = 60  # limits that are tried
 _ROUNDS = 4
 _SIGNIFICANCE = 0.001
@@ -217,11 +218,14 @@ def saturations(evaluator: Evaluator, base: Evidence) -> list[Fault]:
 
 
 def _saturation(robot: Robot, full: Sequence[FloatArray], base: Evidence, j: int) -> Fault | None:
-    tau = np.concatenate([s.tau[_span(s), j] for s in base.scenes])
+    free = [s.free[_span(s), j] for s in base.scenes]
+    tau = np.concatenate([s.tau[_span(s), j][f] for s, f in zip(base.scenes, free, strict=True)])
+    if len(tau) < _LEAST:
+        return None
     noise = _noise(tau) + 1e-6 * float(np.abs(tau).max())
     X, limit, W = base.X, math.inf, base.W
     for _ in range(_ROUNDS):
-        model = np.concatenate([w[:, j] @ X for w in full])
+        model = np.concatenate([w[f, j] @ X for w, f in zip(full, free, strict=True)])
         last, limit = limit, _nearest(tau, model)
         if not _gains(tau, model, limit):
             return None

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.codegen.model import derive
-from symgen.data.signals import Samples, prepare
+from symgen.data.raw import Reading
+from symgen.data.signals import Samples
 from symgen.diagnosis.candidates import candidates
 from symgen.diagnosis.diagnosis import Diagnosis
 from symgen.diagnosis.evidence import Scene, evidence, scene
@@ -25,7 +26,7 @@ from symgen.identification.parameters import read_parameters
 from symgen.identification.validation import (
     Source,
     listed_logs,
-    open_log,
+    open_samples,
     require_logs,
     require_other_data,
 )
@@ -46,6 +47,7 @@ def diagnose(
     effects: Sequence[str] | None = None,
     parameters: str | Path | None = None,
     cutoff: float | None = None,
+    reading: Reading | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Diagnosis:
     """Find where a model and measured data disagree, and name what is missing.
@@ -64,6 +66,7 @@ def diagnose(
         parameters: a file of parameters that are not identified again: an estimate.json, TOML
             with [parameters], or the URDF of the robot.
         cutoff: of the zero-phase low-pass, Hz; None for the motion's bandwidth.
+        reading: how logs are read, and what of them has no say.
         progress: is told what is being tried.
 
     Raises:
@@ -79,7 +82,7 @@ def diagnose(
     progress("deriving and compiling the model")
     evaluator = load(derive(replace(source, sought=()), KERNELS))
     given = None if parameters is None else read_parameters(parameters, evaluator.model)
-    train, held, notes, samples = _scenes(source, logs, validation, cutoff, progress)
+    train, held, notes, samples = _scenes(source, logs, validation, cutoff, reading, progress)
     study = Study(evaluator, train, held, given)
     progress("checking the logs")
     later = [*zip(samples[len(train) :], held, strict=False)]
@@ -119,6 +122,7 @@ def _scenes(
     logs: Sequence[Source] | Source,
     validation: Sequence[Source] | Source,
     cutoff: float | None,
+    reading: Reading | None,
     progress: Callable[[str], None],
 ) -> tuple[list[Scene], list[Scene], tuple[str, ...], list[Samples]]:
     """Return what is searched, what the gap is shown on, what was done to the logs, and these."""
@@ -126,7 +130,7 @@ def _scenes(
 
     def read(source: Source) -> Samples:
         progress(f"reading {getattr(source, 'name', source)}")
-        return prepare(open_log(source, robot), cutoff)
+        return open_samples(source, robot, reading, cutoff)
 
     samples = [read(s) for s in listed_logs(logs)]
     given = [scene(s, cutoff) for s in samples]

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
+from symgen.data.drive import joint_side
 from symgen.data.log import Log, read_log, read_only
 from symgen.data.signals import differentiate, prepare
 from symgen.errors import LogError
@@ -121,8 +122,8 @@ def reference_of(
     Raises:
         LogError: the file cannot be read, or has another number of joints than the robot.
     """
-    if isinstance(source, (str, Path)):
-        source = opened(source)
+    if isinstance(source, (Log, str, Path)):
+        source = opened(source, robot)
     if source is None:
         found = fourier(robot, **options)
     elif isinstance(source, Reference):
@@ -140,11 +141,16 @@ def reference_of(
     return found
 
 
-def opened(source: Log | str | Path) -> Log | str | Path:
-    """Read a log in a format that is a log's alone; leave a CSV, which may have fewer columns."""
-    if isinstance(source, Log) or Path(source).suffix.lower() not in (".npz", ".parquet"):
+def opened(source: Log | str | Path, robot: Robot) -> Log | str | Path:
+    """Read a log in a format that is a log's alone; leave a CSV, which may have fewer columns.
+
+    A log is mapped to the joint side by the robot's [drive]; such a CSV is on it.
+    """
+    if isinstance(source, Log):
+        return source if robot.drive is None else joint_side(source, robot.drive)
+    if Path(source).suffix.lower() not in (".npz", ".parquet"):
         return source
-    return read_log(source)
+    return read_log(source, drive=robot.drive)
 
 
 def from_log(log: Log, cutoff: float | None = None) -> Reference:
@@ -154,6 +160,31 @@ def from_log(log: Log, cutoff: float | None = None) -> Reference:
     """
     s = prepare(Log(log.name, log.t, log.q, None, log.tau), cutoff)
     return make_reference(log.name, s.t, s.q, s.qd, differentiate(s.qd, s.step))
+
+
+def torques_of(
+    source: Log | str | Path, robot: Robot
+) -> tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray]]:
+    """Return t (N,), tau (N, n), and the state to begin with.
+
+    Raises:
+        LogError: the source cannot be read, or has another number of joints.
+    """
+    source = opened(source, robot)
+    if isinstance(source, Log):
+        aim = from_log(source)
+        assert source.tau is not None  # from_log has seen to it
+        t, tau, start = source.t, source.tau, (aim.q[0], aim.qd[0])
+        if source.qd is not None:
+            start = source.q[0], source.qd[0]
+    else:
+        t, found = read_columns(source, ("tau",), ("q", "qd"), "CSV with the columns t, tau1..")
+        tau, rest = found["tau"], np.zeros((1, robot.n))
+        start = found.get("q", rest)[0], found.get("qd", rest)[0]
+    if tau.shape[1] != robot.n:
+        name = source.name if isinstance(source, Log) else source
+        raise LogError(f"{name}: {tau.shape[1]} torques, the robot has {robot.n} joints")
+    return t, tau, start
 
 
 def read_reference(path: str | Path) -> Reference:

@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symgen.codegen.model import Model, derive
+from symgen.data.drive import joint_side
 from symgen.data.log import Log, read_only
-from symgen.errors import LogError, ParameterError
+from symgen.errors import ParameterError
 from symgen.experiment.controller import Controller, Law, replay, tracking
 from symgen.experiment.instruments import Instruments, unseen_torque
 from symgen.experiment.integrator import Motion, integrate
 from symgen.experiment.plant import KERNELS, Plant, plant, without_dry
-from symgen.experiment.reference import Reference, from_log, opened, read_columns, reference_of
+from symgen.experiment.reference import Reference, from_log, reference_of, torques_of
 from symgen.experiment.simulation import Simulation
 from symgen.identification.parameters import base_values, read_parameters
 from symgen.robot.toml_io import read_robot
@@ -100,7 +101,7 @@ def simulate(
     if rate is not None and not (math.isfinite(rate) and rate > 0):
         raise ParameterError(f"simulate: rate is {rate:g}; accepted: above 0 Hz")
     if torque is not None:
-        t, tau, start = _torques(torque, source)
+        t, tau, start = torques_of(torque, source)
         law, acts = replay(t, tau, hold), "at stamps" if hold else "always"
     else:
         chosen = controller or Controller()
@@ -161,7 +162,9 @@ def track(
         LogError: the log has another number of joints, or a gap.
     """
     evaluator, X = _loaded(robot, parameters, lambda _: None)
-    aim = reference_of(from_log(log, cutoff), evaluator.model.robot)
+    source = evaluator.model.robot
+    log = log if source.drive is None else joint_side(log, source.drive)
+    aim = reference_of(from_log(log, cutoff), source)
     chosen = controller or Controller()
     plan = _Plan(
         plant(evaluator, X),
@@ -255,6 +258,7 @@ def _run(
         robot.sigma,
         tuple(j.number for j in robot.movable),
         notes,
+        robot.drive,
     )
 
 
@@ -344,26 +348,6 @@ def _stamps(t: FloatArray, rate: float) -> FloatArray:
             f"simulate: rate {rate:g} Hz over {t[-1] - t[0]:.4g} s; accepted: more"
         )
     return np.asarray(t[0] + np.arange(count) / rate)
-
-
-def _torques(
-    source: Log | str | Path, robot: Robot
-) -> tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray]]:
-    """Return t (N,), tau (N, n), and the state to begin with."""
-    source = opened(source)
-    if isinstance(source, Log):
-        aim = from_log(source)
-        t, tau, start = source.t, source.tau, (aim.q[0], aim.qd[0])
-        if source.qd is not None:
-            start = source.q[0], source.qd[0]
-    else:
-        t, found = read_columns(source, ("tau",), ("q", "qd"), "CSV with the columns t, tau1..")
-        tau, rest = found["tau"], np.zeros((1, robot.n))
-        start = found.get("q", rest)[0], found.get("qd", rest)[0]
-    if tau.shape[1] != robot.n:
-        name = source.name if isinstance(source, Log) else source
-        raise LogError(f"{name}: {tau.shape[1]} torques, the robot has {robot.n} joints")
-    return t, tau, start
 
 
 def _loaded(

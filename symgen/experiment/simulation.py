@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.data.drive import motor_side
 from symgen.data.log import Log, make_log
 from symgen.errors import LogError
+from symgen.robot.types import Drive
 
 FloatArray = NDArray[np.float64]
 
@@ -32,6 +35,7 @@ class Simulation:
         sigma: types of the joints.
         joints: their numbers in the robot file.
         notes: what was done, in words.
+        drive: of the robot; files are on the side that it says that logs are on.
     """
 
     robot: str
@@ -45,6 +49,7 @@ class Simulation:
     sigma: tuple[int, ...]
     joints: tuple[int, ...]
     notes: tuple[str, ...] = ()
+    drive: Drive | None = None
 
     @property
     def runs(self) -> int:
@@ -52,14 +57,15 @@ class Simulation:
         return len(self.q_log)
 
     def log(self, run: int = 0) -> Log:
-        """Return the log of a run.
+        """Return the log of a run, on the joint side.
 
         Raises:
             LogError: it is no log that identification would take, such as one of under 10 samples.
         """
         qd = None if self.qd_log is None else self.qd_log[run]
         name = f"{self.robot} {run + 1}"
-        return make_log(name, self.t, self.q_log[run], self.tau_log[run], qd, sigma=self.sigma)
+        log = make_log(name, self.t, self.q_log[run], self.tau_log[run], qd, sigma=self.sigma)
+        return replace(log, mapped=self.drive is not None)
 
     def files(self, into: Path) -> Iterator[tuple[Path, bytes]]:
         """Yield path and content of every run's log: `into`, or NAME_1 and so on where several."""
@@ -72,9 +78,12 @@ class Simulation:
         Raises:
             LogError: the suffix is neither .csv nor .npz.
         """
-        groups = {"q": self.q_log[run], "tau": self.tau_log[run]}
-        if self.qd_log is not None:
-            groups = {"q": groups["q"], "qd": self.qd_log[run], "tau": groups["tau"]}
+        qd = None if self.qd_log is None else self.qd_log[run]
+        log = Log(self.robot, self.t, self.q_log[run], qd, self.tau_log[run])
+        if self.drive is not None:
+            log = motor_side(log, self.drive)
+        every = {"q": log.q, "qd": log.qd, "tau": log.tau, "i": log.current}
+        groups: dict[str, Any] = {r: array for r, array in every.items() if array is not None}
         if suffix == ".npz":
             out = io.BytesIO()
             np.savez(out, t=self.t, **groups)

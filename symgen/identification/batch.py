@@ -23,7 +23,7 @@ _LAGS = 4
 class Solution:
     """A least-squares solution: X (p,), its covariance (p, p), and the condition of the regressor.
 
-    `weights` has one weight (1/sigma) a log.
+    `weights` has one weight a log, of its residuals (1/sigma, times the root of one given).
     """
 
     X: FloatArray
@@ -37,7 +37,8 @@ def solve(system: LinearSystem, method: str = "wls") -> Solution:
 
     Each log is reduced once to the triangular factor of [W y]; all else works on the factors.
     "ols" weighs all equations alike; "wls" weighs each log by the standard deviation of its own
-    residual (iterated), which for one log is the same. The covariance is robust to correlated
+    residual (iterated), which for one log is the same; both times the weight that a log was given.
+    The covariance is robust to correlated
     residuals (Newey and West 1987, Bartlett weights b_k over four times the rows that overlap):
 
         cov = c (W'W)^-1 [sum over logs, lags k of b_k s_i s_(i+k)'] (W'W)^-1,    s_i = w_i e_i
@@ -58,13 +59,14 @@ def solve(system: LinearSystem, method: str = "wls") -> Solution:
     if sum(rows) <= p:
         raise IdentificationError(f"{sum(rows)} equations for {p} parameters: the log is too short")
     factors = [triangle(np.column_stack([e.W, e.y])) for e in system.logs]
-    weights = np.ones(len(factors))
+    own = np.sqrt([e.weight for e in system.logs])
+    weights = own
     X, scale, R = _from_factors(factors, weights, system.names)
     if method == "wls" and len(factors) > 1:
         for _ in range(_WLS_PASSES):
             rss = [float(np.sum((f[:, -1] - f[:, :-1] @ X) ** 2)) for f in factors]
             sigma = np.sqrt(np.array(rss) / np.array(rows))
-            weights = 1 / np.maximum(sigma, max(1e-6 * sigma.max(), 1e-300))
+            weights = own / np.maximum(sigma, max(1e-6 * sigma.max(), 1e-300))
             X, scale, R = _from_factors(factors, weights, system.names)
     return _with_precision(system, X, scale, R, weights)
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from symgen.codegen.model import derive
 from symgen.data.log import Log
-from symgen.data.signals import prepare
+from symgen.data.raw import Reading
 from symgen.identification.estimate import Residual, Trace
 from symgen.identification.parameters import read_parameters
-from symgen.identification.validation import Part, TorqueComparison, open_log
+from symgen.identification.validation import Part, TorqueComparison, open_samples
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import load
@@ -77,6 +77,7 @@ def predict(
     parameters: str | Path,
     *,
     cutoff: float | None = None,
+    reading: Reading | None = None,
 ) -> Prediction:
     """Predict the torque and the energy of a log from given parameters.
 
@@ -85,6 +86,7 @@ def predict(
         log: a path, or a log.
         parameters: an estimate.json, or TOML with [parameters].
         cutoff: of the zero-phase filter where speeds were not measured, Hz.
+        reading: how the log is read, and what of it has no say in the error.
 
     Raises:
         LogError: the log cannot be read or belongs to another robot.
@@ -94,7 +96,7 @@ def predict(
     model = derive(source, ("inverse_dynamics", "energy"))
     X = read_parameters(parameters, model)
     evaluator = load(model)
-    samples = prepare(open_log(log, source), cutoff)
+    samples = open_samples(log, source, reading, cutoff)
     comparison = TorqueComparison(evaluator, X)
     error, traces = comparison.residual([Part("validation", samples, ())])
     kinetic, potential = evaluator["energy"](samples.q, samples.qd, X)

@@ -21,11 +21,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.data.mask import untouched
 from symgen.data.signals import (
     Samples,
     can_filter,
     cumulative_integral,
     differentiate,
+    filter_reach,
     lowpass,
     rigid_band,
 )
@@ -47,6 +49,7 @@ class Equations:
 
     `correlation` is the number of rows that share samples: overlapping windows. `joint` is the
     position of the joint whose equations these are, None for energy. y is in J, N m s or N m.
+    `weight` is that of the log's squared residuals beside those of others.
     """
 
     name: str
@@ -55,6 +58,7 @@ class Equations:
     t: FloatArray
     correlation: int
     joint: int | None = None
+    weight: float = 1.0
 
     def where(self, chosen: NDArray[np.bool_], name: str) -> Equations:
         """Return some of the equations, under a name."""
@@ -106,6 +110,9 @@ def energy_equations(
         hop = 1 if mode == "sliding" else steps
         last = np.arange(steps, len(whole), hop)
         first = last - steps
+    if samples.mask is not None:
+        clean = untouched(samples.mask.robot, first, last)
+        first, last = first[clean], last[clean]
     difference = whole[last] - whole[first]
     correlation = {"sliding": steps, "consecutive": 1, "start": len(last) // 4}[mode]
     return Equations(
@@ -150,13 +157,16 @@ def momentum_equations(
     for j in range(samples.q.shape[1]):
         rates = np.column_stack([slope[:, j], friction[:, j], samples.tau[:, j]])
         integral = cumulative_integral(rates, samples.step)
-        change = integral[last] - integral[last - steps]
+        end = last
+        if samples.mask is not None:
+            end = last[untouched(samples.mask.joint[:, j], last - steps, last)]
+        change = integral[end] - integral[end - steps]
         inertial = p.shape[2]
         W = np.column_stack(
-            [p[last, j] - p[last - steps, j] - change[:, :inertial], change[:, inertial:-1]]
+            [p[end, j] - p[end - steps, j] - change[:, :inertial], change[:, inertial:-1]]
         )
         name = f"{samples.name}, joint {j + 1}"
-        out.append(Equations(name, W, change[:, -1], samples.t[last], max(1, steps // hop), j))
+        out.append(Equations(name, W, change[:, -1], samples.t[end], max(1, steps // hop), j))
     return tuple(out)
 
 
@@ -220,10 +230,10 @@ def torque_equations(
         q, qd = (lowpass(x, samples.step, WIDE * band) for x in (q, qd))
     W = torque_columns(evaluator, q, qd, differentiate(qd, samples.step), X)
     every = max(1, int(1 / (_SAMPLES_PER_PERIOD * band * samples.step))) if filtered else 1
-    margin = int(1 / (band * samples.step)) if filtered else 0  # the filter's run-in
+    margin = filter_reach(band, samples.step) if filtered else 0  # the filter's run-in
     kept = slice(margin, len(samples.t) - margin, every)
     tau = smooth(samples.tau)
-    return tuple(
+    equations = [
         Equations(
             f"{samples.name}, joint {j + 1}",
             smooth(np.ascontiguousarray(W[:, j]))[kept],
@@ -233,4 +243,8 @@ def torque_equations(
             j,
         )
         for j in range(samples.q.shape[1])
-    )
+    ]
+    if samples.mask is not None:
+        clean = ~samples.mask.near(margin)[kept]
+        equations = [e.where(clean[:, j], e.name) for j, e in enumerate(equations)]
+    return tuple(equations)

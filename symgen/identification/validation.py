@@ -6,21 +6,33 @@ import hashlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.log import Log, read_log
-from symgen.data.signals import Samples, can_filter, lowpass, motion_bandwidth
+from symgen.data.drive import joint_side
+from symgen.data.log import Log, cut, read_log
+from symgen.data.raw import Reading, refuse
+from symgen.data.signals import (
+    Samples,
+    can_filter,
+    filter_reach,
+    lowpass,
+    motion_bandwidth,
+    prepare,
+)
 from symgen.errors import LogError
 from symgen.identification.estimate import Residual, Trace
+from symgen.identification.masking import masked
 from symgen.identification.system import Equations
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
 _TORQUES = (1e-9, 1e9)  # N m or N
+_BEYOND = 1.0  # of the range of a joint; gears make more of it
 Source = str | Path | Log
 _CHECKED = 2000  # samples of each log at which the kinetic energy is looked at
 
@@ -43,25 +55,85 @@ def listed_logs(logs: Sequence[Source] | Source) -> list[Source]:
 def require_logs(logs: Sequence[Source]) -> None:
     """Raise LogError where there is no log."""
     if not logs:
-        raise LogError("no log is given; accepted: one or more CSV, Parquet or NPZ files")
+        raise LogError(
+            "no log is given; accepted: one or more CSV, Parquet, NPZ or MCAP files, or ROS 2 bags"
+        )
 
 
-def open_log(source: Source, robot: Robot) -> Log:
-    """Read a log where a path is given; refuse one of another robot.
+def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Log:
+    """Read a log where a path is given, and map it to the joint side; refuse another robot's.
+
+    Args:
+        source: a path, or a log as it was recorded.
+        robot: whose [drive] says on which side that is.
+        reading: how files are read, and the span of time that is used.
 
     Raises:
         LogError: it cannot be read, has another number of joints, or torques that no robot has.
     """
-    log = source if isinstance(source, Log) else read_log(source, sigma=robot.sigma)
-    if log.q.shape[1] != robot.n:
-        raise LogError(f"{log.name}: the log has {log.q.shape[1]} joints, the robot has {robot.n}")
-    largest = float(np.abs(log.tau).max())  # nothing can be learned from torques that none has
-    if not _TORQUES[0] < largest < _TORQUES[1]:
+    reading = reading or Reading()
+    if isinstance(source, Log):
+        log = source
+        if log.q.shape[1] != robot.n:
+            raise LogError(
+                f"{log.name}: the log has {log.q.shape[1]} joints, the robot has {robot.n}"
+            )
+        log = log if robot.drive is None else joint_side(log, robot.drive)
+    else:
+        names = [joint.name for joint in robot.movable]
+        log = read_log(source, sigma=robot.sigma, drive=robot.drive, reading=reading, names=names)
+    if log.mapped:
+        _require_within(log, robot)
+    log = cut(log, reading.start, reading.until)
+    if log.tau is None:
+        what = "has currents and no torques"
+        refuse(log.name, what, "with torque_constant in [drive] of the robot file")
+    largest = float(np.abs(log.tau).max())
+    if not _TORQUES[0] < largest < _TORQUES[1]:  # nothing can be learned from such torques
         raise LogError(
             f"{log.name}: the largest torque is {largest:.3g}; accepted: N m or N, between "
             f"{_TORQUES[0]:g} and {_TORQUES[1]:g}"
         )
     return log
+
+
+def _require_within(log: Log, robot: Robot) -> None:
+    """Refuse a mapped log far beyond the joints' limits: it was on the other side."""
+    limits = None if robot.limits is None else robot.limits.position
+    for j, (low, high) in enumerate(limits or ()):
+        least, most = float(log.q[:, j].min()), float(log.q[:, j].max())
+        if max(low - least, most - high) > _BEYOND * (high - low):
+            what = (
+                f"q{j + 1} runs from {least:.4g} to {most:.4g} on the joint side, and its limits "
+                f"are {low:g} and {high:g}"
+            )
+            refuse(log.name, what, "a log that [drive] maps into [limits]; see position_side")
+
+
+def open_samples(
+    source: Source,
+    robot: Robot,
+    reading: Reading | None = None,
+    cutoff: float | None = None,
+    *,
+    wide: float = 1.0,
+) -> Samples:
+    """Open a log and give it uniform steps, a velocity, and the mask that is asked for.
+
+    Args:
+        source: a path, or a log as it was recorded.
+        robot: the log's robot, with its drive and its limits of torque.
+        reading: how the log is read, and what is masked.
+        cutoff: of the zero-phase filter where speeds were not measured, Hz.
+        wide: by how much positions are filtered above the cutoff, see `prepare`.
+
+    Raises:
+        LogError: `open_log` or `prepare` refuse the log, or a joint has next to nothing left.
+    """
+    reading = reading or Reading()
+    log = open_log(source, robot, reading)
+    samples = prepare(log, cutoff, wide=wide)
+    return masked(samples, log, robot, reading.mask) if reading.mask else samples
 
 
 def require_other_data(train: Sequence[Samples], held: Sequence[Samples]) -> None:
@@ -121,9 +193,11 @@ def model_traces(part: Part, X: FloatArray) -> tuple[Trace, ...]:
     quantity = "energy" if first.joint is None else part.quantity
     if quantity == "torque":  # drawn from the samples, see TorqueComparison
         return ()
-    measured = np.stack([e.y for e in part.equations], axis=1)
-    predicted = np.stack([e.W @ X for e in part.equations], axis=1)
-    return (Trace(part.samples.name, part.kind, quantity, first.t, measured, predicted),)
+    t = reduce(np.intersect1d, [e.t for e in part.equations])  # a mask is by joint
+    kept = [(e, np.isin(e.t, t)) for e in part.equations]
+    measured = np.stack([e.y[k] for e, k in kept], axis=1)
+    predicted = np.stack([e.W[k] @ X for e, k in kept], axis=1)
+    return (Trace(part.samples.name, part.kind, quantity, t, measured, predicted),)
 
 
 class TorqueComparison:
@@ -139,16 +213,25 @@ class TorqueComparison:
         traces, errors, sizes = [], [], []
         for part in parts:
             s = part.samples
-            measured, predicted = self._compared(s)
+            measured, predicted, reach = self._compared(s)
             traces.append(Trace(s.name, part.kind, "torque", s.t, measured, predicted))
-            errors.append(np.sum((measured - predicted) ** 2, axis=0))
-            sizes.append(np.sum(measured**2, axis=0))
+            free = 1.0 if s.mask is None else ~s.mask.near(reach)
+            errors.append(np.sum(free * (measured - predicted) ** 2, axis=0))
+            sizes.append(np.sum(free * measured**2, axis=0))
         error, size = np.sum(errors, axis=0), np.sum(sizes, axis=0)
+        masks = [p.samples.mask for p in parts]
+        if all(masks) and not size.all():
+            j = int(np.argmin(size)) + 1
+            raise LogError(
+                f"{parts[0].samples.name}: --mask leaves nothing of tau{j} to compare; accepted: "
+                "a log in which every joint moves, a higher cutoff, or no mask"
+            )
         joint = np.sqrt(error / np.where(size > 0, size, np.inf))
         total = math.sqrt(float(np.mean(joint**2)))  # of ratios: N and N m do not add up
         return Residual(total, tuple(map(float, joint))), tuple(traces)
 
-    def _compared(self, s: Samples) -> tuple[FloatArray, FloatArray]:
+    def _compared(self, s: Samples) -> tuple[FloatArray, FloatArray, int]:
+        """Return both torques, and how many samples the filter reaches."""
         band = motion_bandwidth(s.q, s.step) if s.cutoff_hz is None else s.cutoff_hz
         filtered = can_filter(band, s.step)
         self.band = min(self.band, band) if filtered else self.band
@@ -157,4 +240,5 @@ class TorqueComparison:
             return lowpass(x, s.step, band) if filtered else x
 
         qdd = np.gradient(smooth(s.qd), s.step, axis=0, edge_order=2)
-        return smooth(s.tau), smooth(self._inverse(s.q, s.qd, qdd, self._X))
+        reach = filter_reach(band, s.step) if filtered else 0
+        return smooth(s.tau), smooth(self._inverse(s.q, s.qd, qdd, self._X)), reach

@@ -6,6 +6,7 @@ import hashlib
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 import symgen.identification.verdict as verdicts
 from symgen import names
 from symgen.codegen.model import derive
-from symgen.data.signals import prepare
+from symgen.data.raw import Reading
 from symgen.errors import IdentificationError, LogError
 from symgen.identification.batch import (
     METHODS,
@@ -26,6 +27,7 @@ from symgen.identification.batch import (
     undetermined,
 )
 from symgen.identification.estimate import Convergence, Estimate, ParameterEstimate
+from symgen.identification.masking import require_left, unmasked_pieces
 from symgen.identification.physical import consistency
 from symgen.identification.recipe import NEEDED, Recipe
 from symgen.identification.recursive import Identifier
@@ -38,7 +40,7 @@ from symgen.identification.validation import (
     kinetic_energy,
     listed_logs,
     model_traces,
-    open_log,
+    open_samples,
     require_logs,
     require_other_data,
     residual,
@@ -51,6 +53,8 @@ from symgen.runtime.evaluator import Evaluator, load
 FloatArray = NDArray[np.float64]
 MODELS = tuple(NEEDED)
 ALL_METHODS = (*METHODS, "recursive")
+#: Methods for which logs can be given weights.
+WEIGHED = ("wls", "ols")
 _HELD_OUT = 0.2
 _CHECKPOINTS = 80
 
@@ -64,6 +68,8 @@ def identify(
     method: str = "wls",
     window: float = 0.2,
     cutoff: float | None = None,
+    reading: Reading | None = None,
+    weights: Sequence[float] | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Estimate:
     """Identify a robot's base parameters from measured logs.
@@ -79,6 +85,8 @@ def identify(
         window: length of the sliding windows of energy and momentum, s.
         cutoff: of the zero-phase filter where speeds were not measured, and of the torque model,
             Hz; by default from the motion's bandwidth.
+        reading: how logs are read, and what of them is left out of the equations.
+        weights: one a log, of its squared residuals; by default all alike. For wls and ols.
         progress: is told what is being done.
 
     Returns:
@@ -94,12 +102,14 @@ def identify(
         raise IdentificationError(f"method {method!r}; accepted: {', '.join(ALL_METHODS)}")
     if not (math.isfinite(window) and window > 0):
         raise IdentificationError(f"a window of {window:g} s; accepted: a length above 0")
+    shares = _weights(weights, len(listed_logs(logs)), method)
     progress("deriving and compiling the model")
     recipe = Recipe(model, window, cutoff)
     evaluator = _loaded(robot, recipe)
-    parts = _parts(evaluator, listed_logs(logs), listed_logs(validation), recipe, progress)
+    parts = _parts(evaluator, listed_logs(logs), listed_logs(validation), recipe, reading, progress)
     train = [p for p in parts if p.kind == "train"]
     held = [p for p in parts if p.kind == "validation"]
+    train = [_weighed(p, w) for p, w in zip(train, shares, strict=True)]
     require_other_data([p.samples for p in train], [p.samples for p in held])
     fault = verdicts.motion_fault([p.samples for p in train])
     system = LinearSystem(evaluator.model.base.names, tuple(e for p in train for e in p.equations))
@@ -139,6 +149,7 @@ def _parts(
     logs: Sequence[Source],
     validation: Sequence[Source],
     recipe: Recipe,
+    reading: Reading | None,
     progress: Callable[[str], None],
 ) -> list[Part]:
     robot = evaluator.model.robot
@@ -147,9 +158,30 @@ def _parts(
     for kind, sources in (("train", logs), ("validation", validation)):
         for source in sources:
             progress(f"reading {getattr(source, 'name', source)}")
-            samples = prepare(open_log(source, robot), recipe.cutoff, wide=recipe.wide)
-            out.append(Part(kind, samples, recipe.equations(evaluator, samples), recipe.model))
+            samples = open_samples(source, robot, reading, recipe.cutoff, wide=recipe.wide)
+            equations = recipe.equations(evaluator, samples)
+            if samples.mask is not None:
+                require_left(samples.name, equations)
+            out.append(Part(kind, samples, equations, recipe.model))
     return out if validation else [piece for part in out for piece in _split(part, recipe.gap)]
+
+
+def _weights(weights: Sequence[float] | None, logs: int, method: str) -> Sequence[float]:
+    """Return one weight a log; refuse what cannot weigh."""
+    if weights is None:
+        return [1.0] * logs
+    if method not in WEIGHED:
+        raise IdentificationError(f"weights with method {method}; accepted: {', '.join(WEIGHED)}")
+    if len(weights) != logs or not all(0 < w < math.inf for w in weights):
+        shown = ", ".join(f"{w:g}" for w in weights)
+        raise IdentificationError(
+            f"weights {shown}; accepted: a number above 0 for each of {logs} logs"
+        )
+    return weights
+
+
+def _weighed(part: Part, weight: float) -> Part:
+    return replace(part, equations=tuple(replace(e, weight=weight) for e in part.equations))
 
 
 def _split(part: Part, gap: float) -> list[Part]:
@@ -164,10 +196,7 @@ def _split(part: Part, gap: float) -> list[Part]:
             f"{s.name}: too short to hold out its last fifth in windows of {gap:g} s; "
             "accepted: a longer log, or a second one for validation"
         )
-    late, early = (
-        replace(s, t=s.t[span], q=s.q[span], qd=s.qd[span], tau=s.tau[span])
-        for span in (slice(cut, None), slice(None, cut))
-    )
+    late, early = (s.cut(span) for span in (slice(cut, None), slice(None, cut)))
     late = replace(late, name=name, notes=())
     return [
         replace(part, kind="train", samples=early, equations=kept),
@@ -188,25 +217,30 @@ def _solved(
         raise IdentificationError("method recursive needs logs of one sampling rate")
     identifier = Identifier(evaluator, steps.pop(), model=recipe.model)
     for part in train:
-        s = part.samples
-        identifier.run(s.t, s.q, s.qd, s.tau)
+        for s in unmasked_pieces(part.samples, recipe.model):
+            identifier.run(s.t, s.q, s.qd, s.tau)
     return precision(system, identifier.read()[0]), drawn
 
 
 def _convergence(train: Sequence[Part], names_: tuple[str, ...]) -> Convergence:
     """Return the estimate after every chunk of the data: triangular factors merged in time.
 
-    The equations of all joints of a log share their times and are taken together.
+    The equations of all joints of a log are taken together by their times.
     """
     p = len(names_)
     factor = np.zeros((0, p + 1))
     stride = max(1, sum(len(part.equations[0].t) for part in train) // _CHECKPOINTS)
     times, values, before = [], [], 0.0
     for part in train:
-        t = part.equations[0].t
-        for at in range(0, len(t), stride):
-            piece = slice(at, at + stride)
-            rows = [np.column_stack([e.W[piece], e.y[piece]]) for e in part.equations]
+        t = max((e.t for e in part.equations), key=len)
+        edges = [-math.inf, *t[stride::stride], math.inf]
+        for at, (start, end) in enumerate(pairwise(edges)):
+            piece = slice(at * stride, (at + 1) * stride)
+            spans = [slice(*np.searchsorted(e.t, [start, end])) for e in part.equations]
+            rows = [
+                math.sqrt(e.weight) * np.column_stack([e.W[span], e.y[span]])
+                for e, span in zip(part.equations, spans, strict=True)
+            ]
             factor = triangle(np.concatenate([factor, *rows]))
             R = factor[:p, :p]
             if len(factor) >= p and not undetermined(R / column_norms(R), names_):
@@ -260,6 +294,9 @@ def _estimate(
         notes += (
             f"equations are weighed by log and joint, largest over smallest {high / low:.2f}",
         )
+    if any(p.equations[0].weight != 1.0 for p in train):
+        shares = ", ".join(f"{p.equations[0].weight:g}" for p in train)
+        notes += (f"squared residuals of the logs are weighed by {shares}",)
     if math.isfinite(torque.band):
         notes += (
             f"torques are compared below {torque.band:.3g} Hz, through a zero-phase low-pass",
@@ -313,7 +350,11 @@ def _moved_by_window(
     if recipe.model == "torque" or any(half.window < p.samples.step for p in train):
         return ""
     names_ = evaluator.model.base.names
-    equations = (e for p in train for e in half.equations(evaluator, p.samples))
+    equations = (
+        replace(e, weight=p.equations[0].weight)
+        for p in train
+        for e in half.equations(evaluator, p.samples)
+    )
     try:
         other = solve(LinearSystem(names_, tuple(equations)), "ols" if method == "ols" else "wls").X
     except IdentificationError:

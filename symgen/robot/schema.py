@@ -12,6 +12,7 @@ from symgen.errors import RobotError
 
 _MAX_JOINTS = 200
 _LARGEST = 100  # decimal exponent of the largest number
+_GEARS = (1e-6, 1e6)
 _SMALLEST_WIDTH = 1e-12
 _MAX_TITLE = 200
 _UNIT = re.compile(r"[A-Za-z0-9 /^().-]{0,40}", re.ASCII)
@@ -91,6 +92,25 @@ def _unit(value: object) -> str:
     return value
 
 
+def _factor(value: object) -> float:
+    number = _number(value)
+    if not _GEARS[0] <= abs(number) <= _GEARS[1]:
+        raise ValueError(f"a number other than 0, {_GEARS[0]:g} to {_GEARS[1]:g} in size")
+    return number
+
+
+def _gears(value: object) -> list[float] | list[list[float]]:
+    if not isinstance(value, list) or not value:
+        raise ValueError("a list of one number for each movable joint, or an n x n matrix")
+    if not any(isinstance(row, list) for row in value):
+        return [_factor(number) for number in value]
+    if not all(isinstance(row, list) and len(row) == len(value) for row in value):
+        raise ValueError("an n x n matrix, as a list of n rows of n numbers")
+    if max(abs(_number(number)) for row in value for number in row) > _GEARS[1]:
+        raise ValueError(f"numbers up to {_GEARS[1]:g} in size")
+    return [[_number(number) for number in row] for row in value]
+
+
 Positive = Annotated[float, PlainValidator(_positive)]
 
 
@@ -148,6 +168,13 @@ class LimitsTable(_Table):
     torque: list[Positive] | None = None
 
 
+class DriveTable(_Table):
+    ratio: Annotated[Any, PlainValidator(_gears)] = None
+    torque_constant: list[Annotated[float, PlainValidator(_factor)]] | None = None
+    position_side: Literal["motor", "joint"] = "motor"
+    torque_side: Literal["motor", "joint"] = "motor"
+
+
 class RobotFile(_Table):
     robot: RobotTable
     geometry: dict[str, Scalar] = Field(default_factory=dict)
@@ -155,7 +182,7 @@ class RobotFile(_Table):
     coupling: list[CouplingTable] = Field(default_factory=list)
     payload: PayloadTable | None = None
     limits: LimitsTable | None = None
-    drive: object = None
+    drive: DriveTable | None = None
     effect: list[EffectTable] = Field(default_factory=list)
     loop: list[LoopTable] = Field(default_factory=list)
 
@@ -166,6 +193,7 @@ _TABLES: dict[str, type[BaseModel]] = {
     "coupling": CouplingTable,
     "payload": PayloadTable,
     "limits": LimitsTable,
+    "drive": DriveTable,
     "loop": LoopTable,
     "effect": EffectTable,
 }

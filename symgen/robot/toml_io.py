@@ -18,6 +18,7 @@ from symgen.errors import ExpressionError, RobotError, SymgenWarning
 from symgen.robot import expressions
 from symgen.robot.builtin import library, library_text
 from symgen.robot.closure import require_closed
+from symgen.robot.drive import drive_from_table
 from symgen.robot.effect import Effect
 from symgen.robot.expressions import shortened
 from symgen.robot.foreign import parse_imported
@@ -101,8 +102,6 @@ class _Reader:
         return RobotError(f"{self.where}: {message}")
 
     def robot(self, file: RobotFile) -> Robot:
-        if file.drive is not None:
-            raise self.fail("[drive] is not supported by this version of symgen")
         name = file.robot.name
         if not is_robot_name(name):
             raise self.fail(
@@ -138,6 +137,7 @@ class _Reader:
             loops=tuple(Loop(*table.cut) for table in file.loop),
             effects=effects,
             sought=sought,
+            drive=drive_from_table(file.drive, len(movable), self.fail),
         )
         try:
             require_closed(robot)

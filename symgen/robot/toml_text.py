@@ -10,6 +10,7 @@ import sympy as sp
 
 from symgen import names
 from symgen.robot import expressions
+from symgen.robot.drive import drive_toml
 from symgen.robot.types import Robot
 
 
@@ -83,6 +84,8 @@ def robot_toml(robot: Robot) -> str:
             values = getattr(robot.limits, key)
             if values is not None:
                 out.append(f"{key} = {plain_list(values)}")
+    if robot.drive is not None:
+        out += ["", *drive_toml(robot.drive)]
     return "\n".join(out) + "\n"
 
 

@@ -105,6 +105,25 @@ class Limits:
 
 
 @dataclass(frozen=True)
+class Drive:
+    """Gears and motors between the sensors of a log and the joints: q_motor = N q_joint.
+
+    Power is the same on both sides, hence tau_joint = N' tau_motor; and tau_motor = K i.
+
+    Attributes:
+        ratio: (n, n) N, in motor turns per joint turn (rad/m where the joint is prismatic).
+        torque_constant: (n,) K in N m/A on the motor side, None where logs have torques.
+        position_side: the side of q and qd in logs, "motor" or "joint".
+        torque_side: the side of tau in logs; currents are always those of the motors.
+    """
+
+    ratio: tuple[tuple[float, ...], ...]
+    torque_constant: tuple[float, ...] | None = None
+    position_side: str = "motor"
+    torque_side: str = "motor"
+
+
+@dataclass(frozen=True)
 class Robot:
     """A mechanism: joints in file order, gravity in frame 0 [m/s2], named lengths and angles.
 
@@ -123,6 +142,7 @@ class Robot:
     loops: tuple[Loop, ...] = ()
     effects: tuple[Effect, ...] = ()
     sought: tuple[Sought, ...] = ()
+    drive: Drive | None = None
 
     @property
     def movable(self) -> tuple[Joint, ...]:

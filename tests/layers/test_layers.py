@@ -18,7 +18,8 @@ DOORS = {
     "jinja2": ("files",),
     "casadi": ("codegen/casadi_model",),
     "cffi": ("runtime/build",),
-    "pyarrow": ("data/log",),
+    "pyarrow": ("data/tables",),
+    "rosbags": ("data/bags",),
     # Clarabel takes its matrices as SciPy's.
     "scipy": (
         "diagnosis/select",
@@ -34,7 +35,7 @@ DOORS = {
     "rich": ("terminal",),
 }
 HEAVY = {"sympy", "numpy", "scipy", "casadi", "plotly", "pyarrow", "jinja2", "cffi", "pydantic",
-         "clarabel"}  # fmt: skip
+         "clarabel", "rosbags"}  # fmt: skip
 
 
 def _run(*command: str) -> None:

@@ -84,7 +84,7 @@ CSV_CASES = {
     "no q": (GOOD.replace("q", "p"), ["no column q1", "p1"]),
     "no tau": (GOOD.replace("tau", "torque"), ["no column tau1", "torque1"]),
     "semicolons": (GOOD.replace(",", ";"), ["no column t", "t;q1"]),
-    "currents": (GOOD.replace("tau", "i"), ["torque columns", "[drive]", "not supported yet"]),
+    "currents": (GOOD.replace("tau", "i"), ["torque columns", "torque_constant", "[drive]"]),
     "gap in q": (GOOD.replace("q2", "q3"), ["q1, q3", "without gaps"]),
     "gap in tau": (GOOD.replace("tau1", "tau3"), ["tau2, tau3", "without gaps"]),
     "from zero": (GOOD.replace("q2", "q0"), ["q0, q1", "1, 2, .."]),
@@ -189,7 +189,7 @@ def test_a_damaged_parquet_file_is_refused(tmp_path, damage):
     [
         ({"t": None}, ["no array t"]),
         ({"tau": None}, ["no array tau"]),
-        ({"tau": None, "i": Q}, ["[drive]", "not supported yet"]),
+        ({"tau": None, "i": Q}, ["torque_constant", "[drive]"]),
         ({"t": T[:, None]}, ["t has the shape (12, 1)", "t (N,)"]),
         ({"t": T[:0], "q": Q[:0], "tau": Q[:0]}, ["no samples"]),
         ({"t": T[:9], "q": Q[:9], "tau": Q[:9]}, ["9 samples"]),

@@ -10,7 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from symgen.data.columns import columns_from
 from symgen.data.log import Log, make_log, read_log
+from symgen.data.raw import Reading
+from symgen.errors import LogError
 
 N, JOINTS = 40, 2
 T = np.arange(N) * 0.01
@@ -83,6 +86,46 @@ def test_other_columns_are_kept_apart_even_when_they_hold_text(tmp_path):
         assert_holds(log)
     np.savez(tmp_path / "a.npz", t=T, q=Q, tau=TAU, mode=np.array(["auto"]))
     assert read_log(tmp_path / "a.npz").ignored == ("mode",)
+
+
+NAMES = {"t": "time", "q1": "hip", "q2": "knee", "tau1": "hip Nm", "tau2": "knee Nm"}
+
+
+def test_columns_of_other_names_give_the_same_log(tmp_path):
+    renamed = {NAMES.get(name, name): values for name, values in table().items()}
+    for path in (
+        write_csv(tmp_path / "a.csv", renamed),
+        write_parquet(tmp_path / "a.parquet", renamed),
+    ):
+        assert_holds(read_log(path, reading=Reading(columns=NAMES)))
+    np.savez(tmp_path / "a.npz", time=T, angle=Q, qd=QD, tau=TAU)
+    reading = Reading(columns={"t": "time", "q": "angle"})
+    assert_holds(read_log(tmp_path / "a.npz", reading=reading))
+
+
+def test_a_column_that_another_takes_the_name_of_is_ignored(tmp_path):
+    path = write_csv(tmp_path / "a.csv", {**table(), "better": 2 * Q[:, 0]})
+    log = read_log(path, reading=Reading(columns={"q1": "better"}))
+    np.testing.assert_array_equal(log.q, np.column_stack([2 * Q[:, 0], Q[:, 1]]))
+    assert log.ignored == ("q1 (of the file)",)
+
+
+def test_a_map_of_columns_is_a_text_or_a_small_file(tmp_path):
+    text = ", ".join(f"{ours} = {theirs}" for ours, theirs in NAMES.items())
+    assert columns_from(text) == NAMES
+    path = tmp_path / "map.toml"
+    path.write_text("[columns]\n" + "".join(f'{k} = "{v}"\n' for k, v in NAMES.items()))
+    assert columns_from(str(path)) == NAMES
+
+
+@pytest.mark.parametrize(
+    "text", ["[columns]\nq1 = 1\n", "[column]\n", "q1 = 'a'\n", "[columns\n", "columns = 3\n"]
+)
+def test_a_file_that_maps_no_columns_is_one_line(tmp_path, text):
+    (tmp_path / "map.toml").write_text(text)
+    with pytest.raises(LogError, match=r"map\.toml.*accepted: a table \[columns\]") as caught:
+        columns_from(str(tmp_path / "map.toml"))
+    assert "\n" not in str(caught.value)
 
 
 def test_the_order_of_columns_does_not_matter_beyond_nine_joints(tmp_path):

@@ -1,0 +1,69 @@
+"""Options of the commands that read logs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import reduce, wraps
+from typing import Any
+
+import click
+
+_OPTIONS = (
+    click.option("--columns", help="Names of columns in the file: t=time,q1=..; or a .toml file."),
+    click.option("--joints", help="Names of the joints in a bag, in the robot's order: a,b,.."),
+    click.option("--topic", default="", help="Topic of the joint states in a bag."),
+    click.option("--mask", help="What no equation may touch: rest, saturation or both."),
+    click.option("--from", "start", type=float, help="Use each log from this t on, s."),
+    click.option("--until", type=float, help="Use each log up to this t, s."),
+)
+
+
+def reading_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options of reading logs, as one argument `reading`."""
+
+    @wraps(command)
+    def with_reading(
+        *args: Any,
+        columns: str | None,
+        joints: str | None,
+        topic: str,
+        mask: str | None,
+        start: float | None,
+        until: float | None,
+        **others: Any,
+    ) -> Any:
+        from symgen.data.columns import columns_from
+        from symgen.data.raw import Reading
+
+        reading = Reading(
+            columns={} if columns is None else columns_from(columns),
+            joints=listed(joints),
+            topic=topic,
+            start=start,
+            until=until,
+            mask=listed(mask),
+        )
+        return command(*args, reading=reading, **others)
+
+    return reduce(lambda wrapped, option: option(wrapped), reversed(_OPTIONS), with_reading)
+
+
+def listed(text: str | None) -> tuple[str, ...]:
+    """Return the parts of a text between commas."""
+    return () if text is None else tuple(part.strip() for part in text.split(","))
+
+
+def numbers(option: str, text: str | None) -> list[float] | None:
+    """Return the numbers of a text between commas, None for none.
+
+    Raises:
+        UsageError: one is not a number.
+    """
+    if text is None:
+        return None
+    try:
+        return [float(part) for part in listed(text)]
+    except ValueError as error:
+        raise click.UsageError(
+            f"{option} {text}: accepted: numbers, separated by commas"
+        ) from error

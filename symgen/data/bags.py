@@ -1,0 +1,246 @@
+"""Logs as ROS messages: MCAP files and ROS 2 bags with sensor_msgs/msg/JointState.
+
+rosbags reads both, and old bags of SQLite; it is optional: `pip install 'symgen[ros]'`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symgen.data.raw import FloatArray, Raw, Reading, one_line, refuse
+from symgen.errors import LogError
+
+_TYPE = "sensor_msgs/msg/JointState"
+_TYPES = (_TYPE, "sensor_msgs/JointState")
+_FIELDS = {"q": "position", "qd": "velocity", "tau": "effort"}
+_ACCEPTED = f"an MCAP file or a ROS 2 bag with messages {_TYPE}"
+_SUFFIXES = (".mcap", ".db3")
+
+
+class _Message(NamedTuple):
+    """One message: stamp in ns, and values by field, (m,) each, for `names`."""
+
+    stamp: int
+    names: list[str]
+    position: FloatArray
+    velocity: FloatArray
+    effort: FloatArray
+
+
+def is_bag(path: Path) -> bool:
+    """Whether a path is an MCAP file, the file of a bag, or the folder of one."""
+    return (path / "metadata.yaml").is_file() if path.is_dir() else path.suffix.lower() in _SUFFIXES
+
+
+def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool) -> Raw:
+    """Read the joint states of an MCAP file or a ROS 2 bag.
+
+    t is the stamp in the header, in s from the first. Messages in another order than their stamps
+    are sorted, repeated ones left out, and those of other joints too; the notes say so.
+
+    Args:
+        path: the file or folder.
+        reading: the topic, the names of the joints in the messages, and which field is what.
+        names: what the robot calls its movable joints, used where reading has no names.
+        currents: whether a field may hold currents (reading.columns {"i": "effort"}).
+
+    Raises:
+        LogError: rosbags is missing, the bag is damaged, or its messages are not those of the
+            robot's joints.
+    """
+    fields = _fields(path, reading, currents)
+    with _opened(path, reading.topic) as (announced, messages):
+        found = list(messages)
+    if not found:
+        refuse(path, "has no message of joint states", _ACCEPTED)
+    joints = _joints(path, reading.joints, names, found)
+    wanted = [m for m in found if not set(joints).isdisjoint(m.names)]
+    notes = []
+    if len(found) < announced:
+        notes.append(f"{path.name}: {len(found)} of the {announced} messages can be read")
+    if len(wanted) < len(found):
+        notes.append(f"{path.name}: {len(found) - len(wanted)} messages of other joints left out")
+    if all(m.stamp == 0 for m in wanted):
+        refuse(path, "the stamps in the headers are 0", "messages with the time in header.stamp")
+    ordered = sorted(wanted, key=lambda m: m.stamp)
+    late = sum(b.stamp < a.stamp for a, b in pairwise(wanted))
+    if late:
+        notes.append(f"{path.name}: {late} messages came out of order and were sorted by stamp")
+    orders = _orders(path, ordered, joints)
+    rows = {
+        role: [_row(path, m, field, order) for m, order in zip(ordered, orders, strict=True)]
+        for role, field in fields.items()
+    }
+    stamps = np.array([m.stamp for m in ordered], dtype=np.int64)
+    kept = _without_repeats(path, stamps, rows)
+    if not kept.all():
+        notes.append(f"{path.name}: {int((~kept).sum())} repeated messages left out")
+    arrays: dict[str, FloatArray] = {}
+    for role, values in rows.items():
+        array = _array(
+            path, role, fields[role], [v for v, k in zip(values, kept, strict=True) if k]
+        )
+        if array is not None:
+            arrays[role] = array
+    if "q" not in arrays:
+        refuse(path, "the messages have no position", "q in every message")
+    if "tau" not in arrays and "i" not in arrays:
+        refuse(path, f"the messages have no {fields.get('tau', 'effort')}", "torques, as effort")
+    t = (stamps[kept] - stamps[0]) * 1e-9
+    ignored = tuple(dict.fromkeys(name for m in wanted for name in m.names if name not in joints))
+    return Raw(
+        t, arrays["q"], arrays.get("qd"), arrays.get("tau"), arrays.get("i"), ignored, tuple(notes)
+    )
+
+
+def _fields(path: Path, reading: Reading, currents: bool) -> dict[str, str]:
+    """Return the field of a message that each of our arrays comes from."""
+    known = tuple(_FIELDS.values())
+    for ours, theirs in reading.columns.items():
+        if ours not in ("q", "qd", "tau", "i") or theirs not in known:
+            what = f"--columns {ours}={theirs}: a bag has fields for all joints"
+            refuse(path, what, f"q, qd, tau or i = {', '.join(known)}; --joints for the joints")
+    if "i" in reading.columns and not currents:
+        refuse(path, "motor currents (--columns i)", "torque_constant in [drive] of the robot file")
+    taken = reading.columns.values()
+    own = {role: field for role, field in _FIELDS.items() if field not in taken}
+    return own | dict(reading.columns)
+
+
+@contextmanager
+def _opened(path: Path, topic: str) -> Iterator[tuple[int, Iterator[_Message]]]:
+    """Open a bag at the only topic with joint states, or at a given one.
+
+    Yields:
+        How many messages the bag says that it has, and the messages.
+    """
+    try:
+        from rosbags.rosbag2 import Reader
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError as error:
+        raise LogError(
+            f"{path}: rosbags is not installed; accepted: after pip install 'symgen[ros]'"
+        ) from error
+    # The definition of JointState is the same in every ROS 2, so that any store will do.
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    try:
+        with Reader(path) as bag:
+            states = [c for c in bag.connections if c.msgtype in _TYPES]
+            topics = sorted({c.topic for c in states})
+            chosen = _topic(path, topic, topics, sorted({c.topic for c in bag.connections}))
+            states = [c for c in states if c.topic == chosen]
+            for c in states:
+                encoding = getattr(c.ext, "serialization_format", "")
+                if encoding != "cdr":
+                    refuse(path, f"the messages are encoded as {encoding!r}", "cdr, as in ROS 2")
+            raw = (data for _, _, data in bag.messages(states))
+            announced = sum(c.msgcount for c in states)
+            yield announced, (_message(store.deserialize_cdr(data, _TYPE)) for data in raw)
+    except LogError:
+        raise
+    except Exception as error:  # a damaged bag raises one of a dozen kinds
+        what = f"{path}: cannot be read: {str(error)[:200] or type(error).__name__}"
+        raise LogError(one_line(f"{what}; accepted: {_ACCEPTED}")) from error
+
+
+def _topic(path: Path, asked: str, topics: list[str], every: list[str]) -> str:
+    """Return the topic to read."""
+    listed = ", ".join(topics)
+    if not topics:
+        found = ", ".join(every[:12]) or "none"
+        refuse(path, f"no topic has messages {_TYPE}; topics: {found}", _ACCEPTED)
+    if asked and asked not in topics:
+        refuse(path, f"--topic {asked}: no joint states there", listed)
+    if not asked and len(topics) > 1:
+        refuse(path, f"{len(topics)} topics have joint states", f"--topic, one of {listed}")
+    return asked or topics[0]
+
+
+def _message(m: Any) -> _Message:
+    stamp = int(m.header.stamp.sec) * 10**9 + int(m.header.stamp.nanosec)
+    return _Message(stamp, list(m.name), m.position, m.velocity, m.effort)
+
+
+def _joints(
+    path: Path, asked: Sequence[str], own: Sequence[str], found: Sequence[_Message]
+) -> list[str]:
+    """Return the names in the messages of the robot's joints, in the robot's order."""
+    present = list(dict.fromkeys(name for m in found for name in m.names))
+    listed = ", ".join(present[:24]) or "none"
+    how = "--joints with the names in the robot's order, separated by commas"
+    if asked:
+        missing = [name for name in asked if name not in present]
+        if missing:
+            refuse(path, f"no message has the joint {missing[0]!r} (--joints)", f"of {listed}")
+        return list(asked)
+    if not own or not all(own):
+        refuse(path, f"the robot's joints have no names; the messages have {listed}", how)
+    missing = [name for name in own if name not in present]
+    if missing:
+        refuse(path, f"the robot's joint {missing[0]!r} is not among {listed}", how)
+    return list(own)
+
+
+def _orders(path: Path, messages: Sequence[_Message], joints: list[str]) -> list[list[int]]:
+    """Return where each message has the robot's joints."""
+    known: dict[tuple[str, ...], list[int]] = {}
+    for m in messages:
+        names = tuple(m.names)
+        if names in known:
+            continue
+        if len(set(names)) < len(names):
+            refuse(path, f"{_when(m)}: a joint is named twice", "every joint once in a message")
+        missing = [name for name in joints if name not in names]
+        if missing:
+            what = f"{_when(m)} lacks the joint {missing[0]!r}"
+            refuse(path, what, "all joints in one message")
+        known[names] = [names.index(name) for name in joints]
+    return [known[tuple(m.names)] for m in messages]
+
+
+def _row(path: Path, m: _Message, field: str, order: list[int]) -> FloatArray:
+    """Return one field for the robot's joints, (n,), or (0,) where the message has it empty."""
+    values: FloatArray = getattr(m, field)
+    if len(values) == 0:
+        return values
+    if len(values) != len(m.names):
+        what = f"{_when(m)}: {len(values)} values of {field} for {len(m.names)} names"
+        refuse(path, what, "one value a name, or none")
+    return values[order]
+
+
+def _without_repeats(
+    path: Path, stamps: np.ndarray[Any, np.dtype[np.int64]], rows: dict[str, list[FloatArray]]
+) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Return which messages are not the one before once more."""
+    kept = np.ones(len(stamps), dtype=bool)
+    for k in np.flatnonzero(np.diff(stamps) == 0) + 1:
+        if not all(np.array_equal(r[k], r[k - 1], equal_nan=True) for r in rows.values()):
+            what = f"two messages of {stamps[k] * 1e-9:.6f} s differ"
+            refuse(path, what, "one message a stamp; --topic, or a bag with one publisher")
+        kept[k] = False
+    return kept
+
+
+def _array(path: Path, role: str, field: str, rows: list[FloatArray]) -> FloatArray | None:
+    """Return (N, n) of a field; None where no message has it, or it is NaN throughout."""
+    have = [len(row) > 0 for row in rows]
+    if not any(have):
+        return None
+    if not all(have):
+        k = have.index(False)
+        what = f"{sum(have)} of {len(rows)} messages have {field} ({role}), the one {k} has not"
+        refuse(path, what, f"{field} in every message, or in none")
+    array = np.array(rows)
+    # ros2_control publishes NaN for what a joint does not measure.
+    return None if np.isnan(array).all() else array
+
+
+def _when(m: _Message) -> str:
+    return f"the message of {m.stamp * 1e-9:.6f} s"

@@ -1,0 +1,105 @@
+"""Logs on the motor side of gears, and what they are on the joint side.
+
+With N the matrix of gear ratios and K the torque constants of [drive]:
+
+    q_motor = N q_joint        tau_joint = N' tau_motor        tau_motor = K i
+
+The second is the first with the power that both sides share: qd_motor' tau_motor = qd_joint'
+tau_joint (Siciliano et al., Robotics, 2009, sec. 5.1). Friction and rotor inertia are then seen at
+the joint: IA = N^2 times that of the rotor. Positions of motors are zero where those of the joints
+are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symgen.data.raw import FloatArray, read_only, refuse
+
+if TYPE_CHECKING:
+    from symgen.data.log import Log
+    from symgen.robot.types import Drive
+
+
+def joint_side(log: Log, drive: Drive) -> Log:
+    """Map a log, as it was recorded, to the joint side.
+
+    q and qd are mapped where `drive.position_side` is "motor", tau where `drive.torque_side` is.
+    Currents are always those of the motors; where the log has them and the drive has torque
+    constants, they give tau, and a tau that the log has besides is only compared with them. The
+    notes of the log say what was done. A log that was mapped before is returned as it is.
+
+    Args:
+        log: as it was recorded.
+        drive: gears and motors of the robot, of as many joints.
+
+    Raises:
+        LogError: another number of joints, or currents without torque constants.
+    """
+    if log.mapped:
+        return log
+    n = len(drive.ratio)
+    if log.q.shape[1] != n:
+        refuse(log.name, f"the log has {log.q.shape[1]} joints, the robot has {n}", "the same")
+    N = np.array(drive.ratio)
+    q, qd, notes = log.q, log.qd, []
+    geared = not np.array_equal(N, np.eye(n))
+    if geared and drive.position_side == "motor":
+        q = read_only(np.linalg.solve(N, q.T).T)
+        qd = None if qd is None else read_only(np.linalg.solve(N, qd.T).T)
+        spans = ", ".join(f"q{j + 1} {span:.3g}" for j, span in enumerate(np.ptp(q, axis=0)))
+        notes.append(
+            f"{log.name}: {'q' if qd is None else 'q and qd'} were mapped from the motor side to "
+            f"the joint side by the ratios of [drive]; the joints travel {spans}"
+        )
+    told = log.tau
+    if told is not None and drive.torque_side == "motor":
+        told = read_only(told @ N)
+    if log.current is None or drive.torque_constant is None:
+        if told is None:
+            refuse(log.name, "has currents alone", "torque_constant in [drive] of the robot file")
+        if geared and drive.torque_side == "motor":
+            notes.append(f"{log.name}: tau was mapped from the motor side to the joint side")
+        tau = told
+    else:
+        tau = read_only((log.current * drive.torque_constant) @ N)
+        beside = "" if told is None else f"; the log's own tau {_difference(told, tau)}, unused"
+        notes.append(
+            f"{log.name}: tau is that of the motor currents i1.. by the torque constants and "
+            f"ratios of [drive]{beside}"
+        )
+    return replace(log, q=q, qd=qd, tau=tau, notes=(*log.notes, *notes), mapped=True)
+
+
+def motor_side(log: Log, drive: Drive) -> Log:
+    """Return a log of the joint side as the sensors would have recorded it.
+
+    The inverse of `joint_side`: where the drive has torque constants the log gets currents in
+    place of torques.
+
+    Args:
+        log: on the joint side, with tau.
+        drive: gears and motors of the robot, of as many joints.
+    """
+    N, tau, qd = np.array(drive.ratio), log.tau, log.qd
+    q, current = log.q, None
+    if drive.position_side == "motor":
+        q = read_only(q @ N.T)
+        qd = None if qd is None else read_only(qd @ N.T)
+    if tau is not None and drive.torque_constant is not None:
+        current = read_only(np.linalg.solve(N.T, tau.T).T / drive.torque_constant)
+        tau = None
+    elif tau is not None and drive.torque_side == "motor":
+        tau = read_only(np.linalg.solve(N.T, tau.T).T)
+    return replace(log, q=q, qd=qd, tau=tau, current=current, mapped=False)
+
+
+def _difference(told: FloatArray, tau: FloatArray) -> str:
+    """Say how far torques (N, n) are apart, on the joint where this is most, by RMS."""
+    size = np.sqrt(np.mean(tau**2, axis=0))
+    apart = np.sqrt(np.mean((told - tau) ** 2, axis=0)) / np.where(size > 0, size, np.inf)
+    j = int(np.argmax(apart))
+    return f"differs from it by up to {100 * apart[j]:.2g} % (joint {j + 1})"

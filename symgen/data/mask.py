@@ -1,0 +1,141 @@
+"""Samples that no equation may touch: joints at rest, and torques in saturation.
+
+At rest the torque of Coulomb friction can be anything between its limits, and a torque in
+saturation is not the one that was asked for, or not measured at all. Masked samples stay in the
+log, so that nothing is interpolated over them; equations that touch them are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.data.raw import FloatArray
+
+Bools = NDArray[np.bool_]
+
+#: Below this part of its largest speed, for this long in s, a joint is at rest.
+SLOW, REST = 0.02, 0.1
+#: A joint whose largest speed is below this part of the fastest one's of its kind never moves.
+STILL = 0.02
+#: So near to a declared limit, and so often in a row at its own extreme, a torque is saturated.
+NEAR, STUCK = 0.999, 5
+_SAME = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Mask:
+    """What no equation may touch.
+
+    Attributes:
+        joint: (N, n) for the equations of each joint: momentum and torque.
+        robot: (N,) for the equations that all joints share: energy.
+    """
+
+    joint: Bools
+    robot: Bools
+
+    def cut(self, span: slice) -> Mask:
+        """Return the mask of some samples."""
+        return Mask(self.joint[span], self.robot[span])
+
+    def near(self, reach: int) -> Bools:
+        """Return (N, n) whether a masked sample of the joint is at most `reach` samples away."""
+        return np.column_stack([_touched(column, reach) for column in self.joint.T])
+
+
+def _touched(masked: Bools, reach: int) -> Bools:
+    count = np.concatenate([[0], np.cumsum(masked)])
+    at = np.arange(len(masked))
+    low, high = np.maximum(at - reach, 0), np.minimum(at + reach + 1, len(masked))
+    return np.asarray(count[high] > count[low])
+
+
+def untouched(masked: Bools, first: NDArray[np.int64], last: NDArray[np.int64]) -> Bools:
+    """Return which windows from sample `first` to sample `last`, both included, have none masked.
+
+    Args:
+        masked: (N,) of the log.
+        first, last: (K,) numbers of samples.
+    """
+    count = np.concatenate([[0], np.cumsum(masked)])
+    return np.asarray(count[last + 1] == count[first])
+
+
+def at_rest(qd: FloatArray, step: float, sigma: Sequence[int]) -> tuple[Bools, Bools]:
+    """Find where joints are at rest: under 2 % of their largest speed for 0.1 s or longer.
+
+    A reversal is no rest. A joint that is slower than 2 % of the fastest of its kind throughout is
+    held still: it never moves and is not at rest either.
+
+    Args:
+        qd: (N, n) speeds in rad/s (m/s).
+        step: sampling step in s.
+        sigma: (n,) types of the joints.
+
+    Returns:
+        (N, n) at rest, and (n,) held still.
+    """
+    slowest, kinds = max(2, round(REST / step)), np.asarray(sigma)
+    largest = np.max(np.abs(qd), axis=0)
+    fastest = np.array([largest[kinds == kind].max() for kind in kinds])
+    still = largest <= STILL * fastest
+    rest = np.column_stack(
+        [_runs(slow, slowest) for slow in (np.abs(qd) <= SLOW * np.maximum(largest, 1e-300)).T]
+    )
+    return rest & ~still, np.asarray(still)
+
+
+def saturated(
+    tau: FloatArray, limits: Sequence[float] | None, ratio: Sequence[Sequence[float]] | None
+) -> Bools:
+    """Find where torques are at a limit: a declared one, or one where they are stuck.
+
+    Stuck is a drive's torque at the largest or smallest value of the log five times in a row.
+
+    Args:
+        tau: (N, n) torques on the joint side, N m (N).
+        limits: (n,) of the joints' torques, or None.
+        ratio: (n, n) of [drive], or None: through it a saturated motor concerns the joints that
+            it moves.
+
+    Returns:
+        (N, n) whether the torque of a joint is saturated.
+    """
+    moved = np.eye(tau.shape[1]) if ratio is None else np.array(ratio)
+    motors = np.linalg.solve(moved.T, tau.T).T
+    stuck = np.column_stack([_stuck(column) for column in motors.T])
+    out = stuck @ (moved != 0)
+    return np.asarray(out if limits is None else out | (np.abs(tau) >= NEAR * np.array(limits)))
+
+
+def _stuck(x: FloatArray) -> Bools:
+    """Return where a signal is flat at an extreme that is at least half its largest size."""
+    size = float(np.abs(x).max())
+    if np.ptp(x) <= _SAME * size:
+        return np.zeros(len(x), dtype=bool)
+    out = np.zeros(len(x), dtype=bool)
+    for extreme in (x.max(), x.min()):
+        if abs(extreme) >= 0.5 * size:
+            out |= _runs(np.abs(x - extreme) <= _SAME * size, STUCK)
+    return out
+
+
+def _runs(flags: Bools, least: int) -> Bools:
+    """Return the flags that stand in runs of at least `least`."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
+    out = np.zeros(len(flags), dtype=bool)
+    for start, end in edges.reshape(-1, 2):
+        out[start:end] = end - start >= least
+    return out
+
+
+def on_grid(masked: Bools, t: FloatArray, grid: FloatArray) -> Bools:
+    """Carry a mask (N, n) at times t over to a grid: a sample between two with one masked is."""
+    if len(t) == len(grid) and np.array_equal(t, grid):
+        return masked
+    after = np.clip(np.searchsorted(t, grid), 0, len(t) - 1)
+    return np.asarray(masked[after] | masked[np.maximum(after - 1, 0)])

@@ -1,0 +1,109 @@
+"""What a file of measurements held, before any check of its values, and how it is to be read."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+import numpy.typing as npt
+
+from symgen.errors import LogError
+
+FloatArray = npt.NDArray[np.float64]
+
+#: Names of columns: t, q1.., qd1.., tau1.., i1..
+NUMBERED = re.compile(r"(qd|q|tau|i)(0|[1-9][0-9]*)")
+ROLES = ("t", "q", "qd", "tau", "i")
+MASKS = ("rest", "saturation")
+_ROLES = "t, q1.., qd1.., tau1.., i1.. (t, q, qd, tau, i for NPZ; q, qd, tau, i for a bag)"
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How logs are read; the same for every log of a command.
+
+    Attributes:
+        columns: names in the file of our columns, {"t": "time", "q1": "shoulder"}; in a bag the
+            field of the message, {"i": "effort"}.
+        joints: names of the robot's movable joints in the messages of a bag, in the robot's order;
+            empty to take those of the robot.
+        topic: of the messages in a bag, "" where only one topic has joint states.
+        start, until: the part of each log that is used, in s of its column t, None for all.
+        mask: what no equation may touch, any of "rest" and "saturation".
+    """
+
+    columns: Mapping[str, str] = field(default_factory=dict)
+    joints: tuple[str, ...] = ()
+    topic: str = ""
+    start: float | None = None
+    until: float | None = None
+    mask: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse what no log could be read with.
+
+        Raises:
+            LogError: an unknown column or mask, a name given twice, or an empty span of time.
+        """
+        for ours in self.columns:
+            if ours not in ROLES and NUMBERED.fullmatch(ours) is None:
+                raise LogError(f"--columns: {ours!r} is no column of a log; accepted: {_ROLES}")
+        for what, given in (("--columns", self.columns.values()), ("--joints", self.joints)):
+            names = list(given)
+            twice = [name for name in names if names.count(name) > 1]
+            if twice or not all(names):
+                fault = f"{twice[0]!r} is given twice" if twice else "an empty name"
+                raise LogError(f"{what}: {fault}; accepted: every name once")
+        for word in self.mask:
+            if word not in MASKS:
+                raise LogError(f"--mask: {word!r}; accepted: {', '.join(MASKS)}")
+        span = (self.start, self.until)
+        if any(s is not None and not abs(s) < float("inf") for s in span):
+            raise LogError("--from, --until: accepted: finite times in s")
+        if self.start is not None and self.until is not None and not self.start < self.until:
+            raise LogError(
+                f"--from {self.start:g} --until {self.until:g}: accepted: a span above 0 s"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Raw:
+    """What a file held. Arrays as in the file; tau or i is None where there is none.
+
+    `notes` says what was done to read it.
+    """
+
+    t: npt.NDArray[Any]
+    q: npt.NDArray[Any]
+    qd: npt.NDArray[Any] | None
+    tau: npt.NDArray[Any] | None
+    i: npt.NDArray[Any] | None = None
+    ignored: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def one_line(message: str) -> str:
+    """Return a message without line breaks."""
+    return " ".join(message.splitlines())
+
+
+def refuse(file: str | Path, what: str, accepted: str) -> NoReturn:
+    """Refuse a log.
+
+    Raises:
+        LogError: always.
+    """
+    raise LogError(one_line(f"{file}: {what}; accepted: {accepted}"))
+
+
+def read_only(array: npt.ArrayLike) -> FloatArray:
+    """Return a read-only, C-contiguous float64 copy of an array."""
+    # An extended double beyond the range becomes inf, which the checks then name.
+    with np.errstate(over="ignore"):
+        copy = np.array(array, dtype=np.float64, order="C")
+    copy.setflags(write=False)
+    return copy

@@ -1,0 +1,213 @@
+"""Logs as tables: CSV, Parquet and NPZ."""
+
+from __future__ import annotations
+
+import csv
+import zipfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+
+from symgen.data.raw import NUMBERED, ROLES, FloatArray, Raw, one_line, refuse
+from symgen.errors import LogError
+
+#: What a table has, and what an NPZ.
+COLUMNS = "t, q1.., optional qd1.., tau1.."
+KEYS = "t (N,), q (N, n), tau (N, n), optional qd (N, n)"
+
+
+def read_csv(path: Path, columns: Mapping[str, str], currents: bool) -> Raw:
+    """Read a CSV with a header.
+
+    Args:
+        path: the file.
+        columns: names in the file of our columns.
+        currents: whether currents i1.. are read, and may stand in place of torques.
+
+    Raises:
+        LogError: the file is not a table of numbers with the columns of a log.
+    """
+    import pyarrow as pa
+    import pyarrow.csv as pacsv
+
+    try:
+        # utf-8-sig drops the byte order mark that spreadsheets write.
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            rows = csv.reader(file)
+            header = next((row for row in rows if row), [])
+            skip = rows.line_num
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise LogError(f"{path}: is not a text file; accepted: CSV in UTF-8") from error
+    names = _renamed(path, [name.strip() for name in header], columns)
+    groups = _groups(path, names, currents)
+    wanted = ["t", *(name for group in groups.values() for name in group)]
+    try:
+        table = pacsv.read_csv(
+            path,
+            read_options=pacsv.ReadOptions(column_names=names, skip_rows=skip),
+            convert_options=pacsv.ConvertOptions(
+                include_columns=wanted, column_types=dict.fromkeys(wanted, pa.float64())
+            ),
+        )
+    except (pa.ArrowInvalid, pa.ArrowKeyError) as error:
+        what = _bad_cell(path, names, wanted) or str(error)
+        accepted = "at least 10 rows of numbers, separated by commas"
+        raise LogError(one_line(f"{path}: {what}; accepted: {accepted}")) from error
+    return _from_columns(table, names, groups)
+
+
+def _bad_cell(path: Path, names: list[str], wanted: list[str]) -> str | None:
+    """Find the first row of a refused CSV that is too short, too long, or holds a text.
+
+    The CSV reader works in blocks, on several threads, and cannot tell the row itself.
+    """
+    with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
+        rows = (row for row in csv.reader(file) if row)
+        next(rows)
+        sample = -1
+        for sample, row in enumerate(rows):
+            if len(row) != len(names):
+                return f"sample {sample}: {len(row)} values for {len(names)} columns"
+            for name in wanted:
+                cell = row[names.index(name)].strip()
+                try:
+                    float(cell or "nan")
+                except ValueError:
+                    return f"column {name}, sample {sample}: {cell[:40]!r} is not a number"
+    return "has a header and no samples" if sample < 0 else None
+
+
+def read_parquet(path: Path, columns: Mapping[str, str], currents: bool) -> Raw:
+    """Read a Parquet table; arguments and errors as for `read_csv`."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        with pq.ParquetFile(path) as file:
+            schema = file.schema_arrow
+            names = _renamed(path, [name.strip() for name in schema.names], columns)
+            groups = _groups(path, names, currents)
+            wanted = ["t", *(name for group in groups.values() for name in group)]
+            for name in wanted:
+                kind = schema.types[names.index(name)]
+                if not (pa.types.is_integer(kind) or pa.types.is_floating(kind)):
+                    refuse(path, f"column {name} holds {kind}", "floats or integers")
+            stored = [schema.names[names.index(name)] for name in wanted]
+            table = file.read(columns=stored).select(stored).rename_columns(wanted)
+    except (pa.ArrowException, OSError, ValueError) as error:
+        what = f"{path}: is not a readable Parquet file: {error}"
+        raise LogError(one_line(f"{what}; accepted: a Parquet table of {COLUMNS}")) from error
+    return _from_columns(table, names, groups)
+
+
+def _renamed(path: Path, names: list[str], columns: Mapping[str, str]) -> list[str]:
+    """Return the names of a file's columns as ours; one that another takes the name of is lost."""
+    for ours, theirs in columns.items():
+        if ours != "t" and NUMBERED.fullmatch(ours) is None:
+            refuse(path, f"--columns {ours}={theirs}: a table has one column a joint", COLUMNS)
+        if theirs not in names:
+            refuse(path, f"there is no column {theirs!r} (--columns {ours})", _found(names))
+    ours_of = {theirs: ours for ours, theirs in columns.items()}
+    return [
+        ours_of.get(name, f"{name} (of the file)" if name in columns else name) for name in names
+    ]
+
+
+def _found(names: Sequence[str]) -> str:
+    """Return the first names of a file in words."""
+    named = [name for name in names if name]
+    return (", ".join(named[:12]) + (", .." if len(named) > 12 else "")) or "none"
+
+
+def _groups(path: Path, names: list[str], currents: bool) -> dict[str, list[str]]:
+    """Sort the names of columns into {"q": [q1, ..], "qd": [..], "tau": [..]}, by number."""
+    named = [name for name in names if name]
+    for name in named:
+        if named.count(name) > 1:
+            refuse(path, f"the column {name} occurs {named.count(name)} times", "each column once")
+    numbers: dict[str, list[int]] = {"q": [], "qd": [], "tau": [], "i": []}
+    for name in named:
+        if match := NUMBERED.fullmatch(name):
+            numbers[match[1]].append(int(match[2]))
+    measured = numbers["tau"] or (numbers["i"] if currents else [])
+    for role, present in (("t", "t" in named), ("q1", numbers["q"]), ("tau1", measured)):
+        if role == "tau1" and not present and numbers["i"]:
+            _refuse_currents(path)
+        if not present:
+            refuse(path, f"there is no column {role} among {_found(names)}", COLUMNS)
+    if not currents or (numbers["tau"] and len(numbers["i"]) != len(numbers["q"])):
+        del numbers["i"]
+    groups = {}
+    for role in numbers:
+        have = sorted(numbers[role])
+        if have != list(range(1, len(have) + 1)):
+            gap = ", ".join(f"{role}{number}" for number in have)
+            refuse(path, f"the columns {gap} are not numbered 1, 2, .. without gaps", COLUMNS)
+        groups[role] = [f"{role}{number}" for number in have]
+    return groups
+
+
+def _refuse_currents(path: Path) -> NoReturn:
+    refuse(
+        path,
+        "the torque columns tau1.. are missing, and motor currents i1.. need torque_constant in "
+        "[drive] of the robot file",
+        COLUMNS,
+    )
+
+
+def _from_columns(table: Any, names: list[str], groups: dict[str, list[str]]) -> Raw:
+    def stack(role: str) -> FloatArray | None:
+        columns = [table[name].to_numpy().astype(np.float64) for name in groups.get(role, ())]
+        return np.column_stack(columns) if columns else None
+
+    used = {"t", *(name for group in groups.values() for name in group)}
+    q = stack("q")
+    assert q is not None  # _groups has seen to it
+    return Raw(
+        t=table["t"].to_numpy(),
+        q=q,
+        qd=stack("qd"),
+        tau=stack("tau"),
+        i=stack("i"),
+        ignored=tuple(name for name in names if name not in used),
+    )
+
+
+def read_npz(path: Path, columns: Mapping[str, str], currents: bool) -> Raw:
+    """Read what numpy.savez wrote; arguments and errors as for `read_csv`."""
+    if not zipfile.is_zipfile(path):
+        refuse(path, "is not an NPZ archive", f"what numpy.savez writes, with {KEYS}")
+    roles = ("t", "q", "qd", "tau", *(("i",) if currents else ()))
+    for ours, theirs in columns.items():
+        if ours not in ROLES:
+            refuse(path, f"--columns {ours}={theirs}: an NPZ has one array for all joints", KEYS)
+    try:
+        # allow_pickle stays off: a pickle in a log would run code of whoever wrote it. The file is
+        # opened here because numpy leaves it open when the archive is damaged.
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            keys = list(archive.files)
+            stored = {role: columns.get(role, role) for role in roles}
+            arrays = {role: np.asarray(archive[key]) for role, key in stored.items() if key in keys}
+    except Exception as error:  # a damaged archive raises one of a dozen kinds
+        what = "an array holds Python objects" if "Object arrays" in str(error) else str(error)
+        raise LogError(one_line(f"{path}: cannot be read: {what}; accepted: {KEYS}")) from error
+    for ours, theirs in columns.items():
+        if theirs not in keys:
+            refuse(path, f"there is no array {theirs!r} (--columns {ours})", _found(keys))
+    if "tau" not in arrays and "i" not in arrays and "i" in keys:
+        _refuse_currents(path)
+    for role in ("t", "q", "tau"):
+        if role not in arrays and not (role == "tau" and "i" in arrays):
+            refuse(path, f"there is no array {stored[role]} among {_found(keys)}", KEYS)
+    used = {stored[role] for role in arrays}
+    return Raw(
+        arrays["t"],
+        arrays["q"],
+        arrays.get("qd"),
+        arrays.get("tau"),
+        arrays.get("i"),
+        tuple(key for key in keys if key not in used),
+    )

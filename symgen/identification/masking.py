@@ -1,0 +1,99 @@
+"""The mask of one log, said in its notes, and what it leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from symgen.data.log import MIN_SAMPLES, Log
+from symgen.data.mask import Bools, Mask, at_rest, on_grid, saturated
+from symgen.data.signals import Samples
+from symgen.errors import LogError
+from symgen.identification.system import Equations
+from symgen.robot.types import Robot
+
+
+def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Samples:
+    """Mask samples at rest or in saturation; nothing is taken out of the log itself.
+
+    Momentum and torque equations of a joint are left out where that joint is masked, energy
+    equations where every joint that moves is at rest or any torque is saturated.
+
+    Args:
+        samples: the log on its uniform grid.
+        log: the log that they came from, for torques that were not resampled.
+        robot: for types of joints, limits of torque, and the drive.
+        kinds: "rest", "saturation" or both.
+
+    Raises:
+        LogError: a joint has fewer than 10 samples left.
+    """
+    joint = np.zeros(samples.q.shape, dtype=bool)
+    whole = np.zeros(len(samples.t), dtype=bool)
+    notes = []
+    if "rest" in kinds:
+        rest, still = at_rest(samples.qd, samples.step, robot.sigma)
+        if not still.all():
+            whole |= rest[:, ~still].all(axis=1)
+        joint |= rest
+        what = _shares(rest, "at rest")
+        held = ", ".join(str(j + 1) for j in np.flatnonzero(still))
+        notes.append(what + (f"; joint {held} never moves and is left as it is" if held else ""))
+    if "saturation" in kinds:
+        assert log.tau is not None  # open_log has seen to it
+        limits = None if robot.limits is None else robot.limits.torque
+        ratio = None if robot.drive is None else robot.drive.ratio
+        high = on_grid(saturated(log.tau, limits, ratio), log.t, samples.t)
+        whole |= high.any(axis=1)
+        joint |= high
+        known = "at a limit of [limits] or stuck" if limits is not None else "stuck"
+        notes.append(_shares(high, f"in saturation ({known} at its extreme)"))
+    for j, left in enumerate((~joint).sum(axis=0)):
+        if left < MIN_SAMPLES:
+            raise LogError(
+                f"{samples.name}: --mask leaves {left} of {len(samples.t)} samples of joint "
+                f"{j + 1}; accepted: at least {MIN_SAMPLES}"
+            )
+    said = tuple(f"{samples.name}: masked {note}" for note in notes)
+    return replace(samples, mask=Mask(joint, whole), notes=(*samples.notes, *said))
+
+
+def _shares(flags: Bools, what: str) -> str:
+    """Say how many samples of each joint are flagged."""
+    counts = ", ".join(
+        f"joint {j + 1} {count} ({100 * count / len(flags):.3g} %)"
+        for j, count in enumerate(flags.sum(axis=0))
+        if count
+    )
+    return f"{what}: {counts or 'none'} of {len(flags)} samples"
+
+
+def require_left(name: str, equations: Sequence[Equations]) -> None:
+    """Refuse a mask that leaves next to no equations.
+
+    Raises:
+        LogError: an equation of a joint, or of the energy, is left fewer than 10 times.
+    """
+    for e in equations:
+        if len(e.y) < MIN_SAMPLES:
+            whose = "" if e.joint is None else f" of joint {e.joint + 1}"
+            raise LogError(
+                f"{name}: --mask leaves {len(e.y)} equations{whose}; accepted: at least "
+                f"{MIN_SAMPLES}, so a shorter window, a higher cutoff, or no mask"
+            )
+
+
+def unmasked_pieces(samples: Samples, model: str) -> list[Samples]:
+    """Return the pieces of a log between masked samples, for an identifier that takes them whole.
+
+    Args:
+        samples: the log.
+        model: "energy", or "momentum", where a piece ends as soon as any joint is masked.
+    """
+    if samples.mask is None:
+        return [samples]
+    bad = samples.mask.robot if model == "energy" else samples.mask.joint.any(axis=1)
+    edges = np.flatnonzero(np.diff(np.concatenate([[1], bad.astype(np.int8), [1]])))
+    return [samples.cut(slice(int(a), int(b))) for a, b in edges.reshape(-1, 2)]

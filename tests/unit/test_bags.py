@@ -1,0 +1,252 @@
+"""Bags and MCAP files hold the same log as a table, whatever recorded them."""
+
+import os
+import sqlite3
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from oracles.bags import State, write_bag, write_mcap
+from support import PROJECT, data_folder
+
+import symgen
+from symgen.data.log import read_log
+from symgen.data.raw import Reading
+from symgen.errors import LogError
+
+pytest.importorskip("rosbags")
+pytest.importorskip("mcap_ros2")
+
+N, START = 40, 1_700_000_000 * 10**9 + 123_456_789
+T = np.arange(N) * 0.01
+Q = np.column_stack([np.sin(3 * T), np.cos(2 * T)])
+QD = np.column_stack([3 * np.cos(3 * T), -2 * np.sin(2 * T)])
+TAU = np.column_stack([5 * np.cos(T), T - 1.0])
+NAMES = ("shoulder", "elbow")
+BY_NAME = Reading(joints=NAMES)
+
+
+def states(names=NAMES, order=(0, 1), qd=QD, tau=TAU):
+    """The log as messages, the joints in another order in each second one."""
+    out = []
+    for k in range(N):
+        at = list(order) if k % 2 else list(order)[::-1]
+        rows = [[] if a is None else a[k, at] for a in (Q, qd, tau)]
+        out.append(State(START + k * 10**7, [names[j] for j in at], *rows))
+    return out
+
+
+WRITERS = {
+    "file.mcap": lambda path, topics: write_mcap(path, topics),
+    "bag of mcap": lambda path, topics: write_bag(path, topics, "mcap"),
+    "bag of sqlite3": lambda path, topics: write_bag(path, topics, "sqlite3"),
+}
+
+
+@pytest.fixture(params=WRITERS)
+def write(request, tmp_path):
+    def to(messages, **others):
+        return WRITERS[request.param](
+            tmp_path / request.param, {"/joint_states": messages, **others}
+        )
+
+    return to
+
+
+@pytest.fixture
+def written(tmp_path):
+    def to(messages, **others):
+        return write_mcap(tmp_path / "log.mcap", {"/joint_states": messages, **others})
+
+    return to
+
+
+def assert_holds(log, qd=QD):
+    np.testing.assert_allclose(log.t, T, atol=1e-12)
+    np.testing.assert_array_equal(log.q, Q)
+    np.testing.assert_array_equal(log.tau, TAU)
+    assert (log.qd is None) == (qd is None)
+    if qd is not None:
+        np.testing.assert_array_equal(log.qd, qd)
+
+
+def test_every_recorder_gives_the_log_to_the_last_bit(write):
+    path = write(states())
+    log = read_log(path, 2, reading=BY_NAME)
+    assert log.name == path.name
+    assert_holds(log)
+    assert log.notes == ()
+
+
+def test_one_file_of_a_bag_is_read_without_its_metadata(tmp_path):
+    folder = write_bag(tmp_path / "bag", {"/joint_states": states()}, "sqlite3")
+    assert_holds(read_log(folder / "bag.db3", reading=BY_NAME))
+
+
+def test_the_names_of_the_robot_are_used_where_the_messages_have_them(written):
+    path = written(states())
+    assert_holds(read_log(path, names=NAMES))
+    with pytest.raises(LogError, match=r"'wrist' is not among .*elbow.*--joints"):
+        read_log(path, names=("shoulder", "wrist"))
+    with pytest.raises(LogError, match=r"have no names.*elbow, shoulder.*--joints"):
+        read_log(path)
+
+
+def test_missing_speeds_are_none_and_so_are_those_that_are_nan_throughout(written):
+    assert_holds(read_log(written(states(qd=None)), reading=BY_NAME), None)
+    assert_holds(read_log(written(states(qd=np.full_like(QD, np.nan))), reading=BY_NAME), None)
+
+
+def test_messages_out_of_order_are_sorted_and_repeated_ones_left_out(written):
+    messages = states()
+    messages[7], messages[8] = messages[8], messages[7]
+    messages.insert(20, messages[19])
+    log = read_log(written(messages), reading=BY_NAME)
+    assert_holds(log)
+    assert "1 messages came out of order" in log.notes[0]
+    assert "1 repeated messages" in log.notes[1]
+
+
+def test_messages_and_joints_of_others_are_left_out_and_said(written):
+    gripper = State(START + 5, ["finger"], [0.1], [0.0], [0.0])
+    messages = [gripper, *states(), gripper]
+    log = read_log(written(messages), reading=BY_NAME)
+    assert_holds(log)
+    assert "2 messages of other joints" in log.notes[0]
+    more = [State(s.stamp, [*s.name, "finger"], *([*row, 0.0] for row in s[2:])) for s in states()]
+    log = read_log(written(more), reading=BY_NAME)
+    assert_holds(log)
+    assert log.ignored == ("finger",)
+
+
+def test_of_several_topics_one_is_asked_for(write):
+    path = write(states(), **{"/other": states(tau=2 * TAU)})
+    with pytest.raises(LogError, match=r"2 topics.*--topic, one of /joint_states, /other"):
+        read_log(path, reading=BY_NAME)
+    with pytest.raises(LogError, match=r"--topic /x.*/joint_states, /other"):
+        read_log(path, reading=Reading(joints=NAMES, topic="/x"))
+    log = read_log(path, reading=Reading(joints=NAMES, topic="/other"))
+    np.testing.assert_array_equal(log.tau, 2 * TAU)
+
+
+def test_efforts_that_are_currents_become_torques(written):
+    drive = symgen.robot.types.Drive(((1.0, 0.0), (0.0, 1.0)), (2.0, 3.0))
+    reading = Reading(joints=NAMES, columns={"i": "effort"})
+    log = read_log(written(states()), drive=drive, reading=reading)
+    np.testing.assert_allclose(log.tau, TAU * [2, 3])
+    with pytest.raises(LogError, match="torque_constant"):
+        read_log(written(states()), reading=reading)
+
+
+def test_without_rosbags_one_line_says_what_to_install(written):
+    path = written(states())
+    code = (
+        "import sys; sys.modules['rosbags'] = None; sys.modules['rosbags.rosbag2'] = None\n"
+        "from symgen.data.log import read_log\n"
+        "from symgen.errors import LogError\n"
+        "try: read_log(sys.argv[1])\n"
+        "except LogError as error: print(error)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(path)],
+        capture_output=True, text=True, check=True, env={**os.environ, "PYTHONPATH": str(PROJECT)},
+    )  # fmt: skip
+    assert "pip install 'symgen[ros]'" in done.stdout
+
+
+def test_a_real_log_is_the_same_as_table_and_as_bag(tmp_path):
+    table = read_log(data_folder() / "ur10e" / "test.csv")
+    names = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint",
+             "wrist_2_joint", "wrist_3_joint")  # fmt: skip
+    rows = zip(table.t, table.q, table.qd, table.tau, strict=True)
+    messages = [State(round(t * 1e9), names, *values) for t, *values in rows]
+    path = write_bag(tmp_path / "ur10e", {"/joint_states": messages}, "sqlite3")
+    log = read_log(path, 6, names=names)
+    np.testing.assert_allclose(log.t, table.t, atol=1e-9)
+    for one, other in ((log.q, table.q), (log.qd, table.qd), (log.tau, table.tau)):
+        np.testing.assert_array_equal(one, other)
+
+
+def spoiled(k, **changed):
+    messages = states()
+    messages[k] = messages[k]._replace(**changed)
+    return messages
+
+
+BAD = {
+    "unknown joint": (states(names=("a", "b")), ["no message has the joint 'shoulder'", "a"]),
+    "a joint less": (spoiled(5, name=["elbow"], position=[1], velocity=[1], effort=[1]),
+                     ["lacks the joint 'shoulder'"]),
+    "no effort": (states(tau=None), ["no effort"]),
+    "effort of NaN": (states(tau=np.full_like(TAU, np.nan)), ["no effort"]),
+    "effort in some": (spoiled(5, effort=[]), ["39 of 40 messages have effort"]),
+    "no position": (spoiled(5, position=[]), ["39 of 40 messages have position"]),
+    "values and names": (spoiled(5, effort=[1.0]), ["1 values of effort for 2 names"]),
+    "twice the joint": (spoiled(5, name=["elbow", "elbow"]), ["named twice"]),
+    "stamps of zero": ([s._replace(stamp=0) for s in states()], ["header.stamp"]),
+    "two of one time": ([*states(), states(tau=TAU + 1)[3]], ["two messages of", "differ"]),
+    "NaN": (spoiled(5, position=[np.nan, 1]), ["column q1, sample 5", "nan"]),
+    "too few": (states()[:9], ["9 samples"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_messages_that_are_no_log_are_refused_with_their_place(written, case):
+    messages, words = BAD[case]
+    with pytest.raises(LogError) as caught:
+        read_log(written(messages), reading=BY_NAME)
+    for word in (*words, "accepted: "):
+        assert word in str(caught.value), str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.3, 0.7, 0.99])
+def test_a_bag_that_is_cut_off_is_one_line(write, share):
+    path = write(states())
+    for file in [path] if path.is_file() else sorted(path.iterdir()):
+        if file.name != "metadata.yaml":
+            whole = file.read_bytes()
+            file.write_bytes(whole[: int(share * len(whole))])
+    with pytest.raises(LogError) as caught:
+        read_log(path, reading=BY_NAME)
+    assert "accepted: " in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_damaged_bytes_give_the_log_or_one_line(write, seed):
+    rng = np.random.default_rng(seed)
+    path = write(states())
+    file = path if path.is_file() else sorted(path.iterdir())[seed % 2]
+    data = bytearray(file.read_bytes())
+    for at in rng.integers(0, len(data), 20):
+        data[at] = int(rng.integers(256))
+    file.write_bytes(data)
+    try:
+        log = read_log(path, reading=BY_NAME)
+    except LogError as error:
+        assert "\n" not in str(error)
+    else:
+        assert np.isfinite(log.q).all()
+
+
+def test_a_bag_with_fewer_messages_than_it_announces_says_so(tmp_path):
+    folder = write_bag(tmp_path / "bag", {"/joint_states": states()}, "sqlite3")
+    with sqlite3.connect(folder / "bag.db3") as db:
+        db.execute("DELETE FROM messages WHERE id IN (10, 11)")
+    db.close()
+    log = read_log(folder, reading=BY_NAME)
+    assert "38 of the 40 messages can be read" in log.notes[0]
+    np.testing.assert_allclose(log.t, np.delete(T, [9, 10]), atol=1e-12)
+
+
+def test_a_bag_of_other_messages_names_its_topics(tmp_path):
+    from mcap_ros2.writer import Writer
+
+    path = tmp_path / "log.mcap"
+    with path.open("wb") as file, Writer(file) as writer:
+        schema = writer.register_msgdef("std_msgs/msg/String", "string data")
+        writer.write_message("/chatter", schema, {"data": "x"}, log_time=0, publish_time=0)
+    with pytest.raises(LogError, match=r"no topic has messages .*JointState; topics: /chatter"):
+        read_log(path)

@@ -1,0 +1,440 @@
+"""What is said of logs reaches identify, predict and diagnose: masks, weights, spans, drives."""
+
+import csv
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from oracles.bags import State, write_mcap
+from support import data_folder
+
+import symgen
+from symgen.data.drive import motor_side
+from symgen.identification.recipe import Recipe
+from symgen.identification.validation import open_samples
+from symgen.symbolic.base_parameters import BaseParameters
+
+ARM = """
+[robot]
+name = "pendulum"
+gravity = [0.0, -9.81, 0.0]
+[[joint]]
+friction = ["coulomb", "viscous"]
+"""
+STEP = 0.004
+#: ZZ1R = ZZ1 + IA1, MX1, MY1, FS1, FV1.
+TRUE = np.array([0.8, 1.1, 0.3, 2.0, 0.7])
+
+
+def pendulum(seconds=40.0, seed=0, pauses=True):
+    """A pendulum that swings, and rests now and then where friction can be anything.
+
+    Returns t, q, qd, the true torque (M qdd + gravity + friction), all analytic.
+    """
+    t = np.arange(0, seconds, STEP)
+    rng = np.random.default_rng(seed)
+    w, a, c = rng.uniform(1.5, 7, 5), rng.uniform(0.2, 0.6, 5), rng.uniform(0, 6, 5)
+    # Time that stands still between k and k + 0.35 of every fourth unit, smooth to third order.
+    s, ds, dds = paused(t) if pauses else (t, np.ones_like(t), np.zeros_like(t))
+    x = np.sum(a * np.sin(w * s[:, None] + c), axis=1)
+    dx = np.sum(a * w * np.cos(w * s[:, None] + c), axis=1)
+    ddx = np.sum(-a * w**2 * np.sin(w * s[:, None] + c), axis=1)
+    q, qd, qdd = x, dx * ds, ddx * ds**2 + dx * dds
+    zz, mx, my, fs, fv = TRUE
+    friction = fs * np.sign(qd) + fv * qd
+    tau = zz * qdd + 9.81 * (mx * np.cos(q) - my * np.sin(q)) + friction
+    return t, q, qd, tau
+
+
+def paused(t):
+    """A clock that stops for 1 s in every 4 s, with its first two derivatives."""
+    phase = t % 4.0
+    ramp = np.clip((phase - 1.0) / 0.5, 0, 1), np.clip((phase - 2.5) / 0.5, 0, 1)
+    blend = [u**3 * (10 - 15 * u + 6 * u**2) for u in ramp]
+    slope = [30 * u**2 * (1 - u) ** 2 / 0.5 for u in ramp]
+    ds = 1 - blend[0] + blend[1]
+    from scipy.integrate import cumulative_simpson
+
+    return cumulative_simpson(ds, dx=STEP, initial=0), ds, slope[1] - slope[0]
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return symgen.parse_robot(ARM)
+
+
+@pytest.fixture(scope="module")
+def resting():
+    """Logs with stiction: at rest the torque is that of gravity and something within +-FS."""
+
+    def log(seed):
+        t, q, qd, tau = pendulum(seed=seed)
+        held = qd == 0
+        stuck = TRUE[3] * np.sin(0.9 * t + seed)
+        return symgen.make_log(f"rest{seed}", t, q, np.where(held, tau + stuck, tau), qd)
+
+    return log(0), log(1)
+
+
+@pytest.fixture(scope="module")
+def cut_off():
+    """Logs whose torque sensor ends at 14 N m, while the motion goes on."""
+
+    def log(seed):
+        t, q, qd, tau = pendulum(seed=seed, pauses=False)
+        return symgen.make_log(f"cut{seed}", t, q, np.clip(tau, -14, 14), qd)
+
+    return log(2), log(3)
+
+
+def error(estimate):
+    return float(np.max(np.abs(estimate.X - TRUE) / np.abs(TRUE)))
+
+
+def identified(robot, logs, mask=(), **options):
+    reading = symgen.Reading(mask=mask)
+    return symgen.identify(robot, logs[0], validation=logs[1], reading=reading, **options)
+
+
+def test_the_order_of_the_true_values_is_that_of_the_model(robot):
+    base: BaseParameters = symgen.derive(robot).base
+    assert base.names == ("ZZ1R", "MX1", "MY1", "FS1", "FV1")
+
+
+@pytest.mark.parametrize("model", ["momentum", "torque"])
+def test_without_its_rests_a_log_with_stiction_gives_the_parameters(robot, resting, model):
+    assert error(identified(robot, resting, model=model)) > 0.02
+    estimate = identified(robot, resting, ("rest",), model=model, cutoff=20)
+    assert error(estimate) < (1e-3 if model == "momentum" else 5e-3)
+    note = next(n for n in estimate.notes if n.startswith("rest0: masked at rest"))
+    t, _, qd, _ = pendulum(seed=0)
+    told = int(re.search(r"joint 1 (\d+) \(", note)[1])
+    assert np.sum(qd == 0) <= told <= np.sum(np.abs(qd) < 0.02 * np.abs(qd).max())
+    assert f"of {len(t)} samples" in note
+
+
+@pytest.mark.parametrize("model", ["energy", "momentum", "torque"])
+def test_without_saturation_a_log_that_is_cut_off_gives_the_parameters(robot, cut_off, model):
+    assert error(identified(robot, cut_off, model=model)) > 0.02
+    estimate = identified(robot, cut_off, ("saturation",), model=model, cutoff=20)
+    assert error(estimate) < (5e-3 if model == "torque" else 1e-3)
+    assert any("cut2: masked in saturation" in note for note in estimate.notes)
+
+
+def test_the_limits_of_the_robot_are_those_of_saturation(cut_off):
+    limited = symgen.parse_robot(ARM + "[limits]\ntorque = [14.0]\n")
+    known = open_samples(cut_off[0], limited, symgen.Reading(mask=("saturation",)))
+    stuck = open_samples(cut_off[0], symgen.parse_robot(ARM), symgen.Reading(mask=("saturation",)))
+    assert "at a limit of [limits]" in known.notes[-1]
+    at = np.abs(cut_off[0].tau) >= 0.999 * 14
+    np.testing.assert_array_equal(known.mask.joint, at)
+    assert not (stuck.mask.joint & ~at).any()
+    assert stuck.mask.joint.sum() > 0.9 * at.sum()
+
+
+@pytest.mark.parametrize("model", ["energy", "momentum", "torque"])
+def test_a_mask_leaves_out_equations_and_changes_none(robot, resting, cut_off, model):
+    recipe = Recipe(model, 0.2, 20.0)
+    evaluator = symgen.load(symgen.derive(robot, recipe.all_kernels))
+    for log, kind in ((resting[0], "rest"), (cut_off[0], "saturation")):
+        plain = open_samples(log, robot)
+        masked = open_samples(log, robot, symgen.Reading(mask=(kind,)))
+        for array in ("t", "q", "qd", "tau"):
+            np.testing.assert_array_equal(getattr(masked, array), getattr(plain, array))
+        whole, left = (recipe.equations(evaluator, s)[0] for s in (plain, masked))
+        kept = np.isin(whole.t, left.t)
+        assert 0.2 < np.mean(kept) < 0.98
+        np.testing.assert_array_equal(whole.W[kept], left.W)
+        np.testing.assert_array_equal(whole.y[kept], left.y)
+        bad = plain.t[masked.mask.joint[:, 0]]
+        back, forth = (0.2, 0.0) if model != "torque" else (0.05, 0.05)
+        near = [np.any((bad > t - back - 1e-9) & (bad < t + forth + 1e-9)) for t in left.t]
+        assert not any(near)
+
+
+def test_the_recursive_method_takes_the_same_windows(robot, cut_off):
+    batch = identified(robot, cut_off, ("saturation",), method="ols")
+    recursive = identified(robot, cut_off, ("saturation",), method="recursive")
+    np.testing.assert_allclose(recursive.X, batch.X, rtol=1e-4)
+    assert error(recursive) < 1e-3
+
+
+def test_the_error_of_a_prediction_leaves_masked_torques_out(robot, cut_off, tmp_path):
+    values = tmp_path / "true.toml"
+    names = symgen.derive(robot).base.names
+    lines = (f"{n} = {v!r}" for n, v in zip(names, TRUE.tolist(), strict=True))
+    values.write_text("[parameters]\n" + "\n".join(lines))
+    plain = symgen.predict(robot, cut_off[0], values)
+    masked = symgen.predict(robot, cut_off[0], values, reading=symgen.Reading(mask=("saturation",)))
+    assert plain.error.relative > 0.05
+    assert masked.error.relative < 0.02
+    assert any("masked in saturation" in note for note in masked.notes)
+
+
+def test_a_diagnosis_does_not_name_a_saturation_that_is_masked(robot):
+    def cut(seed):
+        log = noisy(seed, 0.1)
+        return replace(log, tau=np.clip(log.tau, -14, 14))
+
+    options = {"validation": cut(3), "effects": ["saturation"]}
+    plain = symgen.diagnose(robot, cut(2), **options)
+    assert plain.verdict == "bad-measurement"
+    reading = symgen.Reading(mask=("saturation",))
+    masked = symgen.diagnose(robot, cut(2), reading=reading, **options)
+    assert masked.verdict == "consistent"
+    assert masked.before.total < 0.2 * plain.before.total
+
+
+def test_a_mask_that_leaves_nothing_is_one_line(robot, resting):
+    with pytest.raises(symgen.LogError, match=r"--mask leaves \d+ equations.*accepted"):
+        identified(robot, resting, ("rest",), model="momentum", window=3.1)
+
+
+def noisy(seed, sigma):
+    t, q, qd, tau = pendulum(20.0, seed, pauses=False)
+    noise = sigma * np.random.default_rng(seed).normal(size=len(t))
+    return symgen.make_log(f"noisy{seed}", t, q, tau + noise, qd)
+
+
+def test_a_log_of_weight_two_counts_as_if_it_were_given_twice(robot):
+    a, b, c = (noisy(seed, 0.5) for seed in (4, 5, 6))
+    options = {"validation": c, "method": "ols", "model": "momentum"}
+    twice = symgen.identify(robot, [a, a, b], **options)
+    weighed = symgen.identify(robot, [a, b], weights=[2, 1], **options)
+    plain = symgen.identify(robot, [a, b], **options)
+    np.testing.assert_allclose(weighed.X, twice.X, rtol=1e-9)
+    assert "squared residuals of the logs are weighed by 2, 1" in weighed.notes
+    assert np.max(np.abs(plain.X - twice.X) / np.abs(twice.X)) > 1e-6
+    np.testing.assert_allclose(weighed.convergence.values[-1], weighed.X, rtol=1e-9)
+
+
+def test_wls_takes_the_weights_beside_its_own(robot):
+    a, b, c = noisy(4, 0.2), noisy(5, 1.0), noisy(6, 0.2)
+    options = {"validation": c, "model": "momentum"}
+    alone = symgen.identify(robot, a, **options)
+    leaning = symgen.identify(robot, [a, b], weights=[1, 1e-9], **options)
+    np.testing.assert_allclose(leaning.X, alone.X, rtol=1e-6)
+    # By hand: the weights of the last pass are sqrt(w) over the deviation of the residual.
+    weights = [1.0, 0.25]
+    found = symgen.identify(robot, [a, b], weights=weights, **options).X
+    recipe = Recipe("momentum", 0.2, None)
+    evaluator = symgen.load(symgen.derive(robot, recipe.all_kernels))
+    rows = [recipe.equations(evaluator, open_samples(log, robot))[0] for log in (a, b)]
+    X = TRUE
+    for _ in range(20):
+        scale = [np.sqrt(w) / np.std(e.y - e.W @ X) for w, e in zip(weights, rows, strict=True)]
+        W = np.concatenate([s * e.W for s, e in zip(scale, rows, strict=True)])
+        y = np.concatenate([s * e.y for s, e in zip(scale, rows, strict=True)])
+        X = np.linalg.lstsq(W, y, rcond=None)[0]
+    np.testing.assert_allclose(found, X, rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("weights", "method", "word"),
+    [([1], "wls", "each of 2 logs"), ([1, 0], "wls", "above 0"), ([1, np.nan], "ols", "above 0"),
+     ([1, 1], "recursive", "accepted: wls, ols")],
+)  # fmt: skip
+def test_weights_that_weigh_nothing_are_refused(robot, resting, weights, method, word):
+    with pytest.raises(symgen.IdentificationError, match=word):
+        symgen.identify(robot, list(resting), weights=weights, method=method)
+
+
+def test_a_span_of_time_is_cut_before_anything_is_done(robot, cut_off):
+    samples = open_samples(cut_off[0], robot, symgen.Reading(start=5.0, until=12.0))
+    inside = (cut_off[0].t >= 5) & (cut_off[0].t <= 12)
+    np.testing.assert_array_equal(samples.t, cut_off[0].t[inside])
+    np.testing.assert_array_equal(samples.tau, cut_off[0].tau[inside])
+    assert "cut to t = 5 s to 12 s" in samples.notes[0]
+    with pytest.raises(symgen.LogError, match=r"0 samples lie between 50 s.*39\.996 s; accepted"):
+        open_samples(cut_off[0], robot, symgen.Reading(start=50.0))
+
+
+def test_a_log_on_the_other_side_than_said_is_refused_where_limits_tell():
+    text = ARM + "[drive]\nratio = [0.1]\n[limits]\nposition = [[-3.0, 3.0]]\n"
+    t, q, qd, tau = pendulum(20.0, 7, pauses=False)
+    with pytest.raises(symgen.LogError, match=r"q1 runs from .* limits are -3 and 3.*\[drive\]"):
+        open_samples(symgen.make_log("a", t, q, tau, qd), symgen.parse_robot(text))
+    joint = symgen.parse_robot(text.replace("[limits]", 'position_side = "joint"\n[limits]'))
+    assert open_samples(symgen.make_log("a", t, q, tau, qd), joint).notes
+
+
+def test_currents_without_torque_constants_are_refused(robot):
+    t, q, qd, tau = pendulum(20.0, 7, pauses=False)
+    log = symgen.make_log("a", t, q, None, qd, current=tau)
+    with pytest.raises(symgen.LogError, match="torque_constant"):
+        open_samples(log, robot)
+    with pytest.raises(symgen.LogError, match="torque constants"):
+        symgen.prepare(log)
+
+
+# The command line
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    from symgen import cli
+
+    def call(*arguments):
+        monkeypatch.setattr("sys.argv", ["symgen", *map(str, arguments)])
+        with pytest.raises(SystemExit) as caught:
+            cli.main()
+        return caught.value.code, capsys.readouterr().err.splitlines()
+
+    return call
+
+
+@pytest.fixture
+def arm(tmp_path):
+    (tmp_path / "arm.toml").write_text(ARM)
+    return tmp_path / "arm.toml"
+
+
+def table(path, log, header=("t", "q1", "qd1", "tau1")):
+    rows = np.column_stack([log.t, log.q, log.qd, log.tau])
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(header)
+        writer.writerows(rows.tolist())
+    return path
+
+
+def values_of(folder):
+    found = json.loads((folder / "estimate.json").read_text())
+    return np.array([p["value"] for p in found["parameters"]]), found
+
+
+def test_columns_joints_and_masks_reach_the_three_commands(run, arm, cut_off, tmp_path):
+    theirs = ("stamp", "hip", "hip speed", "hip torque")
+    one, two = (table(tmp_path / f"{k}.csv", log, theirs) for k, log in enumerate(cut_off))
+    names = "t=stamp,q1=hip,qd1=hip speed,tau1=hip torque"
+    shared = ("--mask", "saturation", "--from", "1", "--until", "38")
+    code, _ = run("identify", arm, one, "--validation", two, "--columns", names, *shared,
+                  "--into", tmp_path / "a")  # fmt: skip
+    X, found = values_of(tmp_path / "a")
+    assert code == 0
+    np.testing.assert_allclose(X, TRUE, rtol=1e-3)
+    assert sum("masked in saturation" in note for note in found["notes"]) == 2
+    assert sum("cut to t = 1 s" in note for note in found["notes"]) == 2
+
+    (tmp_path / "map.toml").write_text(
+        '[columns]\nt = "stamp"\nq1 = "hip"\nqd1 = "hip speed"\ntau1 = "hip torque"\n'
+    )
+    shared = ("--columns", tmp_path / "map.toml", *shared)
+    code, _ = run("predict", arm, one, "--parameters", tmp_path / "a" / "estimate.json", *shared,
+                  "--into", tmp_path / "p")  # fmt: skip
+    assert code == 0
+    notes = json.loads((tmp_path / "p" / "prediction.json").read_text())["notes"]
+    assert any("masked" in note for note in notes)
+    code, _ = run("diagnose", arm, one, "--validation", two, *shared, "--effects", "backlash",
+                  "--into", tmp_path / "d")  # fmt: skip
+    assert code in (0, 1)
+    assert json.loads((tmp_path / "d" / "diagnosis.json").read_text())["effects"] == []
+
+
+def test_a_bag_on_the_motor_side_gives_what_the_table_of_the_joint_side_gives(run, arm, tmp_path):
+    pytest.importorskip("rosbags")
+    pytest.importorskip("mcap_ros2")
+    t, q, qd, tau = pendulum(20.0, 7, pauses=False)
+    log = symgen.make_log("log", t, q, tau, qd)
+    geared = tmp_path / "geared.toml"
+    geared.write_text(ARM + "[drive]\nratio = [50.0]\ntorque_constant = [0.2]\n")
+    messages = [
+        State(round(at * 1e9), ["m1"], [50 * a], [50 * b], [c / 50 / 0.2])
+        for at, a, b, c in zip(t, q, qd, tau, strict=True)
+    ]
+    bag = write_mcap(tmp_path / "log.mcap", {"/joint_states": messages})
+    run("identify", arm, table(tmp_path / "log.csv", log), "--into", tmp_path / "a")
+    run("identify", geared, bag, "--joints", "m1", "--columns", "i=effort", "--into",
+        tmp_path / "b")  # fmt: skip
+    (X, _), (same, found) = values_of(tmp_path / "a"), values_of(tmp_path / "b")
+    np.testing.assert_allclose(same, X, rtol=1e-9)
+    assert any("motor side to the joint side" in note for note in found["notes"])
+    assert any("motor currents" in note for note in found["notes"])
+
+
+def test_currents_of_the_ur10e_give_the_parameters_of_its_torques():
+    folder = data_folder() / "ur10e"
+    plain = symgen.read_robot(folder / "robot.toml")
+    text = symgen.robot_toml(plain) + (
+        "[drive]\nratio = [101.0, 101.0, 101.0, 101.0, 101.0, 101.0]\ntorque_constant = "
+        '[0.11857, 0.11857, 0.097416, 0.106455, 0.106455, 0.106455]\nposition_side = "joint"\n'
+    )
+    driven = symgen.parse_robot(text)
+    told, seen = (
+        symgen.identify(robot, folder / "train.csv", validation=folder / "test.csv", model="torque")
+        for robot in (plain, driven)
+    )
+    gains = np.repeat([11.976, 11.976, 9.839, 10.752, 10.752, 10.752], 1)
+    drive = np.array([0.11857, 0.11857, 0.097416, 0.106455, 0.106455, 0.106455]) * 101
+    np.testing.assert_allclose(drive, gains, rtol=1e-4)
+    assert abs(seen.torque_validation.relative - told.torque_validation.relative) < 1e-4
+    std = np.array([p.std for p in told.parameters])
+    assert np.max(np.abs(seen.X - told.X) / std) < 0.05
+    assert any("differs from it by up to" in note for note in seen.notes)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".npz"])
+def test_a_simulated_log_is_on_the_side_that_the_robots_logs_are_on(tmp_path, suffix):
+    text = ARM + "[drive]\nratio = [50.0]\ntorque_constant = [0.2]\n"
+    geared, plain = symgen.parse_robot(text), symgen.parse_robot(ARM)
+    true = dict(zip(symgen.derive(plain).base.names, TRUE.tolist(), strict=True))
+    t, q, qd, tau = pendulum(4.0, 7, pauses=False)
+    motion = symgen.make_log("motion", t, q, tau, qd)
+    one, other = (
+        symgen.simulate(robot, true, trajectory=log)
+        for robot, log in ((plain, motion), (geared, motor_side(motion, geared.drive)))
+    )
+    np.testing.assert_allclose(other.q, one.q, atol=1e-9)
+    path = tmp_path / f"log{suffix}"
+    path.write_bytes(other.file(suffix=suffix))
+    raw = (
+        np.load(path)["q"]
+        if suffix == ".npz"
+        else np.loadtxt(path, delimiter=",", skiprows=1, usecols=[1], ndmin=2)
+    )
+    np.testing.assert_allclose(raw, 50 * other.q[0], rtol=1e-9)
+    for source in (path, other.log()):
+        seen = open_samples(source, geared)
+        np.testing.assert_allclose(seen.q, other.q_log[0], atol=1e-9)
+        np.testing.assert_allclose(seen.tau, other.tau_log[0], rtol=1e-9, atol=1e-9)
+
+
+BAD = {
+    "mask": (["--mask", "noise"], "accepted: rest, saturation"),
+    "columns": (["--columns", "q1"], "ours=theirs"),
+    "columns twice": (["--columns", "q1=a,q1=b"], "given twice"),
+    "same column": (["--columns", "q1=a,tau1=a"], "given twice"),
+    "role": (["--columns", "speed1=a"], "no column of a log"),
+    "no such column": (["--columns", "q1=hip"], "there is no column 'hip'"),
+    "all joints": (["--columns", "q=q1"], "one column a joint"),
+    "no file": (["--columns", "map.toml"], "map.toml"),
+    "span": (["--from", "3", "--until", "2"], "above 0 s"),
+    "far": (["--from", "300"], "samples lie between"),
+    "not finite": (["--until", "nan"], "finite"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_options_that_no_log_can_be_read_with_are_one_line(
+    run, arm, cut_off, tmp_path, monkeypatch, case
+):
+    monkeypatch.chdir(tmp_path)
+    options, word = BAD[case]
+    log = table(tmp_path / "log.csv", cut_off[0])
+    code, lines = run("predict", arm, log, "--parameters", "none", *options, "--into", "out")
+    lines = [line for line in lines if not line.startswith("  ")]
+    if case in ("no such column", "all joints", "far"):  # said when the log is opened
+        code, lines = run("identify", arm, log, *options, "--into", "out")
+        lines = [line for line in lines if line.startswith("symgen: error")]
+    assert code == 2
+    assert len(lines) == 1
+    assert word in lines[0]
+    assert not (tmp_path / "out").exists()
+
+
+def test_weights_that_are_no_numbers_are_one_line(run, arm, tmp_path):
+    code, lines = run("identify", arm, "log.csv", "--weights", "1,x", "--into", tmp_path / "o")
+    assert code == 2
+    assert "--weights 1,x: accepted: numbers" in lines[-1]
