@@ -32,7 +32,7 @@ from symgen.diagnosis.floor import noise_floor
 from symgen.diagnosis.given import changed, link_values
 from symgen.diagnosis.portrait import places
 from symgen.diagnosis.search import MEASURING, Selection
-from symgen.diagnosis.select import Score
+from symgen.diagnosis.select import Score, judge
 from symgen.diagnosis.words import tie
 from symgen.identification.batch import Solution, solve
 from symgen.identification.system import Equations, LinearSystem
@@ -238,16 +238,15 @@ class Study:
 
     def _coefficients(self, accepted: Sequence[Score]) -> list[list[FoundParameter]]:
         """Return the coefficients of each effect, all beside the declared model."""
-        extra = [f"{i} {j}" for i, s in enumerate(accepted) for j in range(s.candidate.size)]
-        names_ = () if self.given is not None else self.evaluator.model.base.names
-        solution = _solved((*names_, *extra), self._beside(accepted))
-        std = np.sqrt(np.maximum(np.diag(solution.covariance), 0))
-        out, at = [], len(names_)
+        out, at = [], self.base.W.shape[2]
+        values = self._beside(accepted).X
         for score in accepted:
-            named = self._named(score.candidate)
-            triples = zip(named, solution.X[at:], std[at:], strict=False)
+            rest = self._beside([s for s in accepted if s is not score])
+            c = score.candidate
+            std = judge(rest, c, score.columns, 1).std
+            triples = zip(self._named(c), values[at:], std, strict=False)
             out.append([FoundParameter(n, float(x), float(s), u) for (n, u), x, s in triples])
-            at += score.candidate.size
+            at += c.size
         return out
 
     def _named(self, c: Candidate) -> tuple[tuple[str, str], ...]:
