@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from symgen.errors import (
         SymgenWarning as SymgenWarning,
     )
+    from symgen.experiment.excitation import excite as excite
     from symgen.experiment.simulate import simulate as simulate
     from symgen.identification.estimate import Estimate as Estimate
     from symgen.identification.export import values_header as values_header
@@ -99,6 +100,7 @@ _WHERE = {
     "check": "symgen.runtime.check",
     "derive": "symgen.codegen.model",
     "diagnose": "symgen.diagnosis.workflow",
+    "excite": "symgen.experiment.excitation",
     "generate": "symgen.codegen.package",
     "identify": "symgen.identification.workflow",
     "library": "symgen.robot.builtin",

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from symgen.cli_excite import excite
 from symgen.cli_reading import numbers, reading_options
 from symgen.cli_simulate import simulate
 from symgen.errors import SymgenError, SymgenWarning
@@ -319,6 +320,7 @@ def demo(into: Path, runs: int) -> int:
     return 0
 
 
+cli.add_command(excite)
 cli.add_command(simulate)
 
 

@@ -13,6 +13,7 @@ import click
 
 if TYPE_CHECKING:
     from symgen.diagnosis.diagnosis import Diagnosis
+    from symgen.experiment.plan import Plan
     from symgen.experiment.simulation import Simulation
     from symgen.identification.estimate import Estimate
     from symgen.robot.types import Robot
@@ -196,6 +197,29 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path) -> None:
         click.echo(f"next: {folder / 'robot.toml'} declares what was found; use it from here on")
     names = "diagnosis.json, report.html, robot.toml, parameters.toml, generated/"
     click.echo(f"written: {folder} ({names})")
+
+
+def print_plan(plan: Plan) -> None:
+    """Print how much of every limit the runs take, and the condition numbers that they give."""
+    keys = list(dict.fromkeys(u.limit for u in plan.uses))
+    joints = sorted({u.joint for u in plan.uses})
+    used = {(u.limit, u.joint): f"{100 * u.share:.1f} %" for u in plan.uses}
+    table(
+        ("share of the limit", *keys),
+        [(f"joint {j}", *(used.get((key, j), "") for key in keys)) for j in joints],
+    )
+    lengths = ", ".join(f"{run.duration:g}" for run in plan.runs)
+    click.echo(f"runs of {lengths} s; no limit is exceeded (looked at every millisecond)")
+    for name, condition in plan.conditions.items():
+        mark = f" (random start: {plan.start:.4g})" if name == plan.model else ""
+        click.echo(f"condition number (scaled), {name}: {condition:.4g}{mark}")
+    click.echo(f"log det (scaled), {plan.model}: {plan.log_det:.4g}")
+    done, asked = plan.searches
+    click.echo(f"searches: {done} of {asked} went to their end; stopped: {plan.stopped}")
+    for note in plan.notes:
+        click.echo(f"note: {note}")
+    for line in (*plan.warnings, *plan.other_models):
+        click.echo(f"{click.style('warning', fg='yellow')}: {line}")
 
 
 def print_text(text: str) -> None:

@@ -1,0 +1,119 @@
+"""The subcommand excite: its options are limits, which are typed in a short form."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from symgen.errors import ParameterError
+from symgen.terminal import print_plan, say
+
+
+@click.command()
+@click.argument("robot")
+@click.option("--model", default="energy", show_default=True, help="energy, momentum or torque.")
+@click.option("--position", help="Limits LOW:HIGH or HALF (-HALF to HALF), rad or m.")
+@click.option("--velocity", help="Largest speeds, rad/s or m/s.")
+@click.option("--acceleration", help="Largest accelerations, rad/s2 or m/s2.")
+@click.option("--jerk", help="Largest jerks, rad/s3 or m/s3.")
+@click.option("--torque", help="Largest torques of the prior model, N m or N.")
+@click.option("--parameters", help="Of the prior model: estimate.json, or TOML with [parameters].")
+@click.option("--start", help="Where every run begins, rad or m; default anywhere.")
+@click.option("--duration", help="Of each run, s; default what identify trusts, at least 10.")
+@click.option(
+    "--runs",
+    default=1,
+    show_default=True,
+    type=click.IntRange(1, 100),
+    help="How many runs, all different.",
+)
+@click.option(
+    "--kind",
+    default="fourier",
+    show_default=True,
+    help="fourier, bspline, cubic or cosine; one a joint is possible.",
+)
+@click.option("--terms", type=int, help="Harmonics, coefficients or strokes of a joint.")
+@click.option("--window", default=0.2, show_default=True, help="Length of the windows, s.")
+@click.option("--criterion", default="condition", show_default=True, help="condition or logdet.")
+@click.option("--rate", default=200.0, show_default=True, help="Of the references, Hz.")
+@click.option("--budget", default=60.0, show_default=True, help="Time for the search, s.")
+@click.option("--searches", default=4, show_default=True, help="Random starts to improve.")
+@click.option("--iterations", default=500, show_default=True, help="Of IPOPT, for each start.")
+@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="Of the starts.")
+@click.option("--into", type=click.Path(path_type=Path), required=True, help="The CSV to write.")
+def excite(robot: str, into: Path, **options: Any) -> int:
+    """Find runs within limits from which the parameters of ROBOT can be identified.
+
+    Limits are one number for all joints or one for each, separated by commas; without them those
+    of the robot's [limits] hold. Ctrl-C ends the search with the best that it has.
+    """
+    import symgen
+    from symgen.experiment.plan import paths
+    from symgen.files import check_new, write_files
+
+    if into.suffix != ".csv":
+        raise click.UsageError(f"--into {into}: accepted: a path that ends in .csv")
+    source = symgen.read_robot(robot)
+    files = paths(into, options["runs"])
+    for path in files:
+        check_new(path)
+    for key in ("velocity", "acceleration", "jerk", "torque", "start"):
+        options[key] = numbers(options[key], f"--{key}", source.n)
+    options["position"] = ranges(options["position"], "--position", source.n)
+    options["duration"] = numbers(options["duration"], "--duration", options["runs"])
+    kinds = tuple(options["kind"].split(","))
+    options["kind"] = kinds[0] if len(kinds) == 1 else kinds
+    plan = symgen.excite(source, progress=say, **options)
+    write_files(plan.to_files(into).items())
+    print_plan(plan)
+    click.echo(f"written: {', '.join(map(str, files))}")
+    return 0 if plan.good else 1
+
+
+def numbers(text: str | None, what: str, count: int) -> tuple[float, ...] | None:
+    """Return `count` numbers from "3" or "3,2.5,..."; None where nothing is given.
+
+    Raises:
+        ParameterError: it is no number, or their count is wrong.
+    """
+    if text is None:
+        return None
+    try:
+        return tuple(float(part) for part in _parts(text, what, count))
+    except ValueError as error:
+        raise ParameterError(
+            f"{what} {text}: accepted: numbers, such as 3 or 3,2.5 (one for each of {count})"
+        ) from error
+
+
+def ranges(text: str | None, what: str, count: int) -> tuple[tuple[float, float], ...] | None:
+    """Return `count` pairs from "LOW:HIGH" or "HALF" (-HALF to HALF), separated by commas.
+
+    Raises:
+        ParameterError: it is no range, or their count is wrong.
+    """
+    if text is None:
+        return None
+    out = []
+    for part in _parts(text, what, count):
+        low, colon, high = part.partition(":")
+        try:
+            out.append((float(low), float(high)) if colon else (-float(low), float(low)))
+        except ValueError as error:
+            raise ParameterError(
+                f"{what} {text}: accepted: ranges, such as 2.5 or -2:1.5,0:3 (one for each of "
+                f"{count})"
+            ) from error
+    return tuple(out)
+
+
+def _parts(text: str, what: str, count: int) -> list[str]:
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) not in (1, count):
+        raise ParameterError(
+            f"{what} {text}: {len(parts)} entries; accepted: one, or one for each of {count}"
+        )
+    return parts * count if len(parts) == 1 else parts

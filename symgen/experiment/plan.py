@@ -1,0 +1,164 @@
+"""What `excite` finds: runs to be made on the robot, and what is known of them beforehand."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from symgen.experiment.bounds import BINDING, Use
+from symgen.experiment.trajectory import Trajectory
+from symgen.identification.verdict import CONDITION, WINDOWS
+
+SCHEMA = "symgen.trajectory/1"
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Runs within the limits, verified on a fine grid.
+
+    Attributes:
+        robot: its name.
+        model: the model that they are for.
+        window: length of the windows of energy and momentum, s.
+        rate: samples per second of the references, and of the equations behind the figures.
+        runs: the trajectories.
+        conditions: condition number of the scaled base regressor by model, all runs together.
+        log_det: log det of its information matrix, columns of unit norm, for `model`.
+        start: condition number of the random motion that the best search began with.
+        uses: the largest use of every limit of every joint.
+        parameters: number of base parameters.
+        independent: number of independent equations, as identify counts them.
+        searches: how many searches ended, of how many.
+        stopped: what ended the last one: "done", "budget" or "interrupted".
+        notes: what else is to be said.
+    """
+
+    robot: str
+    model: str
+    window: float
+    rate: float
+    runs: tuple[Trajectory, ...]
+    conditions: dict[str, float]
+    log_det: float
+    start: float
+    uses: tuple[Use, ...]
+    parameters: int
+    independent: float
+    searches: tuple[int, int]
+    stopped: str
+    notes: tuple[str, ...] = ()
+
+    @property
+    def condition(self) -> float:
+        """Condition number for the model that the runs are for."""
+        return self.conditions[self.model]
+
+    @property
+    def binding(self) -> tuple[Use, ...]:
+        """The limits that are used to 97 % or more: widening them would help most."""
+        return tuple(u for u in self.uses if u.share >= BINDING)
+
+    @property
+    def good(self) -> bool:
+        """Whether identify can trust an estimate from such runs."""
+        return not self.warnings
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What speaks against the runs, in words."""
+        out = []
+        if self.condition > CONDITION:
+            limits = binding_text(self.binding) or "no limit binds"
+            out.append(
+                f"the condition number is {self.condition:.3g}, above {CONDITION:g} of a trusted "
+                f"estimate ({limits}); longer or more runs, or more terms, would help"
+            )
+        needed = WINDOWS * self.parameters
+        if self.independent < needed:
+            total = sum(run.duration for run in self.runs) * needed / self.independent
+            out.append(
+                f"these runs hold {self.independent:.0f} independent equations, and identify "
+                f"trusts an estimate from {needed:.0f}: record them several times, or ask for "
+                f"{math.ceil(total)} s in all"
+            )
+        return tuple(out)
+
+    @property
+    def other_models(self) -> tuple[str, ...]:
+        """The other models that these runs would not do for, in words."""
+        return tuple(
+            f"for the model of {name} these runs are "
+            + ("singular" if not math.isfinite(c) else f"poor (condition number {c:.3g})")
+            for name, c in self.conditions.items()
+            if name != self.model and c > CONDITION
+        )
+
+    def to_files(self, into: Path) -> dict[Path, bytes]:
+        """Return the sampled references, t, q1.., qd1.., qdd1.., and the plan as JSON."""
+        *tables, summary = paths(into, len(self.runs))
+        files = {
+            path: _csv(run, 1 / self.rate) for path, run in zip(tables, self.runs, strict=True)
+        }
+        content = {
+            "schema": SCHEMA,
+            "robot": self.robot,
+            "model": self.model,
+            "window_s": self.window,
+            "rate_hz": self.rate,
+            "condition_number": {k: _finite(v) for k, v in self.conditions.items()},
+            "log_det": _finite(self.log_det),
+            "start_condition_number": _finite(self.start),
+            "limits": [
+                {
+                    "limit": u.limit,
+                    "joint": u.joint,
+                    "allowed": u.allowed,
+                    "extreme": u.extreme,
+                    "margin": 1 - u.share,
+                    "binds": u.share >= BINDING,
+                }
+                for u in self.uses
+            ],
+            "independent_equations": self.independent,
+            "searches": list(self.searches),
+            "stopped": self.stopped,
+            "warnings": [*self.warnings, *self.other_models],
+            "notes": list(self.notes),
+            "files": [path.name for path in tables],
+            "runs": [run.to_dict() for run in self.runs],
+        }
+        files[summary] = (json.dumps(content, indent=1) + "\n").encode()
+        return files
+
+
+def paths(into: Path, runs: int) -> tuple[Path, ...]:
+    """Return the files of a plan: one CSV a run, and the JSON beside them."""
+    stems = [into.stem] if runs == 1 else [f"{into.stem}_{k}" for k in range(1, runs + 1)]
+    return (*(into.with_name(f"{stem}.csv") for stem in stems), into.with_suffix(".json"))
+
+
+def binding_text(uses: tuple[Use, ...]) -> str:
+    """Return the limits that bind in words: "velocity of joints 1, 2 binds"."""
+    keys = dict.fromkeys(u.limit for u in uses)
+    parts = []
+    for key in keys:
+        joints = [str(u.joint) for u in uses if u.limit == key]
+        parts.append(f"{key} of joint{'s' if len(joints) > 1 else ''} {', '.join(joints)}")
+    return f"{'; '.join(parts)} bind{'s' if len(uses) == 1 else ''}" if parts else ""
+
+
+def _csv(run: Trajectory, step: float) -> bytes:
+    t = run.times(step)
+    rows = np.column_stack([t, *(run.at(t, order) for order in range(3))])
+    n = len(run.bases)
+    names = [f"{key}{j}" for key in ("q", "qd", "qdd") for j in range(1, n + 1)]
+    lines = [",".join(["t", *names]), *(",".join(f"{v:.12g}" for v in row) for row in rows)]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,281 @@
+"""Trajectories that are linear in their coefficients: Fourier series, B-splines, the paper's two.
+
+Of one joint, q(t) = B(t) c with a fixed matrix B: speed, acceleration and jerk are B' c, B'' c and
+B''' c, so that limits on all four are linear in c. Every joint may have a basis of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.errors import ParameterError
+
+FloatArray = NDArray[np.float64]
+_DEGREE = 5
+
+
+class Basis(Protocol):
+    """One joint's functions of time, on 0 <= t <= duration."""
+
+    def __hash__(self) -> int: ...
+
+    @property
+    def kind(self) -> str:
+        """Name of the family."""
+
+    @property
+    def duration(self) -> float:
+        """Length in s."""
+
+    @property
+    def terms(self) -> int:
+        """What sets the number of coefficients."""
+
+    @property
+    def constant(self) -> FloatArray:
+        """Coefficients of q(t) = 1, (size,)."""
+
+    def matrix(self, t: FloatArray, order: int = 0) -> FloatArray:
+        """Return the derivative of this order of all functions at t, (N, size)."""
+
+    def rest(self) -> FloatArray:
+        """Return rows E: E c = 0 puts the joint at rest at both ends, (conditions, size)."""
+
+
+@dataclass(frozen=True)
+class Fourier:
+    """q = a0 + sum over k of a_k cos(k w t) + b_k sin(k w t), w = 2 pi / duration.
+
+    Coefficients a0, a_1, b_1, a_2, ... (Swevers et al. 1997); speed and acceleration are zero at
+    both ends, which are at the same place.
+    """
+
+    duration: float
+    terms: int
+    kind = "fourier"
+
+    @property
+    def constant(self) -> FloatArray:
+        """Coefficients of q(t) = 1."""
+        return np.asarray(np.eye(1, 2 * self.terms + 1)[0])
+
+    def matrix(self, t: FloatArray, order: int = 0) -> FloatArray:
+        """Return the functions' derivatives, (N, 2 terms + 1)."""
+        w = 2 * np.pi / self.duration * np.arange(1, self.terms + 1)
+        turned = np.outer(t, w) + order * np.pi / 2  # each derivative turns by a quarter
+        out = np.empty((len(t), 2 * self.terms + 1))
+        out[:, 0] = float(order == 0)
+        out[:, 1::2] = w**order * np.cos(turned)
+        out[:, 2::2] = w**order * np.sin(turned)
+        return out
+
+    def rest(self) -> FloatArray:
+        """Return the conditions: no speed and no acceleration at t = 0, and so at the end."""
+        return _at((self, 0.0, 1), (self, 0.0, 2))
+
+
+@dataclass(frozen=True)
+class BSpline:
+    """q = sum of c_i N_i(t): B-splines of degree 5 on uniform knots, clamped at both ends.
+
+    `terms` is the number of coefficients; speed and acceleration are zero at both ends.
+    """
+
+    duration: float
+    terms: int
+    kind = "bspline"
+
+    @property
+    def constant(self) -> FloatArray:
+        """Coefficients of q(t) = 1."""
+        return np.ones(self.terms)
+
+    @property
+    def knots(self) -> FloatArray:
+        """The knots in s, (terms + 6,)."""
+        inner = np.linspace(0, self.duration, self.terms - _DEGREE + 1)
+        ends = np.ones(_DEGREE) * self.duration
+        return np.concatenate([0 * ends, inner, ends])
+
+    def matrix(self, t: FloatArray, order: int = 0) -> FloatArray:
+        """Return the functions' derivatives, (N, terms), by Cox and de Boor's recursion."""
+        knots, count = self.knots, self.terms
+        inside = np.clip(np.searchsorted(knots, t, "right") - 1, _DEGREE, count - 1)
+        out = np.zeros((len(t), len(knots) - 1))
+        out[np.arange(len(t)), inside] = 1.0
+        for degree in range(1, _DEGREE + 1):
+            width = knots[degree:] - knots[:-degree]
+            inverse = np.divide(1.0, width, out=np.zeros_like(width), where=width > 0)
+            a, b = out[:, :-1] * inverse[:-1], out[:, 1:] * inverse[1:]
+            if degree > _DEGREE - order:
+                out = degree * (a - b)
+            else:
+                low, high = knots[: -degree - 1], knots[degree + 1 :]
+                out = (t[:, None] - low) * a + (high - t[:, None]) * b
+        return out
+
+    def rest(self) -> FloatArray:
+        """Return the conditions: no speed and no acceleration at both ends."""
+        T = self.duration
+        return _at((self, 0.0, 1), (self, 0.0, 2), (self, T, 1), (self, T, 2))
+
+
+@dataclass(frozen=True)
+class Cubic:
+    """The paper's first generator: q = q0 + D (3 s^2 - 2 s^3), s = t/T, from stop to stop.
+
+    Coefficients are the `terms` + 1 positions of the stops, at equal times; with one term it is
+    the motion of Gautier and Khalil (1988). Accelerations jump at the stops.
+    """
+
+    duration: float
+    terms: int
+    kind = "cubic"
+
+    @property
+    def constant(self) -> FloatArray:
+        """Coefficients of q(t) = 1."""
+        return np.ones(self.terms + 1)
+
+    def matrix(self, t: FloatArray, order: int = 0) -> FloatArray:
+        """Return the functions' derivatives, (N, terms + 1)."""
+        step = self.duration / self.terms
+        part = np.clip((t / step).astype(int), 0, self.terms - 1)
+        s = t / step - part
+        rise = (3 * s**2 - 2 * s**3, 6 * s - 6 * s**2, 6 - 12 * s, -12 + 0 * s)[order] / step**order
+        out = np.zeros((len(t), self.terms + 1))
+        rows = np.arange(len(t))
+        out[rows, part] = float(order == 0) - rise
+        out[rows, part + 1] = rise
+        return out
+
+    def rest(self) -> FloatArray:
+        """Return no conditions: it is at rest at every stop."""
+        return np.zeros((0, self.terms + 1))
+
+
+@dataclass(frozen=True)
+class Cosine:
+    """The paper's second generator: q = q0 + sum of A_k (1 - cos(k w t)), w = 2 pi / duration.
+
+    Coefficients q0, A_1, A_2, ...; speeds are zero at both ends, accelerations are not.
+    """
+
+    duration: float
+    terms: int
+    kind = "cosine"
+
+    @property
+    def constant(self) -> FloatArray:
+        """Coefficients of q(t) = 1."""
+        return np.asarray(np.eye(1, self.terms + 1)[0])
+
+    def matrix(self, t: FloatArray, order: int = 0) -> FloatArray:
+        """Return the functions' derivatives, (N, terms + 1)."""
+        w = 2 * np.pi / self.duration * np.arange(1, self.terms + 1)
+        waves = float(order == 0) - w**order * np.cos(np.outer(t, w) + order * np.pi / 2)
+        return np.column_stack([np.full(len(t), float(order == 0)), waves])
+
+    def rest(self) -> FloatArray:
+        """Return no conditions: it is at rest at both ends."""
+        return np.zeros((0, self.terms + 1))
+
+
+KINDS: dict[str, type[Fourier] | type[BSpline] | type[Cubic] | type[Cosine]] = {
+    b.kind: b for b in (Fourier, BSpline, Cubic, Cosine)
+}
+#: The fewest terms that can move.
+_FEWEST = {"fourier": 3, "bspline": 8, "cubic": 1, "cosine": 1}
+_MOST = 100
+#: Families whose acceleration is continuous and zero at both ends.
+SMOOTH = ("fourier", "bspline")
+
+
+def basis(kind: str, duration: float, terms: int | None = None) -> Basis:
+    """Return a basis by the name of its family.
+
+    Raises:
+        ParameterError: there is no such family, or it has too few terms to move.
+    """
+    if kind not in KINDS:
+        raise ParameterError(f"kind of trajectory {kind!r}; accepted: {', '.join(KINDS)}")
+    # Up to 0.8 Hz, as far as this is not too many to search in.
+    harmonics = round(min(20.0, max(6.0, 0.8 * duration)))
+    usual = 2 * harmonics + 4 if kind == "bspline" else harmonics
+    count = usual if terms is None else terms
+    if not _FEWEST[kind] <= count <= _MOST:
+        raise ParameterError(f"{count} terms of kind {kind}; accepted: {_FEWEST[kind]} to {_MOST}")
+    return KINDS[kind](duration, count)
+
+
+def fine(own: Basis, step: float) -> FloatArray:
+    """Return times in s over a run, `step` apart at most, and both sides of where it jumps."""
+    T = own.duration
+    t = np.linspace(0.0, T, int(np.ceil(T / step - 1e-9)) + 1)
+    if not isinstance(own, Cubic):
+        return t
+    stops = np.linspace(0.0, T, own.terms + 1)
+    return np.unique(np.concatenate([t, stops, np.nextafter(stops[1:-1] * (1 - 1e-12), 0.0)]))
+
+
+@lru_cache(maxsize=4)
+def fine_matrix(own: Basis, step: float, order: int) -> FloatArray:
+    """Return `matrix` at the times of `fine`; joints and runs share it."""
+    return own.matrix(fine(own, step), order)
+
+
+def _at(*places: tuple[Basis, float, int]) -> FloatArray:
+    return np.concatenate([b.matrix(np.array([t]), order) for b, t, order in places])
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """One run: a basis and its coefficients for every movable joint, rad or m."""
+
+    bases: tuple[Basis, ...]
+    coefficients: tuple[FloatArray, ...]
+
+    @property
+    def duration(self) -> float:
+        """Length in s."""
+        return self.bases[0].duration
+
+    def times(self, step: float) -> FloatArray:
+        """Return uniform times in s from the start to the end, at least as dense as `step`."""
+        return np.linspace(0.0, self.duration, int(np.ceil(self.duration / step - 1e-9)) + 1)
+
+    def fine(self, step: float) -> FloatArray:
+        """Return the times of all joints' `fine`."""
+        return np.unique(np.concatenate([fine(b, step) for b in dict.fromkeys(self.bases)]))
+
+    def at(self, t: FloatArray, order: int = 0) -> FloatArray:
+        """Return q, or its derivative of this order, at times t in s, (N, n)."""
+        columns = (
+            b.matrix(t, order) @ c for b, c in zip(self.bases, self.coefficients, strict=True)
+        )
+        return np.stack(list(columns), axis=1)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as JSON can hold it."""
+        return {
+            "duration": self.duration,
+            "joints": [
+                {"kind": b.kind, "terms": b.terms, "coefficients": c.tolist()}
+                for b, c in zip(self.bases, self.coefficients, strict=True)
+            ],
+        }
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> Trajectory:
+        """Return the trajectory that `to_dict` wrote."""
+        joints = content["joints"]
+        return cls(
+            tuple(basis(j["kind"], content["duration"], j["terms"]) for j in joints),
+            tuple(np.array(j["coefficients"], dtype=float) for j in joints),
+        )

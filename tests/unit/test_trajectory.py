@@ -1,0 +1,134 @@
+"""Trajectories: against SciPy's splines, sums written by hand, and the closed form of the paper."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from scipy.interpolate import BSpline
+
+import symgen
+from symgen.experiment import paper
+from symgen.experiment.bounds import Bounds
+from symgen.experiment.space import space
+from symgen.experiment.trajectory import KINDS, SMOOTH, Trajectory, basis
+
+T = 3.7
+t = np.linspace(0, T, 301)
+
+
+def test_the_bsplines_are_scipys_with_their_derivatives() -> None:
+    own = basis("bspline", T, 13)
+    knots = np.concatenate([np.zeros(5), np.linspace(0, T, 9), np.full(5, T)])
+    for order in range(4):
+        scipys = BSpline(knots, np.eye(13), 5)(t, nu=order)
+        np.testing.assert_allclose(own.matrix(t, order), scipys, atol=1e-12 * np.abs(scipys).max())
+
+
+def test_a_fourier_series_is_the_sum_that_it_claims_to_be() -> None:
+    c = np.random.default_rng(0).normal(size=9)
+    w = 2 * np.pi / T
+    q, qd, qdd, qddd = np.full(len(t), c[0]), 0 * t, 0 * t, 0 * t
+    for k in range(1, 5):
+        a, b, v = c[2 * k - 1], c[2 * k], k * w
+        q += a * np.cos(v * t) + b * np.sin(v * t)
+        qd += v * (b * np.cos(v * t) - a * np.sin(v * t))
+        qdd += v**2 * (-a * np.cos(v * t) - b * np.sin(v * t))
+        qddd += v**3 * (a * np.sin(v * t) - b * np.cos(v * t))
+    for order, expected in enumerate((q, qd, qdd, qddd)):
+        np.testing.assert_allclose(
+            basis("fourier", T, 4).matrix(t, order) @ c, expected, rtol=1e-9, atol=1e-9
+        )
+
+
+def test_one_stroke_is_the_papers_first_generator() -> None:
+    seconds = paper.SAMPLES * paper.STEP
+    at = np.linspace(0, seconds, 50)
+    run = basis("cubic", seconds, 1)
+    for order, motion in enumerate(paper.reference(at)):
+        found = run.matrix(at, order) @ np.array([0.0, seconds / 1.5])
+        np.testing.assert_allclose(found, motion[:, 0], atol=1e-12)
+
+
+def test_a_cosine_is_the_papers_second_generator() -> None:
+    # w = 2 rad/s fits twice into 2 pi s.
+    at = np.linspace(0, 2 * np.pi, 50)
+    run = basis("cosine", 2 * np.pi, 2)
+    for order, motion in enumerate(paper.reference(at)):
+        found = run.matrix(at, order) @ np.array([0.0, 0.0, 1.0])
+        np.testing.assert_allclose(found, motion[:, 1], atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_derivatives_are_those_of_the_functions(kind: str, order: int) -> None:
+    own, e = basis(kind, T), 1e-5
+    at = np.linspace(0.0137, T - 0.0141, 97)
+    slope = (own.matrix(at + e, order) - own.matrix(at - e, order)) / (2 * e)
+    np.testing.assert_allclose(own.matrix(at, order + 1), slope, atol=1e-7 * np.abs(slope).max())
+
+
+def _limits(n: int) -> Bounds:
+    rates = np.array([[2.0, 3.0], [9.0, 12.0], [80.0, 90.0]])[:, :n]
+    return Bounds(
+        np.array([-1.0, 0.5])[:n], np.array([2.0, 1.5])[:n], rates, np.full(n, np.inf), (1, 2)[:n]
+    )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("start", [None, [1.7, 0.6]])
+def test_every_drawn_motion_keeps_its_limits_and_rests_at_both_ends(kind: str, start) -> None:
+    limits = _limits(2)
+    if kind not in SMOOTH:
+        limits.rates[2] = np.inf
+    begin = None if start is None else np.array(start)
+    choices = space(((basis(kind, T), basis(kind, T)),) * 2, limits, begin)
+    z = choices.drawn(np.random.default_rng(5), limits)
+    dense = np.linspace(0, T, 20_011)
+    for run in choices.trajectories(z):
+        q = run.at(dense)
+        assert (q >= limits.low).all()
+        assert (q <= limits.high).all()
+        for order in (1, 2, 3):
+            peaks = np.abs(run.at(dense, order)).max(axis=0)
+            assert (peaks <= limits.rates[order - 1]).all()
+        ends = np.array([0.0, T])
+        assert np.abs(run.at(ends, 1)).max() < 1e-12
+        if kind in SMOOTH:
+            assert np.abs(run.at(ends, 2)).max() < 1e-10
+        if start is not None:
+            np.testing.assert_allclose(run.at(np.zeros(1))[0], start, atol=1e-12)
+
+
+def test_a_drawn_motion_reaches_at_least_one_limit_of_every_joint() -> None:
+    limits = _limits(2)
+    choices = space(((basis("fourier", T), basis("bspline", T)),), limits)
+    (run,) = choices.trajectories(choices.drawn(np.random.default_rng(6), limits))
+    dense = np.linspace(0, T, 5000)
+    middle, half = (limits.low + limits.high) / 2, (limits.high - limits.low) / 2
+    shares = [np.abs(run.at(dense) - middle).max(axis=0) / half]
+    shares += [np.abs(run.at(dense, k)).max(axis=0) / limits.rates[k - 1] for k in (1, 2, 3)]
+    assert (np.max(shares, axis=0) > 0.99).all()
+
+
+def test_a_trajectory_survives_json() -> None:
+    bases = (basis("fourier", T, 4), basis("bspline", T, 9), basis("cubic", T, 2))
+    draw = np.random.default_rng(1)
+    run = Trajectory(bases, tuple(draw.normal(size=len(b.constant)) for b in bases))
+    again = Trajectory.from_dict(json.loads(json.dumps(run.to_dict())))
+    np.testing.assert_array_equal(again.at(t, 2), run.at(t, 2))
+
+
+@pytest.mark.parametrize(
+    ("kind", "terms", "word"),
+    [
+        ("chirp", None, "fourier"),
+        ("fourier", 2, "3 to 100"),
+        ("bspline", 7, "8 to"),
+        ("cubic", 0, "1 to"),
+    ],
+)
+def test_an_unknown_family_or_too_few_terms_are_refused(kind, terms, word) -> None:
+    with pytest.raises(symgen.ParameterError, match=word):
+        basis(kind, T, terms)

@@ -1,0 +1,458 @@
+"""Excitation from end to end: limits kept, figures that NumPy confirms, refusals in words."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import tomllib
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from oracles import planar2r
+from oracles.transforms import Arm, column_names, energy_regressor
+from scipy.interpolate import BSpline
+
+import symgen
+from symgen import cli
+from symgen.experiment.bounds import bounds
+from symgen.experiment.judge import judge
+from symgen.experiment.plan import Plan
+from symgen.experiment.space import space
+from symgen.experiment.trajectory import basis
+
+LIMITS = {
+    "position": [(-2.5, 2.5), (-1.0, 2.0)],
+    "velocity": [2.0, 3.0],
+    "acceleration": [8.0, 12.0],
+}
+QUICK = {"duration": 6.0, "terms": 5, "searches": 2, "iterations": 40, "budget": 100.0}
+X = np.array([1.702, 0.05644, 0.15, 0.075])
+PRIOR = "[parameters]\n" + "".join(f"{n} = {v}\n" for n, v in zip(planar2r.NAMES, X, strict=True))
+FIGURES = Path(__file__).with_name("excite_figures.json")
+
+
+def motion(run: dict, t: np.ndarray, order: int) -> np.ndarray:
+    """A run at times t from its coefficients in JSON, by sums and SciPy."""
+    T, columns = run["duration"], []
+    for joint in run["joints"]:
+        c = np.array(joint["coefficients"])
+        if joint["kind"] == "bspline":
+            inner = np.linspace(0, T, len(c) - 4)
+            columns.append(BSpline(np.r_[[0] * 5, inner, [T] * 5], c, 5)(t, nu=order))
+        else:
+            w = 2j * np.pi / T * np.arange(1, joint["terms"] + 1)
+            waves = ((c[1::2] - 1j * c[2::2]) * w**order * np.exp(np.outer(t, w))).sum(axis=1).real
+            columns.append(waves + (c[0] if order == 0 else 0))
+    return np.stack(columns, axis=1)
+
+
+def windows(h: np.ndarray, rates: np.ndarray, step: float, length: int) -> np.ndarray:
+    """Rows of sliding windows: differences of h, and integrals of rates by the trapezoid."""
+    sums = np.cumsum(
+        np.r_[np.zeros((1, rates.shape[1])), (rates[1:] + rates[:-1]) * step / 2], axis=0
+    )
+    whole = np.c_[h, sums]
+    return whole[length:] - whole[:-length]
+
+
+def scaled_condition(W: np.ndarray) -> float:
+    return float(np.linalg.cond(W / np.linalg.norm(W, axis=0)))
+
+
+def plan_of(**options) -> tuple[Plan, dict]:
+    plan = symgen.excite("planar2r", **(LIMITS | QUICK | options))
+    files = plan.to_files(Path("t.csv"))
+    return plan, json.loads(files[Path("t.json")])
+
+
+@cache
+def usual() -> tuple[Plan, dict]:
+    return plan_of()
+
+
+@pytest.mark.parametrize("kind", ["fourier", "bspline", ("bspline", "fourier")])
+def test_the_runs_keep_every_limit_and_rest_at_both_ends(kind) -> None:
+    terms = None if isinstance(kind, tuple) else {"fourier": 5, "bspline": 12}[kind]
+    _, content = plan_of(kind=kind, runs=2, jerk=[60.0, 90.0], terms=terms, iterations=25)
+    assert len(content["runs"]) == 2
+    for run in content["runs"]:
+        t = np.linspace(0, run["duration"], 17_001)
+        q = motion(run, t, 0)
+        assert (q >= np.array(LIMITS["position"])[:, 0]).all()
+        assert (q <= np.array(LIMITS["position"])[:, 1]).all()
+        allowed = (LIMITS["velocity"], LIMITS["acceleration"], [60.0, 90.0])
+        for order, limit in enumerate(allowed, 1):
+            assert (np.abs(motion(run, t, order)).max(axis=0) <= limit).all()
+        for order in (1, 2):
+            assert np.abs(motion(run, t[[0, -1]], order)).max() < 1e-9
+
+
+def test_the_margins_are_those_of_a_dense_grid() -> None:
+    _, content = usual()
+    t = np.linspace(0, content["runs"][0]["duration"], 17_001)
+    for entry in content["limits"]:
+        order = ("position", "velocity", "acceleration").index(entry["limit"])
+        x = motion(content["runs"][0], t, order)[:, entry["joint"] - 1]
+        if order:
+            share = np.abs(x).max() / abs(entry["allowed"])
+        else:
+            low, high = LIMITS["position"][entry["joint"] - 1]
+            share = np.abs(x - (low + high) / 2).max() / ((high - low) / 2)
+        assert 1 - entry["margin"] == pytest.approx(share, abs=1e-5)
+        assert entry["binds"] == (share >= 0.97)
+
+
+def test_the_condition_numbers_are_numpys_on_closed_forms() -> None:
+    plan, content = usual()
+    run, step = content["runs"][0], 1 / 200
+    t = np.arange(round(run["duration"] / step) + 1) * step
+    q, qd, qdd = (motion(run, t, order) for order in range(3))
+    h = planar2r.energy_regressor(q, qd, 0.5)
+    W = h[40:] - h[:-40]
+    assert plan.condition == pytest.approx(scaled_condition(W), rel=1e-9)
+    scaled = W / np.linalg.norm(W, axis=0)
+    assert plan.log_det == pytest.approx(np.linalg.slogdet(scaled.T @ scaled)[1], rel=1e-6)
+    p, slope = planar2r.momentum_regressor(q, qd, 0.5)
+    rows = [windows(p[:, j], slope[:, j], step, 40) for j in range(2)]
+    W = np.concatenate([r[:, :4] - r[:, 4:] for r in rows])
+    assert plan.conditions["momentum"] == pytest.approx(scaled_condition(W), rel=1e-2)
+    W = planar2r.torque_regressor(q, qd, qdd, 0.5).reshape(-1, 4)
+    assert plan.conditions["torque"] == pytest.approx(scaled_condition(W), rel=5e-2)
+
+
+@pytest.mark.parametrize("model", ["energy", "momentum", "torque"])
+@pytest.mark.parametrize("criterion", ["condition", "logdet"])
+def test_the_search_improves_the_best_of_its_random_starts(model, criterion) -> None:
+    plan, _ = plan_of(model=model, criterion=criterion, searches=1)
+    assert plan.condition < 0.9 * plan.start
+    assert plan.good == (plan.independent >= 12)
+
+
+def test_the_csv_holds_the_sampled_references() -> None:
+    plan, content = usual()
+    files = plan.to_files(Path("folder/t.csv"))
+    assert list(files) == [Path("folder/t.csv"), Path("folder/t.json")]
+    lines = files[Path("folder/t.csv")].decode().splitlines()
+    assert lines[0] == "t,q1,q2,qd1,qd2,qdd1,qdd2"
+    rows = np.array([[float(x) for x in line.split(",")] for line in lines[1:]])
+    assert rows[0, 0] == 0
+    assert rows[-1, 0] == 6
+    np.testing.assert_allclose(np.diff(rows[:, 0]), 1 / 200, rtol=1e-9)
+    for order in range(3):
+        expected = motion(content["runs"][0], rows[:, 0], order)
+        np.testing.assert_allclose(rows[:, 1 + 2 * order : 3 + 2 * order], expected, atol=1e-9)
+
+
+def test_the_same_seed_gives_the_same_bytes_and_another_seed_others() -> None:
+    first, again, other = (plan_of(seed=s)[0].to_files(Path("t.csv")) for s in (3, 3, 4))
+    assert first == again
+    assert first != other
+
+
+def test_torques_of_the_prior_model_stay_within_their_limits(tmp_path) -> None:
+    (tmp_path / "prior.toml").write_text(PRIOR)
+    shares = {}
+    for name, torque in (("wide", [100.0, 100.0]), ("narrow", [1.5, 0.15])):
+        plan, content = plan_of(torque=torque, parameters=tmp_path / "prior.toml")
+        run = content["runs"][0]
+        t = np.linspace(0, run["duration"], 11_001)
+        tau = planar2r.inverse_dynamics(*(motion(run, t, order) for order in range(3)), X, 0.5)
+        shares[name] = np.abs(tau).max(axis=0) / torque
+        stated = [u.share for u in plan.uses if u.limit == "torque"]
+        np.testing.assert_allclose(stated, shares[name], rtol=1e-3)
+    assert shares["wide"].max() < 0.2  # it would take more than the narrow limits allow
+    assert (shares["wide"] * 100 > np.array([1.5, 0.15])).any()
+    assert shares["narrow"].max() <= 1
+
+
+@pytest.mark.parametrize("model", ["energy", "momentum", "torque"])
+def test_identify_finds_the_condition_that_was_promised_and_the_parameters(model: str) -> None:
+    logs, promised = [], []
+    for seed in (0, 1):
+        plan, _ = plan_of(model=model, seed=seed, searches=1)
+        t = plan.runs[0].times(1 / plan.rate)
+        q, qd, qdd = (plan.runs[0].at(t, order) for order in range(3))
+        tau = planar2r.inverse_dynamics(q, qd, qdd, X, 0.5)
+        logs.append(symgen.make_log(f"run {seed}", t, q, tau, qd))
+        promised.append(plan.condition)
+    estimate = symgen.identify("planar2r", logs[0], validation=logs[1], model=model, method="ols")
+    assert estimate.condition_number == pytest.approx(promised[0], rel=1e-6)
+    np.testing.assert_allclose(estimate.X, X, rtol=1e-3)
+    assert estimate.verdict == "trusted", estimate.reasons
+
+
+def test_joints_carry_the_numbers_of_the_file_and_limits_come_from_it() -> None:
+    text = """
+[robot]
+name = "fixed"
+[[joint]]
+sigma = 2
+r = 0.3
+[[joint]]
+[[joint]]
+alpha = "pi/2"
+d = 0.2
+[limits]
+position = [[-2.0, 2.0], [-0.5, 1.5]]
+velocity = [2.0, 1.0]
+torque = [50.0, 50.0]
+"""
+    plan = symgen.excite(symgen.parse_robot(text, "fixed"), **(QUICK | {"iterations": 5}))
+    found = {(u.limit, u.joint): abs(u.allowed) for u in plan.uses}
+    assert sorted(found) == [("position", 2), ("position", 3), ("velocity", 2), ("velocity", 3)]
+    assert (found["velocity", 2], found["velocity", 3]) == (2.0, 1.0)
+    assert ["--parameters" in note for note in plan.notes] == [True]
+
+
+def test_a_motion_with_too_much_torque_is_slowed_until_it_keeps_the_limits(tmp_path) -> None:
+    # The axes are parallel to gravity: smaller motions take less torque.
+    (tmp_path / "prior.toml").write_text(PRIOR)
+    robot = symgen.read_robot("planar2r")
+    limits = bounds(robot, *LIMITS.values(), None, [8.0, 0.9])
+    task = judge(robot, "energy", 0.2, 200.0, limits, tmp_path / "prior.toml", True)
+    choices = space(((basis("fourier", 6.0, 5),) * 2,), limits)
+    t = np.linspace(0, 6, 11_001)
+    before = after = 0.0
+    for seed in range(5):
+        z = choices.drawn(np.random.default_rng(seed), limits)
+        found = task.judged(choices, z)
+        for runs, own in ((choices.trajectories(z), False), (found.runs, True)):
+            tau = planar2r.inverse_dynamics(*(runs[0].at(t, k) for k in range(3)), X, 0.5)
+            share = float((np.abs(tau).max(axis=0) / limits.torque).max())
+            before, after = (before, max(after, share)) if own else (max(before, share), after)
+        assert found.keeps
+    assert 0.98 < after <= 1 + 1e-6
+    assert before > 1.2
+
+
+def test_the_start_is_where_every_run_begins() -> None:
+    _, content = plan_of(start=[0.4, -0.5], runs=2, iterations=15)
+    for run in content["runs"]:
+        np.testing.assert_allclose(motion(run, np.zeros(1), 0)[0], [0.4, -0.5], atol=1e-9)
+
+
+def test_the_papers_generators_can_be_asked_for_joint_by_joint() -> None:
+    plan, content = plan_of(kind=("cubic", "cosine"), terms=3, iterations=25)
+    assert [j["kind"] for j in content["runs"][0]["joints"]] == ["cubic", "cosine"]
+    assert all(u.share <= 1 for u in plan.uses)
+    assert plan.condition < 50
+
+
+def test_runs_that_are_good_for_torque_and_poor_for_energy_are_said_to_be() -> None:
+    plan, _ = usual()
+    poor = Plan(
+        **{**plan.__dict__, "conditions": {"energy": 2.0, "momentum": 900.0, "torque": np.inf}}
+    )
+    assert poor.other_models == (
+        "for the model of momentum these runs are poor (condition number 900)",
+        "for the model of torque these runs are singular",
+    )
+    content = json.loads(poor.to_files(Path("t.csv"))[Path("t.json")])
+    assert content["condition_number"]["torque"] is None
+    assert len(content["warnings"]) == 2 + len(poor.warnings)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"duration": 0.2}, ["run of 0.2 s", "0.25 s"]),
+        ({"duration": [5.0, 6.0]}, ["2 durations"]),
+        ({"position": None}, ["positions are not limited", "[limits]"]),
+        ({"velocity": None}, ["speeds are not limited"]),
+        ({"velocity": [1.0]}, ["velocity has 1 entries"]),
+        ({"position": [(1.0, 1.0)] * 2}, ["LOW below HIGH"]),
+        ({"acceleration": [1.0, -1.0]}, ["above 0"]),
+        ({"torque": [1.0, 1.0]}, ["prior model"]),
+        ({"model": "power"}, ["energy, momentum, torque"]),
+        ({"criterion": "trace"}, ["condition, logdet"]),
+        ({"kind": "chirp"}, ["fourier", "bspline"]),
+        ({"kind": ("fourier",) * 3}, ["3 kinds"]),
+        ({"kind": "cubic", "jerk": [9.0, 9.0]}, ["jerk", "bspline"]),
+        ({"start": [9.0, 0.0]}, ["inside the limits"]),
+        ({"window": 0.0}, ["window 0"]),
+        ({"budget": -1.0}, ["budget -1"]),
+        ({"runs": 0}, ["runs 0"]),
+    ],
+)
+def test_what_has_no_meaning_is_refused_in_a_line(options, words) -> None:
+    with pytest.raises(symgen.ParameterError) as caught:
+        plan_of(**options)
+    assert "\n" not in str(caught.value)
+    assert all(word in str(caught.value) for word in words), caught.value
+
+
+def test_too_short_a_run_is_refused_with_the_limits_that_bind() -> None:
+    limits = {"position": [(-2, 2)] * 6, "velocity": [1.0] * 6, "acceleration": [2.0] * 6}
+    quick = {"duration": 0.6, "searches": 1, "iterations": 3, "seed": 1}
+    with pytest.raises(symgen.IdentificationError, match=r"0.6 s.*acceleration of joint.*longer"):
+        symgen.excite("tx40", **limits, **quick)
+
+
+def test_torque_that_gravity_alone_exceeds_is_refused_by_its_name(tmp_path) -> None:
+    robot = symgen.parse_robot(
+        '[robot]\nname = "weight"\n[[joint]]\nsigma = 1\nfriction = ["viscous"]\n', "weight"
+    )
+    (tmp_path / "prior.toml").write_text("[parameters]\nM1 = 10.0\nIA1 = 0.0\nFV1 = 1.0\n")
+    with pytest.raises(
+        symgen.IdentificationError, match=r"torque of joint 1: it needs .*allowed 90"
+    ):
+        symgen.excite(
+            robot,
+            position=[(0.0, 1.0)],
+            velocity=[1.0],
+            torque=[90.0],
+            parameters=tmp_path / "prior.toml",
+            **(QUICK | {"searches": 1}),
+        )
+
+
+def run_cli(monkeypatch, capsys, *arguments) -> tuple[int, str, list[str]]:
+    monkeypatch.setattr(sys, "argv", ["symgen", *map(str, arguments)])
+    capsys.readouterr()
+    with pytest.raises(SystemExit) as caught:
+        cli.main()
+    out, err = capsys.readouterr()
+    return caught.value.code, out, [li for li in err.splitlines() if not li.startswith("  ")]
+
+
+SHORT = ["--position", "2.5,-1:2", "--velocity", "2", "--duration", "6", "--searches", "1",
+         "--iterations", "5"]  # fmt: skip
+
+
+def test_the_command_writes_a_csv_for_each_run_and_what_is_known(
+    tmp_path, monkeypatch, capsys
+) -> None:
+    into = tmp_path / "run.csv"
+    options = [*SHORT, "--runs", "2", "--kind", "fourier,bspline", "--into", into]
+    code, out, errors = run_cli(monkeypatch, capsys, "excite", "planar2r", *options)
+    assert (code, errors) == (0, [])
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["run.json", "run_1.csv", "run_2.csv"]
+    assert "condition number (scaled), momentum" in out
+    content = json.loads((tmp_path / "run.json").read_text())
+    assert content["schema"] == "symgen.trajectory/1"
+    # Nothing is overwritten.
+    before = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
+    code, _, errors = run_cli(monkeypatch, capsys, "excite", "planar2r", *options)
+    assert code == 2
+    assert re.search("run_1.csv: exists", errors[0])
+    assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        (["--velocity", "fast"], "--velocity fast"),
+        (["--velocity", "1,2,3"], "3 entries"),
+        (["--position", "1:b"], "--position 1:b"),
+        (["--velocity", "nan"], "above 0"),
+        (["--into", "run.txt"], "ends in .csv"),
+        (["--runs", "0"], "runs"),
+        (["--seed", "-1"], "seed"),
+    ],
+)
+def test_the_command_refuses_in_one_line(options, word, tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    usual = [*SHORT, "--into", "run.csv"]
+    code, _, errors = run_cli(monkeypatch, capsys, "excite", "planar2r", *usual, *options)
+    assert code == 2
+    assert len(errors) == 1
+    assert word in errors[0]
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_ctrl_c_ends_the_search_with_the_best_that_it_has(tmp_path) -> None:
+    command = [sys.executable, "-m", "symgen", "excite", "planar2r", *SHORT[:6],
+               "--searches", "9999", "--budget", "300",
+               "--into", str(tmp_path / "t.csv")]  # fmt: skip
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    for line in process.stderr:
+        if "search 2: begins" in line:
+            process.send_signal(signal.SIGINT)
+            break
+    out, _ = process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert "stopped: interrupted" in out
+    assert json.loads((tmp_path / "t.json").read_text())["stopped"] == "interrupted"
+
+
+# The TX40: figures of tests/benchmarks/bench_excite.py, computed again without symgen.
+TX40 = Arm.from_table(
+    {
+        "sigma": [0] * 6,
+        "alpha": [0, -np.pi / 2, 0, np.pi / 2, -np.pi / 2, np.pi / 2],
+        "d": [0, 0, 0.225, 0, 0, 0],
+        "theta": [0, 0, 0, 0, 0, np.pi],
+        "r": [0.32, 0, 0.035, 0.225, 0, 0],
+    }
+)
+
+
+@cache
+def figures() -> dict:
+    return json.loads(FIGURES.read_text())
+
+
+def goal(case: dict) -> float:
+    return 25 if case["case"].get("model") == "torque" else 50
+
+
+@pytest.mark.parametrize("name", figures()["cases"])
+def test_the_tx40_keeps_all_limits_and_its_goal(name: str) -> None:
+    case, limits = figures()["cases"][name], figures()["limits"]
+    jerk = case["case"].get("jerk", [np.inf] * 6)
+    for run in case["runs"]:
+        t = np.linspace(0, run["duration"], 20_001)
+        q = motion(run, t, 0)
+        assert (q >= np.array(limits["position"])[:, 0]).all()
+        assert (q <= np.array(limits["position"])[:, 1]).all()
+        for order, limit in enumerate((limits["velocity"], limits["acceleration"], jerk), 1):
+            assert (np.abs(motion(run, t, order)).max(axis=0) <= limit).all()
+        for order in (1, 2):
+            assert np.abs(motion(run, t[[0, -1]], order)).max() < 1e-4  # of rounded coefficients
+        if "start" in case["case"]:
+            np.testing.assert_allclose(motion(run, t[:1], 0)[0], case["case"]["start"], atol=1e-6)
+    assert case["condition"][case["case"].get("model", "energy")] <= goal(case)
+
+
+@pytest.mark.parametrize("name", figures()["cases"])
+def test_the_tx40s_energy_condition_is_that_of_plain_transforms(name: str) -> None:
+    case = figures()["cases"][name]
+    base = symgen.derive(symgen.read_robot("tx40"), ("energy_regressor", "friction_power")).base
+    chosen = [column_names(TX40).index(p.head) for p in base.parameters if p.inertial]
+    assert (len(chosen), len(base.parameters)) == (40, 58)
+    rows, step = [], 1 / 200
+    for run in case["runs"]:
+        t = np.arange(round(run["duration"] / step) + 1) * step
+        q, qd = motion(run, t, 0), motion(run, t, 1)
+        h = energy_regressor(TX40, q, qd)[:, chosen]
+        friction = np.concatenate([np.abs(qd), qd**2, qd], axis=1)
+        rows.append(windows(h, friction, step, round(case["case"].get("window", 0.2) / step)))
+    found = scaled_condition(np.concatenate(rows))
+    assert found == pytest.approx(case["condition"]["energy"], rel=0.01)
+
+
+def test_the_tx40s_torques_are_within_their_limits_by_pinocchio() -> None:
+    pytest.importorskip("pinocchio")
+    from oracles.pinocchio_arm import PinocchioArm
+
+    X = tomllib.loads(figures()["prior"])["parameters"]
+    names = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
+    links = np.array([[X[f"{n}{j}"] for n in names] for j in range(1, 7)])
+    FS, FV, IA = (np.array([X[f"{n}{j}"] for j in range(1, 7)]) for n in ("FS", "FV", "IA"))
+    arm = PinocchioArm(TX40, links, IA)
+    limited = [c for c in figures()["cases"].values() if "torque" in c["case"]]
+    assert limited
+    for case in limited:
+        for run in case["runs"]:
+            t = np.linspace(0, run["duration"], 401)
+            q, qd, qdd = (motion(run, t, order) for order in range(3))
+            rigid = np.array([arm.inverse_dynamics(*x) for x in zip(q, qd, qdd, strict=True)])
+            tau = rigid + FS * np.sign(np.round(qd, 4)) + FV * qd
+            assert (np.abs(tau) <= case["case"]["torque"]).all()
