@@ -72,6 +72,7 @@ class Samples:
 
 
 _RIGID = 10.0  # Hz
+_WIDE, DERIVED_WIDE = 4.0, 2.0  # first filter over second
 _SPARED = 1.5  # of the motion's own bandwidth
 
 
@@ -212,6 +213,15 @@ def rigid_band(samples: Samples) -> float:
     """
     wide = samples.cutoff_hz or motion_bandwidth(samples.q, samples.step)
     return min(wide, max(_RIGID, _SPARED * wide / MARGIN))
+
+
+def wide_band(samples: Samples, band: float) -> float:
+    """Return the cutoff in Hz of the filter that positions and speeds pass before the equations'.
+
+    Friction steps where the speed has its zero, which a filter as narrow as the equations' moves:
+    four times its cutoff, or twice where speeds were derived, whose noise grows with frequency.
+    """
+    return band * (DERIVED_WIDE if samples.velocity_derived else _WIDE)
 
 
 def _energy_above_noise(

@@ -23,8 +23,9 @@ from symgen.data.signals import (
     lowpass,
     rigid_band,
     white_noise,
+    wide_band,
 )
-from symgen.identification.system import WIDE, torque_columns
+from symgen.identification.system import torque_columns
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
@@ -120,8 +121,8 @@ def scene(samples: Samples, cutoff: float | None) -> Scene:
     smooth = samples.velocity_derived and (samples.cutoff_hz or np.inf) <= band
     noise = None
     wide = None
-    if not smooth and can_filter(WIDE * band, samples.step):
-        wide = WIDE * band
+    if not smooth and can_filter(wide_band(samples, band), samples.step):
+        wide = wide_band(samples, band)
         q, qd = (lowpass(x, samples.step, wide) for x in (q, qd))
         noise = (
             white_noise(samples.q - q, samples.step, wide),

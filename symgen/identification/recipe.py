@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 from symgen.codegen.kernels import ENERGY
 from symgen.codegen.model import Model
-from symgen.data.signals import Samples, can_filter, rigid_band
+from symgen.data.signals import DERIVED_WIDE, Samples, can_filter, rigid_band
 from symgen.identification.system import (
-    WIDE,
     Equations,
     energy_equations,
     momentum_equations,
@@ -45,7 +44,7 @@ class Recipe:
     @property
     def wide(self) -> float:
         """Cutoff of the filter of positions over that of the equations."""
-        return WIDE if self.model == "torque" else 1.0
+        return DERIVED_WIDE if self.model == "torque" else 1.0
 
     def band(self, samples: Samples) -> float | None:
         """Return the cutoff in Hz of the filter that the equations of a log pass; None for none."""

@@ -30,6 +30,7 @@ from symgen.data.signals import (
     filter_reach,
     lowpass,
     rigid_band,
+    wide_band,
 )
 from symgen.errors import IdentificationError
 from symgen.runtime.evaluator import Evaluator
@@ -37,9 +38,6 @@ from symgen.runtime.evaluator import Evaluator
 FloatArray = NDArray[np.float64]
 WINDOWS = ("sliding", "consecutive", "start")
 _OVERLAP = 10
-#: Cutoff of the filter that positions and speeds pass first, over that of the equations: friction
-#: steps where the speed has its zero, which a filter as narrow as the motion moves.
-WIDE = 4.0
 _SAMPLES_PER_PERIOD = 4  # of the highest frequency that passes the filter
 
 
@@ -226,8 +224,9 @@ def torque_equations(
         return lowpass(x, samples.step, band) if filtered else x
 
     q, qd = samples.q, samples.qd
-    if can_filter(WIDE * band, samples.step):
-        q, qd = (lowpass(x, samples.step, WIDE * band) for x in (q, qd))
+    wide = wide_band(samples, band)
+    if can_filter(wide, samples.step):
+        q, qd = (lowpass(x, samples.step, wide) for x in (q, qd))
     W = torque_columns(evaluator, q, qd, differentiate(qd, samples.step), X)
     every = max(1, int(1 / (_SAMPLES_PER_PERIOD * band * samples.step))) if filtered else 1
     margin = filter_reach(band, samples.step) if filtered else 0  # the filter's run-in
