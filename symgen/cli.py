@@ -165,9 +165,17 @@ def _worst(errors: Sequence[tuple[str, str, float]], backend: str) -> str:
 @click.argument("logs", nargs=-1, required=True)
 @click.option("--validation", multiple=True, help="A log to judge by; may be repeated.")
 @click.option("--model", default="energy", show_default=True, help="energy, momentum or torque.")
-@click.option("--method", default="wls", show_default=True, help="wls, ols or recursive.")
+@click.option(
+    "--method",
+    default="wls",
+    show_default=True,
+    help="wls, ols, huber, tls, iv, ridge, essential, consistent or recursive.",
+)
 @click.option("--window", default=0.2, show_default=True, help="Length of the windows, s.")
 @click.option("--cutoff", type=float, help="Of the zero-phase filter, Hz; default from the motion.")
+@click.option("--prior", help="estimate.json, TOML or .urdf to pull wls and consistent towards.")
+@click.option("--forgetting", default=1.0, help="Weight of the past, of method recursive.")
+@click.option("--commanded", multiple=True, help="Commanded motion of each log, for method iv.")
 @click.option("--weights", help="Of the logs' squared residuals, one each: 1,0.5,..")
 @reading_options
 @click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
@@ -179,6 +187,9 @@ def identify(
     method: str,
     window: float,
     cutoff: float | None,
+    prior: str | None,
+    forgetting: float,
+    commanded: tuple[str, ...],
     weights: str | None,
     reading: Reading,
     into: Path,
@@ -197,6 +208,9 @@ def identify(
         method=method,
         window=window,
         cutoff=cutoff,
+        prior=prior,
+        forgetting=forgetting,
+        commanded=list(commanded),
         reading=reading,
         weights=numbers("--weights", weights),
         progress=say,

@@ -181,6 +181,8 @@ def _sections(estimate: Estimate) -> list[Section]:
     figure = plots.correlation(estimate)
     if figure is not None:
         sections.append(_correlation_section(estimate, figure))
+    if estimate.comparison:
+        sections.append(_comparison_section(estimate))
     if estimate.notes:
         sections.append(Section("Notes", estimate.notes))
     sections.append(Section("Provenance", table=_provenance(estimate)))
@@ -230,8 +232,35 @@ def _parameter_section(estimate: Estimate) -> Section:
         ("name", "number", "number", "number", "unit", "formula"),
         weak,
     )
-    texts = (text, f"Physical consistency: {estimate.physical.reason}.")
+    texts = (
+        text,
+        f"Standard deviations exclude: {estimate.excludes or 'not said'}.",
+        f"Physical consistency: {estimate.physical.reason}.",
+    )
     return Section("Parameters", texts, table, plots.parameters(estimate))
+
+
+def _comparison_section(estimate: Estimate) -> Section:
+    """The same parameters by other methods, and the tests of bias."""
+    header, styles = ["name", estimate.method, "std"], ["name", "number", "number"]
+    for other in estimate.comparison:
+        header += [f"by {other.method}", "std", "apart, std"]
+        styles += ["number"] * 3
+    rows = []
+    for k, p in enumerate(estimate.parameters):
+        row = [p.name, number(p.value), number(p.std, 3)]
+        for other in estimate.comparison:
+            x, std = float(other.X[k]), float(other.std[k])
+            apart = (x - p.value) / std if std > 0 else float("nan")
+            row += [number(x), number(std, 3), number(apart, 3)]
+        rows.append(tuple(row))
+    texts = tuple(
+        f"Durbin-Wu-Hausman test, {e.columns} columns: F({e.df[0]}, {e.df[1]:.0f}) = "
+        f"{number(e.statistic, 3)}, p = {number(e.p_value, 2)}. A small p says that plain least "
+        "squares is biased."
+        for e in estimate.endogeneity
+    )
+    return Section("Other methods", texts, Table(tuple(header), tuple(rows), tuple(styles)))
 
 
 def _correlation_section(estimate: Estimate, figure: Figure) -> Section:

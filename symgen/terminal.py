@@ -129,20 +129,23 @@ def print_estimate(estimate: Estimate) -> None:
     """Print the parameters, what they leave unexplained, and the verdict."""
     for note in estimate.notes:
         click.echo(f"note: {note}")
+    others = [(f"by {c.method}", [f"{x:.5g}" for x in c.X]) for c in estimate.comparison]
     table(
-        ("parameter", "value", "std", "std %", "unit", "formula"),
+        ("parameter", "value", "std", "std %", *(head for head, _ in others), "unit", "formula"),
         [
             (
                 p.name,
                 f"{p.value:.5g}",
                 f"{p.std:.2g}",
                 f"{p.relative_std_percent:.1f}",
+                *(values[k] for _, values in others),
                 p.unit,
                 p.expression,
             )
-            for p in estimate.parameters
+            for k, p in enumerate(estimate.parameters)
         ],
     )
+    click.echo(f"std excludes: {estimate.excludes}")
     click.echo(f"condition number (scaled): {estimate.condition_number:.4g}")
     click.echo(
         f"residual of {estimate.model}: train {100 * estimate.train.relative:.3g} %, "

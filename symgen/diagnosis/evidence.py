@@ -15,15 +15,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.data.bandwidth import rigid_band, wide_band
 from symgen.data.signals import (
     Samples,
     can_filter,
     differentiate,
     filter_reach,
     lowpass,
-    rigid_band,
     white_noise,
-    wide_band,
 )
 from symgen.identification.system import torque_columns
 from symgen.runtime.evaluator import Evaluator

@@ -34,7 +34,8 @@ from symgen.diagnosis.portrait import places
 from symgen.diagnosis.search import MEASURING, Selection
 from symgen.diagnosis.select import Score, judge
 from symgen.diagnosis.words import tie
-from symgen.identification.batch import Solution, solve
+from symgen.identification.batch import solve
+from symgen.identification.regression import Solution
 from symgen.identification.system import Equations, LinearSystem
 from symgen.robot.effect import numbered
 from symgen.runtime.evaluator import Evaluator, load
@@ -189,6 +190,8 @@ class Study:
         """Return gap before, after, noise floor, and the curves, on the held-out data."""
         p = len(solution.X) - sum(s.candidate.size for s in corrected)
         X = solution.X[:p] if self.given is None else self.given
+        if not selection.accepted:  # nothing changes, not even the weights of the joints
+            X = self.X
         # What stands in the effects' columns.
         inside = self._parameters(self._beside(selection.accepted))
         curves, noise, span, free = [], [], [], []

@@ -44,8 +44,8 @@ def summary(diagnosis: Diagnosis) -> str:
     effects = "one effect" if count == 1 else f"{count} effects"
     if diagnosis.verdict == "consistent":
         return (
-            f"The model explains these logs down to their noise: nothing is missing. The gap is "
-            f"{before}, noise alone {percent(diagnosis.floor.total)}."
+            f"The model explains these logs; no effect closes 5 % of the gap, which is {before}; "
+            f"noise alone is {percent(diagnosis.floor.total)}."
         )
     if diagnosis.verdict == "explained":
         return f"The model misses {effects}. {gap}."

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.codegen.casadi_model import Dynamics
+from symgen.data.signals import resample
 
 FloatArray = NDArray[np.float64]
 
@@ -30,7 +31,7 @@ _TACHOMETER = np.array([0.005, 0.01])
 #: Ratio of X_d to X in set-up (b), and standard deviation of the torque noise over RMS torque.
 WRONG = 1.2
 TORQUE_NOISE = 0.01
-_SUBSTEPS = 8
+_SUBSTEPS, _COARSE = 8, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,44 +67,85 @@ def exact_run(dynamics: Dynamics) -> Runs:
     return Runs(t, q[None], qd[None], _torque(dynamics, q, qd, qdd, X_TRUE)[None])
 
 
-def setup_a(dynamics: Dynamics, runs: int, seed: int) -> Runs:
-    """Return runs that follow the reference exactly, with noisy measurements."""
+def setup_a(
+    dynamics: Dynamics, runs: int, seed: int, *, tachometer: float = 1.0, mirrored: bool = False
+) -> Runs:
+    """Return runs that follow the reference exactly, with noisy measurements.
+
+    Args:
+        dynamics: of the robot.
+        runs: how many.
+        seed: of the noise.
+        tachometer: factor of the tachometers' noise.
+        mirrored: whether the second half of the runs has the noise of the first with the other
+            sign. What is odd in the noise then cancels in means over runs, and bias stands out.
+    """
     clean = exact_run(dynamics)
-    draw = np.random.default_rng([seed, 1])
-    q, qd = _measured(draw, np.repeat(clean.q, runs, 0), np.repeat(clean.qd, runs, 0))
+    draw = _Noise(np.random.default_rng([seed, 1]), runs, mirrored)
+    q, qd = _measured(draw, np.repeat(clean.q, runs, 0), np.repeat(clean.qd, runs, 0), tachometer)
     return Runs(clean.t, q, qd, np.repeat(clean.tau, runs, 0))
 
 
-def setup_b(dynamics: Dynamics, runs: int, seed: int) -> Runs:
+def setup_b(
+    dynamics: Dynamics, runs: int, seed: int, *, tachometer: float = 1.0, mirrored: bool = False
+) -> Runs:
     """Return runs of a simulated robot driven by wrong computed torques plus torque noise.
 
     The robot is integrated by Runge and Kutta's fourth-order rule, 8 steps a sample; the noise is
-    constant over a sample.
+    constant over a sample. Arguments as those of `setup_a`.
     """
     t = times()
-    draw = np.random.default_rng([seed, 2])
+    draw = _Noise(np.random.default_rng([seed, 2]), runs, mirrored)
     computed = _torque(dynamics, *reference(t), WRONG * X_TRUE)
-    noise = (
-        TORQUE_NOISE * np.sqrt(np.mean(computed**2, axis=0)) * draw.normal(size=(len(t), runs, 2))
-    )
-    forward = dynamics.forward.map(runs)
-    parameters = np.repeat(X_TRUE[:, None], runs, 1)
+    noise = TORQUE_NOISE * np.sqrt(np.mean(computed**2, axis=0)) * draw.normal((len(t), 2))
+    exact = _torque(dynamics, *reference(_stages(_SUBSTEPS)), WRONG * X_TRUE)
+    true = _integrated(dynamics, np.repeat(X_TRUE[None], runs, 0), exact, _SUBSTEPS, noise)
+    return Runs(t, *_measured(draw, *true, tachometer), np.repeat(computed[None], runs, 0))
+
+
+def free_run(dynamics: Dynamics, X: FloatArray, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the motion of the model under known torques, free of noise: q, qd (runs, N, 2).
+
+    Args:
+        dynamics: of the robot.
+        X: parameters of each run, (runs, 4).
+        tau: torques at the sampling times, the same for all runs, (N, 2); a spline between.
+    """
+    known = resample(times(), tau, _stages(_COARSE))
+    return _integrated(dynamics, X, known, _COARSE, np.zeros((len(X), len(tau), 2)))
+
+
+def _stages(substeps: int) -> FloatArray:
+    """Return the times at which an integration looks at the torque: ends and middles of steps."""
+    return np.arange(2 * substeps * SAMPLES + 1) * (np.float64(STEP) / (2 * substeps))
+
+
+def _integrated(
+    dynamics: Dynamics, X: FloatArray, tau: FloatArray, substeps: int, noise: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Integrate from the start of the reference, by Runge and Kutta's fourth-order rule.
+
+    Args:
+        dynamics: of the robot.
+        X: parameters of each run, (runs, 4).
+        tau: torques at `_stages(substeps)`.
+        substeps: steps a sample.
+        noise: added to the torque, constant over a sample, (runs, N, 2).
+    """
+    runs = len(X)
+    forward, parameters = dynamics.forward.map(runs), X.T
 
     def rate(q: FloatArray, qd: FloatArray, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         return qd, np.array(forward(q, qd, tau, parameters))
 
-    start = reference(t[:1])
-    q = np.repeat(start[0].T, runs, 1)
-    qd = np.repeat(start[1].T, runs, 1)
+    start = reference(np.zeros(1))
+    q, qd = (np.repeat(x.T, runs, 1) for x in start[:2])
     states = [(q, qd)]
-    h = STEP / _SUBSTEPS
+    h = STEP / substeps
     for k in range(SAMPLES):
-        for i in range(_SUBSTEPS):
-            at = t[k] + h * np.array([i, i + 0.5, i + 1])
-            first, middle, last = (
-                wanted[:, None] + noise[k].T
-                for wanted in _torque(dynamics, *reference(at), WRONG * X_TRUE)
-            )
+        for i in range(substeps):
+            at = 2 * (k * substeps + i)
+            first, middle, last = (w[:, None] + noise[:, k].T for w in tau[at : at + 3])
             a1, b1 = rate(q, qd, first)
             a2, b2 = rate(q + h / 2 * a1, qd + h / 2 * b1, middle)
             a3, b3 = rate(q + h / 2 * a2, qd + h / 2 * b2, middle)
@@ -111,10 +153,8 @@ def setup_b(dynamics: Dynamics, runs: int, seed: int) -> Runs:
             q = q + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
             qd = qd + h / 6 * (b1 + 2 * b2 + 2 * b3 + b4)
         states.append((q, qd))
-    true_q = np.array([s[0].T for s in states]).transpose(1, 0, 2)
-    true_qd = np.array([s[1].T for s in states]).transpose(1, 0, 2)
-    measured = _measured(draw, true_q, true_qd)
-    return Runs(t, *measured, np.repeat(computed[None], runs, 0))
+    q, qd = (np.array([s[i].T for s in states]).transpose(1, 0, 2) for i in (0, 1))
+    return q, qd
 
 
 def proportional_run(dynamics: Dynamics, seed: int | None = None) -> Runs:
@@ -123,18 +163,40 @@ def proportional_run(dynamics: Dynamics, seed: int | None = None) -> Runs:
     q, qd, qdd = (np.stack([x[:, 0], 0.5 * x[:, 0]], axis=-1) for x in reference(t))
     tau = _torque(dynamics, q, qd, qdd, X_TRUE)
     if seed is not None:
-        q, qd = _measured(np.random.default_rng([seed, 3]), q, qd)
+        draw = _Noise(np.random.default_rng([seed, 3]), 1, False)
+        (q,), (qd,) = _measured(draw, q[None], qd[None])
     return Runs(t, q[None], qd[None], tau[None])
 
 
+@dataclass(frozen=True, eq=False)
+class _Noise:
+    """Random numbers of shape (runs, *shape); mirrored, the second half negates the first."""
+
+    draw: np.random.Generator
+    runs: int
+    mirrored: bool
+
+    def normal(self, shape: tuple[int, ...]) -> FloatArray:
+        return self._signed(self.draw.normal(size=(self._count(), *shape)))
+
+    def uniform(self, half: float, shape: tuple[int, ...]) -> FloatArray:
+        return self._signed(self.draw.uniform(-half, half, (self._count(), *shape)))
+
+    def _count(self) -> int:
+        return (self.runs + 1) // 2 if self.mirrored else self.runs
+
+    def _signed(self, x: FloatArray) -> FloatArray:
+        return np.concatenate([x, -x])[: self.runs] if self.mirrored else x
+
+
 def _measured(
-    draw: np.random.Generator, q: FloatArray, qd: FloatArray
+    draw: _Noise, q: FloatArray, qd: FloatArray, tachometer: float = 1.0
 ) -> tuple[FloatArray, FloatArray]:
     """Add the encoders' error, uniform over a step, and the tachometers' noise."""
     step = 2 * math.pi / _ENCODER_POINTS
     return (
-        q + draw.uniform(-step / 2, step / 2, q.shape),
-        qd + _TACHOMETER * draw.normal(size=qd.shape),
+        q + draw.uniform(step / 2, q.shape[1:]),
+        qd + tachometer * _TACHOMETER * draw.normal(qd.shape[1:]),
     )
 
 

@@ -1,6 +1,7 @@
 """The conic solver: quadratic objective, affine equations, signs and semidefinite matrices.
 
-    minimise 1/2 y'P y + c'y   with   E y + f = 0, >= 0, or a positive semidefinite matrix
+    minimise 1/2 y'P y + c'y   with   E y + f = 0, >= 0, a positive semidefinite matrix,
+                                      or (a, b, c) with b exp(a/b) <= c
 
 by Clarabel (Goulart and Chen 2024). Symmetric matrices are vectors: the upper triangle column by
 column, off-diagonal entries times sqrt(2), so that tr(A B) is a scalar product.
@@ -24,7 +25,10 @@ _ACCURACY = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class Cone:
-    """E y + f lies in a cone: kind "zero", "nonnegative" or "semidefinite"; E (m, n), f (m,)."""
+    """E y + f lies in a cone; E (m, n), f (m,).
+
+    kind is "zero", "nonnegative", "semidefinite" or "exponential".
+    """
 
     kind: str
     E: FloatArray
@@ -74,6 +78,7 @@ def minimise(
     kinds = {
         "zero": clarabel.ZeroConeT,
         "nonnegative": clarabel.NonnegativeConeT,
+        "exponential": lambda _: clarabel.ExponentialConeT(),
         "semidefinite": lambda m: clarabel.PSDTriangleConeT(round((2 * m + 0.25) ** 0.5 - 0.5)),
     }
     settings = clarabel.DefaultSettings()

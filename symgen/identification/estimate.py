@@ -89,6 +89,32 @@ class Consistency:
         }
 
 
+@dataclass(frozen=True)
+class Endogeneity:
+    """A Durbin-Wu-Hausman test: are columns of the regressor correlated with the error?
+
+    Attributes:
+        columns: what is suspected: "all", "inertial" or "friction" columns.
+        statistic: F of the hypothesis that least squares is consistent.
+        df: degrees of freedom of numerator and denominator.
+        p_value: probability of a larger F where it is.
+    """
+
+    columns: str
+    statistic: float
+    df: tuple[int, float]
+    p_value: float
+
+
+@dataclass(frozen=True, eq=False)
+class Contrast:
+    """The same parameters by another method: X (p,) and its standard deviations (p,)."""
+
+    method: str
+    X: FloatArray
+    std: FloatArray
+
+
 @dataclass(frozen=True, eq=False)
 class Estimate:
     """Identified parameters with their precision, the fit, and a verdict in words.
@@ -111,6 +137,9 @@ class Estimate:
         notes: what was done to the logs, in words.
         correlation: of the estimated parameters, shape (p, p).
         physical: whether a robot could have these parameters.
+        excludes: what the standard deviations leave out, in words.
+        endogeneity: tests of whether least squares is biased here, where instruments exist.
+        comparison: the same parameters by other methods: wls beside iv and iv beside wls.
     """
 
     robot: str
@@ -133,6 +162,9 @@ class Estimate:
     convergence: Convergence | None = None
     provenance: tuple[tuple[str, str], ...] = field(default=())
     physical: Consistency = Consistency(None, None, "not checked")
+    excludes: str = ""
+    endogeneity: tuple[Endogeneity, ...] = ()
+    comparison: tuple[Contrast, ...] = ()
 
     @property
     def X(self) -> FloatArray:
@@ -180,6 +212,21 @@ class Estimate:
             "verdict": self.verdict,
             "reasons": list(self.reasons),
             "physical": self.physical.to_json(),
+            "std_excludes": self.excludes,
+            "endogeneity": [
+                {"columns": e.columns, "F": e.statistic, "df": list(e.df), "p_value": e.p_value}
+                for e in self.endogeneity
+            ],
+            "comparison": [
+                {
+                    "method": c.method,
+                    "parameters": [
+                        {"name": p.name, "value": float(x), "std": _finite(float(s))}
+                        for p, x, s in zip(self.parameters, c.X, c.std, strict=True)
+                    ],
+                }
+                for c in self.comparison
+            ],
             "notes": list(self.notes),
             "provenance": dict(self.provenance),
         }

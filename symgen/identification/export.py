@@ -17,8 +17,13 @@ def values_header(estimate: Estimate) -> str:
     the same parameters in the same order alone. The verdict and its reasons stand at its head.
 
     Raises:
-        ParameterError: a value is not finite.
+        ParameterError: a value is not finite, or method consistent gave what no robot can have.
     """
+    if estimate.method.startswith("consistent") and estimate.physical.feasible is not True:
+        raise ParameterError(
+            f"{estimate.robot}: not exported, no robot can have these parameters: "
+            f"{estimate.physical.reason}"
+        )
     bad = [p.name for p in estimate.parameters if not math.isfinite(p.value)]
     if bad:
         raise ParameterError(f"{', '.join(bad[:5])}: not finite, and cannot be written in C")

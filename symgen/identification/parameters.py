@@ -34,9 +34,27 @@ def read_parameters(path: str | Path, model: Model) -> FloatArray:
     Raises:
         ParameterError: the file cannot be read, or a name is unknown, missing or not a number.
     """
+    return base_values(named_values(path, model), model, str(path))
+
+
+def named_values(path: str | Path, model: Model) -> dict[str, Any]:
+    """Return name and value of the parameters in a file that `read_parameters` reads.
+
+    Raises:
+        ParameterError: the file cannot be read.
+    """
     path = Path(path)
     if path.suffix.lower() in FORMATS:
-        return base_values(cad_parameters(path, model), model, str(path))
+        return dict(cad_parameters(path, model))
+    return {name: value for name, (value, _) in read_named(path).items()}
+
+
+def read_named(path: Path) -> dict[str, tuple[Any, Any]]:
+    """Return value and standard deviation (None where there is none) of what a file names.
+
+    Raises:
+        ParameterError: the file cannot be read.
+    """
     try:
         text = path.read_text(encoding="utf-8-sig")
         content = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
@@ -45,7 +63,7 @@ def read_parameters(path: str | Path, model: Model) -> FloatArray:
         raise ParameterError(
             f"{path}: cannot be read ({reason}); accepted: estimate.json, or TOML with [parameters]"
         ) from error
-    return base_values(_named(content, path), model, str(path))
+    return _named(content, path)
 
 
 def cad_parameters(path: Path, model: Model) -> dict[str, float]:
@@ -75,23 +93,31 @@ def cad_parameters(path: Path, model: Model) -> dict[str, float]:
     return {name: value for name, value in values.items() if name in standard}
 
 
-def _named(content: Any, path: Path) -> dict[str, Any]:
-    """Return name and value of every parameter in a parsed file."""
+def _named(content: Any, path: Path) -> dict[str, tuple[Any, Any]]:
+    """Return name, value and standard deviation of every parameter in a parsed file."""
     if path.suffix == ".json":
         listed = content.get("parameters") if isinstance(content, dict) else None
         if not isinstance(listed, list) or content.get("schema") != SCHEMA:
             raise ParameterError(f"{path}: not an estimate; accepted: schema {SCHEMA}")
         if not all(isinstance(p, dict) and {"name", "value"} <= set(p) for p in listed):
             raise ParameterError(f"{path}: every parameter needs a name and a value")
-        return {str(p["name"]): p["value"] for p in listed}
+        return {str(p["name"]): (p["value"], p.get("std")) for p in listed}
     table = content.get("parameters")
     if not isinstance(table, dict):
         raise ParameterError(f"{path}: the table [parameters] is missing")
-    return dict(table)
+    return {name: (value, None) for name, value in table.items()}
 
 
-def base_values(given: Mapping[str, Any], model: Model, where: str) -> FloatArray:
+def base_values(
+    given: Mapping[str, Any], model: Model, where: str, partial: bool = False
+) -> FloatArray:
     """Return X (p,) from base or standard parameters by name; standard ones are regrouped.
+
+    Args:
+        given: name and value.
+        model: whose parameters they are.
+        where: what error messages call the source.
+        partial: whether a parameter that is missing is NaN.
 
     Raises:
         ParameterError: a name is unknown or missing, or a value is not a finite number.
@@ -114,6 +140,9 @@ def base_values(given: Mapping[str, Any], model: Model, where: str) -> FloatArra
             X.append(float(given[p.name]))
             continue
         missing = [name for name in (p.head, *(n for _, n in p.terms)) if name not in given]
+        if missing and partial:
+            X.append(math.nan)
+            continue
         if missing:
             raise ParameterError(
                 f"{where}: {p.name} is missing, and {', '.join(missing[:5])} to regroup it from"

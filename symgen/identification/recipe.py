@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 from symgen.codegen.kernels import ENERGY
 from symgen.codegen.model import Model
-from symgen.data.signals import DERIVED_WIDE, Samples, can_filter, rigid_band
+from symgen.data.bandwidth import DERIVED_WIDE, rigid_band
+from symgen.data.signals import Samples, can_filter
 from symgen.identification.system import (
     Equations,
     energy_equations,

@@ -16,11 +16,13 @@ W on positions and speeds that passed a wider one.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.data.bandwidth import rigid_band, wide_band
 from symgen.data.mask import untouched
 from symgen.data.signals import (
     Samples,
@@ -29,8 +31,6 @@ from symgen.data.signals import (
     differentiate,
     filter_reach,
     lowpass,
-    rigid_band,
-    wide_band,
 )
 from symgen.errors import IdentificationError
 from symgen.runtime.evaluator import Evaluator
@@ -47,6 +47,7 @@ class Equations:
 
     `correlation` is the number of rows that share samples: overlapping windows. `joint` is the
     position of the joint whose equations these are, None for energy. y is in J, N m s or N m.
+    `Z` are instruments, (K, p): the same rows along a motion that is free of the noise in W.
     `weight` is that of the log's squared residuals beside those of others.
     """
 
@@ -57,10 +58,17 @@ class Equations:
     correlation: int
     joint: int | None = None
     weight: float = 1.0
+    Z: FloatArray | None = None
 
     def where(self, chosen: NDArray[np.bool_], name: str) -> Equations:
         """Return some of the equations, under a name."""
-        return replace(self, name=name, W=self.W[chosen], y=self.y[chosen], t=self.t[chosen])
+        Z = None if self.Z is None else self.Z[chosen]
+        return replace(self, name=name, W=self.W[chosen], y=self.y[chosen], t=self.t[chosen], Z=Z)
+
+    def columns(self, chosen: Sequence[int]) -> Equations:
+        """Return the equations of some of the parameters."""
+        Z = None if self.Z is None else self.Z[:, chosen]
+        return replace(self, W=self.W[:, chosen], Z=Z)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,17 +12,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.data.bandwidth import motion_bandwidth
 from symgen.data.drive import joint_side
 from symgen.data.log import Log, cut, read_log
 from symgen.data.raw import Reading, refuse
-from symgen.data.signals import (
-    Samples,
-    can_filter,
-    filter_reach,
-    lowpass,
-    motion_bandwidth,
-    prepare,
-)
+from symgen.data.signals import Samples, can_filter, filter_reach, lowpass, prepare
 from symgen.errors import LogError
 from symgen.identification.estimate import Residual, Trace
 from symgen.identification.masking import masked

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.signals import Samples, can_filter, differentiate, lowpass, motion_bandwidth
+from symgen.data.bandwidth import motion_bandwidth
+from symgen.data.signals import Samples, can_filter, differentiate, lowpass
 from symgen.identification.estimate import ParameterEstimate, Residual
 
 #: Condition number of the scaled regressor above which small errors of the data become large.

@@ -6,7 +6,6 @@ import hashlib
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -17,20 +16,14 @@ from symgen import names
 from symgen.codegen.model import derive
 from symgen.data.raw import Reading
 from symgen.errors import IdentificationError, LogError
-from symgen.identification.batch import (
-    METHODS,
-    Solution,
-    column_norms,
-    precision,
-    solve,
-    triangle,
-    undetermined,
-)
 from symgen.identification.estimate import Convergence, Estimate, ParameterEstimate
-from symgen.identification.masking import require_left, unmasked_pieces
+from symgen.identification.instruments import instrumented
+from symgen.identification.masking import require_left
 from symgen.identification.physical import consistency
+from symgen.identification.prior import read_prior
 from symgen.identification.recipe import NEEDED, Recipe
-from symgen.identification.recursive import Identifier
+from symgen.identification.regression import Solution
+from symgen.identification.solving import Method, convergence, moved_by_window, solved
 from symgen.identification.system import LinearSystem
 from symgen.identification.validation import (
     Part,
@@ -52,11 +45,9 @@ from symgen.runtime.evaluator import Evaluator, load
 
 FloatArray = NDArray[np.float64]
 MODELS = tuple(NEEDED)
-ALL_METHODS = (*METHODS, "recursive")
 #: Methods for which logs can be given weights.
 WEIGHED = ("wls", "ols")
 _HELD_OUT = 0.2
-_CHECKPOINTS = 80
 
 
 def identify(
@@ -68,6 +59,9 @@ def identify(
     method: str = "wls",
     window: float = 0.2,
     cutoff: float | None = None,
+    prior: str | Path | None = None,
+    forgetting: float = 1.0,
+    commanded: Sequence[Source] | Source = (),
     reading: Reading | None = None,
     weights: Sequence[float] | None = None,
     progress: Callable[[str], None] = lambda _: None,
@@ -80,11 +74,17 @@ def identify(
         validation: logs to judge by; without any, the last fifth of each log is held out.
         model: "energy", the model of Gautier and Khalil; "momentum", n equations a window; or
             "torque", with filtered accelerations.
-        method: "wls" (each log weighed by its own residual), "ols", or "recursive" (the C core,
-            sample by sample).
+        method: an estimator of `symgen.identification.batch`: "wls" (each log and joint weighed by
+            its own residual), "ols", "huber", "tls", "iv", "ridge", "essential"; "consistent"
+            (parameters that a robot can have); or "recursive" (the C core, sample by sample).
         window: length of the sliding windows of energy and momentum, s.
         cutoff: of the zero-phase filter where speeds were not measured, and of the torque model,
             Hz; by default from the motion's bandwidth.
+        prior: estimate.json, TOML with [parameters], or the .urdf that the robot was imported
+            from: pulls methods wls and consistent towards its values (see `read_prior`).
+        forgetting: weight of the past for each new equation, of method recursive, in (0, 1].
+        commanded: the commanded motion of each log, in their order, for the instruments of method
+            iv; by default they come from the encoders, where speeds were measured too.
         reading: how logs are read, and what of them is left out of the equations.
         weights: one a log, of its squared residuals; by default all alike. For wls and ols.
         progress: is told what is being done.
@@ -98,15 +98,23 @@ def identify(
     """
     if model not in MODELS:
         raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
-    if method not in ALL_METHODS:
-        raise IdentificationError(f"method {method!r}; accepted: {', '.join(ALL_METHODS)}")
+    chosen = Method(method, forgetting)
     if not (math.isfinite(window) and window > 0):
         raise IdentificationError(f"a window of {window:g} s; accepted: a length above 0")
     shares = _weights(weights, len(listed_logs(logs)), method)
     progress("deriving and compiling the model")
     recipe = Recipe(model, window, cutoff)
     evaluator = _loaded(robot, recipe)
-    parts = _parts(evaluator, listed_logs(logs), listed_logs(validation), recipe, reading, progress)
+    if prior is not None:
+        chosen = replace(chosen, prior=read_prior(prior, evaluator.model))
+    sources, motions = listed_logs(logs), listed_logs(commanded)
+    if motions and (method != "iv" or len(motions) != len(sources)):
+        raise IdentificationError(
+            f"{len(motions)} commanded motions for {len(sources)} logs and method {method}; "
+            "accepted: one for each log, with method iv"
+        )
+    given = listed_logs(validation)
+    parts = _parts(evaluator, sources, given, recipe, chosen, motions, reading, progress)
     train = [p for p in parts if p.kind == "train"]
     held = [p for p in parts if p.kind == "validation"]
     train = [_weighed(p, w) for p, w in zip(train, shares, strict=True)]
@@ -115,7 +123,7 @@ def identify(
     system = LinearSystem(evaluator.model.base.names, tuple(e for p in train for e in p.equations))
     progress(f"solving {len(system.y)} equations for {len(system.names)} parameters")
     try:
-        solution, convergence = _solved(evaluator, system, train, method, recipe)
+        solution, bias = solved(evaluator, system, train, chosen, recipe)
     except IdentificationError as error:
         raise IdentificationError(f"{error}; {fault}" if fault else str(error)) from error
     except np.linalg.LinAlgError as error:
@@ -130,7 +138,15 @@ def identify(
         )
     progress("validating")
     return _estimate(
-        evaluator, solution, convergence, train, held, method, recipe, bool(validation)
+        evaluator,
+        solution,
+        bias,
+        convergence(train, system.names),
+        train,
+        held,
+        chosen,
+        recipe,
+        bool(validation),
     )
 
 
@@ -149,6 +165,8 @@ def _parts(
     logs: Sequence[Source],
     validation: Sequence[Source],
     recipe: Recipe,
+    method: Method,
+    commanded: Sequence[Source],
     reading: Reading | None,
     progress: Callable[[str], None],
 ) -> list[Part]:
@@ -156,13 +174,16 @@ def _parts(
     require_logs(logs)
     out = []
     for kind, sources in (("train", logs), ("validation", validation)):
-        for source in sources:
+        for k, source in enumerate(sources):
             progress(f"reading {getattr(source, 'name', source)}")
             samples = open_samples(source, robot, reading, recipe.cutoff, wide=recipe.wide)
             equations = recipe.equations(evaluator, samples)
             if samples.mask is not None:
                 require_left(samples.name, equations)
-            out.append(Part(kind, samples, equations, recipe.model))
+            part = Part(kind, samples, equations, recipe.model)
+            if kind == "train" and (method.name == "iv" or method.is_tested(samples)):
+                part = instrumented(evaluator, part, recipe, commanded[k] if commanded else None)
+            out.append(part)
     return out if validation else [piece for part in out for piece in _split(part, recipe.gap)]
 
 
@@ -204,59 +225,14 @@ def _split(part: Part, gap: float) -> list[Part]:
     ]
 
 
-def _solved(
-    evaluator: Evaluator, system: LinearSystem, train: Sequence[Part], method: str, recipe: Recipe
-) -> tuple[Solution, Convergence]:
-    drawn = _convergence(train, system.names)
-    if method != "recursive":
-        return solve(system, method), drawn
-    if recipe.model == "torque":
-        raise IdentificationError("method recursive works on the models of energy and momentum")
-    steps = {max(1, round(recipe.window / p.samples.step)) for p in train}
-    if len(steps) > 1:
-        raise IdentificationError("method recursive needs logs of one sampling rate")
-    identifier = Identifier(evaluator, steps.pop(), model=recipe.model)
-    for part in train:
-        for s in unmasked_pieces(part.samples, recipe.model):
-            identifier.run(s.t, s.q, s.qd, s.tau)
-    return precision(system, identifier.read()[0]), drawn
-
-
-def _convergence(train: Sequence[Part], names_: tuple[str, ...]) -> Convergence:
-    """Return the estimate after every chunk of the data: triangular factors merged in time.
-
-    The equations of all joints of a log are taken together by their times.
-    """
-    p = len(names_)
-    factor = np.zeros((0, p + 1))
-    stride = max(1, sum(len(part.equations[0].t) for part in train) // _CHECKPOINTS)
-    times, values, before = [], [], 0.0
-    for part in train:
-        t = max((e.t for e in part.equations), key=len)
-        edges = [-math.inf, *t[stride::stride], math.inf]
-        for at, (start, end) in enumerate(pairwise(edges)):
-            piece = slice(at * stride, (at + 1) * stride)
-            spans = [slice(*np.searchsorted(e.t, [start, end])) for e in part.equations]
-            rows = [
-                math.sqrt(e.weight) * np.column_stack([e.W[span], e.y[span]])
-                for e, span in zip(part.equations, spans, strict=True)
-            ]
-            factor = triangle(np.concatenate([factor, *rows]))
-            R = factor[:p, :p]
-            if len(factor) >= p and not undetermined(R / column_norms(R), names_):
-                times.append(before + float(t[piece][-1] - t[0]))
-                values.append(np.linalg.solve(R, factor[:p, p]))
-        before += float(t[-1] - t[0])
-    return Convergence(np.array(times), np.array(values).reshape(len(times), p))
-
-
 def _estimate(
     evaluator: Evaluator,
     solution: Solution,
-    convergence: Convergence,
+    bias: str,
+    course: Convergence,
     train: Sequence[Part],
     held: Sequence[Part],
-    method: str,
+    method: Method,
     recipe: Recipe,
     given: bool,
 ) -> Estimate:
@@ -279,6 +255,7 @@ def _estimate(
         windows=sum(len(e.y) / e.correlation for p in train for e in p.equations),
         parameters=len(parameters),
     )
+    reasons += (bias,) if bias else ()
     reasons += verdicts.unphysical(parameters, kinetic_energy(evaluator, train, solution.X))
     reasons += tuple(
         fault for p in (*train, *held) for fault in verdicts.velocity_faults(p.samples)
@@ -289,7 +266,8 @@ def _estimate(
             "no validation log is given: the last fifth of each log is held out (its filter was "
             "chosen on the whole log)",
         )
-    if len(solution.weights) > 1 and method == "wls":
+    notes += solution.notes
+    if len(set(solution.weights)) > 1:
         low, high = min(solution.weights), max(solution.weights)
         notes += (
             f"equations are weighed by log and joint, largest over smallest {high / low:.2f}",
@@ -301,7 +279,7 @@ def _estimate(
         notes += (
             f"torques are compared below {torque.band:.3g} Hz, through a zero-phase low-pass",
         )
-    moved = _moved_by_window(evaluator, train, method, recipe, solution.X, std)
+    moved = moved_by_window(evaluator, train, method, recipe, solution.X, std)
     if moved:
         notes += (
             f"with windows of half the length {moved}: the model misses something of this size, "
@@ -315,7 +293,7 @@ def _estimate(
         robot=evaluator.model.robot.name,
         joints=tuple((j.number, names.unit("FS", j.sigma)) for j in evaluator.model.robot.movable),
         model=recipe.model,
-        method=method,
+        method=method.label,
         parameters=parameters,
         condition_number=solution.condition_number,
         train=train_residual,
@@ -331,37 +309,13 @@ def _estimate(
         traces=tuple(trace for p in (*train, *held) for trace in model_traces(p, solution.X))
         + train_traces
         + held_traces,
-        convergence=convergence,
+        convergence=course,
         provenance=_provenance(evaluator, train, held),
         physical=consistency(evaluator.model, solution.X, solution.covariance),
+        excludes=method.excludes,
+        endogeneity=solution.endogeneity,
+        comparison=solution.comparison,
     )
-
-
-def _moved_by_window(
-    evaluator: Evaluator,
-    train: Sequence[Part],
-    method: str,
-    recipe: Recipe,
-    X: FloatArray,
-    std: FloatArray,
-) -> str:
-    """Return in words the parameters that half the window moves by more than three std."""
-    half = replace(recipe, window=recipe.window / 2)
-    if recipe.model == "torque" or any(half.window < p.samples.step for p in train):
-        return ""
-    names_ = evaluator.model.base.names
-    equations = (
-        replace(e, weight=p.equations[0].weight)
-        for p in train
-        for e in half.equations(evaluator, p.samples)
-    )
-    try:
-        other = solve(LinearSystem(names_, tuple(equations)), "ols" if method == "ols" else "wls").X
-    except IdentificationError:
-        return ""
-    moves = [(abs(b - a) / s, n) for a, b, s, n in zip(X, other, std, names_, strict=True) if s > 0]
-    worst = [(ratio, name) for ratio, name in moves if ratio > 3]
-    return ", ".join(f"{name} moves by {ratio:.1f} std" for ratio, name in sorted(worst)[:-6:-1])
 
 
 def _provenance(

@@ -24,8 +24,10 @@ DOORS = {
     "scipy": (
         "diagnosis/select",
         "diagnosis/refine",
+        "data/bandwidth",
         "data/signals",
         "identification/conic",
+        "identification/statistics",
         "plots",
     ),
     "clarabel": ("identification/conic",),

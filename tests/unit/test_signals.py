@@ -8,15 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from symgen.data.bandwidth import motion_bandwidth
 from symgen.data.log import make_log, read_log
-from symgen.data.signals import (
-    Samples,
-    cumulative_integral,
-    differentiate,
-    lowpass,
-    motion_bandwidth,
-    prepare,
-)
+from symgen.data.signals import Samples, cumulative_integral, differentiate, lowpass, prepare
 from symgen.errors import LogError
 
 DATA = Path(os.environ.get("SYMGEN_DATA", Path(__file__).parents[3] / "shared" / "data"))

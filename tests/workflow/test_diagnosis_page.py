@@ -100,7 +100,7 @@ def test_page_holds_verdict_gap_effects_and_what_was_rejected(html: str) -> None
 
 @pytest.mark.parametrize(
     ("verdict", "words"),
-    [("consistent", "down to their noise"), ("explained", "The model misses one effect."),
+    [("consistent", "no effect closes 5 %"), ("explained", "The model misses one effect."),
      ("unexplained", "no effect explains"), ("bad-measurement", "the measurement is wrong")],
 )  # fmt: skip
 def test_every_verdict_is_a_sentence(verdict: str, words: str) -> None:

@@ -1,0 +1,67 @@
+"""Physically consistent parameters: least squares over the robots that could exist."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
+
+import numpy as np
+
+from symgen.codegen.model import Model
+from symgen.identification.estimate import Contrast
+from symgen.identification.estimators import NOISE_BIAS, WLS, Estimator
+from symgen.identification.physical import nearest_consistent
+from symgen.identification.regression import Solution
+from symgen.identification.system import LinearSystem
+
+
+@dataclass(frozen=True, eq=False)
+class Consistent:
+    """The most likely parameters with every link a body of positive mass (Sousa, Cortesao 2014).
+
+    Of all link parameters whose pseudo-inertias are positive definite, with friction and rotor
+    inertia not negative, those whose base parameters are nearest to another estimate in the metric
+    of its covariance (Wensing, Kim, Slotine 2018): a semidefinite program, solved by Clarabel. With
+    equal residuals in all rows this is least squares under these constraints.
+
+    Attributes:
+        model: of the robot.
+        base: the estimate that it starts from.
+        divergence: weight of a log-det prior on every pseudo-inertia (Lee, Wensing, Park 2020); it
+            keeps them away from the edge of what is possible.
+        towards: standard parameters by name that the log-det prior prefers, from CAD for example.
+    """
+
+    model: Model
+    base: Estimator = field(default_factory=WLS)
+    divergence: float = 0.0
+    towards: Mapping[str, float] = field(default_factory=dict)
+    name: ClassVar[str] = "consistent"
+    excludes: ClassVar[str] = (
+        NOISE_BIAS + "; the constraints (they are those of the estimate without them, and too wide "
+        "where a constraint binds)"
+    )
+
+    def solve(self, system: LinearSystem) -> Solution:
+        """Solve the base estimate, then the semidefinite program.
+
+        Raises:
+            ParameterError: Clarabel is not installed, or no consistent parameters are found.
+        """
+        free = self.base.solve(system)
+        near, sigmas = nearest_consistent(
+            self.model, free.X, free.covariance, self.divergence, self.towards
+        )
+        moved = (
+            f"parameters that a robot can have are {sigmas:.3g} sigmas from {self.base.name}"
+            if sigmas
+            else f"the estimate of {self.base.name} is one that a robot can have, and is kept"
+        )
+        std = np.sqrt(np.maximum(np.diag(free.covariance), 0))
+        return replace(
+            free,
+            X=near,
+            notes=(*free.notes, moved),
+            comparison=(Contrast(self.base.name, free.X, std), *free.comparison),
+        )

@@ -1,0 +1,100 @@
+"""Instruments for measured logs: the regressor along a motion that is free of the noise in it.
+
+Instruments need a motion whose errors are independent of those in W and y. Which are:
+
+- the commanded motion: independent of all sensor noise, also in closed loop. The best choice;
+- encoders for tachometers: W takes q and qd as measured, Z takes q through a zero-phase low-pass in
+  the motion's band and its derivative, nothing from the tachometer. Valid against tachometer noise
+  whatever its spectrum. Of encoder noise, the part within the band is in both; it reaches W only
+  through q, not through its derivative;
+- speeds that were themselves derived from the encoders leave no second sensor: in the band W and
+  any smoothed Z have the same noise, and Z removes nothing. Without a commanded motion this is
+  refused.
+
+An own estimate from the same log may drive the simulation that gives Z only if it is precise: it
+carries the log's noise into Z (measured in tests/workflow/test_bias.py).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.data.bandwidth import motion_bandwidth, rigid_band
+from symgen.data.signals import Samples, can_filter, differentiate, lowpass, prepare, resample
+from symgen.errors import IdentificationError, LogError
+from symgen.identification.recipe import Recipe
+from symgen.identification.validation import Part, Source, open_log
+from symgen.runtime.evaluator import Evaluator
+
+FloatArray = NDArray[np.float64]
+
+
+def instrumented(
+    evaluator: Evaluator, part: Part, recipe: Recipe, commanded: Source | None
+) -> Part:
+    """Return a part whose equations have instruments.
+
+    Args:
+        evaluator: the compiled model.
+        part: of a training log.
+        recipe: of its equations.
+        commanded: its commanded motion, None to take the encoders.
+
+    Raises:
+        IdentificationError: there is neither a commanded motion nor a speed of its own sensor.
+        LogError: the commanded motion does not span the log.
+    """
+    s = part.samples
+    if commanded is not None:
+        motion = _onto(prepare(open_log(commanded, evaluator.model.robot)), s)
+    elif s.velocity_derived:
+        raise IdentificationError(
+            f"{s.name}: method iv needs instruments, and speeds derived from q have the noise of "
+            "q; accepted: measured speeds qd, or the commanded motion"
+        )
+    else:
+        motion = from_encoders(s)
+    return with_instruments(evaluator, part, recipe, *motion)
+
+
+def from_encoders(samples: Samples) -> tuple[FloatArray, FloatArray]:
+    """Return q through a low-pass in the motion's band, and its derivative, (N, n) each."""
+    band = motion_bandwidth(samples.q, samples.step)
+    q = samples.q
+    if can_filter(band, samples.step):
+        q = lowpass(q, samples.step, band)
+    return q, differentiate(q, samples.step)
+
+
+def with_instruments(
+    evaluator: Evaluator, part: Part, recipe: Recipe, q: FloatArray, qd: FloatArray
+) -> Part:
+    """Return a part whose equations have instruments: their rows along another motion.
+
+    Args:
+        evaluator: the compiled model.
+        part: of a log.
+        recipe: of its equations.
+        q: positions along the log's samples, (N, n).
+        qd: speeds, (N, n).
+    """
+    s = part.samples
+    if recipe.model == "torque" and recipe.cutoff is None:  # the same rows need the same filter
+        recipe = replace(recipe, cutoff=rigid_band(s))
+    rows = recipe.equations(evaluator, replace(s, q=q, qd=qd))
+    pairs = zip(part.equations, rows, strict=True)
+    return replace(part, equations=tuple(replace(e, Z=z.W) for e, z in pairs))
+
+
+def _onto(motion: Samples, samples: Samples) -> tuple[FloatArray, FloatArray]:
+    """Return the positions and speeds of a motion at the times of a log."""
+    slack = 1.5 * max(motion.step, samples.step)
+    if motion.t[0] > samples.t[0] + slack or motion.t[-1] < samples.t[-1] - slack:
+        raise LogError(
+            f"{motion.name}: the commanded motion spans {motion.t[0]:g} to {motion.t[-1]:g} s, the "
+            f"log {samples.name} {samples.t[0]:g} to {samples.t[-1]:g} s; accepted: one as long"
+        )
+    return resample(motion.t, motion.q, samples.t), resample(motion.t, motion.qd, samples.t)

@@ -1,0 +1,209 @@
+"""From a system of equations to a solution, by the method that was asked for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.data.signals import Samples
+from symgen.errors import IdentificationError
+from symgen.identification.batch import ESTIMATORS, METHODS
+from symgen.identification.consistent import Consistent
+from symgen.identification.errors_in_variables import TotalLeastSquares
+from symgen.identification.estimate import Convergence
+from symgen.identification.estimators import NOISE_BIAS, WLS, Estimator, Prior
+from symgen.identification.instrumental import InstrumentalVariables, bias_of_least_squares
+from symgen.identification.masking import unmasked_pieces
+from symgen.identification.recipe import Recipe
+from symgen.identification.recursive import Identifier
+from symgen.identification.regression import (
+    Solution,
+    column_norms,
+    precision,
+    triangle,
+    undetermined,
+)
+from symgen.identification.system import LinearSystem
+from symgen.identification.validation import Part
+from symgen.runtime.evaluator import Evaluator
+
+FloatArray = NDArray[np.float64]
+ALL_METHODS = (*METHODS, Consistent.name, "recursive")
+_WITH_PRIOR = (WLS.name, Consistent.name)
+#: Methods that account for noise in the regressor.
+_UNBIASED = (InstrumentalVariables.name, TotalLeastSquares.name)
+_CHECKPOINTS = 80
+
+
+@dataclass(frozen=True, eq=False)
+class Method:
+    """The name of a method, and what it is given.
+
+    Attributes:
+        name: one of ALL_METHODS.
+        forgetting: of method recursive, in (0, 1].
+        prior: of methods wls and consistent.
+    """
+
+    name: str
+    forgetting: float = 1.0
+    prior: Prior | None = None
+
+    def __post_init__(self) -> None:
+        if self.name not in ALL_METHODS:
+            raise IdentificationError(f"method {self.name!r}; accepted: {', '.join(ALL_METHODS)}")
+        if not (math.isfinite(self.forgetting) and 0 < self.forgetting <= 1):
+            raise IdentificationError(
+                f"forgetting {self.forgetting:g}; accepted: above 0 and at most 1"
+            )
+        if self.forgetting < 1 and self.name != "recursive":
+            raise IdentificationError(
+                f"method {self.name} does not forget; accepted: method recursive with forgetting"
+            )
+        if self.prior is not None and self.name not in _WITH_PRIOR:
+            raise IdentificationError(
+                f"method {self.name} takes no prior; accepted: {', '.join(_WITH_PRIOR)}"
+            )
+
+    @property
+    def label(self) -> str:
+        """What an estimate calls it."""
+        return self.name + (" with prior" if self.prior is not None else "")
+
+    @property
+    def excludes(self) -> str:
+        """What its standard deviations leave out."""
+        if self.name == "recursive":
+            return NOISE_BIAS
+        if self.name == Consistent.name:
+            return Consistent.excludes
+        return (self.prior or ESTIMATORS[self.name]).excludes
+
+    def is_tested(self, samples: Samples) -> bool:
+        """Whether a log can tell that least squares is biased: speeds of their own sensors."""
+        return self.name not in _UNBIASED and not samples.velocity_derived
+
+    def estimator(self, evaluator: Evaluator) -> Estimator:
+        """Return the estimator of a robot."""
+        plain = self.prior or WLS()
+        if self.name == Consistent.name:
+            return Consistent(evaluator.model, plain)
+        return plain if self.name == WLS.name else ESTIMATORS[self.name]
+
+
+def solved(
+    evaluator: Evaluator,
+    system: LinearSystem,
+    train: Sequence[Part],
+    method: Method,
+    recipe: Recipe,
+) -> tuple[Solution, str]:
+    """Solve the equations of the training logs; and say what bias the intervals do not hold.
+
+    Raises:
+        IdentificationError: they do not determine the parameters, or the method cannot be used.
+    """
+    if method.name == "recursive":
+        solution = _recursive(evaluator, system, train, method, recipe)
+    else:
+        solution = method.estimator(evaluator).solve(system)
+    if method.name in _UNBIASED:
+        return solution, ""
+    return bias_of_least_squares(system, solution)
+
+
+def _recursive(
+    evaluator: Evaluator,
+    system: LinearSystem,
+    train: Sequence[Part],
+    method: Method,
+    recipe: Recipe,
+) -> Solution:
+    if recipe.model == "torque":
+        raise IdentificationError("method recursive works on the models of energy and momentum")
+    steps = {max(1, round(recipe.window / p.samples.step)) for p in train}
+    if len(steps) > 1:
+        raise IdentificationError("method recursive needs logs of one sampling rate")
+    identifier = Identifier(
+        evaluator, steps.pop(), model=recipe.model, forgetting=method.forgetting
+    )
+    for part in train:
+        for s in unmasked_pieces(part.samples, recipe.model):
+            identifier.run(s.t, s.q, s.qd, s.tau)
+    return precision(system, identifier.read()[0], _memory(train, method.forgetting))
+
+
+def _memory(train: Sequence[Part], forgetting: float) -> list[FloatArray]:
+    """Return the weight of every row of the batch in a recursion that forgets, a log at a time."""
+    out: list[FloatArray] = []
+    later = 0.0  # equations of the recursion after this log
+    for part in reversed(train):
+        joints = len(part.equations)
+        ages = [later + joints * (e.t[-1] - e.t) / part.samples.step for e in part.equations]
+        out = [*(np.sqrt(forgetting) ** age for age in ages), *out]
+        later += joints * len(part.samples.t)
+    return out
+
+
+def convergence(train: Sequence[Part], names: tuple[str, ...]) -> Convergence:
+    """Return the least-squares estimate after every chunk of the data: factors merged in time.
+
+    The equations of all joints of a log are taken together by their times.
+    """
+    p = len(names)
+    factor = np.zeros((0, p + 1))
+    stride = max(1, sum(len(part.equations[0].t) for part in train) // _CHECKPOINTS)
+    times, values, before = [], [], 0.0
+    for part in train:
+        t = max((e.t for e in part.equations), key=len)
+        edges = [-math.inf, *t[stride::stride], math.inf]
+        for at, (start, end) in enumerate(pairwise(edges)):
+            piece = slice(at * stride, (at + 1) * stride)
+            spans = [slice(*np.searchsorted(e.t, [start, end])) for e in part.equations]
+            rows = [
+                math.sqrt(e.weight) * np.column_stack([e.W[span], e.y[span]])
+                for e, span in zip(part.equations, spans, strict=True)
+            ]
+            factor = triangle(np.concatenate([factor, *rows]))
+            R = factor[:p, :p]
+            if len(factor) >= p and not undetermined(R / column_norms(R), names):
+                times.append(before + float(t[piece][-1] - t[0]))
+                values.append(np.linalg.solve(R, factor[:p, p]))
+        before += float(t[-1] - t[0])
+    return Convergence(np.array(times), np.array(values).reshape(len(times), p))
+
+
+def moved_by_window(
+    evaluator: Evaluator,
+    train: Sequence[Part],
+    method: Method,
+    recipe: Recipe,
+    X: FloatArray,
+    std: FloatArray,
+) -> str:
+    """Return in words the parameters that half the window moves by more than three std."""
+    half = replace(recipe, window=recipe.window / 2)
+    known = method.name in ("wls", "ols", "recursive") and method.forgetting == 1
+    if recipe.model == "torque" or not known or any(half.window < p.samples.step for p in train):
+        return ""
+    names = evaluator.model.base.names
+    equations = (
+        replace(e, weight=p.equations[0].weight)
+        for p in train
+        for e in half.equations(evaluator, p.samples)
+    )
+    estimator = (
+        (method.prior or WLS()) if method.name == "recursive" else method.estimator(evaluator)
+    )
+    try:
+        other = estimator.solve(LinearSystem(names, tuple(equations))).X
+    except IdentificationError:
+        return ""
+    moves = [(abs(b - a) / s, n) for a, b, s, n in zip(X, other, std, names, strict=True) if s > 0]
+    worst = [(ratio, name) for ratio, name in moves if ratio > 3]
+    return ", ".join(f"{name} moves by {ratio:.1f} std" for ratio, name in sorted(worst)[:-6:-1])

@@ -1,0 +1,114 @@
+"""Bias of least squares and of instrumental variables on the paper's example, over seeded runs.
+
+Vectorised over the runs by plain NumPy, with the model's batch kernel; test_bias.py compares with
+the estimators themselves. Runs are mirrored: the second half has the noise of the first with the
+other sign, so that what is odd in the noise cancels and the bias stands out; standard errors are
+those of the means of pairs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+import symgen
+from symgen.codegen.casadi_model import Dynamics
+from symgen.data.signals import cumulative_integral
+from symgen.experiment import paper
+
+SEED = 1988
+PILOTS = 20  # runs of another seed, whose joint least-squares estimate drives the simulation
+WINDOW = 10  # samples of a sliding window
+SETUPS = {"a": paper.setup_a, "b": paper.setup_b}
+TACHOMETERS = (1.0, 4.0)
+MODES = ("start", "sliding")
+#: Instruments along: the model under known torques with parameters of the pilot runs; the motion
+#: that was commanded; the model with the parameters of least squares on the same run.
+INSTRUMENTS = ("simulation", "commanded", "own simulation")
+
+
+def rows(
+    evaluator: symgen.Evaluator, q: np.ndarray, qd: np.ndarray, tau: np.ndarray, mode: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return W (runs, K, 4) and y (runs, K) of the energy model."""
+    runs, N, _ = q.shape
+    h = evaluator.energy_regressor(q.reshape(-1, 2), qd.reshape(-1, 2)).reshape(runs, N, 4)
+    power = np.einsum("rij,rij->ri", qd, tau)
+    work = cumulative_integral(np.ascontiguousarray(power.T), paper.STEP).T
+    first, last = (slice(0, 1), slice(1, None)) if mode == "start" else (
+        slice(None, -WINDOW), slice(WINDOW, None))  # fmt: skip
+    return h[:, last] - h[:, first], work[:, last] - work[:, first]
+
+
+def solutions(Z: np.ndarray, W: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return (Z'W)^-1 Z'y of every run, (runs, 4)."""
+    Z = np.broadcast_to(Z, W.shape)
+    left, right = np.einsum("rka,rkb->rab", Z, W), np.einsum("rka,rk->ra", Z, y)
+    out: np.ndarray = np.linalg.solve(left, right[..., None])[..., 0]
+    return out
+
+
+def pilot(
+    evaluator: symgen.Evaluator, dynamics: Dynamics, setup: str, tachometer: float
+) -> np.ndarray:
+    """Return the joint least-squares estimate of the pilot runs, (4,)."""
+    runs = SETUPS[setup](dynamics, PILOTS, SEED + 1, tachometer=tachometer)
+    W, y = rows(evaluator, runs.q, runs.qd, runs.tau, "start")
+    out: np.ndarray = np.linalg.lstsq(W.reshape(-1, 4), y.ravel(), rcond=None)[0]
+    return out
+
+
+def instrument_motion(
+    evaluator: symgen.Evaluator,
+    dynamics: Dynamics,
+    setup: str,
+    tachometer: float,
+    tau: np.ndarray,
+    kind: str,
+    own: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return q and qd (1 or runs, N, 2) of the motion along which instruments are taken."""
+    if kind == "commanded":
+        q, qd, _ = paper.reference(paper.times())
+        return q[None], qd[None]
+    if kind == "simulation":
+        X = pilot(evaluator, dynamics, setup, tachometer)[None]
+        return paper.free_run(dynamics, X, tau)
+    with np.errstate(all="ignore"):
+        q, qd = paper.free_run(dynamics, own, tau)
+    lost = ~np.isfinite(q + qd).all(axis=(1, 2))  # an estimate that no simulation survives
+    q[lost], qd[lost] = q[~lost][0], qd[~lost][0]
+    return q, qd
+
+
+def errors(X: np.ndarray) -> dict[str, Any]:
+    """Return relative bias, its standard error over pairs, and the spread of single runs."""
+    half = len(X) // 2
+    relative = X / paper.X_TRUE - 1
+    pairs = (relative[:half] + relative[half:]) / 2
+    return {
+        "bias": relative.mean(axis=0).tolist(),
+        "standard_error": (pairs.std(axis=0, ddof=1) / np.sqrt(half)).tolist(),
+        "std_of_a_run": relative.std(axis=0, ddof=1).tolist(),
+    }
+
+
+def study(evaluator: symgen.Evaluator, dynamics: Dynamics, count: int) -> Iterator[dict[str, Any]]:
+    """Yield the figures of every set-up, noise and kind of window."""
+    for setup, simulate in SETUPS.items():
+        for tachometer in TACHOMETERS:
+            runs = simulate(dynamics, count, SEED, tachometer=tachometer, mirrored=True)
+            for mode in MODES:
+                W, y = rows(evaluator, runs.q, runs.qd, runs.tau, mode)
+                least = solutions(W, W, y)
+                found = {"least squares": errors(least)}
+                for kind in INSTRUMENTS:
+                    q, qd = instrument_motion(
+                        evaluator, dynamics, setup, tachometer, runs.tau[0], kind, least
+                    )
+                    tau = np.broadcast_to(runs.tau[:1], q.shape)
+                    Z, _ = rows(evaluator, q, qd, tau, mode)
+                    found[kind] = errors(solutions(Z, W, y))
+                yield {"setup": setup, "tachometer": tachometer, "windows": mode, **found}

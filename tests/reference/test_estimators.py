@@ -1,0 +1,448 @@
+"""Every estimator against an independent one: statsmodels, SciPy, plain NumPy, published tables."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import scipy.optimize
+import scipy.stats
+import statsmodels.api as sm
+
+import symgen
+from symgen.identification.batch import METHODS, solve
+from symgen.identification.bodies import pseudo_inertia
+from symgen.identification.consistent import Consistent
+from symgen.identification.errors_in_variables import TotalLeastSquares
+from symgen.identification.essential import Essential, whitening
+from symgen.identification.estimators import OLS, WLS, Estimator, Huber, Prior, Ridge
+from symgen.identification.instrumental import InstrumentalVariables
+from symgen.identification.physical import nearest_consistent
+from symgen.identification.prior import read_prior
+from symgen.identification.system import Equations, LinearSystem
+
+TRUE = np.array([1.5, -0.4, 0.02, 3.0])
+NAMES = ("A", "B", "C", "FV1")
+#: Eight lags of 400 rows: Kiefer and Vogelsang (2005), table 1, b = 0.02.
+WIDER = (1.96 + 2.9694 * 0.02 + 0.4160 * 0.02**2 - 0.5324 * 0.02**3) / 1.96
+
+
+def _rows(seed: int, rows: int = 400) -> tuple[np.ndarray, np.ndarray]:
+    """A regressor with columns of different sizes, and y with noise that is correlated in time."""
+    draw = np.random.default_rng(seed)
+    W = draw.normal(size=(rows, 4)) @ np.array(
+        [[1, 0.5, 0, 0], [0, 1, 0, 0], [0, 0, 30, 0.1], [0, 0, 0, 0.2]]
+    )
+    noise = draw.normal(size=rows + 1)
+    return W, W @ TRUE + 0.3 * (noise[1:] + 0.6 * noise[:-1])
+
+
+def _system(*logs: tuple[np.ndarray, np.ndarray], Z: np.ndarray | None = None) -> LinearSystem:
+    return LinearSystem(
+        NAMES,
+        tuple(
+            Equations(f"log {k}", W, y, np.arange(len(y)) * 0.01, 1, None, Z=Z)
+            for k, (W, y) in enumerate(logs)
+        ),
+    )
+
+
+def test_ols_and_its_robust_errors_are_those_of_statsmodels() -> None:
+    W, y = _rows(1)
+    found = OLS().solve(_system((W, y)))
+    expected = sm.OLS(y, W).fit(cov_type="HAC", cov_kwds={"maxlags": 7, "use_correction": True})
+    np.testing.assert_allclose(found.X, expected.params, rtol=1e-10)
+    np.testing.assert_allclose(found.covariance, WIDER**2 * expected.cov_params(), rtol=1e-8)
+
+
+def test_wls_is_that_of_statsmodels_with_the_same_weights() -> None:
+    first, second = _rows(1), _rows(2)
+    second = (second[0], second[1] + 3 * np.random.default_rng(3).normal(size=400))
+    found = WLS().solve(_system(first, second))
+    assert found.weights[0] > 5 * found.weights[1]
+    W, y = (np.concatenate(pair) for pair in zip(first, second, strict=True))
+    expected = sm.WLS(y, W, weights=np.repeat(np.square(found.weights), 400)).fit()
+    np.testing.assert_allclose(found.X, expected.params, rtol=1e-9)
+    # The weights are those of the residuals of the estimate itself.
+    for (W1, y1), weight in zip((first, second), found.weights, strict=True):
+        assert weight * np.sqrt(np.mean((y1 - W1 @ found.X) ** 2)) == pytest.approx(1, rel=1e-3)
+
+
+def test_huber_is_that_of_statsmodels() -> None:
+    W, y = _rows(4)
+    y[::17] += 25.0
+    found = Huber().solve(_system((W, y)))
+    model = sm.RLM(y, W, M=sm.robust.norms.HuberT(1.345))
+    expected = model.fit(tol=1e-12, maxiter=200)
+    np.testing.assert_allclose(found.X, expected.params, rtol=1e-5)
+    plain = OLS().solve(_system((W, y)))
+    ratio = np.abs(found.X - TRUE) / np.sqrt(np.diag(found.covariance))
+    assert ratio.max() < 4
+    assert np.linalg.norm(W @ (found.X - TRUE)) < 0.5 * np.linalg.norm(W @ (plain.X - TRUE))
+    share = float(found.notes[0].split(" %")[0])
+    assert 100 / 17 < share < 35
+
+
+def test_huber_standard_errors_are_those_of_many_runs() -> None:
+    W, _ = _rows(5)
+    draw = np.random.default_rng(6)
+    X, std = [], []
+    for _ in range(200):
+        y = W @ TRUE + 0.3 * draw.standard_t(3, size=len(W))
+        found = Huber().solve(_system((W, y)))
+        X.append(found.X)
+        std.append(np.sqrt(np.diag(found.covariance)))
+    np.testing.assert_allclose(np.mean(std, axis=0), np.std(X, axis=0), rtol=0.15)
+
+
+# Pearson 1901, "On lines and planes of closest fit": his ten points, and his line of best fit.
+PEARSON = np.array(
+    [[0.0, 5.9], [0.9, 5.4], [1.8, 4.4], [2.6, 4.6], [3.3, 3.5], [4.4, 3.7], [5.2, 2.8],
+     [6.1, 2.8], [6.5, 2.4], [7.4, 1.5]]
+)  # fmt: skip
+
+
+def test_total_least_squares_finds_the_line_of_pearson() -> None:
+    x, y = PEARSON.T
+    system = LinearSystem(
+        ("slope", "offset"),
+        (Equations("pearson", np.column_stack([x, np.ones(10)]), y, np.arange(10.0), 1),),
+    )
+    found = TotalLeastSquares(np.array([1.0, 0.0])).solve(system)
+    # Published: slope -0.5456, intercept 5.7840 (Pearson 1901; York 1966).
+    np.testing.assert_allclose(found.X, [-0.5456, 5.7840], atol=1e-4)
+
+
+def test_total_least_squares_is_orthogonal_regression_of_scipy() -> None:
+    W, _ = _rows(7)
+    W = W[:, :2]
+    draw = np.random.default_rng(8)
+    y = W @ TRUE[:2] + 0.2 * draw.normal(size=len(W))
+    noisy = W + np.array([0.1, 0.3]) * draw.normal(size=W.shape)
+    noise = np.array([0.5, 1.5])
+    system = LinearSystem(NAMES[:2], (Equations("a", noisy, y, np.arange(400.0), 1),))
+    found = TotalLeastSquares(noise).solve(system)
+
+    def distance(X: np.ndarray) -> float:
+        return float(np.sum((y - noisy @ X) ** 2) / (1 + np.sum((noise * X) ** 2)))
+
+    best = scipy.optimize.minimize(distance, OLS().solve(system).X, tol=1e-12)
+    np.testing.assert_allclose(found.X, best.x, rtol=1e-5)
+
+
+def test_total_least_squares_has_no_bias_where_its_noise_is_right_and_honest_errors() -> None:
+    W, _ = _rows(9, 600)
+    W = W[:, [0, 1]]
+    draw = np.random.default_rng(10)
+    noise = np.array([0.2, 0.3])
+    X, std, least = [], [], []
+    for _ in range(300):
+        y = W @ TRUE[:2] + 0.2 * draw.normal(size=len(W))
+        system = LinearSystem(
+            NAMES[:2],
+            (Equations("a", W + noise * draw.normal(size=W.shape), y, np.arange(600.0), 1),),
+        )
+        found = TotalLeastSquares(noise / 0.2).solve(system)
+        X.append(found.X)
+        std.append(np.sqrt(np.diag(found.covariance)))
+        least.append(OLS().solve(system).X)
+    error = np.std(X, axis=0) / np.sqrt(300)
+    assert np.all(np.abs(np.mean(X, axis=0) - TRUE[:2]) < 4 * error)
+    assert np.all(np.abs(np.mean(least, axis=0) - TRUE[:2]) > 6 * error)
+    np.testing.assert_allclose(np.mean(std, axis=0), np.std(X, axis=0), rtol=0.15)
+
+
+def test_total_least_squares_says_when_its_noise_hides_a_parameter() -> None:
+    # A column that is small and orthogonal to y: the smallest change of [W y] is to erase it.
+    W, y = np.tile([0.1, -0.1], 50)[:, None], np.ones(100)
+    system = LinearSystem(("A",), (Equations("a", W, y, np.arange(100.0), 1),))
+    with pytest.raises(symgen.IdentificationError, match="total least squares has no"):
+        TotalLeastSquares(np.ones(1)).solve(system)
+
+
+def test_ridge_and_prior_are_their_normal_equations() -> None:
+    W, y = _rows(11)
+    D2 = np.diag(np.sum(W**2, axis=0))
+    for strength in (0.0, 0.05, 2.0):
+        found = Ridge(strength).solve(_system((W, y)))
+        expected = np.linalg.solve(W.T @ W + strength * D2, W.T @ y)
+        np.testing.assert_allclose(found.X, expected, rtol=1e-9)
+    best = np.linalg.lstsq(W, y, rcond=None)[0]
+    variance = np.sum((y - W @ best) ** 2) / (len(y) - 4)
+    own = 4 * variance / (best @ D2 @ best)  # Hoerl, Kennard and Baldwin
+    chosen = np.linalg.solve(W.T @ W + own * D2, W.T @ y)
+    np.testing.assert_allclose(Ridge().solve(_system((W, y))).X, chosen, rtol=1e-9)
+    mean, std = np.array([1.0, 0.0, 0.0, 2.0]), np.array([0.1, np.inf, 1e-3, 0.5])
+    found = Prior(mean, std).solve(_system((W, y)))
+    sigma2 = np.mean((y - W @ found.X) ** 2)
+    information = np.diag(1 / std**2)
+    expected = np.linalg.solve(
+        W.T @ W / sigma2 + information, W.T @ y / sigma2 + information @ mean
+    )
+    np.testing.assert_allclose(found.X, expected, rtol=1e-3)
+
+
+def test_a_prior_is_what_remains_where_data_say_nothing_and_gives_way_where_they_do() -> None:
+    W, y = _rows(12)
+    W[:, 1] = 0.0
+    y = W @ TRUE + 0.01 * np.random.default_rng(1).normal(size=len(y))
+    found = Prior(np.array([0.0, 7.0, 0.0, 0.0]), np.full(4, 5.0)).solve(_system((W, y)))
+    np.testing.assert_allclose(found.X, [1.5, 7.0, 0.02, 3.0], atol=0.02)
+    assert np.sqrt(found.covariance[1, 1]) == pytest.approx(5.0)
+
+
+def _instrumented(seed: int, rows: int = 400) -> tuple[LinearSystem, np.ndarray]:
+    """Noise in W that is in y - W X too, and instruments with noise of their own."""
+    draw = np.random.default_rng(seed)
+    clean, _ = _rows(13, rows)
+    y = clean @ TRUE + 0.1 * draw.normal(size=rows)
+    size = np.std(clean, axis=0)
+    W = clean + 0.4 * size * draw.normal(size=clean.shape)
+    Z = clean + 0.4 * size * draw.normal(size=clean.shape)
+    return _system((W, y), Z=Z), clean
+
+
+def test_iv_is_two_stage_least_squares_of_statsmodels() -> None:
+    from statsmodels.sandbox.regression.gmm import IV2SLS
+
+    system, _ = _instrumented(14)
+    e = system.logs[0]
+    expected = IV2SLS(e.y, e.W, e.Z).fit().params
+    found = InstrumentalVariables().solve(system)
+    np.testing.assert_allclose(found.X, expected, rtol=1e-9)
+    # White's sandwich with instruments, by hand: with lags of one row.
+    assert e.Z is not None
+    inverse = np.linalg.inv(e.Z.T @ e.W)
+    scores = (e.y - e.W @ found.X)[:, None] * e.Z
+    meat = scores.T @ scores
+    for k in range(1, 8):
+        lagged = scores[k:].T @ scores[:-k]
+        meat += (1 - k / 8) * (lagged + lagged.T)
+    expected = WIDER**2 * 400 / 396 * inverse @ meat @ inverse.T
+    np.testing.assert_allclose(found.covariance, expected, rtol=1e-8)
+    assert found.comparison[0].method == "wls"
+    np.testing.assert_allclose(found.comparison[0].X, np.linalg.lstsq(e.W, e.y)[0], rtol=1e-9)
+
+
+def test_iv_has_no_bias_where_least_squares_has_and_covers_the_truth() -> None:
+    X, least, inside = [], [], []
+    for seed in range(300):
+        found = InstrumentalVariables().solve(_instrumented(1000 + seed)[0])
+        X.append(found.X)
+        least.append(found.comparison[0].X)
+        inside.append(np.abs(found.X - TRUE) < 1.96 * np.sqrt(np.diag(found.covariance)))
+    bias, before = np.mean(X, axis=0) - TRUE, np.mean(least, axis=0) - TRUE
+    error = np.std(X, axis=0) / np.sqrt(300)
+    assert np.all(np.abs(before[[0, 3]]) > 10 * error[[0, 3]])
+    assert np.all(np.abs(bias) < 4 * error)
+    assert 0.92 < np.mean(inside) < 0.975
+
+
+def test_durbin_wu_hausman_is_the_augmented_regression_of_statsmodels() -> None:
+    system, _ = _instrumented(15)
+    e = system.logs[0]
+    assert e.Z is not None
+    V = e.W - e.Z @ np.linalg.lstsq(e.Z, e.W)[0]
+    tests = {t.columns: t for t in InstrumentalVariables().solve(system).endogeneity}
+    for label, columns in (("all", [0, 1, 2, 3]), ("inertial", [0, 1, 2]), ("friction", [3])):
+        both = np.column_stack([e.W, V[:, columns]])
+        fitted = sm.OLS(e.y, both).fit(
+            cov_type="HAC", cov_kwds={"maxlags": 7, "use_correction": True}, use_t=True
+        )
+        wald = fitted.f_test(np.eye(both.shape[1])[4:])
+        assert tests[label].statistic == pytest.approx(float(wald.statistic) / WIDER**2, rel=1e-6)
+        freedom = (len(columns), 400 - 4 - len(columns))
+        assert tests[label].df == freedom
+        p_value = scipy.stats.f.sf(float(wald.statistic) / WIDER**2, *freedom)
+        assert tests[label].p_value == pytest.approx(p_value, rel=1e-6, abs=1e-14)
+
+
+@pytest.mark.parametrize("biased", [False, True])
+def test_durbin_wu_hausman_rejects_at_its_level_and_finds_bias(biased: bool) -> None:
+    rejected = []
+    for seed in range(300):
+        system, clean = _instrumented(3000 + seed)
+        e = system.logs[0]
+        if not biased:  # y follows W as measured: its noise is no error
+            noise = 0.3 * np.random.default_rng(seed).normal(size=400)
+            system = _system((e.W, e.W @ TRUE + noise), Z=clean)
+        rejected.append(InstrumentalVariables().solve(system).endogeneity[0].p_value < 0.05)
+    assert (np.mean(rejected) > 0.99) if biased else (0.02 < np.mean(rejected) < 0.11)
+
+
+def test_iv_without_instruments_says_what_it_accepts() -> None:
+    with pytest.raises(symgen.IdentificationError, match="needs instruments; accepted"):
+        solve(_system(_rows(1)), "iv")
+
+
+def test_essential_parameters_are_those_of_backward_elimination_by_statsmodels() -> None:
+    W, _ = _rows(16)
+    more = np.random.default_rng(17).normal(size=(400, 5))
+    whole = np.column_stack([W, more])
+    y = W @ TRUE + 0.3 * np.random.default_rng(18).normal(size=400)
+    names = (*NAMES, *(f"N{k}" for k in range(5)))
+    system = LinearSystem(names, (Equations("a", whole, y, np.arange(400.0), 1),))
+    found = Essential().solve(system)
+    weights, m = whitening(system, OLS().solve(system).X)
+    rows, right = weights[0] * whole, weights[0] * y
+    full = sm.OLS(right, rows).fit()
+    scale = full.ssr / (m - 9)
+    kept = list(range(9))
+    while True:
+        reduced = sm.OLS(right, rows[:, kept]).fit()
+        least = int(np.argmin(np.abs(reduced.tvalues)))
+        without = sm.OLS(right, np.delete(rows[:, kept], least, axis=1)).fit()
+        gone = 10 - len(kept)
+        p_one = scipy.stats.f.sf((without.ssr - reduced.ssr) / scale, 1, m - 9)
+        p_all = scipy.stats.f.sf((without.ssr - full.ssr) / gone / scale, gone, m - 9)
+        if min(p_one, p_all) <= 0.05:
+            break
+        kept.pop(least)
+    assert np.flatnonzero(found.X).tolist() == kept
+    assert set(range(4)) <= set(kept)
+    np.testing.assert_allclose(
+        found.X[kept], np.linalg.lstsq(whole[:, kept], y, rcond=None)[0], rtol=1e-9
+    )
+    assert np.all(found.covariance[np.setdiff1d(range(9), kept)] == 0)
+
+
+def test_essential_keeps_a_useless_parameter_as_often_as_its_level_says() -> None:
+    W, _ = _rows(19)
+    kept = []
+    for seed in range(200):
+        draw = np.random.default_rng(seed)
+        y = W @ TRUE + 0.3 * draw.normal(size=400)
+        system = LinearSystem(
+            (*NAMES, "N"),
+            (Equations("a", np.column_stack([W, draw.normal(size=400)]), y, np.arange(400.0), 1),),
+        )
+        kept.append(Essential(0.2).solve(system).X[-1] != 0)
+    print("kept at level 0.2:", np.mean(kept))
+    assert 0.12 < np.mean(kept) < 0.27
+
+
+class TestConsistent:
+    MODEL = symgen.derive(symgen.read_robot("planar2r"))
+    #: ZZ1R, ZZ2, MX2, MY2: M2 = (MX2^2 + MY2^2)/ZZ2 at least, and L1^2 M2 at most ZZ1R
+    IMPOSSIBLE = np.array([0.05, 0.02, 0.15, 0.075])
+    COVARIANCE = np.diag([0.01, 0.01, 0.02, 0.03]) ** 2
+
+    def test_the_nearest_is_that_of_the_analytic_condition(self) -> None:
+        near, sigmas = nearest_consistent(self.MODEL, self.IMPOSSIBLE, self.COVARIANCE)
+        std = np.sqrt(np.diag(self.COVARIANCE))
+
+        def room(u: np.ndarray) -> float:
+            X = self.IMPOSSIBLE + std * u
+            return float(100 * (X[0] * X[1] - 0.25 * (X[2:] @ X[2:])))
+
+        best = scipy.optimize.minimize(
+            lambda u: float(u @ u),
+            np.array([10.0, 10.0, 0.0, 0.0]),
+            constraints={"type": "ineq", "fun": room},
+            bounds=[(-1.9, None)] * 2 + [(None, None)] * 2,
+            options={"ftol": 1e-12, "maxiter": 500},
+        )
+        assert best.success
+        # The semidefinite program keeps the smallest eigenvalues above 1e-5 of the robot's unit.
+        np.testing.assert_allclose(near, self.IMPOSSIBLE + std * best.x, atol=2e-4)
+        assert sigmas == pytest.approx(np.sqrt(best.fun), rel=5e-3)
+
+    def test_the_log_det_prior_is_that_of_a_general_optimiser(self) -> None:
+        towards = {}
+        for j, mass in ((1, 2.0), (2, 1.0)):
+            link = dict(zip("XX XY XZ YY YZ ZZ MX MY MZ M".split(), (0.1, 0, 0, 0.1, 0, 0.12,
+                        0.1 * mass, 0, 0, mass), strict=True))  # fmt: skip
+            towards |= {f"{name}{j}": float(value) for name, value in link.items()}
+        names = [p.name for p in self.MODEL.base.standard]
+        inverse = np.linalg.inv(self.COVARIANCE)
+        prior = [
+            np.linalg.inv(pseudo_inertia([towards[f"{n}{j}"] for n in
+                          "XX XY XZ YY YZ ZZ MX MY MZ M".split()])) for j in (1, 2)
+        ]  # fmt: skip
+        rows = np.zeros((4, 20))
+        for k, p in enumerate(self.MODEL.base.parameters):
+            rows[k, names.index(p.head)] = 1
+            for c, name in p.terms:
+                rows[k, names.index(name)] = float(c.subs(self.MODEL.robot.values()))
+        lower = np.tril_indices(4)
+        basis = np.array([pseudo_inertia(unit) for unit in np.eye(10)])
+        project = np.linalg.pinv(basis.reshape(10, 16).T)
+
+        def objective(v: np.ndarray) -> float:
+            cost, s = 0.0, []
+            for part, P0 in zip((v[:10], v[10:]), prior, strict=True):
+                L = np.zeros((4, 4))
+                L[lower] = part
+                P = L @ L.T
+                s.append(project @ P.ravel())
+                cost += np.trace(P0 @ P) - 2 * np.sum(np.log(np.abs(np.diag(L)) + 1e-300))
+            gap = rows @ np.concatenate(s) - self.IMPOSSIBLE
+            return float(0.5 * gap @ inverse @ gap + 0.7 * cost)
+
+        start = np.concatenate([np.linalg.cholesky(np.linalg.inv(P0))[lower] for P0 in prior])
+        best = scipy.optimize.minimize(objective, start, tol=1e-10, options={"maxiter": 5000})
+        near, _ = nearest_consistent(
+            self.MODEL, self.IMPOSSIBLE, self.COVARIANCE, divergence=0.7, towards=towards
+        )
+        s = []
+        for part in (best.x[:10], best.x[10:]):
+            L = np.zeros((4, 4))
+            L[lower] = part
+            s.append(project @ (L @ L.T).ravel())
+        np.testing.assert_allclose(near, rows @ np.concatenate(s), rtol=1e-3)
+
+    def test_a_possible_estimate_is_kept_and_an_impossible_one_is_not_exported(self) -> None:
+        X = np.array([1.702, 0.05644, 0.15, 0.075])
+        assert nearest_consistent(self.MODEL, X, self.COVARIANCE)[1] == 0.0
+        draw = np.random.default_rng(20)
+        W = draw.normal(size=(200, 4))
+        for true, possible in ((X, True), (self.IMPOSSIBLE, False)):
+            y = W @ true + 0.01 * draw.normal(size=200)
+            system = LinearSystem(
+                self.MODEL.base.names, (Equations("a", W, y, np.arange(200.0), 1),)
+            )
+            found = Consistent(self.MODEL).solve(system)
+            plain = WLS().solve(system)
+            assert np.array_equal(found.X, plain.X) is possible
+            assert found.X[0] * found.X[1] >= 0.25 * (found.X[2:] @ found.X[2:])
+            assert ("is kept" in found.notes[-1]) is possible
+
+
+def test_every_method_has_a_source_and_says_what_its_intervals_exclude() -> None:
+    years = [str(year) for year in range(1800, 2030)]
+    kinds: list[Callable[..., Estimator] | type] = [
+        OLS, WLS, Huber, TotalLeastSquares, InstrumentalVariables, Ridge, Prior, Essential,
+        Consistent,
+    ]  # fmt: skip
+    for kind in kinds:
+        from importlib import import_module
+
+        text = (kind.__doc__ or "") + (import_module(kind.__module__).__doc__ or "")
+        assert any(year in text for year in years), kind
+        assert "bias" in kind.excludes, kind
+    assert set(METHODS) == {"ols", "wls", "huber", "tls", "iv", "ridge", "essential"}
+
+
+def test_a_method_that_does_not_exist_names_those_that_do() -> None:
+    with pytest.raises(symgen.IdentificationError, match="accepted: wls, ols, huber"):
+        solve(_system(_rows(1)), "magic")
+
+
+def test_a_prior_is_read_from_toml_and_from_an_estimate(tmp_path) -> None:
+    model = symgen.derive(symgen.read_robot("planar2r"))
+    (tmp_path / "p.toml").write_text("[parameters]\nZZ1 = 1.452\nM2 = 1.0\nZZ2 = 0.05\n")
+    prior = read_prior(tmp_path / "p.toml", model)
+    np.testing.assert_allclose(prior.mean, [1.702, 0.05, 0.0, 0.0])
+    np.testing.assert_allclose(prior.std, [0.3 * 1.702, 0.3 * 0.1702, np.inf, np.inf])
+    entries = [{"name": "ZZ1R", "value": 1.7, "std": 0.01}, {"name": "MX2", "value": 0.1}]
+    (tmp_path / "e.json").write_text(
+        json.dumps({"schema": "symgen.estimate/1", "parameters": entries})
+    )
+    prior = read_prior(tmp_path / "e.json", model)
+    np.testing.assert_allclose(prior.mean, [1.7, 0.0, 0.1, 0.0])
+    np.testing.assert_allclose(prior.std, [0.01, np.inf, 0.03, np.inf])
+    (tmp_path / "none.toml").write_text("[parameters]\nXX1 = 1.0\n")
+    with pytest.raises(symgen.ParameterError, match="gives no base parameter"):
+        read_prior(tmp_path / "none.toml", model)
