@@ -6,12 +6,14 @@ import hashlib
 import json
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from symgen import diagnosis_plots
 from symgen.codegen.model import derive
 from symgen.codegen.package import generate
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
+from symgen.diagnosis.replay import Replay, replayed
 from symgen.diagnosis.words import (
     TONES,
     alike,
@@ -23,6 +25,7 @@ from symgen.diagnosis.words import (
     told_once,
     undeclared,
 )
+from symgen.errors import SymgenError
 from symgen.report import Banner, Section, Table, drawn, number, page
 from symgen.robot.toml_text import parameters_toml, robot_toml
 
@@ -36,9 +39,16 @@ def diagnosis_files(diagnosis: Diagnosis) -> dict[str, bytes]:
         diagnosis.json, report.html, robot.toml and parameters.toml of the extended robot, and its
         package under generated/.
     """
-    tree = generate(derive(diagnosis.extended, "all"))
+    model = derive(diagnosis.extended, "all")
+    tree = generate(model)
+    motion = None
+    try:
+        motion = replayed(diagnosis, model)
+    except SymgenError as error:
+        note = f"no motion under the measured torques: {error}"
+        diagnosis = replace(diagnosis, notes=(*diagnosis.notes, note))
     files = {
-        "report.html": diagnosis_page(diagnosis).encode(),
+        "report.html": diagnosis_page(diagnosis, motion).encode(),
         "robot.toml": robot_toml(diagnosis.extended).encode(),
         **{f"generated/{path}": content for path, content in tree.files.items()},
     }
@@ -47,7 +57,8 @@ def diagnosis_files(diagnosis: Diagnosis) -> dict[str, bytes]:
         files["parameters.toml"] = parameters_toml(values.items()).encode()
     # By these names a later diagnosis knows which files of the folder it may replace.
     digests = {path: hashlib.sha256(content).hexdigest() for path, content in sorted(files.items())}
-    content = _finite({**diagnosis.to_json(), "digests": digests})
+    moved = None if motion is None else motion.to_json()
+    content = _finite({**diagnosis.to_json(), "replay": moved, "digests": digests})
     files[MARKER] = (json.dumps(content, indent=1, allow_nan=False) + "\n").encode()
     return files
 
@@ -61,14 +72,14 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def diagnosis_page(diagnosis: Diagnosis) -> str:
-    """Return the page: verdict, gap, effects, torques, portraits, what was rejected, settings."""
+def diagnosis_page(diagnosis: Diagnosis, motion: Replay | None = None) -> str:
+    """Return the page: verdict, gap, effects, torques, motion, portraits, rejected, settings."""
     lead = (
         f"What the model of {diagnosis.robot} and its logs disagree about, measured on data that "
         "the search never saw.",
     )
     title = f"Diagnosis of {diagnosis.robot}"
-    return page(title, lead, _sections(diagnosis), _banner(diagnosis))
+    return page(title, lead, _sections(diagnosis, motion), _banner(diagnosis))
 
 
 def _banner(diagnosis: Diagnosis) -> Banner:
@@ -86,7 +97,7 @@ def _banner(diagnosis: Diagnosis) -> Banner:
     )
 
 
-def _sections(diagnosis: Diagnosis) -> list[Section]:
+def _sections(diagnosis: Diagnosis, motion: Replay | None) -> list[Section]:
     text = (
         "RMS of measured minus modelled torque over RMS of measured torque, in the band of the "
         "motion. The noise floor is what the noise of the torque alone leaves there."
@@ -110,6 +121,8 @@ def _sections(diagnosis: Diagnosis) -> list[Section]:
     if figure is not None:
         text = "Measured, by the model as it was, and with the effects; all in the motion's band."
         sections.append(drawn("Torque", text, figure))
+    if motion is not None:
+        sections.append(_motion_section(diagnosis, motion))
     figure = diagnosis_plots.portraits(diagnosis)
     if figure is not None:
         text = (
@@ -128,6 +141,22 @@ def _sections(diagnosis: Diagnosis) -> list[Section]:
         text = "All parameters of the extended robot; parameters.toml holds them."
         sections.append(Section("Parameters", (text,), _parameter_table(diagnosis.parameters)))
     return sections
+
+
+def _motion_section(diagnosis: Diagnosis, motion: Replay) -> Section:
+    text = (
+        f"Simulated minus measured position where the gap before is largest, on {motion.log}: each "
+        "model is moved by the measured torques, and a feedback of 1 Hz holds it to the measured "
+        "motion, so that what a model misses shows as a distance."
+    )
+    if motion.left_out:
+        text += f" No part in it has what robot.toml does not hold: {', '.join(motion.left_out)}."
+    pairs = zip(diagnosis.joints, *motion.rms, motion.units, strict=True)
+    rows = tuple((f"joint {j}", number(a, 3), number(b, 3), unit) for j, a, b, unit in pairs)
+    header = ("RMS distance", "before", "after", "unit")
+    table = Table(header, rows, ("name", "number", "number", "unit"))
+    heading = "Motion under the measured torques"
+    return drawn(heading, text, diagnosis_plots.motion(diagnosis, motion), table)
 
 
 def _table(header: Sequence[str], rows: Sequence[tuple[str, ...]]) -> Table:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from symgen import names
 from symgen.diagnosis.diagnosis import Curves, Diagnosis
+from symgen.diagnosis.replay import Replay
 from symgen.identification.estimate import Trace
 from symgen.plots import (
     BLUE,
@@ -78,6 +79,23 @@ def torques(diagnosis: Diagnosis) -> Figure | None:
     figure.update_xaxes(title="time, s", row=len(diagnosis.joints), col=1)
     _choose(figure, shown, 3 * len(diagnosis.joints))
     return styled(figure, "Torque", 150 + 165 * len(diagnosis.joints))
+
+
+def motion(diagnosis: Diagnosis, replay: Replay) -> Figure:
+    """Draw simulated minus measured position of every joint under the measured torques."""
+    figure = _rows(diagnosis, 1, 165)
+    for j, (number, unit) in enumerate(zip(diagnosis.joints, replay.units, strict=True)):
+        for name, values, colour in (
+            ("before", replay.before, ORANGE),
+            ("after", replay.after, INK),
+        ):
+            once = {"legendgroup": name, "showlegend": j == 0}
+            line = {"color": colour, "width": 1.6}
+            figure.add_trace(curve(replay.t, values[:, j], name, line, **once), row=j + 1, col=1)
+        figure.update_yaxes(title=f"joint {number}, {unit}", row=j + 1, col=1)
+    figure.update_yaxes(tickformat="~g")  # no prefixes before rad
+    figure.update_xaxes(title="time, s", row=len(diagnosis.joints), col=1)
+    return styled(figure, "Motion", 150 + 165 * len(diagnosis.joints))
 
 
 def portraits(diagnosis: Diagnosis) -> Figure | None:

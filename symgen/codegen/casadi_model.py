@@ -39,7 +39,8 @@ def casadi_function(model: Model, kernel: Kernel) -> Any:
 
     Args:
         model: the derived model; its robot gives the named lengths their values.
-        kernel: one of its kernels; each output is a column (size, 1), row-major.
+        kernel: one of its kernels; each output is a column (size, 1), row-major, and NaN where a
+            guard is not positive: a mass matrix that is not positive definite.
     """
     import casadi
 
@@ -52,6 +53,8 @@ def casadi_function(model: Model, kernel: Kernel) -> Any:
         column = values[at : at + output.size]
         out.append(casadi.vertcat(*column) if column else casadi.SX(0, 1))
         at += output.size
+    for guard in values[at:]:
+        out = [casadi.if_else(guard > 0, column, casadi.SX.nan(*column.shape)) for column in out]
     return casadi.Function(
         function_name(model.robot.name, kernel.name),
         list(inputs.values()),

@@ -17,6 +17,7 @@ from symgen.data.bandwidth import HIGHEST, motion_bandwidth
 from symgen.data.log import Log
 from symgen.data.mask import Mask
 from symgen.data.raw import FloatArray, read_only
+from symgen.data.spline import interpolated
 from symgen.errors import LogError
 
 #: Steps that vary by more than this part of the median are resampled.
@@ -100,8 +101,8 @@ def prepare(log: Log, cutoff: float | None = None, *, wide: float = 1.0) -> Samp
         )
     if float(np.max(np.abs(steps - median))) > STEP_TOLERANCE * median:
         grid = np.linspace(t[0], t[-1], len(t))
-        q, tau = resample(t, q, grid), resample(t, tau, grid)
-        qd = None if qd is None else resample(t, qd, grid)
+        q, tau = interpolated(t, q)(grid), interpolated(t, tau)(grid)
+        qd = None if qd is None else interpolated(t, qd)(grid)
         t = grid
         notes.append(
             f"{log.name}: steps between {steps.min():.4g} s and {steps.max():.4g} s were resampled "
@@ -284,13 +285,6 @@ def cumulative_integral(y: FloatArray, step: float) -> FloatArray:
 
     at = np.arange(len(y), dtype=np.float64)
     return np.asarray(CubicSpline(at, y).antiderivative()(at) * step, dtype=np.float64)
-
-
-def resample(t: FloatArray, x: FloatArray, grid: FloatArray) -> FloatArray:
-    """Return a signal x (N,) or (N, k) at other times, by the cubic spline through its samples."""
-    from scipy.interpolate import CubicSpline
-
-    return np.asarray(CubicSpline(t, x)(grid), dtype=np.float64)
 
 
 def _require_cutoff(where: str, cutoff: float, step: float, duration: float = math.inf) -> None:

@@ -92,7 +92,10 @@ class Rejected:
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """Torques of one validation log in the motion's band, (K, n), and the motion beside them."""
+    """Torques of one validation log in the motion's band, (K, n), and the motion beside them.
+
+    Where `free` (K, n) is given, torques count where it is true: the user masked the others.
+    """
 
     name: str
     t: FloatArray
@@ -101,6 +104,7 @@ class Curves:
     measured: FloatArray
     before: FloatArray
     after: FloatArray
+    free: NDArray[np.bool_] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +125,9 @@ class Diagnosis:
         joints: numbers of the movable joints.
         curves: for drawing.
         tried: number of candidates.
+        parameters: base parameters of the extended robot, in the order of X.
+        declared: the robot as it was declared.
+        values: its base parameters X, of the model before.
     """
 
     robot: str
@@ -139,6 +146,8 @@ class Diagnosis:
     curves: tuple[Curves, ...] = ()
     tried: int = 0
     parameters: tuple[FoundParameter, ...] = field(default_factory=tuple)
+    declared: Robot | None = None
+    values: tuple[float, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of diagnosis.json."""

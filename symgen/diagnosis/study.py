@@ -175,6 +175,8 @@ class Study:
                 FoundParameter(name, float(x), float(s), u)
                 for name, x, s, u in zip(names_, X, std, units, strict=False)
             ),
+            declared=self.robot,
+            values=tuple(map(float, self.X)),
         )
 
     def _numbers(self, candidate: Candidate) -> tuple[int, ...]:
@@ -216,6 +218,7 @@ class Study:
                 s.seen(s.tau),
                 s.seen(before),
                 s.seen(whole),
+                None if s.mask is None else s.free[s.kept],
             )
             curves.append(seen)
             others = (*self.base.scenes, *self.held)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.codegen.casadi_model import Dynamics
-from symgen.data.signals import resample
+from symgen.data.spline import interpolated
 
 FloatArray = NDArray[np.float64]
 
@@ -111,7 +111,7 @@ def free_run(dynamics: Dynamics, X: FloatArray, tau: FloatArray) -> tuple[FloatA
         X: parameters of each run, (runs, 4).
         tau: torques at the sampling times, the same for all runs, (N, 2); a spline between.
     """
-    known = resample(times(), tau, _stages(_COARSE))
+    known = interpolated(times(), tau)(_stages(_COARSE))
     return _integrated(dynamics, X, known, _COARSE, np.zeros((len(X), len(tau), 2)))
 
 

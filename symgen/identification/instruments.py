@@ -23,7 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.bandwidth import motion_bandwidth, rigid_band
-from symgen.data.signals import Samples, can_filter, differentiate, lowpass, prepare, resample
+from symgen.data.signals import Samples, can_filter, differentiate, lowpass, prepare
+from symgen.data.spline import interpolated
 from symgen.errors import IdentificationError, LogError
 from symgen.identification.recipe import Recipe
 from symgen.identification.validation import Part, Source, open_log
@@ -97,4 +98,5 @@ def _onto(motion: Samples, samples: Samples) -> tuple[FloatArray, FloatArray]:
             f"{motion.name}: the commanded motion spans {motion.t[0]:g} to {motion.t[-1]:g} s, the "
             f"log {samples.name} {samples.t[0]:g} to {samples.t[-1]:g} s; accepted: one as long"
         )
-    return resample(motion.t, motion.q, samples.t), resample(motion.t, motion.qd, samples.t)
+    q, qd = (interpolated(motion.t, x)(samples.t) for x in (motion.q, motion.qd))
+    return q, qd

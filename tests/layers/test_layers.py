@@ -26,6 +26,7 @@ DOORS = {
         "diagnosis/refine",
         "data/bandwidth",
         "data/signals",
+        "data/spline",
         "identification/conic",
         "identification/statistics",
         "plots",

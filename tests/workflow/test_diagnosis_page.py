@@ -22,6 +22,7 @@ from symgen.diagnosis.diagnosis import (
     Place,
     Rejected,
 )
+from symgen.diagnosis.replay import Replay
 from symgen.diagnosis_page import MARKER, diagnosis_files, diagnosis_page
 from symgen.files import write_folder
 
@@ -80,9 +81,30 @@ def synthetic(name: str = "test.csv", robot: str = "planar2r") -> Diagnosis:
     )
 
 
+def moved(log: str = "test.csv") -> Replay:
+    """Joint 2 is 0.02 rad off before and 0.001 rad after; an effect takes no part."""
+    t = np.arange(2, 5, 0.025)
+    off = np.stack([0 * t, np.sqrt(2) * np.sin(2 * np.pi * t)], axis=1)
+    return Replay(log, t, 0.02 * off, 0.001 * off, ("rad", "rad"), ("torque_ripple",))
+
+
 @pytest.fixture(scope="module")
 def html() -> str:
     return diagnosis_page(synthetic())
+
+
+def test_page_holds_the_motion_under_measured_torques_where_there_is_one(html: str) -> None:
+    page = Page(diagnosis_page(synthetic(), moved("again.csv")))
+    heading = "Motion under the measured torques"
+    assert heading in page.text
+    assert heading not in Page(html).text
+    for words in ("0.0200", "0.00100", "on again.csv", "does not hold: torque_ripple"):
+        assert words in page.text, words
+    figure = page.figures[2]
+    assert [c["name"] for c in figure["data"]] == ["before", "after"] * 2
+    axes = [v["title"]["text"] for k, v in figure["layout"].items()
+            if "axis" in k and v.get("title", {}).get("text")]  # fmt: skip
+    assert sorted(axes) == ["joint 1, rad", "joint 2, rad", "time, s"]
 
 
 def test_page_holds_verdict_gap_effects_and_what_was_rejected(html: str) -> None:
@@ -139,15 +161,16 @@ def test_portrait_of_a_found_effect_lies_on_the_residual() -> None:
     assert any(np.allclose(c.y, 0.8 * np.asarray(c.x), atol=1e-5) for c in drawn)
 
 
-def test_hostile_names_add_no_element(html: str) -> None:
+def test_hostile_names_add_no_element() -> None:
     found = synthetic(HOSTILE, HOSTILE)
     effect = replace(found.effects[0], name=HOSTILE, expression=HOSTILE, separate=HOSTILE)
     spoiled = replace(
         found, effects=(effect, *found.effects[1:]), advice=(HOSTILE,), notes=(HOSTILE,),
         rejected=(Rejected(HOSTILE, (), HOSTILE),),
     )  # fmt: skip
-    page = Page(diagnosis_page(spoiled))
-    assert [tag for tag, _ in page.tags] == [tag for tag, _ in Page(html).tags]
+    page = Page(diagnosis_page(spoiled, replace(moved(HOSTILE), left_out=(HOSTILE,))))
+    plain = Page(diagnosis_page(synthetic(), moved()))
+    assert [tag for tag, _ in page.tags] == [tag for tag, _ in plain.tags]
     assert not any(key.startswith("on") for _, attrs in page.tags for key in attrs)
 
 
@@ -178,9 +201,9 @@ def test_files_of_another_robot_are_replaced_and_what_is_not_ours_stays(tmp_path
 
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
 def test_browser_draws_every_figure_in_silence(tmp_path: Path) -> None:
-    seen = visit(diagnosis_page(synthetic(HOSTILE, HOSTILE)), tmp_path)
+    seen = visit(diagnosis_page(synthetic(HOSTILE, HOSTILE), moved(HOSTILE)), tmp_path)
     figures = re.findall(r'<div id="(figure\d+)"', seen.dom)
-    assert len(figures) == 3
+    assert len(figures) == 4
     for name in figures:
         assert 'class="main-svg"' in seen.dom.split(f'id="{name}"', 1)[1][:2000], name
     assert seen.console == ()

@@ -1,0 +1,218 @@
+"""What a model misses, seen as motion: the model moved by the measured torques of a log.
+
+    M(q) qdd + h(q, qd) + A' f = tau_m(t) + M(q) (w^2 (q_m - q) + 2 w (qd_m - qd))
+
+A model alone drifts away under measured torques; the feedback, weak and critically damped, holds it
+to the measured motion. With e = q - q_m, and d the torque that the model misses,
+
+    M (e'' + 2 w e' + w^2 e) = -d
+
+to first order and but for the stiffness of gravity: e is d over the mass, through a low-pass at w.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen import names
+from symgen.codegen.model import Model, derive
+from symgen.data.spline import interpolated
+from symgen.diagnosis.diagnosis import Curves, Diagnosis
+from symgen.errors import ParameterError, SymgenError
+from symgen.experiment.integrator import integrate
+from symgen.experiment.plant import KERNELS, Plant, plant
+from symgen.runtime.evaluator import Evaluator, load
+
+FloatArray = NDArray[np.float64]
+#: Of the feedback, rad/s.
+BANDWIDTH = 2 * np.pi
+#: Longest and shortest window, s: the shortest is one period of the feedback.
+_LONGEST, _SHORTEST = 3.0, 1.0
+_TOLERANCE = 1e-6
+#: Evaluations of the torque, in place of seconds: a picture is not worth more.
+_MOST = 20_000
+_UNITS = {names.REVOLUTE: "rad", names.PRISMATIC: "m"}
+
+
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """Simulated minus measured position under the measured torques, before and after.
+
+    Attributes:
+        log: whose torques they are.
+        t: (K,) s.
+        before: (K, n) of the declared model, rad or m.
+        after: (K, n) of the extended model, rad or m.
+        units: of each joint, "rad" or "m".
+        left_out: names of found effects that the extended robot, hence the motion, is without.
+    """
+
+    log: str
+    t: FloatArray
+    before: FloatArray
+    after: FloatArray
+    units: tuple[str, ...]
+    left_out: tuple[str, ...] = ()
+
+    @property
+    def rms(self) -> tuple[FloatArray, FloatArray]:
+        """RMS over the window before and after, (n,) each, rad or m."""
+        first, last = (np.sqrt(np.mean(x**2, axis=0)) for x in (self.before, self.after))
+        return first, last
+
+    def to_json(self) -> dict[str, Any]:
+        """Return log, window and RMS distances per joint, for diagnosis.json."""
+        before, after = self.rms
+        return {
+            "log": self.log,
+            "start": float(self.t[0]),
+            "end": float(self.t[-1]),
+            "unit": list(self.units),
+            "before": before.tolist(),
+            "after": after.tolist(),
+            "left_out": list(self.left_out),
+        }
+
+
+def replayed(diagnosis: Diagnosis, extended: Model) -> Replay:
+    """Move the models before and after by the measured torques, where the gap before is largest.
+
+    Args:
+        diagnosis: with its curves, the declared robot and its parameters.
+        extended: model of the extended robot, with the kernels of `symgen.experiment.plant`.
+
+    Raises:
+        SymgenError: there is nothing to show, or a model does not move: why, in one line.
+    """
+    if diagnosis.verdict == "bad-measurement":
+        raise ParameterError("the measurement is wrong")
+    left_out = tuple(dict.fromkeys(e.name for e in diagnosis.effects if not e.declared))
+    if diagnosis.effects and not any(e.declared for e in diagnosis.effects):
+        raise ParameterError(f"the extended robot is without {', '.join(left_out)}")
+    declared = diagnosis.declared
+    if declared is None:
+        raise ParameterError("the declared robot is not known")
+    seen, window = worst(diagnosis.curves)
+    after = _evaluator(extended)
+    # One robot, one derivation: nothing was added.
+    same = declared == diagnosis.extended
+    before = after if same else _evaluator(derive(declared, KERNELS))
+
+    def distance(label: str, evaluator: Evaluator, values: Sequence[float]) -> FloatArray:
+        try:
+            q = driven(evaluator, np.array(values), seen, seen.t[window])
+        except SymgenError as error:
+            said = str(error).split("; accepted:")[0].removeprefix("simulate: ")
+            raise ParameterError(f"the model {label}: {said.removeprefix('run 1, ')}") from error
+        return q - seen.q[window]
+
+    return Replay(
+        seen.name,
+        seen.t[window],
+        distance("before", before, diagnosis.values),
+        distance("after", after, [p.value for p in diagnosis.parameters]),
+        tuple(_UNITS[sigma] for sigma in diagnosis.extended.sigma),
+        left_out,
+    )
+
+
+def _evaluator(model: Model) -> Evaluator:
+    """Return the kernels of a plant, run by CasADi: to compile them takes longer than to run."""
+    chosen = tuple(k for k in model.kernels if k.name in KERNELS)
+    return load(replace(model, kernels=chosen), backend="casadi")
+
+
+def worst(curves: Sequence[Curves]) -> tuple[Curves, slice]:
+    """Return the log and the window of at most 3 s where the torque gap before is largest.
+
+    The gap is the RMS over window and joints of measured minus modelled torque, in units of each
+    joint's RMS torque on all logs. No window has a masked torque.
+
+    Raises:
+        ParameterError: no log has samples of a second.
+    """
+    parts = [(c, part) for c in curves for part in _stretches(c)]
+    if not parts:
+        raise ParameterError(f"no validation log shows {_SHORTEST:g} s of motion")
+    size = np.sqrt(np.mean(np.concatenate([c.measured[part] for c, part in parts]) ** 2, axis=0))
+    weight = np.where(size > 0, 1 / np.where(size > 0, size, 1.0), 0.0)
+    found: list[tuple[float, Curves, slice]] = []
+    for c, part in parts:
+        t = c.t[part]
+        step = (t[-1] - t[0]) / (len(t) - 1)
+        count = min(len(t), int(_LONGEST / step * (1 + 1e-9)) + 1)
+        square = np.mean(((c.measured - c.before)[part] * weight) ** 2, axis=1)
+        sums = np.concatenate([[0.0], np.cumsum(square)])
+        mean = (sums[count:] - sums[:-count]) / count
+        k = int(np.argmax(mean))
+        found.append((float(mean[k]), c, slice(part.start + k, part.start + k + count)))
+    _, log, window = max(found, key=lambda item: item[0])
+    return log, window
+
+
+def _stretches(c: Curves) -> list[slice]:
+    """Return the spans of a second or more in which no torque is masked."""
+    free = np.ones(len(c.t), dtype=bool) if c.free is None else c.free.all(axis=1)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(int)))
+    pairs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+    return [slice(a, b) for a, b in pairs if c.t[b - 1] - c.t[a] >= _SHORTEST]
+
+
+def driven(evaluator: Evaluator, X: FloatArray, seen: Curves, t: FloatArray) -> FloatArray:
+    """Return the motion of a model under the measured torque and the weak feedback.
+
+    It begins in the measured state; between the samples of a log stand cubic splines.
+
+    Args:
+        evaluator: with the kernels of `symgen.experiment.plant`.
+        X: base parameters (p,).
+        seen: the measured motion and torque.
+        t: (K,) stamps within those of seen, s.
+
+    Returns:
+        q (K, n), rad or m.
+
+    Raises:
+        SymgenError: X is not this model's or no robot's, or the motion is not finite, or so stiff
+            that it takes too long.
+    """
+    if len(X) != len(evaluator.model.base.names) or not np.isfinite(X).all():
+        raise ParameterError("its parameters are not all known")
+    n, w, moved = seen.q.shape[1], BANDWIDTH, plant(evaluator, X)
+    measured = interpolated(seen.t, np.concatenate([seen.measured, seen.q, seen.qd], axis=1))
+    done = 0
+
+    def law(at: FloatArray, q: FloatArray, qd: FloatArray) -> FloatArray:
+        nonlocal done
+        done += 1
+        if done > _MOST:  # no ParameterError, which the integrator answers with a shorter step
+            raise SymgenError("it is too stiff to be moved in a few seconds")
+        here = measured(at)
+        pull = w**2 * (here[:, n : 2 * n] - q) + 2 * w * (here[:, 2 * n :] - qd)
+        return np.asarray(here[:, :n] + (moved.mass(q) @ pull[:, :, None])[:, :, 0])
+
+    start = measured(t[:1])
+    _require_mass(moved, t, measured(t)[:, n : 2 * n])
+    motion = integrate(
+        moved, law, t, start[:, n : 2 * n], start[:, 2 * n :], smooth=True, tolerance=_TOLERANCE
+    )
+    return np.asarray(motion.q[0])
+
+
+def _require_mass(moved: Plant, t: FloatArray, q: FloatArray) -> None:
+    """Require that M is positive definite along a motion (N, n): CasADi's kernels do not.
+
+    From there no motion leads to where it is not: on the way qdd grows without bound.
+
+    Raises:
+        ParameterError: when it is not.
+    """
+    least = np.linalg.eigvalsh(moved.mass(q))[:, 0]
+    if least.min() <= 0:
+        at = t[int(np.argmax(least <= 0))]
+        raise ParameterError(f"t = {at:.6g} s: the mass matrix is not positive definite")
