@@ -23,7 +23,9 @@ def run(spec: Spec, case: Case | None = None) -> Row:
     case = case or spec.run()
     robot = symgen.parse_robot(case.robot_toml)
     begin = time.perf_counter()
-    answer = diagnose(robot, [_log("train", case.train)], validation=[_log("v", case.validation)])
+    answer = diagnose(
+        robot, [log_of("train", case.train)], validation=[log_of("v", case.validation)]
+    )
     found = [
         {
             "name": e.name,
@@ -52,7 +54,7 @@ def run(spec: Spec, case: Case | None = None) -> Row:
     }
 
 
-def _log(name: str, log: Log) -> symgen.Log:
+def log_of(name: str, log: Log) -> symgen.Log:
     return symgen.Log(name, log["t"], log["q"], log["qd"], log["tau"])
 
 

@@ -54,7 +54,7 @@ def torque_faults(evaluator: Evaluator, samples: Sequence[Samples], base: Eviden
     """
     robot = evaluator.model.robot
     logs = list(zip(samples, base.scenes, strict=True))
-    models = [s.smooth(regressor(evaluator, s) @ base.X) for s in base.scenes]
+    models = [s.smooth(regressor(evaluator, s, base.X) @ base.X) for s in base.scenes]
     out: list[Fault] = []
     for (log, s), model in zip(logs, models, strict=True):
         out += _stuck_torques(robot, log, s, model)
@@ -158,6 +158,7 @@ def _reversed(evaluator: Evaluator, base: Evidence, j: int) -> bool:
     kernel = evaluator["torque_regressor"]
     mass = np.asarray(kernel(q, zero, one) - kernel(q, zero, zero))[rows, j]
     W, speed = base.W[rows, j], qd[rows, j]
+    mass = np.pad(mass, ((0, 0), (0, W.shape[1] - mass.shape[1])))  # effects of the load have none
     first = evaluator.model.inertial
     loss = np.zeros_like(W)
     loss[:, first:] = W[:, first:] * speed[:, None]
@@ -208,7 +209,7 @@ def saturations(evaluator: Evaluator, base: Evidence) -> list[Fault]:
         evaluator: the compiled model.
         base: the model's evidence on the training logs.
     """
-    full = [regressor(evaluator, s)[_span(s)] for s in base.scenes]
+    full = [regressor(evaluator, s, base.X)[_span(s)] for s in base.scenes]
     out = []
     for j in moving(base.scenes[0]):
         fault = _saturation(evaluator.model.robot, full, base, j)

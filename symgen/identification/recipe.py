@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from symgen.codegen.kernels import ENERGY
 from symgen.codegen.model import Model
 from symgen.data.bandwidth import DERIVED_WIDE, rigid_band
@@ -26,11 +28,20 @@ NEEDED: dict[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Recipe:
-    """Model, length of the windows in s, and cutoff of the filter in Hz (None: from the motion)."""
+    """What equations are made of.
+
+    Attributes:
+        model: energy, momentum or torque.
+        window: length of the windows, s.
+        cutoff: of the filter, Hz; None for that of the motion.
+        at: X at which effects take the model's torque, see `torque_columns`; None leaves their
+            columns away.
+    """
 
     model: str
     window: float
     cutoff: float | None
+    at: tuple[float, ...] | None = None
 
     @property
     def all_kernels(self) -> tuple[str, ...]:
@@ -65,4 +76,5 @@ class Recipe:
             return (energy_equations(evaluator, samples, self.window),)
         if self.model == "momentum":
             return momentum_equations(evaluator, samples, self.window)
-        return torque_equations(evaluator, samples, self.cutoff)
+        at = None if self.at is None else np.array(self.at)
+        return torque_equations(evaluator, samples, self.cutoff, at)

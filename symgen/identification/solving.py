@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -38,6 +38,7 @@ _WITH_PRIOR = (WLS.name, Consistent.name)
 #: Methods that account for noise in the regressor.
 _UNBIASED = (InstrumentalVariables.name, TotalLeastSquares.name)
 _CHECKPOINTS = 80
+_ROUNDS, _SETTLED = 30, 1e-3  # of the standard deviation
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +116,45 @@ def solved(
     if method.name in _UNBIASED:
         return solution, ""
     return bias_of_least_squares(system, solution)
+
+
+def settled(
+    evaluator: Evaluator, parts: Callable[[Recipe], Sequence[Part]], recipe: Recipe
+) -> Recipe:
+    """Return the recipe whose effects of the load take the torque of the X that it leads to.
+
+    Their columns hold the model's own torque: they are taken at the X of the round before, weighted
+    least squares first without and then with them, until X stays.
+
+    Args:
+        evaluator: the compiled model.
+        parts: gives the logs with the equations of a recipe.
+        recipe: of the torque model.
+
+    Raises:
+        IdentificationError: another model, whose equations have no accelerations, or X does not
+            settle.
+    """
+    if recipe.model != "torque":
+        raise IdentificationError(
+            f"model {recipe.model}: the robot has effects that hold the torque of its links, which "
+            "needs accelerations; accepted: model torque"
+        )
+    base = evaluator.model.base
+    for _ in range(_ROUNDS):
+        train = [p for p in parts(recipe) if p.kind == "train"]
+        names = base.names if recipe.at is not None else base.names[: base.linear]
+        system = LinearSystem(names, tuple(e for p in train for e in p.equations))
+        solution = ESTIMATORS[WLS.name].solve(system)
+        X = np.pad(solution.X, (0, len(base.names) - len(names)))
+        moved = np.inf if recipe.at is None else np.abs(X - np.array(recipe.at))
+        size = np.sqrt(np.maximum(np.diag(solution.covariance), 0))
+        recipe = replace(recipe, at=tuple(map(float, X)))
+        if len(names) == len(X) and np.all(moved <= _SETTLED * size + 1e-12 * np.abs(X)):
+            return recipe
+    raise IdentificationError(
+        "effects of the load do not settle: their share of the torque is too large"
+    )
 
 
 def _recursive(

@@ -15,6 +15,7 @@ import symgen.identification.verdict as verdicts
 from symgen import names
 from symgen.codegen.model import derive
 from symgen.data.raw import Reading
+from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, LogError
 from symgen.identification.estimate import Convergence, Estimate, ParameterEstimate
 from symgen.identification.instruments import instrumented
@@ -23,7 +24,7 @@ from symgen.identification.physical import consistency
 from symgen.identification.prior import read_prior
 from symgen.identification.recipe import NEEDED, Recipe
 from symgen.identification.regression import Solution
-from symgen.identification.solving import Method, convergence, moved_by_window, solved
+from symgen.identification.solving import Method, convergence, moved_by_window, settled, solved
 from symgen.identification.system import LinearSystem
 from symgen.identification.validation import (
     Part,
@@ -114,7 +115,15 @@ def identify(
             "accepted: one for each log, with method iv"
         )
     given = listed_logs(validation)
-    parts = _parts(evaluator, sources, given, recipe, chosen, motions, reading, progress)
+    read = _read(evaluator.model.robot, sources, given, recipe, reading, progress)
+
+    def parts_of(recipe: Recipe) -> list[Part]:
+        return _parts(evaluator, read, recipe, chosen, motions, bool(given))
+
+    if evaluator.model.robot.loaded:
+        progress("settling the effects that hold the model's torque")
+        recipe = settled(evaluator, parts_of, recipe)
+    parts = parts_of(recipe)
     train = [p for p in parts if p.kind == "train"]
     held = [p for p in parts if p.kind == "validation"]
     train = [_weighed(p, w) for p, w in zip(train, shares, strict=True)]
@@ -160,31 +169,44 @@ def _loaded(robot: Robot | str | Path | Evaluator, recipe: Recipe) -> Evaluator:
     return load(derive(source, recipe.all_kernels))
 
 
-def _parts(
-    evaluator: Evaluator,
+def _read(
+    robot: Robot,
     logs: Sequence[Source],
     validation: Sequence[Source],
     recipe: Recipe,
-    method: Method,
-    commanded: Sequence[Source],
     reading: Reading | None,
     progress: Callable[[str], None],
-) -> list[Part]:
-    robot = evaluator.model.robot
+) -> list[tuple[str, Samples]]:
+    """Return the samples of every log, and what it is for."""
     require_logs(logs)
     out = []
     for kind, sources in (("train", logs), ("validation", validation)):
-        for k, source in enumerate(sources):
+        for source in sources:
             progress(f"reading {getattr(source, 'name', source)}")
             samples = open_samples(source, robot, reading, recipe.cutoff, wide=recipe.wide)
-            equations = recipe.equations(evaluator, samples)
-            if samples.mask is not None:
-                require_left(samples.name, equations)
-            part = Part(kind, samples, equations, recipe.model)
-            if kind == "train" and (method.name == "iv" or method.is_tested(samples)):
-                part = instrumented(evaluator, part, recipe, commanded[k] if commanded else None)
-            out.append(part)
-    return out if validation else [piece for part in out for piece in _split(part, recipe.gap)]
+            out.append((kind, samples))
+    return out
+
+
+def _parts(
+    evaluator: Evaluator,
+    read: Sequence[tuple[str, Samples]],
+    recipe: Recipe,
+    method: Method,
+    commanded: Sequence[Source],
+    given: bool,
+) -> list[Part]:
+    """Build the equations of every log; without a validation log, hold out the end of each."""
+    out = []
+    for k, (kind, samples) in enumerate(read):
+        equations = recipe.equations(evaluator, samples)
+        if samples.mask is not None:
+            require_left(samples.name, equations)
+        part = Part(kind, samples, equations, recipe.model)
+        if kind == "train" and (method.name == "iv" or method.is_tested(samples)):
+            part = instrumented(evaluator, part, recipe, commanded[k] if commanded else None)
+        out.append(part)
+    return out if given else [piece for part in out for piece in _split(part, recipe.gap)]
 
 
 def _weights(weights: Sequence[float] | None, logs: int, method: str) -> Sequence[float]:
