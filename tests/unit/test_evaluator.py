@@ -346,3 +346,14 @@ def test_load_takes_a_name_a_path_a_robot_or_a_model(tmp_path: Path):
     for source in sources:
         found = symgen.load(source, backend="casadi").energy_regressor([0.1, 0.2], [1.0, 0.0])
         assert found[0] == 0.5
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_mass_matrix_that_is_not_positive_definite_is_refused(backend):
+    forward = symgen.load(symgen.derive(symgen.read_robot("planar2r"), "all"), backend=backend)[
+        "forward_dynamics"
+    ]
+    good = [1.702, 0.056, 0.15, 0.075]
+    assert np.isfinite(forward([0.1, 0.2], [0.0, 0.0], [1.0, 1.0], good)).all()
+    with pytest.raises(symgen.ParameterError, match="positive definite"):
+        forward([0.1, 0.2], [0.0, 0.0], [1.0, 1.0], [-good[0], *good[1:]])
