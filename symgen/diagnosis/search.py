@@ -85,9 +85,7 @@ class Search:
                 break
             best = self._simplest(passing)
             accepted.append(best)
-            alike[best.candidate.key] = tuple(
-                s for s in passing if s.candidate.key != best.candidate.key and _alike(s, best)
-            )
+            alike[best.candidate.key] = _class_of(best, passing, rejected)
             accepted = self._backward(accepted)
             chosen = frozenset(s.candidate.key for s in accepted)
             if chosen in seen:  # one displaces the other in turn: they are as good as each other
@@ -189,14 +187,12 @@ class Search:
                 for r in self._ranked(stage)
                 if self.pool[r[1]].joints == joints and self.pool[r[1]].key not in same
             ]
-            passing, _ = self._judged(stage, ranked)
+            passing, failing = self._judged(stage, ranked)
             if not passing:
                 continue
             accepted[at] = best = self._simplest(passing)
             known = {s.candidate.key: s for s in (*alike.get(own.candidate.key, ()), *passing)}
-            alike[best.candidate.key] = tuple(
-                s for key, s in known.items() if key != best.candidate.key and _alike(s, best)
-            )
+            alike[best.candidate.key] = _class_of(best, known.values(), failing)
         return accepted
 
     def _backward(self, accepted: list[Score]) -> list[Score]:
@@ -217,6 +213,18 @@ class Search:
 #: Effects of the measuring chain.
 MEASURING = ("time_delay", "velocity_sensor_error", "saturation", "drive_gain_error")
 _REPEATED = ("external_contact",)
+
+
+def _class_of(best: Score, passing: Iterable[Score], failing: Iterable[Score]) -> tuple[Score, ...]:
+    """Return the other candidates that the data cannot tell from an accepted one.
+
+    One that explains as much of the same belongs to them even where it fails a part of the rule:
+    which of two equals passes is chance.
+    """
+    twins = (s for s in failing if s.gain >= _NEARLY * best.gain and _alike(s, best))
+    others = {s.candidate.key: s for s in (*(s for s in passing if _alike(s, best)), *twins)}
+    others.pop(best.candidate.key, None)
+    return tuple(others.values())
 
 
 def _alike(a: Score, b: Score) -> bool:
