@@ -54,10 +54,12 @@ if TYPE_CHECKING:
     )
     from symgen.experiment.excitation import excite as excite
     from symgen.experiment.simulate import simulate as simulate
+    from symgen.identification.comparison import compare as compare
     from symgen.identification.estimate import Estimate as Estimate
     from symgen.identification.export import values_header as values_header
     from symgen.identification.physical import link_parameters as link_parameters
     from symgen.identification.prediction import predict as predict
+    from symgen.identification.reading import read_estimate as read_estimate
     from symgen.identification.recursive import Identifier as Identifier
     from symgen.identification.workflow import identify as identify
     from symgen.robot.builtin import library as library
@@ -98,6 +100,7 @@ _WHERE = {
     "SymgenError": "symgen.errors",
     "SymgenWarning": "symgen.errors",
     "check": "symgen.runtime.check",
+    "compare": "symgen.identification.comparison",
     "derive": "symgen.codegen.model",
     "diagnose": "symgen.diagnosis.workflow",
     "excite": "symgen.experiment.excitation",
@@ -110,6 +113,7 @@ _WHERE = {
     "parse_robot": "symgen.robot.toml_io",
     "predict": "symgen.identification.prediction",
     "prepare": "symgen.data.signals",
+    "read_estimate": "symgen.identification.reading",
     "read_log": "symgen.data.log",
     "read_robot": "symgen.robot.toml_io",
     "robot_toml": "symgen.robot.toml_text",

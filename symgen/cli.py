@@ -18,12 +18,14 @@ import click
 
 from symgen.cli_excite import excite
 from symgen.cli_reading import numbers, reading_options
+from symgen.cli_report import report
 from symgen.cli_simulate import simulate
 from symgen.errors import SymgenError, SymgenWarning
 from symgen.terminal import (
     print_diagnosis,
     print_estimate,
     print_model,
+    print_prediction,
     print_robot,
     print_text,
     say,
@@ -196,8 +198,8 @@ def identify(
 ) -> int:
     """Identify the parameters of ROBOT from LOGS (CSV, Parquet, NPZ, MCAP or ROS 2 bags)."""
     import symgen
+    from symgen.estimate_page import estimate_files
     from symgen.files import check_replaceable, write_folder
-    from symgen.report import estimate_files
 
     check_replaceable(into, "estimate.json")
     estimate = symgen.identify(
@@ -252,12 +254,7 @@ def predict(
     say("deriving and compiling the model")
     prediction = symgen.predict(robot, log, parameters, cutoff=cutoff, reading=reading)
     write_folder(into, prediction.to_files(), "prediction.json")
-    for note in prediction.notes:
-        click.echo(f"note: {note}")
-    joints = ", ".join(f"{100 * r:.3g}" for r in prediction.error.per_joint or ())
-    click.echo(
-        f"error of torque per joint: {joints} %; in all {100 * prediction.error.relative:.3g} %"
-    )
+    print_prediction(prediction)
     click.echo(f"written: {into / 'prediction.json'}, {into / 'prediction.csv'}")
     return 0
 
@@ -301,6 +298,8 @@ def diagnose(
     files = diagnosis_files(diagnosis)
     write_folder(into, files, MARKER)
     print_diagnosis(diagnosis, into)
+    names = "diagnosis.json, report.html, robot.toml, parameters.toml, generated/"
+    click.echo(f"written: {into} ({names})")
     return 0 if diagnosis.verdict in ("consistent", "explained") else 1
 
 
@@ -335,6 +334,7 @@ def demo(into: Path, runs: int) -> int:
 
 
 cli.add_command(excite)
+cli.add_command(report)
 cli.add_command(simulate)
 
 

@@ -13,6 +13,7 @@ from symgen import diagnosis_plots
 from symgen.codegen.model import derive
 from symgen.codegen.package import generate
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
+from symgen.diagnosis.reading import MARKER as MARKER
 from symgen.diagnosis.replay import Replay, replayed
 from symgen.diagnosis.words import (
     TONES,
@@ -28,8 +29,6 @@ from symgen.diagnosis.words import (
 from symgen.errors import SymgenError
 from symgen.report import Banner, Section, Table, drawn, number, page
 from symgen.robot.toml_text import parameters_toml, robot_toml
-
-MARKER = "diagnosis.json"
 
 
 def diagnosis_files(diagnosis: Diagnosis) -> dict[str, bytes]:

@@ -193,6 +193,24 @@ def _umask() -> int:
     return mask
 
 
+def json_text(value: Any, indent: str = "") -> str:
+    """Return JSON text in which a list of numbers or texts takes one line.
+
+    Raises:
+        ValueError: a number is not finite.
+    """
+    inner = indent + " "
+    if isinstance(value, dict) and value:
+        items = [f"{json.dumps(key)}: {json_text(v, inner)}" for key, v in value.items()]
+        start, end = "{", "}"
+    elif isinstance(value, list) and any(isinstance(v, (dict, list)) for v in value):
+        items = [json_text(v, inner) for v in value]
+        start, end = "[", "]"
+    else:
+        return json.dumps(value, allow_nan=False)
+    return f"{start}\n{inner}" + f",\n{inner}".join(items) + f"\n{indent}{end}"
+
+
 #: What templates of a folder need: TeX has braces and percent signs of its own.
 _SYNTAX: dict[str, dict[str, Any]] = {
     "tex": {

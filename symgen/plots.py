@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.identification.estimate import Estimate, Trace
+from symgen.identification.estimate import Balance, Estimate, Trace
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -33,9 +33,9 @@ WEAK_PERCENT = 30.0
 
 _UNITS = {"energy": "J"}
 _PER_JOINT = {"torque": "", "momentum": " s"}  # what follows the unit of a torque
-_LEVEL = {"color": INK, "width": 1.2, "dash": "dash"}
+LEVEL = {"color": INK, "width": 1.2, "dash": "dash"}
 _KINDS = {"train": "training"}
-_NAMED_AXIS = {"tickangle": -90, "tickfont": {"size": 10}}
+NAMED_AXIS = {"tickangle": -90, "tickfont": {"size": 10}}
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +93,7 @@ def parameters(estimate: Estimate) -> Figure:
         shown = {"hovertext": hover, "hoverinfo": "text", "marker": marker}
         figure.add_bar(x=[names[k] for k in at], y=height[at], name=name, **shown)
     figure.add_hline(y=WEAK_PERCENT, line={"color": INK, "width": 1, "dash": "dash"})
-    figure.update_xaxes(title="parameter, in the order of X", showgrid=False, **_NAMED_AXIS)
+    figure.update_xaxes(title="parameter, in the order of X", showgrid=False, **NAMED_AXIS)
     figure.update_xaxes(categoryorder="array", categoryarray=names)
     figure.update_yaxes(type="log", range=list(np.log10([bottom, top])), dtick=1, tickformat="~g")
     figure.update_layout(bargap=0.25, barmode="overlay", yaxis_title="relative std, %")
@@ -113,7 +113,7 @@ def measured_and_predicted(estimate: Estimate, quantity: str | None = None) -> F
     if not traces:
         return None
     quantity, columns = traces[0].quantity, traces[0].measured.shape[1]
-    alone, named = columns == 1, _components(estimate, quantity)
+    alone, named = columns == 1, components(estimate, quantity)
     rows = 2 if alone else columns
     shares = [0.62, 0.38] if alone else None
     gap = 0.05 if alone else 0.12 / rows
@@ -142,36 +142,6 @@ def measured_and_predicted(estimate: Estimate, quantity: str | None = None) -> F
     return styled(figure, f"Measured and predicted {quantity}", height)
 
 
-def residual_spectrum(estimate: Estimate, quantity: str | None = None) -> Figure | None:
-    """Draw the amplitude spectral density of the residual, log by log, by Welch's method.
-
-    A good fit leaves a flat line below the cutoff; a peak is a motion or vibration the model lacks.
-    None is returned where no trace is long enough (16 rows).
-    """
-    traces = tuple(t for t in traces_of(estimate, quantity) if len(t.t) >= 16)
-    if not traces:
-        return None
-    named, columns = _components(estimate, traces[0].quantity), traces[0].measured.shape[1]
-    unit = " | ".join(dict.fromkeys(unit for _, unit in named))
-    figure, low, high = empty(), np.inf, 0.0
-    for trace in traces:
-        f, density = _spectrum(trace.t, trace.measured - trace.predicted)
-        if np.any(density > 0):
-            low, high = min(low, density[density > 0].min()), max(high, density.max())
-        for column in range(columns):
-            name = "residual" if columns == 1 else named[column][0]
-            above = np.where(density[:, column] > 0, density[:, column], np.nan)
-            figure.add_trace(curve(f, above, name, _line(column)))
-    # the cutoff goes last: it belongs to every log
-    choose_log(figure, traces, columns)
-    if estimate.cutoff_hz and high > 0:
-        at, name = np.full(2, estimate.cutoff_hz), f"filter cutoff {estimate.cutoff_hz:.4g} Hz"
-        figure.add_trace(curve(at, np.array([low, high]), name, _LEVEL))
-    figure.update_xaxes(type="log", title="frequency, Hz", tickformat="~g", dtick=1)
-    figure.update_yaxes(type="log", title=f"residual, {unit}/√Hz", exponentformat="power", dtick=1)
-    return styled(figure, f"Spectrum of the {traces[0].quantity} residual", 440)
-
-
 def convergence(estimate: Estimate) -> Figure | None:
     """Draw the recursive estimate over the data seen, each parameter relative to its final value.
 
@@ -187,7 +157,7 @@ def convergence(estimate: Estimate) -> Figure | None:
         if not final or not np.isfinite(final):
             continue
         hidden = weak[k] and not all(weak)
-        line = curve(course.t, course.values[:, k] / final, parameter.name, _line(k))
+        line = curve(course.t, course.values[:, k] / final, parameter.name, line_style(k))
         figure.add_trace(line.update(visible="legendonly" if hidden else True))
     figure.update_xaxes(title="data seen, s")
     figure.update_yaxes(title="estimate / final value", range=[-0.1, 2.1])
@@ -210,7 +180,7 @@ def correlation(estimate: Estimate) -> Figure | None:
         colorscale=[[0, ORANGE], [0.5, "#ffffff"], [1, BLUE]],
         hovertemplate="%{y}, %{x}: %{z:.3f}<extra></extra>",
     )
-    figure.update_xaxes(title="parameter", showgrid=False, **_NAMED_AXIS)
+    figure.update_xaxes(title="parameter", showgrid=False, **NAMED_AXIS)
     figure.update_yaxes(title="parameter", showgrid=False, autorange="reversed", tickfont_size=10)
     height = int(np.clip(13 * len(names) + 170, 360, 1000))
     return styled(figure, "Correlation of the parameters", height, min_width=height - 40)
@@ -265,9 +235,9 @@ def line_grid(
                 **{"hoverinfo": "skip", "showlegend": False},
             )
             figure.add_trace(area, **place)
-        curves = [(n, panel.x, y, _line(order.index(n))) for n, y in panel.series.items()]
+        curves = [(n, panel.x, y, line_style(order.index(n))) for n, y in panel.series.items()]
         if panel.level is not None and len(panel.x):
-            curves.append(("true value", panel.x[[0, -1]], np.full(2, panel.level), _LEVEL))
+            curves.append(("true value", panel.x[[0, -1]], np.full(2, panel.level), LEVEL))
         for name, abscissa, values, style in curves:
             once = {"legendgroup": plain(name), "showlegend": name not in told}
             told.add(name)
@@ -320,21 +290,7 @@ def traces_of(estimate: Estimate, quantity: str | None = None) -> tuple[Trace, .
     return tuple(t for t in held if t.quantity == wanted)
 
 
-def _spectrum(t: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Amplitude spectral density, unit/sqrt(Hz), of the longest stretch without a pause."""
-    from scipy.signal import welch
-
-    step = float(np.median(np.diff(t)))
-    pieces = np.split(np.arange(len(t)), np.flatnonzero(np.diff(t) > 5 * step) + 1)
-    piece = max(pieces, key=len)
-    grid = t[piece[0]] + step * np.arange(len(piece))
-    even = np.stack([np.interp(grid, t[piece], column[piece]) for column in values.T])
-    length = min(len(piece), max(64, min(2 * POINTS, len(piece) // 6)))
-    f, power = welch(even, fs=1 / step, nperseg=length)
-    return f[1:], np.sqrt(power[:, 1:]).T
-
-
-def choose_log(figure: Figure, traces: Sequence[Trace], curves: int) -> None:
+def choose_log(figure: Figure, traces: Sequence[Trace | Balance], curves: int) -> None:
     """Give the figure a list of logs, each with `curves` curves in order; curves after stay."""
     first = next((k for k, trace in enumerate(traces) if trace.kind == "validation"), 0)
     labels = [f"{plain(t.log)} ({_KINDS.get(t.kind, plain(t.kind))})" for t in traces]
@@ -352,13 +308,13 @@ def choose_log(figure: Figure, traces: Sequence[Trace], curves: int) -> None:
     figure.update_layout(plot_bgcolor=ground[first], updatemenus=[{**menu, **place}])
 
 
-def _components(estimate: Estimate, quantity: str) -> list[tuple[str, str]]:
+def components(estimate: Estimate, quantity: str) -> list[tuple[str, str]]:
     if quantity not in _PER_JOINT:
         return [(quantity, _UNITS.get(quantity, "-"))]
     return [(f"joint {number}", unit + _PER_JOINT[quantity]) for number, unit in estimate.joints]
 
 
-def _line(k: int) -> dict[str, Any]:
+def line_style(k: int) -> dict[str, Any]:
     dash = DASHES[k // len(COLOURS) % len(DASHES)]
     return {"color": COLOURS[k % len(COLOURS)], "dash": dash, "width": 1.5}
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -10,22 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup
 
-from symgen import plots
 from symgen.files import rendered
-from symgen.identification.estimate import Estimate, ParameterEstimate
-from symgen.identification.export import values_header
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
-
-_SPECTRUM = {
-    "energy": "A window of length T passes white noise with notches at multiples of 1/T. A peak "
-    "beside them is motion that the model does not explain.",
-    "torque": "Both torques have passed the same low-pass (see Notes). A peak below its cutoff is "
-    "motion that the model does not explain.",
-}
-#: Correlation from which two parameters are named as hardly told apart by the data.
-TIED = 0.9
 
 
 @dataclass(frozen=True)
@@ -99,16 +86,6 @@ def page(
     )
 
 
-def estimate_page(estimate: Estimate) -> str:
-    """Return the page of an identification: verdict, fit, parameters, figures, provenance."""
-    count = len(estimate.parameters)
-    lead = (
-        f"{_count(count, 'base parameter')} of the robot {estimate.robot}, identified with the "
-        f"{estimate.model} model by the method {estimate.method}.",
-    )
-    return page(f"Identification of {estimate.robot}", lead, _sections(estimate), _banner(estimate))
-
-
 def number(value: float, digits: int = 5) -> str:
     """Return a number with so many significant digits, in words where it is not finite."""
     if np.isnan(value):
@@ -123,177 +100,6 @@ def percent(ratio: float, digits: int = 4) -> str:
     return f"{number(100 * ratio, digits)} %"
 
 
-def _banner(estimate: Estimate) -> Banner:
-    trusted = estimate.verdict == "trusted"
-    weak = sum(map(_weak, estimate.parameters))
-    facts = [
-        (f"{estimate.model} residual, training", percent(estimate.train.relative, 3)),
-        (f"{estimate.model} residual, validation", percent(estimate.validation.relative, 3)),
-    ]
-    if estimate.torque_validation is not None and estimate.model != "torque":
-        facts.append(
-            ("torque residual, validation", percent(estimate.torque_validation.relative, 3))
-        )
-    facts += [
-        (f"parameters weak (std over {plots.WEAK_PERCENT:g} %)",
-         f"{weak} of {len(estimate.parameters)}"),
-        ("condition number, scaled", number(estimate.condition_number, 4)),
-    ]  # fmt: skip
-    return Banner(
-        tone="good" if trusted else "warn",
-        verdict=estimate.verdict.capitalize(),
-        text=(
-            "No check speaks against this estimate."
-            if trusted
-            else "Do not rely on this estimate before these points are settled:"
-        ),
-        reasons=estimate.reasons,
-        facts=tuple(facts),
-    )
-
-
-def _sections(estimate: Estimate) -> list[Section]:
-    sections = [
-        Section(
-            "Fit",
-            ("Relative residual ‖y - W X‖ / ‖y‖. Validation data were not used to estimate.",),
-            table=_fit_table(estimate),
-        ),
-        _parameter_section(estimate),
-    ]
-    for quantity in dict.fromkeys(t.quantity for t in estimate.traces):
-        figure = plots.measured_and_predicted(estimate, quantity)
-        if figure is not None:
-            text = "The list above the plot chooses the log; validation stands on a tinted ground."
-            sections.append(drawn(f"Measured and predicted {quantity}", text, figure))
-    course = plots.convergence(estimate)
-    if course is not None:
-        text = (
-            "Each estimate over its final value, as data come in: a line that still moves at the "
-            "end needs more data. Weak parameters start hidden; click on the legend."
-        )
-        sections.append(drawn("Convergence", text, course))
-    for quantity in dict.fromkeys(t.quantity for t in estimate.traces):
-        figure = plots.residual_spectrum(estimate, quantity)
-        if figure is not None:
-            text = _SPECTRUM.get(quantity, "")
-            sections.append(drawn(f"Spectrum of the {quantity} residual", text, figure))
-    figure = plots.correlation(estimate)
-    if figure is not None:
-        sections.append(_correlation_section(estimate, figure))
-    if estimate.comparison:
-        sections.append(_comparison_section(estimate))
-    if estimate.notes:
-        sections.append(Section("Notes", estimate.notes))
-    sections.append(Section("Provenance", table=_provenance(estimate)))
-    return sections
-
-
-def _fit_table(estimate: Estimate) -> Table:
-    """One row for training, one for validation; columns: each total, then its joints."""
-    pairs = [(f"{estimate.model} (fitted)", estimate.train, estimate.validation)]
-    if estimate.torque_train is not None and estimate.torque_validation is not None:
-        torque = (estimate.torque_train, estimate.torque_validation)
-        if torque != (estimate.train, estimate.validation):
-            pairs.append(("torque", *torque))
-    header, rows = ["data"], [["training"], ["validation"]]
-    for label, *both in pairs:
-        joints = min(len(residual.per_joint or ()) for residual in both)
-        header += [label, *(f"joint {number}" for number, _ in estimate.joints[:joints])]
-        for row, residual in zip(rows, both, strict=True):
-            row += map(percent, (residual.relative, *(residual.per_joint or ())[:joints]))
-    styles = ("name", *("number",) * (len(header) - 1))
-    return Table(tuple(header), tuple(map(tuple, rows)), styles)
-
-
-def _parameter_section(estimate: Estimate) -> Section:
-    found = estimate.parameters
-    weak = frozenset(k for k, p in enumerate(found) if _weak(p))
-    text = (
-        f"Rows marked ▲ have a relative standard deviation over {plots.WEAK_PERCENT:g} %: the "
-        "data do not determine them well."
-        if weak
-        else f"All relative standard deviations are below {plots.WEAK_PERCENT:g} %."
-    )
-    rows = tuple(
-        (
-            p.name,
-            number(p.value),
-            number(p.std, 4),
-            ("▲ " if k in weak else "") + number(p.relative_std_percent, 4),
-            p.unit,
-            p.expression,
-        )
-        for k, p in enumerate(found)
-    )
-    table = Table(
-        ("name", "value", "std", "std, %", "unit", "formula"),
-        rows,
-        ("name", "number", "number", "number", "unit", "formula"),
-        weak,
-    )
-    texts = (
-        text,
-        f"Standard deviations exclude: {estimate.excludes or 'not said'}.",
-        f"Physical consistency: {estimate.physical.reason}.",
-    )
-    return Section("Parameters", texts, table, plots.parameters(estimate))
-
-
-def _comparison_section(estimate: Estimate) -> Section:
-    """The same parameters by other methods, and the tests of bias."""
-    header, styles = ["name", estimate.method, "std"], ["name", "number", "number"]
-    for other in estimate.comparison:
-        header += [f"by {other.method}", "std", "apart, std"]
-        styles += ["number"] * 3
-    rows = []
-    for k, p in enumerate(estimate.parameters):
-        row = [p.name, number(p.value), number(p.std, 3)]
-        for other in estimate.comparison:
-            x, std = float(other.X[k]), float(other.std[k])
-            apart = (x - p.value) / std if std > 0 else float("nan")
-            row += [number(x), number(std, 3), number(apart, 3)]
-        rows.append(tuple(row))
-    texts = tuple(
-        f"Durbin-Wu-Hausman test, {e.columns} columns: F({e.df[0]}, {e.df[1]:.0f}) = "
-        f"{number(e.statistic, 3)}, p = {number(e.p_value, 2)}. A small p says that plain least "
-        "squares is biased."
-        for e in estimate.endogeneity
-    )
-    return Section("Other methods", texts, Table(tuple(header), tuple(rows), tuple(styles)))
-
-
-def _correlation_section(estimate: Estimate, figure: Figure) -> Section:
-    names = [p.name for p in estimate.parameters]
-    above = np.triu(np.nan_to_num(np.abs(estimate.correlation)), 1)
-    tied = [(above[i, j], i, j) for i, j in np.argwhere(above > TIED)]
-    tied.sort(key=lambda entry: (-entry[0], entry[1], entry[2]))
-    if not tied:
-        text = f"No two parameters are correlated beyond ±{TIED:g}."
-        return drawn("Correlation", text, figure)
-    shown = tied[:15]
-    text = (
-        f"{_count(len(tied), 'pair')} of parameters correlated beyond ±{TIED:g}: the data hardly "
-        "tell them apart." + (f" The {len(shown)} strongest:" if len(tied) > len(shown) else "")
-    )
-    rows = tuple((names[i], names[j], number(estimate.correlation[i, j], 4)) for _, i, j in shown)
-    table = Table(("parameter", "and", "correlation"), rows, ("name", "name", "number"))
-    return drawn("Correlation", text, figure, table)
-
-
-def _provenance(estimate: Estimate) -> Table:
-    cutoff, window = estimate.cutoff_hz, estimate.window_s
-    rows = (
-        ("robot", estimate.robot),
-        ("model", estimate.model),
-        ("method", estimate.method),
-        ("filter cutoff", "no filter" if cutoff is None else f"{number(cutoff)} Hz"),
-        ("energy window", "none" if window is None else f"{number(window)} s"),
-        *estimate.provenance,
-    )
-    return Table(("item", "value"), rows)
-
-
 def drawn(heading: str, text: str, figure: Figure, table: Table | None = None) -> Section:
     """A section whose heading stands for the figure's own title, which is taken off."""
     room = figure.layout.margin.t - 30
@@ -301,12 +107,8 @@ def drawn(heading: str, text: str, figure: Figure, table: Table | None = None) -
     return Section(heading, (text,), table, figure)
 
 
-def _weak(parameter: ParameterEstimate) -> bool:
-    # written so that an unknown deviation (NaN) is weak
-    return not parameter.relative_std_percent <= plots.WEAK_PERCENT
-
-
-def _count(count: int, noun: str) -> str:
+def counted(count: int, noun: str) -> str:
+    """Return "1 pair", "2 pairs"."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
@@ -356,13 +158,3 @@ def _plotly_js() -> Markup:
     from plotly.offline import get_plotlyjs
 
     return Markup(get_plotlyjs())
-
-
-def estimate_files(estimate: Estimate) -> dict[str, bytes]:
-    """Return what `identify` writes into its folder: estimate.json, NAME_values.h, report.html."""
-    content = json.dumps(estimate.to_json(), indent=1, allow_nan=False) + "\n"
-    return {
-        "estimate.json": content.encode(),
-        f"{estimate.robot}_values.h": values_header(estimate).encode(),
-        "report.html": estimate_page(estimate).encode(),
-    }

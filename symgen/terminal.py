@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -15,7 +16,10 @@ if TYPE_CHECKING:
     from symgen.diagnosis.diagnosis import Diagnosis
     from symgen.experiment.plan import Plan
     from symgen.experiment.simulation import Simulation
+    from symgen.identification.comparison import Comparison
     from symgen.identification.estimate import Estimate
+    from symgen.identification.prediction import Prediction
+    from symgen.results import Result
     from symgen.robot.types import Robot
 
 #: A job shorter than this, s, shows no bar.
@@ -130,6 +134,10 @@ def print_estimate(estimate: Estimate) -> None:
     for note in estimate.notes:
         click.echo(f"note: {note}")
     others = [(f"by {c.method}", [f"{x:.5g}" for x in c.X]) for c in estimate.comparison]
+    if estimate.prior is not None:
+        pairs = zip(estimate.prior.X, estimate.prior.std, strict=True)
+        known = [f"{x:.5g}" if math.isfinite(std) else "-" for x, std in pairs]
+        others.insert(0, ("prior", known))
     table(
         ("parameter", "value", "std", "std %", *(head for head, _ in others), "unit", "formula"),
         [
@@ -156,10 +164,22 @@ def print_estimate(estimate: Estimate) -> None:
         joints = ", ".join(f"{100 * r:.3g}" for r in torque.per_joint)
         click.echo(f"residual of torque, validation, per joint: {joints} %")
     click.echo(f"physical consistency: {estimate.physical.reason}")
+    _print_whiteness(estimate)
     colour = "green" if estimate.verdict == "trusted" else "yellow"
     click.echo("verdict: " + click.style(estimate.verdict, fg=colour, bold=True))
     for reason in estimate.reasons:
         click.echo(f"  - {reason}")
+
+
+def _print_whiteness(estimate: Estimate) -> None:
+    """Print in a line whether the residuals on data never seen are white."""
+    from symgen.identification.whiteness import LEVEL, in_words
+
+    held = [w for w in estimate.whiteness if w.kind == "validation"] or estimate.whiteness
+    if held:
+        off = [w for w in held if w.p_value < LEVEL]
+        worst = min(off or held, key=lambda w: w.p_value)
+        click.echo(f"residuals: {len(held) - len(off)} of {len(held)} white; {in_words(worst)}")
 
 
 def print_diagnosis(diagnosis: Diagnosis, folder: Path) -> None:
@@ -198,8 +218,71 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path) -> None:
         click.echo(f"next: {line}")
     if any(effect.declared for effect in diagnosis.effects):
         click.echo(f"next: {folder / 'robot.toml'} declares what was found; use it from here on")
-    names = "diagnosis.json, report.html, robot.toml, parameters.toml, generated/"
-    click.echo(f"written: {folder} ({names})")
+
+
+def print_prediction(prediction: Prediction) -> None:
+    """Print how far the predicted torque is from the measured one."""
+    for note in prediction.notes:
+        click.echo(f"note: {note}")
+    joints = ", ".join(f"{100 * r:.3g}" for r in prediction.error.per_joint or ())
+    click.echo(
+        f"error of torque per joint: {joints} %; in all {100 * prediction.error.relative:.3g} %"
+    )
+
+
+def print_comparison(comparison: Comparison) -> None:
+    """Print two estimates side by side, and which parameters moved."""
+    from symgen.comparison_page import side_by_side
+
+    for label, name in zip("ab", comparison.names, strict=True):
+        click.echo(f"{label}: {name}")
+    table(
+        ("parameter", "a", "std", "b", "std", "apart, std", "", "unit", "formula"),
+        [
+            (
+                p.name,
+                f"{p.a.value:.5g}",
+                f"{p.a.std:.2g}",
+                f"{p.b.value:.5g}",
+                f"{p.b.std:.2g}",
+                f"{p.sigmas:.2f}",
+                "moved" if p.moved else "",
+                p.a.unit,
+                p.a.expression,
+            )
+            for p in comparison.parameters
+        ],
+    )
+    for name, reason in comparison.left_out:
+        click.echo(f"not compared: {name}: {reason}")
+    click.echo()
+    table(("", "a", "b"), side_by_side(comparison))
+    for note in comparison.notes:
+        click.echo(f"note: {note}")
+    colour = "green" if comparison.verdict == "agree" else "yellow"
+    verdict = click.style(comparison.verdict, fg=colour, bold=True)
+    click.echo(f"verdict: {verdict}: {comparison.summary}")
+    for p in comparison.moved:
+        click.echo(f"  - {p.name} moved by {p.difference:.3g} {p.a.unit}, {p.sigmas:.3g} std")
+
+
+def print_result(result: Result, path: Path) -> bool:
+    """Print what identify, diagnose or predict found.
+
+    Returns:
+        Whether the answer is yes: trusted, consistent or explained; a prediction has no other.
+    """
+    from symgen.diagnosis.diagnosis import Diagnosis
+    from symgen.identification.estimate import Estimate
+
+    if isinstance(result, Estimate):
+        print_estimate(result)
+        return result.verdict == "trusted"
+    if isinstance(result, Diagnosis):
+        print_diagnosis(result, path if path.is_dir() else path.parent)
+        return result.verdict in ("consistent", "explained")
+    print_prediction(result)
+    return True
 
 
 def print_plan(plan: Plan) -> None:

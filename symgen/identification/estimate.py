@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.errors import SymgenError
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
 FloatArray = NDArray[np.float64]
 SCHEMA = "symgen.estimate/1"
+#: Labels of provenance: the robot, and what ends the label of a log.
+ROBOT_DIGEST, LOG_DIGEST = "robot, sha256 of its canonical robot.toml", "sha256 of samples"
 
 
 @dataclass(frozen=True)
@@ -47,6 +54,8 @@ class Trace:
         t: time of the row, s, shape (K,).
         measured: shape (K, m).
         predicted: shape (K, m).
+        spacing: rows so far apart share no window, nor what the filter spreads; 0 where some are
+            masked, whose residual says nothing.
     """
 
     log: str
@@ -55,6 +64,62 @@ class Trace:
     t: FloatArray
     measured: FloatArray
     predicted: FloatArray
+    spacing: int = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """Where the measured work of the drives went, by the model, since the start of a log.
+
+        work = integral of qd^T tau dt = change of kinetic and potential energy + friction + rest
+
+    Attributes:
+        log: name of the log.
+        kind: "train" or "validation".
+        t: time, s, shape (K,).
+        work: measured, J, (K,).
+        energy: change of the model's kinetic and potential energy, J, (K,).
+        friction: work of friction and of other effects of the model, J, (K,).
+    """
+
+    log: str
+    kind: str
+    t: FloatArray
+    work: FloatArray
+    energy: FloatArray
+    friction: FloatArray
+
+    @property
+    def rest(self) -> FloatArray:
+        """What the model does not account for, J, (K,)."""
+        return self.work - self.energy - self.friction
+
+
+@dataclass(frozen=True)
+class Whiteness:
+    """Lag correlations of a residual, and the test of whether they are all zero.
+
+    Attributes:
+        quantity: as of the traces.
+        component: position of the joint; 0 for energy.
+        kind: "train" or "validation".
+        rows: number of residuals, so far apart that they share nothing.
+        step_s: time between them, s.
+        correlations: at lags of 1, 2 ... steps.
+        bands: half the width of the interval that holds 95 % of each where there is none.
+        statistic: sum of the squares of correlations over their standard deviations.
+        p_value: probability of a larger statistic where the residual is white.
+    """
+
+    quantity: str
+    component: int
+    kind: str
+    rows: int
+    step_s: float
+    correlations: tuple[float, ...]
+    bands: tuple[float, ...]
+    statistic: float
+    p_value: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,6 +205,9 @@ class Estimate:
         excludes: what the standard deviations leave out, in words.
         endogeneity: tests of whether least squares is biased here, where instruments exist.
         comparison: the same parameters by other methods: wls beside iv and iv beside wls.
+        prior: what was given as a prior, its std infinite where nothing was; None without one.
+        balances: where the measured work went, log by log.
+        whiteness: of the residuals, quantity by quantity and joint by joint.
     """
 
     robot: str
@@ -165,6 +233,9 @@ class Estimate:
     excludes: str = ""
     endogeneity: tuple[Endogeneity, ...] = ()
     comparison: tuple[Contrast, ...] = ()
+    prior: Contrast | None = None
+    balances: tuple[Balance, ...] = ()
+    whiteness: tuple[Whiteness, ...] = ()
 
     @property
     def X(self) -> FloatArray:
@@ -176,6 +247,22 @@ class Estimate:
         """Covariance of X, shape (p, p)."""
         std = np.array([p.std for p in self.parameters])
         return self.correlation * np.outer(std, std)
+
+    def to_dataframe(self) -> DataFrame:
+        """Return the parameters as a table of pandas, a row each.
+
+        Returns:
+            Columns name, expression, value, std, relative_std_percent, unit.
+
+        Raises:
+            SymgenError: pandas is not installed.
+        """
+        try:
+            from pandas import DataFrame
+        except ImportError as error:
+            raise SymgenError("pandas is missing: pip install pandas") from error
+        columns = ("name", "expression", "value", "std", "relative_std_percent", "unit")
+        return DataFrame({key: [getattr(p, key) for p in self.parameters] for key in columns})
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of estimate.json (schema symgen.estimate/1)."""
@@ -191,6 +278,7 @@ class Estimate:
         return {
             "schema": SCHEMA,
             "robot": self.robot,
+            "joints": [{"number": number, "unit": unit} for number, unit in self.joints],
             "model": self.model,
             "method": self.method,
             "parameters": [
@@ -217,18 +305,35 @@ class Estimate:
                 {"columns": e.columns, "F": e.statistic, "df": list(e.df), "p_value": e.p_value}
                 for e in self.endogeneity
             ],
-            "comparison": [
+            "comparison": [self._contrast(c) for c in self.comparison],
+            "prior": self.prior and self._contrast(self.prior),
+            "correlation": [[_finite(float(x)) for x in row] for row in self.correlation],
+            "whiteness": [
                 {
-                    "method": c.method,
-                    "parameters": [
-                        {"name": p.name, "value": float(x), "std": _finite(float(s))}
-                        for p, x, s in zip(self.parameters, c.X, c.std, strict=True)
-                    ],
+                    "quantity": w.quantity,
+                    "component": w.component,
+                    "kind": w.kind,
+                    "rows": w.rows,
+                    "step_s": w.step_s,
+                    "correlations": list(w.correlations),
+                    "bands": list(w.bands),
+                    "statistic": w.statistic,
+                    "p_value": w.p_value,
                 }
-                for c in self.comparison
+                for w in self.whiteness
             ],
             "notes": list(self.notes),
             "provenance": dict(self.provenance),
+        }
+
+    def _contrast(self, other: Contrast) -> dict[str, Any]:
+        return {
+            "method": other.method,
+            "parameters": [
+                {"name": p.name, "value": float(x), "std": _finite(float(s))}
+                for p, x, s in zip(self.parameters, other.X, other.std, strict=True)
+                if not np.isinf(s)
+            ],
         }
 
 

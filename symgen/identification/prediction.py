@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,11 +10,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen import names
 from symgen.codegen.model import derive
 from symgen.data.log import Log
 from symgen.data.raw import Reading
+from symgen.errors import ParameterError
 from symgen.identification.estimate import Residual, Trace
 from symgen.identification.parameters import read_parameters
+from symgen.identification.reading import number, read_json
 from symgen.identification.validation import Part, TorqueComparison, open_samples
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -21,6 +25,7 @@ from symgen.runtime.evaluator import load
 
 FloatArray = NDArray[np.float64]
 SCHEMA = "symgen.prediction/1"
+MARKER, CURVES = "prediction.json", "prediction.csv"
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +41,7 @@ class Prediction:
         potential: potential energy (N,), J, up to a constant.
         band_hz: of the low-pass that both torques passed; infinite where none was needed.
         notes: what was done to the log.
+        joints: number in the file and unit of the torque of each movable joint.
     """
 
     robot: str
@@ -45,18 +51,20 @@ class Prediction:
     potential: FloatArray
     band_hz: float
     notes: tuple[str, ...]
+    joints: tuple[tuple[int, str], ...] = ()
 
     def to_files(self) -> dict[str, bytes]:
         """Return prediction.json and prediction.csv."""
         n = self.torque.measured.shape[1]
-        names = [f"tau{j}" for j in range(1, n + 1)] + [f"predicted{j}" for j in range(1, n + 1)]
+        labels = [f"tau{j}" for j in range(1, n + 1)] + [f"predicted{j}" for j in range(1, n + 1)]
         columns = [self.torque.t, self.torque.measured, self.torque.predicted]
         rows = np.column_stack([*columns, self.kinetic, self.potential])
-        lines = [",".join(["t", *names, "kinetic", "potential"])]
+        lines = [",".join(["t", *labels, "kinetic", "potential"])]
         lines += [",".join(f"{v:.9g}" for v in row) for row in rows]
         summary = {
             "schema": SCHEMA,
             "robot": self.robot,
+            "joints": [{"number": number, "unit": unit} for number, unit in self.joints],
             "log": self.torque.log,
             "torque_error": {
                 "relative": self.error.relative,
@@ -66,8 +74,8 @@ class Prediction:
             "notes": list(self.notes),
         }
         return {
-            "prediction.json": (json.dumps(summary, indent=1) + "\n").encode(),
-            "prediction.csv": ("\n".join(lines) + "\n").encode(),
+            MARKER: (json.dumps(summary, indent=1) + "\n").encode(),
+            CURVES: ("\n".join(lines) + "\n").encode(),
         }
 
 
@@ -108,4 +116,44 @@ def predict(
         potential[:, 0],
         comparison.band,
         samples.notes,
+        tuple((j.number, names.unit("FS", j.sigma)) for j in source.movable),
     )
+
+
+def read_prediction(path: str | Path) -> Prediction:
+    """Read a prediction again: prediction.json, and prediction.csv beside it.
+
+    Args:
+        path: the folder that `predict` wrote, or the prediction.json in it.
+
+    Raises:
+        ParameterError: there is none, or it is damaged.
+    """
+    path = Path(path)
+    file = path / MARKER if path.is_dir() else path
+    content = read_json(file, SCHEMA)
+    try:
+        error = content["torque_error"]
+        joints = tuple((int(j["number"]), str(j["unit"])) for j in content["joints"])
+        n = len(joints)
+        text = file.with_name(CURVES).read_text(encoding="utf-8")
+        rows = np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1, ndmin=2)
+        t, measured, predicted, kinetic, potential = np.split(rows, np.cumsum([1, n, n, 1]), axis=1)
+        if potential.shape[1] != 1:
+            raise ValueError("columns")
+        band = content["band_hz"]
+        return Prediction(
+            str(content["robot"]),
+            Trace(str(content["log"]), "validation", "torque", t[:, 0], measured, predicted),
+            Residual(number(error["relative"]), tuple(map(number, error["per_joint"]))),
+            kinetic[:, 0],
+            potential[:, 0],
+            np.inf if band is None else number(band),
+            tuple(map(str, content["notes"])),
+            joints,
+        )
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        raise ParameterError(
+            f"{file}: damaged, or {CURVES} beside it is ({type(error).__name__}); accepted: both "
+            "as predict writes them"
+        ) from error

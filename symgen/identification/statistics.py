@@ -8,3 +8,10 @@ def f_tail(statistic: float, numerator: float, denominator: float) -> float:
     from scipy.special import fdtrc
 
     return float(fdtrc(numerator, denominator, max(statistic, 0.0)))
+
+
+def chi2_tail(statistic: float, degrees: int) -> float:
+    """Return the probability that chi-square of so many degrees of freedom is above a value."""
+    from scipy.special import chdtrc
+
+    return float(chdtrc(degrees, max(statistic, 0.0)))

@@ -16,9 +16,16 @@ from symgen.data.bandwidth import motion_bandwidth
 from symgen.data.drive import joint_side
 from symgen.data.log import Log, cut, read_log
 from symgen.data.raw import Reading, refuse
-from symgen.data.signals import Samples, can_filter, filter_reach, lowpass, prepare
+from symgen.data.signals import (
+    Samples,
+    can_filter,
+    cumulative_integral,
+    filter_reach,
+    lowpass,
+    prepare,
+)
 from symgen.errors import LogError
-from symgen.identification.estimate import Residual, Trace
+from symgen.identification.estimate import Balance, Residual, Trace
 from symgen.identification.masking import masked
 from symgen.identification.system import Equations
 from symgen.robot.types import Robot
@@ -28,6 +35,8 @@ FloatArray = NDArray[np.float64]
 _TORQUES = (1e-9, 1e9)  # N m or N
 _BEYOND = 1.0  # of the range of a joint; gears make more of it
 Source = str | Path | Log
+#: Periods of a low-pass's cutoff after which white noise that passed it is uncorrelated to 2 %.
+_MEMORY = 2.0
 _CHECKED = 2000  # samples of each log at which the kinetic energy is looked at
 
 
@@ -191,7 +200,41 @@ def model_traces(part: Part, X: FloatArray) -> tuple[Trace, ...]:
     kept = [(e, np.isin(e.t, t)) for e in part.equations]
     measured = np.stack([e.y[k] for e, k in kept], axis=1)
     predicted = np.stack([e.W[k] @ X for e, k in kept], axis=1)
-    return (Trace(part.samples.name, part.kind, quantity, t, measured, predicted),)
+    samples = part.samples
+    apart = first.correlation + 1  # neighbouring windows share the sample where they meet
+    if samples.cutoff_hz is not None and len(first.t) > 1:
+        row = float(np.median(np.diff(first.t)))
+        apart += math.ceil(_MEMORY / (samples.cutoff_hz * row))
+    return (Trace(samples.name, part.kind, quantity, t, measured, predicted, apart),)
+
+
+def energy_balances(
+    evaluator: Evaluator, parts: Sequence[Part], X: FloatArray
+) -> tuple[Balance, ...]:
+    """Return where the measured work went, log by log.
+
+    Masked logs, whose torque is not to be believed throughout, are left out; and all are where the
+    model has effects that hold its own torque.
+
+    Args:
+        evaluator: the compiled model, with the kernels of energy.
+        parts: the logs.
+        X: the parameters, (p,).
+    """
+    model = evaluator.model
+    if model.base.linear < len(model.base.parameters):
+        return ()
+    out = []
+    for part in parts:
+        s = part.samples
+        if s.mask is not None:
+            continue
+        h = evaluator.energy_regressor(s.q, s.qd) @ X[: model.inertial]
+        lost = evaluator.friction_power(s.q, s.qd) @ X[model.inertial :]
+        power = np.einsum("ij,ij->i", s.qd, s.tau)
+        work = cumulative_integral(np.column_stack([power, lost]), s.step)
+        out.append(Balance(s.name, part.kind, s.t, work[:, 0], h - h[0], work[:, 1]))
+    return tuple(out)
 
 
 class TorqueComparison:
@@ -207,8 +250,9 @@ class TorqueComparison:
         traces, errors, sizes = [], [], []
         for part in parts:
             s = part.samples
-            measured, predicted, reach = self._compared(s)
-            traces.append(Trace(s.name, part.kind, "torque", s.t, measured, predicted))
+            measured, predicted, reach, apart = self._compared(s)
+            apart = apart if s.mask is None else 0
+            traces.append(Trace(s.name, part.kind, "torque", s.t, measured, predicted, apart))
             free = 1.0 if s.mask is None else ~s.mask.near(reach)
             errors.append(np.sum(free * (measured - predicted) ** 2, axis=0))
             sizes.append(np.sum(free * measured**2, axis=0))
@@ -224,8 +268,8 @@ class TorqueComparison:
         total = math.sqrt(float(np.mean(joint**2)))  # of ratios: N and N m do not add up
         return Residual(total, tuple(map(float, joint))), tuple(traces)
 
-    def _compared(self, s: Samples) -> tuple[FloatArray, FloatArray, int]:
-        """Return both torques, and how many samples the filter reaches."""
+    def _compared(self, s: Samples) -> tuple[FloatArray, FloatArray, int, int]:
+        """Return both torques, how many samples the filter reaches, and how many it ties."""
         band = motion_bandwidth(s.q, s.step) if s.cutoff_hz is None else s.cutoff_hz
         filtered = can_filter(band, s.step)
         self.band = min(self.band, band) if filtered else self.band
@@ -235,4 +279,5 @@ class TorqueComparison:
 
         qdd = np.gradient(smooth(s.qd), s.step, axis=0, edge_order=2)
         reach = filter_reach(band, s.step) if filtered else 0
-        return smooth(s.tau), smooth(self._inverse(s.q, s.qd, qdd, self._X)), reach
+        apart = math.ceil(_MEMORY / (band * s.step)) if filtered else 1
+        return smooth(s.tau), smooth(self._inverse(s.q, s.qd, qdd, self._X)), reach, apart

@@ -17,7 +17,14 @@ from symgen.codegen.model import derive
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, LogError
-from symgen.identification.estimate import Convergence, Estimate, ParameterEstimate
+from symgen.identification.estimate import (
+    LOG_DIGEST,
+    ROBOT_DIGEST,
+    Contrast,
+    Convergence,
+    Estimate,
+    ParameterEstimate,
+)
 from symgen.identification.instruments import instrumented
 from symgen.identification.masking import require_left
 from symgen.identification.physical import consistency
@@ -31,6 +38,7 @@ from symgen.identification.validation import (
     Source,
     TorqueComparison,
     digest,
+    energy_balances,
     kinetic_energy,
     listed_logs,
     model_traces,
@@ -39,6 +47,7 @@ from symgen.identification.validation import (
     require_other_data,
     residual,
 )
+from symgen.identification.whiteness import whiteness
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
@@ -310,6 +319,9 @@ def _estimate(
     flagged = [p.name for p in parameters if not p.relative_std_percent <= 30]
     if flagged:
         notes += (f"relative standard deviation above 30 %: {', '.join(flagged)}",)
+    traces = tuple(trace for p in (*train, *held) for trace in model_traces(p, solution.X))
+    traces += train_traces + held_traces
+    known = method.prior
     cutoffs = [band for p in train if (band := recipe.band(p.samples)) is not None]
     return Estimate(
         robot=evaluator.model.robot.name,
@@ -328,20 +340,21 @@ def _estimate(
         reasons=reasons,
         notes=notes,
         correlation=solution.covariance / np.outer(outside, outside),
-        traces=tuple(trace for p in (*train, *held) for trace in model_traces(p, solution.X))
-        + train_traces
-        + held_traces,
+        traces=traces,
         convergence=course,
-        provenance=_provenance(evaluator, train, held),
+        provenance=_provenance(evaluator, method, train, held),
         physical=consistency(evaluator.model, solution.X, solution.covariance),
         excludes=method.excludes,
         endogeneity=solution.endogeneity,
         comparison=solution.comparison,
+        prior=None if known is None else Contrast("prior", known.mean, known.std),
+        balances=energy_balances(evaluator, (*train, *held), solution.X),
+        whiteness=whiteness(traces),
     )
 
 
 def _provenance(
-    evaluator: Evaluator, train: Sequence[Part], held: Sequence[Part]
+    evaluator: Evaluator, method: Method, train: Sequence[Part], held: Sequence[Part]
 ) -> tuple[tuple[str, str], ...]:
     from importlib.metadata import PackageNotFoundError, version
 
@@ -353,8 +366,13 @@ def _provenance(
     out = [
         ("symgen", own),
         ("backend", evaluator.backend),
-        ("robot, sha256 of its canonical robot.toml", robot),
+        (ROBOT_DIGEST, robot),
     ]
+    if method.name == "recursive":
+        out.append(("forgetting", f"{method.forgetting:g}"))
+    if method.prior is not None:
+        given = np.concatenate([method.prior.mean, method.prior.std]).tobytes()
+        out.append(("prior, sha256 of its means and std", hashlib.sha256(given).hexdigest()))
     for part in (*train, *held):
-        out.append((f"{part.kind} {part.samples.name}, sha256 of samples", digest(part.samples)))
+        out.append((f"{part.kind} {part.samples.name}, {LOG_DIGEST}", digest(part.samples)))
     return tuple(out)

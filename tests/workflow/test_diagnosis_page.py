@@ -22,6 +22,7 @@ from symgen.diagnosis.diagnosis import (
     Place,
     Rejected,
 )
+from symgen.diagnosis.reading import read_diagnosis
 from symgen.diagnosis.replay import Replay
 from symgen.diagnosis_page import MARKER, diagnosis_files, diagnosis_page
 from symgen.files import write_folder
@@ -181,6 +182,29 @@ def test_sparse_diagnosis_has_a_page() -> None:
         floor=Gap((0.0, 0.0)),
     )  # fmt: skip
     assert len(Page(diagnosis_page(bare)).figures) == 1
+
+
+def test_a_diagnosis_is_read_as_it_was_but_for_its_curves(tmp_path: Path) -> None:
+    write_folder(tmp_path / "why", diagnosis_files(synthetic()), MARKER)
+    again = read_diagnosis(tmp_path / "why")
+    # diagnosis.json says beside why there is no motion under the measured torques
+    kept = replace(again, notes=again.notes[: len(synthetic().notes)])
+    assert repr(kept.to_json()) == repr(synthetic().to_json())
+    assert again.extended == synthetic().extended
+    assert len(Page(diagnosis_page(again)).figures) == 1
+    file = tmp_path / "why" / MARKER
+    content = json.loads(file.read_text())
+    for spoil in (
+        lambda c: c["effects"][0].pop("name"),
+        lambda c: c.update(verdict="perfect"),
+        lambda c: c["gap"]["before"].update(per_joint=[0.1]),
+        lambda c: c.update(where=3),
+    ):
+        spoiled = json.loads(json.dumps(content))
+        spoil(spoiled)
+        file.write_text(json.dumps(spoiled))
+        with pytest.raises(symgen.ParameterError, match=r"diagnosis\.json: damaged .*accepted: "):
+            read_diagnosis(file)
 
 
 def test_files_of_another_robot_are_replaced_and_what_is_not_ours_stays(tmp_path: Path) -> None:

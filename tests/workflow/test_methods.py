@@ -12,10 +12,10 @@ import pytest
 from oracles import planar2r
 
 import symgen
+from symgen.estimate_page import estimate_page
 from symgen.identification.estimate import Consistency
 from symgen.identification.solving import ALL_METHODS
 from symgen.identification.system import energy_equations
-from symgen.report import estimate_page
 
 X = np.array([1.702, 0.05644, 0.15, 0.075])
 L1 = 0.5
@@ -191,7 +191,7 @@ def test_an_estimate_by_iv_tells_both_estimates_and_the_test() -> None:
 def test_the_page_shows_both_estimates_and_what_std_excludes() -> None:
     estimate = symgen.identify("planar2r", _log(7, 1e-2, 0.05), method="iv")
     html = estimate_page(estimate)
-    assert "Other methods" in html
+    assert "Values beside other methods" in html
     assert "by wls" in html
     assert "Durbin-Wu-Hausman" in html
     assert "Standard deviations exclude: bias" in html

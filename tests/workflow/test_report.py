@@ -9,8 +9,18 @@ import numpy as np
 import pytest
 from browser import BROWSER, HOSTILE, Page, visit
 
-from symgen import plots, report
-from symgen.identification.estimate import Convergence, Estimate, ParameterEstimate, Residual, Trace
+from symgen import parameter_plots, plots, report, residual_plots
+from symgen.estimate_page import estimate_page
+from symgen.identification.estimate import (
+    Balance,
+    Contrast,
+    Convergence,
+    Estimate,
+    ParameterEstimate,
+    Residual,
+    Trace,
+)
+from symgen.identification.whiteness import whiteness
 
 
 def synthetic(robot: str = "arm2", log: str = "excite.csv", verdict: str = "doubtful") -> Estimate:
@@ -36,6 +46,11 @@ def synthetic(robot: str = "arm2", log: str = "excite.csv", verdict: str = "doub
     course = final * (1 + np.exp(-seen)[:, None] * rng.normal(size=6))
     correlation = np.eye(6)
     correlation[0, 1] = correlation[1, 0] = -0.9731
+    balances = tuple(
+        Balance(name, kind, t, t**2 + 0.1 * t, t**2, 0.08 * t)
+        for name, kind in ((log, "train"), ("check.csv", "validation"))
+    )
+    prior_std = np.array([0.3, 0.1, np.inf, 0.5, 900.0, np.inf])
     return Estimate(
         joints=tuple((j + 1, "N m") for j in range(7)),
         robot=robot,
@@ -56,12 +71,16 @@ def synthetic(robot: str = "arm2", log: str = "excite.csv", verdict: str = "doub
         traces=tuple(traces),
         convergence=Convergence(seen, course),
         provenance=(("seed", "17"), ("log", log)),
+        prior=Contrast("prior", final * 1.1, prior_std),
+        comparison=(Contrast("iv", final * 0.99, 0.02 * np.abs(final)),),
+        balances=balances,
+        whiteness=whiteness(traces),
     )
 
 
 @pytest.fixture(scope="module")
 def html() -> str:
-    return report.estimate_page(synthetic())
+    return estimate_page(synthetic())
 
 
 def test_page_holds_verdict_fit_parameters_and_origin(html: str) -> None:
@@ -71,7 +90,8 @@ def test_page_holds_verdict_fit_parameters_and_origin(html: str) -> None:
         *("1.234 %", "2.345 %", "3.456 %", "4.567 %", "4.180 %", "5.270 %", "42.42"),
         *("ZZ1 + IA1 + L1**2*M2", "1.7000", "-0.31000", "12346", "N m s/rad"),
         *("1 of 6", "▲ 80.00", "excite.csv: resampled to 500 Hz", "seed", "17", "8.0000 Hz"),
-        *("1 pair of parameters", "-0.9731"),
+        *("1 pair of parameters", "-0.9731", "Energy balance", "white: no correlation beyond"),
+        *("Values beside prior and other methods", "1.8700", "0.567", "by iv", "1.6830"),
     ):
         assert words in text, words
 
@@ -82,7 +102,7 @@ def test_only_the_weak_parameter_is_flagged(html: str) -> None:
 
 
 def test_trusted_says_so_without_reasons() -> None:
-    text = Page(report.estimate_page(synthetic(verdict="trusted"))).text
+    text = Page(estimate_page(synthetic(verdict="trusted"))).text
     assert "Trusted" in text
     assert "No check speaks against" in text
     assert "Do not rely" not in text
@@ -91,14 +111,14 @@ def test_trusted_says_so_without_reasons() -> None:
 def test_page_is_self_contained_and_holds_plotly_once(html: str) -> None:
     page = Page(html)
     assert html.count("* plotly.js v") == 1
-    assert len(page.figures) == 7
+    assert len(page.figures) == 10
     for _, attrs in page.tags:
         assert "src" not in attrs
         assert (attrs.get("href") or "#").startswith(("#", "data:"))
 
 
 def test_same_estimate_gives_the_same_page(html: str) -> None:
-    assert report.estimate_page(synthetic()) == html
+    assert estimate_page(synthetic()) == html
 
 
 def test_every_axis_has_a_title_with_a_unit(html: str) -> None:
@@ -119,7 +139,7 @@ def test_hostile_names_add_no_element(html: str) -> None:
         notes=(HOSTILE,),
         provenance=((HOSTILE, HOSTILE), *spoiled.provenance[1:]),
     )
-    page = Page(report.estimate_page(spoiled))
+    page = Page(estimate_page(spoiled))
     assert [tag for tag, _ in page.tags] == [tag for tag, _ in Page(html).tags]
     assert not any(key.startswith("on") for _, attrs in page.tags for key in attrs)
     labels = [b["label"] for f in page.figures for m in f["layout"].get("updatemenus", ())
@@ -135,13 +155,14 @@ def test_sparse_estimate_has_a_page() -> None:
     bare = replace(
         bare, parameters=(zero, unknown), torque_train=None, torque_validation=None, traces=(),
         convergence=None, correlation=np.empty((0, 0)), notes=(), provenance=(), cutoff_hz=None,
-        window_s=None, condition_number=float("inf"),
+        window_s=None, condition_number=float("inf"), prior=None, comparison=(), balances=(),
+        whiteness=(),
     )  # fmt: skip
-    page = Page(report.estimate_page(bare))
+    page = Page(estimate_page(bare))
     assert "2 of 2" in page.text
     assert "∞" in page.text
     assert "unknown" in page.text
-    assert len(page.figures) == 1
+    assert len(page.figures) == 2
 
 
 def test_page_without_figure_leaves_plotly_out() -> None:
@@ -180,11 +201,48 @@ def test_spectrum_has_the_amplitude_density_of_white_noise() -> None:
     t = np.arange(0.0, 60.0, 0.01)
     noise = np.random.default_rng(0).normal(scale=0.5, size=(len(t), 1))
     trace = Trace("a", "train", "energy", t, noise, np.zeros_like(noise))
-    figure = plots.residual_spectrum(replace(synthetic(), traces=(trace,), cutoff_hz=None))
+    figure = residual_plots.residual_spectrum(replace(synthetic(), traces=(trace,), cutoff_hz=None))
     assert figure is not None
     # one-sided density of white noise: sigma sqrt(2 dt)
     level = np.median(np.asarray(figure.data[0].y))
     assert level == pytest.approx(0.5 * np.sqrt(2 * 0.01), rel=0.1)
+
+
+def test_spectrum_of_a_sine_has_its_power_at_its_frequency_joint_by_joint() -> None:
+    t = np.arange(0.0, 40.0, 0.005)
+    sines = np.stack([0.3 * np.sin(2 * np.pi * 7.0 * t), 2.0 * np.cos(2 * np.pi * 21.3 * t)], 1)
+    trace = Trace("a", "train", "torque", t, sines + 5, np.full_like(sines, 5))
+    figure = residual_plots.residual_spectrum(replace(synthetic(), traces=(trace,)), "torque")
+    assert figure is not None
+    for k, (amplitude, frequency) in enumerate(((0.3, 7.0), (2.0, 21.3))):
+        f, density = residual_plots.amplitude_density(t, sines)
+        # Parseval: the integral of the power density is the variance, half the square of a sine's
+        power = np.sum(density[:, k] ** 2) * (f[1] - f[0])
+        assert power == pytest.approx(amplitude**2 / 2, rel=0.01)
+        drawn = figure.data[k]
+        assert drawn.name == f"joint {k + 1}"
+        assert abs(drawn.x[np.nanargmax(drawn.y)] - frequency) < 2 * (f[1] - f[0])
+
+
+def test_balance_shows_the_rest_of_every_log() -> None:
+    figure = residual_plots.energy_balance(synthetic())
+    assert figure is not None
+    assert [bool(c.visible) for c in figure.data] == [False] * 5 + [True] * 5
+    rest = next(c for c in figure.data[5:] if c.name == "rest")
+    assert np.allclose(rest.y, 0.02 * np.asarray(rest.x), atol=1e-6)
+
+
+def test_values_stand_over_the_estimate_and_a_free_parameter_has_no_prior() -> None:
+    own, own_weak, prior, _, other, _ = parameter_plots.values(synthetic()).data
+    assert np.allclose(own.y, 1.0)
+    assert np.allclose(own_weak.x, [5 - 0.25])  # FV2, pale
+    assert own_weak.opacity < 0.5 < own.opacity
+    assert np.allclose(prior.y, 1.1)
+    assert np.allclose(np.asarray(prior.x), [0, 1, 3, 4])
+    assert np.allclose(
+        prior.error_y.array, 2 * np.array([0.3 / 1.7, 0.5, 0.5 / 3.25, 1800 / 24691.356])
+    )
+    assert np.allclose(other.y, 0.99)
 
 
 def test_line_grid_draws_level_and_names_each_series_once() -> None:
@@ -205,9 +263,9 @@ def test_line_grid_draws_level_and_names_each_series_once() -> None:
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
 def test_browser_draws_every_figure_in_silence(tmp_path: Path) -> None:
     # names that would act, were they not harmless
-    html = report.estimate_page(synthetic(robot=HOSTILE, log=HOSTILE))
+    html = estimate_page(synthetic(robot=HOSTILE, log=HOSTILE))
     seen = visit(html, tmp_path)
-    for place in range(1, 12):
+    for place in range(1, 20):
         if f'id="figure{place}"' in html:
             after = seen.dom.split(f'id="figure{place}"', 1)[1]
             assert 'class="main-svg"' in after[:2000], f"figure{place} is not drawn"

@@ -1,0 +1,41 @@
+"""symgen report on the command line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from symgen.terminal import print_comparison, print_result
+
+
+@click.command()
+@click.argument("folder", type=click.Path(path_type=Path))
+@click.argument("other", type=click.Path(path_type=Path), required=False)
+@click.option("--into", type=click.Path(path_type=Path), help="The page to write, FILE.html.")
+def report(folder: Path, other: Path | None, into: Path | None) -> int:
+    """Print the result in FOLDER again, or compare the estimates in FOLDER and OTHER.
+
+    FOLDER is what identify, diagnose or predict wrote. With --into the page is written anew.
+    Exit codes are those of the command that wrote it; of a comparison 0 where the two agree.
+    """
+    import symgen
+    from symgen.files import check_new, write_files
+    from symgen.identification.comparison import Comparison
+    from symgen.results import read_result, result_page
+
+    if into is not None:
+        if into.suffix != ".html":
+            raise click.UsageError(f"--into {into}: accepted: a path that ends in .html")
+        check_new(into)
+    result = read_result(folder) if other is None else symgen.compare(folder, other)
+    if into is not None:
+        write_files([(into, result_page(result).encode())])
+    if isinstance(result, Comparison):
+        print_comparison(result)
+        good = result.verdict == "agree"
+    else:
+        good = print_result(result, folder)
+    if into is not None:
+        click.echo(f"written: {into}")
+    return 0 if good else 1

@@ -1,0 +1,239 @@
+"""Two estimates of one robot side by side: which parameters moved, and by how much."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from symgen.errors import ParameterError
+from symgen.identification.estimate import (
+    LOG_DIGEST,
+    ROBOT_DIGEST,
+    Estimate,
+    ParameterEstimate,
+)
+from symgen.identification.reading import read_estimate
+
+SCHEMA = "symgen.comparison/1"
+#: Combined standard deviations from which a parameter counts as moved.
+MOVED = 3.0
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One parameter in both estimates; the formula and the unit are the same."""
+
+    a: ParameterEstimate
+    b: ParameterEstimate
+
+    @property
+    def name(self) -> str:
+        """The name in both."""
+        return self.a.name
+
+    @property
+    def difference(self) -> float:
+        """Value of b minus value of a, in the parameter's unit."""
+        return self.b.value - self.a.value
+
+    @property
+    def std(self) -> float:
+        """Standard deviation of the difference of independent estimates, in the same unit."""
+        return math.hypot(self.a.std, self.b.std)
+
+    @property
+    def sigmas(self) -> float:
+        """The difference over its standard deviation; NaN where that is unknown or zero."""
+        return self.difference / self.std if 0 < self.std < math.inf else math.nan
+
+    @property
+    def moved(self) -> bool:
+        """Whether the difference is above 3 of its standard deviations."""
+        return abs(self.sigmas) > MOVED
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Two estimates of one robot.
+
+    Attributes:
+        names: what the two are called: their paths, or "a" and "b".
+        a, b: the estimates.
+        parameters: those that both have with the same formula and unit, in the order of a.
+        left_out: name of every other one, and why it is not compared.
+        notes: what limits the comparison, in words.
+        shared: labels of the training logs that both used.
+    """
+
+    names: tuple[str, str]
+    a: Estimate
+    b: Estimate
+    parameters: tuple[Compared, ...]
+    left_out: tuple[tuple[str, str], ...]
+    notes: tuple[str, ...]
+    shared: tuple[str, ...] = ()
+
+    @property
+    def moved(self) -> tuple[Compared, ...]:
+        """The parameters that moved, the largest number of standard deviations first."""
+        return tuple(sorted((p for p in self.parameters if p.moved), key=lambda p: -abs(p.sigmas)))
+
+    @property
+    def verdict(self) -> str:
+        """Differ (a parameter moved), agree, or unknown.
+
+        It is unknown where no standard deviation is, and where none moved but both used one log:
+        their errors are alike then, and so are values that are wrong.
+        """
+        if self.moved:
+            return "differ"
+        judged = any(not math.isnan(p.sigmas) for p in self.parameters)
+        return "agree" if judged and not self.shared else "unknown"
+
+    @property
+    def summary(self) -> str:
+        """The verdict in a sentence."""
+        count = len(self.parameters)
+        judged = sum(not math.isnan(p.sigmas) for p in self.parameters)
+        if not judged:
+            return f"No standard deviation of the {count} common parameters is known."
+        # of the normal law beyond 3 standard deviations
+        chance = f"{judged * math.erfc(MOVED / math.sqrt(2)):.2g}"
+        told = (
+            f"{len(self.moved)} of {judged} parameters moved by more than {MOVED:g} combined "
+            f"standard deviations; chance alone would move {chance} of them on average."
+        )
+        if self.verdict == "unknown":
+            told += " Both used the same training data, so that this shows no agreement."
+        return told
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the comparison as JSON values (schema symgen.comparison/1)."""
+        return {
+            "schema": SCHEMA,
+            "robot": self.a.robot,
+            "verdict": self.verdict,
+            "summary": self.summary,
+            "estimates": [
+                {
+                    "name": name,
+                    "model": e.model,
+                    "method": e.method,
+                    "verdict": e.verdict,
+                    "residual": {"train": e.train.relative, "validation": e.validation.relative},
+                }
+                for name, e in zip(self.names, (self.a, self.b), strict=True)
+            ],
+            "parameters": [
+                {
+                    "name": p.name,
+                    "expression": p.a.expression,
+                    "unit": p.a.unit,
+                    "a": {"value": p.a.value, "std": _finite(p.a.std)},
+                    "b": {"value": p.b.value, "std": _finite(p.b.std)},
+                    "difference": p.difference,
+                    "sigmas": _finite(p.sigmas),
+                    "moved": p.moved,
+                }
+                for p in self.parameters
+            ],
+            "shared_training_logs": list(self.shared),
+            "left_out": [{"name": name, "reason": reason} for name, reason in self.left_out],
+            "notes": list(self.notes),
+        }
+
+
+def compare(a: Estimate | str | Path, b: Estimate | str | Path) -> Comparison:
+    """Compare two estimates of one robot, parameter by parameter.
+
+        sigmas = (b - a) / sqrt(std_a^2 + std_b^2)
+
+    The standard deviation of the difference is that of estimates from independent data. A parameter
+    is compared where both have it with the same formula and unit: ZZ1R of two sets may join
+    different standard parameters, and is another quantity then.
+
+    Args:
+        a: an estimate, the folder that `identify` wrote, or its estimate.json.
+        b: the other.
+
+    Raises:
+        ParameterError: a file cannot be read, the robots differ in name, or no parameter is common.
+    """
+    names = tuple(k if isinstance(x, Estimate) else str(x) for k, x in (("a", a), ("b", b)))
+    first, second = (x if isinstance(x, Estimate) else read_estimate(x) for x in (a, b))
+    where = " and ".join(names)
+    if first.robot != second.robot:
+        raise ParameterError(
+            f"{where}: they are of the robots {first.robot} and {second.robot}; accepted: two "
+            "estimates of one robot"
+        )
+    theirs = {p.name: p for p in second.parameters}
+    common, left_out = [], []
+    for p in first.parameters:
+        q = theirs.pop(p.name, None)
+        if q is None:
+            left_out.append((p.name, f"only in {names[0]}"))
+        elif q.expression != p.expression:
+            left_out.append((p.name, f"it is {p.expression} in one, {q.expression} in the other"))
+        elif q.unit != p.unit:
+            left_out.append((p.name, f"its unit is {p.unit} in one, {q.unit} in the other"))
+        else:
+            common.append(Compared(p, q))
+    left_out += [(name, f"only in {names[1]}") for name in theirs]
+    if not common:
+        raise ParameterError(
+            f"{where}: no parameter has the same name and formula in both; accepted: two estimates "
+            "of one robot"
+        )
+    logs = _logs(second)
+    shared = tuple(label for digest, label in _logs(first).items() if digest in logs)
+    return Comparison(
+        (names[0], names[1]),
+        first,
+        second,
+        tuple(common),
+        tuple(left_out),
+        _notes(first, second, shared),
+        shared,
+    )
+
+
+def _notes(a: Estimate, b: Estimate, shared: tuple[str, ...]) -> tuple[str, ...]:
+    """Return what limits a comparison: data in common, other robot files, errors without std."""
+    notes = ["the difference in standard deviations assumes that the two used independent data"]
+    if shared:
+        notes.append(
+            f"they are not independent: both used {', '.join(shared)}; the standard deviation of a "
+            "difference is not the one shown, and usually smaller"
+        )
+    robots = [dict(e.provenance).get(ROBOT_DIGEST) for e in (a, b)]
+    if None not in robots and robots[0] != robots[1]:
+        notes.append(
+            "their robot files differ (another digest): formulas are the same, lengths and angles "
+            "may not be"
+        )
+    if a.excludes == b.excludes and a.excludes:
+        notes.append(f"standard deviations exclude: {a.excludes}")
+    else:
+        notes += [
+            f"standard deviations of {name} exclude: {e.excludes}"
+            for name, e in (("a", a), ("b", b))
+            if e.excludes
+        ]
+    return tuple(notes)
+
+
+def _logs(estimate: Estimate) -> dict[str, str]:
+    """Return digest and name of the logs that an estimate was trained on."""
+    start, end = "train ", f", {LOG_DIGEST}"
+    return {
+        value: key.removeprefix(start).removesuffix(end)
+        for key, value in estimate.provenance
+        if key.startswith(start) and key.endswith(end)
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,121 @@
+"""Figures of parameters by several sources: values with error bars, and how far they moved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.identification.comparison import MOVED, Comparison
+from symgen.identification.estimate import Estimate
+from symgen.plots import BLUE, COLOURS, INK, NAMED_AXIS, ORANGE, WEAK_PERCENT, empty, plain, styled
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+FloatArray = NDArray[np.float64]
+_SYMBOLS = ("circle", "diamond", "square", "triangle-up", "cross", "x")
+_LEAST, _MOST = 0.05, 1.5  # half the height of the ordinate
+
+
+@dataclass(frozen=True, eq=False)
+class _Source:
+    """Values (p,) and standard deviations (p,) under one name."""
+
+    name: str
+    values: FloatArray
+    std: FloatArray
+
+
+def values(estimate: Estimate) -> Figure:
+    """Draw each parameter with 2 std, beside its prior and other methods, over the estimate."""
+    found = estimate.parameters
+    own = _Source(estimate.method, estimate.X, np.array([p.std for p in found]))
+    others = [] if estimate.prior is None else [estimate.prior]
+    others += estimate.comparison
+    sources = [own, *(_Source(c.method, c.X, c.std) for c in others)]
+    return _drawn([p.name for p in found], [p.unit for p in found], sources)
+
+
+def both_values(comparison: Comparison) -> Figure:
+    """Draw the common parameters of two estimates with 2 std, over those of the first."""
+    pairs = comparison.parameters
+    sources = [
+        _Source(name, np.array([x.value for x in side]), np.array([x.std for x in side]))
+        for name, side in zip("ab", ([p.a for p in pairs], [p.b for p in pairs]), strict=True)
+    ]
+    return _drawn([p.name for p in pairs], [p.a.unit for p in pairs], sources)
+
+
+def moved(comparison: Comparison) -> Figure:
+    """Draw by how many combined standard deviations each parameter moved; above 3 hatched."""
+    names = [plain(p.name) for p in comparison.parameters]
+    sigmas = np.array([p.sigmas for p in comparison.parameters])
+    beyond = np.array([p.moved for p in comparison.parameters])
+    figure = empty()
+    for name, chosen, colour, hatch in (
+        (f"within {MOVED:g}", ~beyond, BLUE, ""),
+        (f"moved: over {MOVED:g}", beyond, ORANGE, "/"),
+    ):
+        at = np.flatnonzero(chosen & np.isfinite(sigmas))
+        marker = {"color": colour, "pattern": {"shape": hatch}}
+        hover = "%{x}: %{y:.3g} std<extra></extra>"
+        figure.add_bar(
+            x=[names[k] for k in at], y=sigmas[at], name=name, marker=marker, hovertemplate=hover
+        )
+    for level in (-MOVED, MOVED):
+        figure.add_hline(y=level, line={"color": INK, "width": 1, "dash": "dash"})
+    figure.update_xaxes(title="parameter", showgrid=False, **NAMED_AXIS)
+    figure.update_xaxes(categoryorder="array", categoryarray=names)
+    figure.update_yaxes(title="difference, combined std", zeroline=True)
+    figure.update_layout(bargap=0.25, barmode="overlay")
+    return styled(figure, "Difference", 420, min_width=14 * len(names))
+
+
+def _drawn(names: Sequence[str], units: Sequence[str], sources: Sequence[_Source]) -> Figure:
+    """Draw the values of all sources over those of the first, which stands at 1.
+
+    Parameters that are weak in the first are pale, and do not set the range of the ordinate.
+    """
+    first = sources[0].values
+    scale = np.where(np.isfinite(first) & (first != 0), first, np.nan)
+    figure, reach = empty(), [_LEAST]
+    width = 0.5 / max(1, len(sources) - 1)
+    weak = ~(sources[0].std <= WEAK_PERCENT / 100 * np.abs(scale))
+    for k, source in enumerate(sources):
+        ratio, bar = source.values / scale, 2 * np.abs(source.std / scale)
+        given = np.isfinite(ratio) & ~np.isinf(source.std)
+        ends = np.abs(ratio - 1) + np.nan_to_num(bar)
+        reach += [e for e in ends[given & ~weak].tolist() if e <= _MOST]
+        label, told = plain(source.name), {"legendgroup": f"{k}", "name": plain(source.name)}
+        colour, symbol = COLOURS[k % len(COLOURS)], _SYMBOLS[k % len(_SYMBOLS)]
+        for chosen, opacity in ((given & ~weak, 1.0), (given & weak, 0.25)):
+            at = np.flatnonzero(chosen).tolist()
+            hover = [
+                f"<b>{plain(names[i])}</b> by {label}: {source.values[i]:.5g} ± "
+                f"{2 * source.std[i]:.3g} {plain(units[i])} (2 std)"
+                for i in at
+            ]
+            spread = {"array": np.nan_to_num(bar[at]), "thickness": 1.3, "width": 3}
+            figure.add_scatter(
+                x=np.array(at) + (k - (len(sources) - 1) / 2) * width * (len(sources) > 1),
+                y=ratio[at],
+                error_y={"type": "data", **spread},
+                mode="markers",
+                opacity=opacity,
+                showlegend=opacity == 1.0,
+                hovertext=hover,
+                hoverinfo="text",
+                marker={"color": colour, "size": 6, "symbol": symbol},
+                **told,
+            )
+    half = 1.08 * max(reach)
+    ticks = {"tickvals": list(range(len(names))), "ticktext": [plain(name) for name in names]}
+    figure.update_xaxes(title="parameter", showgrid=False, **NAMED_AXIS, **ticks)
+    figure.update_xaxes(range=[-0.7, len(names) - 0.3])
+    figure.update_yaxes(title=f"value over that of {plain(sources[0].name)}, -")
+    figure.update_yaxes(range=[1 - half, 1 + half])
+    return styled(figure, "Values", 460, min_width=(6 + 5 * len(sources)) * len(names))

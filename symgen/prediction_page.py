@@ -1,0 +1,39 @@
+"""The page of a prediction: measured and predicted torque of a log, and the model's energy."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from symgen import plots
+from symgen.identification.prediction import Prediction
+from symgen.report import Section, Table, drawn, number, page, percent
+
+
+def prediction_page(prediction: Prediction) -> str:
+    """Return the page: error of the torque per joint, curves, energies, notes."""
+    trace, error = prediction.torque, prediction.error
+    lead = (f"What the model of {prediction.robot} with given parameters says of {trace.log}.",)
+    joints = [f"joint {joint}" for joint, _ in prediction.joints]
+    rows = [*zip(joints, map(percent, error.per_joint or ()), strict=True)]
+    table = Table(("", "error"), (*rows, ("all", percent(error.relative))), ("name", "number"))
+    text = (
+        "RMS of measured minus predicted over RMS of measured torque; in all the root mean square "
+        "of the joints."
+    )
+    sections = [Section("Error of torque", (text,), table)]
+    panels = []
+    for j, (joint, unit) in enumerate(prediction.joints):
+        measured, predicted = trace.measured[:, j], trace.predicted[:, j]
+        series = {"measured": measured, "predicted": predicted, "residual": measured - predicted}
+        panels.append(plots.Panel(f"joint {joint}", trace.t, series, f"torque, {unit}"))
+    figure = plots.line_grid(panels, title="Torque", columns=1)
+    told = "Both have passed no filter."
+    if np.isfinite(prediction.band_hz):
+        told = f"Both have passed the same zero-phase low-pass at {number(prediction.band_hz)} Hz."
+    sections.append(drawn("Measured and predicted torque", told, figure))
+    energies = {"kinetic": prediction.kinetic, "potential": prediction.potential}
+    figure = plots.lines(trace.t, energies, title="Energy", xlabel="time, s", ylabel="energy, J")
+    sections.append(drawn("Energy", "Potential energy is known up to a constant.", figure))
+    if prediction.notes:
+        sections.append(Section("Notes", prediction.notes))
+    return page(f"Prediction of {prediction.robot}", lead, sections)

@@ -1,0 +1,62 @@
+"""What a folder of results holds, and its page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from symgen.diagnosis import reading as diagnosis_reading
+from symgen.diagnosis.diagnosis import Diagnosis
+from symgen.errors import ParameterError
+from symgen.identification import prediction, reading
+from symgen.identification.comparison import Comparison
+from symgen.identification.estimate import Estimate
+
+Result = Estimate | Diagnosis | prediction.Prediction
+_READERS: dict[str, Callable[[Path], Result]] = {
+    reading.MARKER: reading.read_estimate,
+    diagnosis_reading.MARKER: diagnosis_reading.read_diagnosis,
+    prediction.MARKER: prediction.read_prediction,
+}
+
+
+def read_result(path: str | Path) -> Result:
+    """Read what identify, diagnose or predict wrote.
+
+    Args:
+        path: the folder, or the JSON file in it.
+
+    Raises:
+        SymgenError: there is no result, there are two, or it is damaged.
+    """
+    path = Path(path)
+    found = [name for name in _READERS if (path / name).is_file()]
+    if path.is_file():
+        found, path = [path.name], path.parent
+    if len(found) != 1 or found[0] not in _READERS:
+        what = f"it holds {' and '.join(found)}" if found else "it holds no result"
+        if not path.exists():
+            what = "it is not there"
+        raise ParameterError(
+            f"{path}: {what}; accepted: a folder that identify, diagnose or predict wrote, or the "
+            f"{', '.join(_READERS)} in it"
+        )
+    return _READERS[found[0]](path / found[0])
+
+
+def result_page(result: Result | Comparison) -> str:
+    """Return the HTML page of a result."""
+    from symgen.comparison_page import comparison_page
+    from symgen.diagnosis_page import diagnosis_page
+    from symgen.estimate_page import estimate_page
+    from symgen.prediction_page import prediction_page
+
+    if isinstance(result, Comparison):
+        return comparison_page(result)
+    if isinstance(result, Estimate):
+        return estimate_page(result)
+    if isinstance(result, Diagnosis):
+        told = "Figures over time are on the page that diagnose wrote: its folder holds no curves."
+        return diagnosis_page(replace(result, notes=(*result.notes, told)))
+    return prediction_page(result)

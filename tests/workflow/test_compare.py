@@ -1,0 +1,426 @@
+"""symgen report: results read and printed again, two estimates compared, pages in a browser."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser import BROWSER, HOSTILE, Page, visit
+from oracles.planar2r import torque_regressor
+
+import symgen
+from symgen import cli
+from symgen.comparison_page import comparison_page
+from symgen.estimate_page import estimate_files, estimate_page
+from symgen.identification.estimate import Consistency, Estimate, ParameterEstimate, Residual
+from symgen.identification.prediction import read_prediction
+from symgen.prediction_page import prediction_page
+
+X = np.array([1.7, 0.15, 0.3, 0.02])
+
+
+def write_log(path: Path, seed: int, viscous: float = 0.0) -> Path:
+    """A log of planar2r by hand-written closed form, with 1 % noise or friction on joint 2."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0, 12, 0.005)[:, None, None]
+    w = 2 * np.pi * 0.15 * np.arange(1, 6) * (1 + 0.03 * seed)
+    a, phase = rng.uniform(0.1, 0.5, (2, 5)), rng.uniform(0, 6, (2, 5))
+    q, qd, qdd = (
+        np.sum(a * w**d * np.sin(w * t + phase + d * np.pi / 2), axis=2) for d in (0, 1, 2)
+    )
+    tau = torque_regressor(q, qd, qdd, 0.5) @ X
+    tau[:, 1] += viscous * qd[:, 1]
+    if not viscous:
+        tau += 0.01 * tau.std(axis=0) * rng.normal(size=tau.shape)
+    np.savez(path, t=t.ravel(), q=q, qd=qd, tau=tau)
+    return path
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    def call(*arguments):
+        monkeypatch.setattr(sys, "argv", ["symgen", *map(str, arguments)])
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as caught:
+            cli.main()
+        out, err = capsys.readouterr()
+        return caught.value.code, out, [x for x in err.splitlines() if not x.startswith("  ")]
+
+    return call
+
+
+@pytest.fixture
+def refused(run):
+    def call(*arguments, words=()):
+        code, out, lines = run(*arguments)
+        assert (code, out, len(lines)) == (2, "", 1), lines
+        for word in words:
+            assert word in lines[0], lines[0]
+
+    return call
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("logs")
+    return [write_log(folder / f"log{seed}.npz", seed) for seed in (1, 2, 3)]
+
+
+@pytest.fixture(scope="module")
+def estimates(logs):
+    return [symgen.identify("planar2r", log, validation=logs[2]) for log in logs[:2]]
+
+
+@pytest.fixture(scope="module")
+def folders(estimates, tmp_path_factory):
+    root = tmp_path_factory.mktemp("results")
+    for name, estimate in zip(("a", "b"), estimates, strict=True):
+        (root / name).mkdir()
+        for file, content in estimate_files(estimate).items():
+            (root / name / file).write_bytes(content)
+    return root / "a", root / "b"
+
+
+def small(*parameters: tuple, robot: str = "arm", provenance: tuple = ()) -> Estimate:
+    """An estimate of (name, expression, value, std) with nothing else in it."""
+    return Estimate(
+        robot, ((1, "N m"),), "energy", "wls",
+        tuple(ParameterEstimate(*p[:4], p[4] if len(p) > 4 else "kg m2") for p in parameters),
+        12.5, Residual(0.01), Residual(0.02), None, None, None, 0.2, "trusted", (), (),
+        np.empty((0, 0)), provenance=provenance,
+    )  # fmt: skip
+
+
+# Two estimates
+
+
+def test_differences_are_those_computed_by_hand() -> None:
+    a = small(("A", "A", 10.0, 0.3), ("B", "B", -2.0, 0.6), ("C", "C", 1.0, 0.0))
+    b = small(("A", "A", 12.0, 0.4), ("B", "B", -1.0, 0.8), ("C", "C", 1.5, 0.0))
+    found = symgen.compare(a, b)
+    assert [p.std for p in found.parameters] == [pytest.approx(0.5), pytest.approx(1.0), 0.0]
+    sigmas = [p.sigmas for p in found.parameters]
+    assert sigmas[:2] == [pytest.approx(4.0), pytest.approx(1.0)]
+    assert math.isnan(sigmas[2])
+    assert [p.name for p in found.moved] == ["A"]
+    assert found.verdict == "differ"
+    # 2 judged ones, each beyond 3 std with probability 0.0027
+    assert "1 of 2 parameters" in found.summary
+    assert "would move 0.0054 of them" in found.summary
+    content = json.loads(json.dumps(found.to_json(), allow_nan=False))
+    assert content["parameters"][0]["difference"] == 2.0
+    assert content["parameters"][2]["sigmas"] is None
+    with pytest.raises(AttributeError):
+        found.notes = ()
+
+
+def test_verdicts() -> None:
+    a = small(("A", "A", 10.0, 0.3))
+    assert symgen.compare(a, small(("A", "A", 11.4, 0.4))).verdict == "agree"
+    assert symgen.compare(a, small(("A", "A", 8.4, 0.4))).verdict == "differ"
+    nothing = small(("A", "A", 10.0, math.nan))
+    assert symgen.compare(a, nothing).verdict == "unknown"
+
+
+def test_only_the_same_quantity_is_compared() -> None:
+    a = small(("ZZ1R", "ZZ1 + IA1", 1.0, 0.1), ("B", "B", 2.0, 0.1), ("C", "C", 1.0, 0.1, "N m"),
+              ("D", "D", 1.0, 0.1))  # fmt: skip
+    b = small(("ZZ1R", "ZZ1", 9.0, 0.1), ("B", "B", 2.0, 0.1), ("C", "C", 1.0, 0.1, "N"),
+              ("E", "E", 1.0, 0.1))  # fmt: skip
+    found = symgen.compare(a, b)
+    assert [p.name for p in found.parameters] == ["B"]
+    left = dict(found.left_out)
+    assert left["ZZ1R"] == "it is ZZ1 + IA1 in one, ZZ1 in the other"
+    assert left["C"] == "its unit is N m in one, N in the other"
+    assert (left["D"], left["E"]) == ("only in a", "only in b")
+
+
+def test_other_robots_and_nothing_in_common_are_refused() -> None:
+    a = small(("A", "A", 1.0, 0.1))
+    with pytest.raises(symgen.ParameterError, match="robots arm and leg; accepted"):
+        symgen.compare(a, small(("A", "A", 1.0, 0.1), robot="leg"))
+    with pytest.raises(symgen.ParameterError, match="no parameter has the same name"):
+        symgen.compare(a, small(("B", "B", 1.0, 0.1)))
+
+
+def test_common_logs_and_other_robot_files_are_said() -> None:
+    def of(log: str, robot: str) -> Estimate:
+        return small(("A", "A", 1.0, 0.1), provenance=(
+            ("robot, sha256 of its canonical robot.toml", robot),
+            (f"train {log}.csv, sha256 of samples", log),
+            ("validation v.csv, sha256 of samples", "v"),
+        ))  # fmt: skip
+
+    assert len(symgen.compare(of("x", "r"), of("y", "r")).notes) == 1
+    assert symgen.compare(of("x", "r"), of("y", "r")).verdict == "agree"
+    found = symgen.compare(of("x", "r"), of("x", "s"))
+    assert found.verdict == "unknown"
+    assert "this shows no agreement" in found.summary
+    notes = found.notes
+    assert "assumes that the two used independent data" in notes[0]
+    assert "not independent: both used x.csv" in notes[1]
+    assert "their robot files differ" in notes[2]
+
+
+def test_estimates_of_independent_noise_agree(estimates) -> None:
+    found = symgen.compare(*estimates)
+    assert found.verdict == "agree"
+    assert all(0 < abs(p.sigmas) < 3 for p in found.parameters)
+
+
+# Reading again
+
+
+def test_an_estimate_is_read_as_it_was(estimates, folders) -> None:
+    for source in (folders[0], str(folders[0] / "estimate.json")):
+        again = symgen.read_estimate(source)
+        assert again.to_json() == estimates[0].to_json()
+    assert np.array_equal(again.covariance, estimates[0].covariance)
+    for ours, theirs in zip(estimates[0].traces, again.traces, strict=True):
+        assert (ours.log, ours.kind, ours.spacing) == (theirs.log, theirs.kind, theirs.spacing)
+        assert np.allclose(ours.predicted, theirs.predicted, rtol=1e-6)
+        assert np.array_equal(ours.t, theirs.t)
+    assert again.convergence is not None
+    pages = [Page(estimate_page(e)) for e in (estimates[0], again)]
+    assert len(pages[0].figures) == len(pages[1].figures) == 10
+    assert pages[0].text == pages[1].text
+
+
+def test_an_estimate_without_curves_or_with_the_first_keys_only_is_read(folders, tmp_path) -> None:
+    content = json.loads((folders[0] / "estimate.json").read_text())
+    first = ("schema", "robot", "model", "method", "parameters", "condition_number", "residual",
+             "torque_residual", "cutoff_hz", "window_s", "verdict", "reasons")  # fmt: skip
+    (tmp_path / "e.json").write_text(json.dumps({key: content[key] for key in first}))
+    old = symgen.read_estimate(tmp_path / "e.json")
+    assert old.traces == ()
+    assert old.joints == ((1, "N m or N"), (2, "N m or N"))
+    assert len(Page(estimate_page(old)).figures) == 2
+    assert symgen.compare(old, folders[0]).verdict == "agree"
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda c: c.pop("robot"),
+        lambda c: c.update(parameters=[]),
+        lambda c: c["parameters"].append(c["parameters"][0]),
+        lambda c: c["parameters"][0].update(value="1"),
+        lambda c: c.update(parameters=3),
+        lambda c: c.update(residual=None),
+        lambda c: c.update(correlation=[[1.0]]),
+        lambda c: c.update(correlation=[[1.0], 2]),
+        lambda c: c["whiteness"][0].update(component=7),
+        lambda c: c.update(physical=[]),
+        lambda c: c.update(schema="symgen.estimate/9"),
+    ],
+)
+def test_a_damaged_estimate_is_refused_in_a_line(refused, folders, tmp_path, spoil) -> None:
+    content = json.loads((folders[0] / "estimate.json").read_text())
+    spoil(content)
+    (tmp_path / "estimate.json").write_text(json.dumps(content))
+    refused("report", tmp_path, words=("estimate.json", "accepted: ", "symgen.estimate/1"))
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"\x93NUMPY", b"[1]"])
+def test_damaged_curves_are_refused_in_a_line(refused, folders, tmp_path, content) -> None:
+    (tmp_path / "estimate.json").write_bytes((folders[0] / "estimate.json").read_bytes())
+    (tmp_path / "curves.npz").write_bytes(content)
+    refused("report", tmp_path, words=("curves.npz", "damaged", "accepted"))
+
+
+def test_a_list_of_numbers_takes_one_line(folders) -> None:
+    text = (folders[0] / "estimate.json").read_text()
+    assert len(text.splitlines()) < 250
+    assert re.search(r'"correlation": \[\n  \[[-0-9.e]+, [-0-9.e]+, ', text)
+
+
+# The command
+
+
+def test_the_estimate_is_printed_again(run, logs, tmp_path) -> None:
+    into = tmp_path / "out"
+    first = run("identify", "planar2r", logs[0], "--validation", logs[2], "--into", into)
+    again = run("report", into)
+    assert first[0] == again[0] == 0
+    assert "\x1b" not in again[1]
+    assert again[1] == "".join(
+        line for line in first[1].splitlines(keepends=True) if not line.startswith("written")
+    )
+    content = json.loads((into / "estimate.json").read_text())
+    content.update(verdict="doubtful", reasons=["because"])
+    (into / "estimate.json").write_text(json.dumps(content))
+    code, out, _ = run("report", into / "estimate.json")
+    assert code == 1
+    assert out.endswith("verdict: doubtful\n  - because\n")
+
+
+def test_two_estimates_are_compared(run, folders, tmp_path) -> None:
+    page = tmp_path / "new" / "ab.html"
+    code, out, err = run("report", *folders, "--into", page)
+    assert (code, err) == (0, [])
+    assert "\x1b" not in out
+    for words in ("verdict: agree: 0 of 4 parameters", "ZZ1R", "apart, std", "independent data"):
+        assert words in out, words
+    assert page.read_text("utf-8").startswith("<!DOCTYPE html>")
+    assert [p.name for p in page.parent.iterdir()] == ["ab.html"]
+
+
+def test_moved_parameters_give_exit_code_1_and_are_named(run, folders, tmp_path) -> None:
+    content = json.loads((folders[1] / "estimate.json").read_text())
+    p = content["parameters"][0]
+    p["value"] += 10 * p["std"]
+    (tmp_path / "estimate.json").write_text(json.dumps(content))
+    code, out, _ = run("report", folders[0], tmp_path)
+    assert code == 1
+    assert "verdict: differ: 1 of 4" in out
+    assert "  - ZZ1R moved by " in out
+
+
+def test_pages_are_not_written_over_anything(refused, folders, tmp_path) -> None:
+    (tmp_path / "mine.html").write_text("mine")
+    refused("report", folders[0], "--into", tmp_path / "mine.html", words=("exists", "accepted"))
+    assert (tmp_path / "mine.html").read_text() == "mine"
+    refused("report", folders[0], "--into", tmp_path / "page", words=("ends in .html",))
+    assert [p.name for p in tmp_path.iterdir()] == ["mine.html"]
+
+
+def test_wrong_folders_are_refused_in_a_line(refused, folders, tmp_path) -> None:
+    accepted = "accepted: a folder that identify, diagnose or predict wrote"
+    refused("report", tmp_path / "nowhere", words=("it is not there", accepted))
+    refused("report", tmp_path, words=("it holds no result", accepted))
+    for name in ("estimate.json", "prediction.json"):
+        (tmp_path / name).write_text("{}")
+    refused("report", tmp_path, words=("estimate.json and prediction.json", accepted))
+    refused("report", tmp_path / "estimate.json", words=("its schema is None",))
+    (tmp_path / "robot.toml").write_text("")
+    refused("report", tmp_path / "robot.toml", words=(accepted,))
+    refused("report", folders[0], tmp_path / "nowhere", words=("nowhere", "accepted"))
+    refused("report", folders[0], folders[1], folders[0])
+    refused("report")
+
+
+def test_a_prediction_is_printed_again(run, refused, folders, logs, tmp_path) -> None:
+    into, page = tmp_path / "out", tmp_path / "page.html"
+    first = run("predict", "planar2r", logs[1], "--parameters", folders[0] / "estimate.json",
+                "--into", into)  # fmt: skip
+    again = run("report", into, "--into", page)
+    assert first[0] == again[0] == 0
+    lines = [[x for x in out.splitlines() if not x.startswith("written")]
+             for _, out, _ in (first, again)]  # fmt: skip
+    assert lines[0] == lines[1]
+    found = Page(page.read_text("utf-8"))
+    assert len(found.figures) == 2
+    assert "joint 2" in found.text
+    (into / "prediction.csv").write_text("t\n1\n")
+    refused("report", into, words=("damaged", "prediction.csv", "accepted"))
+
+
+# What an estimate holds beside
+
+
+def test_the_rest_of_the_balance_is_the_work_that_the_model_misses(tmp_path) -> None:
+    log = write_log(tmp_path / "rubs.npz", 4, viscous=0.05)
+    clean = write_log(tmp_path / "noisy.npz", 4)
+    found = symgen.identify("planar2r", log, validation=clean)
+    balance = found.balances[0]
+    with np.load(log) as data:
+        t, qd, tau = data["t"], data["qd"], data["tau"]
+    power = np.sum(qd * tau, axis=1)
+    steps = np.diff(t)
+    work = np.concatenate([[0.0], np.cumsum(steps * (power[1:] + power[:-1]) / 2)])
+    assert np.allclose(balance.work, work, atol=1e-3 * np.abs(work).max())
+    assert np.allclose(balance.work, balance.energy + balance.friction + balance.rest)
+    assert np.all(balance.friction == 0)  # the robot file declares none
+    # energy comes back, what friction took does not: the rest is the loss, up to the fit's bias
+    loss = np.sum(0.05 * qd[:, 1] ** 2) * steps[0]
+    assert balance.rest[-1] == pytest.approx(loss, rel=0.2)
+    assert all(w.p_value < 0.01 for w in found.whiteness if w.kind == "train")
+
+
+def test_a_true_model_leaves_white_residuals(logs) -> None:
+    p_values = []
+    for train, held in ((0, 1), (1, 2), (2, 0)):
+        found = symgen.identify(
+            "planar2r", logs[train], validation=logs[held], model="momentum", window=0.2
+        )
+        p_values += [w.p_value for w in found.whiteness]
+        # 40 samples a window, a row every 4: 10 rows a window, and the one where windows meet
+        assert {t.spacing for t in found.traces if t.quantity == "momentum"} == {11}
+    assert len(p_values) == 24
+    assert sum(p < 0.01 for p in p_values) <= 2
+    assert np.median(p_values) > 0.2
+
+
+def test_a_prior_stands_beside_the_estimate(logs, folders, tmp_path, run) -> None:
+    into = tmp_path / "out"
+    code, out, _ = run("identify", "planar2r", logs[1], "--validation", logs[2], "--prior",
+                       folders[0] / "estimate.json", "--into", into)  # fmt: skip
+    assert code == 0, out
+    header = out.splitlines()[[x.startswith("parameter") for x in out.splitlines()].index(True)]
+    assert "prior" in header
+    content = json.loads((into / "estimate.json").read_text())
+    given = json.loads((folders[0] / "estimate.json").read_text())["parameters"]
+    for p, q in zip(content["prior"]["parameters"], given, strict=True):
+        assert (p["name"], p["value"], p["std"]) == (q["name"], q["value"], q["std"])
+    assert "prior, sha256 of its means and std" in content["provenance"]
+
+
+def test_the_table_of_pandas_holds_the_parameters(estimates) -> None:
+    frame = estimates[0].to_dataframe()
+    columns = ["name", "expression", "value", "std", "relative_std_percent", "unit"]
+    assert list(frame.columns) == columns
+    rows = json.loads(json.dumps(estimates[0].to_json()["parameters"]))
+    assert frame.to_dict("records") == [{key: row[key] for key in columns} for row in rows]
+
+
+def test_missing_pandas_is_said_in_a_line(estimates, monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(symgen.SymgenError, match=r"^pandas is missing: pip install pandas$"):
+        estimates[0].to_dataframe()
+
+
+# Pages
+
+
+def _drawn(html: str, figures: int, folder: Path) -> None:
+    seen = visit(html, folder)
+    names = re.findall(r'<div id="(figure\d+)"', seen.dom)
+    assert len(names) == figures
+    for name in names:
+        assert 'class="main-svg"' in seen.dom.split(f'id="{name}"', 1)[1][:2000], name
+    assert seen.console == ()
+    assert seen.requests == ()
+
+
+def test_the_page_of_a_comparison_says_what_moved() -> None:
+    a = small(("A", "A", 10.0, 0.3), ("B", "B", 2.0, 0.6), ("D", "D", 1.0, 0.1))
+    b = replace(small(("A", "A", 12.0, 0.4), ("B", "B", 1.0, 0.8)), reasons=("too short",),
+                verdict="doubtful", physical=Consistency(None, None, ""))  # fmt: skip
+    page = Page(comparison_page(symgen.compare(a, b)))
+    for words in ("Differ", "A: 10.00 in a, 12.00 kg m2 in b, 4.00 combined std apart", "▲ 4.00",
+                  "Why b is doubtful", "too short", "only in a", "independent data"):  # fmt: skip
+        assert words in page.text, words
+    assert sum(attrs.get("class") == "flagged" for _, attrs in page.tags) == 1
+    assert len(page.figures) == 2
+
+
+@pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
+def test_browser_draws_a_comparison_in_silence(tmp_path) -> None:
+    a = small((HOSTILE, HOSTILE, 1.0, 0.1, HOSTILE), ("B", "B", 2.0, 0.1), robot=HOSTILE)
+    b = replace(a, parameters=(replace(a.parameters[0], value=2.0), a.parameters[1]))
+    html = comparison_page(replace(symgen.compare(a, b), names=(HOSTILE, HOSTILE)))
+    _drawn(html, 2, tmp_path)
+
+
+@pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
+def test_browser_draws_a_prediction_in_silence(folders, logs, tmp_path) -> None:
+    prediction = symgen.predict("planar2r", logs[1], folders[0] / "estimate.json")
+    for name, content in prediction.to_files().items():
+        (tmp_path / name).write_bytes(content)
+    _drawn(prediction_page(read_prediction(tmp_path)), 2, tmp_path)
