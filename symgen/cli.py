@@ -18,7 +18,7 @@ import click
 
 from symgen.cli_excite import excite
 from symgen.cli_reading import numbers, reading_options
-from symgen.cli_report import report
+from symgen.cli_report import doctor, report
 from symgen.cli_simulate import simulate
 from symgen.errors import SymgenError, SymgenWarning
 from symgen.terminal import (
@@ -335,6 +335,7 @@ def demo(into: Path, runs: int) -> int:
 
 cli.add_command(excite)
 cli.add_command(report)
+cli.add_command(doctor)
 cli.add_command(simulate)
 
 

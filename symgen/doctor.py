@@ -1,0 +1,93 @@
+"""What symgen finds on this machine: compiler, libraries, caches, and what is optional."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+from dataclasses import dataclass
+from importlib import metadata, util
+
+from symgen.errors import SymgenError
+from symgen.runtime.build import build_module, cache_folder, find_compiler, missing_compiler, native
+
+_NEEDED = ("sympy", "numpy", "scipy", "casadi", "cffi", "jinja2", "pydantic", "plotly", "pyarrow")
+#: Module, what it is for, and what brings it.
+_OPTIONAL = (
+    ("clarabel", "parameters that a robot can have", "symgen[physical]"),
+    ("rosbags", "MCAP files and ROS 2 bags", "symgen[ros]"),
+    ("pandas", "Estimate.to_dataframe", "pandas"),
+)
+_PROBE = b"int probe(void) { return 1; }\n"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was looked at: whether it is well, what was found, and what to do."""
+
+    name: str
+    well: bool
+    found: str
+    advice: str = ""
+
+
+def examine() -> tuple[Finding, ...]:
+    """Look at everything that symgen uses; only what it cannot do without is not well."""
+    return (
+        _python(),
+        *(_needed(name) for name in _NEEDED),
+        _compiler(),
+        _cache(),
+        *(_optional(*entry) for entry in _OPTIONAL),
+    )
+
+
+def _python() -> Finding:
+    own = ".".join(map(str, sys.version_info[:3]))
+    well = sys.version_info >= (3, 11)
+    return Finding("Python", well, f"{own}, {platform.machine()}", "" if well else "3.11 or newer")
+
+
+def _needed(name: str) -> Finding:
+    if util.find_spec(name) is None:
+        return Finding(name, False, "is not installed", f"pip install {name}")
+    return Finding(name, True, _version(name))
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "of unknown version"
+
+
+def _compiler() -> Finding:
+    compiler = find_compiler()
+    if compiler is None:
+        return Finding("C compiler", True, "none: CasADi evaluates the models", missing_compiler())
+    flags, _ = native(compiler)
+    extra = f", with {' '.join(flags)}" if flags else ""
+    try:
+        build_module({"probe.c": _PROBE}, "int probe(void);", compiler)
+    except SymgenError as error:  # CasADi takes its place, which is slower
+        return Finding(
+            "C compiler",
+            True,
+            f"{compiler.version} fails: {error}",
+            "the headers of Python (python3-dev) may be missing",
+        )
+    return Finding("C compiler", True, f"{compiler.version}{extra}")
+
+
+def _cache() -> Finding:
+    folder = cache_folder()
+    place = next((p for p in (folder, *folder.parents) if p.exists()), folder)
+    if os.access(place, os.W_OK):
+        return Finding("cache", True, str(folder))
+    return Finding("cache", True, f"{folder} cannot be written", "set SYMGEN_CACHE to a folder")
+
+
+def _optional(name: str, use: str, source: str) -> Finding:
+    if util.find_spec(name) is None:
+        return Finding(name, True, f"not installed: {use}", f"pip install '{source}'")
+    return Finding(name, True, f"{_version(name)}: {use}")

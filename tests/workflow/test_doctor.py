@@ -1,0 +1,51 @@
+"""symgen doctor: what it finds, and what it says where something is missing."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from symgen import doctor
+from symgen.runtime.build import forget_compilers
+
+
+def _named() -> dict[str, doctor.Finding]:
+    return {f.name: f for f in doctor.examine()}
+
+
+def test_everything_that_is_needed_is_found_here() -> None:
+    found = _named()
+    assert all(f.well for f in found.values())
+    assert found["Python"].found.startswith(f"{sys.version_info[0]}.{sys.version_info[1]}.")
+    assert found["numpy"].found == __import__("numpy").__version__
+
+
+def test_a_missing_compiler_is_said_and_is_no_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SYMGEN_CC", "none")
+    forget_compilers()
+    try:
+        found = _named()["C compiler"]
+    finally:
+        forget_compilers()
+    assert found.well
+    assert found.found.startswith("none")
+    assert "symgen[cc]" in found.advice
+
+
+def test_a_missing_library_is_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+    known = doctor.util.find_spec
+    monkeypatch.setattr(doctor.util, "find_spec", lambda n: None if n == "casadi" else known(n))
+    found = _named()["casadi"]
+    assert not found.well
+    assert found.advice == "pip install casadi"
+
+
+def test_the_command_prints_a_table_and_ends_with_0() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "symgen", "doctor"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "C compiler" in done.stdout
+    assert "clarabel" in done.stdout
