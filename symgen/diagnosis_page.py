@@ -99,7 +99,7 @@ def _banner(diagnosis: Diagnosis) -> Banner:
 def _sections(diagnosis: Diagnosis, motion: Replay | None) -> list[Section]:
     text = (
         "RMS of measured minus modelled torque over RMS of measured torque, in the band of the "
-        "motion. The noise floor is what the noise of the torque alone leaves there."
+        "motion. The noise floor is what noise of torque, position and speed alone leaves there."
     )
     sections = [drawn("Gap", text, diagnosis_plots.gaps(diagnosis), _gap_table(diagnosis))]
     if diagnosis.effects:

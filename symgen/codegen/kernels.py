@@ -108,7 +108,7 @@ def _friction_power(s: Subject) -> Kernel | None:
         return None
     return Kernel(
         "friction_power",
-        "columns of the power that friction takes: P = out . X[p_inertial..p)",
+        f"columns of the power that friction takes: P = out . {_slice(s)}",
         friction.power_tape(s.robot).keep(kept),
         (Output("out", (len(names),), names),),
     )
@@ -120,10 +120,15 @@ def _friction_torque(s: Subject) -> Kernel | None:
         return None
     return Kernel(
         "friction_torque",
-        "columns of friction torque: out X[p_inertial..p)",
+        f"columns of friction torque: out {_slice(s)}",
         friction.torque_tape(s.robot).keep(_rows(s.robot.n, count, kept)),
         (Output("out", (s.robot.n, len(names)), names),),
     )
+
+
+def _slice(s: Subject) -> str:
+    """Return the part of X that goes with the columns of friction, as headers write it."""
+    return f"X[p_inertial..{s.base.linear if s.robot.loaded else 'p'})"
 
 
 def _friction_columns(s: Subject) -> tuple[tuple[str, ...], list[int], int]:
@@ -212,6 +217,8 @@ def _forward_dynamics(s: Subject) -> Kernel:
     qdd, pivots = dynamics.forward_dynamics(p)
     tape = p.close(("q", "qd", "tau"), [*qdd, *pivots])
     doc = "accelerations under torques tau; not 0 where M is not positive definite"
+    if s.robot.loaded:
+        doc += ", or a share of the load lets nothing through"
     return Kernel("forward_dynamics", doc, tape, (Output("qdd", (s.robot.n,)),), len(pivots))
 
 

@@ -152,7 +152,8 @@ class _Document:
         tape = torque_tape(self.robot)
         forms = closed_form(tape)
         first = sum(s.inertial for s in self.base.standard)
-        count = len(self.base.standard) - first
+        rubbing = [s for s in self.base.standard[first:] if not s.load]
+        count = len(rubbing)
         out: list[str] = []
         if not count:
             return out
@@ -161,7 +162,7 @@ class _Document:
         for i, joint in enumerate(self.robot.movable):
             products = [
                 Product(p.number, (Factor(sp.Symbol(f"X_{s.name}", real=True)), *p.factors))
-                for k, s in enumerate(self.base.standard[first:])
+                for k, s in enumerate(rubbing)
                 for p in forms[i * count + k].products
             ]
             left = rf"\tau_{{f,{joint.number}}}"

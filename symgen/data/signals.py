@@ -27,6 +27,7 @@ STEP_TOLERANCE = 0.01
 GAP = 10.0
 
 _ORDER = 4
+_NORMAL = 1.4826  # standard deviation over median size of normal noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,14 +233,21 @@ def white_noise(
         free: (N, k) the samples that count; None for all.
 
     Returns:
-        (k,), in the unit of `high`.
+        (k,), in the unit of `high`: from the median of its size, which steps of friction at
+        reversals do not move; from its RMS where it is stuck most of the time.
     """
     margin = int(1 / (band * step))
     span = slice(margin, -margin) if margin and len(high) > 4 * margin else slice(None)
-    inside, say = high[span], np.ones(high.shape) if free is None else free
-    power = np.sum(say[span] * inside**2, axis=0) / np.maximum(say[span].sum(axis=0), 1)
+    inside, say = high[span], (np.ones(high.shape, bool) if free is None else free)[span]
+    size = np.array([_typical(x[at]) for x, at in zip(inside.T, say.T, strict=True)])
     nyquist = 0.5 / step
-    return np.asarray(np.sqrt(power * nyquist / (nyquist - band)))
+    return np.asarray(size * np.sqrt(nyquist / (nyquist - band)))
+
+
+def _typical(x: FloatArray) -> float:
+    if len(x) == 0:
+        return 0.0
+    return _NORMAL * float(np.median(np.abs(x))) or math.sqrt(float(np.mean(x**2)))
 
 
 def filter_reach(cutoff: float, step: float) -> int:

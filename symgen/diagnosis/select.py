@@ -159,7 +159,8 @@ def _fault(evidence: Evidence, score: Score, p: Projection, tried: int) -> str:
         explains = f"it explains {100 * score.gain:.2g} % of the residual's square"
         return f"{explains}; needed: {100 * least:.2g} %"
     if score.closes < _WHOLE:
-        return f"it closes {100 * score.closes:.2g} % of the whole gap's square; needed: 10 %"
+        share = 100 * (1 - np.sqrt(max(1 - score.closes, 0.0)))
+        return f"it closes {share:.2g} % of the whole gap; needed: 5 %"
     if score.p_value * tried > _SIGNIFICANCE:
         return f"not significant: p = {score.p_value:.2g}, {tried} candidates were tried"
     definition = score.candidate.definition

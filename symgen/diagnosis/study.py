@@ -43,7 +43,8 @@ from symgen.runtime.evaluator import Evaluator, load
 FloatArray = NDArray[np.float64]
 KERNELS = ("torque_regressor", "inverse_dynamics")
 #: Gap over noise floor up to which nothing is missing, where no effect is found.
-_QUIET = 3.0
+_QUIET, _LOUD = 3.0, 5.0  # in all, on one joint
+_LEAST = 1e-4  # a floor that matters
 _SHOWN = 12
 _SETTLING = 4
 
@@ -362,8 +363,15 @@ def _verdict(
     if measuring:
         return "bad-measurement"
     if not selection.accepted:
-        return "consistent" if before.total <= _QUIET * max(floor.total, 1e-9) else "unexplained"
-    return "explained" if after.total <= _QUIET * max(floor.total, 1e-9) else "partly-explained"
+        return "consistent" if _quiet(before, floor) else "unexplained"
+    return "explained" if _quiet(after, floor) else "partly-explained"
+
+
+def _quiet(gap: Gap, floor: Gap) -> bool:
+    """Whether a gap is near the noise, in all and on every joint."""
+    pairs = zip(gap.per_joint, floor.per_joint, strict=True)
+    joints = all(g <= _LOUD * max(f, _LEAST) for g, f in pairs)
+    return joints and gap.total <= _QUIET * max(floor.total, _LEAST)
 
 
 def _advice(found: Sequence[FoundEffect], verdict: str) -> tuple[str, ...]:

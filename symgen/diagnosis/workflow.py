@@ -22,6 +22,7 @@ from symgen.diagnosis.special import special_candidates
 from symgen.diagnosis.study import KERNELS, Study
 from symgen.diagnosis.unnamed import with_unnamed
 from symgen.errors import IdentificationError, ParameterError
+from symgen.identification.masking import resting
 from symgen.identification.parameters import read_parameters
 from symgen.identification.validation import (
     Source,
@@ -103,7 +104,8 @@ def diagnose(
     if given is None and (effects is None or "unnamed" in effects):
         selection = with_unnamed(selection, source, study.base, study.noise(), progress)
     progress("deriving, compiling and identifying the extended model")
-    return _with_left_out(study.conclude(selection, notes), source)
+    whole = study.conclude(selection, (*notes, *resting(samples, source)))
+    return _with_left_out(whole, source)
 
 
 def _with_left_out(diagnosis: Diagnosis, robot: Robot) -> Diagnosis:

@@ -22,6 +22,7 @@ from symgen.experiment.plan import Plan, binding_text
 from symgen.experiment.search import Clock, Program
 from symgen.experiment.space import space
 from symgen.experiment.trajectory import SMOOTH, basis
+from symgen.identification.recipe import require_model
 from symgen.identification.verdict import WINDOWS
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -98,6 +99,7 @@ def excite(
     clock = Clock(budget)
     _require_settings(model, criterion, window, rate, budget, searches, iterations, runs)
     source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
+    require_model(source, model)
     limits = bounds(source, position, velocity, acceleration, jerk, torque)
     kinds = _kinds(kind, source.n, limits)
     progress("deriving and compiling the model")

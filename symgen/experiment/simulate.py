@@ -29,6 +29,7 @@ FloatArray = NDArray[np.float64]
 Parameters = str | Path | Mapping[str, float] | ArrayLike
 #: Numbers in one array of all runs, above which memory is likely to be short.
 _MOST = 60_000_000
+_MOST_RUNS = 100_000
 
 
 def simulate(
@@ -100,6 +101,10 @@ def simulate(
         raise ParameterError("simulate: torques have stamps of their own; accepted: no rate")
     if rate is not None and not (math.isfinite(rate) and rate > 0):
         raise ParameterError(f"simulate: rate is {rate:g}; accepted: above 0 Hz")
+    if not 1 <= runs <= _MOST_RUNS or seed < 0:
+        raise ParameterError(
+            f"simulate: {runs} runs, seed {seed}; accepted: 1 to {_MOST_RUNS} runs, seed 0 or more"
+        )
     if torque is not None:
         t, tau, start = torques_of(torque, source)
         law, acts = replay(t, tau, hold), "at stamps" if hold else "always"
@@ -205,10 +210,6 @@ def _run(
     limits = robot.limits.torque if robot.limits else None
     if plan.clip and limits is None:
         raise ParameterError(f"simulate: clip, and {robot.name} has no torque in [limits]")
-    if plan.runs < 1 or plan.seed < 0:
-        raise ParameterError(
-            f"simulate: {plan.runs} runs, seed {plan.seed}; accepted: 1 run or more, seed 0 or more"
-        )
     if not 1e-13 <= plan.tolerance <= 1e-3:
         raise ParameterError(f"simulate: tolerance {plan.tolerance:g}; accepted: 1e-13 to 1e-3")
     if plan.runs * len(t) * robot.n > _MOST:

@@ -261,5 +261,7 @@ def in_words(test: Endogeneity, size: str) -> str:
     """Say what a test found, and how large the bias is."""
     figures = f"F({test.df[0]}, {test.df[1]:.0f}) = {test.statistic:.3g}, p = {test.p_value:.2g}"
     if test.p_value < LEVEL:
-        return f"plain least squares is biased by noise in the regressor: {size} ({figures})"
+        return (
+            f"plain least squares differs from instruments by more than chance: {size} ({figures})"
+        )
     return f"no bias of plain least squares is seen: {size} ({figures})"

@@ -18,16 +18,20 @@ carries the log's noise into Z (measured in tests/workflow/test_bias.py).
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.bandwidth import motion_bandwidth, rigid_band
+from symgen.data.log import make_log
+from symgen.data.plain import read_columns
 from symgen.data.signals import Samples, can_filter, differentiate, lowpass, prepare
 from symgen.data.spline import interpolated
 from symgen.errors import IdentificationError, LogError
 from symgen.identification.recipe import Recipe
 from symgen.identification.validation import Part, Source, open_log
+from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
@@ -50,7 +54,7 @@ def instrumented(
     """
     s = part.samples
     if commanded is not None:
-        motion = _onto(prepare(open_log(commanded, evaluator.model.robot)), s)
+        motion = _onto(_commanded(commanded, evaluator.model.robot, s), s)
     elif s.velocity_derived:
         raise IdentificationError(
             f"{s.name}: method iv needs instruments, and speeds derived from q have the noise of "
@@ -59,6 +63,27 @@ def instrumented(
     else:
         motion = from_encoders(s)
     return with_instruments(evaluator, part, recipe, *motion)
+
+
+def _commanded(source: Source, robot: Robot, samples: Samples) -> Samples:
+    """Return a commanded motion: a log, or a table of t, q1.. and qd1.. as `excite` writes.
+
+    Raises:
+        LogError: it is the log itself, whose noise it would carry.
+    """
+    if isinstance(source, (str, Path)) and Path(source).suffix.lower() == ".csv":
+        t, found = read_columns(source, ("q",), ("qd", "tau"), "t, q1.., optional qd1..")
+        if "tau" not in found:  # nothing reads it
+            ones = np.ones_like(found["q"])
+            name = Path(source).name
+            return prepare(make_log(name, t, found["q"], ones, found.get("qd"), n=robot.n))
+    motion = prepare(open_log(source, robot))
+    if np.array_equal(motion.q, samples.q):
+        raise LogError(
+            f"{motion.name}: the commanded motion is the measured one of {samples.name}, with its "
+            "noise; accepted: the motion that was asked for"
+        )
+    return motion
 
 
 def from_encoders(samples: Samples) -> tuple[FloatArray, FloatArray]:

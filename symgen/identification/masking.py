@@ -14,6 +14,8 @@ from symgen.errors import LogError
 from symgen.identification.system import Equations
 from symgen.robot.types import Robot
 
+_MUCH = 0.03  # share of samples at rest that is worth a word
+
 
 def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Samples:
     """Mask samples at rest or in saturation; nothing is taken out of the log itself.
@@ -97,3 +99,16 @@ def unmasked_pieces(samples: Samples, model: str) -> list[Samples]:
     bad = samples.mask.robot if model == "energy" else samples.mask.joint.any(axis=1)
     edges = np.flatnonzero(np.diff(np.concatenate([[1], bad.astype(np.int8), [1]])))
     return [samples.cut(slice(int(a), int(b))) for a, b in edges.reshape(-1, 2)]
+
+
+def resting(logs: Sequence[Samples], robot: Robot) -> tuple[str, ...]:
+    """Say where joints of unmasked logs stand still, so that friction there can be anything."""
+    out = []
+    for samples in logs:
+        share = float(at_rest(samples.qd, samples.step, robot.sigma)[0].mean(axis=0).max())
+        if samples.mask is None and share > _MUCH:
+            out.append(
+                f"{samples.name}: a joint stands still in {100 * share:.2g} % of the samples: "
+                "friction can be anything there, and the gap counts it (--mask rest leaves it out)"
+            )
+    return tuple(out)

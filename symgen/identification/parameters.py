@@ -46,14 +46,14 @@ def named_values(path: str | Path, model: Model) -> dict[str, Any]:
     path = Path(path)
     if path.suffix.lower() in FORMATS:
         return dict(cad_parameters(path, model))
-    return {name: value for name, (value, _) in read_named(path).items()}
+    return {name: value for name, (value, _) in read_named(path, model.robot.name).items()}
 
 
-def read_named(path: Path) -> dict[str, tuple[Any, Any]]:
+def read_named(path: Path, robot: str) -> dict[str, tuple[Any, Any]]:
     """Return value and standard deviation (None where there is none) of what a file names.
 
     Raises:
-        ParameterError: the file cannot be read.
+        ParameterError: the file cannot be read, or is an estimate of another robot than `robot`.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -63,7 +63,7 @@ def read_named(path: Path) -> dict[str, tuple[Any, Any]]:
         raise ParameterError(
             f"{path}: cannot be read ({reason}); accepted: estimate.json, or TOML with [parameters]"
         ) from error
-    return _named(content, path)
+    return _named(content, path, robot)
 
 
 def cad_parameters(path: Path, model: Model) -> dict[str, float]:
@@ -93,7 +93,7 @@ def cad_parameters(path: Path, model: Model) -> dict[str, float]:
     return {name: value for name, value in values.items() if name in standard}
 
 
-def _named(content: Any, path: Path) -> dict[str, tuple[Any, Any]]:
+def _named(content: Any, path: Path, robot: str) -> dict[str, tuple[Any, Any]]:
     """Return name, value and standard deviation of every parameter in a parsed file."""
     if path.suffix == ".json":
         listed = content.get("parameters") if isinstance(content, dict) else None
@@ -101,6 +101,11 @@ def _named(content: Any, path: Path) -> dict[str, tuple[Any, Any]]:
             raise ParameterError(f"{path}: not an estimate; accepted: schema {SCHEMA}")
         if not all(isinstance(p, dict) and {"name", "value"} <= set(p) for p in listed):
             raise ParameterError(f"{path}: every parameter needs a name and a value")
+        if content.get("robot", robot) != robot:
+            raise ParameterError(
+                f"{path}: the estimate is of the robot {content['robot']!r}; accepted: one of "
+                f"{robot!r}"
+            )
         return {str(p["name"]): (p["value"], p.get("std")) for p in listed}
     table = content.get("parameters")
     if not isinstance(table, dict):

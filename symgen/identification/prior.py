@@ -47,7 +47,7 @@ def read_prior(path: str | Path, model: Model) -> Prior:
         found = cad_parameters(path, model)
         given = {name: value for name, value in found.items() if value or name in links}
     else:
-        pairs = read_named(path)
+        pairs = read_named(path, model.robot.name)
         given = {name: value for name, (value, _) in pairs.items()}
         deviation = {name: std for name, (_, std) in pairs.items()}
     values = base_values(given, model, str(path), partial=True)

@@ -10,12 +10,14 @@ from symgen.codegen.kernels import ENERGY
 from symgen.codegen.model import Model
 from symgen.data.bandwidth import DERIVED_WIDE, rigid_band
 from symgen.data.signals import Samples, can_filter
+from symgen.errors import IdentificationError
 from symgen.identification.system import (
     Equations,
     energy_equations,
     momentum_equations,
     torque_equations,
 )
+from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 #: The kernels that each model needs beside those of energy.
@@ -24,6 +26,15 @@ NEEDED: dict[str, tuple[str, ...]] = {
     "momentum": ("momentum_regressor", "friction_torque"),
     "torque": ("torque_regressor",),
 }
+
+
+def require_model(robot: Robot, model: str) -> None:
+    """Raise IdentificationError where a robot's effects need accelerations and a model has none."""
+    if robot.loaded and model != "torque":
+        raise IdentificationError(
+            f"model {model}: the robot has effects that hold the torque of its links, which needs "
+            "accelerations; accepted: model torque"
+        )
 
 
 @dataclass(frozen=True)

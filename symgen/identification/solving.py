@@ -19,7 +19,7 @@ from symgen.identification.estimate import Convergence
 from symgen.identification.estimators import NOISE_BIAS, WLS, Estimator, Prior
 from symgen.identification.instrumental import InstrumentalVariables, bias_of_least_squares
 from symgen.identification.masking import unmasked_pieces
-from symgen.identification.recipe import Recipe
+from symgen.identification.recipe import Recipe, require_model
 from symgen.identification.recursive import Identifier
 from symgen.identification.regression import (
     Solution,
@@ -135,11 +135,7 @@ def settled(
         IdentificationError: another model, whose equations have no accelerations, or X does not
             settle.
     """
-    if recipe.model != "torque":
-        raise IdentificationError(
-            f"model {recipe.model}: the robot has effects that hold the torque of its links, which "
-            "needs accelerations; accepted: model torque"
-        )
+    require_model(evaluator.model.robot, recipe.model)
     base = evaluator.model.base
     for _ in range(_ROUNDS):
         train = [p for p in parts(recipe) if p.kind == "train"]

@@ -85,8 +85,7 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
     else:
         names = [joint.name for joint in robot.movable]
         log = read_log(source, sigma=robot.sigma, drive=robot.drive, reading=reading, names=names)
-    if log.mapped:
-        _require_within(log, robot)
+    _require_within(log, robot)
     log = cut(log, reading.start, reading.until)
     if log.tau is None:
         what = "has currents and no torques"
@@ -101,7 +100,7 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
 
 
 def _require_within(log: Log, robot: Robot) -> None:
-    """Refuse a mapped log far beyond the joints' limits: it was on the other side."""
+    """Refuse a log far beyond the joints' limits: in degrees, say, or of the drive's other side."""
     limits = None if robot.limits is None else robot.limits.position
     for j, (low, high) in enumerate(limits or ()):
         least, most = float(log.q[:, j].min()), float(log.q[:, j].max())
@@ -110,7 +109,8 @@ def _require_within(log: Log, robot: Robot) -> None:
                 f"q{j + 1} runs from {least:.4g} to {most:.4g} on the joint side, and its limits "
                 f"are {low:g} and {high:g}"
             )
-            refuse(log.name, what, "a log that [drive] maps into [limits]; see position_side")
+            drive = "a log that [drive] maps into [limits]; see position_side"
+            refuse(log.name, what, drive if log.mapped else "rad or m, within [limits]")
 
 
 def open_samples(
@@ -140,8 +140,16 @@ def open_samples(
 
 
 def require_other_data(train: Sequence[Samples], held: Sequence[Samples]) -> None:
-    """Raise LogError where a validation log is a training log: it would judge nothing."""
-    known = {digest(s): s.name for s in train}
+    """Raise LogError where a log is given twice: it would judge nothing, or count double."""
+    known: dict[str, str] = {}
+    for samples in train:
+        key = digest(samples)
+        if key in known:
+            raise LogError(
+                f"{samples.name}: the training log holds the same data as the training log "
+                f"{known[key]}; accepted: each log once, with --weights where it is to count more"
+            )
+        known[key] = samples.name
     for samples in held:
         same = known.get(digest(samples))
         if same is not None:

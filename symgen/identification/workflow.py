@@ -244,6 +244,11 @@ def _split(part: Part, gap: float) -> list[Part]:
     kept = tuple(e.where(e.t <= s.t[cut], e.name) for e in part.equations)
     held = tuple(e.where(e.t >= s.t[cut] + gap, name) for e in part.equations)
     if any(len(e.y) < 10 for e in (*kept, *held)):
+        if s.mask is not None:
+            raise LogError(
+                f"{s.name}: the mask leaves next to no window of {gap:g} s in its first four "
+                "fifths or in the last, which is held out; accepted: a longer log, or --validation"
+            )
         raise LogError(
             f"{s.name}: too short to hold out its last fifth in windows of {gap:g} s; "
             "accepted: a longer log, or a second one for validation"

@@ -14,7 +14,7 @@ from symgen.robot.effect import Definition, Effect, Search, definitions, from_ta
 from symgen.robot.expressions import text
 
 #: Values that are tried of each constant, by the number of ranges of an effect.
-COUNTS = {1: 10, 2: 6}
+COUNTS = {1: 20, 2: 12}
 _BY_RATIO = 10  # the ends' ratio above which the values are spaced by ratio
 
 

@@ -201,7 +201,8 @@ def noisy(seed, sigma):
 def test_a_log_of_weight_two_counts_as_if_it_were_given_twice(robot):
     a, b, c = (noisy(seed, 0.5) for seed in (4, 5, 6))
     options = {"validation": c, "method": "ols", "model": "momentum"}
-    twice = symgen.identify(robot, [a, a, b], **options)
+    later = replace(a, t=a.t + 100.0)  # the same log again is refused
+    twice = symgen.identify(robot, [a, later, b], **options)
     weighed = symgen.identify(robot, [a, b], weights=[2, 1], **options)
     plain = symgen.identify(robot, [a, b], **options)
     np.testing.assert_allclose(weighed.X, twice.X, rtol=1e-9)

@@ -144,7 +144,7 @@ linear = { B = "N m s/rad" }
 nonlinear = { k = [1, 6] }
 """
     found = diagnose(_robot(text), train, validation=test, effects=["drag"])
-    assert found.tried == 10
+    assert found.tried == 20
     assert [(e.name, e.joints) for e in found.effects] == [("drag", (1,))]
     values = {p.name: p.value for p in found.effects[0].parameters}
     assert values == {"B": pytest.approx(0.5, rel=0.03), "k": pytest.approx(3.3, rel=0.01)}
@@ -171,7 +171,7 @@ def test_a_range_takes_the_place_of_the_librarys(logs) -> None:
     train, test = logs(_ripple)
     ripple = '[[effect]]\nname = "torque_ripple"\njoints = [1]\nnonlinear = { k = [6, 9] }\n'
     found = diagnose(_robot(ripple), train, validation=test, effects=["torque_ripple"])
-    assert found.tried == 10 + 59  # joint 2 has the library's values
+    assert found.tried == 20 + 59  # joint 2 has the library's values
     assert [(e.name, e.joints) for e in found.effects] == [("torque_ripple", (1,))]
     values = {p.name: p.value for p in found.effects[0].parameters}
     assert set(values) == {"RS1", "RC1", "k1"}
@@ -183,11 +183,11 @@ def test_a_range_takes_the_place_of_the_librarys(logs) -> None:
 @pytest.mark.parametrize(
     ("ranges", "expected"),
     [
-        ("c = 0.3, w = [0.1, 1.0]", {"w": np.linspace(0.1, 1.0, 10)}),
-        ("c = 0.3, w = [0.1, 1.1]", {"w": np.geomspace(0.1, 1.1, 10)}),
-        ("w = 0.2, c = [-0.1, 8]", {"c": np.linspace(-0.1, 8, 10)}),
-        ('c = ["-pi/2", "L1"], w = [1, 2]', {"c": np.linspace(-np.pi / 2, 0.5, 6),
-                                              "w": np.linspace(1, 2, 6)}),
+        ("c = 0.3, w = [0.1, 1.0]", {"w": np.linspace(0.1, 1.0, 20)}),
+        ("c = 0.3, w = [0.1, 1.1]", {"w": np.geomspace(0.1, 1.1, 20)}),
+        ("w = 0.2, c = [-0.1, 8]", {"c": np.linspace(-0.1, 8, 20)}),
+        ('c = ["-pi/2", "L1"], w = [1, 2]', {"c": np.linspace(-np.pi / 2, 0.5, 12),
+                                              "w": np.linspace(1, 2, 12)}),
     ],
 )  # fmt: skip
 def test_every_point_of_the_grid_is_a_candidate(ranges: str, expected: dict) -> None:
