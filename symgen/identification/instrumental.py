@@ -42,6 +42,7 @@ FloatArray = NDArray[np.float64]
 _SUSPECT = 1e-7
 #: Level of the Durbin-Wu-Hausman test below which least squares is called biased.
 LEVEL = 0.01
+_HARMLESS = 0.5  # bias, of a standard deviation
 #: Correlation of a direction of W with the instruments under which they are called weak.
 _WEAK = 0.3
 #: A bias that intervals do not hold: in std, and as a share of a parameter known to another share.
@@ -95,7 +96,7 @@ class InstrumentalVariables:
         covariance = robust_covariance(system, bread, scores) / np.outer(scale, scale)
         tests = durbin_wu_hausman(system, weights)
         std = np.sqrt(np.maximum(np.diag(least.covariance), 0))
-        notes = tuple(in_words(t, shift(system.names, least.X, std, reduced.X)) for t in tests[:1])
+        notes = tuple(in_words(t, system.names, least.X, std, reduced.X) for t in tests[:1])
         notes = notes or ("no Durbin-Wu-Hausman test: the logs hold too few independent equations",)
         if reduced.shared < _WEAK:
             notes += (
@@ -250,18 +251,18 @@ def bias_of_least_squares(system: LinearSystem, solution: Solution) -> tuple[Sol
     )
 
 
-def shift(names: Sequence[str], X: FloatArray, std: FloatArray, other: FloatArray) -> str:
-    """Say by how much another estimate moves X: the parameter that moves most, in its std."""
+def in_words(
+    test: Endogeneity, names: Sequence[str], X: FloatArray, std: FloatArray, other: FloatArray
+) -> str:
+    """Say what a test found, and by how much another estimate moves X at most, in its std.
+
+    Large logs make a bias certain that is far below the standard deviations: that is said, too.
+    """
     moves = np.abs(other - X) / np.where(std > 0, std, np.inf)
     worst = int(np.argmax(moves))
-    return f"at most {moves[worst]:.2g} std of it, for {names[worst]}"
-
-
-def in_words(test: Endogeneity, size: str) -> str:
-    """Say what a test found, and how large the bias is."""
+    size = f"at most {moves[worst]:.2g} std of it, for {names[worst]}"
     figures = f"F({test.df[0]}, {test.df[1]:.0f}) = {test.statistic:.3g}, p = {test.p_value:.2g}"
-    if test.p_value < LEVEL:
-        return (
-            f"plain least squares differs from instruments by more than chance: {size} ({figures})"
-        )
-    return f"no bias of plain least squares is seen: {size} ({figures})"
+    if test.p_value >= LEVEL:
+        return f"no bias of plain least squares is seen: {size} ({figures})"
+    known = "is biased" if moves[worst] > _HARMLESS else "is biased, though by less than matters"
+    return f"plain least squares {known}: {size} ({figures})"

@@ -58,6 +58,7 @@ MODELS = tuple(NEEDED)
 #: Methods for which logs can be given weights.
 WEIGHED = ("wls", "ols")
 _HELD_OUT = 0.2
+_PLENTY = 10  # independent equations for each parameter
 
 
 def identify(
@@ -283,12 +284,13 @@ def _estimate(
     train_torque, train_traces = torque.residual(train)
     held_torque, held_traces = torque.residual(held)
     train_residual, held_residual = residual(train, solution.X), residual(held, solution.X)
+    windows = sum(len(e.y) / e.correlation for p in train for e in p.equations)
     reasons = verdicts.reasons(
         condition=solution.condition_number,
         train=train_residual,
         validation=held_residual,
         torque=held_torque,
-        windows=sum(len(e.y) / e.correlation for p in train for e in p.equations),
+        windows=windows,
         parameters=len(parameters),
     )
     reasons += (bias,) if bias else ()
@@ -301,6 +303,11 @@ def _estimate(
         notes += (
             "no validation log is given: the last fifth of each log is held out (its filter was "
             "chosen on the whole log)",
+        )
+    if windows < _PLENTY * len(parameters):
+        notes += (
+            f"{windows:.0f} independent equations for {len(parameters)} parameters: under "
+            f"{_PLENTY} each, the intervals tend to be short",
         )
     notes += solution.notes
     if len(set(solution.weights)) > 1:
