@@ -12,7 +12,7 @@ from typing import Any
 from symgen import diagnosis_plots
 from symgen.codegen.model import derive
 from symgen.codegen.package import generate
-from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
+from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter, work
 from symgen.diagnosis.reading import MARKER as MARKER
 from symgen.diagnosis.replay import Replay, replayed
 from symgen.diagnosis.words import (
@@ -101,6 +101,12 @@ def _sections(diagnosis: Diagnosis, motion: Replay | None) -> list[Section]:
         "RMS of measured minus modelled torque over RMS of measured torque, in the band of the "
         "motion. The noise floor is what noise of torque, position and speed alone leaves there."
     )
+    done = work(diagnosis.curves)
+    if done is not None:
+        text += (
+            f" As energy, over windows of {done.window:g} s, the model leaves "
+            f"{percent(done.before)} of the work before and {percent(done.after)} after."
+        )
     sections = [drawn("Gap", text, diagnosis_plots.gaps(diagnosis), _gap_table(diagnosis))]
     if diagnosis.effects:
         text = (

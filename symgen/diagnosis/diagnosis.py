@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -107,6 +108,43 @@ class Curves:
     free: NDArray[np.bool_] | None = None
 
 
+@dataclass(frozen=True)
+class Work:
+    """The gap as energy: RMS of the work that a model leaves over RMS of the measured work.
+
+    Work is the integral of qd' tau over windows of `window` s, as in the energy model: joints
+    count by their power, not each for itself.
+    """
+
+    window: float
+    before: float
+    after: float
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the key "energy" of diagnosis.json."""
+        return {"window_s": self.window, "before": self.before, "after": self.after}
+
+
+def work(curves: Sequence[Curves], window: float = 0.2) -> Work | None:
+    """Compare measured and modelled work on validation logs; None where no window fits."""
+    done: dict[str, list[FloatArray]] = {"measured": [], "before": [], "after": []}
+    for c in curves:
+        step = float(np.median(np.diff(c.t))) if len(c.t) > 1 else np.inf
+        size = max(1, round(window / step))
+        if len(c.t) <= size:
+            continue
+        for name, kept in done.items():
+            power = np.sum(c.qd * getattr(c, name) * (1 if c.free is None else c.free), axis=1)
+            total = np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2 * step)])
+            kept.append(total[size:] - total[:-size])
+    if not done["measured"]:
+        return None
+    measured, before, after = (np.concatenate(kept) for kept in done.values())
+    size_ = float(np.sqrt(np.mean(measured**2))) or np.inf
+    left = [float(np.sqrt(np.mean((measured - model) ** 2))) / size_ for model in (before, after)]
+    return Work(window, *left)
+
+
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
     """The answer of `diagnose`.
@@ -162,6 +200,7 @@ class Diagnosis:
                 "after": self.after.to_json(),
                 "noise_floor": self.floor.to_json(),
             },
+            "energy": None if (done := work(self.curves)) is None else done.to_json(),
             "where": [
                 {
                     "joint": p.joint,

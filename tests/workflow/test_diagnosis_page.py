@@ -21,6 +21,7 @@ from symgen.diagnosis.diagnosis import (
     Gap,
     Place,
     Rejected,
+    work,
 )
 from symgen.diagnosis.reading import read_diagnosis
 from symgen.diagnosis.replay import Replay
@@ -189,7 +190,8 @@ def test_a_diagnosis_is_read_as_it_was_but_for_its_curves(tmp_path: Path) -> Non
     again = read_diagnosis(tmp_path / "why")
     # diagnosis.json says beside why there is no motion under the measured torques
     kept = replace(again, notes=again.notes[: len(synthetic().notes)])
-    assert repr(kept.to_json()) == repr(synthetic().to_json())
+    known = {**synthetic().to_json(), "energy": None}  # a measure of the curves
+    assert repr(kept.to_json()) == repr(known)
     assert again.extended == synthetic().extended
     assert len(Page(diagnosis_page(again)).figures) == 1
     file = tmp_path / "why" / MARKER
@@ -233,3 +235,20 @@ def test_browser_draws_every_figure_in_silence(tmp_path: Path) -> None:
     assert seen.console == ()
     assert seen.requests == ()
     assert "<img" not in seen.dom.split("<main>")[1].split("</main>")[0]
+
+
+def test_the_gap_as_energy_is_that_of_plain_integrals() -> None:
+    t = np.linspace(0.0, 4.0, 401)
+    qd = np.stack([np.sin(3 * t), np.cos(2 * t)], axis=1)
+    measured = np.stack([2 + np.cos(t), 3 * qd[:, 1]], axis=1)
+    before, after = measured - 0.5 * qd, measured - 0.05 * qd
+    seen = Curves("log", t, np.zeros_like(qd), qd, measured, before, after)
+    found = work([seen])
+    parts = []
+    for tau in (measured, 0.5 * qd, 0.05 * qd):
+        power = np.sum(qd * tau, axis=1)
+        windows = [np.trapezoid(power[k : k + 21], t[k : k + 21]) for k in range(len(t) - 20)]
+        parts.append(np.sqrt(np.mean(np.square(windows))))
+    assert found.before == pytest.approx(parts[1] / parts[0], rel=1e-9)
+    assert found.after == pytest.approx(parts[2] / parts[0], rel=1e-9)
+    assert work([]) is None
