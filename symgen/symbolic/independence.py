@@ -43,6 +43,9 @@ def require_new_columns(robot: Robot, base: BaseParameters) -> None:
         name: [draw.uniform(-s * size, s * size, count) for s in span]
         for name, size in (("q", 1.0), ("qd", 1.0), ("qdd", 2.0))
     }
+    for variables in inputs.values():
+        for x in variables:
+            x[0] = 0.0  # where logarithms and quotients have their poles
     with np.errstate(all="ignore"):  # log(0) of a power at rest; what is not finite is refused
         out = torque_tape(robot).run(Numbers(robot.values(), FUNCTIONS), inputs)
     total = sum(not p.load for p in base.standard)

@@ -268,3 +268,12 @@ def test_a_torque_without_a_real_value_is_refused(root: str) -> None:
     effect = EFFECTS.split("[[effect]]")[-1].replace("-A*", f"A*{root}*")
     with pytest.raises(symgen.SymgenError, match="finite real"):
         symgen.parse_robot(f"{BASE}[[effect]]{effect}")
+
+
+@pytest.mark.parametrize("torque", ["-A/q1", "-A*pow(q1, -1)", "-A*qd1/(q2*q2)"])
+def test_a_torque_with_a_pole_at_the_zero_of_a_joint_is_refused(torque: str) -> None:
+    text = (
+        f'[[effect]]\nname = "pole"\njoints = [1]\ntorque = "{torque}"\nlinear = {{ A = "N m" }}\n'
+    )
+    with pytest.raises(symgen.RobotError, match="not a finite number everywhere"):
+        symgen.derive(symgen.parse_robot(BASE + text))
