@@ -12,7 +12,7 @@ _OPTIONS = (
     click.option("--columns", help="Names of columns in the file: t=time,q1=..; or a .toml file."),
     click.option("--joints", help="Names of the joints in a bag, in the robot's order: a,b,.."),
     click.option("--topic", default="", help="Topic of the joint states in a bag."),
-    click.option("--mask", help="What no equation may touch: rest, saturation, or rest,saturation."),
+    click.option("--mask", help="What no equation may touch: rest, saturation, rest,saturation."),
     click.option("--from", "start", type=float, help="Use each log from this t on, s."),
     click.option("--until", type=float, help="Use each log up to this t, s."),
 )
