@@ -30,14 +30,14 @@ FIGURES = Path(__file__).parent / "diagnose_figures.json"
 SPECS = {spec.id: spec for spec in cases()}
 #: Quick ones, of every kind of effect and both simulators.
 SAMPLE = (
-    "planar2r-coulomb_friction-moderate-0-mujoco",
-    "planar2r-stribeck_friction-moderate-38-pinocchio",
-    "planar2r-coupled_transmission-moderate-72-mujoco",
-    "planar2r-torque_ripple-moderate-67-pinocchio",
-    "planar2r-external_contact-moderate-144-mujoco",
-    "planar2r-drive_gain_error-moderate-115-pinocchio",
-    "planar2r-clean-230-pinocchio",
-    "planar2r-clean-misfit-202-pinocchio",
+    "planar2r-coulomb_friction-moderate-3000-mujoco",
+    "planar2r-stribeck_friction-moderate-3038-pinocchio",
+    "planar2r-coupled_transmission-moderate-3072-mujoco",
+    "planar2r-torque_ripple-moderate-3067-pinocchio",
+    "planar2r-external_contact-moderate-3144-mujoco",
+    "planar2r-drive_gain_error-moderate-3115-pinocchio",
+    "planar2r-clean-3230-pinocchio",
+    "planar2r-clean-misfit-3202-pinocchio",
 )
 
 
