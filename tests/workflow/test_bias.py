@@ -64,10 +64,10 @@ def _by_estimators(case: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _found_biased(case: dict[str, Any]) -> float:
-    """Return how often the test at 5 % finds bias in sessions of 20 runs, of 50."""
+    """Return how often the test at 5 % finds bias in groups of 20 runs, of 50."""
     equations = _equations(case, 1000, False)
-    sessions = (LinearSystem(paper.NAMES, tuple(equations[k : k + 20])) for k in range(0, 1000, 20))
-    return float(np.mean([solve(s, "iv").endogeneity[0].p_value < 0.05 for s in sessions]))
+    groups = (LinearSystem(paper.NAMES, tuple(equations[k : k + 20])) for k in range(0, 1000, 20))
+    return float(np.mean([solve(s, "iv").endogeneity[0].p_value < 0.05 for s in groups]))
 
 
 @pytest.mark.slow
