@@ -31,6 +31,7 @@ from symgen.identification.physical import consistency
 from symgen.identification.prior import read_prior
 from symgen.identification.recipe import NEEDED, Recipe
 from symgen.identification.regression import Solution
+from symgen.identification.signs import wrong_sign
 from symgen.identification.solving import Method, convergence, moved_by_window, settled, solved
 from symgen.identification.system import LinearSystem
 from symgen.identification.validation import (
@@ -294,6 +295,8 @@ def _estimate(
         parameters=len(parameters),
     )
     reasons += (bias,) if bias else ()
+    turned = wrong_sign(evaluator, train, recipe, train_residual.relative)
+    reasons += (turned,) if turned else ()
     reasons += verdicts.unphysical(parameters, kinetic_energy(evaluator, train, solution.X))
     reasons += tuple(
         fault for p in (*train, *held) for fault in verdicts.velocity_faults(p.samples)
