@@ -38,6 +38,7 @@ _WITH_PRIOR = (WLS.name, Consistent.name)
 #: Methods that account for noise in the regressor.
 _UNBIASED = (InstrumentalVariables.name, TotalLeastSquares.name)
 _CHECKPOINTS = 80
+_WINDOWS, _FEWEST, _MOVED = (0.5, 2.0, 4.0), 20, 3.0  # that are scanned
 _ROUNDS, _SETTLED = 30, 1e-3  # of the standard deviation
 
 
@@ -222,24 +223,35 @@ def moved_by_window(
     X: FloatArray,
     std: FloatArray,
 ) -> str:
-    """Return in words the parameters that half the window moves by more than three std."""
-    half = replace(recipe, window=recipe.window / 2)
+    """Return in words the parameters that other windows move by more than three std.
+
+    Half the window, twice and four times are tried, as far as the logs hold twenty of them.
+    """
     known = method.name in ("wls", "ols", "recursive") and method.forgetting == 1
-    if recipe.model == "torque" or not known or any(half.window < p.samples.step for p in train):
+    if recipe.model == "torque" or not known:
         return ""
     names = evaluator.model.base.names
-    equations = (
-        replace(e, weight=p.equations[0].weight)
-        for p in train
-        for e in half.equations(evaluator, p.samples)
-    )
     estimator = (
         (method.prior or WLS()) if method.name == "recursive" else method.estimator(evaluator)
     )
-    try:
-        other = estimator.solve(LinearSystem(names, tuple(equations))).X
-    except IdentificationError:
-        return ""
-    moves = [(abs(b - a) / s, n) for a, b, s, n in zip(X, other, std, names, strict=True) if s > 0]
-    worst = [(ratio, name) for ratio, name in moves if ratio > 3]
-    return ", ".join(f"{name} moves by {ratio:.1f} std" for ratio, name in sorted(worst)[:-6:-1])
+    worst: dict[str, tuple[float, float]] = {}
+    for factor in _WINDOWS:
+        other = replace(recipe, window=recipe.window * factor)
+        fits = [p.samples.step <= other.window <= np.ptp(p.samples.t) / _FEWEST for p in train]
+        if not all(fits):
+            continue
+        equations = (
+            replace(e, weight=p.equations[0].weight)
+            for p in train
+            for e in other.equations(evaluator, p.samples)
+        )
+        try:
+            found = estimator.solve(LinearSystem(names, tuple(equations)))
+        except IdentificationError:
+            continue
+        spread = np.maximum(std, np.sqrt(np.maximum(np.diag(found.covariance), 0)))
+        for name, move, size in zip(names, np.abs(found.X - X), spread, strict=True):
+            if size > 0 and move > _MOVED * size:
+                worst[name] = max(worst.get(name, (0.0, 0.0)), (move / size, other.window))
+    listed = sorted(worst.items(), key=lambda entry: -entry[1][0])[:5]
+    return ", ".join(f"{name} moves by {r:.1f} std at {w:.3g} s" for name, (r, w) in listed)

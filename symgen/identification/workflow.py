@@ -328,7 +328,7 @@ def _estimate(
     moved = moved_by_window(evaluator, train, method, recipe, solution.X, std)
     if moved:
         notes += (
-            f"with windows of half the length {moved}: the model misses something of this size, "
+            f"with other windows {moved}: the model misses something of this size, "
             "which std does not tell",
         )
     flagged = [p.name for p in parameters if not p.relative_std_percent <= 30]

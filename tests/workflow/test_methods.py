@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -10,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from oracles import planar2r
+from support import data_folder
 
 import symgen
 from symgen.estimate_page import estimate_page
@@ -223,3 +225,14 @@ def test_a_prior_holds_what_a_poor_motion_does_not_show(tmp_path) -> None:
     assert held.method == "wls with prior"
     assert np.abs(held.X / X - 1).max() < 0.3 < np.abs(free.X / X - 1).max()
     assert "errors of the prior" in held.excludes
+
+
+def test_what_other_windows_move_is_said_where_the_model_misses_something() -> None:
+    right = symgen.identify("planar2r", _log(1, 1e-4, 1e-3))
+    assert not any("other windows" in note for note in right.notes)
+    folder = data_folder() / "emps"  # its friction is not quite the model's
+    estimate = symgen.identify(
+        folder / "robot.toml", folder / "train.csv", validation=folder / "test.csv"
+    )
+    (note,) = [n for n in estimate.notes if "other windows" in n]
+    assert re.search(r"M1 moves by [3-9]\.\d std at 0\.[148]", note), note
