@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symgen.cli_excite import excite
-from symgen.cli_reading import numbers, reading_options
+from symgen.cli_reading import listed, numbers, reading_options
 from symgen.cli_report import doctor, report
 from symgen.cli_simulate import simulate
 from symgen.errors import SymgenError, SymgenWarning
@@ -72,7 +72,7 @@ def generate(
     source = symgen.read_robot(robot)
     folder = into or Path("generated") / source.name
     check_replaceable(folder, "manifest.json")
-    chosen = "all" if kernels is None else tuple(k.strip() for k in kernels.split(","))
+    chosen = "all" if kernels is None else listed(kernels)
     say(f"deriving {source.name}")
     model = symgen.derive(source, chosen)
     tree = symgen.generate(model, target=target, dtype=dtype, tex=tex)
@@ -289,7 +289,7 @@ def diagnose(
         list(logs),
         validation=list(validation),
         parameters=parameters,
-        effects=None if effects is None else [name.strip() for name in effects.split(",")],
+        effects=None if effects is None else listed(effects),
         cutoff=cutoff,
         reading=reading,
         progress=say,

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from symgen.cli_reading import listed
 from symgen.errors import ParameterError
 from symgen.terminal import print_plan, say
 
@@ -110,8 +111,8 @@ def ranges(text: str | None, what: str, count: int) -> tuple[tuple[float, float]
     return tuple(out)
 
 
-def _parts(text: str, what: str, count: int) -> list[str]:
-    parts = [part.strip() for part in text.split(",")]
+def _parts(text: str, what: str, count: int) -> tuple[str, ...]:
+    parts = listed(text)
     if len(parts) not in (1, count):
         raise ParameterError(
             f"{what} {text}: {len(parts)} entries; accepted: one, or one for each of {count}"

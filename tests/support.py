@@ -44,3 +44,8 @@ def parsed(text: str, name: str = "arm") -> Robot:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SymgenWarning)
         return parse_robot(text, name)
+
+
+def messages(err: str) -> list[str]:
+    """Return the lines of stderr that are no progress, which is indented."""
+    return [line for line in err.splitlines() if not line.startswith("  ")]

@@ -296,54 +296,70 @@ def _delays(robot: Robot, definition: Definition, _: Evidence) -> Iterator[Candi
     yield Candidate(definition, (), columns, 1, uses_model=True)
 
 
-def _gains(robot: Robot, definition: Definition, _: Evidence) -> Iterator[Candidate]:
+_Maker = Callable[[Robot, Definition, Evidence], Iterator[Candidate]]
+#: Column (N,) of the one coefficient of an effect on a joint, by its position and constants.
+Shape = Callable[[Scene, Torques, int, Mapping[str, float]], FloatArray]
+
+
+def _gain(_: Scene, torques: Torques, j: int, __: Mapping[str, float]) -> FloatArray:
     """A channel that reads G times too much: tau = (1 + G) model."""
-    for position in range(robot.n):
-
-        def columns(_: Scene, torques: Torques, j: int = position) -> Columns:
-            return {j: torques.model[:, j : j + 1]}
-
-        yield Candidate(definition, (position,), columns, 1, uses_model=True)
+    return torques.model[:, j]
 
 
-def _drifts(robot: Robot, definition: Definition, evidence: Evidence) -> Iterator[Candidate]:
-    """Friction times 1 + DR exp(-t/T), joint by joint."""
-    for position in range(robot.n):
-        for values in grid(definition.nonlinear, evidence, position):
-            yield drift(definition, position, values["T"])
+def _drift(s: Scene, torques: Torques, j: int, constants: Mapping[str, float]) -> FloatArray:
+    """Friction times 1 + DR exp(-t/T)."""
+    fading: FloatArray = np.exp(-(s.t - s.t[0]) / constants["T"])
+    return torques.friction[:, j] * fading
 
 
-def drift(definition: Definition, position: int, T: float) -> Candidate:
-    """Return friction of one joint that falls with the time constant T."""
+def _pulse(s: Scene, _: Torques, j: int, constants: Mapping[str, float]) -> FloatArray:
+    """A pulse after each reversal, in the new direction, while the joint crosses `width`."""
+    return -_after_reversals(s, j, constants["width"])
+
+
+def _contact(s: Scene, _: Torques, __: int, constants: Mapping[str, float]) -> FloatArray:
+    """A constant torque from `start`, s after the log's first sample, for `length` s."""
+    t = s.t - s.t[0]
+    start, length = constants["start"], constants["length"]
+    return np.asarray((t >= start) & (t < start + length), dtype=float)
+
+
+def _shaped(
+    definition: Definition, position: int, constants: Mapping[str, float], shape: Shape
+) -> Candidate:
+    """Return an effect with one coefficient on one joint."""
 
     def columns(s: Scene, torques: Torques) -> Columns:
-        fading = np.exp(-(s.t - s.t[0]) / T)
-        return {position: (torques.friction[:, position] * fading)[:, None]}
+        return {position: shape(s, torques, position, constants)[:, None]}
 
-    def remake(other: Mapping[str, float]) -> Candidate:
-        return drift(definition, position, other["T"])
-
-    constants = {"T": T}
-    return Candidate(definition, (position,), columns, 1, constants, uses_model=True, remake=remake)
-
-
-def _pulses(robot: Robot, definition: Definition, evidence: Evidence) -> Iterator[Candidate]:
-    """A pulse after each reversal, in the new direction, while the joint crosses `width`."""
-    for position in range(robot.n):
-        for values in grid(definition.nonlinear, evidence, position):
-            yield pulse(definition, position, values["width"])
+    return Candidate(
+        definition,
+        (position,),
+        columns,
+        1,
+        dict(constants),
+        uses_model=shape in (_gain, _drift),
+        remake=lambda other: _shaped(definition, position, other, shape),
+    )
 
 
-def pulse(definition: Definition, position: int, width: float) -> Candidate:
-    """Return a torque that rises and falls over `width` of position after each reversal."""
+def _each(shape: Shape) -> _Maker:
+    """Return what yields an effect on every joint with every value of its constants."""
 
-    def columns(s: Scene, _: Torques) -> Columns:
-        return {position: -_after_reversals(s, position, width)[:, None]}
+    def make(robot: Robot, definition: Definition, evidence: Evidence) -> Iterator[Candidate]:
+        for position in range(robot.n):
+            for values in grid(definition.nonlinear, evidence, position):
+                yield _shaped(definition, position, values, shape)
 
-    def remake(other: Mapping[str, float]) -> Candidate:
-        return pulse(definition, position, other["width"])
+    return make
 
-    return Candidate(definition, (position,), columns, 1, {"width": width}, remake=remake)
+
+def _contacts(robot: Robot, definition: Definition, evidence: Evidence) -> Iterator[Candidate]:
+    """Yield the contacts whose window of time lies within a log."""
+    longest = max(float(s.t[s.kept][-1] - s.t[0]) for s in evidence.scenes)
+    for candidate in _each(_contact)(robot, definition, evidence):
+        if candidate.constants["start"] + candidate.constants["length"] <= longest:
+            yield candidate
 
 
 def _after_reversals(s: Scene, j: int, width: float) -> FloatArray:
@@ -363,33 +379,10 @@ def _after_reversals(s: Scene, j: int, width: float) -> FloatArray:
     return out
 
 
-def _contacts(robot: Robot, definition: Definition, evidence: Evidence) -> Iterator[Candidate]:
-    """A constant torque on one joint inside a window of time that lies within a log."""
-    longest = max(float(s.t[s.kept][-1] - s.t[0]) for s in evidence.scenes)
-    for position in range(robot.n):
-        for values in grid(definition.nonlinear, evidence, position):
-            if values["start"] + values["length"] <= longest:
-                yield contact(definition, position, values["start"], values["length"])
-
-
-def contact(definition: Definition, position: int, start: float, length: float) -> Candidate:
-    """Return a torque of one joint from `start`, s after the log's first sample, for `length` s."""
-
-    def columns(s: Scene, _: Torques) -> Columns:
-        t = s.t - s.t[0]
-        return {position: ((t >= start) & (t < start + length)).astype(float)[:, None]}
-
-    def remake(other: Mapping[str, float]) -> Candidate:
-        return contact(definition, position, other["start"], other["length"])
-
-    constants = {"start": start, "length": length}
-    return Candidate(definition, (position,), columns, 1, constants, remake=remake)
-
-
-_SPECIAL: dict[str, Callable[[Robot, Definition, Evidence], Iterator[Candidate]]] = {
+_SPECIAL: dict[str, _Maker] = {
     "time_delay": _delays,
-    "drive_gain_error": _gains,
-    "thermal_drift": _drifts,
-    "backlash": _pulses,
+    "drive_gain_error": _each(_gain),
+    "thermal_drift": _each(_drift),
+    "backlash": _each(_pulse),
     "external_contact": _contacts,
 }

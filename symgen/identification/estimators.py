@@ -6,7 +6,6 @@ Solution. `excludes` says what its standard deviations leave out.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Protocol
 
@@ -243,8 +242,3 @@ def _with_prior(
     bread = np.linalg.inv(R)
     bread = bread @ bread.T / np.outer(scale, scale)
     return replace(solution, covariance=solution.covariance + bread * information @ bread)
-
-
-def by_name(estimators: Sequence[type[Estimator]]) -> dict[str, type[Estimator]]:
-    """Return estimators by their names."""
-    return {e.name: e for e in estimators}

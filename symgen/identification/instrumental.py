@@ -97,7 +97,7 @@ class InstrumentalVariables:
         tests = durbin_wu_hausman(system, weights)
         std = np.sqrt(np.maximum(np.diag(least.covariance), 0))
         notes = tuple(in_words(t, system.names, least.X, std, reduced.X) for t in tests[:1])
-        notes = notes or ("no Durbin-Wu-Hausman test: the logs hold too few independent equations",)
+        notes = notes or (_UNTESTED,)
         if reduced.shared < _WEAK:
             notes += (
                 "weak instruments: a combination of columns has a correlation of "

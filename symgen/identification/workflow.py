@@ -128,13 +128,14 @@ def identify(
     given = listed_logs(validation)
     read = _read(evaluator.model.robot, sources, given, recipe, reading, progress)
 
-    def parts_of(recipe: Recipe) -> list[Part]:
+    def parts_of(recipe: Recipe, read: Sequence[tuple[str, Samples]]) -> list[Part]:
         return _parts(evaluator, read, recipe, chosen, motions, bool(given))
 
     if evaluator.model.robot.loaded:
         progress("settling the effects that hold the model's torque")
-        recipe = settled(evaluator, parts_of, recipe)
-    parts = parts_of(recipe)
+        training = [entry for entry in read if entry[0] == "train"]
+        recipe = settled(evaluator, lambda at: parts_of(at, training), recipe)
+    parts = parts_of(recipe, read)
     train = [p for p in parts if p.kind == "train"]
     held = [p for p in parts if p.kind == "validation"]
     train = [_weighed(p, w) for p, w in zip(train, shares, strict=True)]

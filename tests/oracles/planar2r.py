@@ -18,6 +18,19 @@ import numpy as np
 NAMES = ("ZZ1R", "ZZ2", "MX2", "MY2")
 
 
+def harmonic_motion(
+    rng: np.random.Generator, seed: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """t (N,) of 12 s at 200 Hz, and q, qd, qdd (N, 2) of five harmonics; the seed sets the rate."""
+    t = np.arange(0, 12, 0.005)[:, None, None]
+    w = 2 * np.pi * 0.15 * np.arange(1, 6) * (1 + 0.03 * seed)
+    a, phase = rng.uniform(0.1, 0.5, (2, 5)), rng.uniform(0, 6, (2, 5))
+    q, qd, qdd = (
+        np.sum(a * w**d * np.sin(w * t + phase + d * np.pi / 2), axis=2) for d in (0, 1, 2)
+    )
+    return t.ravel(), q, qd, qdd
+
+
 def energy_regressor(q: np.ndarray, qd: np.ndarray, L1: float) -> np.ndarray:
     """Row (..., 4) of the energy, which is the Lagrangian here."""
     _, q2, qd1, qd2 = _split(q, qd)

@@ -9,24 +9,20 @@ import threading
 
 import numpy as np
 import pytest
+from support import messages
 
 import symgen
-from symgen import cli
 from symgen.codegen.casadi_model import dynamics
 from symgen.files import write_folder
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
+def run(command):
     """Run the command line in this process; return (exit code, stdout, lines on stderr)."""
 
     def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["symgen", *map(str, arguments)])
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as caught:
-            cli.main()
-        out, err = capsys.readouterr()
-        return caught.value.code, out, [li for li in err.splitlines() if not li.startswith("  ")]
+        code, out, err = command(*arguments)
+        return code, out, messages(err)
 
     return call
 

@@ -6,7 +6,6 @@ import sys
 import pytest
 
 import symgen
-from symgen import cli
 from symgen.robot.urdf_io import import_urdf
 
 GOOD = """<?xml version="1.0"?>
@@ -100,16 +99,12 @@ def test_a_revolute_joint_cannot_mimic_a_prismatic_one():
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
+def run(command):
     """Run the command line in this process; return (exit code, stdout, lines on stderr)."""
 
     def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["symgen", *map(str, arguments)])
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as caught:
-            cli.main()
-        out, err = capsys.readouterr()
-        return caught.value.code, out, err.splitlines()
+        code, out, err = command(*arguments)
+        return code, out, err.splitlines()
 
     return call
 

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import BROWSER, HOSTILE, Page, visit
-from oracles.planar2r import torque_regressor
+from oracles.planar2r import harmonic_motion, torque_regressor
+from support import messages
 
 import symgen
-from symgen import cli
 from symgen.comparison_page import comparison_page
 from symgen.estimate_page import estimate_files, estimate_page
 from symgen.identification.estimate import Consistency, Estimate, ParameterEstimate, Residual
@@ -28,29 +28,20 @@ X = np.array([1.7, 0.15, 0.3, 0.02])
 def write_log(path: Path, seed: int, viscous: float = 0.0) -> Path:
     """A log of planar2r by hand-written closed form, with 1 % noise or friction on joint 2."""
     rng = np.random.default_rng(seed)
-    t = np.arange(0, 12, 0.005)[:, None, None]
-    w = 2 * np.pi * 0.15 * np.arange(1, 6) * (1 + 0.03 * seed)
-    a, phase = rng.uniform(0.1, 0.5, (2, 5)), rng.uniform(0, 6, (2, 5))
-    q, qd, qdd = (
-        np.sum(a * w**d * np.sin(w * t + phase + d * np.pi / 2), axis=2) for d in (0, 1, 2)
-    )
+    t, q, qd, qdd = harmonic_motion(rng, seed)
     tau = torque_regressor(q, qd, qdd, 0.5) @ X
     tau[:, 1] += viscous * qd[:, 1]
     if not viscous:
         tau += 0.01 * tau.std(axis=0) * rng.normal(size=tau.shape)
-    np.savez(path, t=t.ravel(), q=q, qd=qd, tau=tau)
+    np.savez(path, t=t, q=q, qd=qd, tau=tau)
     return path
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
+def run(command):
     def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["symgen", *map(str, arguments)])
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as caught:
-            cli.main()
-        out, err = capsys.readouterr()
-        return caught.value.code, out, [x for x in err.splitlines() if not x.startswith("  ")]
+        code, out, err = command(*arguments)
+        return code, out, messages(err)
 
     return call
 

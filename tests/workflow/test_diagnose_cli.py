@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from oracles.planar2r import torque_regressor
+from oracles.planar2r import harmonic_motion, torque_regressor
 
 import symgen
-from symgen import cli
 from symgen.explain import picture
 from symgen.robot.effect import definitions
 
@@ -23,16 +21,11 @@ X = np.array([1.7, 0.15, 0.3, 0.02])
 def write_log(path: Path, seed: int, spring: float = SPRING) -> Path:
     """A log of planar2r from the hand-written closed form, with a spring on joint 2 and noise."""
     rng = np.random.default_rng(seed)
-    t = np.arange(0, 12, 0.005)[:, None, None]
-    w = 2 * np.pi * 0.15 * np.arange(1, 6) * (1 + 0.03 * seed)
-    a, phase = rng.uniform(0.1, 0.5, (2, 5)), rng.uniform(0, 6, (2, 5))
-    q, qd, qdd = (
-        np.sum(a * w**d * np.sin(w * t + phase + d * np.pi / 2), axis=2) for d in (0, 1, 2)
-    )
+    t, q, qd, qdd = harmonic_motion(rng, seed)
     tau = torque_regressor(q, qd, qdd, 0.5) @ X
     tau[:, 1] += spring * (q[:, 1] - 0.2)
     tau += 0.01 * tau.std(axis=0) * rng.normal(size=tau.shape)
-    np.savez(path, t=t.ravel(), q=q, qd=qd, tau=tau)
+    np.savez(path, t=t, q=q, qd=qd, tau=tau)
     return path
 
 
@@ -48,16 +41,8 @@ def clean(tmp_path_factory):
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
-    def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["symgen", *map(str, arguments)])
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as caught:
-            cli.main()
-        out, err = capsys.readouterr()
-        return caught.value.code, out, err
-
-    return call
+def run(command):
+    return command
 
 
 def test_a_hidden_spring_is_found_added_and_shown(run, logs, tmp_path):

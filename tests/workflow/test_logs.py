@@ -274,14 +274,12 @@ def test_currents_without_torque_constants_are_refused(robot):
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
-    from symgen import cli
+def run(command):
+    """Run the command line in this process; return its exit code and the lines on stderr."""
 
     def call(*arguments):
-        monkeypatch.setattr("sys.argv", ["symgen", *map(str, arguments)])
-        with pytest.raises(SystemExit) as caught:
-            cli.main()
-        return caught.value.code, capsys.readouterr().err.splitlines()
+        code, _, err = command(*arguments)
+        return code, err.splitlines()
 
     return call
 

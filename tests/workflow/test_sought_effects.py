@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from oracles.planar2r import torque_regressor
+from oracles.planar2r import harmonic_motion, torque_regressor
 
 import symgen
 from symgen import cli
@@ -58,17 +58,12 @@ def _load(_: np.ndarray, qd: np.ndarray, rigid: np.ndarray) -> np.ndarray:
 def _log(path: Path, seed: int, hidden: Torque | None, joint: int = 1) -> Path:
     """Write a log of planar2r with a torque ON a joint that the model does not have, and noise."""
     rng = np.random.default_rng(seed)
-    t = np.arange(0, 12, 0.005)[:, None, None]
-    w = 2 * np.pi * 0.15 * np.arange(1, 6) * (1 + 0.03 * seed)
-    a, phase = rng.uniform(0.1, 0.5, (2, 5)), rng.uniform(0, 6, (2, 5))
-    q, qd, qdd = (
-        np.sum(a * w**d * np.sin(w * t + phase + d * np.pi / 2), axis=2) for d in (0, 1, 2)
-    )
+    t, q, qd, qdd = harmonic_motion(rng, seed)
     tau = torque_regressor(q, qd, qdd, 0.5) @ X
     if hidden is not None:
         tau[:, joint - 1] -= hidden(q, qd, tau)
     tau += 0.01 * tau.std(axis=0) * rng.normal(size=tau.shape)
-    np.savez(path, t=t.ravel(), q=q, qd=qd, tau=tau)
+    np.savez(path, t=t, q=q, qd=qd, tau=tau)
     return path
 
 
