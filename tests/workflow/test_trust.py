@@ -1,0 +1,94 @@
+"""What is called trusted can be trusted, and what deserves it is: on simulated runs.
+
+The long study (-m slow -s) takes 300 runs that no threshold was chosen on and writes
+trust_figures.json; the default tests take a few of them again.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+from oracles.pinocchio_arm import load_pinocchio
+
+try:
+    load_pinocchio()
+except ImportError as missing:
+    pytest.skip(f"needs Pinocchio: {missing}", allow_module_level=True)
+
+from workflow import trust_study
+
+FIGURES = Path(__file__).parent / "trust_figures.json"
+RUNS = 300
+#: Of small arms, which are quick: places among the runs of the study.
+SAMPLED = (2, 12, 19, 23)
+
+
+def _figures() -> dict[str, Any]:
+    if not FIGURES.is_file():
+        pytest.skip(f"{FIGURES.name} is not written yet: -m slow writes it")
+    return dict(json.loads(FIGURES.read_text("utf-8")))
+
+
+@pytest.mark.slow
+def test_trusted_means_trusted() -> None:
+    """Takes an hour and more; SYMGEN_RUNS takes fewer, and then writes nothing."""
+    runs = int(os.environ.get("SYMGEN_RUNS", RUNS))
+    rows = trust_study.study(runs, trust_study.REPORTED_ON, workers=os.cpu_count() or 1)
+    assert not [row for row in rows if "crashed" in row]
+    sums = trust_study.summary(rows)
+    print(json.dumps(sums, indent=1))
+    if runs == RUNS:
+        settings = {"runs": RUNS, "seed": trust_study.REPORTED_ON, "model": "auto"}
+        FIGURES.write_text(trust_study.text(rows, settings), "utf-8")
+    assert trust_study.reached(sums)
+
+
+@pytest.mark.parametrize("place", SAMPLED)
+def test_a_run_of_the_study_comes_out_again(place: int) -> None:
+    kept = _figures()["rows"][place]
+    row = trust_study.attempt(trust_study.REPORTED_ON + place)
+    print(trust_study.line(row))
+    assert row["verdict"] == kept["verdict"]
+    for key in ("said", "true", "best"):
+        assert row[key] == pytest.approx(kept[key], rel=0.02)
+
+
+def test_the_figures_that_are_reached() -> None:
+    figures = _figures()
+    assert len(figures["rows"]) == RUNS
+    sums = trust_study.summary(figures["rows"])
+    assert sums == pytest.approx(figures["summary"], rel=1e-4, nan_ok=True)
+    assert trust_study.reached(sums)
+
+
+def _row(verdict: str, said: float, true: float, best: float, *missing: Any) -> dict[str, Any]:
+    return {
+        "verdict": verdict,
+        "said": said,
+        "true": true,
+        "best": best,
+        "missing": list(missing),
+    }
+
+
+def test_runs_are_counted_as_the_goals_have_them() -> None:
+    spring = ["gravity_spring", 1, 0.1]
+    rows = [
+        _row("trusted", 0.1, 0.1, 0.1),
+        _row("trusted", 0.1, 0.16, 0.1, spring),  # says too little
+        _row("doubtful", 0.1, 0.16, 0.1, spring),
+        _row("doubtful", 0.1, 0.12, 0.1),  # deserves trust
+        _row("trusted", 0.2, 0.2, 0.16),  # deserves none: the best is over 15 %
+        _row("doubtful", 0.1, 0.14, 0.1),  # not near the best
+    ]
+    sums = trust_study.summary(rows)
+    assert (sums["trusted"], sums["trusted_with_error_above_1.5_of_said"]) == (3, 1)
+    assert sums["best_within_15_percent_nothing_missing"] == 3
+    assert sums["of_them_within_1.3_of_best"] == 2
+    assert sums["share_of_deserving"] == 0.5
+    assert not trust_study.reached(sums)
+    assert trust_study.reached(trust_study.summary(rows[:1]))
