@@ -107,6 +107,7 @@ def run(
     speeds: bool | None = None,
     effects: bool | None = None,
     faulty: float = 0.0,
+    torque_noise: tuple[float, float] = (0.002, 0.05),
 ) -> Run:
     """Draw a run.
 
@@ -117,6 +118,7 @@ def run(
         speeds: whether speeds were measured; None draws it, 6 in 10.
         effects: whether robot.toml leaves effects out; None draws it, 4 in 10.
         faulty: share of the runs whose logs have some of the light faults of `faults`.
+        torque_noise: smallest and largest noise of the torques, as shares of their RMS.
     """
     rng = np.random.default_rng([seed, 2026])
     name = str(rng.choice(list(arms)))
@@ -139,7 +141,7 @@ def run(
     wanted = rng.random() < 0.4 if effects is None else effects
     missing = _missing(rng, machine, motions[0]) if wanted else ()
     torques = [machine.torque(motion, missing) for motion in motions]
-    instruments = _instruments(rng, speeds)
+    instruments = _instruments(rng, speeds, torque_noise)
     logs = [_recorded(rng, m, tau, instruments) for m, tau in zip(motions, torques, strict=True)]
     faults: list[tuple[Fault, ...]] = [(), ()]
     if rng.random() < faulty:
@@ -319,13 +321,15 @@ def _law(
 # Instruments.
 
 
-def _instruments(rng: np.random.Generator, speeds: bool | None) -> dict[str, Any]:
+def _instruments(
+    rng: np.random.Generator, speeds: bool | None, noise: tuple[float, float]
+) -> dict[str, Any]:
     """Encoders' step [rad], tachometers' and torques' noise (shares of RMS), its colour [Hz]."""
     return {
         "encoder": float(10 ** rng.uniform(-6, -3.5)),
         "speeds": bool(rng.random() < 0.6) if speeds is None else speeds,
         "tachometer": float(10 ** rng.uniform(-3, -1.7)),
-        "torque_noise": float(10 ** rng.uniform(np.log10(0.002), np.log10(0.05))),
+        "torque_noise": float(10 ** rng.uniform(*np.log10(noise))),
         "colour_hz": float(10 ** rng.uniform(0.7, 2.5)),
     }
 

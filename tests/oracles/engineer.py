@@ -88,13 +88,18 @@ def comparison_band(logs: Sequence[Even]) -> float:
 
 
 def equations(
-    kernel: Kernel, log: Even, cutoff: float, comparison: float, derived: bool = False
+    kernel: Kernel,
+    log: Even,
+    cutoff: float,
+    comparison: float,
+    derived: bool = False,
+    fastest: float = FASTEST,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Regressor (K, n, p) and torque (K, n) in the comparison band, at four times its rate."""
     rate, q, qd, tau = log
     q = lowpass(q, rate, cutoff)
     qd = derivative(q, rate) if qd is None or derived else lowpass(qd, rate, cutoff)
-    thin = max(1, round(rate / FASTEST))
+    thin = max(1, round(rate / fastest))
     W = np.asarray(
         kernel(*(np.ascontiguousarray(x[::thin]) for x in (q, qd, derivative(qd, rate))))
     )

@@ -39,6 +39,7 @@ from oracles.faults import Log
 CHOSEN_ON, REPORTED_ON = 10_000, 20_000
 CUTOFFS = (2.0, 3.0, 5.0, 8.0, 15.0, 30.0)  # Hz
 WINDOWS = (0.1, 0.2, 0.5)  # s
+RATE = 250.0  # Hz, about, of filtered motion
 FAULTY = 0.2
 #: Of trusted estimates, with an error above TOO_FAR times what is said, at most FALSE; of runs in
 #: which nothing is missing and the best reaches GOOD, estimates within NEAR of the best: trusted.
@@ -96,18 +97,21 @@ def momentum_equations(
     q = engineer.lowpass(q, rate, cutoff)
     measured = qd is not None and not derived
     qd = engineer.lowpass(qd, rate, cutoff) if measured else engineer.derivative(q, rate)
-    q, qd = np.ascontiguousarray(q), np.ascontiguousarray(qd)
+    # Filtered motion needs no more than RATE; torques are integrated with every sample.
+    thin = max(1, round(rate / RATE))
+    q, qd = np.ascontiguousarray(q[::thin]), np.ascontiguousarray(qd[::thin])
     momentum, force = (np.asarray(x) for x in kernels["momentum_regressor"](q, qd))
     friction = np.asarray(kernels["torque_regressor"](q, qd, 0 * qd))[:, :, momentum.shape[2] :]
-    integral = [
-        cumulative_simpson(x, dx=1 / rate, axis=0, initial=0) for x in (force, friction, tau)
-    ]
-    span = max(2, round(window * rate))
-    begin = np.arange(
-        round(engineer.EDGE * rate), len(q) - span - round(engineer.EDGE * rate), max(1, span // 4)
-    )
-    L, F, y = (x[begin + span] - x[begin] for x in integral)
-    return np.concatenate([momentum[begin + span] - momentum[begin] - L, F], axis=2), y
+    span, edge = (max(1, round(s * rate / thin)) for s in (window, engineer.EDGE))
+    begin = np.arange(edge, len(q) - span - edge, max(1, span // 4))
+
+    def over_windows(x: np.ndarray, thin: int, by: int) -> np.ndarray:
+        total = cumulative_simpson(x, dx=thin / rate, axis=0, initial=0)[::by]
+        return np.asarray(total[begin + span] - total[begin])
+
+    P = momentum[begin + span] - momentum[begin] - over_windows(force, thin, 1)
+    W = np.concatenate([P, over_windows(friction, thin, 1)], axis=2)
+    return W, over_windows(tau, 1, thin)
 
 
 def candidates(run: clean_runs.Run, comparison: float) -> Iterator[tuple[str, np.ndarray]]:
@@ -118,7 +122,7 @@ def candidates(run: clean_runs.Run, comparison: float) -> Iterator[tuple[str, np
         speed = "derived" if derived else "measured"
         for cutoff in CUTOFFS:
             W, y = engineer.equations(
-                kernels["torque_regressor"], even, cutoff, comparison, derived
+                kernels["torque_regressor"], even, cutoff, comparison, derived, RATE
             )
             yield f"torque {cutoff:g} Hz {speed}", engineer.least_squares(W, y)
         for cutoff in (10.0, 30.0):
