@@ -52,6 +52,15 @@ if TYPE_CHECKING:
     from symgen.errors import (
         SymgenWarning as SymgenWarning,
     )
+    from symgen.estimation.band import Band as Band
+    from symgen.estimation.errors_in_variables import TotalLeastSquares as TotalLeastSquares
+    from symgen.estimation.essential import Essential as Essential
+    from symgen.estimation.estimators import Huber as Huber
+    from symgen.estimation.estimators import Ols as Ols
+    from symgen.estimation.estimators import Prior as Prior
+    from symgen.estimation.estimators import Ridge as Ridge
+    from symgen.estimation.estimators import Wls as Wls
+    from symgen.estimation.instrumental import InstrumentalVariables as InstrumentalVariables
     from symgen.experiment.excitation import excite as excite
     from symgen.experiment.simulate import simulate as simulate
     from symgen.identification.comparison import compare as compare
@@ -79,26 +88,35 @@ if TYPE_CHECKING:
     from symgen.symbolic.base_parameters import BaseParameters as BaseParameters
 
 _WHERE = {
+    "Band": "symgen.estimation.band",
     "BaseParameters": "symgen.symbolic.base_parameters",
     "BuildError": "symgen.errors",
     "Checked": "symgen.runtime.check",
     "Diagnosis": "symgen.diagnosis.diagnosis",
+    "Essential": "symgen.estimation.essential",
     "Estimate": "symgen.identification.estimate",
     "Evaluator": "symgen.runtime.evaluator",
     "ExpressionError": "symgen.errors",
+    "Huber": "symgen.estimation.estimators",
     "IdentificationError": "symgen.errors",
     "Identifier": "symgen.identification.recursive",
+    "InstrumentalVariables": "symgen.estimation.instrumental",
     "Joint": "symgen.robot.types",
     "Log": "symgen.data.log",
     "LogError": "symgen.errors",
     "Model": "symgen.codegen.model",
+    "Ols": "symgen.estimation.estimators",
     "PackageError": "symgen.errors",
     "ParameterError": "symgen.errors",
+    "Prior": "symgen.estimation.estimators",
     "Reading": "symgen.data.raw",
+    "Ridge": "symgen.estimation.estimators",
     "Robot": "symgen.robot.types",
     "RobotError": "symgen.errors",
     "SymgenError": "symgen.errors",
     "SymgenWarning": "symgen.errors",
+    "TotalLeastSquares": "symgen.estimation.errors_in_variables",
+    "Wls": "symgen.estimation.estimators",
     "check": "symgen.runtime.check",
     "compare": "symgen.identification.comparison",
     "derive": "symgen.codegen.model",

@@ -166,7 +166,9 @@ def _worst(errors: Sequence[tuple[str, str, float]], backend: str) -> str:
 @click.argument("robot")
 @click.argument("logs", nargs=-1, required=True)
 @click.option("--validation", multiple=True, help="A log to judge by; may be repeated.")
-@click.option("--model", default="energy", show_default=True, help="energy, momentum or torque.")
+@click.option(
+    "--model", default="auto", show_default=True, help="auto, energy, momentum or torque."
+)
 @click.option(
     "--method",
     default="wls",
@@ -174,7 +176,9 @@ def _worst(errors: Sequence[tuple[str, str, float]], backend: str) -> str:
     help="wls, ols, huber, tls, iv, ridge, essential, consistent or recursive.",
 )
 @click.option("--window", default=0.2, show_default=True, help="Length of the windows, s.")
-@click.option("--cutoff", type=float, help="Of the zero-phase filter, Hz; default from the motion.")
+@click.option(
+    "--cutoff", type=float, help="Of the filter of q and qd, Hz; by default it is chosen."
+)
 @click.option("--prior", help="estimate.json, TOML or .urdf to pull wls and consistent towards.")
 @click.option("--forgetting", default=1.0, help="Weight of the past, of method recursive.")
 @click.option("--commanded", multiple=True, help="Commanded motion of each log, for method iv.")
@@ -240,7 +244,9 @@ def identify(
 @click.argument("robot")
 @click.argument("log")
 @click.option("--parameters", required=True, help="estimate.json, or TOML with [parameters].")
-@click.option("--cutoff", type=float, help="Of the zero-phase filter, Hz; default from the motion.")
+@click.option(
+    "--cutoff", type=float, help="Of the filter of q and qd, Hz; by default it is chosen."
+)
 @reading_options
 @click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
 def predict(
@@ -265,7 +271,9 @@ def predict(
 @click.option("--validation", multiple=True, help="A log to show the gap on; may be repeated.")
 @click.option("--parameters", help="Given ones, not identified again: what has changed since?")
 @click.option("--effects", help="Comma-separated names to try; default all (symgen explain).")
-@click.option("--cutoff", type=float, help="Of the zero-phase filter, Hz; default from the motion.")
+@click.option(
+    "--cutoff", type=float, help="Of the filter of q and qd, Hz; by default it is chosen."
+)
 @reading_options
 @click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
 def diagnose(
@@ -341,6 +349,9 @@ cli.add_command(simulate)
 
 def main() -> None:
     """Run the command line and exit; every foreseen error is one line on stderr."""
+    # The matrices here are small: threads of a BLAS that wait for each other cost more than they do,
+    # tenfold where other programs run. Set before NumPy is imported, and only if the user did not.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     arguments = sys.argv[1:]
     debug = "--debug" in arguments
     if debug:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from symgen import parameter_plots
+from symgen.estimation.values import Residual
 from symgen.identification.comparison import Comparison
-from symgen.identification.estimate import Estimate, Residual
+from symgen.identification.estimate import Estimate
 from symgen.report import Banner, Section, Table, counted, drawn, number, page, percent
 
 TONES = {"agree": "good", "differ": "warn", "unknown": "warn"}

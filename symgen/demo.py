@@ -20,13 +20,14 @@ from symgen.codegen.casadi_model import dynamics
 from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import derive
 from symgen.data.log import make_log
-from symgen.data.signals import prepare
+from symgen.data.signals import sampled
 from symgen.errors import IdentificationError
+from symgen.estimation.batch import solve
+from symgen.estimation.filtered import unfiltered
+from symgen.estimation.system import LinearSystem, energy_equations
 from symgen.experiment import paper
 from symgen.files import check_replaceable, write_folder
-from symgen.identification.batch import solve
 from symgen.identification.recursive import Identifier
-from symgen.identification.system import LinearSystem, energy_equations
 from symgen.identification.workflow import identify
 from symgen.report import Section, Table, page
 from symgen.robot.expressions import text
@@ -154,7 +155,7 @@ def _last(evaluator: Evaluator, runs: paper.Runs, k: int) -> FloatArray:
 
 def _exact_block(evaluator: Evaluator, exact: paper.Runs) -> str:
     log = make_log("exact", exact.t, exact.q[0], exact.tau[0], exact.qd[0])
-    equations = energy_equations(evaluator, prepare(log), 10 * paper.STEP)
+    equations = energy_equations(evaluator, unfiltered(sampled(log)), 10 * paper.STEP)
     spline = solve(LinearSystem(evaluator.model.base.names, (equations,))).X
     online = _recursive(evaluator, exact, 0)[-1]
     worst = [float(np.abs(X / paper.X_TRUE - 1).max()) for X in (spline, online)]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.diagnosis.diagnosis import Curves, Diagnosis
 from symgen.diagnosis.replay import Replay
-from symgen.identification.estimate import Trace
+from symgen.estimation.values import Trace
 from symgen.plots import (
     BLUE,
     GREEN,

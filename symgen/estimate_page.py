@@ -73,7 +73,7 @@ def _banner(estimate: Estimate) -> Banner:
         tone="good" if trusted else "warn",
         verdict=estimate.verdict.capitalize(),
         text=(
-            "No check speaks against this estimate."
+            estimate.headline or "No check speaks against this estimate."
             if trusted
             else "Do not rely on this estimate before these points are settled:"
         ),
@@ -89,6 +89,7 @@ def _sections(estimate: Estimate) -> list[Section]:
             ("Relative residual ‖y - W X‖ / ‖y‖. Validation data were not used to estimate.",),
             table=_fit_table(estimate),
         ),
+        *_choice_sections(estimate),
         _parameter_section(estimate),
         _values_section(estimate),
     ]
@@ -127,6 +128,49 @@ def _sections(estimate: Estimate) -> list[Section]:
         sections.append(Section("Notes", estimate.notes))
     sections.append(Section("Provenance", table=_provenance(estimate)))
     return sections
+
+
+def _choice_sections(estimate: Estimate) -> list[Section]:
+    """What the estimate may be used for, which models were tried, and what was mended."""
+    out = []
+    if estimate.uses:
+        uses = tuple(
+            (use.name, "yes" if use.ok else "no", "; ".join(use.reasons)) for use in estimate.uses
+        )
+        table = Table(("use", "", "what speaks against it"), uses, ("name", "name", "name"))
+        out.append(Section("What it may be used for", (), table=table))
+    if len(estimate.alternatives) > 1:
+        text = (
+            "All models were fitted to the same filtered logs. The one is taken that leaves the "
+            "smallest torque error on folds of the training logs that its fit did not see."
+        )
+        models = tuple(
+            (
+                a.model + (" (chosen)" if a.chosen else ""),
+                percent(a.held_out),
+                "" if a.validation is None else percent(a.validation.relative),
+                number(a.condition_number, 3),
+                ", ".join(f"{name} ({size:.2g} std)" for name, size in a.apart[:5]),
+            )
+            for a in estimate.alternatives
+        )
+        header = (
+            "model",
+            "folds left out",
+            "held-out motion",
+            "condition",
+            "apart from the chosen",
+        )
+        styles = ("name", "number", "number", "number", "name")
+        out.append(Section("Models", (text,), table=Table(header, models, styles)))
+    if estimate.repairs:
+        mended = tuple(
+            (r.log, r.channel, r.fault, str(r.samples), r.done) for r in estimate.repairs
+        )
+        header = ("log", "channel", "fault", "samples", "what was done")
+        styles = ("name", "name", "name", "number", "name")
+        out.append(Section("Repairs", (), table=Table(header, mended, styles)))
+    return out
 
 
 def _fit_table(estimate: Estimate) -> Table:
@@ -276,7 +320,11 @@ def _provenance(estimate: Estimate) -> Table:
         ("robot", estimate.robot),
         ("model", estimate.model),
         ("method", estimate.method),
-        ("filter cutoff", "no filter" if cutoff is None else f"{number(cutoff)} Hz"),
+        *(
+            (("filter cutoff", "no filter" if cutoff is None else f"{number(cutoff)} Hz"),)
+            if estimate.band is None
+            else (("band", estimate.band.in_words()),)
+        ),
         ("energy window", "none" if window is None else f"{number(window)} s"),
         *estimate.provenance,
     )

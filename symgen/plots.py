@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.identification.estimate import Balance, Estimate, Trace
+from symgen.estimation.values import Balance, Trace
+from symgen.identification.estimate import Estimate
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure

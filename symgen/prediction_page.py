@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from symgen import plots
 from symgen.identification.prediction import Prediction
 from symgen.report import Section, Table, drawn, number, page, percent
@@ -28,8 +26,11 @@ def prediction_page(prediction: Prediction) -> str:
         panels.append(plots.Panel(f"joint {joint}", trace.t, series, f"torque, {unit}"))
     figure = plots.line_grid(panels, title="Torque", columns=1)
     told = "Both have passed no filter."
-    if np.isfinite(prediction.band_hz):
-        told = f"Both have passed the same zero-phase low-pass at {number(prediction.band_hz)} Hz."
+    told = (
+        "Both have passed the same zero-phase low-pass at "
+        f"{number(prediction.band.comparison_hz)} Hz, positions and speeds one at "
+        f"{number(prediction.band.cutoff_hz)} Hz."
+    )
     sections.append(drawn("Measured and predicted torque", told, figure))
     energies = {"kinetic": prediction.kinetic, "potential": prediction.potential}
     figure = plots.lines(trace.t, energies, title="Energy", xlabel="time, s", ylabel="energy, J")

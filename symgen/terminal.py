@@ -133,6 +133,8 @@ def print_estimate(estimate: Estimate) -> None:
     """Print the parameters, what they leave unexplained, and the verdict."""
     for note in estimate.notes:
         click.echo(f"note: {note}")
+    for repair in estimate.repairs:
+        click.echo(f"repair: {repair.in_words}")
     others = [(f"by {c.method}", [f"{x:.5g}" for x in c.X]) for c in estimate.comparison]
     if estimate.prior is not None:
         pairs = zip(estimate.prior.X, estimate.prior.std, strict=True)
@@ -162,13 +164,40 @@ def print_estimate(estimate: Estimate) -> None:
     torque = estimate.torque_validation
     if torque is not None and torque.per_joint is not None:
         joints = ", ".join(f"{100 * r:.3g}" for r in torque.per_joint)
-        click.echo(f"residual of torque, validation, per joint: {joints} %")
+        click.echo(
+            f"torque error on held-out motion: {100 * torque.relative:.3g} %, per joint {joints} %"
+        )
+    if len(estimate.alternatives) > 1:
+        _print_alternatives(estimate)
     click.echo(f"physical consistency: {estimate.physical.reason}")
     _print_whiteness(estimate)
     colour = "green" if estimate.verdict == "trusted" else "yellow"
     click.echo("verdict: " + click.style(estimate.verdict, fg=colour, bold=True))
     for reason in estimate.reasons:
         click.echo(f"  - {reason}")
+    if estimate.headline and not estimate.reasons:
+        click.echo(f"  {estimate.headline}")
+
+
+def _print_alternatives(estimate: Estimate) -> None:
+    """Print the models that were fitted, the chosen one first."""
+
+    def share(value: float) -> str:
+        return f"{100 * value:.3g} %" if math.isfinite(value) else "-"
+
+    table(
+        ("model", "folds left out", "held-out motion", "condition", ""),
+        [
+            (
+                a.model + (" (chosen)" if a.chosen else ""),
+                share(a.held_out),
+                "-" if a.validation is None else share(a.validation.relative),
+                f"{a.condition_number:.3g}" if math.isfinite(a.condition_number) else "-",
+                a.reason,
+            )
+            for a in estimate.alternatives
+        ],
+    )
 
 
 def _print_whiteness(estimate: Estimate) -> None:
@@ -224,6 +253,8 @@ def print_prediction(prediction: Prediction) -> None:
     """Print how far the predicted torque is from the measured one."""
     for note in prediction.notes:
         click.echo(f"note: {note}")
+    for repair in prediction.repairs:
+        click.echo(f"repair: {repair.in_words}")
     joints = ", ".join(f"{100 * r:.3g}" for r in prediction.error.per_joint or ())
     click.echo(
         f"error of torque per joint: {joints} %; in all {100 * prediction.error.relative:.3g} %"

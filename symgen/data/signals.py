@@ -26,7 +26,13 @@ STEP_TOLERANCE = 0.01
 #: A step of this many medians is a hole in the log, which no interpolation may fill.
 GAP = 10.0
 
-_ORDER = 4
+#: Periods of its cutoff after which the impulse response of `lowpass` is below 1e-10 of its top.
+TAIL = 9.6
+
+_SLOW = 10.0  # Hz
+_MISSING = 0.3  # of the steps may be other than the clock's
+_CARDINAL = 64  # samples after which a sample has no part in the spline: 0.43**64
+
 _NORMAL = 1.4826  # standard deviation over median size of normal noise
 
 
@@ -82,15 +88,49 @@ def prepare(log: Log, cutoff: float | None = None, *, wide: float = 1.0) -> Samp
         LogError: a gap in time, a cutoff that is not between 0 and the Nyquist frequency, or
             currents in place of torques.
     """
+    t, q, qd, tau, step, notes = _evenly(log)
+    if cutoff is not None:
+        _require_cutoff(log.name, cutoff, step, float(t[-1] - t[0]))
+    used, derived = None, qd is None
+    if qd is None:
+        q, qd, used, note = _derive_velocity(q, step, cutoff, wide)
+        notes.append(f"{log.name}: {note}")
+    elif cutoff is not None:
+        notes.append(f"{log.name}: qd was measured and is used unfiltered, whatever the cutoff")
+    t, q, qd, tau = map(read_only, (t, q, qd, tau))
+    return Samples(log.name, t, q, qd, tau, step, used, tuple(notes), derived)
+
+
+def sampled(log: Log) -> Samples:
+    """Give a log uniform steps, and filter nothing: the band of a run does that.
+
+    Where speeds were not measured, `qd` is the derivative of positions below 10 Hz, which is good
+    enough to tell rest from motion; equations derive their own.
+
+    Raises:
+        LogError: a gap in time, or currents in place of torques.
+    """
+    t, q, qd, tau, step, notes = _evenly(log)
+    derived = qd is None
+    if qd is None:
+        slow = lowpass(q, step, _SLOW) if can_filter(_SLOW, step) else q
+        qd = differentiate(slow, step)
+        notes.append(f"{log.name}: qd is missing and is derived from q")
+    t, q, qd, tau = map(read_only, (t, q, qd, tau))
+    return Samples(log.name, t, q, qd, tau, step, None, tuple(notes), derived)
+
+
+def _evenly(
+    log: Log,
+) -> tuple[FloatArray, FloatArray, FloatArray | None, FloatArray, float, list[str]]:
+    """Return t, q, qd, tau of a log in uniform steps, the step, and what was done in words."""
     t, q, qd, tau = log.t, log.q, log.qd, log.tau
     if tau is None:
         raise LogError(
             f"{log.name}: has currents and no torques; accepted: a log mapped by the torque "
             "constants in [drive] of the robot file"
         )
-    derived = qd is None
     notes = list(log.notes)
-    step = float((t[-1] - t[0]) / (len(t) - 1))
     steps = np.diff(t)
     median = float(np.median(steps))
     hole = int(np.argmax(steps))
@@ -100,8 +140,13 @@ def prepare(log: Log, cutoff: float | None = None, *, wide: float = 1.0) -> Samp
             f"where the step is {median:.4g} s elsewhere; accepted: a log without gaps, so split "
             "it there"
         )
-    if float(np.max(np.abs(steps - median))) > STEP_TOLERANCE * median:
-        grid = np.linspace(t[0], t[-1], len(t))
+    off = np.abs(steps - median) > STEP_TOLERANCE * median
+    count = len(t)
+    if off.any() and off.mean() < _MISSING:  # a clock that ticks, and rows that are missing
+        count = round((t[-1] - t[0]) / median) + 1
+    step = float((t[-1] - t[0]) / (count - 1))
+    if off.any():
+        grid = np.linspace(t[0], t[-1], count)
         q, tau = interpolated(t, q)(grid), interpolated(t, tau)(grid)
         qd = None if qd is None else interpolated(t, qd)(grid)
         t = grid
@@ -109,16 +154,7 @@ def prepare(log: Log, cutoff: float | None = None, *, wide: float = 1.0) -> Samp
             f"{log.name}: steps between {steps.min():.4g} s and {steps.max():.4g} s were resampled "
             f"to {step:.4g} s by a cubic spline"
         )
-    if cutoff is not None:
-        _require_cutoff(log.name, cutoff, step, float(t[-1] - t[0]))
-    used = None
-    if qd is None:
-        q, qd, used, note = _derive_velocity(q, step, cutoff, wide)
-        notes.append(f"{log.name}: {note}")
-    elif cutoff is not None:
-        notes.append(f"{log.name}: qd was measured and is used unfiltered, whatever the cutoff")
-    t, q, qd, tau = map(read_only, (t, q, qd, tau))
-    return Samples(log.name, t, q, qd, tau, step, used, tuple(notes), derived)
+    return t, q, qd, tau, step, notes
 
 
 def _derive_velocity(
@@ -159,12 +195,15 @@ def _is_noise_free(q: FloatArray) -> bool:
 
 
 def lowpass(x: FloatArray, step: float, cutoff: float) -> FloatArray:
-    """Filter forward and backward with a fourth-order Butterworth low-pass: no phase.
+    """Pass a signal through a fourth-order Butterworth low-pass run both ways: no phase.
 
-    The gain is 1 / (1 + (f / cutoff)**8) at frequencies far below Nyquist, one half at the cutoff.
-    The signal is continued at both ends by x(-s) = 2 x0 - x(s) + a0 s**2, with x0 and a0 from a
-    local cubic: unlike the plain odd continuation it keeps the acceleration, so that a log cut out
-    of a motion keeps its ends.
+        gain = 1 / (1 + (f / cutoff)**8)
+
+    one half at the cutoff. It is the filter's own symmetric impulse response, sampled, so that one
+    signal at two rates passes the same filter, and what a sample reaches ends at TAIL periods. The
+    signal is continued at both ends by x(-s) = 2 x0 - x(s) + a0 s**2, with x0 and a0 from a local
+    cubic: unlike the plain odd continuation it keeps the acceleration, so that a log cut out of a
+    motion keeps its ends.
 
     Args:
         x: (N,) or (N, k) signal in uniform steps.
@@ -177,30 +216,60 @@ def lowpass(x: FloatArray, step: float, cutoff: float) -> FloatArray:
     Raises:
         LogError: the cutoff is not between 0 and the Nyquist frequency.
     """
-    from scipy.signal import sosfiltfilt
-
     _require_cutoff("low-pass filter", cutoff, step)
     samples = len(x)
-    period = 1.0 / (cutoff * step)
-    # The slowest pole decays by exp(-2.4) per period of the cutoff.
-    length = min(samples - 1, math.ceil(4.0 * period))
+    length = min(samples - 1, math.ceil(TAIL / (cutoff * step)))
     if length < 1:
         return x.copy()
+    padded = continued(x, step, cutoff, length)
+    weights = lowpass_weights(step, cutoff, length)
+    size = _smooth_number(len(padded))
+    circular = np.zeros(size)
+    circular[: length + 1], circular[-length:] = weights[length:], weights[:length]
+    gain = np.fft.rfft(circular)
+    filtered = np.empty(x.shape)
+    out = filtered.reshape(samples, -1)
+    for k, column in enumerate(padded.reshape(len(padded), -1).T):
+        spectrum = np.fft.rfft(np.ascontiguousarray(column), size)
+        out[:, k] = np.fft.irfft(spectrum * gain, size)[length : length + samples]
+    return filtered
+
+
+def lowpass_weights(step: float, cutoff: float, length: int) -> FloatArray:
+    """Return the impulse response of `lowpass` at -length .. length steps, of sum 1.
+
+    h(t) = sum over the poles w_k = 2 pi fc exp(i pi (2k + 1)/8), k = 0..3, of -i w_k/8 exp(i w_k t)
+    is the inverse transform of 1 / (1 + (w / 2 pi fc)**8).
+    """
+    poles = 2 * np.pi * cutoff * step * np.exp(1j * np.pi * (2 * np.arange(4) + 1) / 8)
+    k = np.arange(length + 1)
+    half = np.real(np.exp(1j * np.outer(k, poles)) @ (-0.125j * poles))
+    whole = np.concatenate([half[:0:-1], half])
+    return np.asarray(whole / whole.sum())
+
+
+def continued(x: FloatArray, step: float, cutoff: float, length: int) -> FloatArray:
+    """Return a signal (N, ...) with `length` samples of its continuation at both ends."""
     # Tried on sines at a fifth of the cutoff: shorter windows pass noise, longer ones bend.
-    window = min(samples, max(6, math.ceil(0.6 * period)))
-    head = _continuation(x, length, window)
-    tail = _continuation(x[::-1], length, window)[::-1]
-    sections = _sections(cutoff, step)
-    padded = np.concatenate([head, x, tail])
-    filtered: FloatArray = sosfiltfilt(sections, padded, axis=0, padtype=None)
-    return np.ascontiguousarray(filtered[length : length + samples])
+    window = min(len(x), max(6, math.ceil(0.6 / (cutoff * step))))
+    flat = x.reshape(len(x), -1)
+    head = _continuation(flat, length, window)
+    tail = _continuation(flat[::-1], length, window)[::-1]
+    return np.concatenate([head, flat, tail]).reshape(-1, *x.shape[1:])
 
 
-@cache
-def _sections(cutoff: float, step: float) -> FloatArray:
-    from scipy.signal import butter
-
-    return np.asarray(butter(_ORDER, cutoff, fs=1.0 / step, output="sos"))
+def _smooth_number(least: int) -> int:
+    """Return the smallest number of at least `least` without a prime factor above 5."""
+    best = 1 << (least - 1).bit_length()
+    five = 1
+    while five < best:
+        three = five
+        while three < best:
+            twos = max(0, (-(-least // three) - 1).bit_length())
+            best = min(best, three << twos)
+            three *= 3
+        five *= 5
+    return best
 
 
 def _continuation(x: FloatArray, length: int, window: int) -> FloatArray:
@@ -268,12 +337,35 @@ def differentiate(x: FloatArray, step: float) -> FloatArray:
     Returns:
         The derivative, of the shape of x, in the unit of x per second.
     """
+    if len(x) <= 4 * _CARDINAL:
+        return _spline_slope(x) / step
+    out = np.empty(x.shape)
+    weights = _cardinal_slope()
+    inner = slice(_CARDINAL, len(x) - _CARDINAL)
+    flat, columns = out.reshape(len(x), -1), x.reshape(len(x), -1)
+    for k in range(columns.shape[1]):
+        flat[inner, k] = np.convolve(columns[:, k], weights, mode="valid")
+    span = 2 * _CARDINAL
+    out[:_CARDINAL] = _spline_slope(x[:span])[:_CARDINAL]
+    out[-_CARDINAL:] = _spline_slope(x[-span:])[-_CARDINAL:]
+    return out / step
+
+
+def _spline_slope(x: FloatArray) -> FloatArray:
+    """Return the derivative of the interpolating spline by the number of the sample."""
     from scipy.interpolate import make_interp_spline
 
     at = np.arange(len(x), dtype=np.float64)
     degree = max(k for k in (1, 3, 5) if k < max(len(x), 2))
-    spline = make_interp_spline(at, x, k=degree)
-    return np.asarray(spline.derivative()(at) / step, dtype=np.float64)
+    return np.asarray(make_interp_spline(at, x, k=degree).derivative()(at), dtype=np.float64)
+
+
+@cache
+def _cardinal_slope() -> FloatArray:
+    """Return what one sample adds to the slope of the spline at those around it."""
+    impulse = np.zeros(4 * _CARDINAL + 1)
+    impulse[2 * _CARDINAL] = 1.0
+    return _spline_slope(impulse)[_CARDINAL : 3 * _CARDINAL + 1]
 
 
 def cumulative_integral(y: FloatArray, step: float) -> FloatArray:

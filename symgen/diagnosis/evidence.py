@@ -8,29 +8,21 @@ joint at one kept instant; they are whitened by the standard deviation of their 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.bandwidth import rigid_band, wide_band
-from symgen.data.signals import (
-    Samples,
-    can_filter,
-    differentiate,
-    filter_reach,
-    lowpass,
-    white_noise,
-)
-from symgen.identification.system import torque_columns
+from symgen.data.signals import lowpass, white_noise
+from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.system import torque_columns
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
 #: Columns (.., m) on joints, by position of the movable joint.
 Columns = Mapping[int, FloatArray]
-_PER_PERIOD = 4  # kept samples per period of the cutoff
 _WHITENING = 3
 _TINY = 1e-300
 _SETTLING = 5
@@ -43,6 +35,7 @@ class Scene:
     """One log in the motion's band.
 
     Attributes:
+        log: the log as it was filtered.
         name: of the log.
         t: (N,) time, s.
         q, qd, qdd: (N, n) in the band, at full rate.
@@ -53,10 +46,12 @@ class Scene:
         limit: (n,) limits of the torque that was measured; None for none.
         held: (N, n) where the torque is at its limit or near it in time, and has no say.
         wide: cutoff of the low-pass that positions and speeds passed first, Hz; None for none.
-        noise: standard deviation of their white noise, (n,) each; None where it was not seen.
+        noise: standard deviation of their white noise, (n,) each, that of speeds None where they
+            are derived from positions; None where it was not seen.
         mask: (N, n) where the user asked that it has none, in the gap neither; None for nowhere.
     """
 
+    log: FilteredLog
     name: str
     t: FloatArray
     q: FloatArray
@@ -69,7 +64,7 @@ class Scene:
     limit: FloatArray | None = None
     held: NDArray[np.bool_] | None = None
     wide: float | None = None
-    noise: tuple[FloatArray, FloatArray] | None = None
+    noise: tuple[FloatArray, FloatArray | None] | None = None
     mask: NDArray[np.bool_] | None = None
 
     @property
@@ -92,6 +87,18 @@ class Scene:
         """Return (N', ...): in the band, at the kept instants."""
         return self.smooth(x)[self.kept]
 
+    def modelled(
+        self, model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+    ) -> FloatArray:
+        """Return a model of q, qd, qdd in the band at the kept instants, (K, ...).
+
+        It is the way of `symgen.estimation.fit`, whose numbers are those of identify and predict.
+        """
+        motion = replace(self.log, q=self.q, qd=self.qd)
+        rows: FloatArray = np.concatenate([x for _, x in motion.modelled(model)])
+        kept = self.log.kept
+        return np.asarray(rows[(kept >= self.kept.start) & (kept < self.kept.stop)])
+
     @cached_property
     def measured(self) -> FloatArray:
         """The measured torque in the band at the kept instants, (K, n)."""
@@ -107,39 +114,31 @@ class Scene:
         return replace(self, kept=slice(inside[0], inside[-1] + 1, stride))
 
 
-def scene(samples: Samples, cutoff: float | None) -> Scene:
-    """See a log in the motion's band.
-
-    Args:
-        samples: the log on a uniform grid.
-        cutoff: of the low-pass, Hz; None for `rigid_band`.
-    """
-    band = cutoff or rigid_band(samples)
-    filtered = can_filter(band, samples.step)
-    q, qd = samples.q, samples.qd
-    smooth = samples.velocity_derived and (samples.cutoff_hz or np.inf) <= band
-    noise = None
-    wide = None
-    if not smooth and can_filter(wide_band(samples, band), samples.step):
-        wide = wide_band(samples, band)
-        q, qd = (lowpass(x, samples.step, wide) for x in (q, qd))
+def scene(log: FilteredLog) -> Scene:
+    """See a log in the band of the run: rows in the comparison band."""
+    samples, kept = log.samples, log.kept
+    noise = wide = None
+    if log.band.filters(log.step):
+        wide = log.band.cutoff_hz
+        derived = log.band.velocity == "derived" or samples.velocity_derived
         noise = (
-            white_noise(samples.q - q, samples.step, wide),
-            white_noise(samples.qd - qd, samples.step, wide),
+            white_noise(samples.q - log.q, log.step, wide),
+            None if derived else white_noise(samples.qd - log.qd, log.step, wide),
         )
-    every = max(1, int(1 / (_PER_PERIOD * band * samples.step))) if filtered else 1
-    margin = filter_reach(band, samples.step) if filtered else 0  # the filter's run-in
-    mask = None if samples.mask is None else samples.mask.near(margin)
+    every = int(kept[1] - kept[0]) if len(kept) > 1 else 1
+    reach = 0 if log.rows.cutoff is None else int(1 / (log.rows.cutoff * log.step))
+    mask = None if log.mask is None else log.mask.near(reach)
     return Scene(
-        samples.name,
-        samples.t,
-        q,
-        qd,
-        differentiate(qd, samples.step),
-        samples.tau,
-        samples.step,
-        band if filtered else None,
-        slice(margin, len(samples.t) - margin, every),
+        log,
+        log.name,
+        log.t,
+        log.q,
+        log.qd,
+        log.qdd,
+        log.tau,
+        log.step,
+        log.rows.cutoff,
+        slice(int(kept[0]), int(kept[-1]) + 1, every),
         wide=wide,
         noise=noise,
         held=mask,

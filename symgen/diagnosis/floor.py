@@ -71,9 +71,14 @@ def repeats(s: Scene, other: Scene) -> bool:
     return bool((apart <= _SAME * size).all())
 
 
-def _shaken(s: Scene, noise: tuple[FloatArray, FloatArray]) -> Scene:
+def _shaken(s: Scene, noise: tuple[FloatArray, FloatArray | None]) -> Scene:
     """Return the log with its own noise of positions and speeds once more."""
     draw = np.random.default_rng(_SEED)
     edge = s.wide or s.band or 0.0
-    q, qd = (lowpass(draw.normal(size=s.q.shape) * size, s.step, edge) for size in noise)
+    of_q, of_qd = noise
+    q = lowpass(draw.normal(size=s.q.shape) * of_q, s.step, edge)
+    if of_qd is None:
+        qd = differentiate(q, s.step)
+    else:
+        qd = lowpass(draw.normal(size=s.q.shape) * of_qd, s.step, edge)
     return replace(s, q=s.q + q, qd=s.qd + qd, qdd=s.qdd + differentiate(qd, s.step))

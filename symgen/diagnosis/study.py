@@ -34,9 +34,9 @@ from symgen.diagnosis.portrait import places
 from symgen.diagnosis.search import MEASURING, Selection
 from symgen.diagnosis.select import Score, judge
 from symgen.diagnosis.words import tie
-from symgen.identification.batch import solve
-from symgen.identification.regression import Solution
-from symgen.identification.system import Equations, LinearSystem
+from symgen.estimation.batch import solve
+from symgen.estimation.regression import Solution
+from symgen.estimation.system import Equations, LinearSystem
 from symgen.robot.effect import numbered
 from symgen.runtime.evaluator import Evaluator, load
 
@@ -200,7 +200,7 @@ class Study:
         curves, noise, span, free = [], [], [], []
         for s in self.held:
             W0, W1 = regressor(self.evaluator, s, self.X), regressor(evaluator, s, X)
-            before, whole = W0 @ self.X, W1 @ X
+            declared, whole = W0 @ self.X, W1 @ X
             rigid = evaluator.model.inertial
             links = self._split(W0, inside).links
             torques = Torques(whole.copy(), W1[:, :, rigid:] @ X[rigid:], links)
@@ -211,14 +211,15 @@ class Study:
                     whole[:, j] += c @ solution.X[at : at + score.candidate.size]
                 at += score.candidate.size
             whole = s.limited(whole)
+            before = s.modelled(partial(_torque, self.evaluator, self.X))
             seen = Curves(
                 s.name,
                 s.t[s.kept],
                 s.q[s.kept],
                 s.qd[s.kept],
                 s.seen(s.tau),
-                s.seen(before),
-                s.seen(whole),
+                before,
+                before + s.seen(whole - declared) if selection.accepted else before,
                 None if s.mask is None else s.free[s.kept],
             )
             curves.append(seen)
@@ -331,9 +332,16 @@ def _withdrawn(selection: Selection, before: Gap, after: Gap) -> Selection:
     return replace(selection, accepted=(), alike=(), rejected=(*failed, *selection.rejected))
 
 
+def _torque(
+    evaluator: Evaluator, X: FloatArray, q: FloatArray, qd: FloatArray, qdd: FloatArray
+) -> FloatArray:
+    """Return the model's torque at some states, (k, n)."""
+    return np.asarray(evaluator["inverse_dynamics"](q, qd, qdd, X))
+
+
 def _model_torque(evaluator: Evaluator, X: FloatArray, s: Scene) -> FloatArray:
     """Return the model's torque at full rate, (N, n)."""
-    return np.asarray(evaluator["inverse_dynamics"](s.q, s.qd, s.qdd, X))
+    return _torque(evaluator, X, s.q, s.qd, s.qdd)
 
 
 def _system(names_: tuple[str, ...], final: Evidence) -> LinearSystem:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 
@@ -22,15 +22,21 @@ from symgen.diagnosis.special import special_candidates
 from symgen.diagnosis.study import KERNELS, Study
 from symgen.diagnosis.unnamed import with_unnamed
 from symgen.errors import IdentificationError, ParameterError
-from symgen.identification.masking import resting
-from symgen.identification.parameters import read_parameters
-from symgen.identification.validation import (
+from symgen.estimation.band import Band
+from symgen.estimation.cutoff import choose_band
+from symgen.estimation.filtered import filtered
+from symgen.estimation.logs import (
     Source,
+    in_one_band,
     listed_logs,
     open_samples,
     require_logs,
     require_other_data,
 )
+from symgen.estimation.masking import resting
+from symgen.estimation.repairs import Repair
+from symgen.identification.parameters import read_parameters
+from symgen.identification.prediction import band_of
 from symgen.robot.effect import definitions
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -83,12 +89,16 @@ def diagnose(
     progress("deriving and compiling the model")
     evaluator = load(derive(replace(source, sought=()), KERNELS))
     given = None if parameters is None else read_parameters(parameters, evaluator.model)
-    train, held, notes, samples = _scenes(source, logs, validation, cutoff, reading, progress)
+    look = _look(source, logs, validation, reading, progress)
+    stated = None if parameters is None else band_of(parameters)
+    band = stated or choose_band(evaluator, look.train, cutoff).band
+    band = band if cutoff is None else replace(band, cutoff_hz=cutoff)
+    train, held, notes = _scenes(look, band)
     study = Study(evaluator, train, held, given)
     progress("checking the logs")
-    later = [*zip(samples[len(train) :], held, strict=False)]
+    later = [*zip(look.held, held, strict=False)]
     fitted = study.base if given is None else evidence(evaluator, train)
-    faults = check(evaluator, fitted, samples[: len(train)], later)
+    faults = check(evaluator, fitted, look.train, later)
     if faults:
         fixed = Study(evaluator, corrected(faults, train), corrected(faults, held), given)
         try:
@@ -104,7 +114,7 @@ def diagnose(
     if given is None and (effects is None or "unnamed" in effects):
         selection = with_unnamed(selection, source, study.base, study.noise(), progress)
     progress("deriving, compiling and identifying the extended model")
-    whole = study.conclude(selection, (*notes, *resting(samples, source)))
+    whole = study.conclude(selection, (*notes, *resting([*look.train, *look.held], source)))
     return _with_left_out(whole, source)
 
 
@@ -119,33 +129,51 @@ def _with_left_out(diagnosis: Diagnosis, robot: Robot) -> Diagnosis:
     return replace(diagnosis, notes=(*diagnosis.notes, note))
 
 
-def _scenes(
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """The logs as they were read and mended."""
+
+    train: list[Samples]
+    held: list[Samples]
+    repairs: tuple[Repair, ...]
+
+
+def _look(
     robot: Robot,
     logs: Sequence[Source] | Source,
     validation: Sequence[Source] | Source,
-    cutoff: float | None,
     reading: Reading | None,
     progress: Callable[[str], None],
-) -> tuple[list[Scene], list[Scene], tuple[str, ...], list[Samples]]:
-    """Return what is searched, what the gap is shown on, what was done to the logs, and these."""
+) -> _Look:
+    """Read and mend the logs."""
     require_logs(listed_logs(logs))
+    done: list[Repair] = []
 
     def read(source: Source) -> Samples:
         progress(f"reading {getattr(source, 'name', source)}")
-        return open_samples(source, robot, reading, cutoff)
+        samples, repairs = open_samples(source, robot, reading)
+        done.extend(repairs)
+        return samples
 
-    samples = [read(s) for s in listed_logs(logs)]
-    given = [scene(s, cutoff) for s in samples]
+    train = [read(s) for s in listed_logs(logs)]
     held = [read(s) for s in listed_logs(validation)]
-    notes = tuple(note for s in (*samples, *held) for note in s.notes)
+    require_other_data(train, held)
+    train, held, more = in_one_band(train, held)
+    return _Look(train, held, (*done, *more))
+
+
+def _scenes(look: _Look, band: Band) -> tuple[list[Scene], list[Scene], tuple[str, ...]]:
+    """Return what is searched, what the gap is shown on, and what was done to the logs."""
+    given = [scene(filtered(s, band)) for s in look.train]
+    held = [scene(filtered(s, band)) for s in look.held]
+    notes = tuple(note for s in (*look.train, *look.held) for note in s.notes)
+    notes += (*(r.in_words for r in look.repairs), f"band: {band.in_words()}")
     if held:
-        require_other_data(samples, held)
-        band = min((s.band for s in given if s.band), default=None)
-        return given, [scene(s, cutoff or band) for s in held], notes, [*samples, *held]
+        return given, held, notes
     train, late = [], []
     for s in given:
         cut = s.t[0] + (1 - _HELD_OUT) * (s.t[-1] - s.t[0])
         train.append(s.cut(float(s.t[0]), float(cut)))
         late.append(replace(s.cut(float(cut), float(s.t[-1])), name=f"{s.name} (last fifth)"))
     note = "no validation log is given: the gap is that of the last fifth of each log"
-    return train, late, (*notes, note), samples
+    return train, late, (*notes, note)

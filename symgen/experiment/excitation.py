@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from symgen.errors import IdentificationError, ParameterError
+from symgen.estimation.recipe import require_model
 from symgen.experiment.bounds import Bounds, bounds
 from symgen.experiment.criterion import CRITERIA, FloatArray
 from symgen.experiment.judge import MODELS, Found, Judge, judge
@@ -22,7 +23,6 @@ from symgen.experiment.plan import Plan, binding_text
 from symgen.experiment.search import Clock, Program
 from symgen.experiment.space import space
 from symgen.experiment.trajectory import SMOOTH, basis
-from symgen.identification.recipe import require_model
 from symgen.identification.verdict import WINDOWS
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot

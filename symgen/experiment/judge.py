@@ -13,14 +13,15 @@ from symgen.codegen.model import Model, derive
 from symgen.data.log import read_only
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, LogError, ParameterError
+from symgen.estimation.filtered import unfiltered
+from symgen.estimation.recipe import NEEDED, Recipe
+from symgen.estimation.system import Equations
 from symgen.experiment.bounds import Bounds, Torque, Use, uses, worst
 from symgen.experiment.criterion import FloatArray, condition_number, log_determinant
 from symgen.experiment.plan import Plan
 from symgen.experiment.space import Space
 from symgen.experiment.trajectory import Trajectory
 from symgen.identification.parameters import read_parameters
-from symgen.identification.recipe import NEEDED, Recipe
-from symgen.identification.system import Equations
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 
@@ -97,15 +98,14 @@ class Judge:
         Raises:
             IdentificationError: a window does not fit a run.
         """
-        recipe = Recipe(name, self.window, None)
+        recipe = Recipe(name, self.window)
         out: list[Equations] = []
         for k, run in enumerate(runs, 1):
             t = run.times(1 / self.rate)
             q, qd = (read_only(run.at(t, order)) for order in range(2))
             step = float(t[1] - t[0])
-            out += recipe.equations(
-                self.evaluator, Samples(f"run {k}", t, q, qd, np.zeros_like(q), step, None, ())
-            )
+            samples = Samples(f"run {k}", t, q, qd, np.zeros_like(q), step, None, ())
+            out += recipe.equations(self.evaluator, unfiltered(samples))
         return tuple(out)
 
     def regressor(self, runs: Sequence[Trajectory], name: str) -> FloatArray:
@@ -192,7 +192,7 @@ def judge(
     Raises:
         ParameterError: limits of torque without a prior model, or the other way round.
     """
-    kernels = dict.fromkeys(k for m in MODELS for k in Recipe(m, window, None).all_kernels)
+    kernels = dict.fromkeys(k for m in MODELS for k in Recipe(m, window).all_kernels)
     model = derive(robot, tuple(kernels))
     limited = bool(np.isfinite(limits.torque).any())
     notes: tuple[str, ...] = ()

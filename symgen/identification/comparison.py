@@ -8,12 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from symgen.errors import ParameterError
-from symgen.identification.estimate import (
-    LOG_DIGEST,
-    ROBOT_DIGEST,
-    Estimate,
-    ParameterEstimate,
-)
+from symgen.identification.estimate import LOG_DIGEST, ROBOT_DIGEST, Estimate, ParameterEstimate
 from symgen.identification.reading import read_estimate
 
 SCHEMA = "symgen.comparison/1"

@@ -9,11 +9,11 @@ from typing import ClassVar
 import numpy as np
 
 from symgen.codegen.model import Model
-from symgen.identification.estimate import Contrast
-from symgen.identification.estimators import NOISE_BIAS, WLS, Estimator
+from symgen.estimation.estimators import NOISE_BIAS, Estimator, Wls
+from symgen.estimation.regression import Solution
+from symgen.estimation.system import LinearSystem
+from symgen.estimation.values import Contrast
 from symgen.identification.physical import nearest_consistent
-from symgen.identification.regression import Solution
-from symgen.identification.system import LinearSystem
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Consistent:
     """
 
     model: Model
-    base: Estimator = field(default_factory=WLS)
+    base: Estimator = field(default_factory=Wls)
     divergence: float = 0.0
     towards: Mapping[str, float] = field(default_factory=dict)
     name: ClassVar[str] = "consistent"

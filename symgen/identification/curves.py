@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import ParameterError
-from symgen.identification.estimate import Balance, Convergence, Estimate, Trace
+from symgen.estimation.values import Balance, Convergence, Trace
+from symgen.identification.estimate import Estimate
 
 FloatArray = NDArray[np.float64]
 FILE = "curves.npz"

@@ -9,12 +9,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import SymgenError
+from symgen.estimation.band import Band
+from symgen.estimation.repairs import Repair
+from symgen.estimation.values import (
+    Balance,
+    Contrast,
+    Convergence,
+    Endogeneity,
+    Residual,
+    Trace,
+    Whiteness,
+)
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
 FloatArray = NDArray[np.float64]
-SCHEMA = "symgen.estimate/1"
+SCHEMA = "symgen.estimate/2"
+#: Schemas that are read.
+READ = (SCHEMA, "symgen.estimate/1")
 #: Labels of provenance: the robot, and what ends the label of a log.
 ROBOT_DIGEST, LOG_DIGEST = "robot, sha256 of its canonical robot.toml", "sha256 of samples"
 
@@ -33,101 +46,6 @@ class ParameterEstimate:
     def relative_std_percent(self) -> float:
         """100 std / |value|; infinite for a value of zero."""
         return 100 * self.std / abs(self.value) if self.value else float("inf")
-
-
-@dataclass(frozen=True)
-class Residual:
-    """Relative residual ||y - W X|| / ||y||, and the same joint by joint where it has a meaning."""
-
-    relative: float
-    per_joint: tuple[float, ...] | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Trace:
-    """What was measured and what the model says, window by window or sample by sample.
-
-    Attributes:
-        log: name of the log.
-        kind: "train" or "validation".
-        quantity: "energy" (one column, J) or "torque" (one column a joint, N m or N).
-        t: time of the row, s, shape (K,).
-        measured: shape (K, m).
-        predicted: shape (K, m).
-        spacing: rows so far apart share no window, nor what the filter spreads; 0 where some are
-            masked, whose residual says nothing.
-    """
-
-    log: str
-    kind: str
-    quantity: str
-    t: FloatArray
-    measured: FloatArray
-    predicted: FloatArray
-    spacing: int = 1
-
-
-@dataclass(frozen=True, eq=False)
-class Balance:
-    """Where the measured work of the drives went, by the model, since the start of a log.
-
-        work = integral of qd^T tau dt = change of kinetic and potential energy + friction + rest
-
-    Attributes:
-        log: name of the log.
-        kind: "train" or "validation".
-        t: time, s, shape (K,).
-        work: measured, J, (K,).
-        energy: change of the model's kinetic and potential energy, J, (K,).
-        friction: work of friction and of other effects of the model, J, (K,).
-    """
-
-    log: str
-    kind: str
-    t: FloatArray
-    work: FloatArray
-    energy: FloatArray
-    friction: FloatArray
-
-    @property
-    def rest(self) -> FloatArray:
-        """What the model does not account for, J, (K,)."""
-        return self.work - self.energy - self.friction
-
-
-@dataclass(frozen=True)
-class Whiteness:
-    """Lag correlations of a residual, and the test of whether they are all zero.
-
-    Attributes:
-        quantity: as of the traces.
-        component: position of the joint; 0 for energy.
-        kind: "train" or "validation".
-        rows: number of residuals, so far apart that they share nothing.
-        step_s: time between them, s.
-        correlations: at lags of 1, 2 ... steps.
-        bands: half the width of the interval that holds 95 % of each where there is none.
-        statistic: sum of the squares of correlations over their standard deviations.
-        p_value: probability of a larger statistic where the residual is white.
-    """
-
-    quantity: str
-    component: int
-    kind: str
-    rows: int
-    step_s: float
-    correlations: tuple[float, ...]
-    bands: tuple[float, ...]
-    statistic: float
-    p_value: float
-
-
-@dataclass(frozen=True, eq=False)
-class Convergence:
-    """The recursive estimate as data come in: t (K,) in s of data seen, values (K, p)."""
-
-    t: FloatArray
-    values: FloatArray
 
 
 @dataclass(frozen=True)
@@ -155,29 +73,52 @@ class Consistency:
 
 
 @dataclass(frozen=True)
-class Endogeneity:
-    """A Durbin-Wu-Hausman test: are columns of the regressor correlated with the error?
+class Use:
+    """Whether an estimate serves a purpose.
 
     Attributes:
-        columns: what is suspected: "all", "inertial" or "friction" columns.
-        statistic: F of the hypothesis that least squares is consistent.
-        df: degrees of freedom of numerator and denominator.
-        p_value: probability of a larger F where it is.
+        name: prediction, parameters or simulation.
+        reasons: what speaks against it, in words; empty where it does.
+        known: names of the parameters that are known, of parameters alone.
     """
 
-    columns: str
-    statistic: float
-    df: tuple[int, float]
-    p_value: float
+    name: str
+    reasons: tuple[str, ...] = ()
+    known: tuple[str, ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing speaks against it."""
+        return not self.reasons
+
+    def to_json(self) -> dict[str, Any]:
+        """Return its entry of the key "uses"."""
+        known = {"known": list(self.known)} if self.name == "parameters" else {}
+        return {"ok": self.ok, **known, "reason": "; ".join(self.reasons)}
 
 
 @dataclass(frozen=True, eq=False)
-class Contrast:
-    """The same parameters by another method: X (p,) and its standard deviations (p,)."""
+class Alternative:
+    """One model of an identification.
 
-    method: str
-    X: FloatArray
-    std: FloatArray
+    Attributes:
+        model: energy, momentum or torque.
+        condition_number: of its regressor with columns scaled to unit norm.
+        held_out: error in torque on folds left out of its fit, RMS over the joints.
+        train, validation: its residual in torque; None where its logs do not determine it.
+        chosen: whether it is the estimate.
+        reason: in words.
+        apart: parameters that differ from those of the chosen model beyond chance, in std.
+    """
+
+    model: str
+    condition_number: float
+    held_out: float
+    train: Residual | None
+    validation: Residual | None
+    chosen: bool
+    reason: str
+    apart: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,6 +149,11 @@ class Estimate:
         prior: what was given as a prior, its std infinite where nothing was; None without one.
         balances: where the measured work went, log by log.
         whiteness: of the residuals, quantity by quantity and joint by joint.
+        band: the filters of the run; None in an older file.
+        repairs: what was mended in the logs before anything was estimated.
+        alternatives: the models that were fitted, the chosen one first.
+        uses: what the estimate may be used for.
+        headline: the verdict in one line, with what stands beside it.
     """
 
     robot: str
@@ -236,6 +182,11 @@ class Estimate:
     prior: Contrast | None = None
     balances: tuple[Balance, ...] = ()
     whiteness: tuple[Whiteness, ...] = ()
+    band: Band | None = None
+    repairs: tuple[Repair, ...] = ()
+    alternatives: tuple[Alternative, ...] = ()
+    uses: tuple[Use, ...] = ()
+    headline: str = ""
 
     @property
     def X(self) -> FloatArray:
@@ -265,7 +216,7 @@ class Estimate:
         return DataFrame({key: [getattr(p, key) for p in self.parameters] for key in columns})
 
     def to_json(self) -> dict[str, Any]:
-        """Return the content of estimate.json (schema symgen.estimate/1)."""
+        """Return the content of estimate.json (schema symgen.estimate/2)."""
 
         def both(train: Residual | None, validation: Residual | None) -> dict[str, Any] | None:
             if train is None or validation is None:
@@ -299,6 +250,22 @@ class Estimate:
             "window_s": self.window_s,
             "verdict": self.verdict,
             "reasons": list(self.reasons),
+            "headline": self.headline,
+            "uses": {use.name: use.to_json() for use in self.uses},
+            "band": self.band and self.band.to_json(),
+            "models": [
+                {
+                    "model": a.model,
+                    "condition_number": _finite(a.condition_number),
+                    "torque_residual": both(a.train, a.validation),
+                    "held_out_folds": _finite(a.held_out),
+                    "chosen": a.chosen,
+                    "reason": a.reason,
+                    "apart": [{"name": name, "std": std} for name, std in a.apart],
+                }
+                for a in self.alternatives
+            ],
+            "repairs": [r.to_json() for r in self.repairs],
             "physical": self.physical.to_json(),
             "std_excludes": self.excludes,
             "endogeneity": [

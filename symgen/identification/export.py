@@ -31,6 +31,10 @@ def values_header(estimate: Estimate) -> str:
         f"Identified by symgen with the {estimate.model} model, method {estimate.method}.",
         f"Verdict: {estimate.verdict}.",
         *(f"- {reason}" for reason in estimate.reasons),
+        *(
+            f"For {use.name}: {'yes' if use.ok else 'no: ' + '; '.join(use.reasons)}."
+            for use in estimate.uses
+        ),
         f"Physical consistency: {estimate.physical.reason}.",
         *(f"{key}: {value}" for key, value in estimate.provenance),
     ]

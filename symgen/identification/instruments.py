@@ -23,14 +23,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.bandwidth import motion_bandwidth, rigid_band
 from symgen.data.log import make_log
 from symgen.data.plain import read_columns
-from symgen.data.signals import Samples, can_filter, differentiate, lowpass, prepare
+from symgen.data.signals import Samples, prepare
 from symgen.data.spline import interpolated
 from symgen.errors import IdentificationError, LogError
-from symgen.identification.recipe import Recipe
-from symgen.identification.validation import Part, Source, open_log
+from symgen.estimation.filtered import FilteredLog, filtered
+from symgen.estimation.logs import Source, open_log
+from symgen.estimation.recipe import Recipe
+from symgen.identification.validation import Part
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -52,17 +53,19 @@ def instrumented(
         IdentificationError: there is neither a commanded motion nor a speed of its own sensor.
         LogError: the commanded motion does not span the log.
     """
-    s = part.samples
+    log = part.log
     if commanded is not None:
-        motion = _onto(_commanded(commanded, evaluator.model.robot, s), s)
-    elif s.velocity_derived:
+        motion = _commanded(commanded, evaluator.model.robot, log.samples)
+        q, qd = _onto(motion, log.samples)
+        free = replace(log, q=q, qd=qd)
+    elif log.samples.velocity_derived:
         raise IdentificationError(
-            f"{s.name}: method iv needs instruments, and speeds derived from q have the noise of "
+            f"{log.name}: method iv needs instruments, and speeds derived from q have the noise of "
             "q; accepted: measured speeds qd, or the commanded motion"
         )
     else:
-        motion = from_encoders(s)
-    return with_instruments(evaluator, part, recipe, *motion)
+        free = filtered(log.samples, replace(log.band, velocity="derived"))
+    return with_instruments(evaluator, part, recipe, free)
 
 
 def _commanded(source: Source, robot: Robot, samples: Samples) -> Samples:
@@ -86,31 +89,16 @@ def _commanded(source: Source, robot: Robot, samples: Samples) -> Samples:
     return motion
 
 
-def from_encoders(samples: Samples) -> tuple[FloatArray, FloatArray]:
-    """Return q through a low-pass in the motion's band, and its derivative, (N, n) each."""
-    band = motion_bandwidth(samples.q, samples.step)
-    q = samples.q
-    if can_filter(band, samples.step):
-        q = lowpass(q, samples.step, band)
-    return q, differentiate(q, samples.step)
-
-
-def with_instruments(
-    evaluator: Evaluator, part: Part, recipe: Recipe, q: FloatArray, qd: FloatArray
-) -> Part:
+def with_instruments(evaluator: Evaluator, part: Part, recipe: Recipe, motion: FilteredLog) -> Part:
     """Return a part whose equations have instruments: their rows along another motion.
 
     Args:
         evaluator: the compiled model.
         part: of a log.
         recipe: of its equations.
-        q: positions along the log's samples, (N, n).
-        qd: speeds, (N, n).
+        motion: the log with the positions and speeds of that motion.
     """
-    s = part.samples
-    if recipe.model == "torque" and recipe.cutoff is None:  # the same rows need the same filter
-        recipe = replace(recipe, cutoff=rigid_band(s))
-    rows = recipe.equations(evaluator, replace(s, q=q, qd=qd))
+    rows = recipe.equations(evaluator, motion)
     pairs = zip(part.equations, rows, strict=True)
     return replace(part, equations=tuple(replace(e, Z=z.W) for e, z in pairs))
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.codegen.model import Model
 from symgen.errors import ParameterError
-from symgen.identification.estimate import SCHEMA
+from symgen.identification.estimate import READ
 from symgen.robot.foreign import read_imported
 from symgen.robot.imported import FORMATS
 
@@ -97,8 +97,8 @@ def _named(content: Any, path: Path, robot: str) -> dict[str, tuple[Any, Any]]:
     """Return name, value and standard deviation of every parameter in a parsed file."""
     if path.suffix == ".json":
         listed = content.get("parameters") if isinstance(content, dict) else None
-        if not isinstance(listed, list) or content.get("schema") != SCHEMA:
-            raise ParameterError(f"{path}: not an estimate; accepted: schema {SCHEMA}")
+        if not isinstance(listed, list) or content.get("schema") not in READ:
+            raise ParameterError(f"{path}: not an estimate; accepted: schema {READ[0]}")
         if not all(isinstance(p, dict) and {"name", "value"} <= set(p) for p in listed):
             raise ParameterError(f"{path}: every parameter needs a name and a value")
         if content.get("robot", robot) != robot:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,17 +14,30 @@ from symgen import names
 from symgen.codegen.model import derive
 from symgen.data.log import Log
 from symgen.data.raw import Reading
+from symgen.data.signals import lowpass
 from symgen.errors import ParameterError
-from symgen.identification.estimate import Residual, Trace
+from symgen.estimation.band import Band, comparison_band
+from symgen.estimation.cutoff import choose_band
+from symgen.estimation.filtered import filtered
+from symgen.estimation.fit import fit
+from symgen.estimation.logs import open_samples
+from symgen.estimation.recipe import JUDGING
+from symgen.estimation.repairs import Repair, mended_speeds
+from symgen.estimation.values import Residual, Trace
 from symgen.identification.parameters import read_parameters
-from symgen.identification.reading import number, read_json
-from symgen.identification.validation import Part, TorqueComparison, open_samples
+from symgen.identification.reading import (
+    number,
+    read_band,
+    read_estimate,
+    read_json,
+    read_repair,
+)
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import load
 
 FloatArray = NDArray[np.float64]
-SCHEMA = "symgen.prediction/1"
+SCHEMA = "symgen.prediction/2"
 MARKER, CURVES = "prediction.json", "prediction.csv"
 
 
@@ -35,13 +48,14 @@ class Prediction:
     Attributes:
         robot: its name.
         torque: measured and predicted torque in the motion's band, (N, n), N m or N.
-        error: RMS of measured minus predicted over RMS of measured torque, per joint; the total is
-            the root mean square of these ratios.
+        error: ||measured - predicted|| over ||measured|| in the comparison band, per joint and over
+            all joints stacked; see `symgen.estimation.fit`.
         kinetic: kinetic energy (N,), J.
         potential: potential energy (N,), J, up to a constant.
-        band_hz: of the low-pass that both torques passed; infinite where none was needed.
+        band: the filters of the run: those of the estimate, where it states them.
         notes: what was done to the log.
         joints: number in the file and unit of the torque of each movable joint.
+        repairs: what was mended in the log.
     """
 
     robot: str
@@ -49,9 +63,10 @@ class Prediction:
     error: Residual
     kinetic: FloatArray
     potential: FloatArray
-    band_hz: float
+    band: Band
     notes: tuple[str, ...]
     joints: tuple[tuple[int, str], ...] = ()
+    repairs: tuple[Repair, ...] = ()
 
     def to_files(self) -> dict[str, bytes]:
         """Return prediction.json and prediction.csv."""
@@ -70,7 +85,8 @@ class Prediction:
                 "relative": self.error.relative,
                 "per_joint": list(self.error.per_joint or ()),
             },
-            "band_hz": self.band_hz if np.isfinite(self.band_hz) else None,
+            "band": self.band.to_json(),
+            "repairs": [r.to_json() for r in self.repairs],
             "notes": list(self.notes),
         }
         return {
@@ -93,7 +109,8 @@ def predict(
         robot: a robot, a path or a library name.
         log: a path, or a log.
         parameters: an estimate.json, or TOML with [parameters].
-        cutoff: of the zero-phase filter where speeds were not measured, Hz.
+        cutoff: of the zero-phase filter of positions and speeds, Hz; by default that of the
+            estimate, or else the one that suits the log best.
         reading: how the log is read, and what of it has no say in the error.
 
     Raises:
@@ -101,23 +118,43 @@ def predict(
         ParameterError: the parameters are not this robot's.
     """
     source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
-    model = derive(source, ("inverse_dynamics", "energy"))
+    samples, repairs = open_samples(log, source, reading)
+    model = derive(source, (*JUDGING, "energy"))
     X = read_parameters(parameters, model)
     evaluator = load(model)
-    samples = open_samples(log, source, reading, cutoff)
-    comparison = TorqueComparison(evaluator, X)
-    error, traces = comparison.residual([Part("validation", samples, ())])
-    kinetic, potential = evaluator["energy"](samples.q, samples.qd, X)
+    known = band_of(parameters)
+    comparison = comparison_band([samples]) if known is None else known.comparison_hz
+    samples, mended = mended_speeds(samples, comparison)
+    band = known or choose_band(evaluator, [samples], cutoff).band
+    if cutoff is not None:
+        band = replace(band, cutoff_hz=cutoff)
+    seen = filtered(samples, band)
+    error = fit(evaluator, [seen], X).residual
+    torque = np.asarray(evaluator["inverse_dynamics"](seen.q, seen.qd, seen.qdd, X))
+    if seen.rows.cutoff is None:
+        measured = seen.tau
+    else:
+        measured, torque = (lowpass(x, seen.step, seen.rows.cutoff) for x in (seen.tau, torque))
+    kinetic, potential = evaluator["energy"](seen.q, seen.qd, X)
     return Prediction(
         source.name,
-        traces[0],
+        Trace(samples.name, "validation", "torque", seen.t, measured, torque, 0),
         error,
         kinetic[:, 0],
         potential[:, 0],
-        comparison.band,
-        samples.notes,
+        band,
+        (*samples.notes, f"band: {band.in_words()}"),
         tuple((j.number, names.unit("FS", j.sigma)) for j in source.movable),
+        (*repairs, *mended),
     )
+
+
+def band_of(parameters: str | Path) -> Band | None:
+    """Return the band that an estimate was identified in; None for parameters without one."""
+    path = Path(parameters)
+    if path.suffix != ".json":
+        return None
+    return read_estimate(path).band
 
 
 def read_prediction(path: str | Path) -> Prediction:
@@ -141,16 +178,16 @@ def read_prediction(path: str | Path) -> Prediction:
         t, measured, predicted, kinetic, potential = np.split(rows, np.cumsum([1, n, n, 1]), axis=1)
         if potential.shape[1] != 1:
             raise ValueError("columns")
-        band = content["band_hz"]
         return Prediction(
             str(content["robot"]),
             Trace(str(content["log"]), "validation", "torque", t[:, 0], measured, predicted),
             Residual(number(error["relative"]), tuple(map(number, error["per_joint"]))),
             kinetic[:, 0],
             potential[:, 0],
-            np.inf if band is None else number(band),
+            read_band(content["band"]),
             tuple(map(str, content["notes"])),
             joints,
+            tuple(map(read_repair, content["repairs"])),
         )
     except (OSError, KeyError, TypeError, ValueError) as error:
         raise ParameterError(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.codegen.model import Model
 from symgen.errors import ParameterError
-from symgen.identification.estimators import Prior
+from symgen.estimation.estimators import Prior
 from symgen.identification.parameters import base_values, cad_parameters, read_named
 from symgen.robot.imported import FORMATS
 

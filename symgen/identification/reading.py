@@ -11,16 +11,18 @@ from typing import Any
 import numpy as np
 
 from symgen.errors import ParameterError
+from symgen.estimation.band import Band
+from symgen.estimation.repairs import Repair
+from symgen.estimation.values import Contrast, Endogeneity, Residual, Whiteness
 from symgen.identification.curves import FILE, read_curves
 from symgen.identification.estimate import (
+    READ,
     SCHEMA,
+    Alternative,
     Consistency,
-    Contrast,
-    Endogeneity,
     Estimate,
     ParameterEstimate,
-    Residual,
-    Whiteness,
+    Use,
 )
 
 MARKER = "estimate.json"
@@ -39,7 +41,7 @@ def read_estimate(path: str | Path) -> Estimate:
     """
     path = Path(path)
     file = path / MARKER if path.is_dir() else path
-    content = read_json(file, SCHEMA)
+    content = read_json(file, *READ)
     try:
         estimate = _estimate(content)
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
@@ -53,8 +55,8 @@ def read_estimate(path: str | Path) -> Estimate:
     )
 
 
-def read_json(file: Path, schema: str) -> dict[str, Any]:
-    """Return the content of a JSON file of one schema.
+def read_json(file: Path, *schemas: str) -> dict[str, Any]:
+    """Return the content of a JSON file of one of some schemas.
 
     Raises:
         ParameterError: it cannot be read, or is of another kind.
@@ -64,11 +66,12 @@ def read_json(file: Path, schema: str) -> dict[str, Any]:
     except (OSError, ValueError, RecursionError) as error:
         reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:100]
         raise ParameterError(
-            f"{file}: cannot be read ({reason}); accepted: schema {schema}"
+            f"{file}: cannot be read ({reason}); accepted: schema {schemas[0]}"
         ) from error
     found = content.get("schema") if isinstance(content, dict) else None
-    if found != schema:
-        raise ParameterError(f"{file}: its schema is {found!r}; accepted: {schema}")
+    if found not in schemas:
+        accepted = " or ".join(schemas)
+        raise ParameterError(f"{file}: its schema is {found!r}; accepted: {accepted}")
     return dict(content)
 
 
@@ -137,7 +140,54 @@ def _estimate(content: dict[str, Any]) -> Estimate:
         comparison=tuple(_contrast(c, names, math.nan) for c in content.get("comparison", ())),
         prior=None if prior is None else _contrast(prior, names, math.inf),
         whiteness=tested,
+        band=None if content.get("band") is None else read_band(content["band"]),
+        repairs=tuple(map(read_repair, content.get("repairs", ()))),
+        alternatives=tuple(map(_alternative, content.get("models", ()))),
+        uses=tuple(_use(name, use) for name, use in content.get("uses", {}).items()),
+        headline=str(content.get("headline", "")),
     )
+
+
+def read_repair(content: dict[str, Any]) -> Repair:
+    """Read an entry of the key "repairs"."""
+    log, channel, fault, done = (str(content[key]) for key in ("log", "channel", "fault", "done"))
+    return Repair(log, channel, fault, int(content["samples"]), done)
+
+
+def read_band(content: dict[str, Any]) -> Band:
+    """Read the key "band"."""
+    rate, cutoff, comparison = (
+        number(content[key]) for key in ("rate_hz", "cutoff_hz", "comparison_hz")
+    )
+    if not min(rate, cutoff, comparison) > 0 or content["velocity"] not in ("measured", "derived"):
+        raise ValueError("band")
+    return Band(rate, cutoff, comparison, str(content["velocity"]))
+
+
+def _alternative(content: dict[str, Any]) -> Alternative:
+    torque = content["torque_residual"]
+    train, validation = (None, None) if torque is None else _residuals(torque)
+    return Alternative(
+        str(content["model"]),
+        or_inf(content["condition_number"]),
+        or_inf(content["held_out_folds"]),
+        train,
+        validation,
+        bool(content["chosen"]),
+        str(content["reason"]),
+        tuple((str(a["name"]), number(a["std"])) for a in content["apart"]),
+    )
+
+
+def _use(name: str, content: dict[str, Any]) -> Use:
+    reason = str(content["reason"])
+    known = tuple(map(str, content.get("known", ())))
+    return Use(name, (reason,) if reason else (), known)
+
+
+def or_inf(value: Any) -> float:
+    """Return a number; infinity for null."""
+    return math.inf if value is None else number(value)
 
 
 def _whiteness(w: dict[str, Any]) -> Whiteness:

@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from symgen.errors import IdentificationError
-from symgen.identification.estimators import WLS
-from symgen.identification.recipe import Recipe
-from symgen.identification.system import LinearSystem
+from symgen.estimation.estimators import Wls
+from symgen.estimation.filtered import filtered
+from symgen.estimation.recipe import Recipe
+from symgen.estimation.system import LinearSystem
 from symgen.identification.validation import Part, residual
 from symgen.runtime.evaluator import Evaluator
 
@@ -41,12 +42,13 @@ def wrong_sign(evaluator: Evaluator, train: Sequence[Part], recipe: Recipe, left
         for p in train:
             s = p.samples
             other = replace(s, q=s.q * moved, qd=s.qd * moved, tau=s.tau * turn)
-            parts.append(replace(p, samples=other, equations=recipe.equations(evaluator, other)))
+            log = filtered(other, p.log.band)
+            parts.append(replace(p, log=log, equations=recipe.equations(evaluator, log)))
         system = LinearSystem(
             evaluator.model.base.names, tuple(e for p in parts for e in p.equations)
         )
         try:
-            found[joint.number] = residual(parts, WLS().solve(system).X).relative
+            found[joint.number] = residual(parts, Wls().solve(system).X).relative
         except (IdentificationError, np.linalg.LinAlgError):
             continue
     best = min(found, key=lambda j: found[j], default=None)

@@ -3,38 +3,38 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.signals import Samples
 from symgen.errors import IdentificationError
-from symgen.identification.batch import ESTIMATORS, METHODS
-from symgen.identification.consistent import Consistent
-from symgen.identification.errors_in_variables import TotalLeastSquares
-from symgen.identification.estimate import Convergence
-from symgen.identification.estimators import NOISE_BIAS, WLS, Estimator, Prior
-from symgen.identification.instrumental import InstrumentalVariables, bias_of_least_squares
-from symgen.identification.masking import unmasked_pieces
-from symgen.identification.recipe import Recipe, require_model
-from symgen.identification.recursive import Identifier
-from symgen.identification.regression import (
+from symgen.estimation.batch import ESTIMATORS, METHODS
+from symgen.estimation.errors_in_variables import TotalLeastSquares
+from symgen.estimation.estimators import NOISE_BIAS, Estimator, Prior, Wls
+from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.instrumental import InstrumentalVariables, bias_of_least_squares
+from symgen.estimation.masking import unmasked_pieces
+from symgen.estimation.recipe import Recipe, require_model
+from symgen.estimation.regression import (
     Solution,
     column_norms,
     precision,
     triangle,
     undetermined,
 )
-from symgen.identification.system import LinearSystem
+from symgen.estimation.system import LinearSystem
+from symgen.estimation.values import Convergence
+from symgen.identification.consistent import Consistent
+from symgen.identification.recursive import Identifier
 from symgen.identification.validation import Part
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
 ALL_METHODS = (*METHODS, Consistent.name, "recursive")
-_WITH_PRIOR = (WLS.name, Consistent.name)
+_WITH_PRIOR = (Wls.name, Consistent.name)
 #: Methods that account for noise in the regressor.
 _UNBIASED = (InstrumentalVariables.name, TotalLeastSquares.name)
 _CHECKPOINTS = 80
@@ -50,11 +50,21 @@ class Method:
         name: one of ALL_METHODS.
         forgetting: of method recursive, in (0, 1].
         prior: of methods wls and consistent.
+        given: the estimator itself, where the user made one.
     """
 
     name: str
     forgetting: float = 1.0
     prior: Prior | None = None
+    given: Estimator | None = None
+
+    @classmethod
+    def of(cls, method: str | Estimator, forgetting: float = 1.0) -> Method:
+        """Return the method of a name, or of an estimator with settings of its own."""
+        if isinstance(method, str):
+            return cls(method, forgetting)
+        prior = getattr(method, "prior", method if isinstance(method, Prior) else None)
+        return cls("wls" if prior else method.name, forgetting, prior, method)
 
     def __post_init__(self) -> None:
         if self.name not in ALL_METHODS:
@@ -86,16 +96,18 @@ class Method:
             return Consistent.excludes
         return (self.prior or ESTIMATORS[self.name]).excludes
 
-    def is_tested(self, samples: Samples) -> bool:
+    def is_tested(self, log: FilteredLog) -> bool:
         """Whether a log can tell that least squares is biased: speeds of their own sensors."""
-        return self.name not in _UNBIASED and not samples.velocity_derived
+        return self.name not in _UNBIASED and log.band.velocity == "measured"
 
     def estimator(self, evaluator: Evaluator) -> Estimator:
         """Return the estimator of a robot."""
-        plain = self.prior or WLS()
+        if self.given is not None:
+            return self.given
+        plain = self.prior or Wls()
         if self.name == Consistent.name:
             return Consistent(evaluator.model, plain)
-        return plain if self.name == WLS.name else ESTIMATORS[self.name]
+        return plain if self.name == Wls.name else ESTIMATORS[self.name]
 
 
 def solved(
@@ -119,9 +131,7 @@ def solved(
     return bias_of_least_squares(system, solution)
 
 
-def settled(
-    evaluator: Evaluator, parts: Callable[[Recipe], Sequence[Part]], recipe: Recipe
-) -> Recipe:
+def settled(evaluator: Evaluator, logs: Sequence[FilteredLog], recipe: Recipe) -> Recipe:
     """Return the recipe whose effects of the load take the torque of the X that it leads to.
 
     Their columns hold the model's own torque: they are taken at the X of the round before, weighted
@@ -129,7 +139,7 @@ def settled(
 
     Args:
         evaluator: the compiled model.
-        parts: gives the logs with the equations of a recipe.
+        logs: the training logs in the band of the run.
         recipe: of the torque model.
 
     Raises:
@@ -139,10 +149,9 @@ def settled(
     require_model(evaluator.model.robot, recipe.model)
     base = evaluator.model.base
     for _ in range(_ROUNDS):
-        train = [p for p in parts(recipe) if p.kind == "train"]
         names = base.names if recipe.at is not None else base.names[: base.linear]
-        system = LinearSystem(names, tuple(e for p in train for e in p.equations))
-        solution = ESTIMATORS[WLS.name].solve(system)
+        rows = tuple(e for log in logs for e in recipe.equations(evaluator, log))
+        solution = ESTIMATORS[Wls.name].solve(LinearSystem(names, rows))
         X = np.pad(solution.X, (0, len(base.names) - len(names)))
         moved = np.inf if recipe.at is None else np.abs(X - np.array(recipe.at))
         size = np.sqrt(np.maximum(np.diag(solution.covariance), 0))
@@ -170,7 +179,7 @@ def _recursive(
         evaluator, steps.pop(), model=recipe.model, forgetting=method.forgetting
     )
     for part in train:
-        for s in unmasked_pieces(part.samples, recipe.model):
+        for s in unmasked_pieces(part.log, recipe.model):
             identifier.run(s.t, s.q, s.qd, s.tau)
     return precision(system, identifier.read()[0], _memory(train, method.forgetting))
 
@@ -232,7 +241,7 @@ def moved_by_window(
         return ""
     names = evaluator.model.base.names
     estimator = (
-        (method.prior or WLS()) if method.name == "recursive" else method.estimator(evaluator)
+        (method.prior or Wls()) if method.name == "recursive" else method.estimator(evaluator)
     )
     worst: dict[str, tuple[float, float]] = {}
     for factor in _WINDOWS:
@@ -243,7 +252,7 @@ def moved_by_window(
         equations = (
             replace(e, weight=p.equations[0].weight)
             for p in train
-            for e in other.equations(evaluator, p.samples)
+            for e in other.equations(evaluator, p.log)
         )
         try:
             found = estimator.solve(LinearSystem(names, tuple(equations)))

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.identification.estimate import Trace, Whiteness
-from symgen.identification.statistics import chi2_tail
+from symgen.estimation.statistics import chi2_tail
+from symgen.estimation.values import Trace, Whiteness
 
 FloatArray = NDArray[np.float64]
 #: Most lags that are looked at, fewest, and rows that each needs.

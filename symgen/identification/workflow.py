@@ -1,11 +1,15 @@
-"""identify: from a robot and its logs to an estimate with a verdict."""
+"""identify: from a robot and its logs to an estimate with a verdict.
+
+Three passes over the logs. Look: they are read, mended, and the band of the run is chosen. Solve:
+the equations of every model in that band. Judge: torques, energies and precision of what was found.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,37 +21,41 @@ from symgen.codegen.model import derive
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, LogError
+from symgen.estimation.band import Band
+from symgen.estimation.cutoff import choose_band
+from symgen.estimation.estimators import Estimator
+from symgen.estimation.filtered import FilteredLog, filtered
+from symgen.estimation.fit import fit
+from symgen.estimation.log_checks import torque_faults
+from symgen.estimation.logs import (
+    Source,
+    digest,
+    in_one_band,
+    listed_logs,
+    open_samples,
+    require_logs,
+    require_other_data,
+)
+from symgen.estimation.masking import require_left
+from symgen.estimation.recipe import NEEDED, Recipe
+from symgen.estimation.regression import Solution
+from symgen.estimation.repairs import Repair, shifted
+from symgen.estimation.system import Equations, LinearSystem, torque_equations
+from symgen.estimation.values import Contrast
+from symgen.identification.alternatives import alternatives, disagreement
 from symgen.identification.estimate import (
     LOG_DIGEST,
     ROBOT_DIGEST,
-    Contrast,
-    Convergence,
+    Alternative,
     Estimate,
     ParameterEstimate,
 )
 from symgen.identification.instruments import instrumented
-from symgen.identification.masking import require_left
 from symgen.identification.physical import consistency
 from symgen.identification.prior import read_prior
-from symgen.identification.recipe import NEEDED, Recipe
-from symgen.identification.regression import Solution
 from symgen.identification.signs import wrong_sign
 from symgen.identification.solving import Method, convergence, moved_by_window, settled, solved
-from symgen.identification.system import LinearSystem
-from symgen.identification.validation import (
-    Part,
-    Source,
-    TorqueComparison,
-    digest,
-    energy_balances,
-    kinetic_energy,
-    listed_logs,
-    model_traces,
-    open_samples,
-    require_logs,
-    require_other_data,
-    residual,
-)
+from symgen.identification.validation import Part, energy_balances, model_traces, residual
 from symgen.identification.whiteness import whiteness
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml
@@ -55,10 +63,13 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 
 FloatArray = NDArray[np.float64]
-MODELS = tuple(NEEDED)
+AUTO = "auto"
+MODELS = (AUTO, *NEEDED)
 #: Methods for which logs can be given weights.
 WEIGHED = ("wls", "ols")
 _HELD_OUT = 0.2
+_SHIFTS = 3  # of torques that are late
+_FEWEST = 10  # samples held out
 _PLENTY = 10  # independent equations for each parameter
 
 
@@ -67,8 +78,8 @@ def identify(
     logs: Sequence[Source] | Source,
     *,
     validation: Sequence[Source] | Source = (),
-    model: str = "energy",
-    method: str = "wls",
+    model: str = AUTO,
+    method: str | Estimator = "wls",
     window: float = 0.2,
     cutoff: float | None = None,
     prior: str | Path | None = None,
@@ -84,14 +95,15 @@ def identify(
         robot: a robot, a path or library name, or a loaded evaluator.
         logs: paths of logs, or logs, to identify from.
         validation: logs to judge by; without any, the last fifth of each log is held out.
-        model: "energy", the model of Gautier and Khalil; "momentum", n equations a window; or
-            "torque", with filtered accelerations.
-        method: an estimator of `symgen.identification.batch`: "wls" (each log and joint weighed by
-            its own residual), "ols", "huber", "tls", "iv", "ridge", "essential"; "consistent"
+        model: "energy", the model of Gautier and Khalil; "momentum", n equations a window;
+            "torque", with filtered accelerations; or "auto", all three, of which the one is taken
+            that leaves the smallest torque error on folds of the training logs left out of its fit.
+        method: an estimator, such as `symgen.Wls()`, or its name: "wls" (each log and joint weighed
+            by its own residual), "ols", "huber", "tls", "iv", "ridge", "essential"; "consistent"
             (parameters that a robot can have); or "recursive" (the C core, sample by sample).
         window: length of the sliding windows of energy and momentum, s.
-        cutoff: of the zero-phase filter where speeds were not measured, and of the torque model,
-            Hz; by default from the motion's bandwidth.
+        cutoff: of the zero-phase filter of positions and speeds, Hz; by default the one with the
+            smallest torque error on folds of the training logs left out of the fit.
         prior: estimate.json, TOML with [parameters], or the .urdf that the robot was imported
             from: pulls methods wls and consistent towards its values (see `read_prior`).
         forgetting: weight of the past for each new equation, of method recursive, in (0, 1].
@@ -110,115 +122,140 @@ def identify(
     """
     if model not in MODELS:
         raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
-    chosen = Method(method, forgetting)
+    chosen = Method.of(method, forgetting)
     if not (math.isfinite(window) and window > 0):
         raise IdentificationError(f"a window of {window:g} s; accepted: a length above 0")
-    shares = _weights(weights, len(listed_logs(logs)), method)
-    progress("deriving and compiling the model")
-    recipe = Recipe(model, window, cutoff)
-    evaluator = _loaded(robot, recipe)
-    if prior is not None:
-        chosen = replace(chosen, prior=read_prior(prior, evaluator.model))
+    shares = _weights(weights, len(listed_logs(logs)), chosen.name)
     sources, motions = listed_logs(logs), listed_logs(commanded)
-    if motions and (method != "iv" or len(motions) != len(sources)):
+    if motions and (chosen.name != "iv" or len(motions) != len(sources)):
         raise IdentificationError(
-            f"{len(motions)} commanded motions for {len(sources)} logs and method {method}; "
+            f"{len(motions)} commanded motions for {len(sources)} logs and method {chosen.name}; "
             "accepted: one for each log, with method iv"
         )
-    given = listed_logs(validation)
-    read = _read(evaluator.model.robot, sources, given, recipe, reading, progress)
-
-    def parts_of(recipe: Recipe, read: Sequence[tuple[str, Samples]]) -> list[Part]:
-        return _parts(evaluator, read, recipe, chosen, motions, bool(given))
-
-    if evaluator.model.robot.loaded:
-        progress("settling the effects that hold the model's torque")
-        training = [entry for entry in read if entry[0] == "train"]
-        recipe = settled(evaluator, lambda at: parts_of(at, training), recipe)
-    parts = parts_of(recipe, read)
-    train = [p for p in parts if p.kind == "train"]
-    held = [p for p in parts if p.kind == "validation"]
-    train = [_weighed(p, w) for p, w in zip(train, shares, strict=True)]
-    require_other_data([p.samples for p in train], [p.samples for p in held])
-    fault = verdicts.motion_fault([p.samples for p in train])
-    system = LinearSystem(evaluator.model.base.names, tuple(e for p in train for e in p.equations))
-    progress(f"solving {len(system.y)} equations for {len(system.names)} parameters")
-    try:
-        solution, bias = solved(evaluator, system, train, chosen, recipe)
-    except IdentificationError as error:
-        raise IdentificationError(f"{error}; {fault}" if fault else str(error)) from error
-    except np.linalg.LinAlgError as error:
-        raise IdentificationError(
-            "the information matrix is singular: these data do not determine the parameters"
-            + (f"; {fault}" if fault else "")
-        ) from error
-    if fault and solution.condition_number > verdicts.PROPORTIONAL_CONDITION:
-        raise IdentificationError(
-            f"these data do not determine the parameters: {fault} (condition number "
-            f"{solution.condition_number:.3g})"
-        )
-    progress("validating")
-    return _estimate(
+    require_logs(sources)
+    source = _robot(robot)
+    recipes = _recipes(source, model, window, chosen)
+    train, held, repairs = _look(source, sources, listed_logs(validation), reading, progress)
+    progress("deriving and compiling the model")
+    evaluator = _loaded(robot, source, recipes)
+    if prior is not None:
+        chosen = replace(chosen, prior=read_prior(prior, evaluator.model))
+    progress("choosing the band")
+    train, held, more = in_one_band(train, held)
+    band = choose_band(evaluator, train, cutoff).band
+    progress(f"band: {band.in_words()}")
+    run = _Run(
         evaluator,
-        solution,
-        bias,
-        convergence(train, system.names),
-        train,
-        held,
-        chosen,
-        recipe,
-        bool(validation),
+        band,
+        tuple(filtered(s, band) for s in train),
+        tuple(filtered(s, band) for s in held),
+        (*repairs, *more),
+        bool(listed_logs(validation)),
     )
+    run, faults = _checked(run)
+    return _solve(run, recipes, chosen, shares, motions, faults, progress)
 
 
-def _loaded(robot: Robot | str | Path | Evaluator, recipe: Recipe) -> Evaluator:
-    """Load the kernels that the model needs."""
+def _checked(run: _Run) -> tuple[_Run, tuple[str, ...]]:
+    """Look at the torques by the model; shift them where they are late, say what is left."""
+    if run.evaluator.model.robot.loaded:
+        return run, ()
+    for _ in range(_SHIFTS):
+        equations = [torque_equations(run.evaluator, log) for log in run.train]
+        faults = torque_faults(run.train, equations)
+        if not faults or faults[0].kind != "delay":
+            break
+        delay = faults[0].value
+        done = Repair("all logs", "tau", faults[0].says, sum(len(s.t) for s in run.logs), "shifted")
+        run = replace(
+            run,
+            train=tuple(filtered(shifted(log.samples, delay), run.band) for log in run.train),
+            held=tuple(filtered(shifted(log.samples, delay), run.band) for log in run.held),
+            repairs=(*run.repairs, done),
+        )
+    return run, tuple(f.says for f in faults if f.kind != "delay")
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """What was looked at: the model, the band, and the logs in it."""
+
+    evaluator: Evaluator
+    band: Band
+    train: tuple[FilteredLog, ...]
+    held: tuple[FilteredLog, ...]
+    repairs: tuple[Repair, ...]
+    given: bool
+
+    @property
+    def logs(self) -> tuple[FilteredLog, ...]:
+        """All logs."""
+        return (*self.train, *self.held)
+
+
+def _robot(robot: Robot | str | Path | Evaluator) -> Robot:
     if isinstance(robot, Evaluator):
-        if all(robot.has(name) for name in recipe.kernels(robot.model)):
+        return robot.model.robot
+    return read_robot(robot) if isinstance(robot, (str, Path)) else robot
+
+
+def _recipes(robot: Robot, model: str, window: float, method: Method) -> tuple[Recipe, ...]:
+    """Return the models that are tried; effects of the load leave the torque model alone."""
+    tried = tuple(NEEDED) if model == AUTO else (model,)
+    if model == AUTO and robot.loaded:
+        tried = ("torque",)
+    if model == AUTO and method.name == "recursive":
+        tried = tuple(m for m in tried if m != "torque")
+    return tuple(Recipe(name, window) for name in tried)
+
+
+def _loaded(
+    robot: Robot | str | Path | Evaluator, source: Robot, recipes: Sequence[Recipe]
+) -> Evaluator:
+    """Load the kernels that the models need."""
+    if isinstance(robot, Evaluator):
+        needed = {k for recipe in recipes for k in recipe.kernels(robot.model)}
+        if all(robot.has(name) for name in needed):
             return robot
-        robot = robot.model.robot
-    source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
-    return load(derive(source, recipe.all_kernels))
+    kernels = dict.fromkeys(k for recipe in recipes for k in recipe.all_kernels)
+    return load(derive(source, tuple(kernels)))
 
 
-def _read(
+def _look(
     robot: Robot,
     logs: Sequence[Source],
     validation: Sequence[Source],
-    recipe: Recipe,
     reading: Reading | None,
     progress: Callable[[str], None],
-) -> list[tuple[str, Samples]]:
-    """Return the samples of every log, and what it is for."""
-    require_logs(logs)
-    out = []
-    for kind, sources in (("train", logs), ("validation", validation)):
-        for source in sources:
-            progress(f"reading {getattr(source, 'name', source)}")
-            samples = open_samples(source, robot, reading, recipe.cutoff, wide=recipe.wide)
-            out.append((kind, samples))
-    return out
+) -> tuple[list[Samples], list[Samples], list[Repair]]:
+    """Read and mend every log; without a validation log, hold out the end of each."""
+    repairs: list[Repair] = []
+
+    def read(source: Source) -> Samples:
+        progress(f"reading {getattr(source, 'name', source)}")
+        samples, done = open_samples(source, robot, reading)
+        repairs.extend(done)
+        return samples
+
+    train = [read(source) for source in logs]
+    held = [read(source) for source in validation]
+    require_other_data(train, held)
+    if held:
+        return train, held, repairs
+    early, late = zip(*map(_split, train), strict=True)
+    return list(early), list(late), repairs
 
 
-def _parts(
-    evaluator: Evaluator,
-    read: Sequence[tuple[str, Samples]],
-    recipe: Recipe,
-    method: Method,
-    commanded: Sequence[Source],
-    given: bool,
-) -> list[Part]:
-    """Build the equations of every log; without a validation log, hold out the end of each."""
-    out = []
-    for k, (kind, samples) in enumerate(read):
-        equations = recipe.equations(evaluator, samples)
-        if samples.mask is not None:
-            require_left(samples.name, equations)
-        part = Part(kind, samples, equations, recipe.model)
-        if kind == "train" and (method.name == "iv" or method.is_tested(samples)):
-            part = instrumented(evaluator, part, recipe, commanded[k] if commanded else None)
-        out.append(part)
-    return out if given else [piece for part in out for piece in _split(part, recipe.gap)]
+def _split(s: Samples) -> tuple[Samples, Samples]:
+    """Hold out the last fifth."""
+    cut = int(len(s.t) * (1 - _HELD_OUT))
+    if len(s.t) - cut < _FEWEST:
+        raise LogError(
+            f"{s.name}: too short to hold out its last fifth, {len(s.t) - cut} samples; "
+            "accepted: a longer log, or a second one for validation"
+        )
+    late = s.cut(slice(cut, None))
+    return s.cut(slice(None, cut)), replace(late, name=f"{s.name} (last fifth)", notes=())
 
 
 def _weights(weights: Sequence[float] | None, logs: int, method: str) -> Sequence[float]:
@@ -235,79 +272,126 @@ def _weights(weights: Sequence[float] | None, logs: int, method: str) -> Sequenc
     return weights
 
 
-def _weighed(part: Part, weight: float) -> Part:
-    return replace(part, equations=tuple(replace(e, weight=weight) for e in part.equations))
-
-
-def _split(part: Part, gap: float) -> list[Part]:
-    """Hold out the last fifth; no window spans the cut."""
-    s = part.samples
-    cut = int(len(s.t) * (1 - _HELD_OUT))
-    name = f"{s.name} (last fifth)"
-    kept = tuple(e.where(e.t <= s.t[cut], e.name) for e in part.equations)
-    held = tuple(e.where(e.t >= s.t[cut] + gap, name) for e in part.equations)
-    if any(len(e.y) < 10 for e in (*kept, *held)):
-        if s.mask is not None:
-            raise LogError(
-                f"{s.name}: the mask leaves next to no window of {gap:g} s in its first four "
-                "fifths or in the last, which is held out; accepted: a longer log, or --validation"
-            )
-        raise LogError(
-            f"{s.name}: too short to hold out its last fifth in windows of {gap:g} s; "
-            "accepted: a longer log, or a second one for validation"
-        )
-    late, early = (s.cut(span) for span in (slice(cut, None), slice(None, cut)))
-    late = replace(late, name=name, notes=())
-    return [
-        replace(part, kind="train", samples=early, equations=kept),
-        replace(part, kind="validation", samples=late, equations=held),
+def _solve(
+    run: _Run,
+    recipes: Sequence[Recipe],
+    method: Method,
+    shares: Sequence[float],
+    motions: Sequence[Source],
+    faults: tuple[str, ...],
+    progress: Callable[[str], None],
+) -> Estimate:
+    """Fit the models, take the one that predicts best, and judge it."""
+    evaluator = run.evaluator
+    found: tuple[Alternative, ...] = ()
+    fault = verdicts.motion_fault([log.samples for log in run.train])
+    if evaluator.model.robot.loaded:
+        progress("settling the effects that hold the model's torque")
+        recipe = settled(evaluator, run.train, recipes[0])
+        equations = [recipe.equations(evaluator, log) for log in run.train]
+    else:
+        progress(f"fitting {', '.join(r.model for r in recipes)}")
+        try:
+            found, fitted = alternatives(evaluator, run.train, run.held, recipes, shares)
+        except IdentificationError as error:
+            raise IdentificationError(f"{error}; {fault}" if fault else str(error)) from error
+        recipe = next(r for r in recipes if r.model == found[0].model)
+        equations = fitted[recipe.model]
+    train = [
+        _part(log, own, recipe, weight)
+        for log, own, weight in zip(run.train, equations, shares, strict=True)
     ]
+    train = [
+        instrumented(evaluator, part, recipe, motions[k] if motions else None)
+        if method.name == "iv" or method.is_tested(part.log)
+        else part
+        for k, part in enumerate(train)
+    ]
+    held = [_held(run, log, recipe) for log in run.held]
+    system = LinearSystem(evaluator.model.base.names, tuple(e for p in train for e in p.equations))
+    progress(f"solving {len(system.y)} equations for {len(system.names)} parameters")
+    try:
+        solution, bias = solved(evaluator, system, train, method, recipe)
+    except IdentificationError as error:
+        raise IdentificationError(f"{error}; {fault}" if fault else str(error)) from error
+    except np.linalg.LinAlgError as error:
+        raise IdentificationError(
+            "the information matrix is singular: these data do not determine the parameters"
+            + (f"; {fault}" if fault else "")
+        ) from error
+    if fault and solution.condition_number > verdicts.PROPORTIONAL_CONDITION:
+        raise IdentificationError(
+            f"these data do not determine the parameters: {fault} (condition number "
+            f"{solution.condition_number:.3g})"
+        )
+    progress("judging")
+    return _judged(run, recipe, method, solution, bias, found, faults, train, held)
 
 
-def _estimate(
-    evaluator: Evaluator,
+def _part(
+    log: FilteredLog, equations: tuple[Equations, ...], recipe: Recipe, weight: float
+) -> Part:
+    """Return a training log with its equations, weighed as it was asked for."""
+    if log.mask is not None:
+        require_left(log.name, equations)
+    return Part("train", log, tuple(replace(e, weight=weight) for e in equations), recipe.model)
+
+
+def _held(run: _Run, log: FilteredLog, recipe: Recipe) -> Part:
+    """Return a validation log with its equations."""
+    try:
+        equations = recipe.equations(run.evaluator, log)
+    except IdentificationError as error:
+        what = "; accepted: a longer log, or a second one for validation"
+        raise LogError(f"{error}{what}") from error
+    if log.mask is not None:
+        require_left(log.name, equations)
+    return Part("validation", log, equations, recipe.model)
+
+
+def _judged(
+    run: _Run,
+    recipe: Recipe,
+    method: Method,
     solution: Solution,
     bias: str,
-    course: Convergence,
+    found: tuple[Alternative, ...],
+    faults: tuple[str, ...],
     train: Sequence[Part],
     held: Sequence[Part],
-    method: Method,
-    recipe: Recipe,
-    given: bool,
 ) -> Estimate:
+    evaluator, X = run.evaluator, solution.X
     base = evaluator.model.base
     std = np.sqrt(np.maximum(np.diag(solution.covariance), 0))
     parameters = tuple(
         ParameterEstimate(b.name, b.expression, float(x), float(s), b.unit)
-        for b, x, s in zip(base.parameters, solution.X, std, strict=True)
+        for b, x, s in zip(base.parameters, X, std, strict=True)
     )
-    outside = np.where(std > 0, std, 1)
-    torque = TorqueComparison(evaluator, solution.X)
-    train_torque, train_traces = torque.residual(train)
-    held_torque, held_traces = torque.residual(held)
-    train_residual, held_residual = residual(train, solution.X), residual(held, solution.X)
+    own, seen = fit(evaluator, run.train, X, "train"), fit(evaluator, run.held, X)
     windows = sum(len(e.y) / e.correlation for p in train for e in p.equations)
-    reasons = verdicts.reasons(
-        condition=solution.condition_number,
-        train=train_residual,
-        validation=held_residual,
-        torque=held_torque,
-        windows=windows,
-        parameters=len(parameters),
-    )
-    reasons += (bias,) if bias else ()
+    physical = consistency(evaluator.model, X, solution.covariance)
+    train_residual, held_residual = own.residual, seen.residual
+    if recipe.model != "torque":
+        train_residual, held_residual = residual(train, X), residual(held, X)
     turned = wrong_sign(evaluator, train, recipe, train_residual.relative)
-    reasons += (turned,) if turned else ()
-    reasons += verdicts.unphysical(parameters, kinetic_energy(evaluator, train, solution.X))
-    reasons += tuple(
-        fault for p in (*train, *held) for fault in verdicts.velocity_faults(p.samples)
+    elsewhere = verdicts.error_elsewhere(evaluator, run.train, solution.covariance)
+    verdict = verdicts.verdict(
+        verdicts.prediction_use(
+            own,
+            seen,
+            elsewhere,
+            (*faults, *verdicts.driving_friction(parameters), *((turned,) if turned else ())),
+        ),
+        verdicts.parameters_use(
+            parameters, physical, (*((bias,) if bias else ()), *disagreement(found))
+        ),
+        verdicts.simulation_use(evaluator, run.train, X, parameters),
+        len(parameters),
     )
-    notes = tuple(note for p in (*train, *held) for note in p.samples.notes)
-    if not given:
-        notes += (
-            "no validation log is given: the last fifth of each log is held out (its filter was "
-            "chosen on the whole log)",
-        )
+    notes = tuple(note for log in run.logs for note in log.samples.notes)
+    notes += (f"band: {run.band.in_words()}",)
+    if not run.given:
+        notes += ("no validation log is given: the last fifth of each log is held out",)
     if windows < _PLENTY * len(parameters):
         notes += (
             f"{windows:.0f} independent equations for {len(parameters)} parameters: under "
@@ -320,25 +404,17 @@ def _estimate(
             f"equations are weighed by log and joint, largest over smallest {high / low:.2f}",
         )
     if any(p.equations[0].weight != 1.0 for p in train):
-        shares = ", ".join(f"{p.equations[0].weight:g}" for p in train)
-        notes += (f"squared residuals of the logs are weighed by {shares}",)
-    if math.isfinite(torque.band):
-        notes += (
-            f"torques are compared below {torque.band:.3g} Hz, through a zero-phase low-pass",
-        )
-    moved = moved_by_window(evaluator, train, method, recipe, solution.X, std)
+        listed = ", ".join(f"{p.equations[0].weight:g}" for p in train)
+        notes += (f"squared residuals of the logs are weighed by {listed}",)
+    moved = moved_by_window(evaluator, train, method, recipe, X, std)
     if moved:
         notes += (
             f"with other windows {moved}: the model misses something of this size, "
             "which std does not tell",
         )
-    flagged = [p.name for p in parameters if not p.relative_std_percent <= 30]
-    if flagged:
-        notes += (f"relative standard deviation above 30 %: {', '.join(flagged)}",)
-    traces = tuple(trace for p in (*train, *held) for trace in model_traces(p, solution.X))
-    traces += train_traces + held_traces
-    known = method.prior
-    cutoffs = [band for p in train if (band := recipe.band(p.samples)) is not None]
+    traces = tuple(trace for p in (*train, *held) for trace in model_traces(p, X))
+    traces += own.traces + seen.traces
+    outside, known = np.where(std > 0, std, 1), method.prior
     return Estimate(
         robot=evaluator.model.robot.name,
         joints=tuple((j.number, names.unit("FS", j.sigma)) for j in evaluator.model.robot.movable),
@@ -348,24 +424,29 @@ def _estimate(
         condition_number=solution.condition_number,
         train=train_residual,
         validation=held_residual,
-        torque_train=train_torque,
-        torque_validation=held_torque,
-        cutoff_hz=max(cutoffs) if cutoffs else None,
+        torque_train=own.residual,
+        torque_validation=seen.residual,
+        cutoff_hz=run.band.cutoff_hz,
         window_s=None if recipe.model == "torque" else recipe.window,
-        verdict="doubtful" if reasons else "trusted",
-        reasons=reasons,
+        verdict=verdict.word,
+        reasons=verdict.reasons,
         notes=notes,
         correlation=solution.covariance / np.outer(outside, outside),
         traces=traces,
-        convergence=course,
+        convergence=convergence(train, base.names),
         provenance=_provenance(evaluator, method, train, held),
-        physical=consistency(evaluator.model, solution.X, solution.covariance),
+        physical=physical,
         excludes=method.excludes,
         endogeneity=solution.endogeneity,
         comparison=solution.comparison,
         prior=None if known is None else Contrast("prior", known.mean, known.std),
-        balances=energy_balances(evaluator, (*train, *held), solution.X),
+        balances=energy_balances(evaluator, (*train, *held), X),
         whiteness=whiteness(traces),
+        band=run.band,
+        repairs=run.repairs,
+        alternatives=found,
+        uses=verdict.uses,
+        headline=verdict.headline,
     )
 
 

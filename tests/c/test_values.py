@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 import symgen
-from symgen.identification.estimate import Consistency, Estimate, ParameterEstimate, Residual
+from symgen.estimation.values import Residual
+from symgen.identification.estimate import Consistency, Estimate, ParameterEstimate
 
 CC, GXX = shutil.which("cc"), shutil.which("g++")
 STRICT = [

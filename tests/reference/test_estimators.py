@@ -12,16 +12,16 @@ import scipy.stats
 import statsmodels.api as sm
 
 import symgen
-from symgen.identification.batch import METHODS, solve
+from symgen.estimation.batch import METHODS, solve
 from symgen.identification.bodies import pseudo_inertia
 from symgen.identification.consistent import Consistent
-from symgen.identification.errors_in_variables import TotalLeastSquares
-from symgen.identification.essential import Essential, whitening
-from symgen.identification.estimators import OLS, WLS, Estimator, Huber, Prior, Ridge
-from symgen.identification.instrumental import InstrumentalVariables
+from symgen.estimation.errors_in_variables import TotalLeastSquares
+from symgen.estimation.essential import Essential, whitening
+from symgen.estimation.estimators import Ols, Wls, Estimator, Huber, Prior, Ridge
+from symgen.estimation.instrumental import InstrumentalVariables
 from symgen.identification.physical import nearest_consistent
 from symgen.identification.prior import read_prior
-from symgen.identification.system import Equations, LinearSystem
+from symgen.estimation.system import Equations, LinearSystem
 
 TRUE = np.array([1.5, -0.4, 0.02, 3.0])
 NAMES = ("A", "B", "C", "FV1")
@@ -51,8 +51,8 @@ def _system(*logs: tuple[np.ndarray, np.ndarray], Z: np.ndarray | None = None) -
 
 def test_ols_and_its_robust_errors_are_those_of_statsmodels() -> None:
     W, y = _rows(1)
-    found = OLS().solve(_system((W, y)))
-    expected = sm.OLS(y, W).fit(cov_type="HAC", cov_kwds={"maxlags": 7, "use_correction": True})
+    found = Ols().solve(_system((W, y)))
+    expected = sm.Ols(y, W).fit(cov_type="HAC", cov_kwds={"maxlags": 7, "use_correction": True})
     np.testing.assert_allclose(found.X, expected.params, rtol=1e-10)
     np.testing.assert_allclose(found.covariance, WIDER**2 * expected.cov_params(), rtol=1e-8)
 
@@ -60,10 +60,10 @@ def test_ols_and_its_robust_errors_are_those_of_statsmodels() -> None:
 def test_wls_is_that_of_statsmodels_with_the_same_weights() -> None:
     first, second = _rows(1), _rows(2)
     second = (second[0], second[1] + 3 * np.random.default_rng(3).normal(size=400))
-    found = WLS().solve(_system(first, second))
+    found = Wls().solve(_system(first, second))
     assert found.weights[0] > 5 * found.weights[1]
     W, y = (np.concatenate(pair) for pair in zip(first, second, strict=True))
-    expected = sm.WLS(y, W, weights=np.repeat(np.square(found.weights), 400)).fit()
+    expected = sm.Wls(y, W, weights=np.repeat(np.square(found.weights), 400)).fit()
     np.testing.assert_allclose(found.X, expected.params, rtol=1e-9)
     # The weights are those of the residuals of the estimate itself.
     for (W1, y1), weight in zip((first, second), found.weights, strict=True):
@@ -77,7 +77,7 @@ def test_huber_is_that_of_statsmodels() -> None:
     model = sm.RLM(y, W, M=sm.robust.norms.HuberT(1.345))
     expected = model.fit(tol=1e-12, maxiter=200)
     np.testing.assert_allclose(found.X, expected.params, rtol=1e-5)
-    plain = OLS().solve(_system((W, y)))
+    plain = Ols().solve(_system((W, y)))
     ratio = np.abs(found.X - TRUE) / np.sqrt(np.diag(found.covariance))
     assert ratio.max() < 4
     assert np.linalg.norm(W @ (found.X - TRUE)) < 0.5 * np.linalg.norm(W @ (plain.X - TRUE))
@@ -128,7 +128,7 @@ def test_total_least_squares_is_orthogonal_regression_of_scipy() -> None:
     def distance(X: np.ndarray) -> float:
         return float(np.sum((y - noisy @ X) ** 2) / (1 + np.sum((noise * X) ** 2)))
 
-    best = scipy.optimize.minimize(distance, OLS().solve(system).X, tol=1e-12)
+    best = scipy.optimize.minimize(distance, Ols().solve(system).X, tol=1e-12)
     np.testing.assert_allclose(found.X, best.x, rtol=1e-5)
 
 
@@ -147,7 +147,7 @@ def test_total_least_squares_has_no_bias_where_its_noise_is_right_and_honest_err
         found = TotalLeastSquares(noise / 0.2).solve(system)
         X.append(found.X)
         std.append(np.sqrt(np.diag(found.covariance)))
-        least.append(OLS().solve(system).X)
+        least.append(Ols().solve(system).X)
     error = np.std(X, axis=0) / np.sqrt(300)
     assert np.all(np.abs(np.mean(X, axis=0) - TRUE[:2]) < 4 * error)
     assert np.all(np.abs(np.mean(least, axis=0) - TRUE[:2]) > 6 * error)
@@ -248,7 +248,7 @@ def test_durbin_wu_hausman_is_the_augmented_regression_of_statsmodels() -> None:
     tests = {t.columns: t for t in InstrumentalVariables().solve(system).endogeneity}
     for label, columns in (("all", [0, 1, 2, 3]), ("inertial", [0, 1, 2]), ("friction", [3])):
         both = np.column_stack([e.W, V[:, columns]])
-        fitted = sm.OLS(e.y, both).fit(
+        fitted = sm.Ols(e.y, both).fit(
             cov_type="HAC", cov_kwds={"maxlags": 7, "use_correction": True}, use_t=True
         )
         wald = fitted.f_test(np.eye(both.shape[1])[4:])
@@ -285,15 +285,15 @@ def test_essential_parameters_are_those_of_backward_elimination_by_statsmodels()
     names = (*NAMES, *(f"N{k}" for k in range(5)))
     system = LinearSystem(names, (Equations("a", whole, y, np.arange(400.0), 1),))
     found = Essential().solve(system)
-    weights, m = whitening(system, OLS().solve(system).X)
+    weights, m = whitening(system, Ols().solve(system).X)
     rows, right = weights[0] * whole, weights[0] * y
-    full = sm.OLS(right, rows).fit()
+    full = sm.Ols(right, rows).fit()
     scale = full.ssr / (m - 9)
     kept = list(range(9))
     while True:
-        reduced = sm.OLS(right, rows[:, kept]).fit()
+        reduced = sm.Ols(right, rows[:, kept]).fit()
         least = int(np.argmin(np.abs(reduced.tvalues)))
-        without = sm.OLS(right, np.delete(rows[:, kept], least, axis=1)).fit()
+        without = sm.Ols(right, np.delete(rows[:, kept], least, axis=1)).fit()
         gone = 10 - len(kept)
         p_one = scipy.stats.f.sf((without.ssr - reduced.ssr) / scale, 1, m - 9)
         p_all = scipy.stats.f.sf((without.ssr - full.ssr) / gone / scale, gone, m - 9)
@@ -404,7 +404,7 @@ class TestConsistent:
                 self.MODEL.base.names, (Equations("a", W, y, np.arange(200.0), 1),)
             )
             found = Consistent(self.MODEL).solve(system)
-            plain = WLS().solve(system)
+            plain = Wls().solve(system)
             assert np.array_equal(found.X, plain.X) is possible
             assert found.X[0] * found.X[1] >= 0.25 * (found.X[2:] @ found.X[2:])
             assert ("is kept" in found.notes[-1]) is possible
@@ -413,7 +413,7 @@ class TestConsistent:
 def test_every_method_has_a_source_and_says_what_its_intervals_exclude() -> None:
     years = [str(year) for year in range(1800, 2030)]
     kinds: list[Callable[..., Estimator] | type] = [
-        OLS, WLS, Huber, TotalLeastSquares, InstrumentalVariables, Ridge, Prior, Essential,
+        Ols, Wls, Huber, TotalLeastSquares, InstrumentalVariables, Ridge, Prior, Essential,
         Consistent,
     ]  # fmt: skip
     for kind in kinds:

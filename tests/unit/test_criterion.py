@@ -15,7 +15,7 @@ from symgen.experiment.objective import Objective, smooth_robot
 from symgen.experiment.search import Clock, Program, Torques
 from symgen.experiment.space import space
 from symgen.experiment.trajectory import basis
-from symgen.identification.system import energy_equations, momentum_equations
+from symgen.estimation.system import energy_equations, momentum_equations
 
 ROBOT = """
 [robot]

@@ -19,8 +19,8 @@ import pytest
 import symgen
 from symgen.codegen.casadi_model import Dynamics, dynamics
 from symgen.experiment import paper
-from symgen.identification.batch import solve
-from symgen.identification.system import Equations, LinearSystem
+from symgen.estimation.batch import solve
+from symgen.estimation.system import Equations, LinearSystem
 
 FIGURES = Path(__file__).parent / "bias_figures.json"
 RUNS = 10_000

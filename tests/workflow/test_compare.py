@@ -18,7 +18,8 @@ from support import messages
 import symgen
 from symgen.comparison_page import comparison_page
 from symgen.estimate_page import estimate_files, estimate_page
-from symgen.identification.estimate import Consistency, Estimate, ParameterEstimate, Residual
+from symgen.estimation.values import Residual
+from symgen.identification.estimate import Consistency, Estimate, ParameterEstimate
 from symgen.identification.prediction import read_prediction
 from symgen.prediction_page import prediction_page
 

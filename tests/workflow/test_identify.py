@@ -14,8 +14,8 @@ from support import data_folder
 
 import symgen
 from symgen.estimate_page import estimate_page
-from symgen.identification.batch import solve
-from symgen.identification.system import LinearSystem, energy_equations, momentum_equations
+from symgen.estimation.batch import solve
+from symgen.estimation.system import LinearSystem, energy_equations, momentum_equations
 
 X = np.array([1.702, 0.05644, 0.15, 0.075])
 L1 = 0.5

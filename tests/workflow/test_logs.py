@@ -12,7 +12,7 @@ from support import data_folder
 
 import symgen
 from symgen.data.drive import motor_side
-from symgen.identification.recipe import Recipe
+from symgen.estimation.recipe import Recipe
 from symgen.identification.validation import open_samples
 from symgen.symbolic.base_parameters import BaseParameters
 

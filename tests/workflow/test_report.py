@@ -11,15 +11,8 @@ from browser import BROWSER, HOSTILE, Page, visit
 
 from symgen import parameter_plots, plots, report, residual_plots
 from symgen.estimate_page import estimate_page
-from symgen.identification.estimate import (
-    Balance,
-    Contrast,
-    Convergence,
-    Estimate,
-    ParameterEstimate,
-    Residual,
-    Trace,
-)
+from symgen.estimation.values import Balance, Contrast, Convergence, Residual, Trace
+from symgen.identification.estimate import Estimate, ParameterEstimate
 from symgen.identification.whiteness import whiteness
 
 

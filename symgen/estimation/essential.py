@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
-from symgen.identification.estimate import Contrast
-from symgen.identification.estimators import NOISE_BIAS, WLS
-from symgen.identification.regression import (
+from symgen.estimation.estimators import NOISE_BIAS, Wls
+from symgen.estimation.regression import (
     LAGS,
     Solution,
     bartlett,
@@ -22,8 +21,9 @@ from symgen.identification.regression import (
     require_rows,
     triangle,
 )
-from symgen.identification.statistics import f_tail
-from symgen.identification.system import LinearSystem
+from symgen.estimation.statistics import f_tail
+from symgen.estimation.system import LinearSystem
+from symgen.estimation.values import Contrast
 
 FloatArray = NDArray[np.float64]
 
@@ -57,7 +57,7 @@ class Essential:
         if not 0 < self.level < 1:
             raise IdentificationError(f"level {self.level:g}; accepted: between 0 and 1")
         require_rows(system)
-        full = WLS().solve(system)
+        full = Wls().solve(system)
         weights, m = whitening(system, full.X)
         parts = factors(system)
         p = len(system.names)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
-from symgen.identification.regression import (
+from symgen.estimation.regression import (
     Solution,
     factors,
     log_weights,
@@ -17,7 +17,7 @@ from symgen.identification.regression import (
     robust_covariance,
     triangle,
 )
-from symgen.identification.system import LinearSystem
+from symgen.estimation.system import LinearSystem
 
 FloatArray = NDArray[np.float64]
 _PASSES = 3

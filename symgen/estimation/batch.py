@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from symgen.errors import IdentificationError
-from symgen.identification.errors_in_variables import TotalLeastSquares
-from symgen.identification.essential import Essential
-from symgen.identification.estimators import OLS, WLS, Estimator, Huber, Ridge
-from symgen.identification.instrumental import InstrumentalVariables
-from symgen.identification.regression import Solution
-from symgen.identification.system import LinearSystem
+from symgen.estimation.errors_in_variables import TotalLeastSquares
+from symgen.estimation.essential import Essential
+from symgen.estimation.estimators import Estimator, Huber, Ols, Ridge, Wls
+from symgen.estimation.instrumental import InstrumentalVariables
+from symgen.estimation.regression import Solution
+from symgen.estimation.system import LinearSystem
 
 #: Estimators that need nothing but the equations, by the name of `--method`.
 ESTIMATORS: dict[str, Estimator] = {
     e.name: e
     for e in (
-        WLS(),
-        OLS(),
+        Wls(),
+        Ols(),
         Huber(),
         TotalLeastSquares(),
         InstrumentalVariables(),

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
-from symgen.identification.regression import (
+from symgen.estimation.regression import (
     Solution,
     condition,
     factors,
@@ -24,7 +24,7 @@ from symgen.identification.regression import (
     require_rows,
     robust_covariance,
 )
-from symgen.identification.system import LinearSystem
+from symgen.estimation.system import LinearSystem
 
 FloatArray = NDArray[np.float64]
 PASSES = 3
@@ -47,7 +47,7 @@ class Estimator(Protocol):
 
 
 @dataclass(frozen=True)
-class OLS:
+class Ols:
     """Ordinary least squares: minimise ||y - W X||, all equations alike (Gauss 1809)."""
 
     name: ClassVar[str] = "ols"
@@ -59,19 +59,23 @@ class OLS:
 
 
 @dataclass(frozen=True)
-class WLS:
+class Wls:
     """Least squares, each log and joint weighed by the deviation of its own residual, iterated.
 
     minimise sum over logs of ||y_l - W_l X||^2 / sigma_l^2 (Gautier 1997, "Dynamic identification
     of robots with power model"). The equations of each joint count as a log.
+
+    Attributes:
+        prior: what is known beforehand, see `Prior`; None for nothing.
     """
 
+    prior: Prior | None = None
     name: ClassVar[str] = "wls"
     excludes: ClassVar[str] = NOISE_BIAS
 
     def solve(self, system: LinearSystem) -> Solution:
         """Solve by QR of [W y], log by log, on whose factors the weights are iterated."""
-        return _weighted(system, PASSES)
+        return _weighted(system, PASSES) if self.prior is None else self.prior.solve(system)
 
 
 def _weighted(system: LinearSystem, passes: int) -> Solution:
@@ -105,7 +109,7 @@ class Huber:
     def solve(self, system: LinearSystem) -> Solution:
         """Solve by QR of the reweighted rows."""
         require_rows(system)
-        X = WLS().solve(system).X
+        X = Wls().solve(system).X
         ones = np.ones(len(system.logs))
         for _ in range(self.passes):
             rows, inside, _ = self._weights(system, X)

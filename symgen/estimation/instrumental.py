@@ -22,9 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
-from symgen.identification.estimate import Contrast, Endogeneity
-from symgen.identification.estimators import PASSES, WLS
-from symgen.identification.regression import (
+from symgen.estimation.estimators import PASSES, Wls
+from symgen.estimation.regression import (
     SINGULAR,
     Solution,
     column_norms,
@@ -34,8 +33,9 @@ from symgen.identification.regression import (
     triangle,
     undetermined,
 )
-from symgen.identification.statistics import f_tail
-from symgen.identification.system import Equations, LinearSystem
+from symgen.estimation.statistics import f_tail
+from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.values import Contrast, Endogeneity
 
 FloatArray = NDArray[np.float64]
 #: Columns whose part that the instruments leave is smaller than this share are not suspect.
@@ -77,7 +77,7 @@ class InstrumentalVariables:
                 "method iv needs instruments; accepted: logs with measured speeds qd, whose "
                 "instruments come from the encoders, or the commanded motion of every log"
             )
-        least = WLS().solve(system)
+        least = Wls().solve(system)
         parts = [triangle(np.column_stack([_z(e), e.W, e.y])) for e in system.logs]
         weights: FloatArray = np.array(least.weights)
         reduced = _Reduced(parts, weights, system)

@@ -11,7 +11,8 @@ from symgen.data.log import MIN_SAMPLES, Log
 from symgen.data.mask import Bools, Mask, at_rest, on_grid, saturated
 from symgen.data.signals import Samples
 from symgen.errors import LogError
-from symgen.identification.system import Equations
+from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.system import Equations
 from symgen.robot.types import Robot
 
 _MUCH = 0.03  # share of samples at rest that is worth a word
@@ -59,7 +60,10 @@ def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Sa
                 f"{j + 1}; accepted: at least {MIN_SAMPLES}"
             )
     said = tuple(f"{samples.name}: masked {note}" for note in notes)
-    return replace(samples, mask=Mask(joint, whole), notes=(*samples.notes, *said))
+    mask = Mask(joint, whole)
+    if samples.mask is not None:
+        mask = Mask(joint | samples.mask.joint, whole | samples.mask.robot)
+    return replace(samples, mask=mask, notes=(*samples.notes, *said))
 
 
 def _shares(flags: Bools, what: str) -> str:
@@ -87,18 +91,21 @@ def require_left(name: str, equations: Sequence[Equations]) -> None:
             )
 
 
-def unmasked_pieces(samples: Samples, model: str) -> list[Samples]:
+def unmasked_pieces(log: FilteredLog, model: str) -> list[FilteredLog]:
     """Return the pieces of a log between masked samples, for an identifier that takes them whole.
 
     Args:
-        samples: the log.
+        log: the log in the band of the run.
         model: "energy", or "momentum", where a piece ends as soon as any joint is masked.
     """
-    if samples.mask is None:
-        return [samples]
-    bad = samples.mask.robot if model == "energy" else samples.mask.joint.any(axis=1)
+    if log.mask is None:
+        return [log]
+    bad = log.mask.robot if model == "energy" else log.mask.joint.any(axis=1)
     edges = np.flatnonzero(np.diff(np.concatenate([[1], bad.astype(np.int8), [1]])))
-    return [samples.cut(slice(int(a), int(b))) for a, b in edges.reshape(-1, 2)]
+    spans = [slice(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+    return [
+        FilteredLog(log.samples.cut(span), log.band, log.q[span], log.qd[span]) for span in spans
+    ]
 
 
 def resting(logs: Sequence[Samples], robot: Robot) -> tuple[str, ...]:

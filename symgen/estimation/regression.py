@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
-from symgen.identification.estimate import Contrast, Endogeneity
-from symgen.identification.system import LinearSystem
+from symgen.estimation.system import LinearSystem
+from symgen.estimation.values import Contrast, Endogeneity
 
 FloatArray = NDArray[np.float64]
 #: Singular values of the scaled regressor under this share of the largest are zero.

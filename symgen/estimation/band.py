@@ -1,0 +1,90 @@
+"""The band of a run: the filter of positions and speeds, and that in which torques are compared.
+
+Both are chosen from the training logs together, and used for everything that the run then does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.data.signals import Samples, lowpass
+
+FloatArray = NDArray[np.float64]
+#: Share of the power of a joint's speed that lies below half the comparison band.
+POWER = 0.99
+#: Hz: the comparison band is at least and at most this. Friction steps at reversals live up there.
+LOWEST, HIGHEST = 2.0, 10.0
+#: Cutoffs above this share of the sampling rate filter nothing: positions are taken as they are.
+OPEN = 0.45
+_SEEN = 50.0  # Hz, of the speeds whose spectrum is looked at
+_GRID = np.linspace(0.0, _SEEN, 2001)
+
+
+@dataclass(frozen=True)
+class Band:
+    """The filters of a run.
+
+    Attributes:
+        rate_hz: sampling rate of the training logs, the lowest of them.
+        cutoff_hz: of the zero-phase low-pass that positions and speeds pass; half the rate where
+            they pass none.
+        comparison_hz: of the low-pass that measured and modelled torque pass before they are
+            compared.
+        velocity: "measured", or "derived" from positions.
+    """
+
+    rate_hz: float
+    cutoff_hz: float
+    comparison_hz: float
+    velocity: str
+
+    def filters(self, step: float) -> bool:
+        """Whether positions of a log of this step pass a low-pass."""
+        return self.cutoff_hz < OPEN / step
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the content of the key "band"."""
+        return {
+            "rate_hz": self.rate_hz,
+            "cutoff_hz": self.cutoff_hz,
+            "comparison_hz": self.comparison_hz,
+            "velocity": self.velocity,
+        }
+
+    def in_words(self) -> str:
+        """Return what every command says in one line."""
+        passed = (
+            f"positions and speeds below {self.cutoff_hz:.3g} Hz"
+            if self.cutoff_hz < OPEN * self.rate_hz
+            else "positions and speeds unfiltered"
+        )
+        return (
+            f"{self.rate_hz:.4g} Hz, {passed}, torques compared below {self.comparison_hz:.3g} Hz, "
+            f"speeds {self.velocity}"
+        )
+
+
+def comparison_band(logs: Sequence[Samples]) -> float:
+    """Return the band in which torques are compared, Hz.
+
+    Twice the lowest frequency below which 99 % of the power of a joint's speed lies, all logs
+    together, the largest over the joints, but within 2 to 10 Hz. Speeds are central differences of
+    positions below 50 Hz.
+    """
+    found = 0.0
+    for j in range(logs[0].q.shape[1]):
+        power: FloatArray = np.zeros(len(_GRID))
+        for s in logs:
+            q = lowpass(s.q[:, j], s.step, _SEEN) if OPEN / s.step > _SEEN else s.q[:, j]
+            speed = np.gradient(q, s.step)
+            lines = np.abs(np.fft.rfft(speed - speed.mean())) ** 2 * s.step / len(speed)
+            frequency = np.fft.rfftfreq(len(speed), s.step)
+            power = power + np.interp(_GRID, frequency, np.cumsum(lines))
+        if power[-1] > 0:
+            found = max(found, 2 * float(_GRID[np.searchsorted(power, POWER * power[-1])]))
+    return min(max(found, LOWEST), HIGHEST)

@@ -1,0 +1,156 @@
+"""Summaries of equations over blocks of time: what folds, scans and comparisons of models need.
+
+A summary is the matrix [W y]'[W y] of every block and joint. Summaries of chunks, logs and machines
+add up; a fit without some blocks, its error on these, and how much estimates scatter from block to
+block follow from them without another look at the data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.estimation.system import Equations
+
+FloatArray = NDArray[np.float64]
+#: Blocks of time of all training logs together, and contiguous folds of them.
+BLOCKS, FOLDS = 20, 5
+_ROUNDS = 2
+_RANK = 1e-13  # of an eigenvalue of the scaled matrix: 3e-7 of a singular value
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Summaries of the equations of some logs.
+
+    Attributes:
+        grams: (B, m, p + 1, p + 1), [W y]'[W y] of every block and joint (m is 1 for energy).
+        rows: (B, m) number of equations.
+    """
+
+    grams: FloatArray
+    rows: FloatArray
+
+    def __add__(self, other: Blocks) -> Blocks:
+        """Return the summary of both."""
+        return Blocks(self.grams + other.grams, self.rows + other.rows)
+
+    @property
+    def size(self) -> FloatArray:
+        """(m,) RMS of y."""
+        squares = self.grams[:, :, -1, -1].sum(axis=0)
+        rms: FloatArray = np.sqrt(squares / np.maximum(self.rows.sum(axis=0), 1.0))
+        return np.asarray(np.where(rms > 0, rms, 1.0))
+
+    def fit(self, without: Sequence[int] = ()) -> FloatArray:
+        """Solve weighted least squares, joints weighed by their residual, without some blocks.
+
+        Returns:
+            X (p,); where the rows do not determine it, the shortest in units of the columns.
+        """
+        chosen = np.setdiff1d(np.arange(len(self.grams)), np.asarray(without, dtype=int))
+        grams, rows = self.grams[chosen].sum(axis=0), self.rows[chosen].sum(axis=0)
+        variance = self.size**2
+        X: FloatArray = np.zeros(grams.shape[-1] - 1)
+        for _ in range(_ROUNDS):
+            X = solve_gram(np.einsum("j,jab->ab", 1 / variance, grams))
+            left = residual_squares(grams, X) / np.maximum(rows, 1.0)
+            variance = np.maximum(left, 1e-12 * self.size**2)
+        return X
+
+    def errors(self, blocks: Sequence[int], X: FloatArray) -> FloatArray:
+        """Return the sum of squares that X leaves in some blocks, (m,)."""
+        return residual_squares(self.grams[list(blocks)].sum(axis=0), X)
+
+
+def solve_gram(gram: FloatArray) -> FloatArray:
+    """Solve least squares from [W y]'[W y]; what the rows do not determine is the shortest."""
+    scale = np.sqrt(np.maximum(np.diag(gram)[:-1], 0.0))
+    scale = np.where(scale > 0, scale, 1.0)
+    values, vectors = np.linalg.eigh(gram[:-1, :-1] / np.outer(scale, scale))
+    kept = values > _RANK * values[-1]
+    basis = vectors[:, kept]
+    return np.asarray(basis @ ((basis.T @ (gram[:-1, -1] / scale)) / values[kept]) / scale)
+
+
+def residual_squares(grams: FloatArray, X: FloatArray) -> FloatArray:
+    """Return ||y - W X||^2 of summaries (m, p + 1, p + 1), (m,)."""
+    v = np.append(-X, 1.0)
+    return np.asarray(np.maximum(np.einsum("a,jab,b->j", v, grams, v), 0.0))
+
+
+def summary(rows: Sequence[tuple[Equations, FloatArray]], m: int) -> Blocks:
+    """Summarise equations.
+
+    Args:
+        rows: equations of one joint of one log (or of its energy), and where in the whole of the
+            training time each of them stands, (K, 2): begin and end, in 0 .. 1.
+        m: number of joints, 1 for energy.
+    """
+    p = rows[0][0].W.shape[1]
+    grams, count = np.zeros((BLOCKS, m, p + 1, p + 1)), np.zeros((BLOCKS, m))
+    for e, place in rows:
+        first, last = np.clip((place * BLOCKS).astype(int), 0, BLOCKS - 1).T
+        whole = np.column_stack([e.W, e.y]) * np.sqrt(e.weight)
+        for b in range(BLOCKS):
+            inside = whole[(first == b) & (last == b)]  # a window that spans two belongs to none
+            grams[b, e.joint or 0] += inside.T @ inside
+            count[b, e.joint or 0] += len(inside)
+    return Blocks(grams, count)
+
+
+def placed(
+    logs: Sequence[Sequence[Equations]], reach: float = 0.0
+) -> list[tuple[Equations, FloatArray]]:
+    """Return equations with their place in the whole of the training time, for `summary`.
+
+    Args:
+        logs: the equations of every log.
+        reach: time in s before its own that an equation reaches back.
+    """
+    spans = [(min(e.t[0] for e in log), max(e.t[-1] for e in log)) for log in logs]
+    total = sum(end - start for start, end in spans) or 1.0
+    out, before = [], 0.0
+    for log, (start, end) in zip(logs, spans, strict=True):
+        for e in log:
+            ends = (before + e.t - start) / total
+            out.append((e, np.column_stack([ends - reach / total, ends])))
+        before += end - start
+    return out
+
+
+def folds() -> list[list[int]]:
+    """Return the blocks of every fold."""
+    each = BLOCKS // FOLDS
+    return [list(range(f * each, (f + 1) * each)) for f in range(FOLDS)]
+
+
+def held_out_error(equations: Blocks, torques: Blocks) -> float:
+    """Return the error in torque on folds left out of a fit: root mean square over the joints.
+
+    Args:
+        equations: that are fitted.
+        torques: summary of the torque equations, in which the error is taken.
+    """
+    total = np.zeros(len(torques.size))
+    for fold in folds():
+        total += torques.errors(fold, equations.fit(fold))
+    measured = torques.grams[:, :, -1, -1].sum(axis=0)
+    return float(np.sqrt(np.mean(total / np.where(measured > 0, measured, np.inf))))
+
+
+def deviation_of_difference(a: Blocks, b: Blocks, blocks: Sequence[int]) -> FloatArray:
+    """Return the standard deviation of X_a - X_b, block-robust: the jackknife over blocks.
+
+        var = (B - 1)/B sum over blocks of (d_b - mean d)^2,   d_b the difference without block b
+
+    (Efron and Tibshirani 1993, section 11.5). Both are fitted to the same logs, so that what they
+    share does not count.
+    """
+    d = np.stack([a.fit([k]) - b.fit([k]) for k in blocks])
+    count = len(d)
+    spread = np.sum((d - d.mean(axis=0)) ** 2, axis=0)
+    return np.asarray(np.sqrt((count - 1) / count * spread))

@@ -1,0 +1,147 @@
+"""A log in the band of a run: what every equation, comparison and diagnosis is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.data.mask import Mask
+from symgen.data.signals import Samples, differentiate, lowpass
+from symgen.estimation.band import Band, comparison_band
+from symgen.estimation.decimation import Decimation, decimation
+
+FloatArray = NDArray[np.float64]
+#: Nodes at which models are evaluated, per period of the highest frequency of interest.
+_NODES = 16.0
+
+
+@dataclass(frozen=True, eq=False)
+class FilteredLog:
+    """One log in the band of a run; arrays at the log's own rate.
+
+    Attributes:
+        samples: the log as it was sampled: its torque is not filtered.
+        band: the filters of the run.
+        q: (N, n) positions below the cutoff, rad (m).
+        qd: (N, n) speeds below it: measured ones, or the derivative of q.
+    """
+
+    samples: Samples
+    band: Band
+    q: FloatArray
+    qd: FloatArray
+
+    @property
+    def name(self) -> str:
+        """Name of the log."""
+        return self.samples.name
+
+    @property
+    def t(self) -> FloatArray:
+        """(N,) time, s."""
+        return self.samples.t
+
+    @property
+    def tau(self) -> FloatArray:
+        """(N, n) measured torque, N m (N), not filtered."""
+        return self.samples.tau
+
+    @property
+    def step(self) -> float:
+        """Sampling step, s."""
+        return self.samples.step
+
+    @property
+    def mask(self) -> Mask | None:
+        """The samples that no equation may touch."""
+        return self.samples.mask
+
+    @cached_property
+    def qdd(self) -> FloatArray:
+        """(N, n) accelerations: the derivative of the speeds, rad/s2 (m/s2)."""
+        return differentiate(self.qd, self.step)
+
+    @property
+    def stride(self) -> int:
+        """Samples from one node to the next: the motion is smooth between them."""
+        if not self.band.filters(self.step):
+            return 1
+        highest = max(self.band.cutoff_hz, self.band.comparison_hz)
+        return max(1, int(1 / (_NODES * highest * self.step)))
+
+    @cached_property
+    def rows(self) -> Decimation:
+        """Low-pass of the comparison band on the nodes, and which of them are kept."""
+        return decimation(len(self.t), self.step, self.stride, self.band.comparison_hz)
+
+    @property
+    def kept(self) -> NDArray[np.int64]:
+        """Numbers of the samples at which torques are compared and solved, (K,)."""
+        return self.rows.kept * self.stride
+
+    @cached_property
+    def measured(self) -> FloatArray:
+        """Measured torque in the comparison band at the kept samples, (K, n)."""
+        return self.compared(self.tau)
+
+    def compared(self, x: FloatArray) -> FloatArray:
+        """Return a signal (N, ...) of the log's rate in the comparison band, (K, ...)."""
+        if self.rows.cutoff is None:
+            return x[self.kept]
+        flat = np.ascontiguousarray(x.reshape(len(x), -1))
+        smooth = lowpass(flat, self.step, self.rows.cutoff)
+        return np.ascontiguousarray(smooth[self.kept]).reshape(-1, *x.shape[1:])
+
+    def modelled(
+        self, model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+    ) -> Iterator[tuple[slice, FloatArray]]:
+        """Evaluate a model along the log, chunk by chunk, in the comparison band.
+
+        Args:
+            model: from q, qd, qdd, (k, n) each, to (k, ...).
+
+        Yields:
+            Which of the kept samples come now, and their values.
+        """
+
+        def at(first: int, last: int) -> FloatArray:
+            nodes = slice(first * self.stride, (last - 1) * self.stride + 1, self.stride)
+            return model(*(np.ascontiguousarray(x[nodes]) for x in (self.q, self.qd, self.qdd)))
+
+        return self.rows.chunks(at)
+
+    @cached_property
+    def free(self) -> NDArray[np.bool_]:
+        """Whether a kept sample of a joint is out of the reach of the mask, (K, n)."""
+        if self.mask is None:
+            return np.ones((len(self.kept), self.q.shape[1]), dtype=bool)
+        reach = 0 if self.rows.cutoff is None else int(1 / (self.rows.cutoff * self.step))
+        return self.mask.near(reach)[self.kept]
+
+
+def filtered(samples: Samples, band: Band) -> FilteredLog:
+    """Put a log into the band of a run.
+
+    Measured speeds pass the same filter as positions; derived ones are the derivative of the
+    filtered positions.
+    """
+    q, qd = samples.q, samples.qd
+    smooth = band.filters(samples.step)
+    if smooth:
+        q = lowpass(q, samples.step, band.cutoff_hz)
+    if band.velocity == "derived" or samples.velocity_derived:
+        qd = differentiate(q, samples.step)
+    elif smooth:
+        qd = lowpass(qd, samples.step, band.cutoff_hz)
+    return FilteredLog(samples, band, q, qd)
+
+
+def unfiltered(samples: Samples) -> FilteredLog:
+    """Take positions and speeds as they are: those of a planned motion, or of a simulation."""
+    rate = 1 / samples.step
+    band = Band(rate, rate / 2, comparison_band([samples]), "measured")
+    return FilteredLog(samples, band, samples.q, samples.qd)

@@ -1,0 +1,100 @@
+"""How far a model's torque is from the measured one: the one comparison that everything reports.
+
+    per_joint_j = ||tau_j - model_j|| / ||tau_j||,   relative = the same over all joints stacked
+
+Positions and speeds passed the low-pass of the run, both torques that of the comparison band.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.errors import LogError
+from symgen.estimation.decimation import PER_PERIOD
+from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.values import Residual, Trace
+from symgen.runtime.evaluator import Evaluator
+
+FloatArray = NDArray[np.float64]
+#: Periods of a low-pass's cutoff after which white noise that passed it is uncorrelated to 2 %.
+MEMORY = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Measured and modelled torque of some logs in the comparison band.
+
+    Attributes:
+        error: (n,) sum of the squares of measured minus modelled torque.
+        size: (n,) sum of the squares of the measured one.
+        traces: both torques, log by log.
+    """
+
+    error: FloatArray
+    size: FloatArray
+    traces: tuple[Trace, ...]
+
+    def __add__(self, other: Fit) -> Fit:
+        """Return the fit of both."""
+        return Fit(self.error + other.error, self.size + other.size, self.traces + other.traces)
+
+    @property
+    def ratios(self) -> FloatArray:
+        """(n,) ||tau_j - model_j|| / ||tau_j||; 0 where no torque was measured."""
+        return np.asarray(np.sqrt(self.error / np.where(self.size > 0, self.size, np.inf)))
+
+    @property
+    def residual(self) -> Residual:
+        """In all, and joint by joint."""
+        total = math.sqrt(float(self.error.sum()) / max(float(self.size.sum()), 1e-300))
+        return Residual(total, tuple(map(float, self.ratios)))
+
+
+def fit(
+    evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray, kind: str = "validation"
+) -> Fit:
+    """Compare the torque of a model with the measured one.
+
+    Args:
+        evaluator: the compiled model, with inverse_dynamics.
+        logs: in the band of the run.
+        X: parameters, (p,).
+        kind: of the logs: "train" or "validation".
+
+    Raises:
+        LogError: a mask leaves nothing to compare.
+    """
+    inverse = evaluator["inverse_dynamics"]
+    out = Fit(np.zeros(evaluator.model.robot.n), np.zeros(evaluator.model.robot.n), ())
+    for log in logs:
+        chunks = log.modelled(lambda q, qd, qdd: inverse(q, qd, qdd, X))
+        out += of_torque(log, np.concatenate([torque for _, torque in chunks]), kind)
+    if logs and all(log.mask for log in logs) and not out.size.all():
+        j = int(np.argmin(out.size)) + 1
+        raise LogError(
+            f"{logs[0].name}: --mask leaves nothing of tau{j} to compare; accepted: "
+            "a log in which every joint moves, a higher cutoff, or no mask"
+        )
+    return out
+
+
+def of_torque(log: FilteredLog, torque: FloatArray, kind: str = "validation") -> Fit:
+    """Compare a torque at the kept samples of a log, (K, n), with the measured one there."""
+    free = log.free
+    apart = round(MEMORY * PER_PERIOD) if log.rows.cutoff is not None else 1
+    trace = Trace(
+        log.name,
+        kind,
+        "torque",
+        log.t[log.kept],
+        log.measured,
+        torque,
+        apart if log.mask is None else 0,
+    )
+    error = np.sum(free * (log.measured - torque) ** 2, axis=0)
+    return Fit(error, np.sum(free * log.measured**2, axis=0), (trace,))

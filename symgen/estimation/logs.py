@@ -1,0 +1,151 @@
+"""Logs of a run: opened, repaired, put on uniform steps, and told apart."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from symgen.data.drive import joint_side
+from symgen.data.log import Log, cut, read_log
+from symgen.data.raw import Reading, refuse
+from symgen.data.signals import Samples, sampled
+from symgen.errors import LogError
+from symgen.estimation.band import comparison_band
+from symgen.estimation.log_checks import masked_faults
+from symgen.estimation.masking import masked
+from symgen.estimation.repairs import Repair, mended_speeds, repaired
+from symgen.robot.types import Robot
+
+_TORQUES = (1e-9, 1e9)  # N m or N
+_BEYOND = 1.0  # of the range of a joint; gears make more of it
+Source = str | Path | Log
+
+
+def listed_logs(logs: Sequence[Source] | Source) -> list[Source]:
+    """Return one log or several as a list."""
+    return [logs] if isinstance(logs, (str, Path, Log)) else list(logs)
+
+
+def require_logs(logs: Sequence[Source]) -> None:
+    """Raise LogError where there is no log."""
+    if not logs:
+        raise LogError(
+            "no log is given; accepted: one or more CSV, Parquet, NPZ or MCAP files, or ROS 2 bags"
+        )
+
+
+def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Log:
+    """Read a log where a path is given, and map it to the joint side; refuse another robot's.
+
+    Args:
+        source: a path, or a log as it was recorded.
+        robot: whose [drive] says on which side that is.
+        reading: how files are read, and the span of time that is used.
+
+    Raises:
+        LogError: it cannot be read, has another number of joints, or torques that no robot has.
+    """
+    reading = reading or Reading()
+    if isinstance(source, Log):
+        log = source
+        if log.q.shape[1] != robot.n:
+            raise LogError(
+                f"{log.name}: the log has {log.q.shape[1]} joints, the robot has {robot.n}"
+            )
+        log = log if robot.drive is None else joint_side(log, robot.drive)
+    else:
+        names = [joint.name for joint in robot.movable]
+        log = read_log(source, sigma=robot.sigma, drive=robot.drive, reading=reading, names=names)
+    _require_within(log, robot)
+    log = cut(log, reading.start, reading.until)
+    if log.tau is None:
+        what = "has currents and no torques"
+        refuse(log.name, what, "with torque_constant in [drive] of the robot file")
+    largest = float(np.abs(log.tau).max())
+    if not _TORQUES[0] < largest < _TORQUES[1]:  # nothing can be learned from such torques
+        raise LogError(
+            f"{log.name}: the largest torque is {largest:.3g}; accepted: N m or N, between "
+            f"{_TORQUES[0]:g} and {_TORQUES[1]:g}"
+        )
+    return log
+
+
+def _require_within(log: Log, robot: Robot) -> None:
+    """Refuse a log far beyond the joints' limits: in degrees, say, or of the drive's other side."""
+    limits = None if robot.limits is None else robot.limits.position
+    for j, (low, high) in enumerate(limits or ()):
+        least, most = float(log.q[:, j].min()), float(log.q[:, j].max())
+        if max(low - least, most - high) > _BEYOND * (high - low):
+            what = (
+                f"q{j + 1} runs from {least:.4g} to {most:.4g} on the joint side, and its limits "
+                f"are {low:g} and {high:g}"
+            )
+            drive = "a log that [drive] maps into [limits]; see position_side"
+            refuse(log.name, what, drive if log.mapped else "rad or m, within [limits]")
+
+
+def open_samples(
+    source: Source, robot: Robot, reading: Reading | None = None
+) -> tuple[Samples, tuple[Repair, ...]]:
+    """Open a log, mend what shows sample by sample, give it uniform steps, a speed, and a mask.
+
+    Args:
+        source: a path, or a log as it was recorded.
+        robot: the log's robot, with its drive and its limits of torque.
+        reading: how the log is read, and what is masked.
+
+    Raises:
+        LogError: `open_log` or `sampled` refuse the log, or a joint has next to nothing left.
+    """
+    reading = reading or Reading()
+    log, repairs = repaired(open_log(source, robot, reading), robot.sigma)
+    samples, masked_too = masked_faults(log, sampled(log))
+    if reading.mask:
+        samples = masked(samples, log, robot, reading.mask)
+    return samples, (*repairs, *masked_too)
+
+
+def in_one_band(
+    train: Sequence[Samples], held: Sequence[Samples]
+) -> tuple[list[Samples], list[Samples], tuple[Repair, ...]]:
+    """Mend measured speeds that are late or scaled, in a band taken from the training logs."""
+    comparison = comparison_band(train)
+    done: list[Repair] = []
+
+    def mended(s: Samples) -> Samples:
+        samples, repairs = mended_speeds(s, comparison)
+        done.extend(repairs)
+        return samples
+
+    return [mended(s) for s in train], [mended(s) for s in held], tuple(done)
+
+
+def require_other_data(train: Sequence[Samples], held: Sequence[Samples]) -> None:
+    """Raise LogError where a log is given twice: it would judge nothing, or count double."""
+    known: dict[str, str] = {}
+    for samples in train:
+        key = digest(samples)
+        if key in known:
+            raise LogError(
+                f"{samples.name}: the training log holds the same data as the training log "
+                f"{known[key]}; accepted: each log once, with --weights where it is to count more"
+            )
+        known[key] = samples.name
+    for samples in held:
+        same = known.get(digest(samples))
+        if same is not None:
+            raise LogError(
+                f"{samples.name}: the validation log holds the same data as the training log "
+                f"{same}; accepted: another log, or none (the last fifth is held out then)"
+            )
+
+
+def digest(samples: Samples) -> str:
+    """Return the SHA-256 of a log's samples."""
+    sha = hashlib.sha256()
+    for array in (samples.t, samples.q, samples.qd, samples.tau):
+        sha.update(np.ascontiguousarray(array).tobytes())
+    return sha.hexdigest()

@@ -1,0 +1,390 @@
+"""Small faults of a recorder, mended before anything is estimated, and counted.
+
+Rows that repeat the one before are dropped, not interpolated through; stamps of a host that jitter
+about a fixed clock are put on that clock where positions then agree better with speeds; single
+samples that jump are taken out (Hampel 1974); turns of 2 pi are joined; measured speeds that are
+late or scaled against dq/dt are shifted and rescaled. Nothing is mended unless what is compared
+agrees better afterwards; thresholds are ratios to the signal's own scatter.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen import names
+from symgen.data.log import Log
+from symgen.data.raw import read_only
+from symgen.data.signals import GAP, STEP_TOLERANCE, Samples, differentiate, lowpass
+from symgen.estimation.band import OPEN
+
+FloatArray = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+#: A clock is taken where it leaves so much of the disagreement that the stamps leave, at most.
+_CLOCK = 0.8
+#: A jump is so many times the scatter of its channel, and so many times what is around it.
+_JUMP, _AROUND = 12.0, 4.0
+_NEAR = 8  # samples around a jump that it is compared with
+#: More repeated rows than chance would give, by this factor, and at least so many.
+_CHANCE, _FEW = 5.0, 3
+#: Speeds are mended where that leaves so much of the square of their disagreement, at most.
+_SPEEDS = 0.8
+#: Correlation of speeds with dq/dt under which they are replaced by it.
+_FOLLOWS = 0.9
+_SLOPES = 5.0  # the band of that comparison, in comparison bands
+_NORMAL = 1.4826
+
+
+@dataclass(frozen=True)
+class Repair:
+    """What was wrong with a channel of a log, and what was done.
+
+    Attributes:
+        log: name of the log.
+        channel: "t", "q2", "qd1", "tau3" or "all".
+        fault: in words.
+        samples: how many were touched.
+        done: in words.
+    """
+
+    log: str
+    channel: str
+    fault: str
+    samples: int
+    done: str
+
+    def to_json(self) -> dict[str, Any]:
+        """Return its entry of the key "repairs"."""
+        return dataclasses.asdict(self)
+
+    @property
+    def in_words(self) -> str:
+        """The repair in one line."""
+        return f"{self.log}: {self.channel}: {self.fault}, {self.samples} samples: {self.done}"
+
+
+def repaired(log: Log, sigma: Sequence[int]) -> tuple[Log, tuple[Repair, ...]]:
+    """Mend what shows sample by sample: repeated rows, stamps, turns and jumps.
+
+    Args:
+        log: as it was recorded, mapped to the joint side.
+        sigma: types of the joints.
+    """
+    done: list[Repair] = []
+    ticks = np.arange(len(log.t), dtype=float)
+    repeats = repeated_rows(log)
+    if repeats.any():
+        log, ticks = _where(log, ~repeats), ticks[~repeats]
+        count = int(repeats.sum())
+        done.append(Repair(log.name, "all", "rows that repeat the one before", count, "dropped"))
+    log, found = _turned_back(log, sigma)
+    done += found
+    log, found = _without_jumps(log)
+    done += found
+    log, found = _on_its_clock(log, ticks)
+    return log, (*done, *found)
+
+
+def _where(log: Log, chosen: Bools) -> Log:
+    """Return the chosen rows of a log."""
+    arrays: dict[str, Any] = {
+        key: read_only(getattr(log, key)[chosen])
+        for key in ("t", "q", "qd", "tau", "current")
+        if getattr(log, key) is not None
+    }
+    return replace(log, **arrays)
+
+
+def repeated_rows(log: Log) -> Bools:
+    """Find rows that hold the values of the row before, where that is no chance: (N,).
+
+    Channels that stand still, or move by less than their last digit, repeat by themselves: rows are
+    repeated where all channels are at once, far more often than if each did so on its own. Longer
+    stretches are a robot at rest, or a recorder that is stuck, and are not touched.
+    """
+    columns = np.column_stack([x for x in (log.q, log.qd, log.tau) if x is not None])
+    same = columns[1:] == columns[:-1]
+    whole = same.all(axis=1)
+    out = np.zeros(len(columns), dtype=bool)
+    chance = float(np.prod(same.mean(axis=0))) * len(same)
+    if whole.sum() <= _CHANCE * chance + _FEW:
+        return out
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], whole.astype(np.int8), [0]])))
+    for start, end in edges.reshape(-1, 2):
+        if end - start < GAP - 1:
+            out[start + 1 : end + 1] = True
+    return out
+
+
+def _turned_back(log: Log, sigma: Sequence[int]) -> tuple[Log, list[Repair]]:
+    """Join turns of 2 pi: steps of one turn between samples that hardly move."""
+    q, done = log.q, []
+    for j, kind in enumerate(sigma):
+        if kind == names.PRISMATIC:
+            continue
+        steps = np.diff(q[:, j])
+        turns = np.round(steps / (2 * np.pi))
+        off = np.abs(steps - 2 * np.pi * turns)
+        others = float(np.max(np.abs(steps[turns == 0]), initial=0.0))
+        wrapped = (turns != 0) & (off <= max(2 * others, 1e-6))
+        if not wrapped.any() or others > 1.0:
+            continue
+        fixed = q.copy()
+        fixed[1:, j] -= 2 * np.pi * np.cumsum(np.where(wrapped, turns, 0.0))
+        q = fixed
+        done.append(Repair(log.name, f"q{j + 1}", "turns of 2 pi", int(wrapped.sum()), "joined"))
+    return (replace(log, q=read_only(q)) if done else log), done
+
+
+def _without_jumps(log: Log) -> tuple[Log, list[Repair]]:
+    """Replace single samples that jump by the middle of their neighbours."""
+    done: list[Repair] = []
+    arrays: dict[str, Any] = {}
+    for key in ("q", "qd", "tau"):
+        x = getattr(log, key)
+        if x is None:
+            continue
+        fixed = x.copy()
+        for j in range(x.shape[1]):
+            at = jumps(x[:, j])
+            if len(at):
+                fixed[at, j] = (x[at - 1, j] + x[at + 1, j]) / 2
+                done.append(
+                    Repair(
+                        log.name,
+                        f"{key}{j + 1}",
+                        "single samples that jump",
+                        len(at),
+                        "replaced by the middle of their neighbours",
+                    )
+                )
+        arrays[key] = read_only(fixed)
+    return (replace(log, **arrays) if done else log), done
+
+
+def jumps(x: FloatArray) -> NDArray[np.int64]:
+    """Return the numbers of single samples that stand out of their neighbours.
+
+    d_k = x_k - (x_(k-1) + x_(k+1))/2 of a jump by s is s, with -s/2 on both sides; a step, or a
+    reversal of friction, has another shape. It counts where |d_k| is 12 times the scatter of d
+    (median absolute deviation, or the last digit) and 4 times every d around.
+    """
+    if len(x) < 2 * _NEAR:
+        return np.zeros(0, dtype=np.int64)
+    d = np.zeros(len(x))
+    d[1:-1] = x[1:-1] - (x[:-2] + x[2:]) / 2
+    size = np.abs(d)
+    steps = np.abs(np.diff(x))
+    digit = float(np.min(steps[steps > 0], initial=np.inf))
+    scatter = _NORMAL * float(np.median(size[1:-1]))
+    least = _JUMP * max(scatter, digit if np.isfinite(digit) else 0.0)
+    if least == 0.0:
+        return np.zeros(0, dtype=np.int64)
+    out = []
+    for k in np.flatnonzero(size > least):
+        if not 2 <= k < len(x) - 2:
+            continue
+        sides = (d[k - 1] / d[k], d[k + 1] / d[k])
+        low, high = max(k - _NEAR, 1), min(k + _NEAR + 1, len(x) - 1)
+        around = np.concatenate([size[low : k - 1], size[k + 2 : high]])
+        if all(-0.75 < s < -0.25 for s in sides) and size[k] > _AROUND * around.max(initial=0.0):
+            out.append(int(k))
+    return np.array(out, dtype=np.int64)
+
+
+def _on_its_clock(log: Log, ticks: FloatArray) -> tuple[Log, list[Repair]]:
+    """Put stamps on the clock of the sampler where positions and speeds agree better there.
+
+    Args:
+        log: without repeated rows.
+        ticks: (N,) numbers of its rows among those that were recorded.
+    """
+    t = log.t
+    steps = np.diff(t)
+    median = float(np.median(steps))
+    if (
+        float(np.max(np.abs(steps - median))) <= STEP_TOLERANCE * median
+        or steps.max() > GAP * median
+    ):
+        return log, []
+    disagree = _disagreement(log)
+    own = disagree(t)
+    rows = np.arange(len(t), dtype=float)
+    whole = np.concatenate([[0.0], np.cumsum(np.maximum(np.round(steps / median), 1.0))])
+    best, least = t, _CLOCK * own
+    for index in (ticks, rows, whole):
+        clock = _line(index, t)
+        if np.diff(clock).min() <= 0:
+            continue
+        found = disagree(clock)
+        if found < least:
+            best, least = clock, found
+    if best is t:
+        return log, []
+    jitter = float(np.std(best - t))
+    done = Repair(
+        log.name,
+        "t",
+        f"stamps jitter by {1e3 * jitter:.2g} ms about a fixed clock",
+        len(t),
+        f"put on that clock, of {1e3 * float(np.min(np.diff(best))):.4g} ms",
+    )
+    return replace(log, t=read_only(best)), [done]
+
+
+def _line(index: FloatArray, t: FloatArray) -> FloatArray:
+    """Return the times of a clock that ticks evenly, nearest to stamps (least absolute errors)."""
+    weight = np.ones(len(t))
+    slope, start = 0.0, 0.0
+    for _ in range(8):  # reweighted: late stamps of a busy host have no say
+        mean_i, mean_t = np.average(index, weights=weight), np.average(t, weights=weight)
+        x, y = index - mean_i, t - mean_t
+        slope = float((weight * x) @ y / ((weight * x) @ x))
+        start = float(mean_t - slope * mean_i)
+        left = np.abs(t - start - slope * index)
+        weight = 1 / np.maximum(left, 1e-3 * slope)
+    return np.asarray(start + slope * index)
+
+
+def _disagreement(log: Log) -> Callable[[FloatArray], float]:
+    """Return how far positions are from what speeds, or else their neighbours, make of the times.
+
+    Of speeds: q_(k+1) - q_k - (qd_k + qd_(k+1))/2 (t_(k+1) - t_k). Without speeds: the second
+    divided difference of the times on either side. The median of the size over the samples that
+    move, the geometric mean over the joints.
+    """
+    change = np.diff(log.q, axis=0)
+    moving = np.abs(change) >= np.maximum(np.median(np.abs(change), axis=0), 1e-300)
+    qd = log.qd
+
+    def at(t: FloatArray) -> float:
+        step = np.diff(t)[:, None]
+        if qd is not None:
+            left = np.abs(change - (qd[1:] + qd[:-1]) / 2 * step)
+            say = moving
+        else:
+            speed = change / step
+            left = np.abs(np.diff(speed, axis=0))
+            say = moving[1:] & moving[:-1]
+        sizes = [float(np.median(x[s])) for x, s in zip(left.T, say.T, strict=True) if s.any()]
+        sizes = [s for s in sizes if s > 0]
+        return float(np.exp(np.mean(np.log(sizes)))) if sizes else 0.0
+
+    return at
+
+
+def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tuple[Repair, ...]]:
+    """Shift and rescale measured speeds that are late or scaled against dq/dt; replace wrong ones.
+
+    In a band somewhat wider than the comparison band, least squares qd = g (v - delay a) with
+    v = dq/dt and a its derivative.
+
+    Args:
+        samples: a log on uniform steps, with measured speeds.
+        comparison_hz: of the run.
+    """
+    if samples.velocity_derived:
+        return samples, ()
+    step = samples.step
+    band = min(_SLOPES * comparison_hz, 0.5 * OPEN / step)
+    qd = samples.qd.copy()
+    found: list[tuple[int, float, float]] = []
+    done: list[Repair] = []
+    for j in range(qd.shape[1]):
+        q = lowpass(samples.q[:, j], step, band)
+        v = differentiate(q, step)
+        a = differentiate(v, step)
+        w = lowpass(qd[:, j], step, band)
+        size = float(v @ v)
+        if size <= 1e-24 * len(v) or float(w @ w) <= 1e-6 * size:
+            if size > 1e-24 * len(v):
+                qd[:, j] = v
+                done.append(_replaced(samples, j, "it stays at zero while the joint moves"))
+            continue
+        delay, gain = 0.0, 1.0
+        moved = w
+        for _ in range(3):
+            moved = _shifted(w, delay, step)
+            A = np.column_stack([v, a])
+            (g, d), *_ = np.linalg.lstsq(A, moved, rcond=None)
+            if g == 0:
+                break
+            gain, delay = float(g), delay - float(d / g)
+            if abs(delay) > 0.25 / comparison_hz:
+                break
+        moved = _shifted(w, delay, step)
+        follows = float(v @ moved) / np.sqrt(size * float(moved @ moved))
+        if follows < _FOLLOWS:
+            qd[:, j] = v
+            done.append(
+                _replaced(samples, j, f"it does not follow dq/dt (correlation {follows:.2f})")
+            )
+            continue
+        was = float(np.sum((w - v) ** 2))
+        late = float(np.sum((moved - v) ** 2))
+        both = float(np.sum((moved / gain - v) ** 2))
+        if both <= _SPEEDS * late and abs(gain - 1) > 0.02:
+            found.append((j, delay if late <= _SPEEDS * was else 0.0, gain))
+        elif late <= _SPEEDS * was and abs(delay) > 0.1 * step:
+            found.append((j, delay, 1.0))
+    for j, delay, gain in found:
+        qd[:, j] = _shifted(qd[:, j], delay, step) / gain
+    done += _said(samples, found)
+    if not done:
+        return samples, ()
+    return replace(samples, qd=read_only(qd)), tuple(done)
+
+
+def _replaced(samples: Samples, j: int, fault: str) -> Repair:
+    return Repair(samples.name, f"qd{j + 1}", fault, len(samples.t), "replaced by dq/dt")
+
+
+def _said(samples: Samples, found: Sequence[tuple[int, float, float]]) -> list[Repair]:
+    """Say delays: one of the recorder where all joints share it, else joint by joint."""
+    n, count = samples.q.shape[1], len(samples.t)
+    delays = np.array([delay for _, delay, _ in found])
+    out = []
+    common = len(found) == n > 1 and np.ptp(delays) <= max(0.2 * abs(delays.mean()), samples.step)
+    if common and all(gain == 1.0 for *_, gain in found):
+        fault = f"speeds of all joints are {_late(float(delays.mean()))} (recorder or stamps)"
+        return [Repair(samples.name, "qd", fault, count, "shifted")]
+    for j, delay, gain in found:
+        faults = []
+        if delay:
+            faults.append(_late(delay))
+        if gain != 1.0:
+            faults.append(f"{gain:.4g} times dq/dt")
+        done = " and ".join((["shifted"] if delay else []) + (["rescaled"] if gain != 1.0 else []))
+        out.append(Repair(samples.name, f"qd{j + 1}", " and ".join(faults), count, done))
+    return out
+
+
+def _late(delay: float) -> str:
+    return f"{abs(1e3 * delay):.2g} ms {'late' if delay > 0 else 'early'}"
+
+
+def shifted(samples: Samples, delay: float) -> Samples:
+    """Return a log whose torques were measured `delay` s earlier."""
+    columns = [_shifted(x, delay, samples.step) for x in samples.tau.T]
+    return replace(samples, tau=read_only(np.column_stack(columns)))
+
+
+def _shifted(x: FloatArray, delay: float, step: float) -> FloatArray:
+    """Return a signal as it was `delay` s later, between samples by a cubic (Catmull and Rom)."""
+    if delay == 0.0:
+        return x
+    at = np.arange(len(x)) + delay / step
+    at = np.clip(at, 0.0, len(x) - 1.0)
+    k = np.clip(at.astype(np.int64), 0, len(x) - 2)
+    u = at - k
+    p0, p1 = x[np.maximum(k - 1, 0)], x[k]
+    p2, p3 = x[k + 1], x[np.minimum(k + 2, len(x) - 1)]
+    return np.asarray(
+        p1
+        + 0.5 * u * (p2 - p0 + u * (2 * p0 - 5 * p1 + 4 * p2 - p3 + u * (3 * (p1 - p2) + p3 - p0)))
+    )

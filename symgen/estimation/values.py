@@ -1,0 +1,131 @@
+"""Values that estimates, predictions and diagnoses are made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Residual:
+    """Relative residual ||y - W X|| / ||y||, and the same joint by joint where it has a meaning."""
+
+    relative: float
+    per_joint: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """What was measured and what the model says, window by window or sample by sample.
+
+    Attributes:
+        log: name of the log.
+        kind: "train" or "validation".
+        quantity: "energy" (one column, J) or "torque" (one column a joint, N m or N).
+        t: time of the row, s, shape (K,).
+        measured: shape (K, m).
+        predicted: shape (K, m).
+        spacing: rows so far apart share no window, nor what the filter spreads; 0 where some are
+            masked, whose residual says nothing.
+    """
+
+    log: str
+    kind: str
+    quantity: str
+    t: FloatArray
+    measured: FloatArray
+    predicted: FloatArray
+    spacing: int = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """Where the measured work of the drives went, by the model, since the start of a log.
+
+        work = integral of qd^T tau dt = change of kinetic and potential energy + friction + rest
+
+    Attributes:
+        log: name of the log.
+        kind: "train" or "validation".
+        t: time, s, shape (K,).
+        work: measured, J, (K,).
+        energy: change of the model's kinetic and potential energy, J, (K,).
+        friction: work of friction and of other effects of the model, J, (K,).
+    """
+
+    log: str
+    kind: str
+    t: FloatArray
+    work: FloatArray
+    energy: FloatArray
+    friction: FloatArray
+
+    @property
+    def rest(self) -> FloatArray:
+        """What the model does not account for, J, (K,)."""
+        return self.work - self.energy - self.friction
+
+
+@dataclass(frozen=True)
+class Whiteness:
+    """Lag correlations of a residual, and the test of whether they are all zero.
+
+    Attributes:
+        quantity: as of the traces.
+        component: position of the joint; 0 for energy.
+        kind: "train" or "validation".
+        rows: number of residuals, so far apart that they share nothing.
+        step_s: time between them, s.
+        correlations: at lags of 1, 2 ... steps.
+        bands: half the width of the interval that holds 95 % of each where there is none.
+        statistic: sum of the squares of correlations over their standard deviations.
+        p_value: probability of a larger statistic where the residual is white.
+    """
+
+    quantity: str
+    component: int
+    kind: str
+    rows: int
+    step_s: float
+    correlations: tuple[float, ...]
+    bands: tuple[float, ...]
+    statistic: float
+    p_value: float
+
+
+@dataclass(frozen=True, eq=False)
+class Convergence:
+    """The recursive estimate as data come in: t (K,) in s of data seen, values (K, p)."""
+
+    t: FloatArray
+    values: FloatArray
+
+
+@dataclass(frozen=True)
+class Endogeneity:
+    """A Durbin-Wu-Hausman test: are columns of the regressor correlated with the error?
+
+    Attributes:
+        columns: what is suspected: "all", "inertial" or "friction" columns.
+        statistic: F of the hypothesis that least squares is consistent.
+        df: degrees of freedom of numerator and denominator.
+        p_value: probability of a larger F where it is.
+    """
+
+    columns: str
+    statistic: float
+    df: tuple[int, float]
+    p_value: float
+
+
+@dataclass(frozen=True, eq=False)
+class Contrast:
+    """The same parameters by another method: X (p,) and its standard deviations (p,)."""
+
+    method: str
+    X: FloatArray
+    std: FloatArray
