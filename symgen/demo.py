@@ -242,7 +242,7 @@ def _refused(evaluator: Evaluator, runs: paper.Runs, noisy: bool) -> str:
     log = make_log("proportional", runs.t, runs.q[0], runs.tau[0], runs.qd[0])
     kind = "with noise" if noisy else "without noise"
     try:
-        identify(evaluator, log, window=10 * paper.STEP)
+        identify(evaluator, log, model="energy", window=10 * paper.STEP)
     except IdentificationError as error:
         return f"{kind}: refused: {error}"
     return f"{kind}: NOT refused"

@@ -151,6 +151,7 @@ def _choice_sections(estimate: Estimate) -> list[Section]:
                 "" if a.validation is None else percent(a.validation.relative),
                 number(a.condition_number, 3),
                 ", ".join(f"{name} ({size:.2g} std)" for name, size in a.apart[:5]),
+                a.reason,
             )
             for a in estimate.alternatives
         )
@@ -160,16 +161,17 @@ def _choice_sections(estimate: Estimate) -> list[Section]:
             "held-out motion",
             "condition",
             "apart from the chosen",
+            "",
         )
-        styles = ("name", "number", "number", "number", "name")
+        styles = ("name", "number", "number", "number", "name", "name")
         out.append(Section("Models", (text,), table=Table(header, models, styles)))
     if estimate.repairs:
         mended = tuple(
             (r.log, r.channel, r.fault, str(r.samples), r.done) for r in estimate.repairs
         )
-        header = ("log", "channel", "fault", "samples", "what was done")
-        styles = ("name", "name", "name", "number", "name")
-        out.append(Section("Repairs", (), table=Table(header, mended, styles)))
+        columns = ("log", "channel", "fault", "samples", "what was done")
+        kinds = ("name", "name", "name", "number", "name")
+        out.append(Section("Repairs", (), table=Table(columns, mended, kinds)))
     return out
 
 

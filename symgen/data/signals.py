@@ -90,7 +90,7 @@ def prepare(log: Log, cutoff: float | None = None, *, wide: float = 1.0) -> Samp
     """
     t, q, qd, tau, step, notes = _evenly(log)
     if cutoff is not None:
-        _require_cutoff(log.name, cutoff, step, float(t[-1] - t[0]))
+        require_cutoff(log.name, cutoff, step, float(t[-1] - t[0]))
     used, derived = None, qd is None
     if qd is None:
         q, qd, used, note = _derive_velocity(q, step, cutoff, wide)
@@ -216,7 +216,7 @@ def lowpass(x: FloatArray, step: float, cutoff: float) -> FloatArray:
     Raises:
         LogError: the cutoff is not between 0 and the Nyquist frequency.
     """
-    _require_cutoff("low-pass filter", cutoff, step)
+    require_cutoff("low-pass filter", cutoff, step)
     samples = len(x)
     length = min(samples - 1, math.ceil(TAIL / (cutoff * step)))
     if length < 1:
@@ -387,7 +387,8 @@ def cumulative_integral(y: FloatArray, step: float) -> FloatArray:
     return np.asarray(CubicSpline(at, y).antiderivative()(at) * step, dtype=np.float64)
 
 
-def _require_cutoff(where: str, cutoff: float, step: float, duration: float = math.inf) -> None:
+def require_cutoff(where: str, cutoff: float, step: float, duration: float = math.inf) -> None:
+    """Raise LogError where a cutoff is not between 0 and the Nyquist frequency."""
     nyquist, lowest = 0.5 / step, 0.01 / duration
     if not lowest < cutoff < nyquist:
         raise LogError(

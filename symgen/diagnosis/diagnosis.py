@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.estimation.repairs import Repair
 from symgen.robot.types import Robot
 
 FloatArray = NDArray[np.float64]
@@ -186,6 +187,7 @@ class Diagnosis:
     parameters: tuple[FoundParameter, ...] = field(default_factory=tuple)
     declared: Robot | None = None
     values: tuple[float, ...] = ()
+    repairs: tuple[Repair, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of diagnosis.json."""
@@ -233,6 +235,7 @@ class Diagnosis:
             ],
             "candidates_tried": self.tried,
             "advice": list(self.advice),
+            "repairs": [r.to_json() for r in self.repairs],
             "notes": list(self.notes),
             "parameters": [_parameter(p) for p in self.parameters],
         }

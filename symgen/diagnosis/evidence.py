@@ -94,7 +94,8 @@ class Scene:
 
         It is the way of `symgen.estimation.fit`, whose numbers are those of identify and predict.
         """
-        motion = replace(self.log, q=self.q, qd=self.qd)
+        unmasked = replace(self.log.samples, mask=None)  # rows near a mask are left out as a whole
+        motion = replace(self.log, samples=unmasked, q=self.q, qd=self.qd)
         rows: FloatArray = np.concatenate([x for _, x in motion.modelled(model)])
         kept = self.log.kept
         return np.asarray(rows[(kept >= self.kept.start) & (kept < self.kept.stop)])

@@ -1,4 +1,4 @@
-"""The gate before any physics: every log is checked, and a faulty one is judged by itself.
+"""The measuring chain: every log is checked, mended where it can be, and the search goes on.
 
 Motion comes first, as a torque is looked at along the corrected motion; a limit of the torque comes
 last, as it needs the model's fit.
@@ -6,7 +6,7 @@ last, as it needs the model's fit.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,6 +23,8 @@ from symgen.diagnosis.diagnosis import (
 from symgen.diagnosis.evidence import Evidence, Scene, evidence
 from symgen.diagnosis.sanity import SENSOR, Fault, motion_faults
 from symgen.diagnosis.torque_sanity import SATURATION, saturations, torque_faults
+from symgen.estimation.repairs import Repair
+from symgen.names import PRISMATIC, REVOLUTE, unit
 from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
@@ -117,6 +119,80 @@ def judged(faults: Sequence[Fault], before: Diagnosis, after: Diagnosis) -> Diag
         advice=(*(f.says for f in faults), "no physics is looked for in a log that is wrong"),
         curves=curves,
     )
+
+
+def mended(
+    repairs: Sequence[Repair], robot: Robot, raw: Gap, now: Gap, least: float
+) -> list[FoundEffect]:
+    """Name what was mended or masked in the logs, where that closes a part of the gap.
+
+    Args:
+        repairs: what was done.
+        robot: whose joints they are.
+        raw, now: gap of the logs as they were recorded, and as they are mended.
+        least: share of the square of the gap that has to be closed.
+    """
+    share = 1 - (now.total / raw.total) ** 2 if raw.total else 0.0
+    if share < least:
+        return []
+    groups: dict[str, list[Repair]] = {}
+    for r in repairs:
+        if r.values or "dq/dt" in r.done:
+            groups.setdefault(r.channel, []).append(r)
+    out = []
+    for channel, same in groups.items():
+        name = SATURATION if channel.startswith("tau") else SENSOR
+        digits = channel.lstrip("qdtau")
+        j = int(digits) - 1 if digits else None
+        number: int | str = "" if j is None else robot.movable[j].number
+        out.append(
+            FoundEffect(
+                name=name,
+                joints=() if j is None else (robot.movable[j].number,),
+                parameters=tuple(_values(same, robot, j, number)),
+                expression=_WORDS[name].format(number),
+                p_value=0.0,
+                gap_reduction=max(0.0, share),
+                declared=False,
+            )
+        )
+    return out
+
+
+def _values(
+    same: Sequence[Repair], robot: Robot, j: int | None, number: int | str
+) -> Iterator[FoundParameter]:
+    """Return the mean over the logs of what was measured."""
+    sigma = REVOLUTE if j is None else robot.movable[j].sigma
+    slides = sigma == PRISMATIC
+    units = {"GV": "", "LV": "s", "OV": "m/s" if slides else "rad/s", "limit": unit("FS", sigma)}
+    for name, word in units.items():
+        seen = [(x, std) for r in same for key, x, std in r.values if key == name]
+        if seen:
+            x, std = np.mean(seen, axis=0)
+            yield FoundParameter(f"{name}{number}", float(x), float(std), word)
+
+
+def with_chain(diagnosis: Diagnosis, named: Sequence[FoundEffect], before: Gap) -> Diagnosis:
+    """Return a diagnosis with the faults of the measuring chain that were repaired before it.
+
+    Args:
+        diagnosis: of the repaired logs.
+        named: the faults, as effects.
+        before: the gap before they were repaired.
+    """
+    if not named:
+        return diagnosis
+    chain = max(e.gap_reduction for e in named)
+    physics = max((e.gap_reduction for e in diagnosis.effects), default=0.0)
+    verdict = diagnosis.verdict
+    if chain >= physics * (1 - chain):
+        verdict = "bad-measurement"
+    elif verdict == "consistent":
+        verdict = "explained"
+    effects = sorted((*named, *diagnosis.effects), key=lambda e: -e.gap_reduction)
+    after = diagnosis.after if diagnosis.after.total <= before.total else before
+    return replace(diagnosis, verdict=verdict, effects=tuple(effects), before=before, after=after)
 
 
 def _numbers(fault: Fault, robot: Robot) -> tuple[int, ...]:

@@ -16,7 +16,7 @@ from symgen.diagnosis.diagnosis import (
     Rejected,
 )
 from symgen.errors import ParameterError
-from symgen.identification.reading import number, or_nan, read_json
+from symgen.identification.reading import number, or_nan, read_json, read_repair
 from symgen.robot.toml_io import read_robot
 
 MARKER = "diagnosis.json"
@@ -71,6 +71,7 @@ def read_diagnosis(path: str | Path) -> Diagnosis:
             joints=joints,
             tried=int(content["candidates_tried"]),
             parameters=tuple(map(_parameter, content["parameters"])),
+            repairs=tuple(map(read_repair, content.get("repairs", ()))),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise ParameterError(

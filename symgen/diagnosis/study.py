@@ -44,7 +44,8 @@ FloatArray = NDArray[np.float64]
 KERNELS = ("torque_regressor", "inverse_dynamics")
 #: Gap over noise floor up to which nothing is missing, where no effect is found.
 _QUIET, _LOUD = 3.0, 5.0  # in all, on one joint
-_LEAST = 1e-4  # a floor that matters
+_SMALL = 0.01  # a gap that no model of friction comes below
+_EXPLAINED = 0.15  # the largest gap that is called explained
 _SHOWN = 12
 _SETTLING = 4
 
@@ -212,6 +213,7 @@ class Study:
                 at += score.candidate.size
             whole = s.limited(whole)
             before = s.modelled(partial(_torque, self.evaluator, self.X))
+            differs = bool(selection.accepted) or s.limit is not None
             seen = Curves(
                 s.name,
                 s.t[s.kept],
@@ -219,7 +221,7 @@ class Study:
                 s.qd[s.kept],
                 s.seen(s.tau),
                 before,
-                before + s.seen(whole - declared) if selection.accepted else before,
+                before + s.seen(whole - declared) if differs else before,
                 None if s.mask is None else s.free[s.kept],
             )
             curves.append(seen)
@@ -371,15 +373,17 @@ def _verdict(
     if measuring:
         return "bad-measurement"
     if not selection.accepted:
-        return "consistent" if _quiet(before, floor) else "unexplained"
-    return "explained" if _quiet(after, floor) else "partly-explained"
+        quiet = _quiet(before, floor) and before.total <= _EXPLAINED
+        return "consistent" if quiet else "unexplained"
+    quiet = _quiet(after, floor) and after.total <= _EXPLAINED
+    return "explained" if quiet else "partly-explained"
 
 
 def _quiet(gap: Gap, floor: Gap) -> bool:
     """Whether a gap is near the noise, in all and on every joint."""
     pairs = zip(gap.per_joint, floor.per_joint, strict=True)
-    joints = all(g <= _LOUD * max(f, _LEAST) for g, f in pairs)
-    return joints and gap.total <= _QUIET * max(floor.total, _LEAST)
+    joints = all(g <= max(_LOUD * f, _SMALL) for g, f in pairs)
+    return joints and gap.total <= max(_QUIET * floor.total, _SMALL)
 
 
 def _advice(found: Sequence[FoundEffect], verdict: str) -> tuple[str, ...]:

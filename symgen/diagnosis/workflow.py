@@ -14,9 +14,9 @@ from symgen.codegen.model import derive
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.diagnosis.candidates import candidates
-from symgen.diagnosis.diagnosis import Diagnosis
+from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap
 from symgen.diagnosis.evidence import Scene, evidence, scene
-from symgen.diagnosis.gate import check, corrected, judged
+from symgen.diagnosis.gate import check, corrected, judged, mended, with_chain
 from symgen.diagnosis.search import Search
 from symgen.diagnosis.special import special_candidates
 from symgen.diagnosis.study import KERNELS, Study
@@ -44,6 +44,8 @@ from symgen.runtime.evaluator import load
 
 FloatArray = NDArray[np.float64]
 _HELD_OUT = 0.2
+#: Share of the square of the gap that undoing a fault of the measuring chain has to close.
+_CLOSES = 0.1
 
 
 def diagnose(
@@ -99,13 +101,26 @@ def diagnose(
     later = [*zip(look.held, held, strict=False)]
     fitted = study.base if given is None else evidence(evaluator, train)
     faults = check(evaluator, fitted, look.train, later)
-    if faults:
-        fixed = Study(evaluator, corrected(faults, train), corrected(faults, held), given)
+    named: list[FoundEffect] = []
+    if any(f.corrected is None for f in faults):  # nothing can be said until it is recorded again
         try:
-            found = judged(faults, study.plain(notes), fixed.plain(notes))
+            found = judged(faults, study.plain(notes), study.plain(notes))
             return _with_left_out(found, source)
         except IdentificationError as error:  # a dead channel leaves nothing to identify
             raise IdentificationError(f"{faults[0].says} ({error})") from error
+    first, raw = study, None
+    if faults:
+        fixed = Study(evaluator, corrected(faults, train), corrected(faults, held), given)
+        repaired = judged(faults, study.plain(notes), fixed.plain(notes))
+        if _share(repaired.before, repaired.after) >= _CLOSES:
+            named, study = list(repaired.effects), fixed
+            notes += tuple(f"repaired: {f.says}" for f in faults)
+    if look.unmended is not None:
+        as_measured = replace(band, velocity="measured")
+        raw_train, raw_held, _ = _scenes(look.unmended, as_measured)
+        raw = Study(evaluator, raw_train, raw_held, given).plain(notes).before
+        before = first.plain(notes).before
+        named += mended(look.repairs, source, raw, before, _CLOSES)
     pool = chain.from_iterable(
         make(source, study.base, effects, given=given is not None)
         for make in (candidates, special_candidates)
@@ -115,7 +130,15 @@ def diagnose(
         selection = with_unnamed(selection, source, study.base, study.noise(), progress)
     progress("deriving, compiling and identifying the extended model")
     whole = study.conclude(selection, (*notes, *resting([*look.train, *look.held], source)))
-    return _with_left_out(whole, source)
+    if named:
+        before = raw if raw is not None else first.plain(notes).before
+        whole = with_chain(whole, named, before if given is None else whole.before)
+    return _with_left_out(replace(whole, repairs=look.repairs), source)
+
+
+def _share(before: Gap, after: Gap) -> float:
+    """Return the share of the square of a gap that is closed."""
+    return 1 - (after.total / before.total) ** 2 if before.total else 0.0
 
 
 def _with_left_out(diagnosis: Diagnosis, robot: Robot) -> Diagnosis:
@@ -136,6 +159,7 @@ class _Look:
     train: list[Samples]
     held: list[Samples]
     repairs: tuple[Repair, ...]
+    unmended: _Look | None = None
 
 
 def _look(
@@ -155,11 +179,20 @@ def _look(
         done.extend(repairs)
         return samples
 
-    train = [read(s) for s in listed_logs(logs)]
-    held = [read(s) for s in listed_logs(validation)]
+    sources = listed_logs(logs), listed_logs(validation)
+    train, held = ([read(s) for s in group] for group in sources)
     require_other_data(train, held)
+    raw = None
+    plain = [train, held]
+    if any(r.done.startswith(("masked", "replaced by dq")) for r in done):
+        plain = [
+            [open_samples(s, robot, reading, mask_faults=False)[0] for s in group]
+            for group in sources
+        ]
     train, held, more = in_one_band(train, held)
-    return _Look(train, held, (*done, *more))
+    if more or plain[0] is not train:
+        raw = _Look(plain[0], plain[1], ())
+    return _Look(train, held, (*done, *more), raw)
 
 
 def _scenes(look: _Look, band: Band) -> tuple[list[Scene], list[Scene], tuple[str, ...]]:

@@ -10,10 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from symgen.data.signals import Samples
+from symgen.data.signals import Samples, require_cutoff
 from symgen.estimation.band import OPEN, Band, comparison_band
 from symgen.estimation.blocks import FOLDS, held_out_error, placed, summary
 from symgen.estimation.filtered import filtered
+from symgen.estimation.masking import require_left
 from symgen.estimation.system import torque_equations
 from symgen.runtime.evaluator import Evaluator
 
@@ -44,7 +45,11 @@ class Choice:
 
 
 def choose_band(
-    evaluator: Evaluator, logs: Sequence[Samples], cutoff: float | None = None
+    evaluator: Evaluator,
+    logs: Sequence[Samples],
+    cutoff: float | None = None,
+    *,
+    own_speeds: bool = False,
 ) -> Choice:
     """Choose the band of a run from its training logs.
 
@@ -52,7 +57,14 @@ def choose_band(
         evaluator: the compiled model, with torque_regressor.
         logs: the training logs.
         cutoff: of the filter, Hz, where the user gives it.
+        own_speeds: whether measured speeds are kept in any case, as instrumental variables ask.
+
+    Raises:
+        LogError: a cutoff that no filter can have, or a mask that leaves nothing.
     """
+    for s in logs:
+        if cutoff is not None:
+            require_cutoff(s.name, cutoff, s.step, float(s.t[-1] - s.t[0]))
     rate = min(1 / s.step for s in logs)
     measured = not any(s.velocity_derived for s in logs)
     velocity = "measured" if measured else "derived"
@@ -73,7 +85,7 @@ def choose_band(
         grid += [best] if len(grid) < len(CUTOFFS) else []  # no filter, where the rate is low
         best = _middle(grid, lambda hz: error(hz, start.velocity))
     chosen = (best, start.velocity)
-    if measured:
+    if measured and not own_speeds:
         near = [best] if cutoff is not None else [best / 1.4, best, 1.4 * best]
         lowest = CUTOFFS[0] * start.comparison_hz
         near = [hz for hz in near if lowest <= hz < OPEN * rate] or [best]
@@ -117,6 +129,11 @@ def _sample(logs: Sequence[Samples]) -> list[Samples]:
 
 def _error(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> float:
     """Return the error of weighted least squares of the torque equations on folds left out."""
-    found = [torque_equations(evaluator, filtered(s, band)) for s in logs]
+    found = []
+    for s in logs:
+        equations = torque_equations(evaluator, filtered(s, band))
+        if s.mask is not None:
+            require_left(s.name, equations)
+        found.append(equations)
     torques = summary(placed(found), logs[0].q.shape[1])
     return held_out_error(torques, torques)

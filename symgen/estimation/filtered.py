@@ -17,6 +17,8 @@ from symgen.estimation.decimation import Decimation, decimation
 FloatArray = NDArray[np.float64]
 #: Nodes at which models are evaluated, per period of the highest frequency of interest.
 _NODES = 16.0
+#: Weight of a row in the comparison band under which a mask leaves nothing of it.
+_HARDLY = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,12 +91,26 @@ class FilteredLog:
         return self.compared(self.tau)
 
     def compared(self, x: FloatArray) -> FloatArray:
-        """Return a signal (N, ...) of the log's rate in the comparison band, (K, ...)."""
+        """Return a signal (N, n, ...) of the log's rate in the comparison band, (K, n, ...).
+
+        Masked samples have no say: what passes the low-pass was multiplied by `weight`, and so was
+        what it is compared with.
+        """
+        x = x if self.weight is None else _weighed(x, self.weight)
         if self.rows.cutoff is None:
             return x[self.kept]
         flat = np.ascontiguousarray(x.reshape(len(x), -1))
         smooth = lowpass(flat, self.step, self.rows.cutoff)
         return np.ascontiguousarray(smooth[self.kept]).reshape(-1, *x.shape[1:])
+
+    @cached_property
+    def weight(self) -> FloatArray | None:
+        """(N, n) 0 at masked samples, 1 a quarter period of the comparison band away; or None."""
+        if self.mask is None:
+            return None
+        reach = max(1, round(0.25 / (self.band.comparison_hz * self.step)))
+        away = np.column_stack([_distance(column) for column in self.mask.joint.T])
+        return np.asarray(np.sin(np.pi / 2 * np.minimum(away / reach, 1.0)) ** 2)
 
     def modelled(
         self, model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
@@ -110,17 +126,33 @@ class FilteredLog:
 
         def at(first: int, last: int) -> FloatArray:
             nodes = slice(first * self.stride, (last - 1) * self.stride + 1, self.stride)
-            return model(*(np.ascontiguousarray(x[nodes]) for x in (self.q, self.qd, self.qdd)))
+            found = model(*(np.ascontiguousarray(x[nodes]) for x in (self.q, self.qd, self.qdd)))
+            return found if self.weight is None else _weighed(found, self.weight[nodes])
 
         return self.rows.chunks(at)
 
     @cached_property
     def free(self) -> NDArray[np.bool_]:
         """Whether a kept sample of a joint is out of the reach of the mask, (K, n)."""
-        if self.mask is None:
+        if self.weight is None:
             return np.ones((len(self.kept), self.q.shape[1]), dtype=bool)
-        reach = 0 if self.rows.cutoff is None else int(1 / (self.rows.cutoff * self.step))
-        return self.mask.near(reach)[self.kept]
+        left = self.weight
+        if self.rows.cutoff is not None:
+            left = lowpass(left, self.step, self.rows.cutoff)
+        return np.asarray(left[self.kept] > _HARDLY)
+
+
+def _weighed(x: FloatArray, weight: FloatArray) -> FloatArray:
+    """Multiply (k, n, ...) by (k, n)."""
+    return x * weight.reshape(*weight.shape, *[1] * (x.ndim - 2))
+
+
+def _distance(masked: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return how many samples away the nearest masked one is, (N,)."""
+    at, far = np.arange(len(masked)), 4 * len(masked)
+    before = np.maximum.accumulate(np.where(masked, at, -far))
+    after = np.minimum.accumulate(np.where(masked, at, far)[::-1])[::-1]
+    return np.asarray(np.minimum(at - before, after - at))
 
 
 def filtered(samples: Samples, band: Band) -> FilteredLog:

@@ -21,7 +21,6 @@ from symgen.data.mask import Bools, Mask, on_grid
 from symgen.data.raw import read_only
 from symgen.data.signals import Samples, differentiate, lowpass
 from symgen.estimation.blocks import (
-    BLOCKS,
     Blocks,
     folds,
     placed,
@@ -38,6 +37,7 @@ FloatArray = NDArray[np.float64]
 _FLAT, _PILED = 10, 4.0
 #: A channel is stuck for at least so many samples, and so many times the length of its other runs.
 _STUCK, _LONGER = 20, 10.0
+_DEAD = 0.5  # of the log
 #: Speed of a robot that moves, of the RMS over the log.
 _MOVES = 0.1
 #: A fault is named where undoing it leaves so much of the error on folds left out, at most.
@@ -65,7 +65,8 @@ def masked_faults(log: Log, samples: Samples) -> tuple[Samples, tuple[Repair, ..
             joint[:, j] |= flat
             limit = float(np.abs(log.tau[flat, j]).max())
             fault = f"cut off at {limit:.4g}"
-            done.append(Repair(log.name, f"tau{j + 1}", fault, int(flat.sum()), "masked"))
+            value = (("limit", limit, 0.0),)
+            done.append(Repair(log.name, f"tau{j + 1}", fault, int(flat.sum()), "masked", value))
     qd = samples.qd if len(samples.t) == len(log.t) else _on(samples, log)
     moves = np.abs(qd) > _MOVES * np.sqrt(np.mean(qd**2, axis=0))
     qd_fixed = None
@@ -76,8 +77,8 @@ def masked_faults(log: Log, samples: Samples) -> tuple[Samples, tuple[Repair, ..
             if key == "tau" or x.shape[1] == 1:
                 others = moves.any(axis=1)
             stuck = stuck_runs(x[:, j], others, key != "tau")
-            if not stuck.any():
-                continue
+            if not stuck.any() or stuck.mean() > _DEAD:
+                continue  # a channel without a signal is not mended by a mask
             count = int(stuck.sum())
             if key == "tau":
                 joint[:, j] |= stuck
@@ -244,20 +245,20 @@ def _size(errors: FloatArray) -> float:
     return float(np.sqrt(errors.sum() / errors.shape[1]))
 
 
-def _left(own: FloatArray, other: FloatArray) -> float:
-    """Return what is left of the error of the joint that gains most, beyond chance; or 1.
+def _left(own: FloatArray, other: FloatArray) -> tuple[float, float]:
+    """Return what is left of the error of the joint that gains most, and of all; 1 for chance.
 
-    The joints together, each in units of its own error, must gain as well.
+    All joints together, each in units of its own error, must gain; as must the torques themselves.
     """
-    whole = own.sum(axis=0)
+    whole, rest = own.sum(axis=0), other.sum(axis=0)
     scale = 1 / np.where(whole > 0, whole, np.inf)
-    if float((other.sum(axis=0) * scale).sum()) >= float((whole * scale).sum()):
-        return 1.0
+    together = float(np.sqrt((rest * scale).sum() / max((whole * scale).sum(), 1e-300)))
+    if together >= 1.0 or rest.sum() >= whole.sum():
+        return 1.0, 1.0
     gained = own - other
     deviation = gained.std(axis=0, ddof=1) * np.sqrt(len(gained))
     sure = (gained.sum(axis=0) > _STD * deviation) & (whole > 0)
-    left = np.sqrt(other.sum(axis=0) * scale)
-    return float(left[sure].min(initial=1.0))
+    return float(np.sqrt(rest * scale)[sure].min(initial=1.0)), together
 
 
 def _late(
@@ -273,8 +274,9 @@ def _late(
             longer.append(replace(e, W=np.column_stack([e.W, -d]), Z=None))
         extended.append(tuple(longer))
     blocks = summary(placed(extended), len(equations[0]))
-    left, delay = _left(own, _errors(blocks)), float(blocks.fit()[-1])
-    if left > _CLEARER:
+    best, left = _left(own, _errors(blocks))
+    delay = float(blocks.fit()[-1])
+    if max(best, left) > _CLEARER:  # it is common to all joints, or none
         return []
     word = "late" if delay > 0 else "early"
     says = f"the torques of all joints are {1e3 * abs(delay):.2g} ms {word} against the motion"
@@ -289,7 +291,7 @@ def _factor(base: Blocks, own: FloatArray, j: int) -> list[Fault]:
     best = _fitted_factor(base, j)
     if not 1e-6 < abs(best) < 1e6:
         return []
-    share = _left(own, _errors(_scaled(base, j, best)))
+    share, _ = _left(own, _errors(_scaled(base, j, best)))
     if share > _CLEARER or abs(best - 1) < _GAIN:
         return []
     if best < 0:
@@ -342,7 +344,7 @@ def _exchanged(equations: Sequence[tuple[Equations, ...]], own: FloatArray) -> l
             )
             for log in equations
         ]
-        left = _left(own, _errors(summary(placed(turned), n)))
+        left, _ = _left(own, _errors(summary(placed(turned), n)))
         if left < _EXCHANGED:
             says = f"tau{j + 1} and tau{k + 1} stand in each other's place"
             channel = f"tau{j + 1}, tau{k + 1}"

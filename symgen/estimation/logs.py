@@ -16,7 +16,8 @@ from symgen.errors import LogError
 from symgen.estimation.band import comparison_band
 from symgen.estimation.log_checks import masked_faults
 from symgen.estimation.masking import masked
-from symgen.estimation.repairs import Repair, mended_speeds, repaired
+from symgen.estimation.repairs import Repair, repaired
+from symgen.estimation.speeds import mended_speeds
 from symgen.robot.types import Robot
 
 _TORQUES = (1e-9, 1e9)  # N m or N
@@ -88,7 +89,7 @@ def _require_within(log: Log, robot: Robot) -> None:
 
 
 def open_samples(
-    source: Source, robot: Robot, reading: Reading | None = None
+    source: Source, robot: Robot, reading: Reading | None = None, *, mask_faults: bool = True
 ) -> tuple[Samples, tuple[Repair, ...]]:
     """Open a log, mend what shows sample by sample, give it uniform steps, a speed, and a mask.
 
@@ -96,13 +97,14 @@ def open_samples(
         source: a path, or a log as it was recorded.
         robot: the log's robot, with its drive and its limits of torque.
         reading: how the log is read, and what is masked.
+        mask_faults: whether torques that are cut off and channels that are stuck are masked.
 
     Raises:
         LogError: `open_log` or `sampled` refuse the log, or a joint has next to nothing left.
     """
     reading = reading or Reading()
     log, repairs = repaired(open_log(source, robot, reading), robot.sigma)
-    samples, masked_too = masked_faults(log, sampled(log))
+    samples, masked_too = masked_faults(log, sampled(log)) if mask_faults else (sampled(log), ())
     if reading.mask:
         samples = masked(samples, log, robot, reading.mask)
     return samples, (*repairs, *masked_too)

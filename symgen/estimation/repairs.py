@@ -2,14 +2,12 @@
 
 Rows that repeat the one before are dropped, not interpolated through; stamps of a host that jitter
 about a fixed clock are put on that clock where positions then agree better with speeds; single
-samples that jump are taken out (Hampel 1974); turns of 2 pi are joined; measured speeds that are
-late or scaled against dq/dt are shifted and rescaled. Nothing is mended unless what is compared
-agrees better afterwards; thresholds are ratios to the signal's own scatter.
+samples that jump are taken out (Hampel 1974); turns of 2 pi are joined. Nothing is mended unless
+what is compared agrees better afterwards; thresholds are ratios to the signal's own scatter.
 """
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -20,8 +18,7 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.data.log import Log
 from symgen.data.raw import read_only
-from symgen.data.signals import GAP, STEP_TOLERANCE, Samples, differentiate, lowpass
-from symgen.estimation.band import OPEN
+from symgen.data.signals import GAP, STEP_TOLERANCE
 
 FloatArray = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -32,11 +29,6 @@ _JUMP, _AROUND = 12.0, 4.0
 _NEAR = 8  # samples around a jump that it is compared with
 #: More repeated rows than chance would give, by this factor, and at least so many.
 _CHANCE, _FEW = 5.0, 3
-#: Speeds are mended where that leaves so much of the square of their disagreement, at most.
-_SPEEDS = 0.8
-#: Correlation of speeds with dq/dt under which they are replaced by it.
-_FOLLOWS = 0.9
-_SLOPES = 5.0  # the band of that comparison, in comparison bands
 _NORMAL = 1.4826
 
 
@@ -50,6 +42,8 @@ class Repair:
         fault: in words.
         samples: how many were touched.
         done: in words.
+        values: of what was measured: name, value and standard deviation; GV of speeds that are
+            (1 + GV) dq/dt, LV s late, and off by OV.
     """
 
     log: str
@@ -57,10 +51,12 @@ class Repair:
     fault: str
     samples: int
     done: str
+    values: tuple[tuple[str, float, float], ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return its entry of the key "repairs"."""
-        return dataclasses.asdict(self)
+        keys = ("log", "channel", "fault", "samples", "done")
+        return {key: getattr(self, key) for key in keys}
 
     @property
     def in_words(self) -> str:
@@ -276,115 +272,3 @@ def _disagreement(log: Log) -> Callable[[FloatArray], float]:
         return float(np.exp(np.mean(np.log(sizes)))) if sizes else 0.0
 
     return at
-
-
-def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tuple[Repair, ...]]:
-    """Shift and rescale measured speeds that are late or scaled against dq/dt; replace wrong ones.
-
-    In a band somewhat wider than the comparison band, least squares qd = g (v - delay a) with
-    v = dq/dt and a its derivative.
-
-    Args:
-        samples: a log on uniform steps, with measured speeds.
-        comparison_hz: of the run.
-    """
-    if samples.velocity_derived:
-        return samples, ()
-    step = samples.step
-    band = min(_SLOPES * comparison_hz, 0.5 * OPEN / step)
-    qd = samples.qd.copy()
-    found: list[tuple[int, float, float]] = []
-    done: list[Repair] = []
-    for j in range(qd.shape[1]):
-        q = lowpass(samples.q[:, j], step, band)
-        v = differentiate(q, step)
-        a = differentiate(v, step)
-        w = lowpass(qd[:, j], step, band)
-        size = float(v @ v)
-        if size <= 1e-24 * len(v) or float(w @ w) <= 1e-6 * size:
-            if size > 1e-24 * len(v):
-                qd[:, j] = v
-                done.append(_replaced(samples, j, "it stays at zero while the joint moves"))
-            continue
-        delay, gain = 0.0, 1.0
-        moved = w
-        for _ in range(3):
-            moved = _shifted(w, delay, step)
-            A = np.column_stack([v, a])
-            (g, d), *_ = np.linalg.lstsq(A, moved, rcond=None)
-            if g == 0:
-                break
-            gain, delay = float(g), delay - float(d / g)
-            if abs(delay) > 0.25 / comparison_hz:
-                break
-        moved = _shifted(w, delay, step)
-        follows = float(v @ moved) / np.sqrt(size * float(moved @ moved))
-        if follows < _FOLLOWS:
-            qd[:, j] = v
-            done.append(
-                _replaced(samples, j, f"it does not follow dq/dt (correlation {follows:.2f})")
-            )
-            continue
-        was = float(np.sum((w - v) ** 2))
-        late = float(np.sum((moved - v) ** 2))
-        both = float(np.sum((moved / gain - v) ** 2))
-        if both <= _SPEEDS * late and abs(gain - 1) > 0.02:
-            found.append((j, delay if late <= _SPEEDS * was else 0.0, gain))
-        elif late <= _SPEEDS * was and abs(delay) > 0.1 * step:
-            found.append((j, delay, 1.0))
-    for j, delay, gain in found:
-        qd[:, j] = _shifted(qd[:, j], delay, step) / gain
-    done += _said(samples, found)
-    if not done:
-        return samples, ()
-    return replace(samples, qd=read_only(qd)), tuple(done)
-
-
-def _replaced(samples: Samples, j: int, fault: str) -> Repair:
-    return Repair(samples.name, f"qd{j + 1}", fault, len(samples.t), "replaced by dq/dt")
-
-
-def _said(samples: Samples, found: Sequence[tuple[int, float, float]]) -> list[Repair]:
-    """Say delays: one of the recorder where all joints share it, else joint by joint."""
-    n, count = samples.q.shape[1], len(samples.t)
-    delays = np.array([delay for _, delay, _ in found])
-    out = []
-    common = len(found) == n > 1 and np.ptp(delays) <= max(0.2 * abs(delays.mean()), samples.step)
-    if common and all(gain == 1.0 for *_, gain in found):
-        fault = f"speeds of all joints are {_late(float(delays.mean()))} (recorder or stamps)"
-        return [Repair(samples.name, "qd", fault, count, "shifted")]
-    for j, delay, gain in found:
-        faults = []
-        if delay:
-            faults.append(_late(delay))
-        if gain != 1.0:
-            faults.append(f"{gain:.4g} times dq/dt")
-        done = " and ".join((["shifted"] if delay else []) + (["rescaled"] if gain != 1.0 else []))
-        out.append(Repair(samples.name, f"qd{j + 1}", " and ".join(faults), count, done))
-    return out
-
-
-def _late(delay: float) -> str:
-    return f"{abs(1e3 * delay):.2g} ms {'late' if delay > 0 else 'early'}"
-
-
-def shifted(samples: Samples, delay: float) -> Samples:
-    """Return a log whose torques were measured `delay` s earlier."""
-    columns = [_shifted(x, delay, samples.step) for x in samples.tau.T]
-    return replace(samples, tau=read_only(np.column_stack(columns)))
-
-
-def _shifted(x: FloatArray, delay: float, step: float) -> FloatArray:
-    """Return a signal as it was `delay` s later, between samples by a cubic (Catmull and Rom)."""
-    if delay == 0.0:
-        return x
-    at = np.arange(len(x)) + delay / step
-    at = np.clip(at, 0.0, len(x) - 1.0)
-    k = np.clip(at.astype(np.int64), 0, len(x) - 2)
-    u = at - k
-    p0, p1 = x[np.maximum(k - 1, 0)], x[k]
-    p2, p3 = x[k + 1], x[np.minimum(k + 2, len(x) - 1)]
-    return np.asarray(
-        p1
-        + 0.5 * u * (p2 - p0 + u * (2 * p0 - 5 * p1 + 4 * p2 - p3 + u * (3 * (p1 - p2) + p3 - p0)))
-    )

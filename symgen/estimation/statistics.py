@@ -15,3 +15,10 @@ def chi2_tail(statistic: float, degrees: int) -> float:
     from scipy.special import chdtrc
 
     return float(chdtrc(degrees, max(statistic, 0.0)))
+
+
+def student_quantile(tail: float, degrees: int) -> float:
+    """Return what Student's t of so many degrees of freedom exceeds with a probability."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(degrees, 1 - tail))

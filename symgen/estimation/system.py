@@ -33,7 +33,7 @@ from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
 _OVERLAP = 10
-_CHUNK = 8192  # nodes that are evaluated at once
+_CHUNK = 4096  # nodes that are evaluated at once
 _POINTS = 6  # of the polynomial through the samples around an interval
 _FINE = 20  # nodes of a window, at least, where the log has so many
 
@@ -176,7 +176,9 @@ def momentum_equations(
     w = _windows(log, window)
     q, qd = (x[:: w.stride] for x in (log.q, log.qd))
     impulse = cumulative_integral(log.tau, log.step)[:: w.stride]
-    parts, last = [], np.arange(w.steps, len(q), w.hop)
+    last = np.arange(w.steps, len(q), w.hop)
+    n, done = q.shape[1], 0
+    W = np.empty((n, len(last), len(evaluator.model.base.names)))
     for ends, span in _chunks(len(q), w.steps, w.hop):
         at = np.arange(ends.start, ends.stop, ends.step) - span.start
         q_, qd_ = (np.ascontiguousarray(x[span]) for x in (q, qd))
@@ -186,16 +188,16 @@ def momentum_equations(
         integral = cumulative_integral(rates, w.stride * log.step)
         change = integral[at] - integral[at - w.steps]
         count = p.shape[2]
-        parts.append(
-            np.concatenate([inertial - change[:, :, :count], change[:, :, count:]], axis=2)
-        )
-    W, y = np.concatenate(parts), impulse[last] - impulse[last - w.steps]
+        now = slice(done, done + len(at))
+        W[:, now, :count] = (inertial - change[:, :, :count]).transpose(1, 0, 2)
+        W[:, now, count:] = change[:, :, count:].transpose(1, 0, 2)
+        done += len(at)
+    y = impulse[last] - impulse[last - w.steps]
     t = log.t[last * w.stride]
     out = []
     for j in range(y.shape[1]):
         name = f"{log.name}, joint {j + 1}"
-        own = np.ascontiguousarray(W[:, j])
-        e = Equations(name, own, y[:, j], t, max(1, w.steps // w.hop), j)
+        e = Equations(name, W[j], y[:, j], t, max(1, w.steps // w.hop), j)
         if log.mask is not None:
             mask = log.mask.joint[:, j]
             e = e.where(untouched(mask, (last - w.steps) * w.stride, last * w.stride), name)

@@ -27,7 +27,9 @@ from symgen.estimation.blocks import (
 from symgen.estimation.estimators import Wls
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.fit import fit
+from symgen.estimation.masking import require_left
 from symgen.estimation.recipe import Recipe
+from symgen.estimation.statistics import student_quantile
 from symgen.estimation.system import Equations, LinearSystem, torque_equations
 from symgen.identification.estimate import Alternative
 from symgen.runtime.evaluator import Evaluator
@@ -73,6 +75,9 @@ def alternatives(
     for recipe in recipes:
         try:
             equations = [recipe.equations(evaluator, log) for log in train]
+            for log, own in zip(train, equations, strict=True):
+                if log.mask is not None:
+                    require_left(log.name, own)
             blocks = _summary(equations, recipe.gap, weights)
         except IdentificationError as error:
             lost[recipe.model] = error
@@ -144,16 +149,9 @@ def _apart(a: Blocks, b: Blocks, names: Sequence[str]) -> tuple[tuple[str, float
     std = deviation_of_difference(a, b, filled)
     # the level of 3 std for one comparison, shared by all of them, under Student's law
     tail = (1 - NormalDist().cdf(APART)) / max(len(names), 1)
-    level = _student(tail, len(filled) - 1)
+    level = student_quantile(tail, len(filled) - 1)
     ratio = np.abs(a.fit() - b.fit()) / np.where(std > 0, std, np.inf)
     return tuple((name, float(r)) for name, r in zip(names, ratio, strict=True) if r > level)
-
-
-def _student(tail: float, freedom: int) -> float:
-    """Return the value that Student's t exceeds with a probability."""
-    from scipy.special import stdtrit
-
-    return float(stdtrit(freedom, 1 - tail))
 
 
 def disagreement(found: Sequence[Alternative]) -> tuple[str, ...]:

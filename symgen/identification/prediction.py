@@ -22,7 +22,8 @@ from symgen.estimation.filtered import filtered
 from symgen.estimation.fit import fit
 from symgen.estimation.logs import open_samples
 from symgen.estimation.recipe import JUDGING
-from symgen.estimation.repairs import Repair, mended_speeds
+from symgen.estimation.repairs import Repair
+from symgen.estimation.speeds import mended_speeds
 from symgen.estimation.values import Residual, Trace
 from symgen.identification.parameters import read_parameters
 from symgen.identification.reading import (

@@ -32,6 +32,8 @@ OVERFIT = 3.0
 #: Error of torque on other motions in the same range, as the covariance of X has it, over what is
 #: said; and the square root of their sum of squares that still counts as what is said.
 ELSEWHERE = 1.0
+#: Torque errors below this are not worth a doubt.
+NEGLIGIBLE = 0.01
 #: Condition number of the scaled regressor above which small errors of the data become large.
 CONDITION = 500.0
 #: Independent windows that each parameter needs.
@@ -89,12 +91,12 @@ def prediction_use(train: Fit, held: Fit, elsewhere: float, faults: Sequence[str
     if bad:
         listed = ", ".join(f"{j} ({100 * r:.3g} %)" for j, r in bad)
         reasons.append(f"the torque of held-out motion is unexplained at movable joints {listed}")
-    if said > OVERFIT * own and said > 0.01:
+    if said > max(OVERFIT * own, NEGLIGIBLE):
         reasons.append(
             f"overfit: the torque error on held-out motion is {100 * said:.3g} %, "
             f"{said / max(own, 1e-300):.3g} times that on the training logs"
         )
-    if elsewhere > ELSEWHERE * said:
+    if elsewhere > max(ELSEWHERE * said, NEGLIGIBLE):
         reasons.append(
             f"the motion does not carry its parameters: other motions in the same range would have "
             f"{100 * elsewhere:.2g} % torque error from their uncertainty alone; record a richer "
@@ -177,8 +179,8 @@ def driving_friction(parameters: Sequence[ParameterEstimate]) -> tuple[str, ...]
     if not out:
         return ()
     return (
-        f"friction would drive the robot: {', '.join(out)} negative beyond doubt; the sign of tau or "
-        "of q of these joints, or time itself, runs the other way",
+        f"friction would drive the robot: {', '.join(out)} negative beyond doubt; the sign of tau "
+        "or of q of these joints, or time itself, runs the other way",
     )
 
 
@@ -223,7 +225,7 @@ def simulation_use(
     if (least <= 0).any():
         share = 100 * float(np.mean(least <= 0))
         reasons.append(
-            f"the mass matrix is not positive definite at {share:.2g} % of the positions of the "
+            f"the mass matrix is not positive definite at {share:.3g} % of the positions of the "
             "motion's range"
         )
     rubs = [

@@ -6,30 +6,25 @@ the equations of every model in that band. Judge: torques, energies and precisio
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 import symgen.identification.verdict as verdicts
-from symgen import names
 from symgen.codegen.model import derive
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, LogError
-from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.filtered import FilteredLog, filtered
-from symgen.estimation.fit import fit
 from symgen.estimation.log_checks import torque_faults
 from symgen.estimation.logs import (
     Source,
-    digest,
     in_one_band,
     listed_logs,
     open_samples,
@@ -38,27 +33,20 @@ from symgen.estimation.logs import (
 )
 from symgen.estimation.masking import require_left
 from symgen.estimation.recipe import NEEDED, Recipe
-from symgen.estimation.regression import Solution
-from symgen.estimation.repairs import Repair, shifted
+from symgen.estimation.repairs import Repair
+from symgen.estimation.speeds import shifted
 from symgen.estimation.system import Equations, LinearSystem, torque_equations
-from symgen.estimation.values import Contrast
-from symgen.identification.alternatives import alternatives, disagreement
+from symgen.identification.alternatives import alternatives
 from symgen.identification.estimate import (
-    LOG_DIGEST,
-    ROBOT_DIGEST,
     Alternative,
     Estimate,
-    ParameterEstimate,
 )
 from symgen.identification.instruments import instrumented
-from symgen.identification.physical import consistency
+from symgen.identification.judging import Run, judged
 from symgen.identification.prior import read_prior
-from symgen.identification.signs import wrong_sign
-from symgen.identification.solving import Method, convergence, moved_by_window, settled, solved
-from symgen.identification.validation import Part, energy_balances, model_traces, residual
-from symgen.identification.whiteness import whiteness
+from symgen.identification.solving import Method, settled, solved
+from symgen.identification.validation import Part
 from symgen.robot.toml_io import read_robot
-from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 
@@ -70,7 +58,6 @@ WEIGHED = ("wls", "ols")
 _HELD_OUT = 0.2
 _SHIFTS = 3  # of torques that are late
 _FEWEST = 10  # samples held out
-_PLENTY = 10  # independent equations for each parameter
 
 
 def identify(
@@ -142,9 +129,10 @@ def identify(
         chosen = replace(chosen, prior=read_prior(prior, evaluator.model))
     progress("choosing the band")
     train, held, more = in_one_band(train, held)
-    band = choose_band(evaluator, train, cutoff).band
+    own_speeds = chosen.name == "iv" and not motions
+    band = choose_band(evaluator, train, cutoff, own_speeds=own_speeds).band
     progress(f"band: {band.in_words()}")
-    run = _Run(
+    run = Run(
         evaluator,
         band,
         tuple(filtered(s, band) for s in train),
@@ -156,7 +144,7 @@ def identify(
     return _solve(run, recipes, chosen, shares, motions, faults, progress)
 
 
-def _checked(run: _Run) -> tuple[_Run, tuple[str, ...]]:
+def _checked(run: Run) -> tuple[Run, tuple[str, ...]]:
     """Look at the torques by the model; shift them where they are late, say what is left."""
     if run.evaluator.model.robot.loaded:
         return run, ()
@@ -174,23 +162,6 @@ def _checked(run: _Run) -> tuple[_Run, tuple[str, ...]]:
             repairs=(*run.repairs, done),
         )
     return run, tuple(f.says for f in faults if f.kind != "delay")
-
-
-@dataclass(frozen=True, eq=False)
-class _Run:
-    """What was looked at: the model, the band, and the logs in it."""
-
-    evaluator: Evaluator
-    band: Band
-    train: tuple[FilteredLog, ...]
-    held: tuple[FilteredLog, ...]
-    repairs: tuple[Repair, ...]
-    given: bool
-
-    @property
-    def logs(self) -> tuple[FilteredLog, ...]:
-        """All logs."""
-        return (*self.train, *self.held)
 
 
 def _robot(robot: Robot | str | Path | Evaluator) -> Robot:
@@ -273,7 +244,7 @@ def _weights(weights: Sequence[float] | None, logs: int, method: str) -> Sequenc
 
 
 def _solve(
-    run: _Run,
+    run: Run,
     recipes: Sequence[Recipe],
     method: Method,
     shares: Sequence[float],
@@ -325,7 +296,7 @@ def _solve(
             f"{solution.condition_number:.3g})"
         )
     progress("judging")
-    return _judged(run, recipe, method, solution, bias, found, faults, train, held)
+    return judged(run, recipe, method, solution, bias, found, faults, train, held)
 
 
 def _part(
@@ -337,7 +308,7 @@ def _part(
     return Part("train", log, tuple(replace(e, weight=weight) for e in equations), recipe.model)
 
 
-def _held(run: _Run, log: FilteredLog, recipe: Recipe) -> Part:
+def _held(run: Run, log: FilteredLog, recipe: Recipe) -> Part:
     """Return a validation log with its equations."""
     try:
         equations = recipe.equations(run.evaluator, log)
@@ -347,129 +318,3 @@ def _held(run: _Run, log: FilteredLog, recipe: Recipe) -> Part:
     if log.mask is not None:
         require_left(log.name, equations)
     return Part("validation", log, equations, recipe.model)
-
-
-def _judged(
-    run: _Run,
-    recipe: Recipe,
-    method: Method,
-    solution: Solution,
-    bias: str,
-    found: tuple[Alternative, ...],
-    faults: tuple[str, ...],
-    train: Sequence[Part],
-    held: Sequence[Part],
-) -> Estimate:
-    evaluator, X = run.evaluator, solution.X
-    base = evaluator.model.base
-    std = np.sqrt(np.maximum(np.diag(solution.covariance), 0))
-    parameters = tuple(
-        ParameterEstimate(b.name, b.expression, float(x), float(s), b.unit)
-        for b, x, s in zip(base.parameters, X, std, strict=True)
-    )
-    own, seen = fit(evaluator, run.train, X, "train"), fit(evaluator, run.held, X)
-    windows = sum(len(e.y) / e.correlation for p in train for e in p.equations)
-    physical = consistency(evaluator.model, X, solution.covariance)
-    train_residual, held_residual = own.residual, seen.residual
-    if recipe.model != "torque":
-        train_residual, held_residual = residual(train, X), residual(held, X)
-    turned = wrong_sign(evaluator, train, recipe, train_residual.relative)
-    elsewhere = verdicts.error_elsewhere(evaluator, run.train, solution.covariance)
-    verdict = verdicts.verdict(
-        verdicts.prediction_use(
-            own,
-            seen,
-            elsewhere,
-            (*faults, *verdicts.driving_friction(parameters), *((turned,) if turned else ())),
-        ),
-        verdicts.parameters_use(
-            parameters, physical, (*((bias,) if bias else ()), *disagreement(found))
-        ),
-        verdicts.simulation_use(evaluator, run.train, X, parameters),
-        len(parameters),
-    )
-    notes = tuple(note for log in run.logs for note in log.samples.notes)
-    notes += (f"band: {run.band.in_words()}",)
-    if not run.given:
-        notes += ("no validation log is given: the last fifth of each log is held out",)
-    if windows < _PLENTY * len(parameters):
-        notes += (
-            f"{windows:.0f} independent equations for {len(parameters)} parameters: under "
-            f"{_PLENTY} each, the intervals tend to be short",
-        )
-    notes += solution.notes
-    if len(set(solution.weights)) > 1:
-        low, high = min(solution.weights), max(solution.weights)
-        notes += (
-            f"equations are weighed by log and joint, largest over smallest {high / low:.2f}",
-        )
-    if any(p.equations[0].weight != 1.0 for p in train):
-        listed = ", ".join(f"{p.equations[0].weight:g}" for p in train)
-        notes += (f"squared residuals of the logs are weighed by {listed}",)
-    moved = moved_by_window(evaluator, train, method, recipe, X, std)
-    if moved:
-        notes += (
-            f"with other windows {moved}: the model misses something of this size, "
-            "which std does not tell",
-        )
-    traces = tuple(trace for p in (*train, *held) for trace in model_traces(p, X))
-    traces += own.traces + seen.traces
-    outside, known = np.where(std > 0, std, 1), method.prior
-    return Estimate(
-        robot=evaluator.model.robot.name,
-        joints=tuple((j.number, names.unit("FS", j.sigma)) for j in evaluator.model.robot.movable),
-        model=recipe.model,
-        method=method.label,
-        parameters=parameters,
-        condition_number=solution.condition_number,
-        train=train_residual,
-        validation=held_residual,
-        torque_train=own.residual,
-        torque_validation=seen.residual,
-        cutoff_hz=run.band.cutoff_hz,
-        window_s=None if recipe.model == "torque" else recipe.window,
-        verdict=verdict.word,
-        reasons=verdict.reasons,
-        notes=notes,
-        correlation=solution.covariance / np.outer(outside, outside),
-        traces=traces,
-        convergence=convergence(train, base.names),
-        provenance=_provenance(evaluator, method, train, held),
-        physical=physical,
-        excludes=method.excludes,
-        endogeneity=solution.endogeneity,
-        comparison=solution.comparison,
-        prior=None if known is None else Contrast("prior", known.mean, known.std),
-        balances=energy_balances(evaluator, (*train, *held), X),
-        whiteness=whiteness(traces),
-        band=run.band,
-        repairs=run.repairs,
-        alternatives=found,
-        uses=verdict.uses,
-        headline=verdict.headline,
-    )
-
-
-def _provenance(
-    evaluator: Evaluator, method: Method, train: Sequence[Part], held: Sequence[Part]
-) -> tuple[tuple[str, str], ...]:
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        own = version("symgen")
-    except PackageNotFoundError:
-        own = "unknown"
-    robot = hashlib.sha256(robot_toml(evaluator.model.robot).encode()).hexdigest()
-    out = [
-        ("symgen", own),
-        ("backend", evaluator.backend),
-        (ROBOT_DIGEST, robot),
-    ]
-    if method.name == "recursive":
-        out.append(("forgetting", f"{method.forgetting:g}"))
-    if method.prior is not None:
-        given = np.concatenate([method.prior.mean, method.prior.std]).tobytes()
-        out.append(("prior, sha256 of its means and std", hashlib.sha256(given).hexdigest()))
-    for part in (*train, *held):
-        out.append((f"{part.kind} {part.samples.name}, {LOG_DIGEST}", digest(part.samples)))
-    return tuple(out)

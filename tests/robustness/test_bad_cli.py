@@ -261,8 +261,22 @@ def test_one_changed_byte_is_found(run, package, monkeypatch):
 
 @pytest.mark.parametrize("window", ["0", "-1", "nan", "inf", "1e9", "1e-9", "abc", "", "3.9"])
 def test_a_window_that_cannot_be_is_refused(refused, log, tmp_path, window):
-    refused("identify", "planar2r", log(), "--window", window, "--into", tmp_path / "x")
-    assert not (tmp_path / "x").exists()
+    for model in ("energy", "momentum"):
+        options = ("--model", model, "--window", window)
+        refused("identify", "planar2r", log(), *options, "--into", tmp_path / "x")
+        assert not (tmp_path / "x").exists()
+
+
+@pytest.mark.parametrize("window", ["1e9", "1e-9"])
+def test_by_default_a_window_that_does_not_fit_is_a_line_of_the_table(run, log, tmp_path, window):
+    code, out, _ = run("identify", "planar2r", log(), "--window", window, "--into", tmp_path / "x")
+    assert code == 0
+    found = json.loads((tmp_path / "x" / "estimate.json").read_text())
+    assert found["model"] == "torque"
+    lost = [m for m in found["models"] if not m["chosen"]]
+    assert [m["held_out_folds"] for m in lost] == [None, None]
+    assert all("window" in m["reason"] for m in lost)
+    assert "window" in out
 
 
 @pytest.mark.parametrize("cutoff", ["0", "-1", "nan", "inf", "1e9", "100", "abc", "", "1e-9"])
@@ -296,11 +310,17 @@ def test_torques_that_say_nothing_are_refused(refused, log, samples, tmp_path, f
     assert not (tmp_path / "x").exists()
 
 
-def test_a_negative_inertia_is_not_trusted(run, log, samples, tmp_path):
+def test_a_negative_inertia_is_not_trusted_silently(run, log, samples, tmp_path):
     # Torques with the sign of the other convention: ZZ1R comes out as -3.5.
     code, out, _ = run("identify", "planar2r", log(tau=-samples["tau"]), "--into", tmp_path / "x")
-    assert code == 1
-    assert "doubtful" in out
+    # Without friction nothing else tells: torques are predicted, and no robot is that one.
+    assert code in (0, 1)
+    found = json.loads((tmp_path / "x" / "estimate.json").read_text())
+    assert not found["uses"]["parameters"]["ok"]
+    assert not found["uses"]["simulation"]["ok"]
+    for words in ("no robot can have them", "not for simulation: the mass matrix"):
+        assert words in found["headline"]
+        assert words in out
 
 
 def test_a_log_that_validates_itself_is_said(run, log, tmp_path):

@@ -9,13 +9,14 @@ import pytest
 
 import symgen
 from symgen.data.signals import Samples
+from symgen.estimation.filtered import unfiltered
+from symgen.estimation.system import energy_equations, momentum_equations
 from symgen.experiment.bounds import Bounds
 from symgen.experiment.criterion import KERNELS, condition_number, log_determinant, loss, windows
 from symgen.experiment.objective import Objective, smooth_robot
 from symgen.experiment.search import Clock, Program, Torques
 from symgen.experiment.space import space
 from symgen.experiment.trajectory import basis
-from symgen.estimation.system import energy_equations, momentum_equations
 
 ROBOT = """
 [robot]
@@ -99,13 +100,14 @@ def _samples(count: int, step: float) -> Samples:
 @pytest.mark.parametrize("model", ["energy", "momentum"])
 def test_windows_are_the_equations_that_identify_builds(evaluator, model: str) -> None:
     s = _samples(80, 0.05)
+    planned = unfiltered(s)
     outputs = [evaluator[name](s.q, s.qd) for name in KERNELS[model]]
     flat = tuple(x for o in outputs for x in (o if isinstance(o, tuple) else (o,)))
     W = windows(model, 80, 0.05, 4).rows(flat)
     if model == "energy":
-        expected = energy_equations(evaluator, s, 0.2).W
+        expected = energy_equations(evaluator, planned, 0.2).W
     else:
-        joints = momentum_equations(evaluator, s, 0.2)
+        joints = momentum_equations(evaluator, planned, 0.2)
         expected = np.stack([e.W for e in joints], axis=1).reshape(-1, W.shape[1])
     np.testing.assert_allclose(W, expected, atol=1e-12)
 

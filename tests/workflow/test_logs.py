@@ -12,8 +12,12 @@ from support import data_folder
 
 import symgen
 from symgen.data.drive import motor_side
+from symgen.estimation.band import Band
+from symgen.estimation.batch import solve
+from symgen.estimation.filtered import filtered
+from symgen.estimation.logs import open_samples
 from symgen.estimation.recipe import Recipe
-from symgen.identification.validation import open_samples
+from symgen.estimation.system import LinearSystem
 from symgen.symbolic.base_parameters import BaseParameters
 
 ARM = """
@@ -24,7 +28,7 @@ gravity = [0.0, -9.81, 0.0]
 friction = ["coulomb", "viscous"]
 """
 STEP = 0.004
-#: ZZ1R = ZZ1 + IA1, MX1, MY1, FS1, FV1.
+TRUE_NAMES = ("ZZ1R", "MX1", "MY1", "FS1", "FV1")  # ZZ1R = ZZ1 + IA1
 TRUE = np.array([0.8, 1.1, 0.3, 2.0, 0.7])
 
 
@@ -100,7 +104,7 @@ def identified(robot, logs, mask=(), **options):
 
 def test_the_order_of_the_true_values_is_that_of_the_model(robot):
     base: BaseParameters = symgen.derive(robot).base
-    assert base.names == ("ZZ1R", "MX1", "MY1", "FS1", "FV1")
+    assert base.names == TRUE_NAMES
 
 
 @pytest.mark.parametrize("model", ["momentum", "torque"])
@@ -117,16 +121,30 @@ def test_without_its_rests_a_log_with_stiction_gives_the_parameters(robot, resti
 
 @pytest.mark.parametrize("model", ["energy", "momentum", "torque"])
 def test_without_saturation_a_log_that_is_cut_off_gives_the_parameters(robot, cut_off, model):
-    assert error(identified(robot, cut_off, model=model)) > 0.02
+    recipe = Recipe(model, 0.2)
+    evaluator = symgen.load(symgen.derive(robot, recipe.all_kernels))
+    taken = replace(open_samples(cut_off[0], robot)[0], mask=None)  # as if nothing had been cut
+    band = Band(1 / STEP, 20.0, 10.0, "measured")
+    rows = LinearSystem(TRUE_NAMES, recipe.equations(evaluator, filtered(taken, band)))
+    assert np.max(np.abs(solve(rows).X / TRUE - 1)) > 0.02
+    found = identified(robot, cut_off, model=model, cutoff=20)
     estimate = identified(robot, cut_off, ("saturation",), model=model, cutoff=20)
     assert error(estimate) < (5e-3 if model == "torque" else 1e-3)
     assert any("cut2: masked in saturation" in note for note in estimate.notes)
+    # it shows in the log by itself: what is cut off is masked without being told
+    assert error(found) < (5e-3 if model == "torque" else 1e-3)
+    assert [(r.log, r.channel, r.fault, r.done) for r in found.repairs] == [
+        (name, "tau1", "cut off at 14", "masked") for name in ("cut2", "cut3")
+    ]
+    at = np.abs(cut_off[0].tau) >= 14 * (1 - 1e-9)
+    assert found.repairs[0].samples == np.sum(at)
 
 
 def test_the_limits_of_the_robot_are_those_of_saturation(cut_off):
     limited = symgen.parse_robot(ARM + "[limits]\ntorque = [14.0]\n")
-    known = open_samples(cut_off[0], limited, symgen.Reading(mask=("saturation",)))
-    stuck = open_samples(cut_off[0], symgen.parse_robot(ARM), symgen.Reading(mask=("saturation",)))
+    reading = symgen.Reading(mask=("saturation",))
+    known, _ = open_samples(cut_off[0], limited, reading)
+    stuck, _ = open_samples(cut_off[0], symgen.parse_robot(ARM), reading)
     assert "at a limit of [limits]" in known.notes[-1]
     at = np.abs(cut_off[0].tau) >= 0.999 * 14
     np.testing.assert_array_equal(known.mask.joint, at)
@@ -136,27 +154,36 @@ def test_the_limits_of_the_robot_are_those_of_saturation(cut_off):
 
 @pytest.mark.parametrize("model", ["energy", "momentum", "torque"])
 def test_a_mask_leaves_out_equations_and_changes_none(robot, resting, cut_off, model):
-    recipe = Recipe(model, 0.2, 20.0)
+    recipe = Recipe(model, 0.2)
     evaluator = symgen.load(symgen.derive(robot, recipe.all_kernels))
     for log, kind in ((resting[0], "rest"), (cut_off[0], "saturation")):
-        plain = open_samples(log, robot)
-        masked = open_samples(log, robot, symgen.Reading(mask=(kind,)))
+        masked, _ = open_samples(log, robot, symgen.Reading(mask=(kind,)))
+        plain = replace(open_samples(log, robot)[0], mask=None)
         for array in ("t", "q", "qd", "tau"):
             np.testing.assert_array_equal(getattr(masked, array), getattr(plain, array))
-        whole, left = (recipe.equations(evaluator, s)[0] for s in (plain, masked))
+        band = Band(1 / STEP, 0.5 / STEP, 10.0, "measured")
+        if model == "torque":  # what a masked sample says changes nothing
+            joint = masked.mask.joint
+            odd = replace(masked, tau=np.where(joint, 1e3, masked.tau))
+            left, same = (recipe.equations(evaluator, filtered(s, band))[0] for s in (masked, odd))
+            np.testing.assert_array_equal(left.W, same.W)
+            np.testing.assert_allclose(left.y, same.y, atol=1e-9)
+            assert 0.2 < len(left.y) / len(filtered(plain, band).kept) < 0.98
+            continue
+        whole, left = (recipe.equations(evaluator, filtered(s, band))[0] for s in (plain, masked))
         kept = np.isin(whole.t, left.t)
         assert 0.2 < np.mean(kept) < 0.98
         np.testing.assert_array_equal(whole.W[kept], left.W)
         np.testing.assert_array_equal(whole.y[kept], left.y)
         bad = plain.t[masked.mask.joint[:, 0]]
-        back, forth = (0.2, 0.0) if model != "torque" else (0.05, 0.05)
-        near = [np.any((bad > t - back - 1e-9) & (bad < t + forth + 1e-9)) for t in left.t]
+        near = [np.any((bad > t - 0.2 - 1e-9) & (bad < t + 1e-9)) for t in left.t]
         assert not any(near)
 
 
 def test_the_recursive_method_takes_the_same_windows(robot, cut_off):
-    batch = identified(robot, cut_off, ("saturation",), method="ols")
-    recursive = identified(robot, cut_off, ("saturation",), method="recursive")
+    options = {"model": "energy", "mask": ("saturation",)}
+    batch = identified(robot, cut_off, method="ols", **options)
+    recursive = identified(robot, cut_off, method="recursive", **options)
     np.testing.assert_allclose(recursive.X, batch.X, rtol=1e-4)
     assert error(recursive) < 1e-3
 
@@ -168,8 +195,11 @@ def test_the_error_of_a_prediction_leaves_masked_torques_out(robot, cut_off, tmp
     values.write_text("[parameters]\n" + "\n".join(lines))
     plain = symgen.predict(robot, cut_off[0], values)
     masked = symgen.predict(robot, cut_off[0], values, reading=symgen.Reading(mask=("saturation",)))
-    assert plain.error.relative > 0.05
-    assert masked.error.relative < 0.02
+    left = plain.torque.measured - plain.torque.predicted  # masked or not
+    assert np.linalg.norm(left) > 0.05 * np.linalg.norm(plain.torque.measured)
+    for prediction in (plain, masked):  # what is cut off is masked without being told
+        assert prediction.error.relative < 0.02
+        assert [r.fault for r in prediction.repairs] == ["cut off at 14"]
     assert any("masked in saturation" in note for note in masked.notes)
 
 
@@ -179,12 +209,15 @@ def test_a_diagnosis_does_not_name_a_saturation_that_is_masked(robot):
         return replace(log, tau=np.clip(log.tau, -14, 14))
 
     options = {"validation": cut(3), "effects": ["saturation"]}
-    plain = symgen.diagnose(robot, cut(2), **options)
-    assert plain.verdict == "bad-measurement"
     reading = symgen.Reading(mask=("saturation",))
     masked = symgen.diagnose(robot, cut(2), reading=reading, **options)
-    assert masked.verdict == "consistent"
-    assert masked.before.total < 0.2 * plain.before.total
+    plain = symgen.diagnose(robot, cut(2), **options)  # found and masked without being told
+    assert any("tau1: cut off at 14" in note and "masked" in note for note in plain.notes)
+    assert (masked.effects, masked.verdict) == ((), "consistent")
+    assert [e.name for e in plain.effects] == ["saturation"]
+    assert plain.verdict == "bad-measurement"
+    for diagnosis in (masked, plain):
+        assert diagnosis.after.total < 0.02
 
 
 def test_a_mask_that_leaves_nothing_is_one_line(robot, resting):
@@ -219,17 +252,20 @@ def test_wls_takes_the_weights_beside_its_own(robot):
     np.testing.assert_allclose(leaning.X, alone.X, rtol=1e-6)
     # By hand: the weights of the last pass are sqrt(w) over the deviation of the residual.
     weights = [1.0, 0.25]
-    found = symgen.identify(robot, [a, b], weights=weights, **options).X
-    recipe = Recipe("momentum", 0.2, None)
+    recipe = Recipe("momentum", 0.2)
     evaluator = symgen.load(symgen.derive(robot, recipe.all_kernels))
-    rows = [recipe.equations(evaluator, open_samples(log, robot))[0] for log in (a, b)]
+    given = symgen.identify(robot, [a, b], weights=weights, **options)
+    rows = [
+        recipe.equations(evaluator, filtered(open_samples(log, robot)[0], given.band))[0]
+        for log in (a, b)
+    ]
     X = TRUE
     for _ in range(20):
         scale = [np.sqrt(w) / np.std(e.y - e.W @ X) for w, e in zip(weights, rows, strict=True)]
         W = np.concatenate([s * e.W for s, e in zip(scale, rows, strict=True)])
         y = np.concatenate([s * e.y for s, e in zip(scale, rows, strict=True)])
         X = np.linalg.lstsq(W, y, rcond=None)[0]
-    np.testing.assert_allclose(found, X, rtol=1e-4)
+    np.testing.assert_allclose(given.X, X, rtol=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -243,7 +279,7 @@ def test_weights_that_weigh_nothing_are_refused(robot, resting, weights, method,
 
 
 def test_a_span_of_time_is_cut_before_anything_is_done(robot, cut_off):
-    samples = open_samples(cut_off[0], robot, symgen.Reading(start=5.0, until=12.0))
+    samples, _ = open_samples(cut_off[0], robot, symgen.Reading(start=5.0, until=12.0))
     inside = (cut_off[0].t >= 5) & (cut_off[0].t <= 12)
     np.testing.assert_array_equal(samples.t, cut_off[0].t[inside])
     np.testing.assert_array_equal(samples.tau, cut_off[0].tau[inside])
@@ -258,7 +294,7 @@ def test_a_log_on_the_other_side_than_said_is_refused_where_limits_tell():
     with pytest.raises(symgen.LogError, match=r"q1 runs from .* limits are -3 and 3.*\[drive\]"):
         open_samples(symgen.make_log("a", t, q, tau, qd), symgen.parse_robot(text))
     joint = symgen.parse_robot(text.replace("[limits]", 'position_side = "joint"\n[limits]'))
-    assert open_samples(symgen.make_log("a", t, q, tau, qd), joint).notes
+    assert open_samples(symgen.make_log("a", t, q, tau, qd), joint)[0].notes
 
 
 def test_currents_without_torque_constants_are_refused(robot):
@@ -344,8 +380,10 @@ def test_a_bag_on_the_motor_side_gives_what_the_table_of_the_joint_side_gives(ru
         for at, a, b, c in zip(t, q, qd, tau, strict=True)
     ]
     bag = write_mcap(tmp_path / "log.mcap", {"/joint_states": messages})
-    run("identify", arm, table(tmp_path / "log.csv", log), "--into", tmp_path / "a")
-    run("identify", geared, bag, "--joints", "m1", "--columns", "i=effort", "--into",
+    # noise-free folds choose between cutoffs by their rounding: it is given, as is the model
+    same = ("--model", "energy", "--cutoff", "20")
+    run("identify", arm, table(tmp_path / "log.csv", log), *same, "--into", tmp_path / "a")
+    run("identify", geared, bag, "--joints", "m1", "--columns", "i=effort", *same, "--into",
         tmp_path / "b")  # fmt: skip
     (X, _), (same, found) = values_of(tmp_path / "a"), values_of(tmp_path / "b")
     np.testing.assert_allclose(same, X, rtol=1e-9)
@@ -395,7 +433,8 @@ def test_a_simulated_log_is_on_the_side_that_the_robots_logs_are_on(tmp_path, su
     )
     np.testing.assert_allclose(raw, 50 * other.q[0], rtol=1e-9)
     for source in (path, other.log()):
-        seen = open_samples(source, geared)
+        seen, repairs = open_samples(source, geared)
+        assert not repairs
         np.testing.assert_allclose(seen.q, other.q_log[0], atol=1e-9)
         np.testing.assert_allclose(seen.tau, other.tau_log[0], rtol=1e-9, atol=1e-9)
 

@@ -15,9 +15,16 @@ from support import data_folder
 
 import symgen
 from symgen.estimate_page import estimate_page
+from symgen.estimation.band import Band
+from symgen.estimation.batch import ESTIMATORS
+from symgen.estimation.filtered import FilteredLog, filtered
+from symgen.estimation.instrumental import bias_of_least_squares
+from symgen.estimation.recipe import Recipe
+from symgen.estimation.system import Equations, LinearSystem, energy_equations
 from symgen.identification.estimate import Consistency
+from symgen.identification.instruments import instrumented
 from symgen.identification.solving import ALL_METHODS
-from symgen.estimation.system import energy_equations
+from symgen.identification.validation import Part
 
 X = np.array([1.702, 0.05644, 0.15, 0.075])
 L1 = 0.5
@@ -59,20 +66,38 @@ def test_every_method_returns_the_parameters_of_nearly_clean_logs(method: str, m
     json.dumps(content, allow_nan=False)
 
 
+#: Tachometers as they are, unfiltered.
+MEASURED = Band(1 / STEP, 0.5 / STEP, 2.0, "measured")
+
+
+def _with_instruments(evaluator: symgen.Evaluator, log: symgen.Log, model: str) -> LinearSystem:
+    """The equations of tachometers, with encoders as instruments."""
+    recipe = Recipe(model, 0.1)
+    motion = filtered(symgen.prepare(log), MEASURED)
+    part = Part("train", motion, recipe.equations(evaluator, motion), model)
+    part = instrumented(evaluator, part, recipe, None)
+    return LinearSystem(evaluator.model.base.names, part.equations)
+
+
+@pytest.fixture(scope="module")
+def evaluator() -> symgen.Evaluator:
+    return symgen.load(symgen.derive(symgen.read_robot("planar2r"), "all"))
+
+
 @pytest.mark.parametrize("model", ["energy", "momentum"])
-def test_iv_with_encoders_as_instruments_takes_the_bias_of_the_tachometer_away(model: str) -> None:
+def test_iv_with_encoders_as_instruments_takes_the_bias_of_the_tachometer_away(
+    evaluator, model: str
+) -> None:
     least, iv = [], []
-    evaluator = symgen.load(symgen.derive(symgen.read_robot("planar2r"), "all"))
     for seed in range(20):
-        estimate = symgen.identify(
-            evaluator, _log(seed, 0.05, 0.01), method="iv", model=model, window=0.1
-        )
-        iv.append(estimate.X / X - 1)
-        least.append(estimate.comparison[0].X / X - 1)
-        assert estimate.comparison[0].method == "wls"
-        assert estimate.endogeneity[0].columns == "all"
-        assert estimate.endogeneity[0].p_value < 0.01
-        assert any("least squares is biased" in note for note in estimate.notes)
+        system = _with_instruments(evaluator, _log(seed, 0.05, 0.01), model)
+        found = ESTIMATORS["iv"].solve(system)
+        iv.append(found.X / X - 1)
+        least.append(found.comparison[0].X / X - 1)
+        assert found.comparison[0].method == "wls"
+        assert found.endogeneity[0].columns == "all"
+        assert found.endogeneity[0].p_value < 0.01
+        assert any("least squares is biased" in note for note in found.notes)
     bias, before = np.mean(iv, axis=0), np.mean(least, axis=0)
     print(f"{model}: relative bias of wls {before}, of iv {bias}")
     large = np.abs(before) > 0.1
@@ -80,14 +105,27 @@ def test_iv_with_encoders_as_instruments_takes_the_bias_of_the_tachometer_away(m
     assert np.all(np.abs(bias[large]) < 0.2 * np.abs(before[large]))
 
 
-def test_least_squares_says_that_it_is_biased_where_its_intervals_do_not_hold_it() -> None:
-    noisy = symgen.identify("planar2r", _log(1, 0.05, 0.01), window=0.1)
-    assert noisy.verdict == "doubtful"
-    assert any("biased by noise in the speeds" in reason for reason in noisy.reasons)
-    assert noisy.comparison[0].method == "iv"
-    assert np.abs(noisy.comparison[0].X / X - 1).max() < 0.5 * np.abs(noisy.X / X - 1).max()
-    clean = symgen.identify("planar2r", _log(1, 1e-4, 0.01), window=0.1)
+def test_least_squares_says_that_it_is_biased_where_its_intervals_do_not_hold_it(evaluator) -> None:
+    noisy = _with_instruments(evaluator, _log(1, 0.05, 0.01), "energy")
+    plain = ESTIMATORS["wls"].solve(noisy)
+    told, bias = bias_of_least_squares(noisy, plain)
+    assert "biased by noise in the speeds" in bias
+    assert told.comparison[0].method == "iv"
+    assert np.abs(told.comparison[0].X / X - 1).max() < 0.5 * np.abs(told.X / X - 1).max()
+    clean = _with_instruments(evaluator, _log(1, 1e-4, 0.01), "energy")
+    assert bias_of_least_squares(clean, ESTIMATORS["wls"].solve(clean))[1] == ""
+
+
+@pytest.mark.parametrize("model", ["auto", "energy", "momentum", "torque"])
+def test_speeds_are_derived_where_tachometers_are_worse_than_encoders(model: str) -> None:
+    noisy = symgen.identify("planar2r", _log(1, 0.05, 0.01), model=model, window=0.1)
+    assert noisy.band is not None
+    assert noisy.band.velocity == "derived"
+    assert np.abs(noisy.X / X - 1).max() < 0.02
+    assert noisy.verdict == "trusted", noisy.reasons
+    clean = symgen.identify("planar2r", _log(1, 1e-4, 0.01), model=model, window=0.1)
     assert clean.verdict == "trusted", clean.reasons
+    assert not any("biased" in r for use in clean.uses for r in use.reasons)
 
 
 def test_iv_takes_the_commanded_motion_where_speeds_are_derived() -> None:
@@ -128,8 +166,9 @@ def test_forgetting_follows_a_load_that_is_put_down() -> None:
         for s in zip(q[half:], qd[half:], qdd[half:], strict=True)
     ]
     log = symgen.make_log("load", t, q, tau, qd)
-    kept = symgen.identify("planar2r", log, method="recursive")
-    fading = symgen.identify("planar2r", log, method="recursive", forgetting=0.99)
+    options = {"model": "energy", "method": "recursive"}
+    kept = symgen.identify("planar2r", log, **options)
+    fading = symgen.identify("planar2r", log, forgetting=0.99, **options)
     assert np.abs(fading.X / after - 1).max() < 0.01
     assert np.abs(kept.X / after - 1).max() > 0.1
     assert all(p.std < 0.01 * abs(p.value) for p in fading.parameters)
@@ -139,16 +178,33 @@ def test_forgetting_follows_a_load_that_is_put_down() -> None:
         symgen.identify("planar2r", log, method="recursive", forgetting=1.5)
 
 
+def _at_every_sample(evaluator: symgen.Evaluator, log: FilteredLog, window: float) -> Equations:
+    """Energy equations whose windows end at every sample: of logs cut a sample shorter each."""
+    steps, hop = round(window / STEP), max(1, round(window / STEP) // 10)
+    found = []
+    for first in range(hop):
+        span = slice(first, None)
+        cut = FilteredLog(log.samples.cut(span), log.band, log.q[span], log.qd[span])
+        found.append(energy_equations(evaluator, cut, window))
+    order = np.argsort(np.concatenate([e.t for e in found]))
+    W, y, t = (np.concatenate([getattr(e, key) for e in found])[order] for key in ("W", "y", "t"))
+    assert len(t) == len(log.t) - steps
+    return replace(found[0], W=W, y=y, t=t)
+
+
 def test_forgetting_is_least_squares_with_weights_that_fade() -> None:
     log = _log(3, 1e-3, 0.02)
     evaluator = symgen.load("planar2r")
-    equations = energy_equations(evaluator, symgen.prepare(log), 0.2)
+    held, options = _log(), {"model": "energy", "method": "recursive", "cutoff": 20.0}
+    found = symgen.identify("planar2r", log, validation=held, forgetting=0.998, **options)
+    assert found.band is not None
+    # a window that ends at every sample, as those of the recursion do
+    motion = filtered(symgen.prepare(log), found.band)
+    equations = _at_every_sample(evaluator, motion, 0.2)
     age = (equations.t[-1] - equations.t) / STEP
     fading = np.sqrt(0.998) ** age
     expected = np.linalg.lstsq(fading[:, None] * equations.W, fading * equations.y, rcond=None)[0]
     kept = np.linalg.lstsq(equations.W, equations.y, rcond=None)[0]
-    held = _log()
-    found = symgen.identify("planar2r", log, validation=held, method="recursive", forgetting=0.998)
     apart = np.abs(found.X - expected)
     assert np.all(apart < 0.1 * np.abs(kept - expected).max())
     assert np.all(apart < 0.25 * np.array([p.std for p in found.parameters]))
@@ -183,7 +239,9 @@ def test_the_command_line_takes_method_and_prior(tmp_path) -> None:
 
 
 def test_an_estimate_by_iv_tells_both_estimates_and_the_test() -> None:
-    content = symgen.identify("planar2r", _log(7, 1e-2, 0.05), method="iv").to_json()
+    estimate = symgen.identify("planar2r", _log(7, 1e-2, 0.05), method="iv")
+    assert estimate.method == "iv"
+    content = estimate.to_json()
     assert content["endogeneity"][0]["columns"] == "all"
     assert content["endogeneity"][0]["df"][0] == 4
     assert content["comparison"][0]["method"] == "wls"
@@ -228,11 +286,16 @@ def test_a_prior_holds_what_a_poor_motion_does_not_show(tmp_path) -> None:
 
 
 def test_what_other_windows_move_is_said_where_the_model_misses_something() -> None:
-    right = symgen.identify("planar2r", _log(1, 1e-4, 1e-3))
+    right = symgen.identify("planar2r", _log(1, 1e-4, 1e-3), model="energy")
     assert not any("other windows" in note for note in right.notes)
     folder = data_folder() / "emps"  # its friction is not quite the model's
     estimate = symgen.identify(
-        folder / "robot.toml", folder / "train.csv", validation=folder / "test.csv"
+        folder / "robot.toml", folder / "train.csv", validation=folder / "test.csv", model="energy"
     )
     (note,) = [n for n in estimate.notes if "other windows" in n]
     assert re.search(r"M1 moves by [3-9]\.\d std at 0\.[148]", note), note
+    # and where models that need no window see something else than those that do
+    apart = symgen.identify(
+        folder / "robot.toml", folder / "train.csv", validation=folder / "test.csv"
+    )
+    assert any("apart from the" in r for use in apart.uses for r in use.reasons), apart.uses

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,8 +12,10 @@ from browser import BROWSER, HOSTILE, Page, visit
 
 from symgen import parameter_plots, plots, report, residual_plots
 from symgen.estimate_page import estimate_page
+from symgen.estimation.band import Band
+from symgen.estimation.repairs import Repair
 from symgen.estimation.values import Balance, Contrast, Convergence, Residual, Trace
-from symgen.identification.estimate import Estimate, ParameterEstimate
+from symgen.identification.estimate import Alternative, Estimate, ParameterEstimate, Use
 from symgen.identification.whiteness import whiteness
 
 
@@ -92,6 +95,39 @@ def test_page_holds_verdict_fit_parameters_and_origin(html: str) -> None:
 def test_only_the_weak_parameter_is_flagged(html: str) -> None:
     flagged = [attrs for tag, attrs in Page(html).tags if attrs.get("class") == "flagged"]
     assert len(flagged) == 1
+
+
+def test_the_page_says_uses_models_band_and_repairs() -> None:
+    whole = Residual(0.0412, (0.03, 0.05))
+    estimate = replace(
+        synthetic(verdict="trusted"),
+        headline="trusted for prediction; 5 of 6 parameters known",
+        band=Band(500.0, 12.5, 3.5, "derived"),
+        repairs=(Repair("excite.csv", "tau2", "cut off at 14", 37, "masked"),),
+        uses=(
+            Use("prediction"),
+            Use("parameters", ("1 of 6 are weak: FV2",), ("ZZ1R",)),
+            Use("simulation", ("FV2 is negative: friction would drive the joint",)),
+        ),
+        alternatives=(
+            Alternative("energy", 12.0, 0.04, whole, whole, True, "4 %"),
+            Alternative("torque", 9.0, 0.06, whole, whole, False, "6 %", (("FV2", 7.3),)),
+            Alternative("momentum", math.inf, math.inf, None, None, False, "no window fits"),
+        ),
+    )
+    text = Page(estimate_page(estimate)).text
+    for words in (
+        estimate.headline,
+        estimate.band.in_words(),
+        "cut off at 14",
+        "masked",
+        "1 of 6 are weak: FV2",
+        "FV2 is negative: friction would drive the joint",
+        "energy (chosen)",
+        "FV2 (7.3 std)",
+        "no window fits",
+    ):
+        assert words in text, words
 
 
 def test_trusted_says_so_without_reasons() -> None:

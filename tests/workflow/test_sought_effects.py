@@ -209,7 +209,9 @@ nonlinear = {{ p = [0.4, 2.5], s = [0.1, 0.3], h = "L1/4" }}
     robot = symgen.parse_robot(text + effect)
     draw = np.random.default_rng(4)
     q, qd, qdd = draw.uniform(-1, 1, (3, 50, 2))
-    s = Scene("random", np.arange(50) * 0.1, q, qd, qdd, 0 * q, 0.1, None, slice(0, 50))
+    # fmt: off
+    s = Scene(None, "random", np.arange(50) * 0.1, q, qd, qdd, 0 * q, 0.1, None, slice(0, 50))  # type: ignore[arg-type]
+    # fmt: on
     chosen = list(candidates(robot, None, ["odd"]))[17]  # type: ignore[arg-type]
     p, w = chosen.constants["p"], chosen.constants["s"]
     ours = chosen.columns(s, Torques(0 * q, 0 * q, np.zeros((2, 10))))[1]

@@ -1,0 +1,178 @@
+"""Measured speeds against dq/dt: late, scaled or off, and mended; torques that are late, too."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.data.raw import read_only
+from symgen.data.signals import Samples, differentiate, lowpass
+from symgen.estimation.band import OPEN
+from symgen.estimation.repairs import Repair
+
+FloatArray = NDArray[np.float64]
+#: Speeds are mended where that leaves so much of the square of their disagreement, at most.
+_SPEEDS = 0.8
+#: Correlation of speeds with dq/dt under which they are replaced by it.
+_FOLLOWS = 0.9
+_LATE, _SCALED = 0.1, 0.02  # of a sample; of 1
+_SLOPES = 5.0  # the band of that comparison, in comparison bands
+
+
+def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tuple[Repair, ...]]:
+    """Shift and rescale measured speeds that are late or scaled against dq/dt; replace wrong ones.
+
+    In a band somewhat wider than the comparison band, least squares
+    qd = g (v - delay a) + offset with v = dq/dt and a its derivative.
+
+    Args:
+        samples: a log on uniform steps, with measured speeds.
+        comparison_hz: of the run.
+    """
+    if samples.velocity_derived:
+        return samples, ()
+    step = samples.step
+    band = min(_SLOPES * comparison_hz, 0.5 * OPEN / step)
+    qd = samples.qd.copy()
+    found: list[_Speed] = []
+    done: list[Repair] = []
+    for j in range(qd.shape[1]):
+        q = lowpass(samples.q[:, j], step, band)
+        v = differentiate(q, step)
+        w = lowpass(qd[:, j], step, band)
+        size = float(v @ v)
+        if size <= 1e-24 * len(v):
+            continue
+        speed = _speed(j, v, differentiate(v, step), w, step, 0.25 / comparison_hz)
+        if speed is None:
+            qd[:, j] = v
+            done.append(_replaced(samples, j, "it does not follow dq/dt"))
+        elif speed.wrong:
+            found.append(speed)
+            moved = _shifted(qd[:, j], speed.delay, step)
+            qd[:, j] = (moved - speed.offset) / speed.gain
+    done += _said(samples, found)
+    if not done:
+        return samples, ()
+    return replace(samples, qd=read_only(qd)), tuple(done)
+
+
+@dataclass(frozen=True)
+class _Speed:
+    """What is wrong with the speed of joint j: qd = gain (dq/dt - delay d2q/dt2) + offset."""
+
+    j: int
+    delay: float = 0.0
+    gain: float = 1.0
+    offset: float = 0.0
+    std: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def wrong(self) -> bool:
+        """Whether anything is."""
+        return bool(self.delay or self.offset or self.gain != 1.0)
+
+
+def _speed(
+    j: int, v: FloatArray, a: FloatArray, w: FloatArray, step: float, longest: float
+) -> _Speed | None:
+    """Compare a measured speed w with v = dq/dt; None where it does not follow it.
+
+    Delay, then gain, then offset are taken where each of them leaves at most four fifths of the
+    square of the disagreement.
+    """
+    delay = 0.0
+    for _ in range(3):
+        moved = _shifted(w, delay, step)
+        g, d, _ = np.linalg.lstsq(np.column_stack([v, a, np.ones(len(v))]), moved, rcond=None)[0]
+        if g == 0 or abs(delay - d / g) > longest:
+            break
+        delay -= float(d / g)
+    moved = _shifted(w, delay, step)
+    level, own = moved - moved.mean(), v - v.mean()
+    spread = float(np.sqrt((own @ own) * (level @ level)))
+    if spread == 0.0 or float(own @ level) < _FOLLOWS * spread:
+        return None
+    left = float(np.sum((w - v) ** 2))
+    late = float(np.sum((moved - v) ** 2))
+    if late > _SPEEDS * left or abs(delay) <= _LATE * step:
+        delay, moved = 0.0, w
+    else:
+        left = late
+    gain, offset = 1.0, 0.0
+    A = np.column_stack([v, np.ones(len(v))])
+    for columns in ([0], [1], [0, 1]):
+        fixed = moved - (0.0 if 0 in columns else v)
+        found = np.linalg.lstsq(A[:, columns], fixed, rcond=None)[0]
+        error = float(np.sum((fixed - A[:, columns] @ found) ** 2))
+        if error <= _SPEEDS * left and (1 in columns or abs(found[0] - 1) > _SCALED):
+            left = error
+            gain = float(found[0]) if 0 in columns else 1.0
+            offset = float(found[-1]) if 1 in columns else 0.0
+    # Rows that pass the low-pass share samples: one in a period of it counts.
+    noise = left / max(len(v), 1) * max(longest / step, 1.0)
+    std = tuple(float(np.sqrt(noise / max(float(x @ x), 1e-300))) for x in (a, v, np.ones(len(v))))
+    return _Speed(j, delay, gain, offset, (std[0], std[1], std[2]))
+
+
+def _replaced(samples: Samples, j: int, fault: str) -> Repair:
+    return Repair(samples.name, f"qd{j + 1}", fault, len(samples.t), "replaced by dq/dt")
+
+
+def _said(samples: Samples, found: Sequence[_Speed]) -> list[Repair]:
+    """Say delays: one of the recorder where all joints share it, else joint by joint."""
+    n, count = samples.q.shape[1], len(samples.t)
+    delays = np.array([speed.delay for speed in found])
+    out = []
+    common = len(found) == n > 1 and np.ptp(delays) <= max(0.2 * abs(delays.mean()), samples.step)
+    if common and all(f.gain == 1.0 and f.offset == 0.0 for f in found):
+        fault = f"speeds of all joints are {_late(float(delays.mean()))} (recorder or stamps)"
+        std = float(np.mean([f.std[0] for f in found]))
+        mean = (("LV", float(delays.mean()), std),)
+        return [Repair(samples.name, "qd", fault, count, "shifted", mean)]
+    for f in found:
+        faults, done, values = [], [], []
+        if f.gain != 1.0:
+            faults.append(f"{f.gain:.4g} times dq/dt")
+            done.append("rescaled")
+            values.append(("GV", f.gain - 1, f.std[1]))
+        if f.delay:
+            faults.append(_late(f.delay))
+            done.append("shifted")
+            values.append(("LV", f.delay, f.std[0]))
+        if f.offset:
+            faults.append(f"off by {f.offset:.3g}")
+            done.append("moved to zero")
+            values.append(("OV", f.offset, f.std[2]))
+        said, what = " and ".join(faults), " and ".join(done)
+        out.append(Repair(samples.name, f"qd{f.j + 1}", said, count, what, tuple(values)))
+    return out
+
+
+def _late(delay: float) -> str:
+    return f"{abs(1e3 * delay):.2g} ms {'late' if delay > 0 else 'early'}"
+
+
+def shifted(samples: Samples, delay: float) -> Samples:
+    """Return a log whose torques were measured `delay` s earlier."""
+    columns = [_shifted(x, delay, samples.step) for x in samples.tau.T]
+    return replace(samples, tau=read_only(np.column_stack(columns)))
+
+
+def _shifted(x: FloatArray, delay: float, step: float) -> FloatArray:
+    """Return a signal as it was `delay` s later, between samples by a cubic (Catmull and Rom)."""
+    if delay == 0.0:
+        return x
+    at = np.arange(len(x)) + delay / step
+    at = np.clip(at, 0.0, len(x) - 1.0)
+    k = np.clip(at.astype(np.int64), 0, len(x) - 2)
+    u = at - k
+    p0, p1 = x[np.maximum(k - 1, 0)], x[k]
+    p2, p3 = x[k + 1], x[np.minimum(k + 2, len(x) - 1)]
+    return np.asarray(
+        p1
+        + 0.5 * u * (p2 - p0 + u * (2 * p0 - 5 * p1 + 4 * p2 - p3 + u * (3 * (p1 - p2) + p3 - p0)))
+    )

@@ -1,0 +1,192 @@
+"""The last pass of identify: what an estimate is worth, and all that is said of it."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+import symgen.identification.verdict as verdicts
+from symgen import names
+from symgen.estimation.band import Band
+from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.fit import fit
+from symgen.estimation.logs import digest
+from symgen.estimation.recipe import Recipe
+from symgen.estimation.regression import Solution
+from symgen.estimation.repairs import Repair
+from symgen.estimation.values import Contrast
+from symgen.identification.alternatives import disagreement
+from symgen.identification.estimate import (
+    LOG_DIGEST,
+    ROBOT_DIGEST,
+    Alternative,
+    Estimate,
+    ParameterEstimate,
+)
+from symgen.identification.physical import consistency
+from symgen.identification.signs import wrong_sign
+from symgen.identification.solving import Method, convergence, moved_by_window
+from symgen.identification.validation import Part, energy_balances, model_traces, residual
+from symgen.identification.whiteness import whiteness
+from symgen.robot.toml_text import robot_toml
+from symgen.runtime.evaluator import Evaluator
+
+_PLENTY = 10  # independent equations for each parameter
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What was looked at: the model, the band, and the logs in it."""
+
+    evaluator: Evaluator
+    band: Band
+    train: tuple[FilteredLog, ...]
+    held: tuple[FilteredLog, ...]
+    repairs: tuple[Repair, ...]
+    given: bool
+
+    @property
+    def logs(self) -> tuple[FilteredLog, ...]:
+        """All logs."""
+        return (*self.train, *self.held)
+
+
+def judged(
+    run: Run,
+    recipe: Recipe,
+    method: Method,
+    solution: Solution,
+    bias: str,
+    found: tuple[Alternative, ...],
+    faults: tuple[str, ...],
+    train: Sequence[Part],
+    held: Sequence[Part],
+) -> Estimate:
+    """Return the estimate that a solution is, with its fit, its verdict, and what is drawn of it.
+
+    Args:
+        run: what was looked at.
+        recipe: of the equations that were solved.
+        method: that solved them.
+        solution: what it gave.
+        bias: of least squares beyond its intervals, in words, or "".
+        found: the models that were fitted, the chosen one first.
+        faults: of the torques, in words.
+        train, held: the logs with their equations.
+    """
+    evaluator, X = run.evaluator, solution.X
+    base = evaluator.model.base
+    std = np.sqrt(np.maximum(np.diag(solution.covariance), 0))
+    parameters = tuple(
+        ParameterEstimate(b.name, b.expression, float(x), float(s), b.unit)
+        for b, x, s in zip(base.parameters, X, std, strict=True)
+    )
+    own, seen = fit(evaluator, run.train, X, "train"), fit(evaluator, run.held, X)
+    windows = sum(len(e.y) / e.correlation for p in train for e in p.equations)
+    physical = consistency(evaluator.model, X, solution.covariance)
+    train_residual, held_residual = own.residual, seen.residual
+    if recipe.model != "torque":
+        train_residual, held_residual = residual(train, X), residual(held, X)
+    turned = wrong_sign(evaluator, train, recipe, train_residual.relative)
+    elsewhere = verdicts.error_elsewhere(evaluator, run.train, solution.covariance)
+    verdict = verdicts.verdict(
+        verdicts.prediction_use(
+            own,
+            seen,
+            elsewhere,
+            (*faults, *verdicts.driving_friction(parameters), *((turned,) if turned else ())),
+        ),
+        verdicts.parameters_use(
+            parameters, physical, (*((bias,) if bias else ()), *disagreement(found))
+        ),
+        verdicts.simulation_use(evaluator, run.train, X, parameters),
+        len(parameters),
+    )
+    notes = tuple(note for log in run.logs for note in log.samples.notes)
+    notes += (f"band: {run.band.in_words()}",)
+    if not run.given:
+        notes += ("no validation log is given: the last fifth of each log is held out",)
+    if windows < _PLENTY * len(parameters):
+        notes += (
+            f"{windows:.0f} independent equations for {len(parameters)} parameters: under "
+            f"{_PLENTY} each, the intervals tend to be short",
+        )
+    notes += solution.notes
+    if len(set(solution.weights)) > 1:
+        low, high = min(solution.weights), max(solution.weights)
+        notes += (
+            f"equations are weighed by log and joint, largest over smallest {high / low:.2f}",
+        )
+    if any(p.equations[0].weight != 1.0 for p in train):
+        listed = ", ".join(f"{p.equations[0].weight:g}" for p in train)
+        notes += (f"squared residuals of the logs are weighed by {listed}",)
+    moved = moved_by_window(evaluator, train, method, recipe, X, std)
+    if moved:
+        notes += (
+            f"with other windows {moved}: the model misses something of this size, "
+            "which std does not tell",
+        )
+    traces = tuple(trace for p in (*train, *held) for trace in model_traces(p, X))
+    traces += own.traces + seen.traces
+    outside, known = np.where(std > 0, std, 1), method.prior
+    return Estimate(
+        robot=evaluator.model.robot.name,
+        joints=tuple((j.number, names.unit("FS", j.sigma)) for j in evaluator.model.robot.movable),
+        model=recipe.model,
+        method=method.label,
+        parameters=parameters,
+        condition_number=solution.condition_number,
+        train=train_residual,
+        validation=held_residual,
+        torque_train=own.residual,
+        torque_validation=seen.residual,
+        cutoff_hz=run.band.cutoff_hz,
+        window_s=None if recipe.model == "torque" else recipe.window,
+        verdict=verdict.word,
+        reasons=verdict.reasons,
+        notes=notes,
+        correlation=solution.covariance / np.outer(outside, outside),
+        traces=traces,
+        convergence=convergence(train, base.names),
+        provenance=_provenance(evaluator, method, train, held),
+        physical=physical,
+        excludes=method.excludes,
+        endogeneity=solution.endogeneity,
+        comparison=solution.comparison,
+        prior=None if known is None else Contrast("prior", known.mean, known.std),
+        balances=energy_balances(evaluator, (*train, *held), X),
+        whiteness=whiteness(traces),
+        band=run.band,
+        repairs=run.repairs,
+        alternatives=found,
+        uses=verdict.uses,
+        headline=verdict.headline,
+    )
+
+
+def _provenance(
+    evaluator: Evaluator, method: Method, train: Sequence[Part], held: Sequence[Part]
+) -> tuple[tuple[str, str], ...]:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        own = version("symgen")
+    except PackageNotFoundError:
+        own = "unknown"
+    robot = hashlib.sha256(robot_toml(evaluator.model.robot).encode()).hexdigest()
+    out = [
+        ("symgen", own),
+        ("backend", evaluator.backend),
+        (ROBOT_DIGEST, robot),
+    ]
+    if method.name == "recursive":
+        out.append(("forgetting", f"{method.forgetting:g}"))
+    if method.prior is not None:
+        given = np.concatenate([method.prior.mean, method.prior.std]).tobytes()
+        out.append(("prior, sha256 of its means and std", hashlib.sha256(given).hexdigest()))
+    for part in (*train, *held):
+        out.append((f"{part.kind} {part.samples.name}, {LOG_DIGEST}", digest(part.samples)))
+    return tuple(out)
