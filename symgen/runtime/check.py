@@ -16,6 +16,7 @@ from symgen.codegen.model import Model, derive
 from symgen.codegen.package import SourceTree, generate
 from symgen.codegen.verification import TOLERANCE
 from symgen.errors import PackageError, ParameterError
+from symgen.files import load_json
 from symgen.robot.toml_io import read_robot
 from symgen.runtime import confined
 from symgen.runtime.build import find_compiler
@@ -112,7 +113,7 @@ def _derived(folder: Path, kernels: tuple[str, ...]) -> Model:
 def _manifest(folder: Path) -> dict[str, Any]:
     path = folder / "manifest.json"
     try:
-        manifest = json.loads(path.read_text(encoding="utf-8"))
+        manifest = load_json(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         raise PackageError(
             f"{path}: not a manifest: {' '.join(str(error).split())[:200]}"
