@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from symgen.errors import ParameterError
+from symgen.files import load_json
 from symgen.identification.curves import FILE, read_curves
 from symgen.identification.estimate import (
     SCHEMA,
@@ -60,7 +60,7 @@ def read_json(file: Path, schema: str) -> dict[str, Any]:
         ParameterError: it cannot be read, or is of another kind.
     """
     try:
-        content = json.loads(file.read_text(encoding="utf-8"))
+        content = load_json(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:100]
         raise ParameterError(
@@ -141,6 +141,8 @@ def _estimate(content: dict[str, Any]) -> Estimate:
 
 
 def _whiteness(w: dict[str, Any]) -> Whiteness:
+    if len(w["correlations"]) != len(w["bands"]) or not w["bands"]:
+        raise ValueError("lags of whiteness")
     return Whiteness(
         str(w["quantity"]),
         int(w["component"]),
