@@ -6,6 +6,7 @@ answer is "no", 2 could not.
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 import traceback
@@ -356,6 +357,8 @@ def main() -> None:
     debug = "--debug" in arguments
     if debug:
         arguments = ["--debug", *(a for a in arguments if a != "--debug")]
+    if isinstance(sys.stdout, io.TextIOWrapper):  # a name that this terminal has no letters for
+        sys.stdout.reconfigure(errors="backslashreplace")
     warnings.simplefilter("always", SymgenWarning)
     shown = warnings.showwarning
 
@@ -404,5 +407,5 @@ def _run(arguments: list[str]) -> int:
 
 
 def _fail(message: str) -> int:
-    click.echo(f"symgen: error: {message}", err=True)
+    click.echo(f"symgen: error: {SymgenError(message)}", err=True)  # one line, and plain
     return 2

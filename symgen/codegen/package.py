@@ -6,7 +6,9 @@ Same model, same bytes: no dates, no paths, no order of sets, nothing of the Sym
 from __future__ import annotations
 
 import hashlib
+import html
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -258,13 +260,18 @@ class _Writer:
                         str(j.antecedent),
                         *(text(getattr(j, key)) for key in keys),
                         text(sum((c * joint_variable(k) for k, c in j.shares), j.offset)),
-                        j.name.replace("|", "\\|") or "-",
+                        _markdown(j.name) or "-",
                     ]
                 )
                 for j in robot.joints
             ],
             "effects": [
-                {"name": e.name, "joint": j, "torque": text(torque), "constants": e.nonlinear}
+                {
+                    "name": _markdown(e.name),
+                    "joint": j,
+                    "torque": text(torque),
+                    "constants": e.nonlinear,
+                }
                 for e in robot.effects
                 for j, torque in e.torque
             ],
@@ -341,3 +348,8 @@ def _shape(shape: tuple[int, ...]) -> str:
 
 def _columns(columns: tuple[str, ...]) -> str:
     return f": {', '.join(columns)}" if columns else ""
+
+
+def _markdown(name: str) -> str:
+    """Return a free text as Markdown that shows it: no tag of HTML, no link, no cell of its own."""
+    return re.sub(r"([\\`*\[\]|!])", r"\\\1", html.escape(name, quote=False))

@@ -16,7 +16,7 @@ DOORS = {
     # An effect that was found becomes an exact declaration.
     "sympy": ("robot", "symbolic", "codegen", "demo", "diagnosis/extend"),
     "jinja2": ("files",),
-    "casadi": ("codegen/casadi_model", "experiment/search"),
+    "casadi": ("codegen/casadi_model", "experiment/search", "runtime/confined"),
     "cffi": ("runtime/build",),
     "pyarrow": ("data/tables",),
     "rosbags": ("data/bags",),
