@@ -17,7 +17,7 @@ import sys
 import sysconfig
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -117,13 +117,19 @@ def cache_folder() -> Path:
     return base / "symgen"
 
 
-def build_module(sources: Mapping[str, bytes], declarations: str, compiler: Compiler) -> ModuleType:
+def build_module(
+    sources: Mapping[str, bytes],
+    declarations: str,
+    compiler: Compiler,
+    flags: Sequence[str] = (),
+) -> ModuleType:
     """Compile C sources into a cffi module, or load the one that was compiled before.
 
     Args:
         sources: name and content of every .c and .h file.
         declarations: what Python sees of them, as cffi reads it.
         compiler: from `find_compiler`.
+        flags: for this machine's processor, beside those of every build.
 
     Returns:
         The module, with `ffi` and `lib`.
@@ -135,7 +141,7 @@ def build_module(sources: Mapping[str, bytes], declarations: str, compiler: Comp
 
     digest = hashlib.sha256()
     suffix = sysconfig.get_config_var("EXT_SUFFIX") or ".so"
-    flags, processor = native(compiler)
+    _, processor = native(compiler)
     for part in (
         *compiler.command,
         compiler.version,
@@ -160,7 +166,7 @@ def build_module(sources: Mapping[str, bytes], declarations: str, compiler: Comp
     _sweep(folder)
     work = Path(tempfile.mkdtemp(prefix="build-", dir=folder))
     try:
-        built = _compile(module, sources, declarations, compiler, work, suffix)
+        built = _compile(module, sources, declarations, compiler, flags, work, suffix)
         target = folder / f"{module}-{_sha256(built)}{suffix}"
         os.replace(built, target)
     except OSError as error:
@@ -195,6 +201,7 @@ def _compile(
     sources: Mapping[str, bytes],
     declarations: str,
     compiler: Compiler,
+    flags: Sequence[str],
     work: Path,
     suffix: str,
 ) -> Path:
@@ -216,7 +223,7 @@ def _compile(
     command = [
         *compiler.command,
         *_FLAGS,
-        *native(compiler)[0],
+        *flags,
         *_platform_flags(),
         f"-I{include}",
         *files,

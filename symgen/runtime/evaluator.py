@@ -28,6 +28,7 @@ from symgen.runtime.build import (
     find_compiler,
     missing_compiler,
 )
+from symgen.runtime.flags import chosen_flags
 
 FloatArray = NDArray[np.float64]
 _BLOCK = 512  # samples that CasADi maps over in one call
@@ -180,7 +181,8 @@ def _compiled(model: Model, compiler: Compiler) -> Evaluator:
         declarations += _IDENTIFIER.replace("NAME", name)
     if f"{name}_identifier_momentum.h" in sources:
         declarations += _IDENTIFIER_MOMENTUM.replace("NAME", name)
-    module = build_module(sources, declarations, compiler)
+    flags = chosen_flags(compiler).flags.flags
+    module = build_module(sources, declarations, compiler, flags)
     return Evaluator(model, [_CKernel(k, name, module) for k in model.kernels], module)
 
 
