@@ -25,7 +25,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from symgen.codegen.kernels import Kernel
+from symgen.codegen.model import derive
+from symgen.codegen.package import generate
+from symgen.codegen.panels import panel_sources
 from symgen.errors import BuildError
+from symgen.robot.toml_io import read_robot
 from symgen.runtime import race
 from symgen.runtime.build import _FLAGS, Compiler, cache_folder, native
 
@@ -62,6 +67,21 @@ SETS = (
     FlagSet("native-straight", ("-march=native", _STRAIGHT)),
 )
 
+_AVX512 = ("__AVX512F__", "__AVX512DQ__", "__AVX512VL__", "__AVX512BW__")
+_WIDE = "-mprefer-vector-width=512"
+#: For panels of samples, whose width follows from the instruction set: 2, 4 or 8.
+PANEL_SETS = (
+    FlagSet("plain", ()),
+    FlagSet("avx2", ("-mavx2", "-mfma"), _AVX2),
+    FlagSet(
+        "avx512",
+        ("-mavx512f", "-mavx512dq", "-mavx512vl", "-mavx512bw", "-mfma", _WIDE),
+        _AVX512,
+    ),
+    FlagSet("native", ("-march=native",)),
+    FlagSet("native-wide", ("-march=native", _WIDE), _AVX512),
+)
+
 
 @dataclass(frozen=True)
 class Chosen:
@@ -79,20 +99,27 @@ class Chosen:
 
 
 def chosen_flags(compiler: Compiler) -> Chosen:
-    """Return the flags for the kernels on this machine.
+    """Return the flags for single calls on this machine.
 
     Raises:
         BuildError: SYMGEN_FLAGS names no set.
     """
-    wanted = os.environ.get("SYMGEN_FLAGS", "").strip()
-    if wanted:
-        return _asked(wanted, SETS)
-    return _kernels(compiler)
+    return _asked() or _kernels(compiler)
+
+
+def panel_flags(compiler: Compiler) -> Chosen:
+    """Return the flags for panels of samples on this machine.
+
+    Raises:
+        BuildError: SYMGEN_FLAGS names no set.
+    """
+    return _asked() or _panels(compiler)
 
 
 def forget_flags() -> None:
     """Look at the cache folder anew: what was found is remembered for each compiler."""
     _kernels.cache_clear()
+    _panels.cache_clear()
 
 
 @cache
@@ -100,11 +127,20 @@ def _kernels(compiler: Compiler) -> Chosen:
     return fastest("kernels", SETS, compiler, _contest)
 
 
-def _asked(wanted: str, sets: Sequence[FlagSet]) -> Chosen:
-    for known in sets:
+@cache
+def _panels(compiler: Compiler) -> Chosen:
+    return fastest("panels", PANEL_SETS, compiler, _panel_contest)
+
+
+def _asked() -> Chosen | None:
+    """Return the set that SYMGEN_FLAGS names."""
+    wanted = os.environ.get("SYMGEN_FLAGS", "").strip()
+    if not wanted:
+        return None
+    for known in SETS:
         if known.name == wanted:
             return Chosen(known, {}, "asked for by SYMGEN_FLAGS")
-    accepted = ", ".join(s.name for s in sets)
+    accepted = ", ".join(s.name for s in SETS)
     raise BuildError(f"SYMGEN_FLAGS is {wanted!r}; accepted: {accepted}")
 
 
@@ -115,31 +151,40 @@ class Contest:
     Attributes:
         sources: name and content of every .c and .h file.
         functions: as `race.race` takes them.
-        samples: how many.
     """
 
     sources: Mapping[str, bytes]
     functions: Sequence[Mapping[str, Any]]
-    samples: int
 
 
 def _contest() -> Contest:
     """Return two kernels of an arm: one that computes much, one that stores much."""
-    from symgen.codegen.model import derive
-    from symgen.codegen.package import generate
-    from symgen.robot.toml_io import read_robot
-
     model = derive(read_robot(_ROBOT), _KERNELS)
     functions = [
-        {
-            "name": f"{_ROBOT}_{kernel.name}_batch",
-            "inputs": [_SAMPLES * len(symbols) for _, symbols in kernel.tape.inputs],
-            "outputs": [_SAMPLES * output.size for output in kernel.outputs],
-        }
+        _entry(model.robot.name, kernel, "batch", (_SAMPLES,))
         for kernel in model.kernels
         if kernel.name in _KERNELS
     ]
-    return Contest(generate(model, target="c", kernels=_KERNELS).library, functions, _SAMPLES)
+    return Contest(generate(model, target="c", kernels=_KERNELS).library, functions)
+
+
+def _panel_contest() -> Contest:
+    """Return the first of them on panels, outputs in panels and in rows."""
+    model = derive(read_robot(_ROBOT), _KERNELS[:1])
+    kernel = model.kernel(_KERNELS[0])
+    assert kernel is not None
+    sources = generate(model, target="c", kernels=()).library | panel_sources(model, kernel)
+    functions = [_entry(_ROBOT, kernel, layout, (0, _SAMPLES)) for layout in ("panels", "rows")]
+    return Contest(sources, functions)
+
+
+def _entry(robot: str, kernel: Kernel, form: str, leading: tuple[int, ...]) -> dict[str, Any]:
+    return {
+        "name": f"{robot}_{kernel.name}_{form}",
+        "leading": leading,
+        "inputs": [_SAMPLES * len(symbols) for _, symbols in kernel.tape.inputs],
+        "outputs": [_SAMPLES * output.size for output in kernel.outputs],
+    }
 
 
 def fastest(
@@ -229,9 +274,7 @@ def _race(sets: Sequence[FlagSet], compiler: Compiler, contest: Contest) -> dict
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             built = [s for s, done in zip(sets, pool.map(compiled, sets), strict=True) if done]
         libraries = {s.name: str(work / f"{s.name}.so") for s in built}
-        given = json.dumps(
-            {"libraries": libraries, "functions": contest.functions, "samples": contest.samples}
-        )
+        given = json.dumps({"libraries": libraries, "functions": contest.functions})
         told = _run([sys.executable, "-I", "-S", race.__file__], work, given) if built else None
     try:
         ratios = json.loads(told or "{}")

@@ -18,7 +18,7 @@ ROUNDS = 31
 ENOUGH = 1e-4  # seconds of one timing
 
 
-def race(libraries: dict[str, str], functions: list[dict[str, Any]], samples: int) -> Any:
+def race(libraries: dict[str, str], functions: list[dict[str, Any]]) -> dict[str, float]:
     """Return how long each library takes over the first one: the geometric mean of functions.
 
     Of each function that is the median of the ratios of one round, in which all take turns: a slow
@@ -26,8 +26,8 @@ def race(libraries: dict[str, str], functions: list[dict[str, Any]], samples: in
 
     Args:
         libraries: name and path of each; the first is what the others are compared with.
-        functions: name, and numbers of `inputs` and `outputs` of each array, for all samples.
-        samples: the first argument of each function.
+        functions: name, the numbers that come first (`leading`), then the sizes of the arrays that
+            are read (`inputs`) and written (`outputs`).
     """
     loaded = {name: ctypes.CDLL(path) for name, path in libraries.items()}
     logarithms = dict.fromkeys(loaded, 0.0)
@@ -37,7 +37,7 @@ def race(libraries: dict[str, str], functions: list[dict[str, Any]], samples: in
             for size in function["inputs"]
         ]
         arrays += [(ctypes.c_double * (size + 8))() for size in function["outputs"]]
-        arguments = (ctypes.c_size_t(samples), *map(_aligned, arrays))
+        arguments = (*map(ctypes.c_size_t, function["leading"]), *map(_aligned, arrays))
         calls = {name: getattr(library, function["name"]) for name, library in loaded.items()}
         for call in calls.values():
             call.restype = None

@@ -30,7 +30,8 @@ void work(size_t N, const double *in, double *out)
     out[0] = sum;
 }
 """
-CONTEST = Contest({"work.c": SOURCE}, [{"name": "work", "inputs": [1], "outputs": [1]}], 4)
+FUNCTION = {"name": "work", "leading": [4], "inputs": [1], "outputs": [1]}
+CONTEST = Contest({"work.c": SOURCE}, [FUNCTION])
 SLOW, FAST = FlagSet("slow", ("-DTURNS=100000",)), FlagSet("fast", ("-DTURNS=1000",))
 
 
@@ -86,9 +87,8 @@ def test_a_set_that_the_compiler_rejects_or_the_processor_lacks_takes_no_part(co
 
 
 def test_code_that_kills_the_race_kills_nothing_else(compiler):
-    dying = Contest(
-        {"work.c": SOURCE.replace(b"out[0] = sum", b"__builtin_trap()")}, CONTEST.functions, 4
-    )
+    source = SOURCE.replace(b"out[0] = sum", b"__builtin_trap()")
+    dying = Contest({"work.c": source}, [FUNCTION])
     chosen = fastest("test", (SLOW, FAST), compiler, lambda: dying)
     assert (chosen.flags, dict(chosen.ratios)) == (SLOW, {})
 
@@ -125,9 +125,16 @@ def test_a_cache_that_cannot_be_written_still_gives_a_winner(compiler, contest, 
     assert fastest("test", (SLOW, FAST), compiler, contest).flags == FAST
 
 
-def test_the_kernels_race_takes_only_what_this_processor_has(compiler):
-    chosen = flags.fastest("kernels", flags.SETS, compiler, flags._contest)
-    assert chosen.flags in flags.SETS
+@pytest.mark.parametrize(
+    ("name", "sets", "contest"),
+    [
+        ("kernels", flags.SETS, flags._contest),
+        ("panels", flags.PANEL_SETS, flags._panel_contest),
+    ],
+)
+def test_the_kernels_and_panels_of_an_arm_can_be_raced(name, sets, contest, compiler):
+    chosen = flags.fastest(name, sets, compiler, contest)
+    assert chosen.flags in sets
     assert chosen.ratios["plain"] == 1.0
     assert chosen.ratios[chosen.flags.name] <= 1.05 * min(chosen.ratios.values())
 
@@ -135,6 +142,7 @@ def test_the_kernels_race_takes_only_what_this_processor_has(compiler):
 def test_a_set_may_be_named_and_a_wrong_name_is_one_line(compiler, monkeypatch):
     monkeypatch.setenv("SYMGEN_FLAGS", "plain")
     assert flags.chosen_flags(compiler).flags.flags == ()
+    assert flags.panel_flags(compiler).flags.flags == ()
     monkeypatch.setenv("SYMGEN_FLAGS", "-O3")
     with pytest.raises(symgen.BuildError, match="SYMGEN_FLAGS is '-O3'; accepted: plain, fma,"):
         flags.chosen_flags(compiler)
