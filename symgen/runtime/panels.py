@@ -67,7 +67,7 @@ class Panels:
         arrays, count = _checked(self.kernel, inputs)
         if count is None:
             raise ParameterError(f"{self.kernel.name}: panels take a batch; accepted: (N, n)")
-        outputs = [_aligned((count, *o.shape)) for o in self.kernel.outputs]
+        outputs = [aligned((count, *o.shape)) for o in self.kernel.outputs]
         pointers = [self._ffi.from_buffer("double *", a) for a in (*arrays, *outputs)]
         # Not past the cache: new pages come from the kernel through it, and are still there.
         status = self._rows(0, count, *pointers)
@@ -90,7 +90,7 @@ class Panels:
         )
         blocks = -(-count // self.width)
         outputs = tuple(
-            _aligned((count, *o.shape) if rows else (blocks, o.size, self.width))
+            aligned((count, *o.shape) if rows else (blocks, o.size, self.width))
             for o in self.kernel.outputs
         )
         past = self._streams(outputs) if stream is None else stream
@@ -103,7 +103,7 @@ class Panels:
         return sum(o.nbytes for o in outputs) > cache_bytes()
 
 
-def _aligned(shape: tuple[int, ...]) -> FloatArray:
+def aligned(shape: tuple[int, ...]) -> FloatArray:
     """Return an array that begins a cache line."""
     size = int(np.prod(shape))
     room = np.empty(size + _LINE // 8)
