@@ -70,10 +70,12 @@ def print_kernel(
         dtype: double or float.
         own: prefix of the package's own sincos of several angles at once; libm's where None.
     """
-    return _Printer(kernel, geometry, values, dtype).function(own)
+    return Printer(kernel, geometry, values, dtype).function(own)
 
 
-class _Printer:
+class Printer:
+    """Writes the body of one kernel; a subclass says what differs for another kind of value."""
+
     def __init__(
         self,
         kernel: Kernel,
@@ -83,6 +85,7 @@ class _Printer:
     ) -> None:
         tape = kernel.tape
         self.kernel, self.tape, self.values, self.dtype = kernel, tape, values, dtype
+        self.value = dtype  # the type of what depends on the sample
         self.word: dict[sp.Expr, str] = {s: s.name for s in tape.order}
         for name, symbols in tape.inputs:
             self.word |= {s: f"{name}[{i}]" for i, s in enumerate(symbols)}
@@ -111,9 +114,7 @@ class _Printer:
         for symbol, expr in scheduled([s for s in self.tape.steps if s[0] not in done]):
             lines += [self.step(symbol, expr), *stores.pop(symbol, [])]
         if self.kernel.guards:
-            zero = literal(sp.S.Zero, self.dtype)
-            guards = [self.expression(e) for e in self.tape.outputs[self.kernel.size :]]
-            lines.append(f"return {' && '.join(f'{g} > {zero}' for g in guards)} ? 0 : 1;")
+            lines.append(self.guarded(self.tape.outputs[self.kernel.size :]))
         needs_math = any(
             e.is_Function and e.func is not sp.sign and e not in self.word
             for _, e in self.tape.steps
@@ -122,6 +123,14 @@ class _Printer:
 
     def step(self, symbol: sp.Symbol, expr: sp.Expr) -> str:
         return f"const {self.dtype} {symbol.name} = {self.expression(expr)};"
+
+    def guarded(self, guards: Sequence[sp.Expr]) -> str:
+        """Return the line that ends a kernel whose result has a meaning where all are positive."""
+        zero = literal(sp.S.Zero, self.dtype)
+        return f"return {' && '.join(f'{self.expression(g)} > {zero}' for g in guards)} ? 0 : 1;"
+
+    def stored(self, place: str, result: sp.Expr) -> str:
+        return f"{place} = {self.expression(result)};"
 
     def stores(self) -> dict[sp.Symbol | None, list[str]]:
         """Return the stores that follow each step, and (None) those that wait for none."""
@@ -136,7 +145,7 @@ class _Printer:
             for i, result in enumerate(results):
                 if result != 0:
                     (symbol,) = result.free_symbols & steps or {None}
-                    line = f"{output.name}[{i}] = {self.expression(result)};"
+                    line = self.stored(f"{output.name}[{i}]", result)
                     at.setdefault(symbol, []).append(line)
         return at
 
@@ -185,7 +194,7 @@ class _Printer:
         others = [a for a in wanted if a not in known]
         if others:
             gathered = ", ".join(self.expression(a) for a in others)
-            lines.append(f"const {self.dtype} angle[{len(others)}] = {{ {gathered} }};")
+            lines.append(f"const {self.value} angle[{len(others)}] = {{ {gathered} }};")
             lines += self.turned(own, others, "angle", 0)
         return first[::-1], lines
 
@@ -214,11 +223,7 @@ class _Printer:
             name = _FUNCTIONS.get(expr.func.__name__)
             if name is None:
                 raise SymgenError(f"{expr} cannot be written in C")
-            if name == "sign":
-                v, zero = self.expression(expr.args[0]), literal(sp.S.Zero, self.dtype)
-                return f"({self.dtype})(({v} > {zero}) - ({v} < {zero}))"
-            suffix = "f" if self.dtype == "float" else ""
-            return f"{name}{suffix}({self.expression(expr.args[0])})"
+            return self.called(name, expr.args[0])
         out = ""
         for negative, factors in terms(expr, self.tape.order):
             product = " * ".join(self.factor(f) for f in factors)
@@ -227,6 +232,15 @@ class _Printer:
             else:
                 out = f"-{product}" if negative else product
         return out
+
+    def called(self, name: str, argument: sp.Expr) -> str:
+        """Return a function's value: libm's, and the sign."""
+        v = self.expression(argument)
+        if name == "sign":
+            zero = literal(sp.S.Zero, self.dtype)
+            return f"({self.dtype})(({v} > {zero}) - ({v} < {zero}))"
+        suffix = "f" if self.dtype == "float" else ""
+        return f"{name}{suffix}({v})"
 
     def factor(self, expr: sp.Expr) -> str:
         written = self.expression(expr)

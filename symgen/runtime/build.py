@@ -23,7 +23,7 @@ import sysconfig
 import tempfile
 import time
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -152,13 +152,19 @@ def _spare() -> Path:
     return Path(tempfile.gettempdir()) / f"symgen-{user}"
 
 
-def build_module(sources: Mapping[str, bytes], declarations: str, compiler: Compiler) -> ModuleType:
+def build_module(
+    sources: Mapping[str, bytes],
+    declarations: str,
+    compiler: Compiler,
+    flags: Sequence[str] = (),
+) -> ModuleType:
     """Compile C sources into a cffi module, or load the one that was compiled before.
 
     Args:
         sources: name and content of every .c and .h file.
         declarations: what Python sees of them, as cffi reads it.
         compiler: from `find_compiler`.
+        flags: for this machine's processor, beside those of every build.
 
     Returns:
         The module, with `ffi` and `lib`.
@@ -170,7 +176,7 @@ def build_module(sources: Mapping[str, bytes], declarations: str, compiler: Comp
 
     digest = hashlib.sha256()
     suffix = sysconfig.get_config_var("EXT_SUFFIX") or ".so"
-    flags, processor = native(compiler)
+    _, processor = native(compiler)
     for part in (
         *compiler.command,
         compiler.version,
@@ -198,7 +204,7 @@ def build_module(sources: Mapping[str, bytes], declarations: str, compiler: Comp
         raise BuildError(_silent(compiler.command))
     work = Path(tempfile.mkdtemp(prefix="build-", dir=folder))
     try:
-        built = _compile(module, sources, declarations, compiler, work, suffix)
+        built = _compile(module, sources, declarations, compiler, flags, work, suffix)
         built.chmod(0o700)
         target = folder / f"{module}-{hashlib.sha256(built.read_bytes()).hexdigest()}{suffix}"
         os.replace(built, target)
@@ -244,6 +250,7 @@ def _compile(
     sources: Mapping[str, bytes],
     declarations: str,
     compiler: Compiler,
+    flags: Sequence[str],
     work: Path,
     suffix: str,
 ) -> Path:
@@ -265,7 +272,7 @@ def _compile(
     command = [
         *compiler.command,
         *_FLAGS,
-        *native(compiler)[0],
+        *flags,
         *_platform_flags(),
         f"-I{include}",
         *files,

@@ -8,9 +8,10 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +20,7 @@ from symgen.codegen.casadi_model import casadi_function
 from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import Model, derive
 from symgen.codegen.package import generate
+from symgen.codegen.panels import LARGEST
 from symgen.errors import BuildError, ParameterError, SymgenWarning
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -28,9 +30,15 @@ from symgen.runtime.build import (
     find_compiler,
     missing_compiler,
 )
+from symgen.runtime.flags import chosen_flags
+
+if TYPE_CHECKING:
+    from symgen.runtime.panels import Panels
 
 FloatArray = NDArray[np.float64]
 _BLOCK = 512  # samples that CasADi maps over in one call
+#: A batch of as many samples or more is evaluated on panels, which are compiled when first needed.
+MANY = 2**17
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +81,9 @@ class KernelFunction(Protocol):
 
     def bind(self, count: int | None = None) -> Bound:
         """Return the kernel on fixed buffers: of one sample, or of a batch of `count`."""
+
+    def panels(self) -> Panels | None:
+        """Return the kernel on panels of samples, compiled now; None where that cannot be had."""
 
 
 class Evaluator:
@@ -180,8 +191,10 @@ def _compiled(model: Model, compiler: Compiler) -> Evaluator:
         declarations += _IDENTIFIER.replace("NAME", name)
     if f"{name}_identifier_momentum.h" in sources:
         declarations += _IDENTIFIER_MOMENTUM.replace("NAME", name)
-    module = build_module(sources, declarations, compiler)
-    return Evaluator(model, [_CKernel(k, name, module) for k in model.kernels], module)
+    flags = chosen_flags(compiler).flags.flags
+    module = build_module(sources, declarations, compiler, flags)
+    functions = [_CKernel(k, model, module, compiler) for k in model.kernels]
+    return Evaluator(model, functions, module)
 
 
 def _declaration(name: str, kernel: Kernel) -> str:
@@ -255,8 +268,12 @@ def _result(kernel: Kernel, outputs: Sequence[FloatArray], status: int) -> Any:
 
 
 class _CKernel:
-    def __init__(self, kernel: Kernel, name: str, module: ModuleType) -> None:
+    def __init__(
+        self, kernel: Kernel, model: Model, module: ModuleType, compiler: Compiler
+    ) -> None:
+        name = model.robot.name
         self.kernel = kernel
+        self._origin = (model, compiler)
         self._ffi = module.ffi
         self._one = getattr(module.lib, f"{name}_{kernel.name}")
         self._batch = getattr(module.lib, f"{name}_{kernel.name}_batch")
@@ -266,11 +283,26 @@ class _CKernel:
 
     def __call__(self, *inputs: ArrayLike) -> Any:
         arrays, count = _checked(self.kernel, inputs)
+        if count is not None and count >= MANY:
+            panels = self.panels()
+            if panels is not None:
+                return panels(*arrays)
         lead = () if count is None else (count,)
         outputs = [np.empty((*lead, *o.shape)) for o in self.kernel.outputs]
         pointers = [self._pointer(a) for a in (*arrays, *outputs)]
         status = self._one(*pointers) if count is None else self._batch(count, *pointers)
         return _result(self.kernel, outputs, status or 0)
+
+    @cached_property
+    def _panels(self) -> Panels | None:
+        from symgen.runtime.panels import Panels
+
+        if self.kernel.size > LARGEST:
+            return None
+        return Panels(*self._origin, self.kernel)
+
+    def panels(self) -> Panels | None:
+        return self._panels
 
     def bind(self, count: int | None = None) -> Bound:
         inputs, outputs = _buffers(self.kernel, count)
@@ -337,6 +369,9 @@ class _CasadiKernel:
                 out[...] = value
 
         return Bound(inputs, outputs, call)
+
+    def panels(self) -> None:
+        """CasADi's virtual machine has none."""
 
 
 def _as_tuple(result: Any) -> tuple[Any, ...]:

@@ -45,6 +45,7 @@ print(build_module({SOURCES!r}, {DECLARATIONS!r}, compiler).lib.seven())
 def machine(tmp_path, monkeypatch):
     """A machine of its own for each test: an empty cache, no chosen compiler, nothing said yet."""
     monkeypatch.setenv("SYMGEN_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("SYMGEN_FLAGS", "native")  # no race: each compiler here is a new one
     monkeypatch.delenv("SYMGEN_CC", raising=False)
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setattr(evaluator, "_said", set())
