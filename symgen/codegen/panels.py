@@ -26,7 +26,7 @@ def panel_sources(model: Model, kernel: Kernel) -> dict[str, bytes]:
     name = model.robot.name
     geometry = {sp.Symbol(g, real=True): f"{name}_geometry_{g}" for g, _ in model.robot.geometry}
     printer = _PanelPrinter(kernel, geometry, model.robot.values())
-    body = printer.function("lanes").body
+    body = printer.function().body
     arguments: list[dict[str, Any]] = [
         {"name": a, "size": len(symbols), "shared": a == "X"} for a, symbols in kernel.tape.inputs
     ]
@@ -70,7 +70,7 @@ class _PanelPrinter(Printer):
         geometry: Mapping[sp.Symbol, str],
         values: Mapping[sp.Symbol, sp.Expr],
     ) -> None:
-        super().__init__(kernel, geometry, values, "double")
+        super().__init__(kernel, geometry, values, "double", "lanes")
         self.value = "lanes"
         self.zeros: list[str] = []
         self.status = "0"
@@ -101,10 +101,20 @@ class _PanelPrinter(Printer):
         self.zeros += [f"lanes_put(&{name}[{i}], lanes_all(0.0), stream);" for i in places]
         return iter(())
 
-    def guarded(self, guards: Sequence[sp.Expr]) -> str:
-        bad = " | ".join(f"~({self.spread(g)} > 0.0)" for g in guards)
+    def verdict(self) -> list[str]:
+        """Return the status: the bits of all samples, as NAME.h numbers them."""
+        if not self.kernel.guards:
+            return []
+        results = self.tape.outputs[: self.kernel.size]
+        guards = [self.spread(g) for g in self.tape.outputs[self.kernel.size :]]
+        singular = " | ".join(f"({g} <= 0.0)" for g in guards)
+        odd = [f"(~({g} > 0.0) & ~({g} <= 0.0))" for g in guards]
+        odd += [f"~({self.spread(r)} - {self.spread(r)} == 0.0)" for r in results]
         self.status = "status"
-        return f"const int status = lanes_any({bad});"
+        return [
+            f"const int status = (lanes_any({singular}) ? 1 : 0)",
+            f"    | (lanes_any(({' | '.join(odd)}) & ~({singular})) ? 2 : 0);",
+        ]
 
     def angles(self, own: str) -> tuple[list[tuple[sp.Symbol, sp.Expr]], list[str]]:
         self.turns: list[tuple[str, str]] = []

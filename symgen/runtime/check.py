@@ -75,6 +75,7 @@ def _check_one(folder: Path) -> Checked:
             dtype=options["dtype"],
             kernels=kernels,
             tex=options.get("tex") is True,
+            prefix=_prefix(options),
         )
     except PackageError as error:
         raise PackageError(f"{folder / 'manifest.json'}: {error}") from error
@@ -130,6 +131,13 @@ def _manifest(folder: Path) -> dict[str, Any]:
     ):
         raise PackageError(f"{path}: options with target, dtype and a list of kernels are missing")
     return manifest
+
+
+def _prefix(options: Mapping[str, Any]) -> str | None:
+    prefix = options.get("prefix")
+    if prefix is not None and not isinstance(prefix, str):
+        raise PackageError(f"prefix {prefix!r}; accepted: a name in quotes")
+    return prefix
 
 
 def _differences(folder: Path, tree: SourceTree) -> tuple[str, ...]:

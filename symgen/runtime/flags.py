@@ -32,7 +32,7 @@ from symgen.codegen.panels import panel_sources
 from symgen.errors import BuildError
 from symgen.robot.toml_io import read_robot
 from symgen.runtime import race
-from symgen.runtime.build import _FLAGS, Compiler, cache_folder, native
+from symgen.runtime.build import _FLAGS, Compiler, _make, cache_folder, native
 
 _TIMEOUT_SECONDS = 60
 _AS_GOOD = 1.01  # within this of the best, the simpler set is taken
@@ -249,7 +249,7 @@ def _remember(memory: Path, winner: FlagSet, ratios: Mapping[str, float]) -> Non
     """Write the winner in one rename; a folder that cannot be written costs a race a process."""
     kept = {"winner": winner.name, "ratios": {k: round(v, 4) for k, v in ratios.items()}}
     try:
-        memory.parent.mkdir(parents=True, exist_ok=True)
+        _make(memory.parent)
         number, path = tempfile.mkstemp(prefix="build-", dir=memory.parent)
         with os.fdopen(number, "w", encoding="utf-8") as file:
             json.dump(kept, file)
