@@ -18,12 +18,14 @@ from typing import Any
 import sympy as sp
 
 from symgen.codegen import example
+from symgen.codegen.backends import Package, cpp, optimal_control
 from symgen.codegen.c_printer import DTYPES, CFunction, literal, operation_counts, print_kernel
 from symgen.codegen.check_program import checks
 from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
 from symgen.codegen.manifest import SCHEMA, base_table, described
 from symgen.codegen.model import Model
 from symgen.codegen.prototypes import arguments, declarations
+from symgen.codegen.targets import BACKENDS, backends
 from symgen.codegen.verification import (
     DIGITS,
     POINTS,
@@ -40,7 +42,6 @@ from symgen.robot.types import joint_variable
 #: Of a package's interface, in C, CMake and pkg-config: the first number is that of its layout.
 _VERSION = (int(SCHEMA.split("/")[1]), 1, 0)
 _LINE = 100  # columns of a header
-TARGETS = ("c", "casadi", "all")
 _RUNTIME = ("least_squares", "identifier", "identifier_momentum")
 _SINCOS = "math.h"
 
@@ -71,11 +72,11 @@ def generate(
     tex: bool = False,
     prefix: str | None = None,
 ) -> SourceTree:
-    """Write a model as a package of C, CasADi or both.
+    """Write a model as a package of C, CasADi and what is built on the C.
 
     Args:
         model: from `derive`.
-        target: "c", "casadi" or "all".
+        target: "c", "casadi", "fmu" or "mex" (with their C), or "all" that the kernels allow.
         dtype: "double" or "float", of the C sources.
         kernels: names of the kernels to write; all by default. The identifier in C comes with
             energy_regressor (and friction_power, where the robot has friction).
@@ -86,8 +87,6 @@ def generate(
     Raises:
         PackageError: an option is not one of these.
     """
-    if target not in TARGETS:
-        raise PackageError(f"target {target!r}; accepted: {', '.join(TARGETS)}")
     if dtype not in DTYPES:
         raise PackageError(f"dtype {dtype!r}; accepted: {', '.join(DTYPES)}")
     known = [k.name for k in model.kernels]
@@ -95,10 +94,11 @@ def generate(
         if name not in known:
             raise PackageError(f"kernel {name!r}; accepted: {', '.join(known)}")
     chosen = tuple(k for k in model.kernels if kernels is None or k.name in kernels)
+    added = backends(target, chosen)
     name = default_prefix(model.robot.name, dtype) if prefix is None else prefix
     if not is_robot_name(name):
         raise PackageError(f"prefix {name!r}; accepted: a C identifier that hides no header of C")
-    return _Writer(model, target, dtype, chosen, tex, name).tree()
+    return _Writer(model, target, dtype, chosen, tex, name, added).tree()
 
 
 def default_prefix(robot: str, dtype: str) -> str:
@@ -128,11 +128,12 @@ class _Writer:
     kernels: tuple[Kernel, ...]
     tex: bool
     name: str
+    backends: tuple[str, ...]
 
     def tree(self) -> SourceTree:
         verified = verification(self.model, self.kernels)
         files: dict[str, bytes] = {"robot.toml": robot_toml(self.model.robot).encode()}
-        if self.target in ("c", "all"):
+        if self.target != "casadi":
             files |= {path: content.encode() for path, content in self.c_files(verified)}
         if self.target in ("casadi", "all"):
             from symgen.codegen.casadi_model import casadi_function, serialized
@@ -140,6 +141,9 @@ class _Writer:
             for kernel in self.kernels:
                 function = casadi_function(self.model, kernel)
                 files[f"{self.name}_{kernel.name}.casadi"] = serialized(function)
+            if optimal_control.possible(self.model, self.kernels):
+                program = optimal_control.program(self.name, self.model)
+                files[f"example/{self.name}_optimal_control.py"] = program.encode()
         if self.tex:
             from symgen.codegen.tex import tex_document
 
@@ -190,9 +194,10 @@ class _Writer:
             return ()
         return _RUNTIME if complete("momentum_regressor", "friction_torque") else _RUNTIME[:2]
 
-    def has_example(self) -> bool:
-        written = self.target != "casadi"
-        return written and bool(self.runtime()) and example.possible(self.kernels)
+    def examples(self) -> tuple[str, ...]:
+        if self.target == "casadi":
+            return ()
+        return example.programs(self.model, self.kernels, identifier=bool(self.runtime()))
 
     def c_files(self, verified: Mapping[str, Any]) -> list[tuple[str, str]]:
         described = [(k, self.describe(k)) for k in self.kernels]
@@ -222,21 +227,25 @@ class _Writer:
         for stem in self.runtime():
             out += [self.plain(f"{stem}{suffix}") for suffix in (".h", ".c")]
         sources = [path for path, _ in out if path.endswith(".c")]
-        headers = [path for path, _ in out if path.endswith(".h")]
+        out.append((f"{self.name}.hpp", cpp.header(self.name, self.model, self.kernels)))
+        headers = [path for path, _ in out if path.endswith((".h", ".hpp"))]
         if any(d["needs_sincos"] for _, d in described):
             out.append(self.plain(_SINCOS))  # private to the sources
         out.append((f"{self.name}_check.c", self.check_c(verified)))
-        if self.has_example():
-            out.append((f"example/{self.name}_controller.c", self.controller_c()))
+        out += [(f"example/{self.name}_{e}.c", self.example_c(e)) for e in self.examples()]
         cmake = self.render(
             "CMakeLists.txt",
             sources=sources,
             headers=" ".join(headers),
             version=self.version,
-            example=self.has_example(),
+            examples=self.examples(),
+            backends=self.backends,
         )
         out.append(("CMakeLists.txt", cmake))
         out.append((f"{self.name}.pc.in", self.render("package.pc.in")))
+        package = Package(self.name, self.model, self.dtype, self.kernels, dict(out))
+        for target in self.backends:
+            out += BACKENDS[target].files(package).items()
         return out
 
     def plain(self, path: str) -> tuple[str, str]:
@@ -294,7 +303,7 @@ class _Writer:
             "inertial": self.model.inertial,
             "version": self.version,
             "dtype": self.dtype,
-            "casadi": self.kernels[-1].name if self.kernels and self.target != "c" else "",
+            "casadi": self.kernels[-1].name if self.target in ("casadi", "all") else "",
             "sources": " ".join(
                 f"{self.name}_{stem}.c"
                 for stem in (*(k.name for k in self.kernels), *self.runtime())
@@ -333,7 +342,9 @@ class _Writer:
                 "lifted": base.proof.lifted,
             },
             "kernels": [{"name": k.name, **operation_counts([k.tape])} for k in self.kernels],
-            "example": self.has_example(),
+            "examples": self.examples(),
+            "backends": self.backends,
+            "control": optimal_control.possible(self.model, self.kernels),
             "percent": example.PERCENT,
         }
 
@@ -346,11 +357,13 @@ class _Writer:
             tolerance=repr(TOLERANCE[self.dtype]),
         )
 
-    def controller_c(self) -> str:
+    def example_c(self, program: str) -> str:
         return self.render(
-            "example/controller.c",
+            f"example/{program}.c",
             percent=example.PERCENT,
             better=example.BETTER,
+            share=example.SHARE,
+            rubs=any(j.friction for j in self.model.robot.joints),
             **example.parameters(self.model, "f" if self.dtype == "float" else ""),
         )
 
