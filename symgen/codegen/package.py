@@ -19,6 +19,7 @@ from symgen.codegen.c_printer import DTYPES, CFunction, literal, operation_count
 from symgen.codegen.kernels import ENERGY, Kernel
 from symgen.codegen.manifest import SCHEMA, base_table, described
 from symgen.codegen.model import Model
+from symgen.codegen.parts import in_parts
 from symgen.codegen.verification import (
     DIGITS,
     POINTS,
@@ -214,6 +215,7 @@ class _Writer:
         arrays = [(name, len(symbols)) for name, symbols in kernel.tape.inputs]
         outputs = [(o.name, o.size) for o in kernel.outputs]
         counts = operation_counts([kernel.tape])
+        names = [name for name, _ in [*arrays, *outputs]]
         steps = [a if a == "X" else f"&{a}[k * {size}u]" for a, size in [*arrays, *outputs]]
         return {
             "name": kernel.name,
@@ -230,6 +232,9 @@ class _Writer:
             "operations": ", ".join(f"{v} {key}" for key, v in counts.items() if v)
             or "0 operations",
             "body": function.body,
+            "parts": in_parts(function.body, names, self.dtype),
+            "dtype": self.dtype,
+            "names": ", ".join(names),
             "needs_math": function.needs_math,
             "needs_sincos": function.needs_sincos,
         }
