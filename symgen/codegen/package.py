@@ -24,6 +24,7 @@ from symgen.codegen.check_program import checks
 from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
 from symgen.codegen.manifest import SCHEMA, base_table, described
 from symgen.codegen.model import Model
+from symgen.codegen.parts import in_parts
 from symgen.codegen.prototypes import arguments, declarations
 from symgen.codegen.targets import BACKENDS, backends
 from symgen.codegen.verification import (
@@ -258,6 +259,7 @@ class _Writer:
         function = self.printed(kernel)
         counts = operation_counts([kernel.tape])
         listed = arguments(kernel, self.dtype)
+        names = [a.name for a in listed]
         shapes = [f"{name}: {_input(name, len(s))}" for name, s in kernel.tape.inputs] + [
             f"{o.name}: {_shape(o.shape)}{_columns(o.columns)}" for o in kernel.outputs
         ]
@@ -279,6 +281,9 @@ class _Writer:
             "operations": ", ".join(f"{v} {key}" for key, v in counts.items() if v)
             or "0 operations",
             "body": function.body,
+            "parts": in_parts(function.body, names, self.dtype),
+            "dtype": self.dtype,
+            "names": ", ".join(names),
             "needs_math": function.needs_math,
             "needs_sincos": function.needs_sincos,
         }

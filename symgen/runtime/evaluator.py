@@ -298,7 +298,10 @@ class _CKernel:
 
         if self.kernel.size > LARGEST:
             return None
-        return Panels(*self._origin, self.kernel)
+        try:
+            return Panels(*self._origin, self.kernel)
+        except BuildError:  # a compiler without vectors: its plain loop is built
+            return None
 
     def panels(self) -> Panels | None:
         return self._panels

@@ -10,11 +10,28 @@
 #include <math.h>
 {% endif %}
 
+{% for part in k.parts.parts %}
+{% set last = loop.last %}
+static {{ k.returns if last else "void" }} part_{{ part.number }}({{ k.parameters }}, {{ k.dtype }} *w)
+{
+{% for line in part.body %}
+    {{ line }}
+{% endfor %}
+}
+
+{% endfor %}
 {{ k.returns }} {{ name }}_{{ k.name }}({{ k.parameters }})
 {
+{% if k.parts.parts %}
+    {{ k.dtype }} w[{{ k.parts.handed }}];
+{% for part in k.parts.parts %}
+    {{ "return " if loop.last and k.guarded }}part_{{ part.number }}({{ k.names }}, w);
+{% endfor %}
+{% else %}
 {% for line in k.body %}
     {{ line }}
 {% endfor %}
+{% endif %}
 }
 {% if k.batch %}
 

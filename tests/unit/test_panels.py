@@ -318,6 +318,18 @@ def test_where_there_are_no_panels_none_are_given(monkeypatch):
     assert symgen.load("planar2r", backend="c")["energy_regressor"].panels() is None
 
 
+def test_a_compiler_that_fails_on_panels_leaves_the_plain_loop(monkeypatch):
+    def fails(*_):
+        raise symgen.BuildError("no vectors")
+
+    monkeypatch.setattr(panels_module, "Panels", fails)
+    monkeypatch.setattr(evaluators, "MANY", 2)
+    single = symgen.load("planar2r", backend="c")["energy_regressor"]
+    q = np.ones((3, 2))
+    np.testing.assert_array_equal(single(q, q), [single(*q[:2])] * 3)
+    assert single.panels() is None
+
+
 def test_panels_refuse_one_sample_and_wrong_shapes():
     panels = panels_of("mixed", "energy_regressor", "plain")
     with pytest.raises(symgen.ParameterError, match="panels take a batch"):
