@@ -61,7 +61,7 @@ joint = 5
 def _tree(name: str, dtype: str, kernels: tuple[str, ...] | str | None) -> symgen.SourceTree:
     robot = symgen.parse_robot(RICH) if name == "rich" else symgen.read_robot(name)
     model = symgen.derive(robot) if kernels is None else symgen.derive(robot, kernels)
-    return symgen.generate(model, target="c", dtype=dtype)
+    return symgen.generate(model, target="c", dtype=dtype, prefix=name)
 
 
 def write(

@@ -1,14 +1,14 @@
 /* panda: accelerations under torques tau; not 0 where M is not positive definite
- * 624 mul, 551 add, 7 div, 6 sincos, 7 other for one sample.
+ * 624 mul, 551 add, 7 div, 6 sincos, 7 other for one sample, as written here.
  */
 #include "panda.h"
 #include "panda_math.h"
 
-int panda_forward_dynamics(const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int panda_forward_dynamics(const double q[7], const double qd[7], const double tau[7], const double X[62], double qdd[7])
 {
     const double gz = 9.81;
-    const panda_angles4 q_1 = panda_sincos4(q + 1);
-    const panda_angles2 q_5 = panda_sincos2(q + 5);
+    const panda_angles4 q_1 = panda_sincos4(&q[1]);
+    const panda_angles2 q_5 = panda_sincos2(&q[5]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];
@@ -590,7 +590,19 @@ int panda_forward_dynamics(const double *q, const double *qd, const double *tau,
     qdd[5] = o6;
     const double o7 = b7 * d7 - l7_1 * o1 - l7_2 * o2 - l7_3 * o3 - l7_4 * o4 - l7_5 * o5 - l7_6 * o6;
     qdd[6] = o7;
-    return m2_1_1 > 0.0 && m3_2_2 > 0.0 && m4_3_3 > 0.0 && m5_4_4 > 0.0 && m6_5_5 > 0.0 && m7_6_6 > 0.0 && M7_7 > 0.0 ? 0 : 1;
+    const double guard[7] = { M7_7, m7_6_6, m6_5_5, m5_4_4, m4_3_3, m3_2_2, m2_1_1 };
+    int status = panda_OK;
+    for (size_t i = 0u; (i < 7u) && (status == 0); ++i) {
+        if (!(guard[i] > 0.0)) {
+            status = (guard[i] <= 0.0) ? panda_NOT_POSITIVE_DEFINITE : panda_NOT_FINITE;
+        }
+    }
+    for (size_t i = 0u; (i < 7u) && (status == 0); ++i) {
+        if (!((qdd[i] - qdd[i]) == 0.0)) {
+            status = panda_NOT_FINITE;
+        }
+    }
+    return status;
 }
 
 int panda_forward_dynamics_batch(size_t N, const double *q, const double *qd, const double *tau, const double *X, double *qdd)

@@ -65,8 +65,8 @@ enum {
  * At a sample this writes value and rate, each in three blocks: `equations` times the inertial
  * columns, then as often the friction columns, then the right-hand sides. Both are 0 at first: what
  * is always 0 need not be written. */
-typedef void panda_identifier_columns(const panda_real *q, const panda_real *qd, const panda_real *tau,
-                                     panda_real *value, panda_real *rate);
+typedef void panda_identifier_columns(const panda_real *q, const panda_real *qd,
+                                     const panda_real *tau, panda_real *value, panda_real *rate);
 
 /* The head of the memory, public only to give its size to the compiler. Behind it arrays of `width`
  * values, in mode sliding one for each of the last `window` samples among them. */
@@ -86,9 +86,9 @@ typedef struct panda_identifier {
 
 /* Bytes of memory for a window of so many samples, as a constant expression. */
 #define panda_IDENTIFIER_BYTES(window) panda_IDENTIFIER_BYTES_OF(1, window)
-#define panda_IDENTIFIER_BYTES_OF(equations, window)                            \
-    (sizeof(panda_identifier) + ((size_t)panda_IDENTIFIER_ARRAYS + (window)) *   \
-                                   (size_t)(equations) * (panda_PARAMETERS + 1) * sizeof(panda_real))
+#define panda_IDENTIFIER_BYTES_OF(equations, window)                          \
+    (sizeof(panda_identifier) + ((size_t)panda_IDENTIFIER_ARRAYS + (window)) * \
+        (size_t)(equations) * (panda_PARAMETERS + 1) * sizeof(panda_real))
 
 /* The same as a function; 0 when it exceeds a size_t. Only mode sliding needs memory for its
  * window: 0 is enough for the two others. */
@@ -109,7 +109,8 @@ int panda_identifier_init(void *state, size_t bytes, size_t window, int mode,
  * panda_JOINTS of them a window; all take the same weight, and forgetting is per equation. */
 size_t panda_identifier_size_of(int equations, size_t window);
 int panda_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
-                            panda_real forgetting, int equations, panda_identifier_columns *columns);
+                            panda_real forgetting, int equations,
+                            panda_identifier_columns *columns);
 
 /* Take the next sample: q, qd, tau of panda_JOINTS values each, in rad or m, per s, N m or N; dt > 0
  * in s, the time since the sample before (ignored for the first sample). Returns 0; nonzero, and

@@ -65,8 +65,8 @@ enum {
  * At a sample this writes value and rate, each in three blocks: `equations` times the inertial
  * columns, then as often the friction columns, then the right-hand sides. Both are 0 at first: what
  * is always 0 need not be written. */
-typedef void planar2r_identifier_columns(const planar2r_real *q, const planar2r_real *qd, const planar2r_real *tau,
-                                     planar2r_real *value, planar2r_real *rate);
+typedef void planar2r_identifier_columns(const planar2r_real *q, const planar2r_real *qd,
+                                     const planar2r_real *tau, planar2r_real *value, planar2r_real *rate);
 
 /* The head of the memory, public only to give its size to the compiler. Behind it arrays of `width`
  * values, in mode sliding one for each of the last `window` samples among them. */
@@ -86,9 +86,9 @@ typedef struct planar2r_identifier {
 
 /* Bytes of memory for a window of so many samples, as a constant expression. */
 #define planar2r_IDENTIFIER_BYTES(window) planar2r_IDENTIFIER_BYTES_OF(1, window)
-#define planar2r_IDENTIFIER_BYTES_OF(equations, window)                            \
-    (sizeof(planar2r_identifier) + ((size_t)planar2r_IDENTIFIER_ARRAYS + (window)) *   \
-                                   (size_t)(equations) * (planar2r_PARAMETERS + 1) * sizeof(planar2r_real))
+#define planar2r_IDENTIFIER_BYTES_OF(equations, window)                          \
+    (sizeof(planar2r_identifier) + ((size_t)planar2r_IDENTIFIER_ARRAYS + (window)) * \
+        (size_t)(equations) * (planar2r_PARAMETERS + 1) * sizeof(planar2r_real))
 
 /* The same as a function; 0 when it exceeds a size_t. Only mode sliding needs memory for its
  * window: 0 is enough for the two others. */
@@ -109,7 +109,8 @@ int planar2r_identifier_init(void *state, size_t bytes, size_t window, int mode,
  * planar2r_JOINTS of them a window; all take the same weight, and forgetting is per equation. */
 size_t planar2r_identifier_size_of(int equations, size_t window);
 int planar2r_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
-                            planar2r_real forgetting, int equations, planar2r_identifier_columns *columns);
+                            planar2r_real forgetting, int equations,
+                            planar2r_identifier_columns *columns);
 
 /* Take the next sample: q, qd, tau of planar2r_JOINTS values each, in rad or m, per s, N m or N; dt > 0
  * in s, the time since the sample before (ignored for the first sample). Returns 0; nonzero, and

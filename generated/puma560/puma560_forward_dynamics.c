@@ -1,14 +1,14 @@
 /* puma560: accelerations under torques tau; not 0 where M is not positive definite
- * 519 mul, 459 add, 6 div, 5 sincos, 6 other for one sample.
+ * 519 mul, 459 add, 6 div, 5 sincos, 6 other for one sample, as written here.
  */
 #include "puma560.h"
 #include "puma560_math.h"
 
-int puma560_forward_dynamics(const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int puma560_forward_dynamics(const double q[6], const double qd[6], const double tau[6], const double X[52], double qdd[6])
 {
     const double gz = 9.81;
-    const puma560_angles4 q_1 = puma560_sincos4(q + 1);
-    const puma560_angles1 q_5 = puma560_sincos1(q + 5);
+    const puma560_angles4 q_1 = puma560_sincos4(&q[1]);
+    const puma560_angles1 q_5 = puma560_sincos1(&q[5]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];
@@ -496,7 +496,19 @@ int puma560_forward_dynamics(const double *q, const double *qd, const double *ta
     qdd[4] = o5;
     const double o6 = b6 * d6 - l6_1 * o1 - l6_2 * o2 - l6_3 * o3 - l6_4 * o4 - l6_5 * o5;
     qdd[5] = o6;
-    return m2_1_1 > 0.0 && m3_2_2 > 0.0 && m4_3_3 > 0.0 && m5_4_4 > 0.0 && m6_5_5 > 0.0 && M6_6 > 0.0 ? 0 : 1;
+    const double guard[6] = { M6_6, m6_5_5, m5_4_4, m4_3_3, m3_2_2, m2_1_1 };
+    int status = puma560_OK;
+    for (size_t i = 0u; (i < 6u) && (status == 0); ++i) {
+        if (!(guard[i] > 0.0)) {
+            status = (guard[i] <= 0.0) ? puma560_NOT_POSITIVE_DEFINITE : puma560_NOT_FINITE;
+        }
+    }
+    for (size_t i = 0u; (i < 6u) && (status == 0); ++i) {
+        if (!((qdd[i] - qdd[i]) == 0.0)) {
+            status = puma560_NOT_FINITE;
+        }
+    }
+    return status;
 }
 
 int puma560_forward_dynamics_batch(size_t N, const double *q, const double *qd, const double *tau, const double *X, double *qdd)

@@ -65,8 +65,8 @@ enum {
  * At a sample this writes value and rate, each in three blocks: `equations` times the inertial
  * columns, then as often the friction columns, then the right-hand sides. Both are 0 at first: what
  * is always 0 need not be written. */
-typedef void puma560_identifier_columns(const puma560_real *q, const puma560_real *qd, const puma560_real *tau,
-                                     puma560_real *value, puma560_real *rate);
+typedef void puma560_identifier_columns(const puma560_real *q, const puma560_real *qd,
+                                     const puma560_real *tau, puma560_real *value, puma560_real *rate);
 
 /* The head of the memory, public only to give its size to the compiler. Behind it arrays of `width`
  * values, in mode sliding one for each of the last `window` samples among them. */
@@ -86,9 +86,9 @@ typedef struct puma560_identifier {
 
 /* Bytes of memory for a window of so many samples, as a constant expression. */
 #define puma560_IDENTIFIER_BYTES(window) puma560_IDENTIFIER_BYTES_OF(1, window)
-#define puma560_IDENTIFIER_BYTES_OF(equations, window)                            \
-    (sizeof(puma560_identifier) + ((size_t)puma560_IDENTIFIER_ARRAYS + (window)) *   \
-                                   (size_t)(equations) * (puma560_PARAMETERS + 1) * sizeof(puma560_real))
+#define puma560_IDENTIFIER_BYTES_OF(equations, window)                          \
+    (sizeof(puma560_identifier) + ((size_t)puma560_IDENTIFIER_ARRAYS + (window)) * \
+        (size_t)(equations) * (puma560_PARAMETERS + 1) * sizeof(puma560_real))
 
 /* The same as a function; 0 when it exceeds a size_t. Only mode sliding needs memory for its
  * window: 0 is enough for the two others. */
@@ -109,7 +109,8 @@ int puma560_identifier_init(void *state, size_t bytes, size_t window, int mode,
  * puma560_JOINTS of them a window; all take the same weight, and forgetting is per equation. */
 size_t puma560_identifier_size_of(int equations, size_t window);
 int puma560_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
-                            puma560_real forgetting, int equations, puma560_identifier_columns *columns);
+                            puma560_real forgetting, int equations,
+                            puma560_identifier_columns *columns);
 
 /* Take the next sample: q, qd, tau of puma560_JOINTS values each, in rad or m, per s, N m or N; dt > 0
  * in s, the time since the sample before (ignored for the first sample). Returns 0; nonzero, and

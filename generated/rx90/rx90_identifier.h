@@ -65,8 +65,8 @@ enum {
  * At a sample this writes value and rate, each in three blocks: `equations` times the inertial
  * columns, then as often the friction columns, then the right-hand sides. Both are 0 at first: what
  * is always 0 need not be written. */
-typedef void rx90_identifier_columns(const rx90_real *q, const rx90_real *qd, const rx90_real *tau,
-                                     rx90_real *value, rx90_real *rate);
+typedef void rx90_identifier_columns(const rx90_real *q, const rx90_real *qd,
+                                     const rx90_real *tau, rx90_real *value, rx90_real *rate);
 
 /* The head of the memory, public only to give its size to the compiler. Behind it arrays of `width`
  * values, in mode sliding one for each of the last `window` samples among them. */
@@ -86,9 +86,9 @@ typedef struct rx90_identifier {
 
 /* Bytes of memory for a window of so many samples, as a constant expression. */
 #define rx90_IDENTIFIER_BYTES(window) rx90_IDENTIFIER_BYTES_OF(1, window)
-#define rx90_IDENTIFIER_BYTES_OF(equations, window)                            \
-    (sizeof(rx90_identifier) + ((size_t)rx90_IDENTIFIER_ARRAYS + (window)) *   \
-                                   (size_t)(equations) * (rx90_PARAMETERS + 1) * sizeof(rx90_real))
+#define rx90_IDENTIFIER_BYTES_OF(equations, window)                          \
+    (sizeof(rx90_identifier) + ((size_t)rx90_IDENTIFIER_ARRAYS + (window)) * \
+        (size_t)(equations) * (rx90_PARAMETERS + 1) * sizeof(rx90_real))
 
 /* The same as a function; 0 when it exceeds a size_t. Only mode sliding needs memory for its
  * window: 0 is enough for the two others. */
@@ -109,7 +109,8 @@ int rx90_identifier_init(void *state, size_t bytes, size_t window, int mode,
  * rx90_JOINTS of them a window; all take the same weight, and forgetting is per equation. */
 size_t rx90_identifier_size_of(int equations, size_t window);
 int rx90_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
-                            rx90_real forgetting, int equations, rx90_identifier_columns *columns);
+                            rx90_real forgetting, int equations,
+                            rx90_identifier_columns *columns);
 
 /* Take the next sample: q, qd, tau of rx90_JOINTS values each, in rad or m, per s, N m or N; dt > 0
  * in s, the time since the sample before (ignored for the first sample). Returns 0; nonzero, and

@@ -1,17 +1,17 @@
 /* twin: accelerations under torques tau; not 0 where M is not positive definite
- * 418 mul, 361 add, 7 div, 5 sincos, 7 other for one sample.
+ * 418 mul, 361 add, 7 div, 5 sincos, 7 other for one sample, as written here.
  */
 #include "twin.h"
 #include "twin_math.h"
 
-int twin_forward_dynamics(const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int twin_forward_dynamics(const double q[7], const double qd[7], const double tau[7], const double X[58], double qdd[7])
 {
     const double d2 = 0.2;
     const double d3 = 0.3;
     const double r4 = 0.25;
     const double gz = 9.81;
-    const twin_angles4 q_1 = twin_sincos4(q + 1);
-    const twin_angles1 q_6 = twin_sincos1(q + 6);
+    const twin_angles4 q_1 = twin_sincos4(&q[1]);
+    const twin_angles1 q_6 = twin_sincos1(&q[6]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];
@@ -410,7 +410,19 @@ int twin_forward_dynamics(const double *q, const double *qd, const double *tau, 
     qdd[5] = o6;
     const double o7 = b7 * d7 - l7_1 * o1 - l7_5 * o5 - l7_6 * o6;
     qdd[6] = o7;
-    return m2_1_1 > 0.0 && m3_2_2 > 0.0 && m4_3_3 > 0.0 && M4_4 > 0.0 && m6_5_5 > 0.0 && m7_6_6 > 0.0 && M7_7 > 0.0 ? 0 : 1;
+    const double guard[7] = { M7_7, m7_6_6, m6_5_5, M4_4, m4_3_3, m3_2_2, m2_1_1 };
+    int status = twin_OK;
+    for (size_t i = 0u; (i < 7u) && (status == 0); ++i) {
+        if (!(guard[i] > 0.0)) {
+            status = (guard[i] <= 0.0) ? twin_NOT_POSITIVE_DEFINITE : twin_NOT_FINITE;
+        }
+    }
+    for (size_t i = 0u; (i < 7u) && (status == 0); ++i) {
+        if (!((qdd[i] - qdd[i]) == 0.0)) {
+            status = twin_NOT_FINITE;
+        }
+    }
+    return status;
 }
 
 int twin_forward_dynamics_batch(size_t N, const double *q, const double *qd, const double *tau, const double *X, double *qdd)

@@ -65,8 +65,8 @@ enum {
  * At a sample this writes value and rate, each in three blocks: `equations` times the inertial
  * columns, then as often the friction columns, then the right-hand sides. Both are 0 at first: what
  * is always 0 need not be written. */
-typedef void twin_identifier_columns(const twin_real *q, const twin_real *qd, const twin_real *tau,
-                                     twin_real *value, twin_real *rate);
+typedef void twin_identifier_columns(const twin_real *q, const twin_real *qd,
+                                     const twin_real *tau, twin_real *value, twin_real *rate);
 
 /* The head of the memory, public only to give its size to the compiler. Behind it arrays of `width`
  * values, in mode sliding one for each of the last `window` samples among them. */
@@ -86,9 +86,9 @@ typedef struct twin_identifier {
 
 /* Bytes of memory for a window of so many samples, as a constant expression. */
 #define twin_IDENTIFIER_BYTES(window) twin_IDENTIFIER_BYTES_OF(1, window)
-#define twin_IDENTIFIER_BYTES_OF(equations, window)                            \
-    (sizeof(twin_identifier) + ((size_t)twin_IDENTIFIER_ARRAYS + (window)) *   \
-                                   (size_t)(equations) * (twin_PARAMETERS + 1) * sizeof(twin_real))
+#define twin_IDENTIFIER_BYTES_OF(equations, window)                          \
+    (sizeof(twin_identifier) + ((size_t)twin_IDENTIFIER_ARRAYS + (window)) * \
+        (size_t)(equations) * (twin_PARAMETERS + 1) * sizeof(twin_real))
 
 /* The same as a function; 0 when it exceeds a size_t. Only mode sliding needs memory for its
  * window: 0 is enough for the two others. */
@@ -109,7 +109,8 @@ int twin_identifier_init(void *state, size_t bytes, size_t window, int mode,
  * twin_JOINTS of them a window; all take the same weight, and forgetting is per equation. */
 size_t twin_identifier_size_of(int equations, size_t window);
 int twin_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
-                            twin_real forgetting, int equations, twin_identifier_columns *columns);
+                            twin_real forgetting, int equations,
+                            twin_identifier_columns *columns);
 
 /* Take the next sample: q, qd, tau of twin_JOINTS values each, in rad or m, per s, N m or N; dt > 0
  * in s, the time since the sample before (ignored for the first sample). Returns 0; nonzero, and

@@ -15,6 +15,13 @@ from symgen.symbolic import dynamics, friction, placement, regressor
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.tape import Tape
 
+#: Input that is the number of a link; on the tape, one symbol for each link: 1 at its own, else 0.
+LINK = "link"
+#: Inputs that are plain numbers.
+SCALARS = ("mass",)
+#: Arrays that all samples of a batch share.
+SHARED = ("X", "g")
+
 
 @dataclass(frozen=True)
 class Output:
@@ -44,6 +51,7 @@ class Kernel:
             numbers that must be positive for the result to have a meaning.
         outputs: the arrays it writes.
         guards: how many.
+        batch: whether there is a form for N samples at once.
     """
 
     name: str
@@ -51,6 +59,7 @@ class Kernel:
     tape: Tape
     outputs: tuple[Output, ...]
     guards: int = 0
+    batch: bool = True
 
     @property
     def size(self) -> int:

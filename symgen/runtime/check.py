@@ -73,6 +73,7 @@ def _check_one(folder: Path) -> Checked:
             dtype=options["dtype"],
             kernels=kernels,
             tex=options.get("tex") is True,
+            prefix=_prefix(options),
         )
     except PackageError as error:
         raise PackageError(f"{folder / 'manifest.json'}: {error}") from error
@@ -130,6 +131,13 @@ def _manifest(folder: Path) -> dict[str, Any]:
     return manifest
 
 
+def _prefix(options: Mapping[str, Any]) -> str | None:
+    prefix = options.get("prefix")
+    if prefix is not None and not isinstance(prefix, str):
+        raise PackageError(f"prefix {prefix!r}; accepted: a name in quotes")
+    return prefix
+
+
 def _differences(folder: Path, tree: SourceTree) -> tuple[str, ...]:
     out = []
     points = json.loads(tree.files["manifest.json"])["verification"]["points"]
@@ -180,7 +188,9 @@ def _same_value(a: bytes, b: bytes, points: Sequence[Mapping[str, Sequence[float
         return False
     for point in points:
         inputs = [np.array(values) for values in point.values()]
-        x, y = (np.concatenate([np.array(v) for v in f.call(inputs)]) for f in (left, right))
+        x, y = (
+            np.concatenate([np.array(v).ravel() for v in f.call(inputs)]) for f in (left, right)
+        )
         if not np.allclose(x, y, rtol=0, atol=1e-13 * max(1.0, float(np.abs(y).max(initial=0)))):
             return False
     return True

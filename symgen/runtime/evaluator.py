@@ -19,6 +19,7 @@ from symgen.codegen.casadi_model import casadi_function
 from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import Model, derive
 from symgen.codegen.package import generate
+from symgen.codegen.prototypes import declarations as prototypes
 from symgen.errors import BuildError, ParameterError, SymgenWarning
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -30,6 +31,8 @@ from symgen.runtime.build import (
 )
 
 FloatArray = NDArray[np.float64]
+NOT_POSITIVE_DEFINITE = 1  # as NAME.h numbers them; a batch has the bits of all its samples
+NOT_FINITE = 2
 _BLOCK = 512  # samples that CasADi maps over in one call
 
 
@@ -68,7 +71,8 @@ class KernelFunction(Protocol):
             The output array, or a tuple of them where the kernel has several.
 
         Raises:
-            ParameterError: a shape is wrong, or M is not positive definite (forward_dynamics).
+            ParameterError: a shape is wrong; or a kernel with a status, such as forward_dynamics,
+                finds M not positive definite, or numbers that are not finite.
         """
 
     def bind(self, count: int | None = None) -> Bound:
@@ -175,23 +179,13 @@ def _say_once(message: str) -> None:
 def _compiled(model: Model, compiler: Compiler) -> Evaluator:
     sources = generate(model, target="c").library
     name = model.robot.name
-    declarations = "".join(_declaration(name, k) for k in model.kernels)
+    declarations = "\n".join(line for k in model.kernels for line in prototypes(name, k, "double"))
     if f"{name}_identifier.h" in sources:
         declarations += _IDENTIFIER.replace("NAME", name)
     if f"{name}_identifier_momentum.h" in sources:
         declarations += _IDENTIFIER_MOMENTUM.replace("NAME", name)
     module = build_module(sources, declarations, compiler)
     return Evaluator(model, [_CKernel(k, name, module) for k in model.kernels], module)
-
-
-def _declaration(name: str, kernel: Kernel) -> str:
-    arguments = [f"const double *{a}" for a, _ in kernel.tape.inputs]
-    arguments += [f"double *{o.name}" for o in kernel.outputs]
-    listed, returns = ", ".join(arguments), "int" if kernel.guards else "void"
-    return (
-        f"{returns} {name}_{kernel.name}({listed});\n"
-        f"{returns} {name}_{kernel.name}_batch(size_t N, {listed});\n"
-    )
 
 
 _IDENTIFIER = """
@@ -246,10 +240,14 @@ def _checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArr
 
 def _result(kernel: Kernel, outputs: Sequence[FloatArray], status: int) -> Any:
     """Return one output or the tuple of all; refuse what has no meaning."""
-    if status:
+    if status & NOT_POSITIVE_DEFINITE:
         raise ParameterError(
             f"{kernel.name}: the mass matrix is not positive definite; accepted: parameters X of a "
             "robot that can exist"
+        )
+    if status:
+        raise ParameterError(
+            f"{kernel.name}: an input or what came of it is not finite; accepted: finite numbers"
         )
     return outputs[0] if len(outputs) == 1 else tuple(outputs)
 
@@ -299,7 +297,7 @@ def _buffers(
 class _CasadiKernel:
     def __init__(self, kernel: Kernel, model: Model) -> None:
         self.kernel = kernel
-        self._function = casadi_function(model, kernel)
+        self._function = casadi_function(model, kernel, flat=True)
         self._maps: dict[int, Any] = {}
 
     def __call__(self, *inputs: ArrayLike) -> Any:
@@ -321,7 +319,9 @@ class _CasadiKernel:
                 for out, block in zip(outputs, _as_tuple(blocks), strict=True):
                     out[at : at + size] = np.array(block).T.reshape(size, *out.shape[1:])
         bad = self.kernel.guards > 0 and not all(np.isfinite(o).all() for o in outputs)
-        return _result(self.kernel, outputs, int(bad))
+        given = all(np.isfinite(a).all() for a in arrays)
+        status = NOT_POSITIVE_DEFINITE if given else NOT_FINITE
+        return _result(self.kernel, outputs, status if bad else 0)
 
     def _one(self, arrays: Sequence[FloatArray]) -> list[FloatArray]:
         results = _as_tuple(self._function(*arrays))

@@ -339,7 +339,8 @@ def forward_dynamics(p: Plant) -> tuple[list[sp.Expr], list[sp.Expr]]:
             if (k, i) in low:
                 value -= low[k, i] * out[i]
         out[k] = tape.name(f"o{k}", value)
-    return [out[k] for k in order], [*(pivot[k] for k in order), *positive]
+    # Guards in the order of the elimination: what follows a bad pivot has no meaning.
+    return [out[k] for k in order], [*positive, *(pivot[k] for k in reversed(order))]
 
 
 def dense(rows: Rows, numbers: Sequence[int]) -> list[sp.Expr]:

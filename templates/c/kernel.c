@@ -1,5 +1,5 @@
-/* {{ name }}: {{ k.doc }}
- * {{ k.operations }} for one sample.
+/* {{ name }}: {{ k.doc | join("\n * ") }}
+ * {{ k.operations }} for one sample, as written here.
  */
 #include "{{ name }}.h"
 {% if k.needs_sincos %}
@@ -16,8 +16,9 @@
     {{ line }}
 {% endfor %}
 }
+{% if k.batch %}
 
-{{ k.returns }} {{ name }}_{{ k.name }}_batch(size_t N, {{ k.parameters }})
+{{ k.returns }} {{ name }}_{{ k.name }}_batch(size_t N, {{ k.batch_parameters }})
 {
 {% if k.guarded %}
     int status = 0;
@@ -31,3 +32,4 @@
     }
 {% endif %}
 }
+{% endif %}
