@@ -37,7 +37,9 @@ typedef double panda_real;
 typedef enum panda_status {
     panda_OK = 0,
     panda_NOT_POSITIVE_DEFINITE = 1, /* no robot has this X, or the load lets nothing through */
-    panda_NOT_FINITE = 2             /* an input, or what came of it, is NaN or infinite */
+    panda_NOT_FINITE = 2,   /* an input, or what came of it, is NaN or infinite */
+    panda_OUTLIER = 4,      /* identifier: an equation that contradicts all before it */
+    panda_NOT_EXCITED = 8   /* identifier: an equation that would teach less than is forgotten */
 } panda_status;
 
 /* Named lengths and angles of the robot file. */

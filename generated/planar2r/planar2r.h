@@ -37,7 +37,9 @@ typedef double planar2r_real;
 typedef enum planar2r_status {
     planar2r_OK = 0,
     planar2r_NOT_POSITIVE_DEFINITE = 1, /* no robot has this X, or the load lets nothing through */
-    planar2r_NOT_FINITE = 2             /* an input, or what came of it, is NaN or infinite */
+    planar2r_NOT_FINITE = 2,   /* an input, or what came of it, is NaN or infinite */
+    planar2r_OUTLIER = 4,      /* identifier: an equation that contradicts all before it */
+    planar2r_NOT_EXCITED = 8   /* identifier: an equation that would teach less than is forgotten */
 } planar2r_status;
 
 /* Named lengths and angles of the robot file. */

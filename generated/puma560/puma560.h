@@ -37,7 +37,9 @@ typedef double puma560_real;
 typedef enum puma560_status {
     puma560_OK = 0,
     puma560_NOT_POSITIVE_DEFINITE = 1, /* no robot has this X, or the load lets nothing through */
-    puma560_NOT_FINITE = 2             /* an input, or what came of it, is NaN or infinite */
+    puma560_NOT_FINITE = 2,   /* an input, or what came of it, is NaN or infinite */
+    puma560_OUTLIER = 4,      /* identifier: an equation that contradicts all before it */
+    puma560_NOT_EXCITED = 8   /* identifier: an equation that would teach less than is forgotten */
 } puma560_status;
 
 /* Named lengths and angles of the robot file. */

@@ -37,7 +37,9 @@ typedef double rx90_real;
 typedef enum rx90_status {
     rx90_OK = 0,
     rx90_NOT_POSITIVE_DEFINITE = 1, /* no robot has this X, or the load lets nothing through */
-    rx90_NOT_FINITE = 2             /* an input, or what came of it, is NaN or infinite */
+    rx90_NOT_FINITE = 2,   /* an input, or what came of it, is NaN or infinite */
+    rx90_OUTLIER = 4,      /* identifier: an equation that contradicts all before it */
+    rx90_NOT_EXCITED = 8   /* identifier: an equation that would teach less than is forgotten */
 } rx90_status;
 
 /* Named lengths and angles of the robot file. */

@@ -37,7 +37,9 @@ typedef double twin_real;
 typedef enum twin_status {
     twin_OK = 0,
     twin_NOT_POSITIVE_DEFINITE = 1, /* no robot has this X, or the load lets nothing through */
-    twin_NOT_FINITE = 2             /* an input, or what came of it, is NaN or infinite */
+    twin_NOT_FINITE = 2,   /* an input, or what came of it, is NaN or infinite */
+    twin_OUTLIER = 4,      /* identifier: an equation that contradicts all before it */
+    twin_NOT_EXCITED = 8   /* identifier: an equation that would teach less than is forgotten */
 } twin_status;
 
 /* Position of each base parameter in X. */

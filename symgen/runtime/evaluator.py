@@ -193,6 +193,7 @@ size_t NAME_identifier_size(size_t window);
 int NAME_identifier_init(void *state, size_t bytes, size_t window, int mode, double forgetting);
 int NAME_identifier_step(void *state, const double *q, const double *qd, const double *tau,
                          double dt);
+int NAME_identifier_status(const void *state);
 void NAME_identifier_restart(void *state);
 int NAME_identifier_run(void *state, size_t N, const double *t, const double *q, const double *qd,
                         const double *tau);
