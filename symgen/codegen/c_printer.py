@@ -176,9 +176,10 @@ class _Printer:
             zeros = [i for i, result in enumerate(results) if result == 0]
             at.setdefault(None, []).extend(self.cleared(output.name, zeros))
             for i, result in enumerate(results):
-                if result != 0:
+                place = f"{output.name}[{i}]"
+                if result != 0 and self.expression(result) != place:  # not what stays as it is
                     (symbol,) = result.free_symbols & steps or {None}
-                    line = f"{output.name}[{i}] = {self.expression(result)};"
+                    line = f"{place} = {self.expression(result)};"
                     at.setdefault(symbol, []).append(line)
         return at
 
