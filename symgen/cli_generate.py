@@ -17,6 +17,7 @@ from symgen.terminal import print_model, say
 @click.option("--dtype", default="double", show_default=True, help="double or float, of the C.")
 @click.option("--kernels", help="Comma-separated names; default all.")
 @click.option("--prefix", help="Of files and names; default the robot's, in float with an f.")
+@click.option("--standard", is_flag=True, help="Regressors over standard parameters too.")
 @click.option("--tex", is_flag=True, help="Write the model as a LaTeX document too.")
 def generate(
     robot: str,
@@ -25,6 +26,7 @@ def generate(
     dtype: str,
     kernels: str | None,
     prefix: str | None,
+    standard: bool,
     tex: bool,
 ) -> int:
     """Derive ROBOT's model and write it as a package of C, CasADi, FMU and MEX.
@@ -33,12 +35,15 @@ def generate(
     """
     import symgen
     from symgen.codegen.package import default_prefix
+    from symgen.codegen.recipes import ALL, STANDARD
     from symgen.files import check_replaceable
 
     source = symgen.read_robot(robot)
     folder = into or Path("generated") / (prefix or default_prefix(source.name, dtype))
     check_replaceable(folder, "manifest.json")
-    chosen = "all" if kernels in (None, "all") else listed(str(kernels))
+    chosen = ALL if kernels in (None, "all") else tuple(listed(str(kernels)))
+    if standard:
+        chosen += tuple(name for name in STANDARD if name not in chosen)
     say(f"deriving {source.name}")
     model = symgen.derive(source, chosen)
     tree = symgen.generate(model, target=target, dtype=dtype, tex=tex, prefix=prefix)

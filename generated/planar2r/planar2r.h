@@ -184,6 +184,130 @@ void planar2r_frames_batch(size_t N, const double *q, double *T_out);
 void planar2r_jacobian(const double q[2], double J_out[12]);
 void planar2r_jacobian_batch(size_t N, const double *q, double *J_out);
 
+/* columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols
+ * q: (2,)
+ * qd: (2,)
+ * qdr: (2,)
+ * qddr: (2,)
+ * out: (2, 4): ZZ1R, ZZ2, MX2, MY2
+ */
+void planar2r_slotine_li_regressor(const double q[2], const double qd[2], const double qdr[2], const
+    double qddr[2], double out[8]);
+void planar2r_slotine_li_regressor_batch(size_t N, const double *q, const double *qd, const double
+    *qdr, const double *qddr, double *out);
+
+/* M qddr + C(q, qd) qdr + g + friction(qd), C of Christoffel's symbols
+ * q: (2,)
+ * qd: (2,)
+ * qdr: (2,)
+ * qddr: (2,)
+ * X: (4,)
+ * tau: (2,)
+ */
+void planar2r_slotine_li_torque(const double q[2], const double qd[2], const double qdr[2], const
+    double qddr[2], const double X[4], double tau[2]);
+void planar2r_slotine_li_torque_batch(size_t N, const double *q, const double *qd, const double
+    *qdr, const double *qddr, const double *X, double *tau);
+
+/* p = M qd and rate = C' qd - g: dp/dt = tau - friction + rate
+ * q: (2,)
+ * qd: (2,)
+ * X: (4,)
+ * p_out: (2,)
+ * rate_out: (2,)
+ */
+void planar2r_generalized_momentum(const double q[2], const double qd[2], const double X[4], double
+    p_out[2], double rate_out[2]);
+void planar2r_generalized_momentum_batch(size_t N, const double *q, const double *qd, const double
+    *X, double *p_out, double *rate_out);
+
+/* torque of the friction that joints and couplings declare; effects are not in it
+ * qd: (2,)
+ * X: (4,)
+ * tau: (2,)
+ */
+void planar2r_friction(const double qd[2], const double X[4], double tau[2]);
+void planar2r_friction_batch(size_t N, const double *qd, const double *X, double *tau);
+
+/* dtau/dq and dtau/dqd; dtau/dqdd is mass_matrix; the derivative of sign(qd) is 0
+ * q: (2,)
+ * qd: (2,)
+ * qdd: (2,)
+ * X: (4,)
+ * dq_out: (2, 2)
+ * dqd_out: (2, 2)
+ */
+void planar2r_inverse_dynamics_derivatives(const double q[2], const double qd[2], const double
+    qdd[2], const double X[4], double dq_out[4], double dqd_out[4]);
+void planar2r_inverse_dynamics_derivatives_batch(size_t N, const double *q, const double *qd, const
+    double *qdd, const double *X, double *dq_out, double *dqd_out);
+
+/* dqdd/dq, dqdd/dqd and dqdd/dtau; the derivative of sign(qd) is 0
+ * q: (2,)
+ * qd: (2,)
+ * tau: (2,)
+ * X: (4,)
+ * dq_out: (2, 2)
+ * dqd_out: (2, 2)
+ * dtau_out: (2, 2)
+ */
+int planar2r_forward_dynamics_derivatives(const double q[2], const double qd[2], const double
+    tau[2], const double X[4], double dq_out[4], double dqd_out[4], double dtau_out[4]);
+int planar2r_forward_dynamics_derivatives_batch(size_t N, const double *q, const double *qd, const
+    double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out);
+
+/* x of M(q) x = b
+ * q: (2,)
+ * b: (2,)
+ * X: (4,)
+ * x: (2,)
+ */
+int planar2r_solve_mass_matrix(const double q[2], const double b[2], const double X[4], double
+    x[2]);
+int planar2r_solve_mass_matrix_batch(size_t N, const double *q, const double *b, const double *X,
+    double *x);
+
+/* Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning
+ * q: (2,)
+ * link: number of a joint in robot.toml, 1 to 2
+ * point: (3,)
+ * J: (6, 2)
+ */
+void planar2r_link_jacobian(const double q[2], size_t link, const double point[3], double J[12]);
+void planar2r_link_jacobian_batch(size_t N, const double *q, size_t link, const double *point,
+    double *J);
+
+/* dJ/dt qd of a point in the frame of a link: its acceleration without qdd, in frame 0
+ * q: (2,)
+ * qd: (2,)
+ * link: number of a joint in robot.toml, 1 to 2
+ * point: (3,)
+ * a: (6,)
+ */
+void planar2r_link_drift(const double q[2], const double qd[2], size_t link, const double point[3],
+    double a[6]);
+void planar2r_link_drift_batch(size_t N, const double *q, const double *qd, size_t link, const
+    double *point, double *a);
+
+/* X from the standard parameters, in this order: XX1, XY1, XZ1, YY1, YZ1, ZZ1, MX1, MY1, MZ1, M1,
+ * XX2, XY2, XZ2, YY2, YZ2, ZZ2, MX2, MY2, MZ2, M2
+ * standard: (20,)
+ * X: (4,)
+ */
+void planar2r_base_parameters(const double standard[20], double X[4]);
+
+/* fix a body on a link, in X: its mass, the centre of mass in the frame of the link, and inertia
+ * XX XY XZ YY YZ ZZ about that; mass and inertia negative: take it off
+ * X: (4,)
+ * link: number of a joint in robot.toml, 1 to 2
+ * mass: a number
+ * com: (3,)
+ * inertia: (6,)
+ * X: (4,)
+ */
+void planar2r_add_body(double X[4], size_t link, double mass, const double com[3], const double
+    inertia[6]);
+
 #ifdef __cplusplus
 }
 #endif

@@ -277,6 +277,165 @@ public:
         jacobian(q, J_out);
         return J_out;
     }
+
+    /* columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols
+     * out: 2, 4
+     */
+    static void slotine_li_regressor(input<2> q, input<2> qd, input<2> qdr, input<2> qddr, output<8> out) noexcept
+    {
+        planar2r_slotine_li_regressor(q.data(), qd.data(), qdr.data(), qddr.data(), out.data());
+    }
+    [[nodiscard]] static std::array<real, 8> slotine_li_regressor(input<2> q, input<2> qd, input<2> qdr, input<2> qddr) noexcept
+    {
+        std::array<real, 8> out;
+        slotine_li_regressor(q, qd, qdr, qddr, out);
+        return out;
+    }
+
+    /* M qddr + C(q, qd) qdr + g + friction(qd), C of Christoffel's symbols
+     * tau: 2
+     */
+    static void slotine_li_torque(input<2> q, input<2> qd, input<2> qdr, input<2> qddr, input<parameters> X, output<2> tau) noexcept
+    {
+        planar2r_slotine_li_torque(q.data(), qd.data(), qdr.data(), qddr.data(), X.data(), tau.data());
+    }
+    [[nodiscard]] static std::array<real, 2> slotine_li_torque(input<2> q, input<2> qd, input<2> qdr, input<2> qddr, input<parameters> X) noexcept
+    {
+        std::array<real, 2> tau;
+        slotine_li_torque(q, qd, qdr, qddr, X, tau);
+        return tau;
+    }
+
+    /* p = M qd and rate = C' qd - g: dp/dt = tau - friction + rate
+     * p_out: 2
+     * rate_out: 2
+     */
+    static void generalized_momentum(input<2> q, input<2> qd, input<parameters> X, output<2> p_out, output<2> rate_out) noexcept
+    {
+        planar2r_generalized_momentum(q.data(), qd.data(), X.data(), p_out.data(), rate_out.data());
+    }
+    [[nodiscard]] static std::tuple<std::array<real, 2>, std::array<real, 2>> generalized_momentum(input<2> q, input<2> qd, input<parameters> X) noexcept
+    {
+        std::array<real, 2> p_out;
+        std::array<real, 2> rate_out;
+        generalized_momentum(q, qd, X, p_out, rate_out);
+        return { p_out, rate_out };
+    }
+
+    /* torque of the friction that joints and couplings declare; effects are not in it
+     * tau: 2
+     */
+    static void friction(input<2> qd, input<parameters> X, output<2> tau) noexcept
+    {
+        planar2r_friction(qd.data(), X.data(), tau.data());
+    }
+    [[nodiscard]] static std::array<real, 2> friction(input<2> qd, input<parameters> X) noexcept
+    {
+        std::array<real, 2> tau;
+        friction(qd, X, tau);
+        return tau;
+    }
+
+    /* dtau/dq and dtau/dqd; dtau/dqdd is mass_matrix; the derivative of sign(qd) is 0
+     * dq_out: 2, 2
+     * dqd_out: 2, 2
+     */
+    static void inverse_dynamics_derivatives(input<2> q, input<2> qd, input<2> qdd, input<parameters> X, output<4> dq_out, output<4> dqd_out) noexcept
+    {
+        planar2r_inverse_dynamics_derivatives(q.data(), qd.data(), qdd.data(), X.data(), dq_out.data(), dqd_out.data());
+    }
+    [[nodiscard]] static std::tuple<std::array<real, 4>, std::array<real, 4>> inverse_dynamics_derivatives(input<2> q, input<2> qd, input<2> qdd, input<parameters> X) noexcept
+    {
+        std::array<real, 4> dq_out;
+        std::array<real, 4> dqd_out;
+        inverse_dynamics_derivatives(q, qd, qdd, X, dq_out, dqd_out);
+        return { dq_out, dqd_out };
+    }
+
+    /* dqdd/dq, dqdd/dqd and dqdd/dtau; the derivative of sign(qd) is 0; nonzero, or empty: it has none
+     * dq_out: 2, 2
+     * dqd_out: 2, 2
+     * dtau_out: 2, 2
+     */
+    static int forward_dynamics_derivatives(input<2> q, input<2> qd, input<2> tau, input<parameters> X, output<4> dq_out, output<4> dqd_out, output<4> dtau_out) noexcept
+    {
+        return planar2r_forward_dynamics_derivatives(q.data(), qd.data(), tau.data(), X.data(), dq_out.data(), dqd_out.data(), dtau_out.data());
+    }
+    [[nodiscard]] static std::optional<std::tuple<std::array<real, 4>, std::array<real, 4>, std::array<real, 4>>> forward_dynamics_derivatives(input<2> q, input<2> qd, input<2> tau, input<parameters> X) noexcept
+    {
+        std::array<real, 4> dq_out;
+        std::array<real, 4> dqd_out;
+        std::array<real, 4> dtau_out;
+        if (forward_dynamics_derivatives(q, qd, tau, X, dq_out, dqd_out, dtau_out) != 0) {
+            return std::nullopt;
+        }
+        return { dq_out, dqd_out, dtau_out };
+    }
+
+    /* x of M(q) x = b; nonzero, or empty: it has none
+     * x: 2
+     */
+    static int solve_mass_matrix(input<2> q, input<2> b, input<parameters> X, output<2> x) noexcept
+    {
+        return planar2r_solve_mass_matrix(q.data(), b.data(), X.data(), x.data());
+    }
+    [[nodiscard]] static std::optional<std::array<real, 2>> solve_mass_matrix(input<2> q, input<2> b, input<parameters> X) noexcept
+    {
+        std::array<real, 2> x;
+        if (solve_mass_matrix(q, b, X, x) != 0) {
+            return std::nullopt;
+        }
+        return x;
+    }
+
+    /* Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning
+     * J: 6, 2
+     */
+    static void link_jacobian(input<2> q, std::size_t link, input<3> point, output<12> J) noexcept
+    {
+        planar2r_link_jacobian(q.data(), link, point.data(), J.data());
+    }
+    [[nodiscard]] static std::array<real, 12> link_jacobian(input<2> q, std::size_t link, input<3> point) noexcept
+    {
+        std::array<real, 12> J;
+        link_jacobian(q, link, point, J);
+        return J;
+    }
+
+    /* dJ/dt qd of a point in the frame of a link: its acceleration without qdd, in frame 0
+     * a: 6
+     */
+    static void link_drift(input<2> q, input<2> qd, std::size_t link, input<3> point, output<6> a) noexcept
+    {
+        planar2r_link_drift(q.data(), qd.data(), link, point.data(), a.data());
+    }
+    [[nodiscard]] static std::array<real, 6> link_drift(input<2> q, input<2> qd, std::size_t link, input<3> point) noexcept
+    {
+        std::array<real, 6> a;
+        link_drift(q, qd, link, point, a);
+        return a;
+    }
+
+    /* X from the standard parameters, in this order: XX1, XY1, XZ1, YY1, YZ1, ZZ1, MX1, MY1, MZ1, M1, XX2, XY2, XZ2, YY2, YZ2, ZZ2, MX2, MY2, MZ2, M2
+     * X: 4
+     */
+    static void base_parameters(input<20> standard, output<4> X) noexcept
+    {
+        planar2r_base_parameters(standard.data(), X.data());
+    }
+    [[nodiscard]] static std::array<real, 4> base_parameters(input<20> standard) noexcept
+    {
+        std::array<real, 4> X;
+        base_parameters(standard, X);
+        return X;
+    }
+
+    /* fix a body on a link, in X: its mass, the centre of mass in the frame of the link, and inertia XX XY XZ YY YZ ZZ about that; mass and inertia negative: take it off
+     */
+    static void add_body(output<parameters> X, std::size_t link, real mass, input<3> com, input<6> inertia) noexcept
+    {
+        planar2r_add_body(X.data(), link, mass, com.data(), inertia.data());
+    }
 };
 
 #endif

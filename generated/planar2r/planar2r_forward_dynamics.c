@@ -9,11 +9,6 @@ int planar2r_forward_dynamics(const double q[2], const double qd[2], const doubl
     const planar2r_angles1 q_1 = planar2r_sincos1(&q[1]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
-    const double m2_1e2 = X[2] * C2 - X[3] * S2;
-    const double xd2_2 = 2.0 * planar2r_geometry_L1 * m2_1e2;
-    const double J33d2_2 = X[1] + xd2_2;
-    const double J33s1_2 = X[0] + J33d2_2;
-    const double Nbm23d2 = X[1] + planar2r_geometry_L1 * m2_1e2;
     const double ZP33d2 = qd[0] * qd[0];
     const double Z1d2 = -planar2r_geometry_L1 * ZP33d2;
     const double Z1e2 = C2 * Z1d2;
@@ -27,6 +22,11 @@ int planar2r_forward_dynamics(const double q[2], const double qd[2], const doubl
     const double Nb3d2 = planar2r_geometry_L1 * Fb2e2 + N2_3;
     const double b1 = tau[0] - Nb3d2;
     const double b2 = tau[1] - N2_3;
+    const double m2_1e2 = X[2] * C2 - X[3] * S2;
+    const double xd2_2 = 2.0 * planar2r_geometry_L1 * m2_1e2;
+    const double J33d2_2 = X[1] + xd2_2;
+    const double J33s1_2 = X[0] + J33d2_2;
+    const double Nbm23d2 = X[1] + planar2r_geometry_L1 * m2_1e2;
     const double d2 = 1.0 / X[1];
     const double l2_1 = Nbm23d2 * d2;
     const double m2_1_1 = J33s1_2 - Nbm23d2 * l2_1;

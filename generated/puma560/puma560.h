@@ -315,6 +315,136 @@ void puma560_frames_batch(size_t N, const double *q, double *T_out);
 void puma560_jacobian(const double q[6], double J_out[36]);
 void puma560_jacobian_batch(size_t N, const double *q, double *J_out);
 
+/* columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols
+ * q: (6,)
+ * qd: (6,)
+ * qdr: (6,)
+ * qddr: (6,)
+ * out: (6, 52): ZZ1R, XX2R, XY2, XZ2R, YZ2, ZZ2R, MX2R, MY2, XX3R, XY3R, XZ3, YZ3, ZZ3R, MX3R,
+ *   MY3R, IA3, XX4R, XY4, XZ4, YZ4, ZZ4R, MX4, MY4R, IA4, XX5R, XY5, XZ5, YZ5, ZZ5R, MX5, MY5R,
+ *   IA5, XX6R, XY6, XZ6, YZ6, ZZ6, MX6, MY6, IA6, FS1, FV1, FS2, FV2, FS3, FV3, FS4, FV4, FS5,
+ *   FV5, FS6, FV6
+ */
+void puma560_slotine_li_regressor(const double q[6], const double qd[6], const double qdr[6], const
+    double qddr[6], double out[312]);
+void puma560_slotine_li_regressor_batch(size_t N, const double *q, const double *qd, const double
+    *qdr, const double *qddr, double *out);
+
+/* M qddr + C(q, qd) qdr + g + friction(qd), C of Christoffel's symbols
+ * q: (6,)
+ * qd: (6,)
+ * qdr: (6,)
+ * qddr: (6,)
+ * X: (52,)
+ * tau: (6,)
+ */
+void puma560_slotine_li_torque(const double q[6], const double qd[6], const double qdr[6], const
+    double qddr[6], const double X[52], double tau[6]);
+void puma560_slotine_li_torque_batch(size_t N, const double *q, const double *qd, const double *qdr,
+    const double *qddr, const double *X, double *tau);
+
+/* p = M qd and rate = C' qd - g: dp/dt = tau - friction + rate
+ * q: (6,)
+ * qd: (6,)
+ * X: (40,)
+ * p_out: (6,)
+ * rate_out: (6,)
+ */
+void puma560_generalized_momentum(const double q[6], const double qd[6], const double X[40], double
+    p_out[6], double rate_out[6]);
+void puma560_generalized_momentum_batch(size_t N, const double *q, const double *qd, const double
+    *X, double *p_out, double *rate_out);
+
+/* torque of the friction that joints and couplings declare; effects are not in it
+ * qd: (6,)
+ * X: (52,)
+ * tau: (6,)
+ */
+void puma560_friction(const double qd[6], const double X[52], double tau[6]);
+void puma560_friction_batch(size_t N, const double *qd, const double *X, double *tau);
+
+/* dtau/dq and dtau/dqd; dtau/dqdd is mass_matrix; the derivative of sign(qd) is 0
+ * q: (6,)
+ * qd: (6,)
+ * qdd: (6,)
+ * X: (52,)
+ * dq_out: (6, 6)
+ * dqd_out: (6, 6)
+ */
+void puma560_inverse_dynamics_derivatives(const double q[6], const double qd[6], const double
+    qdd[6], const double X[52], double dq_out[36], double dqd_out[36]);
+void puma560_inverse_dynamics_derivatives_batch(size_t N, const double *q, const double *qd, const
+    double *qdd, const double *X, double *dq_out, double *dqd_out);
+
+/* dqdd/dq, dqdd/dqd and dqdd/dtau; the derivative of sign(qd) is 0
+ * q: (6,)
+ * qd: (6,)
+ * tau: (6,)
+ * X: (52,)
+ * dq_out: (6, 6)
+ * dqd_out: (6, 6)
+ * dtau_out: (6, 6)
+ */
+int puma560_forward_dynamics_derivatives(const double q[6], const double qd[6], const double tau[6],
+    const double X[52], double dq_out[36], double dqd_out[36], double dtau_out[36]);
+int puma560_forward_dynamics_derivatives_batch(size_t N, const double *q, const double *qd, const
+    double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out);
+
+/* x of M(q) x = b
+ * q: (6,)
+ * b: (6,)
+ * X: (40,)
+ * x: (6,)
+ */
+int puma560_solve_mass_matrix(const double q[6], const double b[6], const double X[40], double
+    x[6]);
+int puma560_solve_mass_matrix_batch(size_t N, const double *q, const double *b, const double *X,
+    double *x);
+
+/* Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning
+ * q: (6,)
+ * link: number of a joint in robot.toml, 1 to 6
+ * point: (3,)
+ * J: (6, 6)
+ */
+void puma560_link_jacobian(const double q[6], size_t link, const double point[3], double J[36]);
+void puma560_link_jacobian_batch(size_t N, const double *q, size_t link, const double *point, double
+    *J);
+
+/* dJ/dt qd of a point in the frame of a link: its acceleration without qdd, in frame 0
+ * q: (6,)
+ * qd: (6,)
+ * link: number of a joint in robot.toml, 1 to 6
+ * point: (3,)
+ * a: (6,)
+ */
+void puma560_link_drift(const double q[6], const double qd[6], size_t link, const double point[3],
+    double a[6]);
+void puma560_link_drift_batch(size_t N, const double *q, const double *qd, size_t link, const double
+    *point, double *a);
+
+/* X from the standard parameters, in this order: XX1, XY1, XZ1, YY1, YZ1, ZZ1, MX1, MY1, MZ1, M1,
+ * IA1, XX2, XY2, XZ2, YY2, YZ2, ZZ2, MX2, MY2, MZ2, M2, IA2, XX3, XY3, XZ3, YY3, YZ3, ZZ3, MX3,
+ * MY3, MZ3, M3, IA3, XX4, XY4, XZ4, YY4, YZ4, ZZ4, MX4, MY4, MZ4, M4, IA4, XX5, XY5, XZ5, YY5,
+ * YZ5, ZZ5, MX5, MY5, MZ5, M5, IA5, XX6, XY6, XZ6, YY6, YZ6, ZZ6, MX6, MY6, MZ6, M6, IA6, FS1,
+ * FV1, FS2, FV2, FS3, FV3, FS4, FV4, FS5, FV5, FS6, FV6
+ * standard: (78,)
+ * X: (52,)
+ */
+void puma560_base_parameters(const double standard[78], double X[52]);
+
+/* fix a body on a link, in X: its mass, the centre of mass in the frame of the link, and inertia
+ * XX XY XZ YY YZ ZZ about that; mass and inertia negative: take it off
+ * X: (52,)
+ * link: number of a joint in robot.toml, 1 to 6
+ * mass: a number
+ * com: (3,)
+ * inertia: (6,)
+ * X: (52,)
+ */
+void puma560_add_body(double X[52], size_t link, double mass, const double com[3], const double
+    inertia[6]);
+
 #ifdef __cplusplus
 }
 #endif

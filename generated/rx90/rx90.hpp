@@ -353,6 +353,165 @@ public:
         jacobian(q, J_out);
         return J_out;
     }
+
+    /* columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols
+     * out: 6, 52
+     */
+    static void slotine_li_regressor(input<6> q, input<6> qd, input<6> qdr, input<6> qddr, output<312> out) noexcept
+    {
+        rx90_slotine_li_regressor(q.data(), qd.data(), qdr.data(), qddr.data(), out.data());
+    }
+    [[nodiscard]] static std::array<real, 312> slotine_li_regressor(input<6> q, input<6> qd, input<6> qdr, input<6> qddr) noexcept
+    {
+        std::array<real, 312> out;
+        slotine_li_regressor(q, qd, qdr, qddr, out);
+        return out;
+    }
+
+    /* M qddr + C(q, qd) qdr + g + friction(qd), C of Christoffel's symbols
+     * tau: 6
+     */
+    static void slotine_li_torque(input<6> q, input<6> qd, input<6> qdr, input<6> qddr, input<parameters> X, output<6> tau) noexcept
+    {
+        rx90_slotine_li_torque(q.data(), qd.data(), qdr.data(), qddr.data(), X.data(), tau.data());
+    }
+    [[nodiscard]] static std::array<real, 6> slotine_li_torque(input<6> q, input<6> qd, input<6> qdr, input<6> qddr, input<parameters> X) noexcept
+    {
+        std::array<real, 6> tau;
+        slotine_li_torque(q, qd, qdr, qddr, X, tau);
+        return tau;
+    }
+
+    /* p = M qd and rate = C' qd - g: dp/dt = tau - friction + rate
+     * p_out: 6
+     * rate_out: 6
+     */
+    static void generalized_momentum(input<6> q, input<6> qd, input<parameters> X, output<6> p_out, output<6> rate_out) noexcept
+    {
+        rx90_generalized_momentum(q.data(), qd.data(), X.data(), p_out.data(), rate_out.data());
+    }
+    [[nodiscard]] static std::tuple<std::array<real, 6>, std::array<real, 6>> generalized_momentum(input<6> q, input<6> qd, input<parameters> X) noexcept
+    {
+        std::array<real, 6> p_out;
+        std::array<real, 6> rate_out;
+        generalized_momentum(q, qd, X, p_out, rate_out);
+        return { p_out, rate_out };
+    }
+
+    /* torque of the friction that joints and couplings declare; effects are not in it
+     * tau: 6
+     */
+    static void friction(input<6> qd, input<parameters> X, output<6> tau) noexcept
+    {
+        rx90_friction(qd.data(), X.data(), tau.data());
+    }
+    [[nodiscard]] static std::array<real, 6> friction(input<6> qd, input<parameters> X) noexcept
+    {
+        std::array<real, 6> tau;
+        friction(qd, X, tau);
+        return tau;
+    }
+
+    /* dtau/dq and dtau/dqd; dtau/dqdd is mass_matrix; the derivative of sign(qd) is 0
+     * dq_out: 6, 6
+     * dqd_out: 6, 6
+     */
+    static void inverse_dynamics_derivatives(input<6> q, input<6> qd, input<6> qdd, input<parameters> X, output<36> dq_out, output<36> dqd_out) noexcept
+    {
+        rx90_inverse_dynamics_derivatives(q.data(), qd.data(), qdd.data(), X.data(), dq_out.data(), dqd_out.data());
+    }
+    [[nodiscard]] static std::tuple<std::array<real, 36>, std::array<real, 36>> inverse_dynamics_derivatives(input<6> q, input<6> qd, input<6> qdd, input<parameters> X) noexcept
+    {
+        std::array<real, 36> dq_out;
+        std::array<real, 36> dqd_out;
+        inverse_dynamics_derivatives(q, qd, qdd, X, dq_out, dqd_out);
+        return { dq_out, dqd_out };
+    }
+
+    /* dqdd/dq, dqdd/dqd and dqdd/dtau; the derivative of sign(qd) is 0; nonzero, or empty: it has none
+     * dq_out: 6, 6
+     * dqd_out: 6, 6
+     * dtau_out: 6, 6
+     */
+    static int forward_dynamics_derivatives(input<6> q, input<6> qd, input<6> tau, input<parameters> X, output<36> dq_out, output<36> dqd_out, output<36> dtau_out) noexcept
+    {
+        return rx90_forward_dynamics_derivatives(q.data(), qd.data(), tau.data(), X.data(), dq_out.data(), dqd_out.data(), dtau_out.data());
+    }
+    [[nodiscard]] static std::optional<std::tuple<std::array<real, 36>, std::array<real, 36>, std::array<real, 36>>> forward_dynamics_derivatives(input<6> q, input<6> qd, input<6> tau, input<parameters> X) noexcept
+    {
+        std::array<real, 36> dq_out;
+        std::array<real, 36> dqd_out;
+        std::array<real, 36> dtau_out;
+        if (forward_dynamics_derivatives(q, qd, tau, X, dq_out, dqd_out, dtau_out) != 0) {
+            return std::nullopt;
+        }
+        return { dq_out, dqd_out, dtau_out };
+    }
+
+    /* x of M(q) x = b; nonzero, or empty: it has none
+     * x: 6
+     */
+    static int solve_mass_matrix(input<6> q, input<6> b, input<parameters> X, output<6> x) noexcept
+    {
+        return rx90_solve_mass_matrix(q.data(), b.data(), X.data(), x.data());
+    }
+    [[nodiscard]] static std::optional<std::array<real, 6>> solve_mass_matrix(input<6> q, input<6> b, input<parameters> X) noexcept
+    {
+        std::array<real, 6> x;
+        if (solve_mass_matrix(q, b, X, x) != 0) {
+            return std::nullopt;
+        }
+        return x;
+    }
+
+    /* Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning
+     * J: 6, 6
+     */
+    static void link_jacobian(input<6> q, std::size_t link, input<3> point, output<36> J) noexcept
+    {
+        rx90_link_jacobian(q.data(), link, point.data(), J.data());
+    }
+    [[nodiscard]] static std::array<real, 36> link_jacobian(input<6> q, std::size_t link, input<3> point) noexcept
+    {
+        std::array<real, 36> J;
+        link_jacobian(q, link, point, J);
+        return J;
+    }
+
+    /* dJ/dt qd of a point in the frame of a link: its acceleration without qdd, in frame 0
+     * a: 6
+     */
+    static void link_drift(input<6> q, input<6> qd, std::size_t link, input<3> point, output<6> a) noexcept
+    {
+        rx90_link_drift(q.data(), qd.data(), link, point.data(), a.data());
+    }
+    [[nodiscard]] static std::array<real, 6> link_drift(input<6> q, input<6> qd, std::size_t link, input<3> point) noexcept
+    {
+        std::array<real, 6> a;
+        link_drift(q, qd, link, point, a);
+        return a;
+    }
+
+    /* X from the standard parameters, in this order: XX1, XY1, XZ1, YY1, YZ1, ZZ1, MX1, MY1, MZ1, M1, IA1, XX2, XY2, XZ2, YY2, YZ2, ZZ2, MX2, MY2, MZ2, M2, IA2, XX3, XY3, XZ3, YY3, YZ3, ZZ3, MX3, MY3, MZ3, M3, IA3, XX4, XY4, XZ4, YY4, YZ4, ZZ4, MX4, MY4, MZ4, M4, IA4, XX5, XY5, XZ5, YY5, YZ5, ZZ5, MX5, MY5, MZ5, M5, IA5, XX6, XY6, XZ6, YY6, YZ6, ZZ6, MX6, MY6, MZ6, M6, IA6, FS1, FV1, FS2, FV2, FS3, FV3, FS4, FV4, FS5, FV5, FS6, FV6
+     * X: 52
+     */
+    static void base_parameters(input<78> standard, output<52> X) noexcept
+    {
+        rx90_base_parameters(standard.data(), X.data());
+    }
+    [[nodiscard]] static std::array<real, 52> base_parameters(input<78> standard) noexcept
+    {
+        std::array<real, 52> X;
+        base_parameters(standard, X);
+        return X;
+    }
+
+    /* fix a body on a link, in X: its mass, the centre of mass in the frame of the link, and inertia XX XY XZ YY YZ ZZ about that; mass and inertia negative: take it off
+     */
+    static void add_body(output<parameters> X, std::size_t link, real mass, input<3> com, input<6> inertia) noexcept
+    {
+        rx90_add_body(X.data(), link, mass, com.data(), inertia.data());
+    }
 };
 
 #endif

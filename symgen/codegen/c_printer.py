@@ -59,7 +59,7 @@ def print_kernel(
     geometry: Mapping[sp.Symbol, str],
     values: Mapping[sp.Symbol, sp.Expr],
     dtype: str,
-    prefix: str,
+    prefix: str | None = None,
 ) -> CFunction:
     """Write the body of a kernel.
 
@@ -68,7 +68,8 @@ def print_kernel(
         geometry: the macro that holds each named length.
         values: exact value of each named length, for constants derived from them.
         dtype: double or float.
-        prefix: of the package's names. In double its own sincos takes several angles at once.
+        prefix: of the package's names; with it, in double, its own sincos takes several angles at
+            once, and libm's one where None.
     """
     return Printer(kernel, geometry, values, dtype, prefix).function()
 
@@ -82,7 +83,7 @@ class Printer:
         geometry: Mapping[sp.Symbol, str],
         values: Mapping[sp.Symbol, sp.Expr],
         dtype: str,
-        prefix: str,
+        prefix: str | None,
     ) -> None:
         tape = kernel.tape
         self.prefix = prefix
@@ -115,7 +116,8 @@ class Printer:
             for symbol, value in self.tape.constants
             if symbol not in self.geometry
         ]
-        first, calls = self.angles(self.prefix) if self.dtype == "double" else ([], [])
+        own = self.prefix if self.dtype == "double" else None
+        first, calls = self.angles(own) if own else ([], [])
         stores = self.stores()
         lines += stores.pop(None, [])
         done = {symbol for symbol, _ in first}
@@ -180,9 +182,10 @@ class Printer:
             zeros = [i for i, result in enumerate(results) if result == 0]
             at.setdefault(None, []).extend(self.cleared(output.name, zeros))
             for i, result in enumerate(results):
-                if result != 0:
+                place = f"{output.name}[{i}]"
+                if result != 0 and self.expression(result) != place:  # not what stays as it is
                     (symbol,) = result.free_symbols & steps or {None}
-                    line = self.stored(f"{output.name}[{i}]", result)
+                    line = self.stored(place, result)
                     at.setdefault(symbol, []).append(line)
         return at
 

@@ -13,12 +13,19 @@ from typing import Any
 import sympy as sp
 
 from symgen.codegen.c_printer import Printer
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.kernels import LINK, SCALARS, Kernel
 from symgen.codegen.model import Model
 from symgen.files import rendered, templates
 
 #: Entries of a sample's outputs beyond which panels would take too much of a thread's stack.
 LARGEST = 1024
+
+
+def panelled(kernel: Kernel) -> bool:
+    """Whether a kernel has panels: arrays in, other arrays out, and not too many of them."""
+    other = {LINK, *SCALARS, *(o.name for o in kernel.outputs)}
+    arrays = not other.intersection(name for name, _ in kernel.tape.inputs)
+    return arrays and kernel.batch and kernel.size <= LARGEST
 
 
 def panel_sources(model: Model, kernel: Kernel) -> dict[str, bytes]:

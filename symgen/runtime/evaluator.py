@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symgen.codegen.casadi_model import casadi_function
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.kernels import LINK, SCALARS, SHARED, Kernel
 from symgen.codegen.model import Model, derive
 from symgen.codegen.package import generate
-from symgen.codegen.panels import LARGEST
+from symgen.codegen.panels import panelled
 from symgen.codegen.prototypes import declarations as prototypes
 from symgen.errors import BuildError, ParameterError, SymgenWarning
 from symgen.robot.toml_io import read_robot
@@ -236,9 +236,18 @@ def _checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArr
             f"{len(inputs)} were given"
         )
     arrays = [np.ascontiguousarray(a, dtype=np.float64) for a in inputs]
-    lead = arrays[0].shape[:-1]
+    lead = arrays[0].shape[:-1] if kernel.batch else ()
     for i, ((name, symbols), array) in enumerate(zip(expected, arrays, strict=True)):
-        if name == "X" and array.ndim == 1 and len(array) >= len(symbols):
+        if name == LINK and array.size == 1 and array.item() in range(1, len(symbols) + 1):
+            arrays[i] = array.reshape(1)
+        elif name == LINK:
+            raise ParameterError(
+                f"{kernel.name}: link is {inputs[i]!r}; accepted: the number of a joint, 1 to "
+                f"{len(symbols)}"
+            )
+        elif name in SCALARS and array.size == 1:
+            arrays[i] = array.reshape(1)
+        elif name == "X" and array.ndim == 1 and len(array) >= len(symbols):
             arrays[i] = array[: len(symbols)]
         elif name == "X":
             raise ParameterError(
@@ -274,11 +283,26 @@ class _CKernel:
         self.kernel = kernel
         self._origin = (model, compiler)
         self._ffi = module.ffi
-        self._one = getattr(module.lib, f"{name}_{kernel.name}")
-        self._batch = getattr(module.lib, f"{name}_{kernel.name}_batch")
+        self._one: Any = getattr(module.lib, f"{name}_{kernel.name}")
+        self._batch: Any = getattr(module.lib, f"{name}_{kernel.name}_batch", None)
 
-    def _pointer(self, array: FloatArray) -> Any:
-        return self._ffi.from_buffer("double *", array)
+    def _pointers(self, inputs: Sequence[FloatArray], outputs: Sequence[FloatArray]) -> list[Any]:
+        """Return what C is given; what it changes in place is written into the output."""
+        place = {o.name: i for i, o in enumerate(self.kernel.outputs)}
+        given: list[Any] = []
+        for (name, _), array in zip(self.kernel.tape.inputs, inputs, strict=True):
+            if name == LINK:
+                given.append(int(array[0]))
+            elif name in SCALARS:
+                given.append(float(array[0]))
+            elif name in place:
+                outputs[place[name]][...] = array
+            if name not in (LINK, *SCALARS):
+                changed = outputs[place[name]] if name in place else array
+                given.append(self._ffi.from_buffer("double *", changed))
+        names = {name for name, _ in self.kernel.tape.inputs}
+        free = (o for o, k in zip(outputs, self.kernel.outputs, strict=True) if k.name not in names)
+        return [*given, *(self._ffi.from_buffer("double *", o) for o in free)]
 
     def __call__(self, *inputs: ArrayLike) -> Any:
         arrays, count = _checked(self.kernel, inputs)
@@ -288,7 +312,7 @@ class _CKernel:
                 return panels(*arrays)
         lead = () if count is None else (count,)
         outputs = [np.empty((*lead, *o.shape)) for o in self.kernel.outputs]
-        pointers = [self._pointer(a) for a in (*arrays, *outputs)]
+        pointers = self._pointers(arrays, outputs)
         status = self._one(*pointers) if count is None else self._batch(count, *pointers)
         return _result(self.kernel, outputs, status or 0)
 
@@ -296,7 +320,7 @@ class _CKernel:
     def _panels(self) -> Panels | None:
         from symgen.runtime.panels import Panels
 
-        if self.kernel.size > LARGEST:
+        if not panelled(self.kernel):
             return None
         try:
             return Panels(*self._origin, self.kernel)
@@ -308,7 +332,7 @@ class _CKernel:
 
     def bind(self, count: int | None = None) -> Bound:
         inputs, outputs = _buffers(self.kernel, count)
-        pointers = [self._pointer(a) for a in (*inputs, *outputs)]
+        pointers = self._pointers(inputs, outputs)
         if count is not None:
             batch = self._batch
             return Bound(inputs, outputs, lambda: batch(count, *pointers))
@@ -322,9 +346,14 @@ class _CKernel:
 def _buffers(
     kernel: Kernel, count: int | None
 ) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...]]:
+    plain = {LINK, *SCALARS, *(o.name for o in kernel.outputs)}
+    if plain.intersection(name for name, _ in kernel.tape.inputs) or not (
+        kernel.batch or not count
+    ):
+        raise ParameterError(f"{kernel.name} has no fixed buffers; accepted: plain calls")
     lead = () if count is None else (count,)
     inputs = tuple(
-        np.zeros((*(() if name == "X" else lead), len(symbols)))
+        np.zeros((*(() if name in SHARED else lead), len(symbols)))
         for name, symbols in kernel.tape.inputs
     )
     return inputs, tuple(np.zeros((*lead, *o.shape)) for o in kernel.outputs)
@@ -348,7 +377,9 @@ class _CasadiKernel:
                 if size not in self._maps:  # at most _BLOCK of them, small ones
                     self._maps[size] = self._function.map(size)
                 part = [
-                    np.repeat(a[:, None], size, axis=1) if name == "X" else a[at : at + size].T
+                    np.repeat(a[:, None], size, axis=1)
+                    if name in (*SHARED, LINK)
+                    else a[at : at + size].T
                     for name, a in zip(names, arrays, strict=True)
                 ]
                 blocks = self._maps[size](*part)

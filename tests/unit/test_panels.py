@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import symgen
+from symgen.codegen import panels as panelling
 from symgen.runtime import evaluator as evaluators
 from symgen.runtime import panels as panels_module
 from symgen.runtime.build import find_compiler, forget_compilers, native
@@ -54,6 +55,7 @@ KERNELS = (
     "inverse_dynamics",
     "mass_matrix",
     "forward_dynamics",
+    "solve_mass_matrix",
 )
 WIDTHS = {"plain": 2, "avx2": 4, "native": 8}
 
@@ -99,7 +101,7 @@ def points(name: str, kernel: str, count: int) -> list[np.ndarray]:
     draw = np.random.default_rng(3)
     model = loaded(name).model
     X = draw.uniform(0.5, 1.0, len(model.base.parameters))
-    if kernel == "forward_dynamics":
+    if loaded(name)[kernel].kernel.guards:
         import random
 
         from symgen.codegen.verification import physical_parameters
@@ -314,8 +316,21 @@ def test_a_batch_of_many_samples_is_evaluated_on_panels(monkeypatch):
 
 def test_where_there_are_no_panels_none_are_given(monkeypatch):
     assert symgen.load("planar2r", backend="casadi")["energy_regressor"].panels() is None
-    monkeypatch.setattr(evaluators, "LARGEST", 2)
+    monkeypatch.setattr(panelling, "LARGEST", 2)
     assert symgen.load("planar2r", backend="c")["energy_regressor"].panels() is None
+
+
+def test_a_link_or_what_is_changed_in_place_has_no_panels_and_keeps_its_own_loop(monkeypatch):
+    monkeypatch.setattr(evaluators, "MANY", 2)
+    model = symgen.derive(symgen.read_robot("planar2r"), ("link_jacobian", "add_body"))
+    found = symgen.load(model, backend="c")
+    assert found["link_jacobian"].panels() is None
+    assert found["add_body"].panels() is None
+    q, point = np.linspace(-1, 1, 6).reshape(3, 2), np.ones((3, 3))
+    many = found["link_jacobian"](q, 2, point)
+    np.testing.assert_array_equal(
+        many, [found["link_jacobian"](*one) for one in zip(q, [2] * 3, point, strict=True)]
+    )
 
 
 def test_a_compiler_that_fails_on_panels_leaves_the_plain_loop(monkeypatch):

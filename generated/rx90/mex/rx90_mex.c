@@ -17,9 +17,9 @@ typedef struct {
         const char *name;
         size_t width;
         int shared; /* nonzero: one for all samples */
-    } input[4];
+    } input[5];
     size_t outputs;
-    size_t shape[2][3]; /* 0 for an index that an array does not have */
+    size_t shape[3][3]; /* 0 for an index that an array does not have */
 } kernel;
 
 static const kernel kernels[] = {
@@ -38,12 +38,23 @@ static const kernel kernels[] = {
     { "energy", 3, { { "q", 6, 0 }, { "qd", 6, 0 }, { "X", 52, 1 }, }, 2, { { 1, 0, 0 }, { 1, 0, 0 }, } },
     { "frames", 1, { { "q", 6, 0 }, }, 1, { { 6, 4, 4 }, } },
     { "jacobian", 1, { { "q", 6, 0 }, }, 1, { { 6, 6, 0 }, } },
+    { "slotine_li_regressor", 4, { { "q", 6, 0 }, { "qd", 6, 0 }, { "qdr", 6, 0 }, { "qddr", 6, 0 }, }, 1, { { 6, 52, 0 }, } },
+    { "slotine_li_torque", 5, { { "q", 6, 0 }, { "qd", 6, 0 }, { "qdr", 6, 0 }, { "qddr", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 0, 0 }, } },
+    { "generalized_momentum", 3, { { "q", 6, 0 }, { "qd", 6, 0 }, { "X", 52, 1 }, }, 2, { { 6, 0, 0 }, { 6, 0, 0 }, } },
+    { "friction", 2, { { "qd", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 0, 0 }, } },
+    { "inverse_dynamics_derivatives", 4, { { "q", 6, 0 }, { "qd", 6, 0 }, { "qdd", 6, 0 }, { "X", 52, 1 }, }, 2, { { 6, 6, 0 }, { 6, 6, 0 }, } },
+    { "forward_dynamics_derivatives", 4, { { "q", 6, 0 }, { "qd", 6, 0 }, { "tau", 6, 0 }, { "X", 52, 1 }, }, 3, { { 6, 6, 0 }, { 6, 6, 0 }, { 6, 6, 0 }, } },
+    { "solve_mass_matrix", 3, { { "q", 6, 0 }, { "b", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 0, 0 }, } },
+    { "link_jacobian", 3, { { "q", 6, 0 }, { "link", 1, 1 }, { "point", 3, 0 }, }, 1, { { 6, 6, 0 }, } },
+    { "link_drift", 4, { { "q", 6, 0 }, { "qd", 6, 0 }, { "link", 1, 1 }, { "point", 3, 0 }, }, 1, { { 6, 0, 0 }, } },
+    { "base_parameters", 1, { { "standard", 78, 1 }, }, 1, { { 52, 0, 0 }, } },
+    { "add_body", 5, { { "X", 52, 1 }, { "link", 1, 1 }, { "mass", 1, 1 }, { "com", 3, 1 }, { "inertia", 6, 1 }, }, 1, { { 52, 0, 0 }, } },
 };
 
 enum { KERNELS = sizeof kernels / sizeof kernels[0] };
 
 /* Call a kernel. Returns 0; nonzero: the mass matrix is not positive definite. */
-static int call(size_t index, rx90_real in[][52], rx90_real out[][312])
+static int call(size_t index, rx90_real in[][78], rx90_real out[][312])
 {
     switch (index) {
     case 0:
@@ -90,6 +101,38 @@ static int call(size_t index, rx90_real in[][52], rx90_real out[][312])
     case 14:
         rx90_jacobian(in[0], out[0]);
         break;
+    case 15:
+        rx90_slotine_li_regressor(in[0], in[1], in[2], in[3], out[0]);
+        break;
+    case 16:
+        rx90_slotine_li_torque(in[0], in[1], in[2], in[3], in[4], out[0]);
+        break;
+    case 17:
+        rx90_generalized_momentum(in[0], in[1], in[2], out[0], out[1]);
+        break;
+    case 18:
+        rx90_friction(in[0], in[1], out[0]);
+        break;
+    case 19:
+        rx90_inverse_dynamics_derivatives(in[0], in[1], in[2], in[3], out[0], out[1]);
+        break;
+    case 20:
+        return rx90_forward_dynamics_derivatives(in[0], in[1], in[2], in[3], out[0], out[1], out[2]);
+    case 21:
+        return rx90_solve_mass_matrix(in[0], in[1], in[2], out[0]);
+    case 22:
+        rx90_link_jacobian(in[0], (size_t)in[1][0], in[2], out[0]);
+        break;
+    case 23:
+        rx90_link_drift(in[0], in[1], (size_t)in[2][0], in[3], out[0]);
+        break;
+    case 24:
+        rx90_base_parameters(in[0], out[0]);
+        break;
+    case 25:
+        (void)memcpy(out[0], in[0], 52 * sizeof in[0][0]);
+        rx90_add_body(out[0], (size_t)in[1][0], in[2][0], in[3], in[4]);
+        break;
     default:
         break;
     }
@@ -104,7 +147,7 @@ static size_t find(const mxArray *word)
             return i;
         }
     }
-    mexErrMsgIdAndTxt("rx90:kernel", "kernel %s; accepted: energy_regressor, friction_power, friction_torque, power_regressor, momentum_regressor, torque_regressor, inverse_dynamics, mass_matrix, gravity_torque, coriolis, bias_torque, forward_dynamics, energy, frames, jacobian",
+    mexErrMsgIdAndTxt("rx90:kernel", "kernel %s; accepted: energy_regressor, friction_power, friction_torque, power_regressor, momentum_regressor, torque_regressor, inverse_dynamics, mass_matrix, gravity_torque, coriolis, bias_torque, forward_dynamics, energy, frames, jacobian, slotine_li_regressor, slotine_li_torque, generalized_momentum, friction, inverse_dynamics_derivatives, forward_dynamics_derivatives, solve_mass_matrix, link_jacobian, link_drift, base_parameters, add_body",
         text != NULL ? text : "is no text");
     return 0;
 }
@@ -170,10 +213,10 @@ static void store(const rx90_real *from, const size_t *shape, size_t sample, siz
 
 void mexFunction(int nlhs, mxArray *plhs[], int nrhs, const mxArray *prhs[])
 {
-    rx90_real in[4][52];
-    rx90_real out[2][312];
-    const double *from[4];
-    size_t rows[4];
+    rx90_real in[5][78];
+    rx90_real out[3][312];
+    const double *from[5];
+    size_t rows[5];
     const size_t index = find(nrhs > 0 ? prhs[0] : NULL);
     const kernel *k = &kernels[index];
     size_t samples = 1;
