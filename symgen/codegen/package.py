@@ -16,6 +16,7 @@ from typing import Any
 import sympy as sp
 
 from symgen.codegen import example
+from symgen.codegen.backends import cpp
 from symgen.codegen.c_printer import DTYPES, CFunction, literal, operation_counts, print_kernel
 from symgen.codegen.check_program import checks
 from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
@@ -220,7 +221,8 @@ class _Writer:
         for stem in self.runtime():
             out += [self.plain(f"{stem}{suffix}") for suffix in (".h", ".c")]
         sources = [path for path, _ in out if path.endswith(".c")]
-        headers = [path for path, _ in out if path.endswith(".h")]
+        out.append((f"{self.name}.hpp", cpp.header(self.name, self.model, self.kernels)))
+        headers = [path for path, _ in out if path.endswith((".h", ".hpp"))]
         if any(d["needs_sincos"] for _, d in described):
             out.append(self.plain(_SINCOS))  # private to the sources
         out.append((f"{self.name}_check.c", self.check_c(verified)))

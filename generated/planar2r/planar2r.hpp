@@ -1,0 +1,282 @@
+/* planar2r: the model as a struct in C++17, for programs that are templates over robots.
+ *
+ *     template <class Robot>
+ *     auto torque(const std::array<typename Robot::real, Robot::joints> &q, ...)
+ *     { return Robot::inverse_dynamics(q, qd, qdd, X); }          // torque<planar2r_robot>(...)
+ *
+ * Every kernel of planar2r.h has two forms: one writes into the caller's memory, the other returns
+ * std::array (a tuple of them where there are several, an empty optional where C returns nonzero).
+ * Arrays are C arrays, std::array, std::vector, std::span, Eigen's vectors and Maps: whatever has data()
+ * and size(). Matrices are row-major: Eigen::Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>>(J.data()).
+ * A number of entries that the compiler knows is checked by it, any other by assert; Eigen's
+ * matrices in another order, or with gaps, do not compile.
+ */
+#ifndef planar2r_MODEL_HPP
+#define planar2r_MODEL_HPP
+
+#include <array>
+#include <cassert>
+#include <cstddef>
+#include <optional>
+#include <tuple>
+#include <type_traits>
+
+#include "planar2r.h"
+
+struct planar2r_robot {
+    using real = planar2r_real;
+    static constexpr const char *name = "planar2r";
+    static constexpr std::size_t joints = planar2r_JOINTS;
+    static constexpr std::size_t parameters = planar2r_PARAMETERS;
+    static constexpr std::size_t inertial = planar2r_INERTIAL;
+    static constexpr std::array<const char *, parameters> parameter_names{ {
+        "ZZ1R",
+        "ZZ2",
+        "MX2",
+        "MY2",
+    } };
+
+private:
+    /* How many numbers a container holds, where its type tells: 0 where it does not. */
+    template <class C, class = void> struct held {
+        static constexpr std::size_t size = 0;
+        static constexpr bool plain = true; /* one after the other, matrices row by row */
+    };
+    template <class C> struct held<C, decltype(static_cast<void>(std::tuple_size<C>::value))> {
+        static constexpr std::size_t size = std::tuple_size<C>::value;
+        static constexpr bool plain = true;
+    };
+    template <class C> struct held<C, decltype(static_cast<void>(C::extent))> {
+        static constexpr bool dynamic = C::extent == static_cast<std::size_t>(-1);
+        static constexpr std::size_t size = dynamic ? 0 : C::extent;
+        static constexpr bool plain = true;
+    };
+    template <class C> struct held<C, decltype(static_cast<void>(C::SizeAtCompileTime))> { /* Eigen */
+        static constexpr int fixed = static_cast<int>(C::SizeAtCompileTime);
+        static constexpr int columns = static_cast<int>(C::ColsAtCompileTime);
+        static constexpr int outer = static_cast<int>(C::OuterStrideAtCompileTime);
+        static constexpr bool rows = static_cast<bool>(C::IsRowMajor) && outer == columns;
+        static constexpr std::size_t size = fixed < 0 ? 0 : static_cast<std::size_t>(fixed);
+        static constexpr bool plain = static_cast<int>(C::InnerStrideAtCompileTime) == 1
+            && (static_cast<bool>(C::IsVectorAtCompileTime) || rows);
+    };
+
+public:
+    /* N numbers that somebody else holds. */
+    template <class T, std::size_t N> class view {
+    public:
+        static constexpr std::size_t extent = N;
+        constexpr view(T (&numbers)[N]) noexcept : first_(numbers) {}
+        /* For N numbers from here on, unchecked. */
+        constexpr explicit view(T *first) noexcept : first_(first) {}
+        template <class C,
+            class = std::enable_if_t<std::is_convertible_v<decltype(std::declval<C &>().data()), T *>>>
+        constexpr view(C &&numbers) noexcept : first_(numbers.data())
+        {
+            using of = held<std::remove_cv_t<std::remove_reference_t<C>>>;
+            static_assert(of::size == 0 || of::size == N, "another number of entries is needed");
+            static_assert(of::plain, "a row-major matrix without gaps is needed");
+            assert(static_cast<std::size_t>(numbers.size()) == N);
+        }
+        constexpr T *data() const noexcept { return first_; }
+        constexpr std::size_t size() const noexcept { return N; }
+        constexpr T &operator[](std::size_t i) const noexcept { return first_[i]; }
+        constexpr T *begin() const noexcept { return first_; }
+        constexpr T *end() const noexcept { return first_ + N; }
+
+    private:
+        T *first_;
+    };
+    template <std::size_t N> using input = view<const real, N>;
+    template <std::size_t N> using output = view<real, N>;
+
+    /* columns DE + DU of kinetic plus potential energy: E + U = out . X
+     * out: 4
+     */
+    static void energy_regressor(input<2> q, input<2> qd, output<4> out) noexcept
+    {
+        planar2r_energy_regressor(q.data(), qd.data(), out.data());
+    }
+    [[nodiscard]] static std::array<real, 4> energy_regressor(input<2> q, input<2> qd) noexcept
+    {
+        std::array<real, 4> out;
+        energy_regressor(q, qd, out);
+        return out;
+    }
+
+    /* columns of power: qd' tau = out . X, the rate of energy plus friction
+     * out: 4
+     */
+    static void power_regressor(input<2> q, input<2> qd, input<2> qdd, output<4> out) noexcept
+    {
+        planar2r_power_regressor(q.data(), qd.data(), qdd.data(), out.data());
+    }
+    [[nodiscard]] static std::array<real, 4> power_regressor(input<2> q, input<2> qd, input<2> qdd) noexcept
+    {
+        std::array<real, 4> out;
+        power_regressor(q, qd, qdd, out);
+        return out;
+    }
+
+    /* columns of p = dT/dqd and of dL/dq: dp/dt = tau - friction + dL/dq
+     * p_out: 2, 4
+     * dl_out: 2, 4
+     */
+    static void momentum_regressor(input<2> q, input<2> qd, output<8> p_out, output<8> dl_out) noexcept
+    {
+        planar2r_momentum_regressor(q.data(), qd.data(), p_out.data(), dl_out.data());
+    }
+    [[nodiscard]] static std::tuple<std::array<real, 8>, std::array<real, 8>> momentum_regressor(input<2> q, input<2> qd) noexcept
+    {
+        std::array<real, 8> p_out;
+        std::array<real, 8> dl_out;
+        momentum_regressor(q, qd, p_out, dl_out);
+        return { p_out, dl_out };
+    }
+
+    /* columns of torque: tau = out X, friction included
+     * out: 2, 4
+     */
+    static void torque_regressor(input<2> q, input<2> qd, input<2> qdd, output<8> out) noexcept
+    {
+        planar2r_torque_regressor(q.data(), qd.data(), qdd.data(), out.data());
+    }
+    [[nodiscard]] static std::array<real, 8> torque_regressor(input<2> q, input<2> qd, input<2> qdd) noexcept
+    {
+        std::array<real, 8> out;
+        torque_regressor(q, qd, qdd, out);
+        return out;
+    }
+
+    /* torque of a motion: tau = M qdd + C qd + g + friction
+     * tau: 2
+     */
+    static void inverse_dynamics(input<2> q, input<2> qd, input<2> qdd, input<parameters> X, output<2> tau) noexcept
+    {
+        planar2r_inverse_dynamics(q.data(), qd.data(), qdd.data(), X.data(), tau.data());
+    }
+    [[nodiscard]] static std::array<real, 2> inverse_dynamics(input<2> q, input<2> qd, input<2> qdd, input<parameters> X) noexcept
+    {
+        std::array<real, 2> tau;
+        inverse_dynamics(q, qd, qdd, X, tau);
+        return tau;
+    }
+
+    /* mass matrix M(q)
+     * M: 2, 2
+     */
+    static void mass_matrix(input<2> q, input<parameters> X, output<4> M) noexcept
+    {
+        planar2r_mass_matrix(q.data(), X.data(), M.data());
+    }
+    [[nodiscard]] static std::array<real, 4> mass_matrix(input<2> q, input<parameters> X) noexcept
+    {
+        std::array<real, 4> M;
+        mass_matrix(q, X, M);
+        return M;
+    }
+
+    /* torque that holds the arm at rest, without friction
+     * tau: 2
+     */
+    static void gravity_torque(input<2> q, input<parameters> X, output<2> tau) noexcept
+    {
+        planar2r_gravity_torque(q.data(), X.data(), tau.data());
+    }
+    [[nodiscard]] static std::array<real, 2> gravity_torque(input<2> q, input<parameters> X) noexcept
+    {
+        std::array<real, 2> tau;
+        gravity_torque(q, X, tau);
+        return tau;
+    }
+
+    /* C(q, qd) with C qd the Coriolis torques and dM/dt - 2 C skew-symmetric
+     * C: 2, 2
+     */
+    static void coriolis(input<2> q, input<2> qd, input<parameters> X, output<4> C) noexcept
+    {
+        planar2r_coriolis(q.data(), qd.data(), X.data(), C.data());
+    }
+    [[nodiscard]] static std::array<real, 4> coriolis(input<2> q, input<2> qd, input<parameters> X) noexcept
+    {
+        std::array<real, 4> C;
+        coriolis(q, qd, X, C);
+        return C;
+    }
+
+    /* h = C qd + g + friction
+     * h: 2
+     */
+    static void bias_torque(input<2> q, input<2> qd, input<parameters> X, output<2> h) noexcept
+    {
+        planar2r_bias_torque(q.data(), qd.data(), X.data(), h.data());
+    }
+    [[nodiscard]] static std::array<real, 2> bias_torque(input<2> q, input<2> qd, input<parameters> X) noexcept
+    {
+        std::array<real, 2> h;
+        bias_torque(q, qd, X, h);
+        return h;
+    }
+
+    /* accelerations under torques tau; not 0 where M is not positive definite; nonzero, or empty: it has none
+     * qdd: 2
+     */
+    static int forward_dynamics(input<2> q, input<2> qd, input<2> tau, input<parameters> X, output<2> qdd) noexcept
+    {
+        return planar2r_forward_dynamics(q.data(), qd.data(), tau.data(), X.data(), qdd.data());
+    }
+    [[nodiscard]] static std::optional<std::array<real, 2>> forward_dynamics(input<2> q, input<2> qd, input<2> tau, input<parameters> X) noexcept
+    {
+        std::array<real, 2> qdd;
+        if (forward_dynamics(q, qd, tau, X, qdd) != 0) {
+            return std::nullopt;
+        }
+        return qdd;
+    }
+
+    /* kinetic energy T and potential energy U, U up to a constant
+     * T_out: 1
+     * U_out: 1
+     */
+    static void energy(input<2> q, input<2> qd, input<parameters> X, output<1> T_out, output<1> U_out) noexcept
+    {
+        planar2r_energy(q.data(), qd.data(), X.data(), T_out.data(), U_out.data());
+    }
+    [[nodiscard]] static std::tuple<std::array<real, 1>, std::array<real, 1>> energy(input<2> q, input<2> qd, input<parameters> X) noexcept
+    {
+        std::array<real, 1> T_out;
+        std::array<real, 1> U_out;
+        energy(q, qd, X, T_out, U_out);
+        return { T_out, U_out };
+    }
+
+    /* homogeneous transforms 0T_j of all links, fixed ones included
+     * T_out: 2, 4, 4
+     */
+    static void frames(input<2> q, output<32> T_out) noexcept
+    {
+        planar2r_frames(q.data(), T_out.data());
+    }
+    [[nodiscard]] static std::array<real, 32> frames(input<2> q) noexcept
+    {
+        std::array<real, 32> T_out;
+        frames(q, T_out);
+        return T_out;
+    }
+
+    /* Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning
+     * J_out: 6, 2
+     */
+    static void jacobian(input<2> q, output<12> J_out) noexcept
+    {
+        planar2r_jacobian(q.data(), J_out.data());
+    }
+    [[nodiscard]] static std::array<real, 12> jacobian(input<2> q) noexcept
+    {
+        std::array<real, 12> J_out;
+        jacobian(q, J_out);
+        return J_out;
+    }
+};
+
+#endif
