@@ -16,13 +16,14 @@ from typing import Any
 import sympy as sp
 
 from symgen.codegen import example
-from symgen.codegen.backends import cpp
+from symgen.codegen.backends import Package, cpp
 from symgen.codegen.c_printer import DTYPES, CFunction, literal, operation_counts, print_kernel
 from symgen.codegen.check_program import checks
 from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
 from symgen.codegen.manifest import SCHEMA, base_table, described
 from symgen.codegen.model import Model
 from symgen.codegen.prototypes import arguments, declarations
+from symgen.codegen.targets import BACKENDS, backends
 from symgen.codegen.verification import (
     DIGITS,
     POINTS,
@@ -39,7 +40,6 @@ from symgen.robot.types import joint_variable
 #: Of a package's interface, in C, CMake and pkg-config: the first number is that of its layout.
 _VERSION = (int(SCHEMA.split("/")[1]), 1, 0)
 _LINE = 100  # columns of a header
-TARGETS = ("c", "casadi", "all")
 _RUNTIME = ("least_squares", "identifier", "identifier_momentum")
 _SINCOS = "math.h"
 
@@ -70,11 +70,11 @@ def generate(
     tex: bool = False,
     prefix: str | None = None,
 ) -> SourceTree:
-    """Write a model as a package of C, CasADi or both.
+    """Write a model as a package of C, CasADi and what is built on the C.
 
     Args:
         model: from `derive`.
-        target: "c", "casadi" or "all".
+        target: "c", "casadi", "fmu" (with its C), or "all" that the kernels allow.
         dtype: "double" or "float", of the C sources.
         kernels: names of the kernels to write; all by default. The identifier in C comes with
             energy_regressor (and friction_power, where the robot has friction).
@@ -85,8 +85,6 @@ def generate(
     Raises:
         PackageError: an option is not one of these.
     """
-    if target not in TARGETS:
-        raise PackageError(f"target {target!r}; accepted: {', '.join(TARGETS)}")
     if dtype not in DTYPES:
         raise PackageError(f"dtype {dtype!r}; accepted: {', '.join(DTYPES)}")
     known = [k.name for k in model.kernels]
@@ -94,10 +92,11 @@ def generate(
         if name not in known:
             raise PackageError(f"kernel {name!r}; accepted: {', '.join(known)}")
     chosen = tuple(k for k in model.kernels if kernels is None or k.name in kernels)
+    added = backends(target, chosen)
     name = default_prefix(model.robot.name, dtype) if prefix is None else prefix
     if not is_robot_name(name):
         raise PackageError(f"prefix {name!r}; accepted: a C identifier that hides no header of C")
-    return _Writer(model, target, dtype, chosen, tex, name).tree()
+    return _Writer(model, target, dtype, chosen, tex, name, added).tree()
 
 
 def default_prefix(robot: str, dtype: str) -> str:
@@ -127,11 +126,12 @@ class _Writer:
     kernels: tuple[Kernel, ...]
     tex: bool
     name: str
+    backends: tuple[str, ...]
 
     def tree(self) -> SourceTree:
         verified = verification(self.model, self.kernels)
         files: dict[str, bytes] = {"robot.toml": robot_toml(self.model.robot).encode()}
-        if self.target in ("c", "all"):
+        if self.target != "casadi":
             files |= {path: content.encode() for path, content in self.c_files(verified)}
         if self.target in ("casadi", "all"):
             from symgen.codegen.casadi_model import casadi_function, serialized
@@ -234,9 +234,13 @@ class _Writer:
             headers=" ".join(headers),
             version=self.version,
             example=self.has_example(),
+            backends=self.backends,
         )
         out.append(("CMakeLists.txt", cmake))
         out.append((f"{self.name}.pc.in", self.render("package.pc.in")))
+        package = Package(self.name, self.model, self.dtype, self.kernels, dict(out))
+        for target in self.backends:
+            out += BACKENDS[target].files(package).items()
         return out
 
     def plain(self, path: str) -> tuple[str, str]:
@@ -329,6 +333,7 @@ class _Writer:
             },
             "kernels": [{"name": k.name, **operation_counts([k.tape])} for k in self.kernels],
             "example": self.has_example(),
+            "backends": self.backends,
             "percent": example.PERCENT,
         }
 
