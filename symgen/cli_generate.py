@@ -13,7 +13,7 @@ from symgen.terminal import print_model, say
 @click.command()
 @click.argument("robot")
 @click.option("--into", type=click.Path(path_type=Path), help="Folder; default generated/NAME.")
-@click.option("--target", default="all", show_default=True, help="c, casadi, fmu or all.")
+@click.option("--target", default="all", show_default=True, help="c, casadi, fmu, mex or all.")
 @click.option("--dtype", default="double", show_default=True, help="double or float, of the C.")
 @click.option("--kernels", help="Comma-separated names; default all.")
 @click.option("--prefix", help="Of files and names; default the robot's, in float with an f.")
@@ -27,7 +27,7 @@ def generate(
     prefix: str | None,
     tex: bool,
 ) -> int:
-    """Derive ROBOT's model and write it as a package of C, CasADi and FMU.
+    """Derive ROBOT's model and write it as a package of C, CasADi, FMU and MEX.
 
     ROBOT is a robot.toml, a generated package, or the name of a built-in robot.
     """

@@ -74,7 +74,7 @@ def generate(
 
     Args:
         model: from `derive`.
-        target: "c", "casadi", "fmu" (with its C), or "all" that the kernels allow.
+        target: "c", "casadi", "fmu" or "mex" (with their C), or "all" that the kernels allow.
         dtype: "double" or "float", of the C sources.
         kernels: names of the kernels to write; all by default. The identifier in C comes with
             energy_regressor (and friction_power, where the robot has friction).

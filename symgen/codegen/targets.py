@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symgen.codegen.backends import Backend, fmu
+from symgen.codegen.backends import Backend, fmu, mex
 from symgen.codegen.kernels import Kernel
 from symgen.errors import PackageError
 
 #: What stands on the C: each of these comes with it.
-BACKENDS: dict[str, Backend] = {"fmu": fmu}
+BACKENDS: dict[str, Backend] = {"fmu": fmu, "mex": mex}
 TARGETS = ("c", "casadi", *BACKENDS, "all")
 
 
