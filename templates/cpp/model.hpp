@@ -43,10 +43,11 @@ struct {{ name }}_robot {
      * {{ o.name }}: {{ o.shape }}
 {% endfor %}
      */
-    static {{ "int" if k.guarded else "void" }} {{ k.name }}({{ k.inputs }}, {{ k.written }}) noexcept
+    static {{ "int" if k.guarded else "void" }} {{ k.name }}({{ k.inputs }}{{ k.written }}) noexcept
     {
         {{ "return " if k.guarded }}{{ name }}_{{ k.name }}({{ k.pointers }});
     }
+{% if k.value %}
     [[nodiscard]] static {{ k.value }} {{ k.name }}({{ k.inputs }}) noexcept
     {
 {% for o in k.outputs %}
@@ -61,6 +62,7 @@ struct {{ name }}_robot {
 {% endif %}
         return {{ k.returned }};
     }
+{% endif %}
 {% endfor %}
 };
 

@@ -2,7 +2,7 @@
  *
  * The kernels and their arrays are those of {{ name }}.h; matrices come out as matrices, frames as
  * (4, 4, links). One sample: vectors. N samples: inputs (N, n), and the samples are the first index of
- * vectors that come out, the last of matrices. X is one vector for all.
+ * vectors that come out, the last of matrices. X is one vector for all; a changed X comes out as a new one.
  */
 #include <string.h>
 
@@ -13,14 +13,18 @@
 typedef struct {
     const char *name;
     size_t inputs;
-    const char *input[{{ inputs }}];
+    struct {
+        const char *name;
+        size_t width;
+        int shared; /* nonzero: one for all samples */
+    } input[{{ inputs }}];
     size_t outputs;
     size_t shape[{{ outputs }}][3]; /* 0 for an index that an array does not have */
 } kernel;
 
 static const kernel kernels[] = {
 {% for k in kernels %}
-    { "{{ k.name }}", {{ k.inputs|length }}, { {% for i in k.inputs %}"{{ i }}", {% endfor %}}, {{ k.outputs|length }}, { {% for shape in k.shapes %}{ {{ shape }} }, {% endfor %}} },
+    { "{{ k.name }}", {{ k.inputs|length }}, { {% for i in k.inputs %}{ "{{ i.name }}", {{ i.size }}, {{ i.shared|int }} }, {% endfor %}}, {{ k.shapes|length }}, { {% for shape in k.shapes %}{ {{ shape }} }, {% endfor %}} },
 {% endfor %}
 };
 
@@ -32,6 +36,9 @@ static int call(size_t index, {{ name }}_real in[][{{ widest }}], {{ name }}_rea
     switch (index) {
 {% for k in kernels %}
     case {{ loop.index0 }}:
+{% for to, from, size in k.copies %}
+        (void)memcpy(out[{{ to }}], in[{{ from }}], {{ size }} * sizeof in[{{ from }}][0]);
+{% endfor %}
         {{ "return " if k.guarded }}{{ name }}_{{ k.name }}({{ k.arguments }});
 {% if not k.guarded %}
         break;
@@ -57,10 +64,8 @@ static size_t find(const mxArray *word)
 }
 
 /* Samples in an input: rows of a matrix, 1 for a vector. */
-static size_t samples_of(const char *name, const mxArray *given)
+static size_t samples_of(const char *name, size_t width, int shared, const mxArray *given)
 {
-    const int shared = strcmp(name, "X") == 0;
-    const size_t width = shared ? {{ name }}_PARAMETERS : {{ name }}_JOINTS;
     const size_t all = mxGetNumberOfElements(given);
     if (!mxIsDouble(given) || mxIsComplex(given) || mxIsSparse(given)
         || mxGetNumberOfDimensions(given) > 2) {
@@ -70,8 +75,9 @@ static size_t samples_of(const char *name, const mxArray *given)
         return 1;
     }
     if (shared || mxGetN(given) != width) {
-        mexErrMsgIdAndTxt("{{ name }}:size", "%s has %d by %d entries; accepted: %d, or N by %d where it is not X",
-            name, (int)mxGetM(given), (int)mxGetN(given), (int)width, (int)width);
+        mexErrMsgIdAndTxt("{{ name }}:size", "%s has %d by %d entries; accepted: %d%s", name,
+            (int)mxGetM(given), (int)mxGetN(given), (int)width,
+            shared ? "" : ", and a row of as many for each sample");
     }
     return mxGetM(given);
 }
@@ -131,10 +137,10 @@ void mexFunction(int nlhs, mxArray *plhs[], int nrhs, const mxArray *prhs[])
     }
     for (size_t i = 0; i < k->inputs; ++i) {
         from[i] = mxGetPr(prhs[i + 1]);
-        rows[i] = samples_of(k->input[i], prhs[i + 1]);
-        if (rows[i] != samples && i > 0 && strcmp(k->input[i], "X") != 0) {
-            mexErrMsgIdAndTxt("{{ name }}:size", "%s has %d samples, what is before it %d", k->input[i],
-                (int)rows[i], (int)samples);
+        rows[i] = samples_of(k->input[i].name, k->input[i].width, k->input[i].shared, prhs[i + 1]);
+        if (rows[i] != samples && i > 0 && k->input[i].shared == 0) {
+            mexErrMsgIdAndTxt("{{ name }}:size", "%s has %d samples, what is before it %d",
+                k->input[i].name, (int)rows[i], (int)samples);
         }
         samples = i == 0 ? rows[i] : samples;
     }
@@ -145,10 +151,8 @@ void mexFunction(int nlhs, mxArray *plhs[], int nrhs, const mxArray *prhs[])
     }
     for (size_t s = 0; s < samples; ++s) {
         for (size_t i = 0; i < k->inputs; ++i) {
-            const int shared = strcmp(k->input[i], "X") == 0;
-            const size_t width = shared ? {{ name }}_PARAMETERS : {{ name }}_JOINTS;
-            for (size_t j = 0; j < width; ++j) {
-                in[i][j] = ({{ name }}_real)from[i][shared || rows[i] == 1 ? j : s + rows[i] * j];
+            for (size_t j = 0; j < k->input[i].width; ++j) {
+                in[i][j] = ({{ name }}_real)from[i][rows[i] == 1 ? j : s + rows[i] * j];
             }
         }
         if (call(index, in, out) != 0) {

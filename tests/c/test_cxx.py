@@ -8,7 +8,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from packages import STRICT, c_files, run
+from packages import STRICT, c_files, run, with_probe
+
+import symgen
 
 CXX17 = [
     "-std=c++17",
@@ -148,6 +150,36 @@ def test_a_program_is_a_template_over_robots_of_different_precision(
     planar, puma = map(float, run([tmp_path / "main"], tmp_path).split())
     assert planar < 1e-12
     assert puma < 1e-3
+
+
+PROBE = """
+#include "planar2r.hpp"
+int main()
+{
+    const std::array<double, 2> q{ { 3.0, 5.0 } };
+    std::array<double, 4> X{ { 1.0, 2.0, 3.0, 4.0 } };
+    double out[6];
+    planar2r_robot::probe(q, 2, 10.0, X, out);
+    const double expected[] = { 30.0, 50.0, 2.0, 0.0, 1.0, 1.0 };
+    int wrong = X[3] != 40.0;
+    for (int i = 0; i < 6; ++i) {
+        wrong += out[i] < expected[i] || out[i] > expected[i];
+    }
+    return wrong;
+}
+"""
+
+
+@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+def test_links_plain_numbers_and_what_is_changed_in_place(compiler: str, tmp_path: Path) -> None:
+    needs(compiler)
+    model = with_probe(symgen.derive(symgen.read_robot("planar2r"), ("jacobian",)))
+    package = tmp_path / "planar2r"
+    symgen.write_package(symgen.generate(model, target="c"), package)
+    (tmp_path / "main.cpp").write_text(PROBE)
+    command = [compiler, *CXX17, f"-I{package}", "main.cpp", *library([package], tmp_path)]
+    run([*command, "-lm", "-o", "main"], tmp_path)
+    run([tmp_path / "main"], tmp_path)
 
 
 BODY = """

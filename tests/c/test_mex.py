@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from packages import RICH, STRICT, run
+from packages import RICH, STRICT, run, with_probe
 
 import symgen
 
@@ -142,6 +142,16 @@ def test_the_gateway_is_free_of_warnings(gateway, compiler: str, tmp_path: Path)
     source = built.parent / "mex" / f"{model.robot.name}_mex.c"
     flags = [f"-I{built.parent}", "-isystem", place, "-O1", "-c"]
     run([compiler, *STRICT, *flags, source, "-o", "gateway.o"], tmp_path)
+
+
+def test_links_plain_numbers_and_what_is_changed_in_place(tmp_path: Path) -> None:
+    model = with_probe(symgen.derive(symgen.read_robot("planar2r"), ("jacobian",)))
+    symgen.write_package(symgen.generate(model, target="mex"), tmp_path / "planar2r")
+    run([*OCTAVE, "--eval", "addpath('planar2r/mex'); planar2r_build();"], tmp_path)
+    script = "X = [1 2 3 4]; [out, Y] = planar2r_mex('probe', [3 5], 2, 10, X);"
+    script += "printf('%g ', out', Y, X, size(out));"
+    printed = run([*OCTAVE, "--eval", script], tmp_path)
+    assert printed.split() == "30 50 2 0 1 1 10 20 30 40 1 2 3 4 2 3".split()
 
 
 def test_only_kernels_that_are_written_are_known() -> None:

@@ -2,7 +2,7 @@
  *
  * The kernels and their arrays are those of rx90.h; matrices come out as matrices, frames as
  * (4, 4, links). One sample: vectors. N samples: inputs (N, n), and the samples are the first index of
- * vectors that come out, the last of matrices. X is one vector for all.
+ * vectors that come out, the last of matrices. X is one vector for all; a changed X comes out as a new one.
  */
 #include <string.h>
 
@@ -13,27 +13,31 @@
 typedef struct {
     const char *name;
     size_t inputs;
-    const char *input[4];
+    struct {
+        const char *name;
+        size_t width;
+        int shared; /* nonzero: one for all samples */
+    } input[4];
     size_t outputs;
     size_t shape[2][3]; /* 0 for an index that an array does not have */
 } kernel;
 
 static const kernel kernels[] = {
-    { "energy_regressor", 2, { "q", "qd", }, 1, { { 40, 0, 0 }, } },
-    { "friction_power", 2, { "q", "qd", }, 1, { { 12, 0, 0 }, } },
-    { "friction_torque", 2, { "q", "qd", }, 1, { { 6, 12, 0 }, } },
-    { "power_regressor", 3, { "q", "qd", "qdd", }, 1, { { 52, 0, 0 }, } },
-    { "momentum_regressor", 2, { "q", "qd", }, 2, { { 6, 40, 0 }, { 6, 40, 0 }, } },
-    { "torque_regressor", 3, { "q", "qd", "qdd", }, 1, { { 6, 52, 0 }, } },
-    { "inverse_dynamics", 4, { "q", "qd", "qdd", "X", }, 1, { { 6, 0, 0 }, } },
-    { "mass_matrix", 2, { "q", "X", }, 1, { { 6, 6, 0 }, } },
-    { "gravity_torque", 2, { "q", "X", }, 1, { { 6, 0, 0 }, } },
-    { "coriolis", 3, { "q", "qd", "X", }, 1, { { 6, 6, 0 }, } },
-    { "bias_torque", 3, { "q", "qd", "X", }, 1, { { 6, 0, 0 }, } },
-    { "forward_dynamics", 4, { "q", "qd", "tau", "X", }, 1, { { 6, 0, 0 }, } },
-    { "energy", 3, { "q", "qd", "X", }, 2, { { 1, 0, 0 }, { 1, 0, 0 }, } },
-    { "frames", 1, { "q", }, 1, { { 6, 4, 4 }, } },
-    { "jacobian", 1, { "q", }, 1, { { 6, 6, 0 }, } },
+    { "energy_regressor", 2, { { "q", 6, 0 }, { "qd", 6, 0 }, }, 1, { { 40, 0, 0 }, } },
+    { "friction_power", 2, { { "q", 6, 0 }, { "qd", 6, 0 }, }, 1, { { 12, 0, 0 }, } },
+    { "friction_torque", 2, { { "q", 6, 0 }, { "qd", 6, 0 }, }, 1, { { 6, 12, 0 }, } },
+    { "power_regressor", 3, { { "q", 6, 0 }, { "qd", 6, 0 }, { "qdd", 6, 0 }, }, 1, { { 52, 0, 0 }, } },
+    { "momentum_regressor", 2, { { "q", 6, 0 }, { "qd", 6, 0 }, }, 2, { { 6, 40, 0 }, { 6, 40, 0 }, } },
+    { "torque_regressor", 3, { { "q", 6, 0 }, { "qd", 6, 0 }, { "qdd", 6, 0 }, }, 1, { { 6, 52, 0 }, } },
+    { "inverse_dynamics", 4, { { "q", 6, 0 }, { "qd", 6, 0 }, { "qdd", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 0, 0 }, } },
+    { "mass_matrix", 2, { { "q", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 6, 0 }, } },
+    { "gravity_torque", 2, { { "q", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 0, 0 }, } },
+    { "coriolis", 3, { { "q", 6, 0 }, { "qd", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 6, 0 }, } },
+    { "bias_torque", 3, { { "q", 6, 0 }, { "qd", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 0, 0 }, } },
+    { "forward_dynamics", 4, { { "q", 6, 0 }, { "qd", 6, 0 }, { "tau", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 0, 0 }, } },
+    { "energy", 3, { { "q", 6, 0 }, { "qd", 6, 0 }, { "X", 52, 1 }, }, 2, { { 1, 0, 0 }, { 1, 0, 0 }, } },
+    { "frames", 1, { { "q", 6, 0 }, }, 1, { { 6, 4, 4 }, } },
+    { "jacobian", 1, { { "q", 6, 0 }, }, 1, { { 6, 6, 0 }, } },
 };
 
 enum { KERNELS = sizeof kernels / sizeof kernels[0] };
@@ -106,10 +110,8 @@ static size_t find(const mxArray *word)
 }
 
 /* Samples in an input: rows of a matrix, 1 for a vector. */
-static size_t samples_of(const char *name, const mxArray *given)
+static size_t samples_of(const char *name, size_t width, int shared, const mxArray *given)
 {
-    const int shared = strcmp(name, "X") == 0;
-    const size_t width = shared ? rx90_PARAMETERS : rx90_JOINTS;
     const size_t all = mxGetNumberOfElements(given);
     if (!mxIsDouble(given) || mxIsComplex(given) || mxIsSparse(given)
         || mxGetNumberOfDimensions(given) > 2) {
@@ -119,8 +121,9 @@ static size_t samples_of(const char *name, const mxArray *given)
         return 1;
     }
     if (shared || mxGetN(given) != width) {
-        mexErrMsgIdAndTxt("rx90:size", "%s has %d by %d entries; accepted: %d, or N by %d where it is not X",
-            name, (int)mxGetM(given), (int)mxGetN(given), (int)width, (int)width);
+        mexErrMsgIdAndTxt("rx90:size", "%s has %d by %d entries; accepted: %d%s", name,
+            (int)mxGetM(given), (int)mxGetN(given), (int)width,
+            shared ? "" : ", and a row of as many for each sample");
     }
     return mxGetM(given);
 }
@@ -180,10 +183,10 @@ void mexFunction(int nlhs, mxArray *plhs[], int nrhs, const mxArray *prhs[])
     }
     for (size_t i = 0; i < k->inputs; ++i) {
         from[i] = mxGetPr(prhs[i + 1]);
-        rows[i] = samples_of(k->input[i], prhs[i + 1]);
-        if (rows[i] != samples && i > 0 && strcmp(k->input[i], "X") != 0) {
-            mexErrMsgIdAndTxt("rx90:size", "%s has %d samples, what is before it %d", k->input[i],
-                (int)rows[i], (int)samples);
+        rows[i] = samples_of(k->input[i].name, k->input[i].width, k->input[i].shared, prhs[i + 1]);
+        if (rows[i] != samples && i > 0 && k->input[i].shared == 0) {
+            mexErrMsgIdAndTxt("rx90:size", "%s has %d samples, what is before it %d",
+                k->input[i].name, (int)rows[i], (int)samples);
         }
         samples = i == 0 ? rows[i] : samples;
     }
@@ -194,10 +197,8 @@ void mexFunction(int nlhs, mxArray *plhs[], int nrhs, const mxArray *prhs[])
     }
     for (size_t s = 0; s < samples; ++s) {
         for (size_t i = 0; i < k->inputs; ++i) {
-            const int shared = strcmp(k->input[i], "X") == 0;
-            const size_t width = shared ? rx90_PARAMETERS : rx90_JOINTS;
-            for (size_t j = 0; j < width; ++j) {
-                in[i][j] = (rx90_real)from[i][shared || rows[i] == 1 ? j : s + rows[i] * j];
+            for (size_t j = 0; j < k->input[i].width; ++j) {
+                in[i][j] = (rx90_real)from[i][rows[i] == 1 ? j : s + rows[i] * j];
             }
         }
         if (call(index, in, out) != 0) {
