@@ -16,7 +16,7 @@ from typing import Any
 import sympy as sp
 
 from symgen.codegen import example
-from symgen.codegen.backends import Package, cpp
+from symgen.codegen.backends import Package, cpp, optimal_control
 from symgen.codegen.c_printer import DTYPES, CFunction, literal, operation_counts, print_kernel
 from symgen.codegen.check_program import checks
 from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
@@ -139,6 +139,9 @@ class _Writer:
             for kernel in self.kernels:
                 function = casadi_function(self.model, kernel)
                 files[f"{self.name}_{kernel.name}.casadi"] = serialized(function)
+            if optimal_control.possible(self.model, self.kernels):
+                program = optimal_control.program(self.name, self.model)
+                files[f"example/{self.name}_optimal_control.py"] = program.encode()
         if self.tex:
             from symgen.codegen.tex import tex_document
 
@@ -298,7 +301,7 @@ class _Writer:
             "inertial": self.model.inertial,
             "version": self.version,
             "dtype": self.dtype,
-            "casadi": self.kernels[-1].name if self.kernels and self.target != "c" else "",
+            "casadi": self.kernels[-1].name if self.target in ("casadi", "all") else "",
             "sources": " ".join(
                 f"{self.name}_{stem}.c"
                 for stem in (*(k.name for k in self.kernels), *self.runtime())
@@ -334,6 +337,7 @@ class _Writer:
             "kernels": [{"name": k.name, **operation_counts([k.tape])} for k in self.kernels],
             "example": self.has_example(),
             "backends": self.backends,
+            "control": optimal_control.possible(self.model, self.kernels),
             "percent": example.PERCENT,
         }
 
