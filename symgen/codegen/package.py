@@ -192,9 +192,10 @@ class _Writer:
             return ()
         return _RUNTIME if complete("momentum_regressor", "friction_torque") else _RUNTIME[:2]
 
-    def has_example(self) -> bool:
-        written = self.target != "casadi"
-        return written and bool(self.runtime()) and example.possible(self.kernels)
+    def examples(self) -> tuple[str, ...]:
+        if self.target == "casadi":
+            return ()
+        return example.programs(self.model, self.kernels, identifier=bool(self.runtime()))
 
     def c_files(self, verified: Mapping[str, Any]) -> list[tuple[str, str]]:
         described = [(k, self.describe(k)) for k in self.kernels]
@@ -229,14 +230,13 @@ class _Writer:
         if any(d["needs_sincos"] for _, d in described):
             out.append(self.plain(_SINCOS))  # private to the sources
         out.append((f"{self.name}_check.c", self.check_c(verified)))
-        if self.has_example():
-            out.append((f"example/{self.name}_controller.c", self.controller_c()))
+        out += [(f"example/{self.name}_{e}.c", self.example_c(e)) for e in self.examples()]
         cmake = self.render(
             "CMakeLists.txt",
             sources=sources,
             headers=" ".join(headers),
             version=self.version,
-            example=self.has_example(),
+            examples=self.examples(),
             backends=self.backends,
         )
         out.append(("CMakeLists.txt", cmake))
@@ -335,7 +335,7 @@ class _Writer:
                 "lifted": base.proof.lifted,
             },
             "kernels": [{"name": k.name, **operation_counts([k.tape])} for k in self.kernels],
-            "example": self.has_example(),
+            "examples": self.examples(),
             "backends": self.backends,
             "control": optimal_control.possible(self.model, self.kernels),
             "percent": example.PERCENT,
@@ -350,11 +350,13 @@ class _Writer:
             tolerance=repr(TOLERANCE[self.dtype]),
         )
 
-    def controller_c(self) -> str:
+    def example_c(self, program: str) -> str:
         return self.render(
-            "example/controller.c",
+            f"example/{program}.c",
             percent=example.PERCENT,
             better=example.BETTER,
+            share=example.SHARE,
+            rubs=any(j.friction for j in self.model.robot.joints),
             **example.parameters(self.model, "f" if self.dtype == "float" else ""),
         )
 

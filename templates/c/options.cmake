@@ -1,10 +1,12 @@
-{% if example %}
-option({{ name }}_EXAMPLE "Build {{ name }}_controller, and run it as a test" OFF)
+{% if examples %}
+option({{ name }}_EXAMPLE "Build the programs in example/, and run them as tests" OFF)
 if({{ name }}_EXAMPLE)
   enable_testing()
-  add_executable({{ name }}_controller example/{{ name }}_controller.c)
-  target_link_libraries({{ name }}_controller PRIVATE {{ name }}::{{ name }})
-  add_test(NAME {{ name }}_controller COMMAND {{ name }}_controller)
+  foreach(program {{ examples|join(" ") }})
+    add_executable({{ name }}_${program} example/{{ name }}_${program}.c)
+    target_link_libraries({{ name }}_${program} PRIVATE {{ name }}::{{ name }})
+    add_test(NAME {{ name }}_${program} COMMAND {{ name }}_${program})
+  endforeach()
 endif()
 {% endif %}
 {% if "fmu" in backends %}
