@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from packages import STRICT, c_files, run, with_probe
 
 import symgen
+from symgen.codegen.kernels import Output
 
 CXX17 = [
     "-std=c++17",
@@ -177,6 +179,25 @@ def test_links_plain_numbers_and_what_is_changed_in_place(compiler: str, tmp_pat
     package = tmp_path / "planar2r"
     symgen.write_package(symgen.generate(model, target="c"), package)
     (tmp_path / "main.cpp").write_text(PROBE)
+    command = [compiler, *CXX17, f"-I{package}", "main.cpp", *library([package], tmp_path)]
+    run([*command, "-lm", "-o", "main"], tmp_path)
+    run([tmp_path / "main"], tmp_path)
+
+
+@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+def test_several_outputs_that_may_have_no_meaning(compiler: str, tmp_path: Path) -> None:
+    needs(compiler)
+    model = symgen.derive(symgen.read_robot("planar2r"), ("frames",))
+    outputs = (Output("first", (16,)), Output("second", (15,)))
+    kernel = replace(model.kernels[0], outputs=outputs, guards=1)
+    package = tmp_path / "planar2r"
+    tree = symgen.generate(replace(model, kernels=(kernel,)), target="c")
+    symgen.write_package(tree, package)
+    (tmp_path / "main.cpp").write_text(
+        '#include "planar2r.hpp"\nint main()\n{\n    const std::array<double, 2> q{};\n'
+        "    const auto found = planar2r_robot::frames(q);\n"
+        "    return found && std::get<1>(*found).size() == 15 ? 0 : 1;\n}\n"
+    )
     command = [compiler, *CXX17, f"-I{package}", "main.cpp", *library([package], tmp_path)]
     run([*command, "-lm", "-o", "main"], tmp_path)
     run([tmp_path / "main"], tmp_path)
