@@ -445,7 +445,7 @@ public:
         if (forward_dynamics_derivatives(q, qd, tau, X, dq_out, dqd_out, dtau_out) != 0) {
             return std::nullopt;
         }
-        return { dq_out, dqd_out, dtau_out };
+        return std::make_tuple(dq_out, dqd_out, dtau_out);
     }
 
     /* x of M(q) x = b; nonzero, or empty: it has none

@@ -81,7 +81,8 @@ def test_a_prefix_names_every_file_and_symbol_and_the_package_checks(tmp_path) -
     options = ["--prefix", "left_arm", "--kernels", "jacobian,energy_regressor,friction_power"]
     done = CliRunner().invoke(cli, ["generate", "planar2r", *options, "--into", str(into)])
     assert done.exit_code == 0, done.output
-    plain = {"README.md", "CMakeLists.txt", "manifest.json", "robot.toml"}
+    plain = {"README.md", "CMakeLists.txt", "manifest.json", "robot.toml", "mex"}
+    assert all(f.name.startswith("left_arm") for f in (into / "mex").iterdir())
     assert {f.name for f in into.iterdir() if not f.name.startswith("left_arm")} == plain
     assert "left_arm_jacobian(const double q[2]" in (into / "left_arm.h").read_text()
     run(["cc", *STRICT, *c_files(into, check=True), "-lm", "-o", "check"], tmp_path)

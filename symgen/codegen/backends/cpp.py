@@ -33,6 +33,9 @@ def _described(kernel: Kernel, parameters: int) -> dict[str, Any]:
     names = [o.name for o in outputs]
     several = len(names) > 1
     value = f"std::tuple<{', '.join(arrays)}>" if several else "".join(arrays)
+    listed = f"{{ {', '.join(names)} }}"
+    if kernel.guards:  # an optional takes no list
+        listed = f"std::make_tuple({', '.join(names)})"
     words = [i.name if i.plain else f"{i.name}.data()" for i in inputs]
     return {
         "name": kernel.name,
@@ -46,7 +49,7 @@ def _described(kernel: Kernel, parameters: int) -> dict[str, Any]:
         "names": ", ".join([*(i.name for i in inputs), *names]),
         "pointers": ", ".join([*words, *(f"{name}.data()" for name in names)]),
         "value": "" if changed else f"std::optional<{value}>" if kernel.guards else value,
-        "returned": f"{{ {', '.join(names)} }}" if several else "".join(names),
+        "returned": listed if several else "".join(names),
     }
 
 
