@@ -22,6 +22,7 @@ from pathlib import Path
 
 import pytest
 from support import messages
+from support_commands import LIMITS, PARAMETERS, URDF
 
 import symgen
 from symgen.results import read_result
@@ -29,13 +30,6 @@ from symgen.results import read_result
 KILLS = int(os.environ.get("SYMGEN_KILLS", "200"))
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals and limits of POSIX")
 
-PARAMETERS = "[parameters]\nZZ1R = 3.5\nZZ2 = 0.06\nMX2 = 0.124\nMY2 = 0.006\n"
-URDF = """<robot name="one"><link name="a"/><link name="b"><inertial><mass value="1"/>
-<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
-<joint name="j" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>
-<limit effort="1" velocity="1" lower="-1" upper="1"/></joint></robot>
-"""
-LIMITS = "--position 1 --velocity 2 --acceleration 8 --torque 100".split()
 #: Command: its arguments, what it writes, and how that is read again.
 COMMANDS: dict[str, tuple[list[str], str, Callable[[Path], object]]] = {
     "generate": (["planar2r", "--target", "c"], "out", lambda p: _listed(p, "manifest.json")),
