@@ -125,7 +125,8 @@ def test_every_command_runs_where_the_wheel_alone_is_installed(version, built, t
             text=True,
             env=_environment(tmp_path),
         )
-        # In 2 s of search excite may say that its runs are not good enough, by a 1.
-        accepted = (0, 1) if command[0] == "excite" else (0,)
+        # In 2 s of search excite may say that its runs are not good enough, by a 1; one estimate
+        # beside itself shows no agreement.
+        accepted = (0, 1) if command[0] == "excite" or command.count("est") == 2 else (0,)
         assert done.returncode in accepted, (command, done.stdout[-500:], done.stderr[-2000:])
         assert done.stdout.strip(), command
