@@ -22,6 +22,7 @@ from pathlib import Path
 
 import pytest
 from support import messages
+from support_commands import LIMITS, PARAMETERS, URDF
 
 import symgen
 from symgen.results import read_result
@@ -29,13 +30,6 @@ from symgen.results import read_result
 KILLS = int(os.environ.get("SYMGEN_KILLS", "200"))
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals and limits of POSIX")
 
-PARAMETERS = "[parameters]\nZZ1R = 3.5\nZZ2 = 0.06\nMX2 = 0.124\nMY2 = 0.006\n"
-URDF = """<robot name="one"><link name="a"/><link name="b"><inertial><mass value="1"/>
-<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
-<joint name="j" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>
-<limit effort="1" velocity="1" lower="-1" upper="1"/></joint></robot>
-"""
-LIMITS = "--position 1 --velocity 2 --acceleration 8 --torque 100".split()
 #: Command: its arguments, what it writes, and how that is read again.
 COMMANDS: dict[str, tuple[list[str], str, Callable[[Path], object]]] = {
     "generate": (["planar2r", "--target", "c"], "out", lambda p: _listed(p, "manifest.json")),
@@ -133,36 +127,33 @@ def _killed(world: Path, command: str, after: float) -> None:
     now = state(world)
     written = {name for name in now if name not in before}
     assert {name: now.get(name) for name in before} == before
-    assert {name.split("/")[0] for name in written} <= {into, "one_parameters.toml"}
+    # excite writes out.json beside out.csv.
+    roots = {name.split("/")[0] for name in written}
+    assert roots <= {into, "out.json", "one_parameters.toml"}
     if written:
         read(world / into)
 
 
-def _clear(world: Path, command: str) -> None:
-    for path in (COMMANDS[command][1], "one_parameters.toml"):
-        if (world / path).is_dir():
-            for file in sorted((world / path).rglob("*"), reverse=True):
-                file.rmdir() if file.is_dir() else file.unlink()
-            (world / path).rmdir()
-        else:
-            (world / path).unlink(missing_ok=True)
+def _clear(world: Path) -> None:
+    for path in (*world.glob("out*"), world / "one_parameters.toml"):
+        shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
 
 
 def _kills(world: Path, command: str, count: int, seed: int) -> None:
-    _clear(world, command)
+    _clear(world)
     begun = time.monotonic()
     code, _, said = finished(start(world, command, COMMANDS[command][1]))
     lasts = time.monotonic() - begun
     assert code in (0, 1), said
     draw = random.Random(f"{command} {seed}")
     for _ in range(count):
-        _clear(world, command)
+        _clear(world)
         _killed(world, command, lasts * draw.random())
-    _clear(world, command)
+    _clear(world)
     code, _, said = finished(start(world, command, COMMANDS[command][1]))
     assert code in (0, 1), said
     COMMANDS[command][2](world / COMMANDS[command][1])
-    _clear(world, command)
+    _clear(world)
 
 
 @pytest.mark.parametrize("command", ["identify", *SLOW])
@@ -183,7 +174,7 @@ def test_interrupted_at_any_time_is_a_line(world, command):
     finished(start(world, command, COMMANDS[command][1]))
     lasts = time.monotonic() - begun
     for k in range(6):
-        _clear(world, command)
+        _clear(world)
         job = start(world, command, COMMANDS[command][1])
         # Before this the interpreter itself is starting, and what it says is its own.
         time.sleep(0.15 + lasts * k / 6)
@@ -191,7 +182,7 @@ def test_interrupted_at_any_time_is_a_line(world, command):
         _, err = job.communicate(timeout=60)
         assert "Traceback" not in err, err
         assert job.returncode in (0, 1, 130)
-    _clear(world, command)
+    _clear(world)
 
 
 # The disk and the folders.

@@ -66,11 +66,11 @@ G = {0, 0, G3}
 TOML = """[robot]
 name = "arm"
 convention = "modified-dh"
-gravity = [0.0, "-g", 0]
+gravity = [0.0, "-fall", 0]
 
 [geometry]
 L1 = 0.5
-g = 9.81
+fall = 9.81
 
 [[joint]]
 friction = ["coulomb", "offset"]
@@ -107,8 +107,8 @@ joint = 2
 [[effect]]
 name = "hose"
 joints = [1]
-torque = "-A*tanh((q1-c)/w) + min(q1, 2)*exp(-qd1**2)"
-linear = { A = "N m" }
+torque = "-A*tanh((q1-c)/w) + B*min(q1, 2)*exp(-qd1**2)"
+linear = { A = "N m", B = "N m/rad" }
 nonlinear = { c = 0.2, w = [0.1, 0.5] }
 """
 ESTIMATE = {
