@@ -321,8 +321,8 @@ cli.add_command(simulate)
 
 def main() -> None:
     """Run the command line and exit; every foreseen error is one line on stderr."""
-    # The matrices here are small: threads of a BLAS that wait for each other cost more than they do,
-    # tenfold where other programs run. Set before NumPy is imported, and only if the user did not.
+    # The matrices here are small: threads of a BLAS that wait for each other cost more than they
+    # do, tenfold where other programs run. Set before NumPy is imported, unless the user did.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     arguments = sys.argv[1:]
     debug = "--debug" in arguments

@@ -13,10 +13,10 @@ import numpy as np
 import symgen
 from symgen.data.signals import prepare
 from symgen.estimation.batch import solve
-from symgen.identification.instruments import instrumented
-from symgen.identification.parameters import base_values
 from symgen.estimation.recipe import Recipe
 from symgen.estimation.system import Equations, LinearSystem
+from symgen.identification.instruments import instrumented
+from symgen.identification.parameters import base_values
 from symgen.identification.validation import Part
 
 ARM = """

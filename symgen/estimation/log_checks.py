@@ -21,7 +21,6 @@ from symgen.data.mask import Bools, Mask, on_grid
 from symgen.data.raw import read_only
 from symgen.data.signals import Samples, differentiate, lowpass
 from symgen.estimation.blocks import (
-    BLOCKS,
     Blocks,
     folds,
     placed,

@@ -177,8 +177,8 @@ def driving_friction(parameters: Sequence[ParameterEstimate]) -> tuple[str, ...]
     if not out:
         return ()
     return (
-        f"friction would drive the robot: {', '.join(out)} negative beyond doubt; the sign of tau or "
-        "of q of these joints, or time itself, runs the other way",
+        f"friction would drive the robot: {', '.join(out)} negative beyond doubt; the sign of tau "
+        "or of q of these joints, or time itself, runs the other way",
     )
 
 

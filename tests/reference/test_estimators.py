@@ -13,15 +13,15 @@ import statsmodels.api as sm
 
 import symgen
 from symgen.estimation.batch import METHODS, solve
-from symgen.identification.bodies import pseudo_inertia
-from symgen.identification.consistent import Consistent
 from symgen.estimation.errors_in_variables import TotalLeastSquares
 from symgen.estimation.essential import Essential, whitening
-from symgen.estimation.estimators import Ols, Wls, Estimator, Huber, Prior, Ridge
+from symgen.estimation.estimators import Estimator, Huber, Ols, Prior, Ridge, Wls
 from symgen.estimation.instrumental import InstrumentalVariables
+from symgen.estimation.system import Equations, LinearSystem
+from symgen.identification.bodies import pseudo_inertia
+from symgen.identification.consistent import Consistent
 from symgen.identification.physical import nearest_consistent
 from symgen.identification.prior import read_prior
-from symgen.estimation.system import Equations, LinearSystem
 
 TRUE = np.array([1.5, -0.4, 0.02, 3.0])
 NAMES = ("A", "B", "C", "FV1")

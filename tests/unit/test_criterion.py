@@ -9,13 +9,13 @@ import pytest
 
 import symgen
 from symgen.data.signals import Samples
+from symgen.estimation.system import energy_equations, momentum_equations
 from symgen.experiment.bounds import Bounds
 from symgen.experiment.criterion import KERNELS, condition_number, log_determinant, loss, windows
 from symgen.experiment.objective import Objective, smooth_robot
 from symgen.experiment.search import Clock, Program, Torques
 from symgen.experiment.space import space
 from symgen.experiment.trajectory import basis
-from symgen.estimation.system import energy_equations, momentum_equations
 
 ROBOT = """
 [robot]

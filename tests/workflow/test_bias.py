@@ -18,9 +18,9 @@ import pytest
 
 import symgen
 from symgen.codegen.casadi_model import Dynamics, dynamics
-from symgen.experiment import paper
 from symgen.estimation.batch import solve
 from symgen.estimation.system import Equations, LinearSystem
+from symgen.experiment import paper
 
 FIGURES = Path(__file__).parent / "bias_figures.json"
 RUNS = 10_000

@@ -15,9 +15,9 @@ from support import data_folder
 
 import symgen
 from symgen.estimate_page import estimate_page
+from symgen.estimation.system import energy_equations
 from symgen.identification.estimate import Consistency
 from symgen.identification.solving import ALL_METHODS
-from symgen.estimation.system import energy_equations
 
 X = np.array([1.702, 0.05644, 0.15, 0.075])
 L1 = 0.5
