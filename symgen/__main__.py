@@ -1,5 +1,27 @@
-"""python -m symgen."""
+"""The command symgen, and python -m symgen."""
 
-from symgen.cli import main
+from __future__ import annotations
 
-main()
+import os
+import signal
+from types import FrameType
+
+
+def main() -> None:
+    """Run the command line; Ctrl-C while it is being imported is a line, too."""
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _leave)
+    from symgen.cli import main as run
+
+    if signal.getsignal(signal.SIGINT) is _leave:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    run()
+
+
+def _leave(_number: int, _frame: FrameType | None) -> None:
+    os.write(2, b"symgen: interrupted\n")
+    os._exit(130)
+
+
+if __name__ == "__main__":
+    main()

@@ -6,6 +6,7 @@ answer is "no", 2 could not.
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 import traceback
@@ -17,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symgen.cli_excite import excite
+from symgen.cli_generate import generate
 from symgen.cli_reading import listed, numbers, reading_options
 from symgen.cli_report import doctor, report
 from symgen.cli_simulate import simulate
@@ -24,7 +26,6 @@ from symgen.errors import SymgenError, SymgenWarning
 from symgen.terminal import (
     print_diagnosis,
     print_estimate,
-    print_model,
     print_prediction,
     print_robot,
     print_text,
@@ -50,36 +51,6 @@ def robots() -> None:
     from symgen.robot.builtin import library, library_summary
 
     table(("name", "joints", "robot"), [(name, *library_summary(name)) for name in library()])
-
-
-@cli.command()
-@click.argument("robot")
-@click.option("--into", type=click.Path(path_type=Path), help="Folder; default generated/NAME.")
-@click.option("--target", default="all", show_default=True, help="c, casadi or all.")
-@click.option("--dtype", default="double", show_default=True, help="double or float, of the C.")
-@click.option("--kernels", help="Comma-separated names; default all.")
-@click.option("--tex", is_flag=True, help="Write the model as a LaTeX document too.")
-def generate(
-    robot: str, into: Path | None, target: str, dtype: str, kernels: str | None, tex: bool
-) -> int:
-    """Derive ROBOT's model and write it as a package of C and CasADi.
-
-    ROBOT is a robot.toml, a generated package, or the name of a built-in robot.
-    """
-    import symgen
-    from symgen.files import check_replaceable
-
-    source = symgen.read_robot(robot)
-    folder = into or Path("generated") / source.name
-    check_replaceable(folder, "manifest.json")
-    chosen = "all" if kernels is None else listed(kernels)
-    say(f"deriving {source.name}")
-    model = symgen.derive(source, chosen)
-    tree = symgen.generate(model, target=target, dtype=dtype, tex=tex)
-    symgen.write_package(tree, folder)
-    print_model(model)
-    click.echo(f"written: {folder} ({len(tree.files)} files)")
-    return 0
 
 
 @cli.command("import")
@@ -341,6 +312,7 @@ def demo(into: Path, runs: int) -> int:
     return 0
 
 
+cli.add_command(generate)
 cli.add_command(excite)
 cli.add_command(report)
 cli.add_command(doctor)
@@ -356,6 +328,8 @@ def main() -> None:
     debug = "--debug" in arguments
     if debug:
         arguments = ["--debug", *(a for a in arguments if a != "--debug")]
+    if isinstance(sys.stdout, io.TextIOWrapper):  # a name that this terminal has no letters for
+        sys.stdout.reconfigure(errors="backslashreplace")
     warnings.simplefilter("always", SymgenWarning)
     shown = warnings.showwarning
 
@@ -404,5 +378,5 @@ def _run(arguments: list[str]) -> int:
 
 
 def _fail(message: str) -> int:
-    click.echo(f"symgen: error: {message}", err=True)
+    click.echo(f"symgen: error: {SymgenError(message)}", err=True)  # one line, and plain
     return 2

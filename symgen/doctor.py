@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from importlib import metadata, util
 
 from symgen.errors import SymgenError
-from symgen.runtime.build import build_module, cache_folder, find_compiler, missing_compiler, native
+from symgen.runtime.build import build_module, cache_folder, find_compiler, missing_compiler
+from symgen.runtime.flags import Chosen, chosen_flags
 
 _NEEDED = ("sympy", "numpy", "scipy", "casadi", "cffi", "jinja2", "pydantic", "plotly", "pyarrow")
 #: Module, what it is for, and what brings it.
@@ -65,10 +66,9 @@ def _compiler() -> Finding:
     compiler = find_compiler()
     if compiler is None:
         return Finding("C compiler", True, "none: CasADi evaluates the models", missing_compiler())
-    flags, _ = native(compiler)
-    extra = f", with {' '.join(flags)}" if flags else ""
     try:
         build_module({"probe.c": _PROBE}, "int probe(void);", compiler)
+        chosen = chosen_flags(compiler)
     except SymgenError as error:  # CasADi takes its place, which is slower
         return Finding(
             "C compiler",
@@ -76,7 +76,14 @@ def _compiler() -> Finding:
             f"{compiler.version} fails: {error}",
             "the headers of Python (python3-dev) may be missing",
         )
-    return Finding("C compiler", True, f"{compiler.version}{extra}")
+    return Finding("C compiler", True, f"{compiler.version}, {_flags(chosen)}")
+
+
+def _flags(chosen: Chosen) -> str:
+    """Return the flags in words: which, why, and how the other sets did."""
+    flags = " ".join(chosen.flags.flags) or "no flags of the processor"
+    others = ", ".join(f"{name} {ratio:.2f}" for name, ratio in chosen.ratios.items())
+    return f"{flags} ({chosen.origin}{f': {others}' if others else ''})"
 
 
 def _cache() -> Finding:

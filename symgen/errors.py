@@ -1,11 +1,45 @@
 """The errors that symgen raises: one tree, one line each, written for the person who reads them."""
 
+from __future__ import annotations
+
+import unicodedata
+
+#: Of a message that quotes a long file: the characters kept at its start, and at its end.
+_START, _END = 1500, 300
+#: Categories of what a terminal obeys or cannot show: controls, marks of direction, lone
+#: surrogates, breaks of lines and paragraphs.
+_UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
+
+
+def plain(text: str) -> str:
+    """Return a text of unknown origin as one line that a terminal only shows.
+
+    Breaks of lines become spaces; other characters that are not seen are written as in Python.
+    """
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(
+        c if unicodedata.category(c) not in _UNSEEN else c.encode("unicode_escape").decode()
+        for c in " ".join(text.splitlines()).replace("\t", " ")
+    )
+
+
+def message(text: str) -> str:
+    """Return a message in one line of at most 2,000 characters."""
+    if len(text) > 2 * (_START + _END):
+        text = f"{text[: _START + _END]} ... {text[-_START - _END :]}"
+    line = plain(text)
+    return line if len(line) <= _START + _END else f"{line[:_START]} ... {line[-_END:]}"
+
 
 class SymgenError(Exception):
     """Root of every error that symgen raises on purpose.
 
     The message says in one line what went wrong, where, and what is accepted.
     """
+
+    def __init__(self, text: str = "") -> None:
+        super().__init__(message(text))
 
 
 class RobotError(SymgenError):
@@ -38,3 +72,6 @@ class IdentificationError(SymgenError):
 
 class SymgenWarning(UserWarning):
     """Something in the input is allowed but probably not meant."""
+
+    def __init__(self, text: str = "") -> None:
+        super().__init__(message(text))

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import glob
 import hashlib
 import json
+import math
 import os
 import shutil
 import tempfile
@@ -11,7 +13,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from symgen.errors import PackageError
+from symgen.errors import PackageError, plain
 
 _MARK = "# written by symgen, digest "
 
@@ -70,6 +72,17 @@ def _carry_over(old: Path, new: Path, ours: set[str], inside: str = "") -> None:
             copy(path, new / name)
 
 
+def _restore(folder: Path) -> None:
+    """Put back what a run had moved aside when it was killed before its own was in place."""
+    if not folder.name or os.path.lexists(folder):
+        return
+    for aside in sorted(folder.parent.glob(f".{glob.escape(folder.name)}-old-*")):
+        if (aside / folder.name).is_dir():
+            (aside / folder.name).rename(folder)
+            aside.rmdir()
+            return
+
+
 def check_replaceable(folder: Path, marker: str) -> set[str]:
     """Return the names of our own files in `folder`, which may be absent or empty.
 
@@ -79,13 +92,14 @@ def check_replaceable(folder: Path, marker: str) -> set[str]:
     """
     accepted = "accepted: a new or empty folder, or one that symgen wrote"
     try:
+        _restore(folder.absolute())
         if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
             raise PackageError(f"{folder}: exists and is not a folder; {accepted}")
         if folder.exists() and Path.cwd().is_relative_to(folder.resolve()):
             raise PackageError(f"{folder}: the current folder cannot be replaced; {accepted}")
         if not folder.is_dir() or not any(folder.iterdir()):
             return set()
-        manifest = json.loads((folder / marker).read_text("utf-8"))
+        manifest = load_json((folder / marker).read_text("utf-8"))
     except OSError as error:
         reason = f"no {marker} in it" if isinstance(error, FileNotFoundError) else error.strerror
         shown = str(folder) if len(str(folder)) < 200 else f"{str(folder)[:200]}..."
@@ -97,6 +111,37 @@ def check_replaceable(folder: Path, marker: str) -> set[str]:
     digests = manifest.get("digests")
     ours = {marker, *(digests if isinstance(digests, dict) else ())}
     return ours | {path.name for path in folder.glob("*.casadi")}
+
+
+def load_json(text: str) -> Any:
+    """Return the content of a JSON text of unknown origin: finite numbers, texts of one line.
+
+    Raises:
+        ValueError: it is no JSON, or has a number that is none in double precision.
+        RecursionError: it is nested too deeply.
+    """
+
+    def finite(digits: str) -> float:
+        number = float(digits)
+        if not math.isfinite(number):
+            raise ValueError(f"{digits[:40]} is not a finite number")
+        return number
+
+    def integer(digits: str) -> int:
+        finite(digits)
+        return int(digits)
+
+    return _plain(json.loads(text, parse_float=finite, parse_int=integer, parse_constant=finite))
+
+
+def _plain(content: Any) -> Any:
+    if isinstance(content, str):
+        return plain(content)
+    if isinstance(content, list):
+        return [_plain(value) for value in content]
+    if isinstance(content, dict):
+        return {plain(key): _plain(value) for key, value in content.items()}
+    return content
 
 
 def write_text(path: Path, text: str) -> None:

@@ -34,11 +34,14 @@ def say(message: str) -> None:
 def table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
     """Print a table; a file or a pipe gets it in full width."""
     from rich.console import Console
-    from rich.table import Table
+    from rich.table import Column, Table
+    from rich.text import Text
 
-    grid = Table(*header, box=None, pad_edge=False, header_style="bold")
+    grid = Table(
+        *(Column(Text(name)) for name in header), box=None, pad_edge=False, header_style="bold"
+    )
     for row in rows:
-        grid.add_row(*row)
+        grid.add_row(*map(Text, row))  # as text: brackets in a name are no markup
     console = Console(highlight=False)
     if not console.is_terminal:  # never cut a value
         console.width = 1000

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import subprocess
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import sympy as sp
+
 import symgen
+from symgen.codegen.kernels import Kernel, Output
+from symgen.symbolic.tape import TapeBuilder
 
 STRICT = [
     "-std=c99",
@@ -61,7 +66,27 @@ joint = 5
 def _tree(name: str, dtype: str, kernels: tuple[str, ...] | str | None) -> symgen.SourceTree:
     robot = symgen.parse_robot(RICH) if name == "rich" else symgen.read_robot(name)
     model = symgen.derive(robot) if kernels is None else symgen.derive(robot, kernels)
-    return symgen.generate(model, target="c", dtype=dtype)
+    return symgen.generate(model, target="c", dtype=dtype, prefix=name)
+
+
+def with_probe(model: symgen.Model) -> symgen.Model:
+    """Add a kernel with a link, a plain number and an X that it changes: no robot's, but C's.
+
+    out = [[q1 mass, q2 mass, link], [0, 1, link = 2]]; X becomes mass X.
+    """
+    n, p = model.robot.n, len(model.base.parameters)
+    q, X = (sp.symbols(f"{name}1:{k + 1}", real=True) for name, k in (("a", n), ("b", p)))
+    links = sp.symbols(f"l1:{len(model.robot.joints) + 1}", real=True)
+    mass = sp.Symbol("m", real=True)
+    tape = TapeBuilder({"a", "b", "m"})
+    number = tape.name("number", sum(((i + 1) * s for i, s in enumerate(links)), sp.S.Zero))
+    out = [tape.name("first", q[0] * mass), tape.name("second", q[1] * mass), number]
+    out += [sp.S.Zero, sp.S.One, links[1]]
+    out += [tape.name(f"x{i}", mass * x) for i, x in enumerate(X)]
+    inputs = [("q", q), ("link", links), ("mass", (mass,)), ("X", X)]
+    outputs = (Output("out", (2, 3)), Output("X", (p,)))
+    probe = Kernel("probe", "for tests", tape.tape(inputs, out), outputs, batch=False)
+    return replace(model, kernels=(*model.kernels, probe))
 
 
 def write(

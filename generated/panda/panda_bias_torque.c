@@ -1,14 +1,14 @@
 /* panda: h = C qd + g + friction
- * 316 mul, 290 add, 6 sincos, 7 other for one sample.
+ * 316 mul, 290 add, 6 sincos, 7 other for one sample, as written here.
  */
 #include "panda.h"
 #include "panda_math.h"
 
-void panda_bias_torque(const double *q, const double *qd, const double *X, double *h)
+void panda_bias_torque(const double q[7], const double qd[7], const double X[62], double h[7])
 {
     const double gz = 9.81;
-    const panda_angles4 q_1 = panda_sincos4(q + 1);
-    const panda_angles2 q_5 = panda_sincos2(q + 5);
+    const panda_angles4 q_1 = panda_sincos4(&q[1]);
+    const panda_angles2 q_5 = panda_sincos2(&q[5]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

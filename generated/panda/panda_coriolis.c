@@ -1,14 +1,14 @@
 /* panda: C(q, qd) with C qd the Coriolis torques and dM/dt - 2 C skew-symmetric
- * 1364 mul, 991 add, 6 sincos for one sample.
+ * 1364 mul, 991 add, 6 sincos for one sample, as written here.
  */
 #include "panda.h"
 #include "panda_math.h"
 
-void panda_coriolis(const double *q, const double *qd, const double *X, double *C)
+void panda_coriolis(const double q[7], const double qd[7], const double X[48], double C[49])
 {
     C[48] = 0.0;
-    const panda_angles4 q_1 = panda_sincos4(q + 1);
-    const panda_angles2 q_5 = panda_sincos2(q + 5);
+    const panda_angles4 q_1 = panda_sincos4(&q[1]);
+    const panda_angles2 q_5 = panda_sincos2(&q[5]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

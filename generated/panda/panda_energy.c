@@ -1,14 +1,14 @@
 /* panda: kinetic energy T and potential energy U, U up to a constant
- * 198 mul, 102 add, 6 sincos for one sample.
+ * 198 mul, 102 add, 6 sincos for one sample, as written here.
  */
 #include "panda.h"
 #include "panda_math.h"
 
-void panda_energy(const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+void panda_energy(const double q[7], const double qd[7], const double X[48], double T_out[1], double U_out[1])
 {
     const double gz = 9.81;
-    const panda_angles4 q_1 = panda_sincos4(q + 1);
-    const panda_angles2 q_5 = panda_sincos2(q + 5);
+    const panda_angles4 q_1 = panda_sincos4(&q[1]);
+    const panda_angles2 q_5 = panda_sincos2(&q[5]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

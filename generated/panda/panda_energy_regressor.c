@@ -1,14 +1,14 @@
 /* panda: columns DE + DU of kinetic plus potential energy: E + U = out . X
- * 140 mul, 56 add, 6 sincos for one sample.
+ * 140 mul, 56 add, 6 sincos for one sample, as written here.
  */
 #include "panda.h"
 #include "panda_math.h"
 
-void panda_energy_regressor(const double *q, const double *qd, double *out)
+void panda_energy_regressor(const double q[7], const double qd[7], double out[48])
 {
     const double gz = 9.81;
-    const panda_angles4 q_1 = panda_sincos4(q + 1);
-    const panda_angles2 q_5 = panda_sincos2(q + 5);
+    const panda_angles4 q_1 = panda_sincos4(&q[1]);
+    const panda_angles2 q_5 = panda_sincos2(&q[5]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

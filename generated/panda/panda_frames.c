@@ -1,10 +1,10 @@
 /* panda: homogeneous transforms 0T_j of all links, fixed ones included
- * 77 mul, 41 add, 7 sincos for one sample.
+ * 77 mul, 41 add, 7 sincos for one sample, as written here.
  */
 #include "panda.h"
 #include "panda_math.h"
 
-void panda_frames(const double *q, double *T_out)
+void panda_frames(const double q[7], double T_out[112])
 {
     const double r1 = 0.333;
     T_out[2] = 0.0;
@@ -48,8 +48,8 @@ void panda_frames(const double *q, double *T_out)
     T_out[95] = 1.0;
     T_out[111] = 1.0;
     const panda_angles4 q_0 = panda_sincos4(q);
-    const panda_angles2 q_4 = panda_sincos2(q + 4);
-    const panda_angles1 q_6 = panda_sincos1(q + 6);
+    const panda_angles2 q_4 = panda_sincos2(&q[4]);
+    const panda_angles1 q_6 = panda_sincos1(&q[6]);
     const double C1 = q_0.c[0];
     T_out[0] = C1;
     T_out[5] = C1;

@@ -1,11 +1,11 @@
 /* panda: columns of the power that friction takes: P = out . X[p_inertial..p)
- * 7 mul, 7 other for one sample.
+ * 7 mul, 7 other for one sample, as written here.
  */
 #include "panda.h"
 
 #include <math.h>
 
-void panda_friction_power(const double *q, const double *qd, double *out)
+void panda_friction_power(const double q[7], const double qd[7], double out[14])
 {
     (void)q;
     const double DFS1 = fabs(qd[0]);

@@ -19,6 +19,16 @@
  * the polynomial extrapolates far from its points; fewer points are taken then. */
 #define LARGEST_GAIN 2
 
+/* The largest size of q, qd and tau that is no fault of the measurement. */
+#define LARGEST_SAMPLE 1e9
+
+/* An outlier differs from its prediction by so many standard deviations, and by this share of the
+ * largest right-hand side: residuals of a model that is not quite right grow with the motion. */
+#define GATE 10
+#define LEAST_WRONG 0.1
+/* The share of the mean leverage, which balances forgetting, that an equation must have. */
+#define LEAST_LEVERAGE 0.01
+
 /* The arrays behind the head, of `width` values each: [value or rate] of the inertial columns of
  * all equations, then of their friction columns, then of their right-hand sides. */
 enum {
@@ -36,6 +46,17 @@ struct panda_identifier_alignment {
     char byte;
     panda_identifier state;
 };
+
+/* Whether these can be numbers of a robot; NaN cannot. */
+static int all_plausible(const panda_real *x)
+{
+    int plausible = 1;
+    for (int j = 0; j < panda_JOINTS; j++) {
+        plausible = plausible && x[j] <= (panda_real)LARGEST_SAMPLE &&
+                    x[j] >= (panda_real)-LARGEST_SAMPLE;
+    }
+    return plausible;
+}
 
 static int all_finite(const panda_real *x, size_t length)
 {
@@ -146,6 +167,38 @@ static void rebase(panda_identifier *s)
     s->position = 0;
 }
 
+/* What is wrong with an equation, if anything: the innovation test and the excitation test. */
+static int judged(panda_identifier *s, const panda_real *row, panda_real y)
+{
+    const panda_least_squares *past = &s->least_squares;
+    const size_t longest = s->mode == panda_WINDOW_SLIDING ? s->window : 0;
+    const size_t patience = 2 * (size_t)s->equations * (longest + NODES);
+    const double freedom = past->count - (double)panda_PARAMETERS;
+    const panda_real least =
+        (panda_real)LEAST_LEVERAGE * (panda_real)panda_PARAMETERS * (1 - past->forgetting);
+    const panda_real size = y < 0 ? -y : y;
+    panda_real innovation = 0;
+    panda_real leverage = 0;
+    const int open = panda_least_squares_foresee(past, row, y, &innovation, &leverage);
+    const panda_real wrong = innovation < 0 ? -innovation : innovation;
+    if (open == 0 && leverage < least) {
+        return panda_NOT_EXCITED;
+    }
+    if (open == 0 && freedom > 0.0 && wrong > (panda_real)LEAST_WRONG * s->largest) {
+        const double gate = GATE * sqrt(past->rss / freedom * (1.0 + (double)leverage));
+        if ((double)wrong > gate) {
+            s->refused++;
+            if (s->refused <= patience) {
+                return panda_OUTLIER;
+            }
+        }
+    } else {
+        s->refused = 0;
+    }
+    s->largest = size > s->largest ? size : s->largest;
+    return panda_OK;
+}
+
 /* Take in the equations of the window from `start` to where the value is `end`. */
 static void close_window(panda_identifier *s, const panda_real *end, const panda_real *start)
 {
@@ -161,7 +214,11 @@ static void close_window(panda_identifier *s, const panda_real *end, const panda
                                                    : equations * panda_PARAMETERS + e;
             row[i] = ((end[k] + sum[k]) - start[k]) + block[k];
         }
-        (void)panda_least_squares_update(&s->least_squares, row, row[panda_PARAMETERS]);
+        const int status = judged(s, row, row[panda_PARAMETERS]);
+        if (status == panda_OK) {
+            (void)panda_least_squares_update(&s->least_squares, row, row[panda_PARAMETERS]);
+        }
+        s->status |= status;
     }
 }
 
@@ -254,14 +311,15 @@ int panda_identifier_step(void *state, const panda_real *q, const panda_real *qd
     /* Written over the oldest sample, which nobody reads any more. */
     panda_real *rate = array(s, (size_t)(AT_RATE + s->next));
     panda_real *value = array(s, (size_t)(AT_VALUE + s->next % VALUES));
-    if (!all_finite(q, panda_JOINTS) || !all_finite(qd, panda_JOINTS) ||
-        !all_finite(tau, panda_JOINTS) || (s->samples > 0 && !(dt > 0 && isfinite(dt)))) {
-        return 1;
+    if (!all_plausible(q) || !all_plausible(qd) || !all_plausible(tau) ||
+        (s->samples > 0 && !(dt > 0 && isfinite(dt)))) {
+        return panda_NOT_FINITE;
     }
     s->columns(q, qd, tau, value, rate);
     if (!all_finite(value, s->width) || !all_finite(rate, s->width)) {
-        return 1; /* finite, but so large that its energy is not */
+        return panda_NOT_FINITE;
     }
+    s->status = panda_OK;
     memmove(s->steps, s->steps + 1, sizeof s->steps - sizeof s->steps[0]);
     s->steps[NODES - 2] = dt;
     s->next = (s->next + 1) % NODES;
@@ -272,8 +330,16 @@ int panda_identifier_step(void *state, const panda_real *q, const panda_real *qd
     } else if (s->samples >= REACH + 2) {
         integrate(s, s->samples - REACH - 2);
         advance(s, array(s, (size_t)(AT_VALUE + s->next % VALUES)));
+        if (s->mode == panda_WINDOW_START && (s->status & panda_OUTLIER) != 0) {
+            panda_identifier_restart(state); /* every later window would hold the outlier, too */
+        }
     }
-    return 0;
+    return panda_OK;
+}
+
+int panda_identifier_status(const void *state)
+{
+    return ((const panda_identifier *)state)->status;
 }
 
 void panda_identifier_restart(void *state)

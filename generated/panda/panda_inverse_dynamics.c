@@ -1,14 +1,14 @@
 /* panda: torque of a motion: tau = M qdd + C qd + g + friction
- * 329 mul, 314 add, 6 sincos, 7 other for one sample.
+ * 329 mul, 314 add, 6 sincos, 7 other for one sample, as written here.
  */
 #include "panda.h"
 #include "panda_math.h"
 
-void panda_inverse_dynamics(const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+void panda_inverse_dynamics(const double q[7], const double qd[7], const double qdd[7], const double X[62], double tau[7])
 {
     const double gz = 9.81;
-    const panda_angles4 q_1 = panda_sincos4(q + 1);
-    const panda_angles2 q_5 = panda_sincos2(q + 5);
+    const panda_angles4 q_1 = panda_sincos4(&q[1]);
+    const panda_angles2 q_5 = panda_sincos2(&q[5]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

@@ -1,10 +1,10 @@
 /* panda: Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning
- * 93 mul, 58 add, 6 sincos for one sample.
+ * 93 mul, 58 add, 6 sincos for one sample, as written here.
  */
 #include "panda.h"
 #include "panda_math.h"
 
-void panda_jacobian(const double *q, double *J_out)
+void panda_jacobian(const double q[7], double J_out[42])
 {
     const double r1 = 0.333;
     J_out[6] = 0.0;
@@ -16,7 +16,7 @@ void panda_jacobian(const double *q, double *J_out)
     J_out[36] = 0.0;
     J_out[35] = 1.0;
     const panda_angles4 q_0 = panda_sincos4(q);
-    const panda_angles2 q_4 = panda_sincos2(q + 4);
+    const panda_angles2 q_4 = panda_sincos2(&q[4]);
     const double C1 = q_0.c[0];
     J_out[29] = C1;
     const double S1 = q_0.s[0];

@@ -119,6 +119,32 @@ int panda_least_squares_update(panda_least_squares *s, const panda_real *row, pa
     return 0;
 }
 
+int panda_least_squares_foresee(const panda_least_squares *s, const panda_real *row, panda_real y,
+                               panda_real *innovation, panda_real *leverage)
+{
+    panda_real u[panda_PARAMETERS]; /* R'u = row, so that row'X = u'z */
+    panda_real predicted = 0;
+    panda_real sum = 0;
+    for (int i = 0; i < panda_PARAMETERS; i++) {
+        if (!(s->R[diagonal(i)] > 0)) {
+            return 1;
+        }
+        u[i] = row[i];
+    }
+    for (int i = 0; i < panda_PARAMETERS; i++) {
+        const panda_real *R = s->R + diagonal(i);
+        u[i] /= R[0];
+        for (int j = i + 1; j < panda_PARAMETERS; j++) {
+            u[j] -= R[j - i] * u[i];
+        }
+        predicted += u[i] * s->z[i];
+        sum += u[i] * u[i];
+    }
+    *innovation = y - predicted;
+    *leverage = sum;
+    return 0;
+}
+
 void panda_least_squares_merge(panda_least_squares *s, const panda_least_squares *other)
 {
     panda_real row[panda_PARAMETERS];

@@ -51,6 +51,14 @@ int panda_least_squares_init(panda_least_squares *s, panda_real forgetting);
  */
 int panda_least_squares_update(panda_least_squares *s, const panda_real *row, panda_real y);
 
+/* What the equation row'X = y would bring: innovation = y - row'X with the X so far, and leverage =
+ * row' (R'R)^-1 row, the part of all information on its combination of parameters that would be its
+ * own, over that of the past. With sigma as below, the innovation has the variance
+ * sigma^2 (1 + leverage). Returns 0; nonzero (and nothing written) while X is not determined.
+ */
+int panda_least_squares_foresee(const panda_least_squares *s, const panda_real *row, panda_real y,
+                               panda_real *innovation, panda_real *leverage);
+
 /* Add to s all that other holds, with the weights the rows have there and without ageing s: chunks
  * of a log, or months of logs, solved apart and merged give the solution of the whole. other is
  * read only, and may be s.

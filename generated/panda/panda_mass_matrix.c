@@ -1,13 +1,13 @@
 /* panda: mass matrix M(q)
- * 182 mul, 156 add, 6 sincos for one sample.
+ * 182 mul, 156 add, 6 sincos for one sample, as written here.
  */
 #include "panda.h"
 #include "panda_math.h"
 
-void panda_mass_matrix(const double *q, const double *X, double *M)
+void panda_mass_matrix(const double q[7], const double X[48], double M[49])
 {
-    const panda_angles4 q_1 = panda_sincos4(q + 1);
-    const panda_angles2 q_5 = panda_sincos2(q + 5);
+    const panda_angles4 q_1 = panda_sincos4(&q[1]);
+    const panda_angles2 q_5 = panda_sincos2(&q[5]);
     const double M7_7 = X[44] + X[47];
     M[48] = M7_7;
     const double C2 = q_1.c[0];

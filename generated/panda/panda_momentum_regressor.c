@@ -1,10 +1,10 @@
 /* panda: columns of p = dT/dqd and of dL/dq: dp/dt = tau - friction + dL/dq
- * 958 mul, 521 add, 6 sincos for one sample.
+ * 958 mul, 521 add, 6 sincos for one sample, as written here.
  */
 #include "panda.h"
 #include "panda_math.h"
 
-void panda_momentum_regressor(const double *q, const double *qd, double *p_out, double *dl_out)
+void panda_momentum_regressor(const double q[7], const double qd[7], double p_out[336], double dl_out[336])
 {
     const double gz = 9.81;
     p_out[5] = 0.0;
@@ -176,8 +176,8 @@ void panda_momentum_regressor(const double *q, const double *qd, double *p_out, 
     dl_out[327] = 0.0;
     dl_out[332] = 0.0;
     dl_out[335] = 0.0;
-    const panda_angles4 q_1 = panda_sincos4(q + 1);
-    const panda_angles2 q_5 = panda_sincos2(q + 5);
+    const panda_angles4 q_1 = panda_sincos4(&q[1]);
+    const panda_angles2 q_5 = panda_sincos2(&q[5]);
     const double C2 = q_1.c[0];
     const double QYZ2_1 = -qd[1] * C2;
     p_out[4] = QYZ2_1;

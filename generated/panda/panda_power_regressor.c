@@ -1,16 +1,16 @@
 /* panda: columns of power: qd' tau = out . X, the rate of energy plus friction
- * 305 mul, 244 add, 6 sincos, 7 other for one sample.
+ * 305 mul, 244 add, 6 sincos, 7 other for one sample, as written here.
  */
 #include "panda.h"
 #include "panda_math.h"
 
 #include <math.h>
 
-void panda_power_regressor(const double *q, const double *qd, const double *qdd, double *out)
+void panda_power_regressor(const double q[7], const double qd[7], const double qdd[7], double out[62])
 {
     const double gz = 9.81;
-    const panda_angles4 q_1 = panda_sincos4(q + 1);
-    const panda_angles2 q_5 = panda_sincos2(q + 5);
+    const panda_angles4 q_1 = panda_sincos4(&q[1]);
+    const panda_angles2 q_5 = panda_sincos2(&q[5]);
     const double P331 = qd[0] * qd[0];
     out[49] = P331;
     const double RZZ1 = qd[0] * qdd[0];

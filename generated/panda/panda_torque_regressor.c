@@ -1,10 +1,10 @@
 /* panda: columns of torque: tau = out X, friction included
- * 709 mul, 501 add, 6 sincos, 7 other for one sample.
+ * 709 mul, 501 add, 6 sincos, 7 other for one sample, as written here.
  */
 #include "panda.h"
 #include "panda_math.h"
 
-void panda_torque_regressor(const double *q, const double *qd, const double *qdd, double *out)
+void panda_torque_regressor(const double q[7], const double qd[7], const double qdd[7], double out[434])
 {
     const double gz = 9.81;
     out[6] = 0.0;
@@ -118,8 +118,8 @@ void panda_torque_regressor(const double *q, const double *qd, const double *qdd
     out[369] = qd[5];
     out[419] = qdd[6];
     out[433] = qd[6];
-    const panda_angles4 q_1 = panda_sincos4(q + 1);
-    const panda_angles2 q_5 = panda_sincos2(q + 5);
+    const panda_angles4 q_1 = panda_sincos4(&q[1]);
+    const panda_angles2 q_5 = panda_sincos2(&q[5]);
     const double sFS1 = (double)((qd[0] > 0.0) - (qd[0] < 0.0));
     out[48] = sFS1;
     const double sFS2 = (double)((qd[1] > 0.0) - (qd[1] < 0.0));

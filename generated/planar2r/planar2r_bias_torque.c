@@ -1,12 +1,12 @@
 /* planar2r: h = C qd + g + friction
- * 12 mul, 4 add, 1 sincos for one sample.
+ * 12 mul, 4 add, 1 sincos for one sample, as written here.
  */
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-void planar2r_bias_torque(const double *q, const double *qd, const double *X, double *h)
+void planar2r_bias_torque(const double q[2], const double qd[2], const double X[4], double h[2])
 {
-    const planar2r_angles1 q_1 = planar2r_sincos1(q + 1);
+    const planar2r_angles1 q_1 = planar2r_sincos1(&q[1]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double ZP33d2 = qd[0] * qd[0];

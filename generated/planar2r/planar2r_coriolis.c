@@ -1,13 +1,13 @@
 /* planar2r: C(q, qd) with C qd the Coriolis torques and dM/dt - 2 C skew-symmetric
- * 11 mul, 4 add, 1 sincos for one sample.
+ * 11 mul, 4 add, 1 sincos for one sample, as written here.
  */
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-void planar2r_coriolis(const double *q, const double *qd, const double *X, double *C)
+void planar2r_coriolis(const double q[2], const double qd[2], const double X[4], double C[4])
 {
     C[3] = 0.0;
-    const planar2r_angles1 q_1 = planar2r_sincos1(q + 1);
+    const planar2r_angles1 q_1 = planar2r_sincos1(&q[1]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double W32 = qd[0] + qd[1];

@@ -1,13 +1,13 @@
 /* planar2r: kinetic energy T and potential energy U, U up to a constant
- * 13 mul, 4 add, 1 sincos for one sample.
+ * 13 mul, 4 add, 1 sincos for one sample, as written here.
  */
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-void planar2r_energy(const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+void planar2r_energy(const double q[2], const double qd[2], const double X[4], double T_out[1], double U_out[1])
 {
     U_out[0] = 0.0;
-    const planar2r_angles1 q_1 = planar2r_sincos1(q + 1);
+    const planar2r_angles1 q_1 = planar2r_sincos1(&q[1]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double V2d2 = qd[0] * planar2r_geometry_L1;

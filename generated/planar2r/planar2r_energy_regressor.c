@@ -1,12 +1,12 @@
 /* planar2r: columns DE + DU of kinetic plus potential energy: E + U = out . X
- * 9 mul, 1 add, 1 sincos for one sample.
+ * 9 mul, 1 add, 1 sincos for one sample, as written here.
  */
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-void planar2r_energy_regressor(const double *q, const double *qd, double *out)
+void planar2r_energy_regressor(const double q[2], const double qd[2], double out[4])
 {
-    const planar2r_angles1 q_1 = planar2r_sincos1(q + 1);
+    const planar2r_angles1 q_1 = planar2r_sincos1(&q[1]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double V2d2 = qd[0] * planar2r_geometry_L1;

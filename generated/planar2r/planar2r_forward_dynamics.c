@@ -1,19 +1,14 @@
 /* planar2r: accelerations under torques tau; not 0 where M is not positive definite
- * 23 mul, 13 add, 2 div, 1 sincos for one sample.
+ * 23 mul, 13 add, 2 div, 1 sincos for one sample, as written here.
  */
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-int planar2r_forward_dynamics(const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int planar2r_forward_dynamics(const double q[2], const double qd[2], const double tau[2], const double X[4], double qdd[2])
 {
-    const planar2r_angles1 q_1 = planar2r_sincos1(q + 1);
+    const planar2r_angles1 q_1 = planar2r_sincos1(&q[1]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
-    const double m2_1e2 = X[2] * C2 - X[3] * S2;
-    const double xd2_2 = 2.0 * planar2r_geometry_L1 * m2_1e2;
-    const double J33d2_2 = X[1] + xd2_2;
-    const double J33s1_2 = X[0] + J33d2_2;
-    const double Nbm23d2 = X[1] + planar2r_geometry_L1 * m2_1e2;
     const double ZP33d2 = qd[0] * qd[0];
     const double Z1d2 = -planar2r_geometry_L1 * ZP33d2;
     const double Z1e2 = C2 * Z1d2;
@@ -27,6 +22,11 @@ int planar2r_forward_dynamics(const double *q, const double *qd, const double *t
     const double Nb3d2 = planar2r_geometry_L1 * Fb2e2 + N2_3;
     const double b1 = tau[0] - Nb3d2;
     const double b2 = tau[1] - N2_3;
+    const double m2_1e2 = X[2] * C2 - X[3] * S2;
+    const double xd2_2 = 2.0 * planar2r_geometry_L1 * m2_1e2;
+    const double J33d2_2 = X[1] + xd2_2;
+    const double J33s1_2 = X[0] + J33d2_2;
+    const double Nbm23d2 = X[1] + planar2r_geometry_L1 * m2_1e2;
     const double d2 = 1.0 / X[1];
     const double l2_1 = Nbm23d2 * d2;
     const double m2_1_1 = J33s1_2 - Nbm23d2 * l2_1;
@@ -36,7 +36,19 @@ int planar2r_forward_dynamics(const double *q, const double *qd, const double *t
     qdd[0] = o1;
     const double o2 = b2 * d2 - l2_1 * o1;
     qdd[1] = o2;
-    return m2_1_1 > 0.0 && X[1] > 0.0 ? 0 : 1;
+    const double guard[2] = { X[1], m2_1_1 };
+    int status = planar2r_OK;
+    for (size_t i = 0u; (i < 2u) && (status == 0); ++i) {
+        if (!(guard[i] > 0.0)) {
+            status = (guard[i] <= 0.0) ? planar2r_NOT_POSITIVE_DEFINITE : planar2r_NOT_FINITE;
+        }
+    }
+    for (size_t i = 0u; (i < 2u) && (status == 0); ++i) {
+        if (!((qdd[i] - qdd[i]) == 0.0)) {
+            status = planar2r_NOT_FINITE;
+        }
+    }
+    return status;
 }
 
 int planar2r_forward_dynamics_batch(size_t N, const double *q, const double *qd, const double *tau, const double *X, double *qdd)

@@ -1,10 +1,10 @@
 /* planar2r: homogeneous transforms 0T_j of all links, fixed ones included
- * 6 mul, 2 add, 2 sincos for one sample.
+ * 6 mul, 2 add, 2 sincos for one sample, as written here.
  */
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-void planar2r_frames(const double *q, double *T_out)
+void planar2r_frames(const double q[2], double T_out[32])
 {
     T_out[2] = 0.0;
     T_out[3] = 0.0;

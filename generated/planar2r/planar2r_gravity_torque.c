@@ -1,9 +1,9 @@
 /* planar2r: torque that holds the arm at rest, without friction
- * 0 operations for one sample.
+ * 0 operations for one sample, as written here.
  */
 #include "planar2r.h"
 
-void planar2r_gravity_torque(const double *q, const double *X, double *tau)
+void planar2r_gravity_torque(const double q[2], const double X[4], double tau[2])
 {
     (void)q;
     (void)X;

@@ -19,6 +19,16 @@
  * the polynomial extrapolates far from its points; fewer points are taken then. */
 #define LARGEST_GAIN 2
 
+/* The largest size of q, qd and tau that is no fault of the measurement. */
+#define LARGEST_SAMPLE 1e9
+
+/* An outlier differs from its prediction by so many standard deviations, and by this share of the
+ * largest right-hand side: residuals of a model that is not quite right grow with the motion. */
+#define GATE 10
+#define LEAST_WRONG 0.1
+/* The share of the mean leverage, which balances forgetting, that an equation must have. */
+#define LEAST_LEVERAGE 0.01
+
 /* The arrays behind the head, of `width` values each: [value or rate] of the inertial columns of
  * all equations, then of their friction columns, then of their right-hand sides. */
 enum {
@@ -36,6 +46,17 @@ struct planar2r_identifier_alignment {
     char byte;
     planar2r_identifier state;
 };
+
+/* Whether these can be numbers of a robot; NaN cannot. */
+static int all_plausible(const planar2r_real *x)
+{
+    int plausible = 1;
+    for (int j = 0; j < planar2r_JOINTS; j++) {
+        plausible = plausible && x[j] <= (planar2r_real)LARGEST_SAMPLE &&
+                    x[j] >= (planar2r_real)-LARGEST_SAMPLE;
+    }
+    return plausible;
+}
 
 static int all_finite(const planar2r_real *x, size_t length)
 {
@@ -146,6 +167,38 @@ static void rebase(planar2r_identifier *s)
     s->position = 0;
 }
 
+/* What is wrong with an equation, if anything: the innovation test and the excitation test. */
+static int judged(planar2r_identifier *s, const planar2r_real *row, planar2r_real y)
+{
+    const planar2r_least_squares *past = &s->least_squares;
+    const size_t longest = s->mode == planar2r_WINDOW_SLIDING ? s->window : 0;
+    const size_t patience = 2 * (size_t)s->equations * (longest + NODES);
+    const double freedom = past->count - (double)planar2r_PARAMETERS;
+    const planar2r_real least =
+        (planar2r_real)LEAST_LEVERAGE * (planar2r_real)planar2r_PARAMETERS * (1 - past->forgetting);
+    const planar2r_real size = y < 0 ? -y : y;
+    planar2r_real innovation = 0;
+    planar2r_real leverage = 0;
+    const int open = planar2r_least_squares_foresee(past, row, y, &innovation, &leverage);
+    const planar2r_real wrong = innovation < 0 ? -innovation : innovation;
+    if (open == 0 && leverage < least) {
+        return planar2r_NOT_EXCITED;
+    }
+    if (open == 0 && freedom > 0.0 && wrong > (planar2r_real)LEAST_WRONG * s->largest) {
+        const double gate = GATE * sqrt(past->rss / freedom * (1.0 + (double)leverage));
+        if ((double)wrong > gate) {
+            s->refused++;
+            if (s->refused <= patience) {
+                return planar2r_OUTLIER;
+            }
+        }
+    } else {
+        s->refused = 0;
+    }
+    s->largest = size > s->largest ? size : s->largest;
+    return planar2r_OK;
+}
+
 /* Take in the equations of the window from `start` to where the value is `end`. */
 static void close_window(planar2r_identifier *s, const planar2r_real *end, const planar2r_real *start)
 {
@@ -161,7 +214,11 @@ static void close_window(planar2r_identifier *s, const planar2r_real *end, const
                                                    : equations * planar2r_PARAMETERS + e;
             row[i] = ((end[k] + sum[k]) - start[k]) + block[k];
         }
-        (void)planar2r_least_squares_update(&s->least_squares, row, row[planar2r_PARAMETERS]);
+        const int status = judged(s, row, row[planar2r_PARAMETERS]);
+        if (status == planar2r_OK) {
+            (void)planar2r_least_squares_update(&s->least_squares, row, row[planar2r_PARAMETERS]);
+        }
+        s->status |= status;
     }
 }
 
@@ -254,14 +311,15 @@ int planar2r_identifier_step(void *state, const planar2r_real *q, const planar2r
     /* Written over the oldest sample, which nobody reads any more. */
     planar2r_real *rate = array(s, (size_t)(AT_RATE + s->next));
     planar2r_real *value = array(s, (size_t)(AT_VALUE + s->next % VALUES));
-    if (!all_finite(q, planar2r_JOINTS) || !all_finite(qd, planar2r_JOINTS) ||
-        !all_finite(tau, planar2r_JOINTS) || (s->samples > 0 && !(dt > 0 && isfinite(dt)))) {
-        return 1;
+    if (!all_plausible(q) || !all_plausible(qd) || !all_plausible(tau) ||
+        (s->samples > 0 && !(dt > 0 && isfinite(dt)))) {
+        return planar2r_NOT_FINITE;
     }
     s->columns(q, qd, tau, value, rate);
     if (!all_finite(value, s->width) || !all_finite(rate, s->width)) {
-        return 1; /* finite, but so large that its energy is not */
+        return planar2r_NOT_FINITE;
     }
+    s->status = planar2r_OK;
     memmove(s->steps, s->steps + 1, sizeof s->steps - sizeof s->steps[0]);
     s->steps[NODES - 2] = dt;
     s->next = (s->next + 1) % NODES;
@@ -272,8 +330,16 @@ int planar2r_identifier_step(void *state, const planar2r_real *q, const planar2r
     } else if (s->samples >= REACH + 2) {
         integrate(s, s->samples - REACH - 2);
         advance(s, array(s, (size_t)(AT_VALUE + s->next % VALUES)));
+        if (s->mode == planar2r_WINDOW_START && (s->status & planar2r_OUTLIER) != 0) {
+            planar2r_identifier_restart(state); /* every later window would hold the outlier, too */
+        }
     }
-    return 0;
+    return planar2r_OK;
+}
+
+int planar2r_identifier_status(const void *state)
+{
+    return ((const planar2r_identifier *)state)->status;
 }
 
 void planar2r_identifier_restart(void *state)

@@ -1,10 +1,10 @@
 /* planar2r: Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning
- * 2 mul, 1 sincos for one sample.
+ * 2 mul, 1 sincos for one sample, as written here.
  */
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-void planar2r_jacobian(const double *q, double *J_out)
+void planar2r_jacobian(const double q[2], double J_out[12])
 {
     J_out[1] = 0.0;
     J_out[3] = 0.0;

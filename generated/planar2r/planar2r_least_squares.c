@@ -119,6 +119,32 @@ int planar2r_least_squares_update(planar2r_least_squares *s, const planar2r_real
     return 0;
 }
 
+int planar2r_least_squares_foresee(const planar2r_least_squares *s, const planar2r_real *row, planar2r_real y,
+                               planar2r_real *innovation, planar2r_real *leverage)
+{
+    planar2r_real u[planar2r_PARAMETERS]; /* R'u = row, so that row'X = u'z */
+    planar2r_real predicted = 0;
+    planar2r_real sum = 0;
+    for (int i = 0; i < planar2r_PARAMETERS; i++) {
+        if (!(s->R[diagonal(i)] > 0)) {
+            return 1;
+        }
+        u[i] = row[i];
+    }
+    for (int i = 0; i < planar2r_PARAMETERS; i++) {
+        const planar2r_real *R = s->R + diagonal(i);
+        u[i] /= R[0];
+        for (int j = i + 1; j < planar2r_PARAMETERS; j++) {
+            u[j] -= R[j - i] * u[i];
+        }
+        predicted += u[i] * s->z[i];
+        sum += u[i] * u[i];
+    }
+    *innovation = y - predicted;
+    *leverage = sum;
+    return 0;
+}
+
 void planar2r_least_squares_merge(planar2r_least_squares *s, const planar2r_least_squares *other)
 {
     planar2r_real row[planar2r_PARAMETERS];

@@ -51,6 +51,14 @@ int planar2r_least_squares_init(planar2r_least_squares *s, planar2r_real forgett
  */
 int planar2r_least_squares_update(planar2r_least_squares *s, const planar2r_real *row, planar2r_real y);
 
+/* What the equation row'X = y would bring: innovation = y - row'X with the X so far, and leverage =
+ * row' (R'R)^-1 row, the part of all information on its combination of parameters that would be its
+ * own, over that of the past. With sigma as below, the innovation has the variance
+ * sigma^2 (1 + leverage). Returns 0; nonzero (and nothing written) while X is not determined.
+ */
+int planar2r_least_squares_foresee(const planar2r_least_squares *s, const planar2r_real *row, planar2r_real y,
+                               planar2r_real *innovation, planar2r_real *leverage);
+
 /* Add to s all that other holds, with the weights the rows have there and without ageing s: chunks
  * of a log, or months of logs, solved apart and merged give the solution of the whole. other is
  * read only, and may be s.

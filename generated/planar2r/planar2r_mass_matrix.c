@@ -1,13 +1,13 @@
 /* planar2r: mass matrix M(q)
- * 5 mul, 4 add, 1 sincos for one sample.
+ * 5 mul, 4 add, 1 sincos for one sample, as written here.
  */
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-void planar2r_mass_matrix(const double *q, const double *X, double *M)
+void planar2r_mass_matrix(const double q[2], const double X[4], double M[4])
 {
     M[3] = X[1];
-    const planar2r_angles1 q_1 = planar2r_sincos1(q + 1);
+    const planar2r_angles1 q_1 = planar2r_sincos1(&q[1]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double m2_1e2 = X[2] * C2 - X[3] * S2;

@@ -1,10 +1,10 @@
 /* planar2r: columns of p = dT/dqd and of dL/dq: dp/dt = tau - friction + dL/dq
- * 9 mul, 3 add, 1 sincos for one sample.
+ * 9 mul, 3 add, 1 sincos for one sample, as written here.
  */
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-void planar2r_momentum_regressor(const double *q, const double *qd, double *p_out, double *dl_out)
+void planar2r_momentum_regressor(const double q[2], const double qd[2], double p_out[8], double dl_out[8])
 {
     p_out[4] = 0.0;
     p_out[0] = qd[0];
@@ -14,7 +14,7 @@ void planar2r_momentum_regressor(const double *q, const double *qd, double *p_ou
     dl_out[3] = 0.0;
     dl_out[4] = 0.0;
     dl_out[5] = 0.0;
-    const planar2r_angles1 q_1 = planar2r_sincos1(q + 1);
+    const planar2r_angles1 q_1 = planar2r_sincos1(&q[1]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double L1_1e2 = planar2r_geometry_L1 * S2;

@@ -1,12 +1,12 @@
 /* planar2r: columns of power: qd' tau = out . X, the rate of energy plus friction
- * 19 mul, 8 add, 1 sincos for one sample.
+ * 19 mul, 8 add, 1 sincos for one sample, as written here.
  */
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-void planar2r_power_regressor(const double *q, const double *qd, const double *qdd, double *out)
+void planar2r_power_regressor(const double q[2], const double qd[2], const double qdd[2], double out[4])
 {
-    const planar2r_angles1 q_1 = planar2r_sincos1(q + 1);
+    const planar2r_angles1 q_1 = planar2r_sincos1(&q[1]);
     const double RZZ1 = qd[0] * qdd[0];
     out[0] = RZZ1;
     const double C2 = q_1.c[0];

@@ -1,14 +1,14 @@
 /* planar2r: columns of torque: tau = out X, friction included
- * 14 mul, 8 add, 1 sincos for one sample.
+ * 14 mul, 8 add, 1 sincos for one sample, as written here.
  */
 #include "planar2r.h"
 #include "planar2r_math.h"
 
-void planar2r_torque_regressor(const double *q, const double *qd, const double *qdd, double *out)
+void planar2r_torque_regressor(const double q[2], const double qd[2], const double qdd[2], double out[8])
 {
     out[4] = 0.0;
     out[0] = qdd[0];
-    const planar2r_angles1 q_1 = planar2r_sincos1(q + 1);
+    const planar2r_angles1 q_1 = planar2r_sincos1(&q[1]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double L1_1e2 = planar2r_geometry_L1 * S2;

@@ -1,14 +1,14 @@
 /* puma560: C(q, qd) with C qd the Coriolis torques and dM/dt - 2 C skew-symmetric
- * 822 mul, 596 add, 5 sincos for one sample.
+ * 822 mul, 596 add, 5 sincos for one sample, as written here.
  */
 #include "puma560.h"
 #include "puma560_math.h"
 
-void puma560_coriolis(const double *q, const double *qd, const double *X, double *C)
+void puma560_coriolis(const double q[6], const double qd[6], const double X[40], double C[36])
 {
     C[35] = 0.0;
-    const puma560_angles4 q_1 = puma560_sincos4(q + 1);
-    const puma560_angles1 q_5 = puma560_sincos1(q + 5);
+    const puma560_angles4 q_1 = puma560_sincos4(&q[1]);
+    const puma560_angles1 q_5 = puma560_sincos1(&q[5]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

@@ -1,14 +1,14 @@
 /* puma560: kinetic energy T and potential energy U, U up to a constant
- * 173 mul, 89 add, 5 sincos for one sample.
+ * 173 mul, 89 add, 5 sincos for one sample, as written here.
  */
 #include "puma560.h"
 #include "puma560_math.h"
 
-void puma560_energy(const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+void puma560_energy(const double q[6], const double qd[6], const double X[40], double T_out[1], double U_out[1])
 {
     const double gz = 9.81;
-    const puma560_angles4 q_1 = puma560_sincos4(q + 1);
-    const puma560_angles1 q_5 = puma560_sincos1(q + 5);
+    const puma560_angles4 q_1 = puma560_sincos4(&q[1]);
+    const puma560_angles1 q_5 = puma560_sincos1(&q[5]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

@@ -1,14 +1,14 @@
 /* puma560: columns DE + DU of kinetic plus potential energy: E + U = out . X
- * 123 mul, 51 add, 5 sincos for one sample.
+ * 123 mul, 51 add, 5 sincos for one sample, as written here.
  */
 #include "puma560.h"
 #include "puma560_math.h"
 
-void puma560_energy_regressor(const double *q, const double *qd, double *out)
+void puma560_energy_regressor(const double q[6], const double qd[6], double out[40])
 {
     const double gz = 9.81;
-    const puma560_angles4 q_1 = puma560_sincos4(q + 1);
-    const puma560_angles1 q_5 = puma560_sincos1(q + 5);
+    const puma560_angles4 q_1 = puma560_sincos4(&q[1]);
+    const puma560_angles1 q_5 = puma560_sincos1(&q[5]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

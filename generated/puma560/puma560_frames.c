@@ -1,10 +1,10 @@
 /* puma560: homogeneous transforms 0T_j of all links, fixed ones included
- * 63 mul, 32 add, 6 sincos for one sample.
+ * 63 mul, 32 add, 6 sincos for one sample, as written here.
  */
 #include "puma560.h"
 #include "puma560_math.h"
 
-void puma560_frames(const double *q, double *T_out)
+void puma560_frames(const double q[6], double T_out[96])
 {
     T_out[2] = 0.0;
     T_out[3] = 0.0;
@@ -42,7 +42,7 @@ void puma560_frames(const double *q, double *T_out)
     T_out[79] = 1.0;
     T_out[95] = 1.0;
     const puma560_angles4 q_0 = puma560_sincos4(q);
-    const puma560_angles2 q_4 = puma560_sincos2(q + 4);
+    const puma560_angles2 q_4 = puma560_sincos2(&q[4]);
     const double C1 = q_0.c[0];
     T_out[0] = C1;
     T_out[5] = C1;

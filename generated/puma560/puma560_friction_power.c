@@ -1,11 +1,11 @@
 /* puma560: columns of the power that friction takes: P = out . X[p_inertial..p)
- * 6 mul, 6 other for one sample.
+ * 6 mul, 6 other for one sample, as written here.
  */
 #include "puma560.h"
 
 #include <math.h>
 
-void puma560_friction_power(const double *q, const double *qd, double *out)
+void puma560_friction_power(const double q[6], const double qd[6], double out[12])
 {
     (void)q;
     const double DFS1 = fabs(qd[0]);

@@ -1,14 +1,14 @@
 /* puma560: torque that holds the arm at rest, without friction
- * 50 mul, 28 add, 5 sincos for one sample.
+ * 50 mul, 28 add, 5 sincos for one sample, as written here.
  */
 #include "puma560.h"
 #include "puma560_math.h"
 
-void puma560_gravity_torque(const double *q, const double *X, double *tau)
+void puma560_gravity_torque(const double q[6], const double X[40], double tau[6])
 {
     const double gz = 9.81;
-    const puma560_angles4 q_1 = puma560_sincos4(q + 1);
-    const puma560_angles1 q_5 = puma560_sincos1(q + 5);
+    const puma560_angles4 q_1 = puma560_sincos4(&q[1]);
+    const puma560_angles1 q_5 = puma560_sincos1(&q[5]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

@@ -65,8 +65,8 @@ enum {
  * At a sample this writes value and rate, each in three blocks: `equations` times the inertial
  * columns, then as often the friction columns, then the right-hand sides. Both are 0 at first: what
  * is always 0 need not be written. */
-typedef void puma560_identifier_columns(const puma560_real *q, const puma560_real *qd, const puma560_real *tau,
-                                     puma560_real *value, puma560_real *rate);
+typedef void puma560_identifier_columns(const puma560_real *q, const puma560_real *qd,
+                                     const puma560_real *tau, puma560_real *value, puma560_real *rate);
 
 /* The head of the memory, public only to give its size to the compiler. Behind it arrays of `width`
  * values, in mode sliding one for each of the last `window` samples among them. */
@@ -82,13 +82,16 @@ typedef struct puma560_identifier {
     int next;        /* where the next sample goes, cyclic */
     int samples;     /* how many of the latest there are, up to puma560_IDENTIFIER_NODES */
     int full;        /* nonzero: the ring holds a whole window */
+    int status;      /* of the latest step: bits of puma560_status */
+    size_t refused;  /* equations in a row that were outliers */
+    puma560_real largest; /* right-hand side of an equation taken */
 } puma560_identifier;
 
 /* Bytes of memory for a window of so many samples, as a constant expression. */
 #define puma560_IDENTIFIER_BYTES(window) puma560_IDENTIFIER_BYTES_OF(1, window)
-#define puma560_IDENTIFIER_BYTES_OF(equations, window)                            \
-    (sizeof(puma560_identifier) + ((size_t)puma560_IDENTIFIER_ARRAYS + (window)) *   \
-                                   (size_t)(equations) * (puma560_PARAMETERS + 1) * sizeof(puma560_real))
+#define puma560_IDENTIFIER_BYTES_OF(equations, window)                          \
+    (sizeof(puma560_identifier) + ((size_t)puma560_IDENTIFIER_ARRAYS + (window)) * \
+        (size_t)(equations) * (puma560_PARAMETERS + 1) * sizeof(puma560_real))
 
 /* The same as a function; 0 when it exceeds a size_t. Only mode sliding needs memory for its
  * window: 0 is enough for the two others. */
@@ -98,7 +101,7 @@ size_t puma560_identifier_size(size_t window);
  *
  * state: at least puma560_identifier_size(window) bytes; window: length in samples, at least 1,
  * ignored in mode start; forgetting, in (0, 1]: weight of the past, per row (1: keep everything;
- * below 1, do not feed samples while the robot stands still: nothing new replaces what fades).
+ * below 1, equations that would teach less than is forgotten are left out: see the status).
  * Returns 0; nonzero (and the memory untouched) when an argument is out of range, the memory too
  * small or badly aligned.
  */
@@ -109,11 +112,13 @@ int puma560_identifier_init(void *state, size_t bytes, size_t window, int mode,
  * puma560_JOINTS of them a window; all take the same weight, and forgetting is per equation. */
 size_t puma560_identifier_size_of(int equations, size_t window);
 int puma560_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
-                            puma560_real forgetting, int equations, puma560_identifier_columns *columns);
+                            puma560_real forgetting, int equations,
+                            puma560_identifier_columns *columns);
 
 /* Take the next sample: q, qd, tau of puma560_JOINTS values each, in rad or m, per s, N m or N; dt > 0
- * in s, the time since the sample before (ignored for the first sample). Returns 0; nonzero, and
- * the sample is as if it had never been, when a number is not finite or dt not positive.
+ * in s, the time since the last sample that was taken (ignored for the first). Returns 0; nonzero,
+ * and the sample is as if it had never been, when a number is not finite or larger than 1e9, which
+ * no robot's is, or dt not positive.
  *
  * At most one window closes, the first with the fourth sample at the earliest; the work is bounded,
  * whatever the window. Beside a step much longer than its neighbours (from about three times on)
@@ -121,6 +126,23 @@ int puma560_identifier_init_of(void *state, size_t bytes, size_t window, int mod
  */
 int puma560_identifier_step(void *state, const puma560_real *q, const puma560_real *qd,
                          const puma560_real *tau, puma560_real dt);
+
+/* What came of the equations that the latest step closed, as bits: puma560_OK, all were taken, or
+ * there were none; otherwise some were not, and what was learned before stays as it is.
+ *
+ * puma560_OUTLIER: the right-hand side is more than 10 standard deviations from what the X so far,
+ * known as well as it is, predicts, and by more than a tenth of the largest right-hand side taken
+ * so far: a sample in the window is absurd. Windows that start at the first sample begin anew.
+ * Where twice as many equations in a row are outliers as a window has samples, it is the robot
+ * that has changed, and they are taken.
+ *
+ * puma560_NOT_EXCITED: with forgetting f, an equation makes the past weigh (1 - f) puma560_PARAMETERS
+ * less, over all directions; one that brings less than a hundredth of that (its leverage, see
+ * puma560_least_squares.h) would replace what is known by noise, as at standstill.
+ *
+ * Before X is determined nothing can be compared, and every equation is taken.
+ */
+int puma560_identifier_status(const void *state);
 
 /* Forget the open windows, not what was learned: the next sample is a first one. For a new log, or
  * after a gap in the samples. */

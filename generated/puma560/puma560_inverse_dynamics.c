@@ -1,14 +1,14 @@
 /* puma560: torque of a motion: tau = M qdd + C qd + g + friction
- * 288 mul, 275 add, 5 sincos, 6 other for one sample.
+ * 288 mul, 275 add, 5 sincos, 6 other for one sample, as written here.
  */
 #include "puma560.h"
 #include "puma560_math.h"
 
-void puma560_inverse_dynamics(const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+void puma560_inverse_dynamics(const double q[6], const double qd[6], const double qdd[6], const double X[52], double tau[6])
 {
     const double gz = 9.81;
-    const puma560_angles4 q_1 = puma560_sincos4(q + 1);
-    const puma560_angles1 q_5 = puma560_sincos1(q + 5);
+    const puma560_angles4 q_1 = puma560_sincos4(&q[1]);
+    const puma560_angles1 q_5 = puma560_sincos1(&q[5]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

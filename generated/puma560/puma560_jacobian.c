@@ -1,10 +1,10 @@
 /* puma560: Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning
- * 53 mul, 30 add, 5 sincos for one sample.
+ * 53 mul, 30 add, 5 sincos for one sample, as written here.
  */
 #include "puma560.h"
 #include "puma560_math.h"
 
-void puma560_jacobian(const double *q, double *J_out)
+void puma560_jacobian(const double q[6], double J_out[36])
 {
     J_out[3] = 0.0;
     J_out[4] = 0.0;
@@ -22,7 +22,7 @@ void puma560_jacobian(const double *q, double *J_out)
     J_out[32] = 0.0;
     J_out[30] = 1.0;
     const puma560_angles4 q_0 = puma560_sincos4(q);
-    const puma560_angles1 q_4 = puma560_sincos1(q + 4);
+    const puma560_angles1 q_4 = puma560_sincos1(&q[4]);
     const double C1 = q_0.c[0];
     J_out[25] = C1;
     J_out[26] = C1;

@@ -119,6 +119,32 @@ int puma560_least_squares_update(puma560_least_squares *s, const puma560_real *r
     return 0;
 }
 
+int puma560_least_squares_foresee(const puma560_least_squares *s, const puma560_real *row, puma560_real y,
+                               puma560_real *innovation, puma560_real *leverage)
+{
+    puma560_real u[puma560_PARAMETERS]; /* R'u = row, so that row'X = u'z */
+    puma560_real predicted = 0;
+    puma560_real sum = 0;
+    for (int i = 0; i < puma560_PARAMETERS; i++) {
+        if (!(s->R[diagonal(i)] > 0)) {
+            return 1;
+        }
+        u[i] = row[i];
+    }
+    for (int i = 0; i < puma560_PARAMETERS; i++) {
+        const puma560_real *R = s->R + diagonal(i);
+        u[i] /= R[0];
+        for (int j = i + 1; j < puma560_PARAMETERS; j++) {
+            u[j] -= R[j - i] * u[i];
+        }
+        predicted += u[i] * s->z[i];
+        sum += u[i] * u[i];
+    }
+    *innovation = y - predicted;
+    *leverage = sum;
+    return 0;
+}
+
 void puma560_least_squares_merge(puma560_least_squares *s, const puma560_least_squares *other)
 {
     puma560_real row[puma560_PARAMETERS];

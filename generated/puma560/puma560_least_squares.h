@@ -51,6 +51,14 @@ int puma560_least_squares_init(puma560_least_squares *s, puma560_real forgetting
  */
 int puma560_least_squares_update(puma560_least_squares *s, const puma560_real *row, puma560_real y);
 
+/* What the equation row'X = y would bring: innovation = y - row'X with the X so far, and leverage =
+ * row' (R'R)^-1 row, the part of all information on its combination of parameters that would be its
+ * own, over that of the past. With sigma as below, the innovation has the variance
+ * sigma^2 (1 + leverage). Returns 0; nonzero (and nothing written) while X is not determined.
+ */
+int puma560_least_squares_foresee(const puma560_least_squares *s, const puma560_real *row, puma560_real y,
+                               puma560_real *innovation, puma560_real *leverage);
+
 /* Add to s all that other holds, with the weights the rows have there and without ageing s: chunks
  * of a log, or months of logs, solved apart and merged give the solution of the whole. other is
  * read only, and may be s.

@@ -1,13 +1,13 @@
 /* puma560: mass matrix M(q)
- * 160 mul, 140 add, 5 sincos for one sample.
+ * 160 mul, 140 add, 5 sincos for one sample, as written here.
  */
 #include "puma560.h"
 #include "puma560_math.h"
 
-void puma560_mass_matrix(const double *q, const double *X, double *M)
+void puma560_mass_matrix(const double q[6], const double X[40], double M[36])
 {
-    const puma560_angles4 q_1 = puma560_sincos4(q + 1);
-    const puma560_angles1 q_5 = puma560_sincos1(q + 5);
+    const puma560_angles4 q_1 = puma560_sincos4(&q[1]);
+    const puma560_angles1 q_5 = puma560_sincos1(&q[5]);
     const double M6_6 = X[36] + X[39];
     M[35] = M6_6;
     const double C2 = q_1.c[0];

@@ -1,10 +1,10 @@
 /* puma560: columns of p = dT/dqd and of dL/dq: dp/dt = tau - friction + dL/dq
- * 547 mul, 306 add, 5 sincos for one sample.
+ * 547 mul, 306 add, 5 sincos for one sample, as written here.
  */
 #include "puma560.h"
 #include "puma560_math.h"
 
-void puma560_momentum_regressor(const double *q, const double *qd, double *p_out, double *dl_out)
+void puma560_momentum_regressor(const double q[6], const double qd[6], double p_out[240], double dl_out[240])
 {
     const double gz = 9.81;
     p_out[5] = 0.0;
@@ -135,8 +135,8 @@ void puma560_momentum_regressor(const double *q, const double *qd, double *p_out
     dl_out[231] = 0.0;
     dl_out[236] = 0.0;
     dl_out[239] = 0.0;
-    const puma560_angles4 q_1 = puma560_sincos4(q + 1);
-    const puma560_angles1 q_5 = puma560_sincos1(q + 5);
+    const puma560_angles4 q_1 = puma560_sincos4(&q[1]);
+    const puma560_angles1 q_5 = puma560_sincos1(&q[5]);
     const double C2 = q_1.c[0];
     const double QYZ2_1 = -qd[1] * C2;
     p_out[4] = QYZ2_1;

@@ -1,16 +1,16 @@
 /* puma560: columns of power: qd' tau = out . X, the rate of energy plus friction
- * 268 mul, 217 add, 5 sincos, 6 other for one sample.
+ * 268 mul, 217 add, 5 sincos, 6 other for one sample, as written here.
  */
 #include "puma560.h"
 #include "puma560_math.h"
 
 #include <math.h>
 
-void puma560_power_regressor(const double *q, const double *qd, const double *qdd, double *out)
+void puma560_power_regressor(const double q[6], const double qd[6], const double qdd[6], double out[52])
 {
     const double gz = 9.81;
-    const puma560_angles4 q_1 = puma560_sincos4(q + 1);
-    const puma560_angles1 q_5 = puma560_sincos1(q + 5);
+    const puma560_angles4 q_1 = puma560_sincos4(&q[1]);
+    const puma560_angles1 q_5 = puma560_sincos1(&q[5]);
     const double P331 = qd[0] * qd[0];
     out[41] = P331;
     const double RZZ1 = qd[0] * qdd[0];

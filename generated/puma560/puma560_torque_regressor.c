@@ -1,10 +1,10 @@
 /* puma560: columns of torque: tau = out X, friction included
- * 421 mul, 311 add, 5 sincos, 6 other for one sample.
+ * 421 mul, 311 add, 5 sincos, 6 other for one sample, as written here.
  */
 #include "puma560.h"
 #include "puma560_math.h"
 
-void puma560_torque_regressor(const double *q, const double *qd, const double *qdd, double *out)
+void puma560_torque_regressor(const double q[6], const double qd[6], const double qdd[6], double out[312])
 {
     const double gz = 9.81;
     out[15] = 0.0;
@@ -96,8 +96,8 @@ void puma560_torque_regressor(const double *q, const double *qd, const double *q
     out[257] = qd[4];
     out[299] = qdd[5];
     out[311] = qd[5];
-    const puma560_angles4 q_1 = puma560_sincos4(q + 1);
-    const puma560_angles1 q_5 = puma560_sincos1(q + 5);
+    const puma560_angles4 q_1 = puma560_sincos4(&q[1]);
+    const puma560_angles1 q_5 = puma560_sincos1(&q[5]);
     const double sFS1 = (double)((qd[0] > 0.0) - (qd[0] < 0.0));
     out[40] = sFS1;
     const double sFS2 = (double)((qd[1] > 0.0) - (qd[1] < 0.0));

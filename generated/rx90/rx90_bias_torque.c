@@ -1,14 +1,14 @@
 /* rx90: h = C qd + g + friction
- * 252 mul, 225 add, 5 sincos, 6 other for one sample.
+ * 252 mul, 225 add, 5 sincos, 6 other for one sample, as written here.
  */
 #include "rx90.h"
 #include "rx90_math.h"
 
-void rx90_bias_torque(const double *q, const double *qd, const double *X, double *h)
+void rx90_bias_torque(const double q[6], const double qd[6], const double X[52], double h[6])
 {
     const double gz = 9.81;
-    const rx90_angles4 q_1 = rx90_sincos4(q + 1);
-    const rx90_angles1 q_5 = rx90_sincos1(q + 5);
+    const rx90_angles4 q_1 = rx90_sincos4(&q[1]);
+    const rx90_angles1 q_5 = rx90_sincos1(&q[5]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

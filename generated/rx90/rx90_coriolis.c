@@ -1,14 +1,14 @@
 /* rx90: C(q, qd) with C qd the Coriolis torques and dM/dt - 2 C skew-symmetric
- * 750 mul, 535 add, 5 sincos for one sample.
+ * 750 mul, 535 add, 5 sincos for one sample, as written here.
  */
 #include "rx90.h"
 #include "rx90_math.h"
 
-void rx90_coriolis(const double *q, const double *qd, const double *X, double *C)
+void rx90_coriolis(const double q[6], const double qd[6], const double X[40], double C[36])
 {
     C[35] = 0.0;
-    const rx90_angles4 q_1 = rx90_sincos4(q + 1);
-    const rx90_angles1 q_5 = rx90_sincos1(q + 5);
+    const rx90_angles4 q_1 = rx90_sincos4(&q[1]);
+    const rx90_angles1 q_5 = rx90_sincos1(&q[5]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

@@ -1,14 +1,14 @@
 /* rx90: kinetic energy T and potential energy U, U up to a constant
- * 161 mul, 80 add, 5 sincos for one sample.
+ * 161 mul, 80 add, 5 sincos for one sample, as written here.
  */
 #include "rx90.h"
 #include "rx90_math.h"
 
-void rx90_energy(const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+void rx90_energy(const double q[6], const double qd[6], const double X[40], double T_out[1], double U_out[1])
 {
     const double gz = 9.81;
-    const rx90_angles4 q_1 = rx90_sincos4(q + 1);
-    const rx90_angles1 q_5 = rx90_sincos1(q + 5);
+    const rx90_angles4 q_1 = rx90_sincos4(&q[1]);
+    const rx90_angles1 q_5 = rx90_sincos1(&q[5]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

@@ -1,10 +1,10 @@
 /* rx90: homogeneous transforms 0T_j of all links, fixed ones included
- * 56 mul, 25 add, 6 sincos for one sample.
+ * 56 mul, 25 add, 6 sincos for one sample, as written here.
  */
 #include "rx90.h"
 #include "rx90_math.h"
 
-void rx90_frames(const double *q, double *T_out)
+void rx90_frames(const double q[6], double T_out[96])
 {
     T_out[2] = 0.0;
     T_out[3] = 0.0;
@@ -44,7 +44,7 @@ void rx90_frames(const double *q, double *T_out)
     T_out[79] = 1.0;
     T_out[95] = 1.0;
     const rx90_angles4 q_0 = rx90_sincos4(q);
-    const rx90_angles2 q_4 = rx90_sincos2(q + 4);
+    const rx90_angles2 q_4 = rx90_sincos2(&q[4]);
     const double C1 = q_0.c[0];
     T_out[0] = C1;
     T_out[5] = C1;

@@ -1,11 +1,11 @@
 /* rx90: columns of the power that friction takes: P = out . X[p_inertial..p)
- * 6 mul, 6 other for one sample.
+ * 6 mul, 6 other for one sample, as written here.
  */
 #include "rx90.h"
 
 #include <math.h>
 
-void rx90_friction_power(const double *q, const double *qd, double *out)
+void rx90_friction_power(const double q[6], const double qd[6], double out[12])
 {
     (void)q;
     const double DFS1 = fabs(qd[0]);

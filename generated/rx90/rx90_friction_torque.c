@@ -1,9 +1,9 @@
 /* rx90: columns of friction torque: out X[p_inertial..p)
- * 6 other for one sample.
+ * 6 other for one sample, as written here.
  */
 #include "rx90.h"
 
-void rx90_friction_torque(const double *q, const double *qd, double *out)
+void rx90_friction_torque(const double q[6], const double qd[6], double out[72])
 {
     (void)q;
     for (size_t i = 2u; i < 14u; i += 4u) {

@@ -1,14 +1,14 @@
 /* rx90: torque that holds the arm at rest, without friction
- * 50 mul, 28 add, 5 sincos for one sample.
+ * 50 mul, 28 add, 5 sincos for one sample, as written here.
  */
 #include "rx90.h"
 #include "rx90_math.h"
 
-void rx90_gravity_torque(const double *q, const double *X, double *tau)
+void rx90_gravity_torque(const double q[6], const double X[40], double tau[6])
 {
     const double gz = 9.81;
-    const rx90_angles4 q_1 = rx90_sincos4(q + 1);
-    const rx90_angles1 q_5 = rx90_sincos1(q + 5);
+    const rx90_angles4 q_1 = rx90_sincos4(&q[1]);
+    const rx90_angles1 q_5 = rx90_sincos1(&q[5]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

@@ -65,8 +65,8 @@ enum {
  * At a sample this writes value and rate, each in three blocks: `equations` times the inertial
  * columns, then as often the friction columns, then the right-hand sides. Both are 0 at first: what
  * is always 0 need not be written. */
-typedef void rx90_identifier_columns(const rx90_real *q, const rx90_real *qd, const rx90_real *tau,
-                                     rx90_real *value, rx90_real *rate);
+typedef void rx90_identifier_columns(const rx90_real *q, const rx90_real *qd,
+                                     const rx90_real *tau, rx90_real *value, rx90_real *rate);
 
 /* The head of the memory, public only to give its size to the compiler. Behind it arrays of `width`
  * values, in mode sliding one for each of the last `window` samples among them. */
@@ -82,13 +82,16 @@ typedef struct rx90_identifier {
     int next;        /* where the next sample goes, cyclic */
     int samples;     /* how many of the latest there are, up to rx90_IDENTIFIER_NODES */
     int full;        /* nonzero: the ring holds a whole window */
+    int status;      /* of the latest step: bits of rx90_status */
+    size_t refused;  /* equations in a row that were outliers */
+    rx90_real largest; /* right-hand side of an equation taken */
 } rx90_identifier;
 
 /* Bytes of memory for a window of so many samples, as a constant expression. */
 #define rx90_IDENTIFIER_BYTES(window) rx90_IDENTIFIER_BYTES_OF(1, window)
-#define rx90_IDENTIFIER_BYTES_OF(equations, window)                            \
-    (sizeof(rx90_identifier) + ((size_t)rx90_IDENTIFIER_ARRAYS + (window)) *   \
-                                   (size_t)(equations) * (rx90_PARAMETERS + 1) * sizeof(rx90_real))
+#define rx90_IDENTIFIER_BYTES_OF(equations, window)                          \
+    (sizeof(rx90_identifier) + ((size_t)rx90_IDENTIFIER_ARRAYS + (window)) * \
+        (size_t)(equations) * (rx90_PARAMETERS + 1) * sizeof(rx90_real))
 
 /* The same as a function; 0 when it exceeds a size_t. Only mode sliding needs memory for its
  * window: 0 is enough for the two others. */
@@ -98,7 +101,7 @@ size_t rx90_identifier_size(size_t window);
  *
  * state: at least rx90_identifier_size(window) bytes; window: length in samples, at least 1,
  * ignored in mode start; forgetting, in (0, 1]: weight of the past, per row (1: keep everything;
- * below 1, do not feed samples while the robot stands still: nothing new replaces what fades).
+ * below 1, equations that would teach less than is forgotten are left out: see the status).
  * Returns 0; nonzero (and the memory untouched) when an argument is out of range, the memory too
  * small or badly aligned.
  */
@@ -109,11 +112,13 @@ int rx90_identifier_init(void *state, size_t bytes, size_t window, int mode,
  * rx90_JOINTS of them a window; all take the same weight, and forgetting is per equation. */
 size_t rx90_identifier_size_of(int equations, size_t window);
 int rx90_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
-                            rx90_real forgetting, int equations, rx90_identifier_columns *columns);
+                            rx90_real forgetting, int equations,
+                            rx90_identifier_columns *columns);
 
 /* Take the next sample: q, qd, tau of rx90_JOINTS values each, in rad or m, per s, N m or N; dt > 0
- * in s, the time since the sample before (ignored for the first sample). Returns 0; nonzero, and
- * the sample is as if it had never been, when a number is not finite or dt not positive.
+ * in s, the time since the last sample that was taken (ignored for the first). Returns 0; nonzero,
+ * and the sample is as if it had never been, when a number is not finite or larger than 1e9, which
+ * no robot's is, or dt not positive.
  *
  * At most one window closes, the first with the fourth sample at the earliest; the work is bounded,
  * whatever the window. Beside a step much longer than its neighbours (from about three times on)
@@ -121,6 +126,23 @@ int rx90_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
  */
 int rx90_identifier_step(void *state, const rx90_real *q, const rx90_real *qd,
                          const rx90_real *tau, rx90_real dt);
+
+/* What came of the equations that the latest step closed, as bits: rx90_OK, all were taken, or
+ * there were none; otherwise some were not, and what was learned before stays as it is.
+ *
+ * rx90_OUTLIER: the right-hand side is more than 10 standard deviations from what the X so far,
+ * known as well as it is, predicts, and by more than a tenth of the largest right-hand side taken
+ * so far: a sample in the window is absurd. Windows that start at the first sample begin anew.
+ * Where twice as many equations in a row are outliers as a window has samples, it is the robot
+ * that has changed, and they are taken.
+ *
+ * rx90_NOT_EXCITED: with forgetting f, an equation makes the past weigh (1 - f) rx90_PARAMETERS
+ * less, over all directions; one that brings less than a hundredth of that (its leverage, see
+ * rx90_least_squares.h) would replace what is known by noise, as at standstill.
+ *
+ * Before X is determined nothing can be compared, and every equation is taken.
+ */
+int rx90_identifier_status(const void *state);
 
 /* Forget the open windows, not what was learned: the next sample is a first one. For a new log, or
  * after a gap in the samples. */

@@ -1,14 +1,14 @@
 /* rx90: torque of a motion: tau = M qdd + C qd + g + friction
- * 265 mul, 250 add, 5 sincos, 6 other for one sample.
+ * 265 mul, 250 add, 5 sincos, 6 other for one sample, as written here.
  */
 #include "rx90.h"
 #include "rx90_math.h"
 
-void rx90_inverse_dynamics(const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+void rx90_inverse_dynamics(const double q[6], const double qd[6], const double qdd[6], const double X[52], double tau[6])
 {
     const double gz = 9.81;
-    const rx90_angles4 q_1 = rx90_sincos4(q + 1);
-    const rx90_angles1 q_5 = rx90_sincos1(q + 5);
+    const rx90_angles4 q_1 = rx90_sincos4(&q[1]);
+    const rx90_angles1 q_5 = rx90_sincos1(&q[5]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

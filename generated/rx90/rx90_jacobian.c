@@ -1,10 +1,10 @@
 /* rx90: Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning
- * 46 mul, 21 add, 5 sincos for one sample.
+ * 46 mul, 21 add, 5 sincos for one sample, as written here.
  */
 #include "rx90.h"
 #include "rx90_math.h"
 
-void rx90_jacobian(const double *q, double *J_out)
+void rx90_jacobian(const double q[6], double J_out[36])
 {
     J_out[3] = 0.0;
     J_out[4] = 0.0;
@@ -22,7 +22,7 @@ void rx90_jacobian(const double *q, double *J_out)
     J_out[32] = 0.0;
     J_out[30] = 1.0;
     const rx90_angles4 q_0 = rx90_sincos4(q);
-    const rx90_angles1 q_4 = rx90_sincos1(q + 4);
+    const rx90_angles1 q_4 = rx90_sincos1(&q[4]);
     const double C1 = q_0.c[0];
     J_out[25] = -C1;
     J_out[26] = -C1;

@@ -119,6 +119,32 @@ int rx90_least_squares_update(rx90_least_squares *s, const rx90_real *row, rx90_
     return 0;
 }
 
+int rx90_least_squares_foresee(const rx90_least_squares *s, const rx90_real *row, rx90_real y,
+                               rx90_real *innovation, rx90_real *leverage)
+{
+    rx90_real u[rx90_PARAMETERS]; /* R'u = row, so that row'X = u'z */
+    rx90_real predicted = 0;
+    rx90_real sum = 0;
+    for (int i = 0; i < rx90_PARAMETERS; i++) {
+        if (!(s->R[diagonal(i)] > 0)) {
+            return 1;
+        }
+        u[i] = row[i];
+    }
+    for (int i = 0; i < rx90_PARAMETERS; i++) {
+        const rx90_real *R = s->R + diagonal(i);
+        u[i] /= R[0];
+        for (int j = i + 1; j < rx90_PARAMETERS; j++) {
+            u[j] -= R[j - i] * u[i];
+        }
+        predicted += u[i] * s->z[i];
+        sum += u[i] * u[i];
+    }
+    *innovation = y - predicted;
+    *leverage = sum;
+    return 0;
+}
+
 void rx90_least_squares_merge(rx90_least_squares *s, const rx90_least_squares *other)
 {
     rx90_real row[rx90_PARAMETERS];

@@ -1,13 +1,13 @@
 /* rx90: mass matrix M(q)
- * 125 mul, 106 add, 5 sincos for one sample.
+ * 125 mul, 106 add, 5 sincos for one sample, as written here.
  */
 #include "rx90.h"
 #include "rx90_math.h"
 
-void rx90_mass_matrix(const double *q, const double *X, double *M)
+void rx90_mass_matrix(const double q[6], const double X[40], double M[36])
 {
-    const rx90_angles4 q_1 = rx90_sincos4(q + 1);
-    const rx90_angles1 q_5 = rx90_sincos1(q + 5);
+    const rx90_angles4 q_1 = rx90_sincos4(&q[1]);
+    const rx90_angles1 q_5 = rx90_sincos1(&q[5]);
     const double M6_6 = X[36] + X[39];
     M[35] = M6_6;
     const double C2 = q_1.c[0];

@@ -1,10 +1,10 @@
 /* rx90: columns of p = dT/dqd and of dL/dq: dp/dt = tau - friction + dL/dq
- * 494 mul, 264 add, 5 sincos for one sample.
+ * 494 mul, 264 add, 5 sincos for one sample, as written here.
  */
 #include "rx90.h"
 #include "rx90_math.h"
 
-void rx90_momentum_regressor(const double *q, const double *qd, double *p_out, double *dl_out)
+void rx90_momentum_regressor(const double q[6], const double qd[6], double p_out[240], double dl_out[240])
 {
     const double gz = 9.81;
     p_out[5] = 0.0;
@@ -139,8 +139,8 @@ void rx90_momentum_regressor(const double *q, const double *qd, double *p_out, d
     dl_out[231] = 0.0;
     dl_out[236] = 0.0;
     dl_out[239] = 0.0;
-    const rx90_angles4 q_1 = rx90_sincos4(q + 1);
-    const rx90_angles1 q_5 = rx90_sincos1(q + 5);
+    const rx90_angles4 q_1 = rx90_sincos4(&q[1]);
+    const rx90_angles1 q_5 = rx90_sincos1(&q[5]);
     const double C2 = q_1.c[0];
     const double QYZ2_1 = qd[1] * C2;
     p_out[4] = QYZ2_1;

@@ -1,16 +1,16 @@
 /* rx90: columns of power: qd' tau = out . X, the rate of energy plus friction
- * 245 mul, 192 add, 5 sincos, 6 other for one sample.
+ * 245 mul, 192 add, 5 sincos, 6 other for one sample, as written here.
  */
 #include "rx90.h"
 #include "rx90_math.h"
 
 #include <math.h>
 
-void rx90_power_regressor(const double *q, const double *qd, const double *qdd, double *out)
+void rx90_power_regressor(const double q[6], const double qd[6], const double qdd[6], double out[52])
 {
     const double gz = 9.81;
-    const rx90_angles4 q_1 = rx90_sincos4(q + 1);
-    const rx90_angles1 q_5 = rx90_sincos1(q + 5);
+    const rx90_angles4 q_1 = rx90_sincos4(&q[1]);
+    const rx90_angles1 q_5 = rx90_sincos1(&q[5]);
     const double P331 = qd[0] * qd[0];
     out[41] = P331;
     const double RZZ1 = qd[0] * qdd[0];

@@ -1,10 +1,10 @@
 /* rx90: columns of torque: tau = out X, friction included
- * 383 mul, 275 add, 5 sincos, 6 other for one sample.
+ * 383 mul, 275 add, 5 sincos, 6 other for one sample, as written here.
  */
 #include "rx90.h"
 #include "rx90_math.h"
 
-void rx90_torque_regressor(const double *q, const double *qd, const double *qdd, double *out)
+void rx90_torque_regressor(const double q[6], const double qd[6], const double qdd[6], double out[312])
 {
     const double gz = 9.81;
     out[6] = 0.0;
@@ -98,8 +98,8 @@ void rx90_torque_regressor(const double *q, const double *qd, const double *qdd,
     out[257] = qd[4];
     out[299] = qdd[5];
     out[311] = qd[5];
-    const rx90_angles4 q_1 = rx90_sincos4(q + 1);
-    const rx90_angles1 q_5 = rx90_sincos1(q + 5);
+    const rx90_angles4 q_1 = rx90_sincos4(&q[1]);
+    const rx90_angles1 q_5 = rx90_sincos1(&q[5]);
     const double sFS1 = (double)((qd[0] > 0.0) - (qd[0] < 0.0));
     out[40] = sFS1;
     const double sFS2 = (double)((qd[1] > 0.0) - (qd[1] < 0.0));

@@ -1,17 +1,17 @@
 /* twin: h = C qd + g + friction
- * 264 mul, 224 add, 5 sincos, 7 other for one sample.
+ * 264 mul, 224 add, 5 sincos, 7 other for one sample, as written here.
  */
 #include "twin.h"
 #include "twin_math.h"
 
-void twin_bias_torque(const double *q, const double *qd, const double *X, double *h)
+void twin_bias_torque(const double q[7], const double qd[7], const double X[58], double h[7])
 {
     const double d2 = 0.2;
     const double d3 = 0.3;
     const double r4 = 0.25;
     const double gz = 9.81;
-    const twin_angles4 q_1 = twin_sincos4(q + 1);
-    const twin_angles1 q_6 = twin_sincos1(q + 6);
+    const twin_angles4 q_1 = twin_sincos4(&q[1]);
+    const twin_angles1 q_6 = twin_sincos1(&q[6]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

@@ -1,10 +1,10 @@
 /* twin: C(q, qd) with C qd the Coriolis torques and dM/dt - 2 C skew-symmetric
- * 486 mul, 334 add, 5 sincos for one sample.
+ * 486 mul, 334 add, 5 sincos for one sample, as written here.
  */
 #include "twin.h"
 #include "twin_math.h"
 
-void twin_coriolis(const double *q, const double *qd, const double *X, double *C)
+void twin_coriolis(const double q[7], const double qd[7], const double X[44], double C[49])
 {
     const double d2 = 0.2;
     const double d3 = 0.3;
@@ -30,8 +30,8 @@ void twin_coriolis(const double *q, const double *qd, const double *X, double *C
     C[44] = 0.0;
     C[45] = 0.0;
     C[48] = 0.0;
-    const twin_angles4 q_1 = twin_sincos4(q + 1);
-    const twin_angles1 q_6 = twin_sincos1(q + 6);
+    const twin_angles4 q_1 = twin_sincos4(&q[1]);
+    const twin_angles1 q_6 = twin_sincos1(&q[6]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

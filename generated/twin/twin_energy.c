@@ -1,18 +1,18 @@
 /* twin: kinetic energy T and potential energy U, U up to a constant
- * 177 mul, 89 add, 5 sincos for one sample.
+ * 177 mul, 89 add, 5 sincos for one sample, as written here.
  */
 #include "twin.h"
 #include "twin_math.h"
 
-void twin_energy(const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+void twin_energy(const double q[7], const double qd[7], const double X[44], double T_out[1], double U_out[1])
 {
     const double b2 = 0.6;
     const double d2 = 0.2;
     const double d3 = 0.3;
     const double r4 = 0.25;
     const double gz = 9.81;
-    const twin_angles4 q_1 = twin_sincos4(q + 1);
-    const twin_angles1 q_6 = twin_sincos1(q + 6);
+    const twin_angles4 q_1 = twin_sincos4(&q[1]);
+    const twin_angles1 q_6 = twin_sincos1(&q[6]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

@@ -1,18 +1,18 @@
 /* twin: columns DE + DU of kinetic plus potential energy: E + U = out . X
- * 120 mul, 47 add, 5 sincos for one sample.
+ * 120 mul, 47 add, 5 sincos for one sample, as written here.
  */
 #include "twin.h"
 #include "twin_math.h"
 
-void twin_energy_regressor(const double *q, const double *qd, double *out)
+void twin_energy_regressor(const double q[7], const double qd[7], double out[44])
 {
     const double b2 = 0.6;
     const double d2 = 0.2;
     const double d3 = 0.3;
     const double r4 = 0.25;
     const double gz = 9.81;
-    const twin_angles4 q_1 = twin_sincos4(q + 1);
-    const twin_angles1 q_6 = twin_sincos1(q + 6);
+    const twin_angles4 q_1 = twin_sincos4(&q[1]);
+    const twin_angles1 q_6 = twin_sincos1(&q[6]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

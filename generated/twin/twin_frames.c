@@ -1,10 +1,10 @@
 /* twin: homogeneous transforms 0T_j of all links, fixed ones included
- * 53 mul, 26 add, 6 sincos for one sample.
+ * 53 mul, 26 add, 6 sincos for one sample, as written here.
  */
 #include "twin.h"
 #include "twin_math.h"
 
-void twin_frames(const double *q, double *T_out)
+void twin_frames(const double q[7], double T_out[112])
 {
     const double b2 = 0.6;
     const double d2 = 0.2;
@@ -54,8 +54,8 @@ void twin_frames(const double *q, double *T_out)
     T_out[95] = 1.0;
     T_out[111] = 1.0;
     const twin_angles4 q_0 = twin_sincos4(q);
-    const twin_angles1 q_4 = twin_sincos1(q + 4);
-    const twin_angles1 q_6 = twin_sincos1(q + 6);
+    const twin_angles1 q_4 = twin_sincos1(&q[4]);
+    const twin_angles1 q_6 = twin_sincos1(&q[6]);
     const double C1 = q_0.c[0];
     T_out[0] = C1;
     T_out[5] = C1;

@@ -1,9 +1,9 @@
 /* twin: columns of friction torque: out X[p_inertial..p)
- * 7 other for one sample.
+ * 7 other for one sample, as written here.
  */
 #include "twin.h"
 
-void twin_friction_torque(const double *q, const double *qd, double *out)
+void twin_friction_torque(const double q[7], const double qd[7], double out[98])
 {
     (void)q;
     for (size_t i = 2u; i < 14u; i += 4u) {

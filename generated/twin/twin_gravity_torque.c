@@ -1,15 +1,15 @@
 /* twin: torque that holds the arm at rest, without friction
- * 45 mul, 23 add, 5 sincos for one sample.
+ * 45 mul, 23 add, 5 sincos for one sample, as written here.
  */
 #include "twin.h"
 #include "twin_math.h"
 
-void twin_gravity_torque(const double *q, const double *X, double *tau)
+void twin_gravity_torque(const double q[7], const double X[44], double tau[7])
 {
     const double d3 = 0.3;
     const double gz = 9.81;
-    const twin_angles4 q_1 = twin_sincos4(q + 1);
-    const twin_angles1 q_6 = twin_sincos1(q + 6);
+    const twin_angles4 q_1 = twin_sincos4(&q[1]);
+    const twin_angles1 q_6 = twin_sincos1(&q[6]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

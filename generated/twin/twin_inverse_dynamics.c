@@ -1,17 +1,17 @@
 /* twin: torque of a motion: tau = M qdd + C qd + g + friction
- * 290 mul, 271 add, 5 sincos, 7 other for one sample.
+ * 290 mul, 271 add, 5 sincos, 7 other for one sample, as written here.
  */
 #include "twin.h"
 #include "twin_math.h"
 
-void twin_inverse_dynamics(const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+void twin_inverse_dynamics(const double q[7], const double qd[7], const double qdd[7], const double X[58], double tau[7])
 {
     const double d2 = 0.2;
     const double d3 = 0.3;
     const double r4 = 0.25;
     const double gz = 9.81;
-    const twin_angles4 q_1 = twin_sincos4(q + 1);
-    const twin_angles1 q_6 = twin_sincos1(q + 6);
+    const twin_angles4 q_1 = twin_sincos4(&q[1]);
+    const twin_angles1 q_6 = twin_sincos1(&q[6]);
     const double C2 = q_1.c[0];
     const double S2 = q_1.s[0];
     const double C3 = q_1.c[1];

@@ -1,10 +1,10 @@
 /* twin: Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning
- * 11 mul, 8 add, 2 sincos for one sample.
+ * 11 mul, 8 add, 2 sincos for one sample, as written here.
  */
 #include "twin.h"
 #include "twin_math.h"
 
-void twin_jacobian(const double *q, double *J_out)
+void twin_jacobian(const double q[7], double J_out[42])
 {
     const double b2 = 0.6;
     const double d2 = 0.2;
@@ -40,7 +40,7 @@ void twin_jacobian(const double *q, double *J_out)
     J_out[41] = 0.0;
     J_out[35] = 1.0;
     const twin_angles1 q_0 = twin_sincos1(q);
-    const twin_angles1 q_4 = twin_sincos1(q + 4);
+    const twin_angles1 q_4 = twin_sincos1(&q[4]);
     const double C1 = q_0.c[0];
     J_out[25] = -C1;
     J_out[27] = -C1;

@@ -119,6 +119,32 @@ int twin_least_squares_update(twin_least_squares *s, const twin_real *row, twin_
     return 0;
 }
 
+int twin_least_squares_foresee(const twin_least_squares *s, const twin_real *row, twin_real y,
+                               twin_real *innovation, twin_real *leverage)
+{
+    twin_real u[twin_PARAMETERS]; /* R'u = row, so that row'X = u'z */
+    twin_real predicted = 0;
+    twin_real sum = 0;
+    for (int i = 0; i < twin_PARAMETERS; i++) {
+        if (!(s->R[diagonal(i)] > 0)) {
+            return 1;
+        }
+        u[i] = row[i];
+    }
+    for (int i = 0; i < twin_PARAMETERS; i++) {
+        const twin_real *R = s->R + diagonal(i);
+        u[i] /= R[0];
+        for (int j = i + 1; j < twin_PARAMETERS; j++) {
+            u[j] -= R[j - i] * u[i];
+        }
+        predicted += u[i] * s->z[i];
+        sum += u[i] * u[i];
+    }
+    *innovation = y - predicted;
+    *leverage = sum;
+    return 0;
+}
+
 void twin_least_squares_merge(twin_least_squares *s, const twin_least_squares *other)
 {
     twin_real row[twin_PARAMETERS];

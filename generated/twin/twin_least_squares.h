@@ -51,6 +51,14 @@ int twin_least_squares_init(twin_least_squares *s, twin_real forgetting);
  */
 int twin_least_squares_update(twin_least_squares *s, const twin_real *row, twin_real y);
 
+/* What the equation row'X = y would bring: innovation = y - row'X with the X so far, and leverage =
+ * row' (R'R)^-1 row, the part of all information on its combination of parameters that would be its
+ * own, over that of the past. With sigma as below, the innovation has the variance
+ * sigma^2 (1 + leverage). Returns 0; nonzero (and nothing written) while X is not determined.
+ */
+int twin_least_squares_foresee(const twin_least_squares *s, const twin_real *row, twin_real y,
+                               twin_real *innovation, twin_real *leverage);
+
 /* Add to s all that other holds, with the weights the rows have there and without ageing s: chunks
  * of a log, or months of logs, solved apart and merged give the solution of the whole. other is
  * read only, and may be s.

@@ -1,10 +1,10 @@
 /* twin: mass matrix M(q)
- * 91 mul, 87 add, 5 sincos for one sample.
+ * 91 mul, 87 add, 5 sincos for one sample, as written here.
  */
 #include "twin.h"
 #include "twin_math.h"
 
-void twin_mass_matrix(const double *q, const double *X, double *M)
+void twin_mass_matrix(const double q[7], const double X[44], double M[49])
 {
     const double d2 = 0.2;
     const double d3 = 0.3;
@@ -27,8 +27,8 @@ void twin_mass_matrix(const double *q, const double *X, double *M)
     M[43] = 0.0;
     M[44] = 0.0;
     M[45] = 0.0;
-    const twin_angles4 q_1 = twin_sincos4(q + 1);
-    const twin_angles1 q_6 = twin_sincos1(q + 6);
+    const twin_angles4 q_1 = twin_sincos4(&q[1]);
+    const twin_angles1 q_6 = twin_sincos1(&q[6]);
     const double M4_4 = X[20] + X[23];
     M[24] = M4_4;
     const double M6_6 = X[34] + X[35];

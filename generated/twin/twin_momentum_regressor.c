@@ -1,10 +1,10 @@
 /* twin: columns of p = dT/dqd and of dL/dq: dp/dt = tau - friction + dL/dq
- * 260 mul, 130 add, 5 sincos for one sample.
+ * 260 mul, 130 add, 5 sincos for one sample, as written here.
  */
 #include "twin.h"
 #include "twin_math.h"
 
-void twin_momentum_regressor(const double *q, const double *qd, double *p_out, double *dl_out)
+void twin_momentum_regressor(const double q[7], const double qd[7], double p_out[308], double dl_out[308])
 {
     const double d2 = 0.2;
     const double d3 = 0.3;
@@ -161,8 +161,8 @@ void twin_momentum_regressor(const double *q, const double *qd, double *p_out, d
     dl_out[299] = 0.0;
     dl_out[304] = 0.0;
     dl_out[307] = 0.0;
-    const twin_angles4 q_1 = twin_sincos4(q + 1);
-    const twin_angles1 q_6 = twin_sincos1(q + 6);
+    const twin_angles4 q_1 = twin_sincos4(&q[1]);
+    const twin_angles1 q_6 = twin_sincos1(&q[6]);
     const double C2 = q_1.c[0];
     const double QYZ2_1 = qd[1] * C2;
     p_out[4] = QYZ2_1;

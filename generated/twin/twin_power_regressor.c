@@ -1,19 +1,19 @@
 /* twin: columns of power: qd' tau = out . X, the rate of energy plus friction
- * 268 mul, 211 add, 5 sincos, 7 other for one sample.
+ * 268 mul, 211 add, 5 sincos, 7 other for one sample, as written here.
  */
 #include "twin.h"
 #include "twin_math.h"
 
 #include <math.h>
 
-void twin_power_regressor(const double *q, const double *qd, const double *qdd, double *out)
+void twin_power_regressor(const double q[7], const double qd[7], const double qdd[7], double out[58])
 {
     const double d2 = 0.2;
     const double d3 = 0.3;
     const double r4 = 0.25;
     const double gz = 9.81;
-    const twin_angles4 q_1 = twin_sincos4(q + 1);
-    const twin_angles1 q_6 = twin_sincos1(q + 6);
+    const twin_angles4 q_1 = twin_sincos4(&q[1]);
+    const twin_angles1 q_6 = twin_sincos1(&q[6]);
     const double RZZ1 = qd[0] * qdd[0];
     out[0] = RZZ1;
     const double RIA3 = qd[2] * qdd[2];

@@ -1,10 +1,10 @@
 /* twin: columns of torque: tau = out X, friction included
- * 258 mul, 192 add, 5 sincos, 7 other for one sample.
+ * 258 mul, 192 add, 5 sincos, 7 other for one sample, as written here.
  */
 #include "twin.h"
 #include "twin_math.h"
 
-void twin_torque_regressor(const double *q, const double *qd, const double *qdd, double *out)
+void twin_torque_regressor(const double q[7], const double qd[7], const double qdd[7], double out[406])
 {
     const double d2 = 0.2;
     const double d3 = 0.3;
@@ -127,8 +127,8 @@ void twin_torque_regressor(const double *q, const double *qd, const double *qdd,
     out[345] = qd[5];
     out[391] = qdd[6];
     out[405] = qd[6];
-    const twin_angles4 q_1 = twin_sincos4(q + 1);
-    const twin_angles1 q_6 = twin_sincos1(q + 6);
+    const twin_angles4 q_1 = twin_sincos4(&q[1]);
+    const twin_angles1 q_6 = twin_sincos1(&q[6]);
     const double sFS1 = (double)((qd[0] > 0.0) - (qd[0] < 0.0));
     out[44] = sFS1;
     const double sFS2 = (double)((qd[1] > 0.0) - (qd[1] < 0.0));

@@ -14,7 +14,7 @@ from itertools import groupby
 
 import sympy as sp
 
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.kernels import LINK, SCALARS, Kernel
 from symgen.codegen.schedule import scheduled
 from symgen.errors import SymgenError
 from symgen.symbolic.tape import Tape, terms
@@ -59,7 +59,7 @@ def print_kernel(
     geometry: Mapping[sp.Symbol, str],
     values: Mapping[sp.Symbol, sp.Expr],
     dtype: str,
-    own: str | None = None,
+    prefix: str | None = None,
 ) -> CFunction:
     """Write the body of a kernel.
 
@@ -68,28 +68,37 @@ def print_kernel(
         geometry: the macro that holds each named length.
         values: exact value of each named length, for constants derived from them.
         dtype: double or float.
-        own: prefix of the package's own sincos of several angles at once; libm's where None.
+        prefix: of the package's names; with it, in double, its own sincos takes several angles at
+            once, and libm's one where None.
     """
-    return _Printer(kernel, geometry, values, dtype).function(own)
+    return Printer(kernel, geometry, values, dtype, prefix).function()
 
 
-class _Printer:
+class Printer:
+    """Writes the body of one kernel; a subclass says what differs for another kind of value."""
+
     def __init__(
         self,
         kernel: Kernel,
         geometry: Mapping[sp.Symbol, str],
         values: Mapping[sp.Symbol, sp.Expr],
         dtype: str,
+        prefix: str | None,
     ) -> None:
         tape = kernel.tape
+        self.prefix = prefix
         self.kernel, self.tape, self.values, self.dtype = kernel, tape, values, dtype
+        self.value = dtype  # the type of what depends on the sample
         self.word: dict[sp.Expr, str] = {s: s.name for s in tape.order}
         for name, symbols in tape.inputs:
-            self.word |= {s: f"{name}[{i}]" for i, s in enumerate(symbols)}
+            if name in SCALARS:
+                self.word |= dict.fromkeys(symbols, name)
+            elif name != LINK:
+                self.word |= {s: f"{name}[{i}]" for i, s in enumerate(symbols)}
         self.word |= {s: m for s, m in geometry.items() if s in tape.order}
         self.geometry = geometry
 
-    def function(self, own: str | None) -> CFunction:
+    def function(self) -> CFunction:
         used = {s for _, e in self.tape.steps for s in e.free_symbols}
         used |= {s for e in self.tape.outputs for s in e.free_symbols}
         arguments = tuple(name for name, _ in self.tape.inputs)
@@ -97,10 +106,17 @@ class _Printer:
             f"(void){name};" for name, symbols in self.tape.inputs if not used.intersection(symbols)
         ]
         lines += [
+            f"const {self.dtype} {symbol.name} = ({self.dtype})(link == {i}u);"
+            for name, symbols in self.tape.inputs
+            for i, symbol in enumerate(symbols, 1)
+            if name == LINK and symbol in used
+        ]
+        lines += [
             f"const {self.dtype} {symbol.name} = {literal(value.subs(self.values), self.dtype)};"
             for symbol, value in self.tape.constants
             if symbol not in self.geometry
         ]
+        own = self.prefix if self.dtype == "double" else None
         first, calls = self.angles(own) if own else ([], [])
         stores = self.stores()
         lines += stores.pop(None, [])
@@ -110,18 +126,50 @@ class _Printer:
         lines += calls
         for symbol, expr in scheduled([s for s in self.tape.steps if s[0] not in done]):
             lines += [self.step(symbol, expr), *stores.pop(symbol, [])]
-        if self.kernel.guards:
-            zero = literal(sp.S.Zero, self.dtype)
-            guards = [self.expression(e) for e in self.tape.outputs[self.kernel.size :]]
-            lines.append(f"return {' && '.join(f'{g} > {zero}' for g in guards)} ? 0 : 1;")
+        lines += self.verdict()
         needs_math = any(
             e.is_Function and e.func is not sp.sign and e not in self.word
             for _, e in self.tape.steps
         )
         return CFunction(arguments, tuple(lines), needs_math, bool(calls))
 
+    def verdict(self) -> list[str]:
+        """Return the status of a guarded kernel.
+
+        Guards come in the order of the elimination: behind the first that fails nothing has a
+        meaning. What is no number fails no comparison by `<=`, and x - x is 0 where x is finite.
+        """
+        if not self.kernel.guards:
+            return []
+        zero, count = literal(sp.S.Zero, self.dtype), self.kernel.guards
+        guards = ", ".join(self.expression(e) for e in self.tape.outputs[self.kernel.size :])
+        going = "&& (status == 0); ++i) {"
+        lines = [
+            f"const {self.dtype} guard[{count}] = {{ {guards} }};",
+            f"int status = {self.prefix}_OK;",
+            f"for (size_t i = 0u; (i < {count}u) {going}",
+            f"    if (!(guard[i] > {zero})) {{",
+            f"        status = (guard[i] <= {zero}) ? {self.prefix}_NOT_POSITIVE_DEFINITE "
+            f": {self.prefix}_NOT_FINITE;",
+            "    }",
+            "}",
+        ]
+        for output in self.kernel.outputs:
+            difference = f"{output.name}[i] - {output.name}[i]"
+            lines += [
+                f"for (size_t i = 0u; (i < {output.size}u) {going}",
+                f"    if (!(({difference}) == {zero})) {{",
+                f"        status = {self.prefix}_NOT_FINITE;",
+                "    }",
+                "}",
+            ]
+        return [*lines, "return status;"]
+
     def step(self, symbol: sp.Symbol, expr: sp.Expr) -> str:
         return f"const {self.dtype} {symbol.name} = {self.expression(expr)};"
+
+    def stored(self, place: str, result: sp.Expr) -> str:
+        return f"{place} = {self.expression(result)};"
 
     def stores(self) -> dict[sp.Symbol | None, list[str]]:
         """Return the stores that follow each step, and (None) those that wait for none."""
@@ -134,9 +182,10 @@ class _Printer:
             zeros = [i for i, result in enumerate(results) if result == 0]
             at.setdefault(None, []).extend(self.cleared(output.name, zeros))
             for i, result in enumerate(results):
-                if result != 0:
+                place = f"{output.name}[{i}]"
+                if result != 0 and self.expression(result) != place:  # not what stays as it is
                     (symbol,) = result.free_symbols & steps or {None}
-                    line = f"{output.name}[{i}] = {self.expression(result)};"
+                    line = self.stored(place, result)
                     at.setdefault(symbol, []).append(line)
         return at
 
@@ -185,7 +234,7 @@ class _Printer:
         others = [a for a in wanted if a not in known]
         if others:
             gathered = ", ".join(self.expression(a) for a in others)
-            lines.append(f"const {self.dtype} angle[{len(others)}] = {{ {gathered} }};")
+            lines.append(f"const {self.value} angle[{len(others)}] = {{ {gathered} }};")
             lines += self.turned(own, others, "angle", 0)
         return first[::-1], lines
 
@@ -195,7 +244,7 @@ class _Printer:
         while at < len(angles):
             count = next(c for c in _ANGLES if c <= len(angles) - at)
             result = f"{name}_{start + at}"
-            place = f"{name} + {start + at}" if start + at else name
+            place = f"&{name}[{start + at}]" if start + at else name
             yield f"const {own}_angles{count} {result} = {own}_sincos{count}({place});"
             for k, angle in enumerate(angles[at : at + count]):
                 self.word[sp.cos(angle)] = f"{result}.c[{k}]"
@@ -214,11 +263,7 @@ class _Printer:
             name = _FUNCTIONS.get(expr.func.__name__)
             if name is None:
                 raise SymgenError(f"{expr} cannot be written in C")
-            if name == "sign":
-                v, zero = self.expression(expr.args[0]), literal(sp.S.Zero, self.dtype)
-                return f"({self.dtype})(({v} > {zero}) - ({v} < {zero}))"
-            suffix = "f" if self.dtype == "float" else ""
-            return f"{name}{suffix}({self.expression(expr.args[0])})"
+            return self.called(name, expr.args[0])
         out = ""
         for negative, factors in terms(expr, self.tape.order):
             product = " * ".join(self.factor(f) for f in factors)
@@ -227,6 +272,15 @@ class _Printer:
             else:
                 out = f"-{product}" if negative else product
         return out
+
+    def called(self, name: str, argument: sp.Expr) -> str:
+        """Return a function's value: libm's, and the sign."""
+        v = self.expression(argument)
+        if name == "sign":
+            zero = literal(sp.S.Zero, self.dtype)
+            return f"({self.dtype})(({v} > {zero}) - ({v} < {zero}))"
+        suffix = "f" if self.dtype == "float" else ""
+        return f"{name}{suffix}({v})"
 
     def factor(self, expr: sp.Expr) -> str:
         written = self.expression(expr)

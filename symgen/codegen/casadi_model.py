@@ -11,7 +11,7 @@ from typing import Any
 
 import sympy as sp
 
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.kernels import LINK, Kernel
 from symgen.codegen.model import Model
 from symgen.errors import PackageError, ParameterError
 from symgen.symbolic.friction import torque_tape
@@ -34,33 +34,48 @@ def arithmetic(values: Mapping[sp.Symbol, sp.Expr]) -> Numbers:
     return Numbers(values, functions)
 
 
-def casadi_function(model: Model, kernel: Kernel) -> Any:
+def casadi_function(model: Model, kernel: Kernel, *, flat: bool = False) -> Any:
     """Return a kernel as a casadi.Function of column vectors (q, qd, ...).
 
     Args:
         model: the derived model; its robot gives the named lengths their values.
-        kernel: one of its kernels; each output is a column (size, 1), row-major, and NaN where a
-            guard is not positive: a mass matrix that is not positive definite.
+        kernel: one of its kernels. Each output is a matrix of the kernel's shape, a vector a
+            column; 4x4 frames stand one below the other. It is NaN where a guard is not positive: a
+            mass matrix that is not positive definite.
+        flat: whether every output is a column (size, 1), row-major, which is what maps over
+            samples want.
     """
     import casadi
 
     tape = kernel.tape
-    inputs = {name: casadi.SX.sym(name, len(symbols)) for name, symbols in tape.inputs}
-    entries = {name: casadi.vertsplit(vector) for name, vector in inputs.items()}
+    inputs = {
+        name: casadi.SX.sym(name, 1 if name == LINK else len(symbols))
+        for name, symbols in tape.inputs
+    }
+    entries = {
+        name: [vector == i for i in range(1, len(symbols) + 1)]
+        if name == LINK
+        else casadi.vertsplit(vector)
+        for (name, symbols), vector in zip(tape.inputs, inputs.values(), strict=True)
+    }
     values = tape.run(arithmetic(model.robot.values()), entries)
     out, at = [], 0
     for output in kernel.outputs:
-        column = values[at : at + output.size]
-        out.append(casadi.vertcat(*column) if column else casadi.SX(0, 1))
+        column = casadi.vertcat(*values[at : at + output.size]) if output.size else casadi.SX(0, 1)
+        if not flat and len(output.shape) > 1 and output.size:
+            width = output.shape[-1]
+            column = casadi.reshape(column, width, output.size // width).T
+        out.append(column)
         at += output.size
     for guard in values[at:]:
-        out = [casadi.if_else(guard > 0, column, casadi.SX.nan(*column.shape)) for column in out]
+        out = [casadi.if_else(guard > 0, array, casadi.SX.nan(*array.shape)) for array in out]
+    names = [output.name for output in kernel.outputs]
     return casadi.Function(
         function_name(model.robot.name, kernel.name),
         list(inputs.values()),
         out,
         list(inputs),
-        [output.name for output in kernel.outputs],
+        [f"{name}_out" if name in inputs else name for name in names],
     )
 
 

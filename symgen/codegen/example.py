@@ -1,4 +1,4 @@
-"""Data of the example controller: a robot that could exist, and how wrong the controller has it."""
+"""The examples in C: which there are, a robot that could exist, and how wrong they have it."""
 
 from __future__ import annotations
 
@@ -9,17 +9,34 @@ from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import Model
 from symgen.codegen.verification import SEED, physical_parameters
 
-#: What the example calls beside the identifier.
-NEEDED = frozenset({"inverse_dynamics", "forward_dynamics", "mass_matrix"})
-#: How wrong every mass, inertia and friction of the controller is, in percent.
+#: The kernels that each program calls; the controller watches with the identifier, too.
+PROGRAMS = {
+    "controller": {"inverse_dynamics", "forward_dynamics", "mass_matrix"},
+    "observer": {"inverse_dynamics", "forward_dynamics", "mass_matrix", "coriolis", "bias_torque"},
+    "gravity": {"forward_dynamics", "bias_torque"},
+}
+#: How wrong every mass, inertia and friction of the programs is, in percent.
 PERCENT = 5
 #: So many times better than PD must computed torque with these parameters track.
 BETTER = 10
+#: Part of the friction that gravity compensation takes away.
+SHARE = 0.8
 
 
-def possible(kernels: Sequence[Kernel]) -> bool:
-    """Whether a package with these kernels has all that the example calls."""
-    return {k.name for k in kernels} >= NEEDED
+def programs(model: Model, kernels: Sequence[Kernel], *, identifier: bool) -> tuple[str, ...]:
+    """Return the programs that a package with these kernels has; effects suit the controller alone.
+
+    Args:
+        model: from `derive`.
+        kernels: those of the package.
+        identifier: whether it is in the package.
+    """
+    written = {k.name for k in kernels}
+    return tuple(
+        name
+        for name, needs in PROGRAMS.items()
+        if written >= needs and (identifier if name == "controller" else not model.robot.effects)
+    )
 
 
 def parameters(model: Model, suffix: str) -> dict[str, list[str]]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symgen.codegen.kernels import ALL, ENERGY, RECIPES, Kernel, Subject
+from symgen.codegen.kernels import ENERGY, Kernel, Subject
+from symgen.codegen.recipes import ALL, RECIPES
 from symgen.errors import ParameterError
 from symgen.robot.sought import require_constants
 from symgen.robot.types import Robot
@@ -41,7 +42,8 @@ def derive(robot: Robot, kernels: Sequence[str] | str = ENERGY) -> Model:
 
     Args:
         robot: the mechanism.
-        kernels: names of the kernels to derive, or "all"; the energy model by default.
+        kernels: names of the kernels to derive, or "all", but for those over standard parameters;
+            the energy model by default.
 
     Raises:
         SymgenError: the base parameters could not be proved.
@@ -51,7 +53,8 @@ def derive(robot: Robot, kernels: Sequence[str] | str = ENERGY) -> Model:
     chosen = ALL if kernels == "all" else tuple(kernels)
     for name in chosen:
         if name not in RECIPES:
-            raise ParameterError(f"kernel {name!r}; accepted: all, or some of {', '.join(ALL)}")
+            known = ", ".join(RECIPES)
+            raise ParameterError(f"kernel {name!r}; accepted: all, or some of {known}")
     require_constants(robot.sought)
     standard = standard_parameters(robot)
     energy = energy_tape(robot)
@@ -65,5 +68,5 @@ def derive(robot: Robot, kernels: Sequence[str] | str = ENERGY) -> Model:
     if robot.effects:
         require_new_columns(subject, base)
     source = Subject(subject, base, energy)
-    derived = (RECIPES[name](source) for name in ALL if name in chosen)
+    derived = (recipe(source) for name, recipe in RECIPES.items() if name in chosen)
     return Model(robot, base, tuple(k for k in derived if k is not None))

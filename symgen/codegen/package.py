@@ -6,7 +6,10 @@ Same model, same bytes: no dates, no paths, no order of sets, nothing of the Sym
 from __future__ import annotations
 
 import hashlib
+import html
 import json
+import re
+import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,10 +18,15 @@ from typing import Any
 import sympy as sp
 
 from symgen.codegen import example
+from symgen.codegen.backends import Package, cpp, optimal_control
 from symgen.codegen.c_printer import DTYPES, CFunction, literal, operation_counts, print_kernel
-from symgen.codegen.kernels import ENERGY, Kernel
+from symgen.codegen.check_program import checks
+from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
 from symgen.codegen.manifest import SCHEMA, base_table, described
 from symgen.codegen.model import Model
+from symgen.codegen.parts import in_parts
+from symgen.codegen.prototypes import arguments, declarations
+from symgen.codegen.targets import BACKENDS, backends
 from symgen.codegen.verification import (
     DIGITS,
     POINTS,
@@ -28,11 +36,13 @@ from symgen.codegen.verification import (
 from symgen.errors import PackageError
 from symgen.files import rendered, templates, write_folder
 from symgen.robot.expressions import text
+from symgen.robot.identifiers import is_robot_name
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import joint_variable
 
-_VERSION = SCHEMA.split("/")[1]  # of the package for CMake and pkg-config: that of its layout
-TARGETS = ("c", "casadi", "all")
+#: Of a package's interface, in C, CMake and pkg-config: the first number is that of its layout.
+_VERSION = (int(SCHEMA.split("/")[1]), 1, 0)
+_LINE = 100  # columns of a header
 _RUNTIME = ("least_squares", "identifier", "identifier_momentum")
 _SINCOS = "math.h"
 
@@ -61,22 +71,23 @@ def generate(
     dtype: str = "double",
     kernels: tuple[str, ...] | None = None,
     tex: bool = False,
+    prefix: str | None = None,
 ) -> SourceTree:
-    """Write a model as a package of C, CasADi or both.
+    """Write a model as a package of C, CasADi and what is built on the C.
 
     Args:
         model: from `derive`.
-        target: "c", "casadi" or "all".
+        target: "c", "casadi", "fmu" or "mex" (with their C), or "all" that the kernels allow.
         dtype: "double" or "float", of the C sources.
         kernels: names of the kernels to write; all by default. The identifier in C comes with
             energy_regressor (and friction_power, where the robot has friction).
         tex: whether to write the model as a LaTeX document too, with the formulas of the kernels.
+        prefix: of every file and name; by default the robot's name, with an f behind it in float,
+            so that both packages of a robot link into one program.
 
     Raises:
         PackageError: an option is not one of these.
     """
-    if target not in TARGETS:
-        raise PackageError(f"target {target!r}; accepted: {', '.join(TARGETS)}")
     if dtype not in DTYPES:
         raise PackageError(f"dtype {dtype!r}; accepted: {', '.join(DTYPES)}")
     known = [k.name for k in model.kernels]
@@ -84,7 +95,25 @@ def generate(
         if name not in known:
             raise PackageError(f"kernel {name!r}; accepted: {', '.join(known)}")
     chosen = tuple(k for k in model.kernels if kernels is None or k.name in kernels)
-    return _Writer(model, target, dtype, chosen, tex).tree()
+    added = backends(target, chosen)
+    name = default_prefix(model.robot.name, dtype) if prefix is None else prefix
+    if not is_robot_name(name):
+        raise PackageError(f"prefix {name!r}; accepted: a C identifier that hides no header of C")
+    return _Writer(model, target, dtype, chosen, tex, name, added).tree()
+
+
+def default_prefix(robot: str, dtype: str) -> str:
+    """Return the prefix of a robot's package where none is asked for."""
+    return f"{robot}f" if dtype == "float" else robot
+
+
+def model_digest(robot_file: str) -> str:
+    """Return what tells a model from another, as C writes it: 64 bits of a SHA-256.
+
+    Args:
+        robot_file: the SHA-256 of the canonical robot.toml, in hexadecimal digits.
+    """
+    return f"0x{robot_file[:16]}ULL"
 
 
 def write_package(tree: SourceTree, folder: str | Path) -> None:
@@ -99,15 +128,13 @@ class _Writer:
     dtype: str
     kernels: tuple[Kernel, ...]
     tex: bool
-
-    @property
-    def name(self) -> str:
-        return self.model.robot.name
+    name: str
+    backends: tuple[str, ...]
 
     def tree(self) -> SourceTree:
         verified = verification(self.model, self.kernels)
         files: dict[str, bytes] = {"robot.toml": robot_toml(self.model.robot).encode()}
-        if self.target in ("c", "all"):
+        if self.target != "casadi":
             files |= {path: content.encode() for path, content in self.c_files(verified)}
         if self.target in ("casadi", "all"):
             from symgen.codegen.casadi_model import casadi_function, serialized
@@ -115,6 +142,9 @@ class _Writer:
             for kernel in self.kernels:
                 function = casadi_function(self.model, kernel)
                 files[f"{self.name}_{kernel.name}.casadi"] = serialized(function)
+            if optimal_control.possible(self.model, self.kernels):
+                program = optimal_control.program(self.name, self.model)
+                files[f"example/{self.name}_optimal_control.py"] = program.encode()
         if self.tex:
             from symgen.codegen.tex import tex_document
 
@@ -129,6 +159,7 @@ class _Writer:
             "target": self.target,
             "dtype": self.dtype,
             "kernels": [k.name for k in self.kernels],
+            "prefix": self.name,
             **({"tex": True} if self.tex else {}),
         }
         manifest = described(self.model, self.kernels, options, verified, digests)
@@ -136,7 +167,11 @@ class _Writer:
         return SourceTree(self.name, dict(sorted(files.items())))
 
     def render(self, template: str, **data: Any) -> str:
-        return rendered(f"c/{template}", name=self.name, **data)
+        return rendered(f"c/{template}", name=self.name, robot=self.model.robot.name, **data)
+
+    @property
+    def version(self) -> str:
+        return ".".join(map(str, _VERSION))
 
     # Data of the templates.
 
@@ -160,9 +195,10 @@ class _Writer:
             return ()
         return _RUNTIME if complete("momentum_regressor", "friction_torque") else _RUNTIME[:2]
 
-    def has_example(self) -> bool:
-        written = self.target != "casadi"
-        return written and bool(self.runtime()) and example.possible(self.kernels)
+    def examples(self) -> tuple[str, ...]:
+        if self.target == "casadi":
+            return ()
+        return example.programs(self.model, self.kernels, identifier=bool(self.runtime()))
 
     def c_files(self, verified: Mapping[str, Any]) -> list[tuple[str, str]]:
         described = [(k, self.describe(k)) for k in self.kernels]
@@ -177,8 +213,14 @@ class _Writer:
                     joints=", ".join(f"q{j.number}" for j in self.model.robot.movable),
                     dtype=self.dtype,
                     geometry=self.geometry(),
-                    base=base_table(self.model),
+                    base=self.named_base(),
                     kernels=[d for _, d in described],
+                    version=self.version,
+                    major=_VERSION[0],
+                    minor=_VERSION[1],
+                    digest=model_digest(
+                        hashlib.sha256(robot_toml(self.model.robot).encode()).hexdigest()
+                    ),
                 ),
             )
         ]
@@ -186,21 +228,25 @@ class _Writer:
         for stem in self.runtime():
             out += [self.plain(f"{stem}{suffix}") for suffix in (".h", ".c")]
         sources = [path for path, _ in out if path.endswith(".c")]
-        headers = [path for path, _ in out if path.endswith(".h")]
+        out.append((f"{self.name}.hpp", cpp.header(self.name, self.model, self.kernels)))
+        headers = [path for path, _ in out if path.endswith((".h", ".hpp"))]
         if any(d["needs_sincos"] for _, d in described):
             out.append(self.plain(_SINCOS))  # private to the sources
         out.append((f"{self.name}_check.c", self.check_c(verified)))
-        if self.has_example():
-            out.append((f"example/{self.name}_controller.c", self.controller_c()))
+        out += [(f"example/{self.name}_{e}.c", self.example_c(e)) for e in self.examples()]
         cmake = self.render(
             "CMakeLists.txt",
             sources=sources,
             headers=" ".join(headers),
-            version=_VERSION,
-            example=self.has_example(),
+            version=self.version,
+            examples=self.examples(),
+            backends=self.backends,
         )
         out.append(("CMakeLists.txt", cmake))
         out.append((f"{self.name}.pc.in", self.render("package.pc.in")))
+        package = Package(self.name, self.model, self.dtype, self.kernels, dict(out))
+        for target in self.backends:
+            out += BACKENDS[target].files(package).items()
         return out
 
     def plain(self, path: str) -> tuple[str, str]:
@@ -211,25 +257,33 @@ class _Writer:
     def describe(self, kernel: Kernel) -> dict[str, Any]:
         """Return what the templates print of one kernel."""
         function = self.printed(kernel)
-        arrays = [(name, len(symbols)) for name, symbols in kernel.tape.inputs]
-        outputs = [(o.name, o.size) for o in kernel.outputs]
         counts = operation_counts([kernel.tape])
-        steps = [a if a == "X" else f"&{a}[k * {size}u]" for a, size in [*arrays, *outputs]]
+        listed = arguments(kernel, self.dtype)
+        names = [a.name for a in listed]
+        shapes = [f"{name}: {_input(name, len(s))}" for name, s in kernel.tape.inputs] + [
+            f"{o.name}: {_shape(o.shape)}{_columns(o.columns)}" for o in kernel.outputs
+        ]
         return {
             "name": kernel.name,
-            "doc": kernel.doc,
-            "shapes": [f"{name}: ({length},)" for name, length in arrays]
-            + [f"{o.name}: {_shape(o.shape)}{_columns(o.columns)}" for o in kernel.outputs],
+            "doc": _wrapped(kernel.doc),
+            "shapes": [line for shape in shapes for line in _wrapped(shape, "  ")],
             "returns": "int" if kernel.guards else "void",
             "guarded": bool(kernel.guards),
-            "parameters": ", ".join(
-                [f"const {self.dtype} *{name}" for name, _ in arrays]
-                + [f"{self.dtype} *{name}" for name, _ in outputs]
-            ),
-            "strides": ", ".join(steps),
+            "batch": kernel.batch,
+            "parameters": ", ".join(a.single for a in listed),
+            "batch_parameters": ", ".join(a.batch for a in listed),
+            "strides": ", ".join(a.step for a in listed),
+            "declarations": [
+                line
+                for text in declarations(self.name, kernel, self.dtype)
+                for line in _wrapped(text, "    ", _LINE)
+            ],
             "operations": ", ".join(f"{v} {key}" for key, v in counts.items() if v)
             or "0 operations",
             "body": function.body,
+            "parts": in_parts(function.body, names, self.dtype),
+            "dtype": self.dtype,
+            "names": ", ".join(names),
             "needs_math": function.needs_math,
             "needs_sincos": function.needs_sincos,
         }
@@ -237,8 +291,14 @@ class _Writer:
     def printed(self, kernel: Kernel) -> CFunction:
         robot = self.model.robot
         macros = {sp.Symbol(g, real=True): f"{self.name}_geometry_{g}" for g, _ in robot.geometry}
-        own = self.name if self.dtype == "double" else None
-        return print_kernel(kernel, macros, robot.values(), self.dtype, own)
+        return print_kernel(kernel, macros, robot.values(), self.dtype, self.name)
+
+    def named_base(self) -> list[dict[str, Any]]:
+        """Return name and comment of each base parameter, in lines that are not too long."""
+        return [
+            {"name": b["name"], "lines": _wrapped(f"{b['expression']} [{b['unit']}]")}
+            for b in base_table(self.model)
+        ]
 
     def readme(self) -> dict[str, Any]:
         robot, base = self.model.robot, self.model.base
@@ -246,6 +306,9 @@ class _Writer:
         return {
             "p": len(base.parameters),
             "inertial": self.model.inertial,
+            "version": self.version,
+            "dtype": self.dtype,
+            "casadi": self.kernels[-1].name if self.target in ("casadi", "all") else "",
             "sources": " ".join(
                 f"{self.name}_{stem}.c"
                 for stem in (*(k.name for k in self.kernels), *self.runtime())
@@ -258,13 +321,18 @@ class _Writer:
                         str(j.antecedent),
                         *(text(getattr(j, key)) for key in keys),
                         text(sum((c * joint_variable(k) for k, c in j.shares), j.offset)),
-                        j.name.replace("|", "\\|") or "-",
+                        _markdown(j.name) or "-",
                     ]
                 )
                 for j in robot.joints
             ],
             "effects": [
-                {"name": e.name, "joint": j, "torque": text(torque), "constants": e.nonlinear}
+                {
+                    "name": _markdown(e.name),
+                    "joint": j,
+                    "torque": text(torque),
+                    "constants": e.nonlinear,
+                }
                 for e in robot.effects
                 for j, torque in e.torque
             ],
@@ -279,58 +347,28 @@ class _Writer:
                 "lifted": base.proof.lifted,
             },
             "kernels": [{"name": k.name, **operation_counts([k.tape])} for k in self.kernels],
-            "example": self.has_example(),
+            "examples": self.examples(),
+            "backends": self.backends,
+            "control": optimal_control.possible(self.model, self.kernels),
             "percent": example.PERCENT,
         }
 
     def check_c(self, verified: Mapping[str, Any]) -> str:
-        suffix = "f" if self.dtype == "float" else ""
-        kernels = []
-        for kernel in self.kernels:
-            entry = verified[kernel.name]
-            arguments = [
-                {
-                    "name": name,
-                    "size": len(symbols),
-                    "rows": [
-                        ", ".join(f"{v!r}{suffix}" for v in point[name])
-                        for point in entry["points"]
-                    ],
-                }
-                for name, symbols in kernel.tape.inputs
-            ]
-            offsets = [sum(o.size for o in kernel.outputs[:i]) for i in range(len(kernel.outputs))]
-            outputs = [
-                {"name": o.name, "size": o.size, "offset": offset}
-                for o, offset in zip(kernel.outputs, offsets, strict=True)
-            ]
-            names = [f"{a['name']}[i]" for a in arguments] + [o.name for o in kernel.outputs]
-            call = f"{self.name}_{kernel.name}({', '.join(names)})"
-            kernels.append(
-                {
-                    "name": kernel.name,
-                    "size": kernel.size,
-                    "arguments": arguments,
-                    "outputs": outputs,
-                    "call": f"worst += {call}" if kernel.guards else call,
-                    "expected": [
-                        ", ".join(repr(float(v)) for v in row) for row in entry["expected"]
-                    ],
-                }
-            )
         return self.render(
             "check.c",
-            kernels=kernels,
+            kernels=checks(self.name, self.kernels, verified, self.dtype),
             points=POINTS,
             digits=DIGITS,
             tolerance=repr(TOLERANCE[self.dtype]),
         )
 
-    def controller_c(self) -> str:
+    def example_c(self, program: str) -> str:
         return self.render(
-            "example/controller.c",
+            f"example/{program}.c",
             percent=example.PERCENT,
             better=example.BETTER,
+            share=example.SHARE,
+            rubs=any(j.friction for j in self.model.robot.joints),
             **example.parameters(self.model, "f" if self.dtype == "float" else ""),
         )
 
@@ -339,5 +377,22 @@ def _shape(shape: tuple[int, ...]) -> str:
     return f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"
 
 
+def _input(name: str, size: int) -> str:
+    if name == LINK:
+        return f"number of a joint in robot.toml, 1 to {size}"
+    return "a number" if name in SCALARS else f"({size},)"
+
+
+def _wrapped(text: str, indent: str = "", width: int = _LINE - 4) -> list[str]:
+    return textwrap.wrap(
+        text, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )
+
+
 def _columns(columns: tuple[str, ...]) -> str:
     return f": {', '.join(columns)}" if columns else ""
+
+
+def _markdown(name: str) -> str:
+    """Return a free text as Markdown that shows it: no tag of HTML, no link, no cell of its own."""
+    return re.sub(r"([\\`*\[\]|!])", r"\\\1", html.escape(name, quote=False))

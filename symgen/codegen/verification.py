@@ -8,7 +8,7 @@ from functools import lru_cache
 from typing import Any
 
 from symgen import names
-from symgen.codegen.kernels import Kernel, regrouped
+from symgen.codegen.kernels import LINK, Kernel, regrouped
 from symgen.codegen.model import Model
 from symgen.robot.types import Robot
 from symgen.symbolic.tape import Numbers
@@ -30,10 +30,12 @@ def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
             {
                 name: X[: len(symbols)]
                 if name == "X"
+                else [1 + point % len(symbols)]
+                if name == LINK
                 else [round(draw.uniform(-2.0, 2.0), 6) for _ in symbols]
                 for name, symbols in kernel.tape.inputs
             }
-            for _ in range(POINTS)
+            for point in range(POINTS)
         ]
         expected = [evaluate(kernel, model, point, DIGITS) for point in points]
         out[kernel.name] = {
@@ -95,6 +97,11 @@ def evaluate(
     """
     arithmetic, number = _arithmetic(model.robot, digits)
     inputs = {name: [number(repr(v)) for v in values] for name, values in point.items()}
+    for name, symbols in kernel.tape.inputs:
+        if name == LINK:
+            inputs[name] = [
+                number(str(int(i == point[name][0]))) for i in range(1, len(symbols) + 1)
+            ]
     return kernel.tape.run(arithmetic, inputs)[: kernel.size]
 
 

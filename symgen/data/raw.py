@@ -11,13 +11,15 @@ from typing import Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from symgen.errors import LogError
+from symgen.errors import LogError, plain
 
 FloatArray = npt.NDArray[np.float64]
 
 #: Names of columns: t, q1.., qd1.., tau1.., i1..
 NUMBERED = re.compile(r"(qd|q|tau|i)(0|[1-9][0-9]*)")
 ROLES = ("t", "q", "qd", "tau", "i")
+#: What a file may unpack to: bytes, and times its size on the disk.
+_UNPACKED, _PACKING = 256 << 20, 20
 MASKS = ("rest", "saturation")
 _ROLES = "t, q1.., qd1.., tau1.., i1.. (t, q, qd, tau, i for NPZ; q, qd, tau, i for a bag)"
 
@@ -74,7 +76,7 @@ class Reading:
 class Raw:
     """What a file held. Arrays as in the file; tau or i is None where there is none.
 
-    `notes` says what was done to read it.
+    `notes` says what was done to read it. What a terminal will show is plain text.
     """
 
     t: npt.NDArray[Any]
@@ -84,6 +86,11 @@ class Raw:
     i: npt.NDArray[Any] | None = None
     ignored: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Make names of the file plain."""
+        object.__setattr__(self, "ignored", tuple(map(plain, self.ignored)))
+        object.__setattr__(self, "notes", tuple(map(plain, self.notes)))
 
 
 def one_line(message: str) -> str:
@@ -98,6 +105,26 @@ def refuse(file: str | Path, what: str, accepted: str) -> NoReturn:
         LogError: always.
     """
     raise LogError(one_line(f"{file}: {what}; accepted: {accepted}"))
+
+
+def require_size(path: Path, announced: int) -> None:
+    """Refuse a file that would unpack to far more than it takes on the disk.
+
+    Measured signals hold noise and pack a few times at most; so much more is made to fill memory.
+
+    Args:
+        path: the file.
+        announced: bytes of what it says that it holds.
+
+    Raises:
+        LogError: it would.
+    """
+    stored = path.stat().st_size
+    if announced > _UNPACKED + _PACKING * stored:
+        what = f"would unpack from {stored / 1e6:.3g} MB to {announced / 1e6:.3g} MB"
+        refuse(
+            path, what, f"at most {_PACKING} times the size on the disk and {_UNPACKED >> 20} MB"
+        )
 
 
 def read_only(array: npt.ArrayLike) -> FloatArray:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import csv
 import zipfile
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
 
-from symgen.data.raw import NUMBERED, ROLES, FloatArray, Raw, one_line, refuse
+from symgen.data.raw import NUMBERED, ROLES, FloatArray, Raw, one_line, refuse, require_size
 from symgen.errors import LogError
 
+_LOOKED_AT = 1000  # columns that are searched for a bad cell
 #: What a table has, and what an NPZ.
 COLUMNS = "t, q1.., optional qd1.., tau1.."
 KEYS = "t (N,), q (N, n), tau (N, n), optional qd (N, n)"
@@ -66,12 +68,13 @@ def _bad_cell(path: Path, names: list[str], wanted: list[str]) -> str | None:
     with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
         rows = (row for row in csv.reader(file) if row)
         next(rows)
+        places = {name: names.index(name) for name in wanted[:_LOOKED_AT]}
         sample = -1
         for sample, row in enumerate(rows):
             if len(row) != len(names):
                 return f"sample {sample}: {len(row)} values for {len(names)} columns"
-            for name in wanted:
-                cell = row[names.index(name)].strip()
+            for name, place in places.items():
+                cell = row[place].strip()
                 try:
                     float(cell or "nan")
                 except ValueError:
@@ -95,6 +98,7 @@ def read_parquet(path: Path, columns: Mapping[str, str], currents: bool) -> Raw:
                 if not (pa.types.is_integer(kind) or pa.types.is_floating(kind)):
                     refuse(path, f"column {name} holds {kind}", "floats or integers")
             stored = [schema.names[names.index(name)] for name in wanted]
+            require_size(path, 8 * file.metadata.num_rows * len(wanted))
             table = file.read(columns=stored).select(stored).rename_columns(wanted)
     except (pa.ArrowException, OSError, ValueError) as error:
         what = f"{path}: is not a readable Parquet file: {error}"
@@ -124,9 +128,9 @@ def _found(names: Sequence[str]) -> str:
 def _groups(path: Path, names: list[str], currents: bool) -> dict[str, list[str]]:
     """Sort the names of columns into {"q": [q1, ..], "qd": [..], "tau": [..]}, by number."""
     named = [name for name in names if name]
-    for name in named:
-        if named.count(name) > 1:
-            refuse(path, f"the column {name} occurs {named.count(name)} times", "each column once")
+    name, count = Counter(named).most_common(1)[0] if named else ("", 0)
+    if count > 1:
+        refuse(path, f"the column {name} occurs {count} times", "each column once")
     numbers: dict[str, list[int]] = {"q": [], "qd": [], "tau": [], "i": []}
     for name in named:
         if match := NUMBERED.fullmatch(name):
@@ -188,9 +192,12 @@ def read_npz(path: Path, columns: Mapping[str, str], currents: bool) -> Raw:
         # allow_pickle stays off: a pickle in a log would run code of whoever wrote it. The file is
         # opened here because numpy leaves it open when the archive is damaged.
         with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            require_size(path, sum(entry.file_size for entry in archive.zip.infolist()))
             keys = list(archive.files)
             stored = {role: columns.get(role, role) for role in roles}
             arrays = {role: np.asarray(archive[key]) for role, key in stored.items() if key in keys}
+    except LogError:
+        raise
     except Exception as error:  # a damaged archive raises one of a dozen kinds
         what = "an array holds Python objects" if "Object arrays" in str(error) else str(error)
         raise LogError(one_line(f"{path}: cannot be read: {what}; accepted: {KEYS}")) from error

@@ -71,7 +71,7 @@ class Objective:
         self.shapes = [[o.shape for o in k.outputs] for k in kernels]
         self.inputs = [[INPUTS.index(name) for name, _ in k.tape.inputs] for k in kernels]
         total = sum(self.counts)
-        self.maps = [casadi_function(derived, k).map(total) for k in kernels]
+        self.maps = [casadi_function(derived, k, flat=True).map(total) for k in kernels]
         self.reverse = [m.reverse(1) for m in self.maps]
         self.matrices = [
             tuple(b.matrix(self.grids[b.run], order) for order in range(3)) for b in space.blocks

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.errors import ParameterError
+from symgen.data.raw import require_size
+from symgen.errors import LogError, ParameterError
 from symgen.estimation.values import Balance, Convergence, Trace
 from symgen.identification.estimate import Estimate
 
@@ -69,13 +70,16 @@ def read_curves(
     if not path.exists():
         return (), (), None
     try:
-        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
+        with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
+            require_size(path, sum(entry.file_size for entry in file.zip.infolist()))
             index = json.loads(file["index"].tobytes())
             traces = []
             for k, entry in enumerate(index["traces"]):
                 arrays = _arrays(file, f"trace{k}", _TRACE)
                 log, kind, quantity = (str(entry[key]) for key in ("log", "kind", "quantity"))
                 t, measured, predicted = arrays
+                if measured.ndim != 2 or measured.shape != predicted.shape:
+                    raise ValueError("columns")
                 apart = max(0, int(entry["spacing"]))
                 traces.append(Trace(log, kind, quantity, t, measured, predicted, apart))
             balances = []
@@ -85,7 +89,7 @@ def read_curves(
             course = None
             if "convergence_t" in file:
                 course = Convergence(*_arrays(file, "convergence", ("t", "values")))
-    except _DAMAGE as error:
+    except (*_DAMAGE, LogError) as error:
         raise ParameterError(
             f"{path}: damaged ({type(error).__name__}); accepted: the file that identify wrote, or "
             "none (figures over time are left out then)"

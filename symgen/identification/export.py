@@ -5,16 +5,21 @@ from __future__ import annotations
 import math
 import re
 
+from symgen.codegen.package import model_digest
 from symgen.errors import ParameterError
 from symgen.files import rendered
-from symgen.identification.estimate import Estimate
+from symgen.identification.estimate import ROBOT_DIGEST, Estimate
 
 
-def values_header(estimate: Estimate) -> str:
+def values_header(estimate: Estimate, prefix: str | None = None) -> str:
     """Return NAME_values.h: the identified X as `static const NAME_real NAME_values[]`.
 
-    It includes NAME.h of the generated package, in double or float, and compiles with a package of
-    the same parameters in the same order alone. The verdict and its reasons stand at its head.
+    It includes NAME.h of the generated package and compiles with one of the same robot.toml alone,
+    whose digest it compares. The verdict and its reasons stand at its head.
+
+    Args:
+        estimate: what was identified.
+        prefix: of the package; the robot's name by default. NAMEf is that of a float package.
 
     Raises:
         ParameterError: a value is not finite, or method consistent gave what no robot can have.
@@ -38,9 +43,12 @@ def values_header(estimate: Estimate) -> str:
         f"Physical consistency: {estimate.physical.reason}.",
         *(f"{key}: {value}" for key, value in estimate.provenance),
     ]
+    robot = dict(estimate.provenance).get(ROBOT_DIGEST, "")
     return rendered(
         "c/values.h",
-        name=estimate.robot,
+        name=prefix or estimate.robot,
+        robot=estimate.robot,
+        digest=model_digest(robot) if re.fullmatch("[0-9a-f]{64}", robot) else None,
         facts=[_comment(fact) for fact in facts],
         parameters=[
             {

@@ -100,6 +100,22 @@ class LeastSquares:
         self.rss += float(factor[p, p] ** 2)
         self.count += len(y)
 
+    def foresee(self, rows: Array, y: Array) -> tuple[Array, Array] | None:
+        """Return what the equations rows X = y would bring, each alone.
+
+        Args:
+            rows: (K, p) coefficients.
+            y: (K,) right-hand sides.
+
+        Returns:
+            innovation y - rows X and leverage row' (R'R)^-1 row, (K,) each; None while X is not
+            determined.
+        """
+        if not (np.diag(self.R) > 0.0).all():
+            return None
+        u = np.linalg.solve(self.R.T, rows.T)
+        return y - self.z @ u, np.einsum("pk,pk->k", u, u)
+
     def merge(self, other: LeastSquares) -> None:
         """Add all that another state holds, with the weights the rows have there.
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import math
+import sys
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.codegen.model import Model
 from symgen.errors import ParameterError
+from symgen.files import load_json
 from symgen.identification.estimate import READ
 from symgen.robot.foreign import read_imported
 from symgen.robot.imported import FORMATS
@@ -57,7 +58,7 @@ def read_named(path: Path, robot: str) -> dict[str, tuple[Any, Any]]:
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
-        content = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
+        content = load_json(text) if path.suffix == ".json" else tomllib.loads(text)
     except (OSError, ValueError, RecursionError) as error:
         reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:200]
         raise ParameterError(
@@ -129,7 +130,7 @@ def base_values(
     """
     for name, value in given.items():
         number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not number or not math.isfinite(value):
+        if not number or not abs(value) <= sys.float_info.max:
             raise ParameterError(f"{where}: {name} is {value!r}; accepted: a finite number")
     base, numbers = model.base, model.robot.values()
     known = {p.name for p in base.standard} | set(base.names)

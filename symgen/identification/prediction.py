@@ -177,7 +177,7 @@ def read_prediction(path: str | Path) -> Prediction:
         text = file.with_name(CURVES).read_text(encoding="utf-8")
         rows = np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1, ndmin=2)
         t, measured, predicted, kinetic, potential = np.split(rows, np.cumsum([1, n, n, 1]), axis=1)
-        if potential.shape[1] != 1:
+        if potential.shape[1] != 1 or not np.isfinite(rows).all():
             raise ValueError("columns")
         return Prediction(
             str(content["robot"]),

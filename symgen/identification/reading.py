@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,6 +13,7 @@ from symgen.errors import ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.repairs import Repair
 from symgen.estimation.values import Contrast, Endogeneity, Residual, Whiteness
+from symgen.files import load_json
 from symgen.identification.curves import FILE, read_curves
 from symgen.identification.estimate import (
     READ,
@@ -62,7 +62,7 @@ def read_json(file: Path, *schemas: str) -> dict[str, Any]:
         ParameterError: it cannot be read, or is of another kind.
     """
     try:
-        content = json.loads(file.read_text(encoding="utf-8"))
+        content = load_json(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:100]
         raise ParameterError(
@@ -191,6 +191,8 @@ def or_inf(value: Any) -> float:
 
 
 def _whiteness(w: dict[str, Any]) -> Whiteness:
+    if len(w["correlations"]) != len(w["bands"]) or not w["bands"]:
+        raise ValueError("lags of whiteness")
     return Whiteness(
         str(w["quantity"]),
         int(w["component"]),

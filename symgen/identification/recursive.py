@@ -12,7 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symgen.errors import IdentificationError, LogError
-from symgen.identification.twin import WindowIdentifier, energy_columns, momentum_columns
+from symgen.identification.twin import (
+    NOT_EXCITED,
+    OUTLIER,
+    WindowIdentifier,
+    energy_columns,
+    momentum_columns,
+)
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
@@ -86,7 +92,8 @@ class Identifier:
             t: time of the sample, s; later than that of the sample before.
 
         Raises:
-            LogError: a number is not finite, or time does not advance; the state is unchanged.
+            LogError: a number is not finite or larger than 1e9, or time does not advance; the state
+                is unchanged.
         """
         dt = 0.0 if self._time is None else t - self._time
         arrays = [np.ascontiguousarray(a, dtype=np.float64) for a in (q, qd, tau)]
@@ -126,6 +133,16 @@ class Identifier:
         return self._core.read(self._names)
 
     @property
+    def status(self) -> str:
+        """What came of the equations that the latest sample closed.
+
+        "taken"; "outlier", where one contradicts the estimate so far and was left out; "not
+        excited", where it would teach less than is forgotten, as at standstill.
+        """
+        status = self._core.status()
+        return "outlier" if status & OUTLIER else "not excited" if status & NOT_EXCITED else "taken"
+
+    @property
     def R(self) -> FloatArray:
         """Square root of the information matrix, (p, p) upper triangle: R'R = W'W."""
         return self._core.triangle()
@@ -145,7 +162,7 @@ class _CCore:
         self._ffi, lib, name = module.ffi, module.lib, evaluator.model.robot.name
         self._lib = {
             f: getattr(lib, f"{name}_identifier_{f}")
-            for f in ("step", "restart", "run", "read", "state")
+            for f in ("step", "status", "restart", "run", "read", "state")
         }
         prefix = f"{name}_identifier" + ("" if model == "energy" else f"_{model}")
         size_of, init = (getattr(lib, f"{prefix}_{f}") for f in ("size", "init"))
@@ -161,6 +178,9 @@ class _CCore:
     def step(self, arrays: Sequence[FloatArray], dt: float) -> int:
         pointers = [self._ffi.from_buffer("double *", a) for a in arrays]
         return int(self._lib["step"](self._state, *pointers, dt))
+
+    def status(self) -> int:
+        return int(self._lib["status"](self._state))
 
     def restart(self) -> None:
         self._lib["restart"](self._state)
@@ -204,6 +224,9 @@ class _NumpyCore:
     def step(self, arrays: Sequence[FloatArray], dt: float) -> int:
         q, qd, tau = arrays
         return self._twin.step(q, qd, tau, dt)
+
+    def status(self) -> int:
+        return self._twin.status
 
     def restart(self) -> None:
         self._twin.restart()

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache
-from math import isfinite
+from math import isfinite, sqrt
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -28,6 +28,10 @@ REACH = 2
 NODES = 2 * REACH + 2
 #: Where the weights would enlarge errors by more, fewer samples are used; see identifier.c.
 LARGEST_GAIN = 2.0
+#: The guard of identifier.c, which says what they are.
+LARGEST_SAMPLE, GATE, LEAST_WRONG, LEAST_LEVERAGE = 1e9, 10.0, 0.1, 0.01
+OK, NOT_FINITE, OUTLIER, NOT_EXCITED = 0, 2, 4, 8  # as NAME.h numbers them
+_BLOCK = 256  # equations that are looked at together, where no past is forgotten
 _AT = np.array([0.11270166537925831, 0.5, 0.8872983346207417])
 _SHARE = np.array([5.0, 8.0, 5.0]) / 18.0
 
@@ -95,6 +99,7 @@ class WindowIdentifier:
 
     Attributes:
         least_squares: the state of the least squares; read it or merge it into another.
+        status: of the equations of the latest step, bits of OUTLIER and NOT_EXCITED.
     """
 
     # Integrals since the base, what rounding put into them, those of the block before (sliding),
@@ -144,6 +149,8 @@ class WindowIdentifier:
         self._shape = (equations, parameters + 1)
         # Ring of value + integral, one entry per sample of the window.
         self._ring: Array = np.zeros((window if mode == "sliding" else 0, *self._shape))
+        self.status = OK
+        self._refused, self._largest = 0, 0.0
         self.restart()
 
     def restart(self) -> None:
@@ -166,19 +173,63 @@ class WindowIdentifier:
             dt: time since the sample before, s; ignored for the first sample.
 
         Returns:
-            0; 1, and nothing changed, when a number is not finite or dt is not positive.
+            0; NOT_FINITE, and nothing changed, when a number is not finite or larger than 1e9, or
+            dt is not positive.
         """
         q, qd, tau = (np.asarray(x, dtype=np.float64) for x in (q, qd, tau))
-        if not all(bool(np.isfinite(x).all()) for x in (q, qd, tau)):
-            return 1
+        if not all(bool((np.abs(x) <= LARGEST_SAMPLE).all()) for x in (q, qd, tau)):
+            return NOT_FINITE
         if self._rates and not (dt > 0.0 and isfinite(dt)):
-            return 1
+            return NOT_FINITE
         value, rate = self._evaluate(q, qd, tau)
         if not (bool(np.isfinite(value).all()) and bool(np.isfinite(rate).all())):
-            return 1
-        for row in self._take(value, rate, dt):
-            self.least_squares.update(row[:-1], float(row[-1]))
-        return 0
+            return NOT_FINITE
+        self._absorb(self._take(value, rate, dt))
+        return OK
+
+    def _absorb(self, rows: Array) -> None:
+        """Take in the equations that closed, but for outliers and those that teach nothing."""
+        self.status = OK
+        for row in rows:
+            status = self._judged(row[:-1], float(row[-1]))
+            if status == OK:
+                self.least_squares.update(row[:-1], float(row[-1]))
+            self.status |= status
+        if self._mode == "start" and self.status & OUTLIER:
+            self.restart()
+
+    def _judged(self, row: Array, y: float) -> int:
+        """Return what is wrong with an equation, if anything: see identifier.c."""
+        past = self.least_squares
+        seen = past.foresee(row[None], np.array([y]))
+        freedom = past.count - row.size
+        if seen is not None and seen[1][0] < LEAST_LEVERAGE * row.size * (1.0 - past.forgetting):
+            return NOT_EXCITED
+        if seen is not None and freedom > 0.0 and abs(seen[0][0]) > LEAST_WRONG * self._largest:
+            gate = GATE * sqrt(past.rss / freedom * (1.0 + seen[1][0]))
+            if abs(seen[0][0]) > gate:
+                self._refused += 1
+                longest = self._window if self._mode == "sliding" else 0
+                if self._refused <= 2 * self._shape[0] * (longest + NODES):
+                    return OUTLIER
+        else:
+            self._refused = 0
+        self._largest = max(self._largest, abs(y))
+        return OK
+
+    def _absorb_all(self, rows: Array) -> None:
+        """Do as `_absorb` does one by one; blocks without an outlier are taken at once."""
+        past, p, at = self.least_squares, self._shape[1] - 1, 0
+        while at < len(rows):
+            block = rows[at : at + (_BLOCK if past.forgetting == 1 and past.count > 2 * p else 1)]
+            seen = past.foresee(block[:, :-1], block[:, -1]) if len(block) > 1 else None
+            if seen is not None and bool((np.abs(seen[0]) <= LEAST_WRONG * self._largest).all()):
+                self._largest = max(self._largest, float(np.abs(block[:, -1]).max()))
+                past.extend(block[:, :-1], block[:, -1])
+            else:
+                for row in block:
+                    self._absorb(row[None])
+            at += len(block)
 
     def _evaluate(self, q: Array, qd: Array, tau: Array) -> tuple[Array, Array]:
         with np.errstate(over="ignore", invalid="ignore"):
@@ -224,13 +275,17 @@ class WindowIdentifier:
         steps = np.diff(t, prepend=t[:1])
         value, rate = self._evaluate(q, qd, tau)
         good = np.isfinite(t) & np.isfinite(steps) & ((steps > 0) | (np.arange(t.size) == 0))
-        for array in (q, qd, tau, value, rate):
+        for array in (q, qd, tau):
+            good &= (np.abs(array) <= LARGEST_SAMPLE).all(axis=1)
+        for array in (value, rate):
             good &= np.isfinite(array).all(axis=tuple(range(1, array.ndim)))
         count = t.size if good.all() else int(np.argmin(good))
-        taken = [self._take(value[k], rate[k], float(steps[k])) for k in range(count)]
-        if taken:
-            rows = np.concatenate(taken)
-            self.least_squares.extend(rows[:, :-1], rows[:, -1])
+        if self._mode == "start":  # an outlier begins windows anew
+            for k in range(count):
+                self._absorb(self._take(value[k], rate[k], float(steps[k])))
+        elif count:
+            taken = [self._take(value[k], rate[k], float(steps[k])) for k in range(count)]
+            self._absorb_all(np.concatenate(taken))
         return 0 if count == t.size else count + 1
 
     def read(self) -> tuple[Array, Array]:

@@ -24,12 +24,13 @@ from symgen.robot.types import Joint, Robot
 _COMMENT = re.compile(r"\(\*.*?\*\)", re.DOTALL)
 _TITLE = re.compile(r"\(\*\s*Robotname\s*=\s*'([^']*)'\s*\*\)", re.IGNORECASE)
 _ENTRY = re.compile(r"([A-Za-z_]\w*)[ \t]*=[ \t]*(\{[^{}]*\}|[^\s{}]+)", re.ASCII)
+_NUMBER = re.compile(r"[0-9]{1,4}")  # not what else is a digit to Unicode
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 _ANGLES = ("gamma", "alpha", "theta")
 _LENGTHS = ("b", "d", "r")
 _VARIABLE = {
-    names.REVOLUTE: re.compile(r"(?:th|theta|t|q)(\d+)", re.IGNORECASE),
-    names.PRISMATIC: re.compile(r"(?:r|q)(\d+)", re.IGNORECASE),
+    names.REVOLUTE: re.compile(r"(?:th|theta|t|q)([0-9]+)", re.IGNORECASE),
+    names.PRISMATIC: re.compile(r"(?:r|q)([0-9]+)", re.IGNORECASE),
 }
 _TYPES = ("0 (simple chain)", "1 (tree)")
 _GRAVITY = sp.Rational(-981, 100)
@@ -73,7 +74,7 @@ class _Reader:
 
     def count(self, key: str) -> int:
         value = self.entries.get(key)
-        if value is None or not value.isdigit() or not 1 <= int(value) <= _MAX_JOINTS:
+        if value is None or not _NUMBER.fullmatch(value) or not 1 <= int(value) <= _MAX_JOINTS:
             found = "is missing" if value is None else f"is {shortened(value)!r}"
             raise self.fail(f"{key} {found}; accepted: a number from 1 to {_MAX_JOINTS}")
         return int(value)
@@ -107,7 +108,7 @@ class _Reader:
     def integers(self, key: str, accepted: Collection[int], default: str | None) -> list[int]:
         items = self.items(key, self.joints, default)
         for number, item in enumerate(items, 1):
-            if not item.isdigit() or int(item) not in accepted:
+            if not _NUMBER.fullmatch(item) or int(item) not in accepted:
                 raise self.fail(
                     f"{key}, entry {number}: {shortened(item)!r}; accepted: "
                     f"{', '.join(map(str, accepted))}"

@@ -3,6 +3,10 @@
 The cache key is the digest of the sources, the compiler with its version, the flags and the Python
 that loads the module. A build happens in a folder of its own and ends in one atomic rename, so that
 two processes may build at once and a killed build leaves nothing that could be taken for a module.
+
+Loading a module runs it. So the folder is private (0700), and nothing is loaded from one that
+somebody else owns or may write; a module is a file of this user's, no link, and its name ends in
+the SHA-256 of its content.
 """
 
 from __future__ import annotations
@@ -12,23 +16,28 @@ import importlib.machinery
 import importlib.util
 import os
 import shutil
+import stat
 import subprocess
 import sys
 import sysconfig
 import tempfile
 import time
-from collections.abc import Mapping
+import warnings
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import ModuleType
 
-from symgen.errors import BuildError
+from symgen.errors import BuildError, SymgenWarning
 
 _FLAGS = ("-O2", "-fPIC", "-shared", "-std=gnu11", "-fno-math-errno", "-ffp-contract=fast")
 _NATIVE = "-march=native"  # all that this machine's processor has
 _STALE_SECONDS = 3600
 _TIMEOUT_SECONDS = 300
+_PROBE_SECONDS = 20
+_ONE_LINE = b"int probe(void) { return 1; }\n"
+_OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
 @dataclass(frozen=True)
@@ -52,6 +61,7 @@ def find_compiler(wanted: str | None = None) -> Compiler | None:
 def forget_compilers() -> None:
     """Look for compilers anew: what was found is remembered for each environment."""
     _found.cache_clear()
+    _probe.cache_clear()
 
 
 @cache
@@ -71,14 +81,31 @@ def _found(wanted: str, cc: str, path: str) -> Compiler | None:
     for command in candidates:
         if shutil.which(command[0], path=path or None) is None:
             continue
-        try:
-            done = subprocess.run(
-                [*command, "--version"], capture_output=True, text=True, timeout=60, check=True
-            )
-        except (OSError, subprocess.SubprocessError):
-            continue
-        return Compiler(command, done.stdout.strip().splitlines()[0] if done.stdout else "")
+        status, said = _probe((*command, "--version"))
+        if status == 0:
+            return Compiler(command, said.strip().partition("\n")[0])
+        if status is None:
+            warnings.warn(_silent(command), SymgenWarning, stacklevel=2)
     return None
+
+
+@cache
+def _probe(command: tuple[str, ...]) -> tuple[int | None, str]:
+    """Return exit status and output of a compiler asked for little; None: no answer in time."""
+    try:
+        done = subprocess.run(command, input=_ONE_LINE, capture_output=True, timeout=_PROBE_SECONDS)
+    except subprocess.TimeoutExpired:
+        return None, ""
+    except OSError:
+        return 127, ""
+    return done.returncode, done.stdout.decode("utf-8", "replace")
+
+
+def _silent(command: tuple[str, ...]) -> str:
+    return (
+        f"{command[0]} does not answer a probe of one line in {_PROBE_SECONDS:g} s and is left "
+        "alone; SYMGEN_CC chooses another compiler"
+    )
 
 
 @cache
@@ -88,12 +115,11 @@ def native(compiler: Compiler) -> tuple[tuple[str, ...], str]:
     The macros that the compiler predefines name every instruction set, so that a cache on a shared
     disk never hands a module to a processor that cannot run it.
     """
-    command = [*compiler.command, *_FLAGS, _NATIVE, "-dM", "-E", "-x", "c", os.devnull]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
-    except (OSError, subprocess.SubprocessError):
+    probe = (*compiler.command, *_FLAGS, _NATIVE, "-dM", "-E", "-x", "c", os.devnull)
+    status, said = _probe(probe)
+    if status != 0:
         return (), ""
-    return (_NATIVE,), "\n".join(sorted(done.stdout.splitlines()))
+    return (_NATIVE,), "\n".join(sorted(said.splitlines()))
 
 
 def missing_compiler() -> str:
@@ -108,22 +134,37 @@ def cache_folder() -> Path:
     chosen = os.environ.get("SYMGEN_CACHE")
     if chosen:
         return Path(chosen)
-    if sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
-    elif sys.platform == "darwin":
-        base = Path.home() / "Library" / "Caches"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    try:
+        if sys.platform == "win32":
+            base = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
+        elif sys.platform == "darwin":
+            base = Path.home() / "Library" / "Caches"
+        else:
+            base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    except RuntimeError:  # a user without a home
+        return _spare()
     return base / "symgen"
 
 
-def build_module(sources: Mapping[str, bytes], declarations: str, compiler: Compiler) -> ModuleType:
+def _spare() -> Path:
+    """Return this user's folder of compiled models where there is no other."""
+    user = os.environ.get("USER") or os.environ.get("USERNAME") or "user"
+    return Path(tempfile.gettempdir()) / f"symgen-{user}"
+
+
+def build_module(
+    sources: Mapping[str, bytes],
+    declarations: str,
+    compiler: Compiler,
+    flags: Sequence[str] = (),
+) -> ModuleType:
     """Compile C sources into a cffi module, or load the one that was compiled before.
 
     Args:
         sources: name and content of every .c and .h file.
         declarations: what Python sees of them, as cffi reads it.
         compiler: from `find_compiler`.
+        flags: for this machine's processor, beside those of every build.
 
     Returns:
         The module, with `ffi` and `lib`.
@@ -135,7 +176,7 @@ def build_module(sources: Mapping[str, bytes], declarations: str, compiler: Comp
 
     digest = hashlib.sha256()
     suffix = sysconfig.get_config_var("EXT_SUFFIX") or ".so"
-    flags, processor = native(compiler)
+    _, processor = native(compiler)
     for part in (
         *compiler.command,
         compiler.version,
@@ -146,22 +187,26 @@ def build_module(sources: Mapping[str, bytes], declarations: str, compiler: Comp
         suffix,
         declarations,
     ):
-        digest.update(part.encode() + b"\0")
+        digest.update(os.fsencode(part) + b"\0")
     for name in sorted(sources):
         digest.update(name.encode() + b"\0" + sources[name] + b"\0")
     module = f"_symgen_{digest.hexdigest()[:32]}"
-    folder = _writable(cache_folder())
+    folder = _private(cache_folder())
     for known in sorted(folder.glob(f"{module}-*{suffix}")):
         if _intact(known, suffix):
             try:
                 return _load(module, known)
             except ImportError:  # of another machine, say: build it again
-                known.unlink(missing_ok=True)
+                pass
+        known.unlink(missing_ok=True)
     _sweep(folder)
+    if _probe((*compiler.command, "-fsyntax-only", "-x", "c", "-"))[0] is None:
+        raise BuildError(_silent(compiler.command))
     work = Path(tempfile.mkdtemp(prefix="build-", dir=folder))
     try:
-        built = _compile(module, sources, declarations, compiler, work, suffix)
-        target = folder / f"{module}-{_sha256(built)}{suffix}"
+        built = _compile(module, sources, declarations, compiler, flags, work, suffix)
+        built.chmod(0o700)
+        target = folder / f"{module}-{hashlib.sha256(built.read_bytes()).hexdigest()}{suffix}"
         os.replace(built, target)
     except OSError as error:
         raise BuildError(
@@ -175,19 +220,29 @@ def build_module(sources: Mapping[str, bytes], declarations: str, compiler: Comp
         raise BuildError(f"the compiled model cannot be loaded: {error}") from error
 
 
-def _sha256(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
-
-
 def _intact(module: Path, suffix: str) -> bool:
-    """Whether a cached module is whole: loading a damaged one can kill the interpreter.
+    """Whether a cached module is whole and ours: loading it runs it, or kills the interpreter.
 
     Its name ends in the digest of its content, so that one rename puts both in place.
     """
     try:
-        return module.name.removesuffix(suffix).endswith(f"-{_sha256(module)}")
+        with os.fdopen(os.open(module, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0)), "rb") as file:
+            status = os.fstat(file.fileno())
+            if not stat.S_ISREG(status.st_mode) or _foreign(status):
+                return False
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
     except OSError:
         return False
+    return module.name.removesuffix(suffix).endswith(f"-{digest}")
+
+
+def _foreign(status: os.stat_result) -> str:
+    """Return why a file or folder is not this user's alone, "" where it is."""
+    if not hasattr(os, "getuid"):  # Windows keeps others out of a user's folders by itself
+        return ""
+    if status.st_uid != os.getuid():
+        return "belongs to another user"
+    return "may be written by others" if status.st_mode & _OTHERS_WRITE else ""
 
 
 def _compile(
@@ -195,6 +250,7 @@ def _compile(
     sources: Mapping[str, bytes],
     declarations: str,
     compiler: Compiler,
+    flags: Sequence[str],
     work: Path,
     suffix: str,
 ) -> Path:
@@ -216,7 +272,7 @@ def _compile(
     command = [
         *compiler.command,
         *_FLAGS,
-        *native(compiler)[0],
+        *flags,
         *_platform_flags(),
         f"-I{include}",
         *files,
@@ -226,7 +282,12 @@ def _compile(
     ]
     try:
         done = subprocess.run(
-            command, cwd=work, capture_output=True, text=True, timeout=_TIMEOUT_SECONDS
+            command,
+            cwd=work,
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            timeout=_TIMEOUT_SECONDS,
         )
     except (OSError, subprocess.SubprocessError) as error:
         raise BuildError(f"{compiler.command[0]} could not be run: {error}") from error
@@ -259,24 +320,42 @@ def _load(name: str, path: Path) -> ModuleType:
     return module
 
 
-def _writable(folder: Path) -> Path:
-    """Return the cache folder, or one of this user's in the temporary folder."""
+def _private(folder: Path) -> Path:
+    """Return the cache folder, or where it cannot be written one in the temporary folder.
+
+    Raises:
+        BuildError: there is no folder, or it is a link, somebody else's, or one that others may
+            write: what is loaded from it runs with the rights of this user.
+    """
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        _make(folder)
         with tempfile.TemporaryFile(dir=folder):
-            return folder
+            pass
     except OSError:
-        user = os.environ.get("USER") or os.environ.get("USERNAME") or "user"
-        spare = Path(tempfile.gettempdir()) / f"symgen-{user}"
+        spare = _spare()
         try:
-            spare.mkdir(mode=0o700, parents=True, exist_ok=True)
+            _make(spare)
         except OSError as error:
             raise BuildError(
                 f"{folder}: no folder for compiled models: {error.strerror}"
             ) from error
-        if hasattr(os, "getuid") and spare.stat().st_uid != os.getuid():
-            raise BuildError(f"{spare}: belongs to another user; set SYMGEN_CACHE") from None
-        return spare
+        folder = spare
+    status = folder.lstat()
+    fault = "is a link" if stat.S_ISLNK(status.st_mode) else _foreign(status)
+    if fault:
+        raise BuildError(
+            f"{folder}: {fault}; set SYMGEN_CACHE to a folder that is yours and that nobody else "
+            "may write (chmod 700)"
+        )
+    return folder
+
+
+def _make(folder: Path) -> None:
+    """Make a folder and those above it that are missing, each for this user alone."""
+    for place in reversed(folder.parents):
+        if not place.exists():
+            place.mkdir(mode=0o700, exist_ok=True)
+    folder.mkdir(mode=0o700, exist_ok=True)
 
 
 def _sweep(folder: Path) -> None:

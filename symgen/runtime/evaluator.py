@@ -8,17 +8,20 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symgen.codegen.casadi_model import casadi_function
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.kernels import LINK, SCALARS, SHARED, Kernel
 from symgen.codegen.model import Model, derive
 from symgen.codegen.package import generate
+from symgen.codegen.panels import panelled
+from symgen.codegen.prototypes import declarations as prototypes
 from symgen.errors import BuildError, ParameterError, SymgenWarning
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -28,9 +31,17 @@ from symgen.runtime.build import (
     find_compiler,
     missing_compiler,
 )
+from symgen.runtime.flags import chosen_flags
+
+if TYPE_CHECKING:
+    from symgen.runtime.panels import Panels
 
 FloatArray = NDArray[np.float64]
+NOT_POSITIVE_DEFINITE = 1  # as NAME.h numbers them; a batch has the bits of all its samples
+NOT_FINITE = 2
 _BLOCK = 512  # samples that CasADi maps over in one call
+#: A batch of as many samples or more is evaluated on panels, which are compiled when first needed.
+MANY = 2**17
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,11 +79,15 @@ class KernelFunction(Protocol):
             The output array, or a tuple of them where the kernel has several.
 
         Raises:
-            ParameterError: a shape is wrong, or M is not positive definite (forward_dynamics).
+            ParameterError: a shape is wrong; or a kernel with a status, such as forward_dynamics,
+                finds M not positive definite, or numbers that are not finite.
         """
 
     def bind(self, count: int | None = None) -> Bound:
         """Return the kernel on fixed buffers: of one sample, or of a batch of `count`."""
+
+    def panels(self) -> Panels | None:
+        """Return the kernel on panels of samples, compiled now; None where that cannot be had."""
 
 
 class Evaluator:
@@ -175,23 +190,15 @@ def _say_once(message: str) -> None:
 def _compiled(model: Model, compiler: Compiler) -> Evaluator:
     sources = generate(model, target="c").library
     name = model.robot.name
-    declarations = "".join(_declaration(name, k) for k in model.kernels)
+    declarations = "\n".join(line for k in model.kernels for line in prototypes(name, k, "double"))
     if f"{name}_identifier.h" in sources:
         declarations += _IDENTIFIER.replace("NAME", name)
     if f"{name}_identifier_momentum.h" in sources:
         declarations += _IDENTIFIER_MOMENTUM.replace("NAME", name)
-    module = build_module(sources, declarations, compiler)
-    return Evaluator(model, [_CKernel(k, name, module) for k in model.kernels], module)
-
-
-def _declaration(name: str, kernel: Kernel) -> str:
-    arguments = [f"const double *{a}" for a, _ in kernel.tape.inputs]
-    arguments += [f"double *{o.name}" for o in kernel.outputs]
-    listed, returns = ", ".join(arguments), "int" if kernel.guards else "void"
-    return (
-        f"{returns} {name}_{kernel.name}({listed});\n"
-        f"{returns} {name}_{kernel.name}_batch(size_t N, {listed});\n"
-    )
+    flags = chosen_flags(compiler).flags.flags
+    module = build_module(sources, declarations, compiler, flags)
+    functions = [_CKernel(k, model, module, compiler) for k in model.kernels]
+    return Evaluator(model, functions, module)
 
 
 _IDENTIFIER = """
@@ -199,6 +206,7 @@ size_t NAME_identifier_size(size_t window);
 int NAME_identifier_init(void *state, size_t bytes, size_t window, int mode, double forgetting);
 int NAME_identifier_step(void *state, const double *q, const double *qd, const double *tau,
                          double dt);
+int NAME_identifier_status(const void *state);
 void NAME_identifier_restart(void *state);
 int NAME_identifier_run(void *state, size_t N, const double *t, const double *q, const double *qd,
                         const double *tau);
@@ -228,9 +236,18 @@ def _checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArr
             f"{len(inputs)} were given"
         )
     arrays = [np.ascontiguousarray(a, dtype=np.float64) for a in inputs]
-    lead = arrays[0].shape[:-1]
+    lead = arrays[0].shape[:-1] if kernel.batch else ()
     for i, ((name, symbols), array) in enumerate(zip(expected, arrays, strict=True)):
-        if name == "X" and array.ndim == 1 and len(array) >= len(symbols):
+        if name == LINK and array.size == 1 and array.item() in range(1, len(symbols) + 1):
+            arrays[i] = array.reshape(1)
+        elif name == LINK:
+            raise ParameterError(
+                f"{kernel.name}: link is {inputs[i]!r}; accepted: the number of a joint, 1 to "
+                f"{len(symbols)}"
+            )
+        elif name in SCALARS and array.size == 1:
+            arrays[i] = array.reshape(1)
+        elif name == "X" and array.ndim == 1 and len(array) >= len(symbols):
             arrays[i] = array[: len(symbols)]
         elif name == "X":
             raise ParameterError(
@@ -246,35 +263,76 @@ def _checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArr
 
 def _result(kernel: Kernel, outputs: Sequence[FloatArray], status: int) -> Any:
     """Return one output or the tuple of all; refuse what has no meaning."""
-    if status:
+    if status & NOT_POSITIVE_DEFINITE:
         raise ParameterError(
             f"{kernel.name}: the mass matrix is not positive definite; accepted: parameters X of a "
             "robot that can exist"
+        )
+    if status:
+        raise ParameterError(
+            f"{kernel.name}: an input or what came of it is not finite; accepted: finite numbers"
         )
     return outputs[0] if len(outputs) == 1 else tuple(outputs)
 
 
 class _CKernel:
-    def __init__(self, kernel: Kernel, name: str, module: ModuleType) -> None:
+    def __init__(
+        self, kernel: Kernel, model: Model, module: ModuleType, compiler: Compiler
+    ) -> None:
+        name = model.robot.name
         self.kernel = kernel
+        self._origin = (model, compiler)
         self._ffi = module.ffi
-        self._one = getattr(module.lib, f"{name}_{kernel.name}")
-        self._batch = getattr(module.lib, f"{name}_{kernel.name}_batch")
+        self._one: Any = getattr(module.lib, f"{name}_{kernel.name}")
+        self._batch: Any = getattr(module.lib, f"{name}_{kernel.name}_batch", None)
 
-    def _pointer(self, array: FloatArray) -> Any:
-        return self._ffi.from_buffer("double *", array)
+    def _pointers(self, inputs: Sequence[FloatArray], outputs: Sequence[FloatArray]) -> list[Any]:
+        """Return what C is given; what it changes in place is written into the output."""
+        place = {o.name: i for i, o in enumerate(self.kernel.outputs)}
+        given: list[Any] = []
+        for (name, _), array in zip(self.kernel.tape.inputs, inputs, strict=True):
+            if name == LINK:
+                given.append(int(array[0]))
+            elif name in SCALARS:
+                given.append(float(array[0]))
+            elif name in place:
+                outputs[place[name]][...] = array
+            if name not in (LINK, *SCALARS):
+                changed = outputs[place[name]] if name in place else array
+                given.append(self._ffi.from_buffer("double *", changed))
+        names = {name for name, _ in self.kernel.tape.inputs}
+        free = (o for o, k in zip(outputs, self.kernel.outputs, strict=True) if k.name not in names)
+        return [*given, *(self._ffi.from_buffer("double *", o) for o in free)]
 
     def __call__(self, *inputs: ArrayLike) -> Any:
         arrays, count = _checked(self.kernel, inputs)
+        if count is not None and count >= MANY:
+            panels = self.panels()
+            if panels is not None:
+                return panels(*arrays)
         lead = () if count is None else (count,)
         outputs = [np.empty((*lead, *o.shape)) for o in self.kernel.outputs]
-        pointers = [self._pointer(a) for a in (*arrays, *outputs)]
+        pointers = self._pointers(arrays, outputs)
         status = self._one(*pointers) if count is None else self._batch(count, *pointers)
         return _result(self.kernel, outputs, status or 0)
 
+    @cached_property
+    def _panels(self) -> Panels | None:
+        from symgen.runtime.panels import Panels
+
+        if not panelled(self.kernel):
+            return None
+        try:
+            return Panels(*self._origin, self.kernel)
+        except BuildError:  # a compiler without vectors: its plain loop is built
+            return None
+
+    def panels(self) -> Panels | None:
+        return self._panels
+
     def bind(self, count: int | None = None) -> Bound:
         inputs, outputs = _buffers(self.kernel, count)
-        pointers = [self._pointer(a) for a in (*inputs, *outputs)]
+        pointers = self._pointers(inputs, outputs)
         if count is not None:
             batch = self._batch
             return Bound(inputs, outputs, lambda: batch(count, *pointers))
@@ -288,9 +346,14 @@ class _CKernel:
 def _buffers(
     kernel: Kernel, count: int | None
 ) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...]]:
+    plain = {LINK, *SCALARS, *(o.name for o in kernel.outputs)}
+    if plain.intersection(name for name, _ in kernel.tape.inputs) or not (
+        kernel.batch or not count
+    ):
+        raise ParameterError(f"{kernel.name} has no fixed buffers; accepted: plain calls")
     lead = () if count is None else (count,)
     inputs = tuple(
-        np.zeros((*(() if name == "X" else lead), len(symbols)))
+        np.zeros((*(() if name in SHARED else lead), len(symbols)))
         for name, symbols in kernel.tape.inputs
     )
     return inputs, tuple(np.zeros((*lead, *o.shape)) for o in kernel.outputs)
@@ -299,7 +362,7 @@ def _buffers(
 class _CasadiKernel:
     def __init__(self, kernel: Kernel, model: Model) -> None:
         self.kernel = kernel
-        self._function = casadi_function(model, kernel)
+        self._function = casadi_function(model, kernel, flat=True)
         self._maps: dict[int, Any] = {}
 
     def __call__(self, *inputs: ArrayLike) -> Any:
@@ -314,14 +377,18 @@ class _CasadiKernel:
                 if size not in self._maps:  # at most _BLOCK of them, small ones
                     self._maps[size] = self._function.map(size)
                 part = [
-                    np.repeat(a[:, None], size, axis=1) if name == "X" else a[at : at + size].T
+                    np.repeat(a[:, None], size, axis=1)
+                    if name in (*SHARED, LINK)
+                    else a[at : at + size].T
                     for name, a in zip(names, arrays, strict=True)
                 ]
                 blocks = self._maps[size](*part)
                 for out, block in zip(outputs, _as_tuple(blocks), strict=True):
                     out[at : at + size] = np.array(block).T.reshape(size, *out.shape[1:])
         bad = self.kernel.guards > 0 and not all(np.isfinite(o).all() for o in outputs)
-        return _result(self.kernel, outputs, int(bad))
+        given = all(np.isfinite(a).all() for a in arrays)
+        status = NOT_POSITIVE_DEFINITE if given else NOT_FINITE
+        return _result(self.kernel, outputs, status if bad else 0)
 
     def _one(self, arrays: Sequence[FloatArray]) -> list[FloatArray]:
         results = _as_tuple(self._function(*arrays))
@@ -337,6 +404,9 @@ class _CasadiKernel:
                 out[...] = value
 
         return Bound(inputs, outputs, call)
+
+    def panels(self) -> None:
+        """CasADi's virtual machine has none."""
 
 
 def _as_tuple(result: Any) -> tuple[Any, ...]:

@@ -48,7 +48,7 @@ def worst_case_stack(sources: Mapping[str, bytes], compiler: Compiler) -> dict[s
             _run([*compiler.command, *FLAGS, *red_zone, *files], work)
             usage = [(work / f"{Path(name).stem}.su").read_text() for name in files]
             assembly = [(work / f"{Path(name).stem}.s").read_text() for name in files]
-        except (OSError, subprocess.SubprocessError):
+        except (OSError, UnicodeError, subprocess.SubprocessError):
             return None
     # Static functions of two files may share a name: the larger frame stands for both.
     frames: dict[str, int] = {}

@@ -13,7 +13,7 @@ from __future__ import annotations
 import sympy as sp
 
 from symgen import names
-from symgen.symbolic.kinematics import ZERO, Vector
+from symgen.symbolic.kinematics import ZERO, Frame, Vector
 from symgen.symbolic.tape import TapeBuilder
 
 Pair = tuple[Vector, Vector]
@@ -136,6 +136,31 @@ class Inertia:
         out.J = [list(row) for row in self.J]
         for i in range(3):
             out.J[i][i] = tape.name(f"j{i + 1}{tag}", self.J[i][i] - half)
+        return out
+
+    def momentum(self, frame: Frame, tag: str, tape: TapeBuilder) -> Pair:
+        """Return (l, k) of the body's motion, with names."""
+        w, V = frame.w, frame.V
+        lin = plus(scaled(self.M, V), cross(w, self.m))
+        ang = plus(self.times(w), cross(self.m, V))
+        return named(lin, f"l{tag}_", tape), named(ang, f"k{tag}_", tape)
+
+    def rate(self, frame: Frame, lin: Vector, j: int, tape: TapeBuilder) -> Inertia:
+        """Return dJ/dt in a frame at rest that is now where the link's is, with l for m.
+
+        R = [w] J - J [w] + 2 (m . V) - V m^T - m V^T
+        """
+        out, w, V, m = Inertia({}), frame.w, frame.V, self.m
+        for a in range(3):
+            b, c = (a + 1) % 3, (a + 2) % 3
+            turning = w[b] * self.J[a][c] - w[c] * self.J[a][b]
+            value = 2 * tape.name(f"r{a + 1}{j}", turning + m[b] * V[b] + m[c] * V[c])
+            out.J[a][a] = tape.name(f"R{a + 1}{a + 1}{j}", value)
+            pair = tape.name(f"J{a + 1}{b + 1}_{j}", self.J[b][b] - self.J[a][a])
+            value = w[b] * self.J[b][c] - w[a] * self.J[a][c] - pair * w[c]
+            value = value - V[a] * m[b] - V[b] * m[a]
+            out.J[a][b] = out.J[b][a] = tape.name(f"R{a + 1}{b + 1}{j}", value)
+        out.m = lin
         return out
 
     def wrench(self, w: Vector, dw: Vector, a: Vector, j: int, tape: TapeBuilder) -> Pair:

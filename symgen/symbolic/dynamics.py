@@ -6,9 +6,7 @@ parameters of Khalil and Kleinfinger 1987); the mass matrix by composite bodies 
 M' - 2 C skew-symmetric (Niemeyer and Slotine 1991, in body coordinates)
 
     f = M a_r + dw_r x m + w_r x (w x m)
-    n = m x a_r + J dw_r + w x ((J - tr(J)/2) w_r)
-
-forward dynamics by M = L D L^T without square roots.
+    n = m x a_r + J dw_r + w x ((J - tr(J)/2) w_r).
 """
 
 from __future__ import annotations
@@ -89,7 +87,8 @@ def plant(robot: Robot, base: BaseParameters) -> Plant:
     """Begin a tape of a robot in its base parameters."""
     variable = variables(robot)
     X = tuple(sp.Symbol(f"X_{p.name}", real=True) for p in base.parameters)
-    symbols = (*variable.q, *variable.qd, *variable.qdd, *variable.tau, *X)
+    arrays = (variable.q, variable.qd, variable.qdd, variable.tau, variable.qdr, variable.qddr)
+    symbols = (*(s for array in arrays for s in array), *variable.b, *X)
     tape = friction.builder(robot, symbols)
     return Plant(robot, base, tape, steps(robot, variable, tape), gravity(robot, tape), X)
 
@@ -99,29 +98,46 @@ def inverse_dynamics(p: Plant, *, accelerating: bool = True) -> dict[int, sp.Exp
 
     Effects of the load take the rigid body's torque, rotors included, as it is at this motion.
     """
-    torque = _rigid_torques(p, accelerating)
-    if p.robot.loaded:
-        load = {j: p.tape.name(f"taur{j}", value) for j, value in torque.items()}
-        torque = dict(load)
-        for name, column in effect_columns(p.robot, p.tape, load).items():
-            for j, value in column.items():
-                torque[j] += p.value(name) * value
-    for j, value in _friction_torques(p).items():
-        torque[j] += value
+    qdd = dict(zip(p.numbers, variables(p.robot).qdd, strict=True)) if accelerating else {}
+    return in_all(p, rigid_torques(p, qdd))
+
+
+def in_all(p: Plant, rigid: Mapping[int, sp.Expr]) -> dict[int, sp.Expr]:
+    """Return the torque of the rigid body with that of friction and effects."""
+    load = loads(p, rigid)
+    torque = {j: load[j] + value for j, value in with_load(p, load).items()}
     return {j: p.tape.name(f"T{j}", value) for j, value in torque.items()}
 
 
-def _rigid_torques(p: Plant, accelerating: bool) -> dict[int, sp.Expr]:
-    """Return the torque of links and rotors, by joint that moves."""
-    qdd = dict(zip(p.numbers, variables(p.robot).qdd, strict=True)) if accelerating else {}
-    torque = _body_torques(p, spread(p.robot, qdd, p.tape) if accelerating else {})
-    for j, coefficient in _rotors(p).items():
+def loads(p: Plant, rigid: Mapping[int, sp.Expr]) -> dict[int, sp.Expr]:
+    """Return the torque of the rigid body, named where effects depend on it."""
+    if not p.robot.loaded:
+        return dict(rigid)
+    return {j: p.tape.name(f"taur{j}", value) for j, value in rigid.items()}
+
+
+def with_load(p: Plant, load: Mapping[int, sp.Expr]) -> dict[int, sp.Expr]:
+    """Return the torque of effects under a load of the rigid body, and of friction, by joint."""
+    torque = dict.fromkeys(load, sp.S.Zero)
+    if p.robot.loaded:
+        for name, column in effect_columns(p.robot, p.tape, load).items():
+            for j, value in column.items():
+                torque[j] += p.value(name) * value
+    for j, value in friction_torques(p).items():
+        torque[j] += value
+    return torque
+
+
+def rigid_torques(p: Plant, qdd: Mapping[int, sp.Expr]) -> dict[int, sp.Expr]:
+    """Return the torque of links and rotors at accelerations of the movable joints; none: zero."""
+    torque = _body_torques(p, spread(p.robot, qdd, p.tape) if qdd else {})
+    for j, coefficient in rotors(p).items():
         for k, value in coefficient.items():
             torque[j] += value * qdd.get(k, sp.S.Zero)
     return torque
 
 
-def _friction_torques(p: Plant) -> dict[int, sp.Expr]:
+def friction_torques(p: Plant) -> dict[int, sp.Expr]:
     """Return the torque of friction and effects with columns, by joint."""
     torque: dict[int, sp.Expr] = {}
     for parameter, column in friction.torque_columns(p.robot, variables(p.robot), p.tape):
@@ -130,44 +146,68 @@ def _friction_torques(p: Plant) -> dict[int, sp.Expr]:
     return torque
 
 
+def joint_friction(p: Plant) -> dict[int, sp.Expr]:
+    """Return the torque of the friction that joints and couplings declare, by joint."""
+    torque = dict.fromkeys(p.numbers, sp.S.Zero)
+    for parameter, column in friction.torque_columns(p.robot, variables(p.robot), p.tape):
+        if parameter.prefix:  # effects have none
+            for j, value in column.items():
+                torque[j] += p.value(parameter.name) * value
+    return {j: p.tape.name(f"T{j}", value) for j, value in torque.items()}
+
+
 def gravity_torque(p: Plant) -> dict[int, sp.Expr]:
     """Return the torque that holds the arm at rest."""
     return _body_torques(p.still(), {})
 
 
-def _body_torques(p: Plant, qdd: Mapping[int, sp.Expr]) -> dict[int, sp.Expr]:
+def wrenches(p: Plant, qdd: Mapping[int, sp.Expr]) -> Wrenches:
+    """Return what moves each link, at accelerations of all joints that move."""
     motion = motions(p.way, p.gravity, qdd, p.tape)
-    wrench = {
+    return {
         j.number: p.inertia(j.number).wrench(
             motion[j.number].w, motion[j.number].dw, motion[j.number].a, j.number, p.tape
         )
         for j in p.robot.joints
     }
-    return folded(p.robot, _to_joints(p, wrench, ""), "Tf", p.tape)
 
 
-def _to_joints(p: Plant, wrench: Wrenches, tag: str) -> dict[int, sp.Expr]:
-    """Hand wrenches on links back towards the base; return what each movable joint carries."""
+def _body_torques(p: Plant, qdd: Mapping[int, sp.Expr]) -> dict[int, sp.Expr]:
+    wrench = wrenches(p, qdd)
+    return folded(p.robot, to_joints(p, wrench, ""), "Tf", p.tape)
+
+
+def handed_down(p: Plant, wrench: Wrenches, tag: str) -> Wrenches:
+    """Hand wrenches on links back towards the base: what each joint carries, in its frame."""
     total = dict(wrench)
-    torque = {}
     for step in reversed(p.way):
         j, a = step.joint.number, step.joint.antecedent
-        f, n = total.get(j, (ZERO, ZERO))
-        if step.joint.sigma == names.REVOLUTE:
-            torque[j] = n[2]
-        elif step.joint.sigma == names.PRISMATIC:
-            torque[j] = f[2]
-        if a != 0:
-            back = handed_back((f, n), step, f"b{tag}", p.tape)
+        if a != 0 and j in total:
+            back = handed_back(total[j], step, f"b{tag}", p.tape)
             old = total.get(a, (ZERO, ZERO))
             total[a] = (
                 named(plus(old[0], back[0]), f"F{tag}s{a}_{j}_", p.tape),
                 named(plus(old[1], back[1]), f"N{tag}s{a}_{j}_", p.tape),
             )
-    return torque
+    return total
 
 
-def _rotors(p: Plant) -> Rows:
+def to_joints(p: Plant, wrench: Wrenches, tag: str) -> dict[int, sp.Expr]:
+    """Return the force or torque that wrenches on links put on each joint that moves."""
+    total = handed_down(p, wrench, tag)
+    return {
+        joint.number: along(joint.sigma, total.get(joint.number, (ZERO, ZERO)))
+        for joint in p.robot.moving
+    }
+
+
+def along(sigma: int, wrench: Screw) -> sp.Expr:
+    """Return the part of a wrench, in the frame of a joint, that the joint's drive sees."""
+    f, n = wrench
+    return n[2] if sigma == names.REVOLUTE else f[2]
+
+
+def rotors(p: Plant) -> Rows:
     """Return what rotors add to the mass matrix."""
     rows: Rows = {j.number: {} for j in p.robot.moving}
     for j in p.numbers:
@@ -185,7 +225,7 @@ def _rotors(p: Plant) -> Rows:
 def mass_matrix(p: Plant) -> Rows:
     """Return M by rows and columns of joint numbers; entries of separate branches are absent."""
     bodies = composites(p.way, {j.number: p.inertia(j.number) for j in p.robot.joints}, p.tape)
-    rows = _rotors(p)
+    rows = rotors(p)
     for step in p.way:
         j, body = step.joint.number, bodies[step.joint.number]
         if step.joint.sigma == names.FIXED:
@@ -195,7 +235,7 @@ def mass_matrix(p: Plant) -> Rows:
             f, n = (-my, mx, sp.S.Zero), (body.J[0][2], body.J[1][2], body.J[2][2])
         else:
             f, n = (sp.S.Zero, sp.S.Zero, body.M), (my, -mx, sp.S.Zero)
-        for k, value in _to_joints(p, {j: (f, n)}, f"m{j}").items():
+        for k, value in to_joints(p, {j: (f, n)}, f"m{j}").items():
             if value != 0:
                 for a, b in {(j, k), (k, j)}:
                     rows[a][b] = rows[a].get(b, sp.S.Zero) + value
@@ -213,10 +253,8 @@ def coriolis(p: Plant) -> Rows:
     for j in rows:
         wrench: Wrenches = {}
         for i, (w_r, dw_r, a_r) in _virtual(p, j).items():
-            wrench[i] = _coriolis_wrench(
-                p.inertia(i), real[i].w, w_r, dw_r, a_r, f"{i}v{j}", p.tape
-            )
-        for k, value in _to_joints(p, wrench, f"c{j}").items():
+            wrench[i] = virtual_wrench(p.inertia(i), real[i].w, w_r, dw_r, a_r, f"{i}v{j}", p.tape)
+        for k, value in to_joints(p, wrench, f"c{j}").items():
             rows[k][j] = p.tape.name(f"C{k}_{j}", value)
     return congruent(p.robot, rows, "C", p.tape)
 
@@ -253,93 +291,15 @@ def _virtual(p: Plant, j: int) -> dict[int, tuple[Vector, Vector, Vector]]:
     return states
 
 
-def _coriolis_wrench(
+def virtual_wrench(
     body: Inertia, w: Vector, w_r: Vector, dw_r: Vector, a_r: Vector, tag: str, tape: TapeBuilder
 ) -> Screw:
+    """Return (f, n) of a body that moves with w, under the virtual motion (w_r, dw_r, a_r)."""
     wm = named(cross(w, body.m), f"h{tag}_", tape)
     f = plus(plus(cross(dw_r, body.m), cross(w_r, wm)), scaled(body.M, a_r))
     k = named(body.less_half_trace(tag, tape).times(w_r), f"k{tag}_", tape)
     n = plus(plus(cross(body.m, a_r), body.times(dw_r)), cross(w, k))
     return named(f, f"F{tag}_", tape), named(n, f"N{tag}_", tape)
-
-
-def _driving(p: Plant) -> tuple[dict[int, sp.Expr], list[sp.Expr]]:
-    """Return M qdd of every movable joint, and what must be positive for it to be unique.
-
-    Effects of the load are z (a taur + b |taur|), with a and b of the motion: from R = tau -
-    friction = (1 + z a) taur + z b |taur| follows taur = R / (1 + z a + z b sign(R)) where this is
-    positive for both signs.
-    """
-    tape, order, commanded = p.tape, p.numbers, variables(p.robot).tau
-    if not p.robot.loaded:
-        bias = inverse_dynamics(p, accelerating=False)
-        pairs = zip(order, commanded, strict=True)
-        return {j: tape.name(f"b{j}", tau - bias[j]) for j, tau in pairs}, []
-    rigid, rubbing = _rigid_torques(p, False), _friction_torques(p)
-    slopes = []  # of the effects by taur, for taur > 0 and for taur < 0
-    for sign in (sp.S.One, sp.S.NegativeOne):
-        slope: dict[int, sp.Expr] = {}
-        for name, column in effect_columns(p.robot, tape, dict.fromkeys(order, sign)).items():
-            for j, value in column.items():
-                slope[j] = slope.get(j, sp.S.Zero) + sign * p.value(name) * value
-        slopes.append({j: tape.name(f"e{j}", value) for j, value in slope.items()})
-    right, positive = {}, []
-    for j, tau in zip(order, commanded, strict=True):
-        left = tape.name(f"R{j}", tau - rubbing.get(j, sp.S.Zero))
-        if j in slopes[0] or j in slopes[1]:
-            up, down = (s.get(j, sp.S.Zero) for s in slopes)
-            half = sp.Rational(1, 2)
-            mean, spread_ = (
-                tape.name(f"{n}{j}", half * e) for n, e in (("a", up + down), ("B", up - down))
-            )
-            turned_ = tape.name(f"G{j}", sp.sign(left))
-            share = tape.name(f"E{j}", 1 + mean + spread_ * turned_)
-            positive += [tape.name(f"P{j}", 1 + e) for e in (up, down)]
-            left = left * tape.name(f"I{j}", 1 / share)
-        right[j] = tape.name(f"b{j}", left - rigid[j])
-    return right, positive
-
-
-def forward_dynamics(p: Plant) -> tuple[list[sp.Expr], list[sp.Expr]]:
-    """Return (qdd, pivots): M is positive definite exactly when all pivots of L D L^T are.
-
-    Beside the pivots stand what must be positive for effects of the load to be solvable.
-    """
-    M, tape = mass_matrix(p), p.tape
-    order = p.numbers
-    right, positive = _driving(p)
-    low: dict[tuple[int, int], sp.Expr] = {}
-    pivot: dict[int, sp.Expr] = {}
-    inverse: dict[int, sp.Expr] = {}
-    # Factor from the tips: then L keeps the zeros of separate branches (Featherstone 2005).
-    for at, k in enumerate(reversed(order)):
-        earlier = order[: len(order) - 1 - at]
-        pivot[k] = M[k].get(k, sp.S.Zero)
-        inverse[k] = tape.name(f"d{k}", 1 / pivot[k])
-        for i in earlier:
-            if M[k].get(i, sp.S.Zero) != 0:
-                low[k, i] = tape.name(f"l{k}_{i}", M[k][i] * inverse[k])
-        for i in earlier:
-            if (k, i) not in low:
-                continue
-            for j in order[: order.index(i) + 1]:
-                if (k, j) in low:
-                    value = M[i].get(j, sp.S.Zero) - low[k, i] * M[k][j]
-                    M[i][j] = M[j][i] = tape.name(f"m{k}_{i}_{j}", value)
-    # M = L^T D L: solve L^T y = right from the tips, then D, then L from the base.
-    y = dict(right)
-    for k in reversed(order):
-        for i in order:
-            if (k, i) in low:
-                y[i] = tape.name(f"y{k}_{i}", y[i] - low[k, i] * y[k])
-    out: dict[int, sp.Expr] = {}
-    for k in order:
-        value = y[k] * inverse[k]
-        for i in order:
-            if (k, i) in low:
-                value -= low[k, i] * out[i]
-        out[k] = tape.name(f"o{k}", value)
-    return [out[k] for k in order], [*(pivot[k] for k in order), *positive]
 
 
 def dense(rows: Rows, numbers: Sequence[int]) -> list[sp.Expr]:

@@ -48,6 +48,36 @@ def energy_tape(robot: Robot) -> Tape:
     return tape.tape([("q", variable.q), ("qd", variable.qd)], outputs)
 
 
+def separate_tape(robot: Robot) -> Tape:
+    """Derive DE, then DU, of every inertial standard parameter (Gautier and Khalil 1988, 31 to 35).
+
+    Returns:
+        A tape from q and qd to the columns of kinetic energy, then those of potential energy.
+    """
+    variable = variables(robot)
+    tape = builder(robot, (*variable.q, *variable.qd))
+    way, base = steps(robot, variable, tape), gravity(robot, tape)
+    moving = frames(way, (sp.S.Zero, sp.S.Zero, sp.S.Zero), tape)
+    resting = frames(tuple(step.still() for step in way), base, tape)
+    speed = speeds(robot, variable)
+    drives = {c.second: drive_speed(c, speed, tape) for c in robot.couplings}
+    kinetic, potential = [], []
+    for p in standard_parameters(robot):
+        if not p.inertial:
+            continue
+        at_rest: sp.Expr = sp.S.Zero
+        if p.prefix in names.LINK:
+            value = link_column(p.prefix, moving[p.joint], f"D{p.prefix}{p.joint}", tape)
+            at_rest = link_column(p.prefix, resting[p.joint], f"U{p.prefix}{p.joint}", tape)
+        else:
+            driven = speed if p.prefix == names.ROTOR else drives
+            value = half_square(driven[p.joint], p.name, tape)
+        kinetic.append(value)
+        potential.append(at_rest)
+    inputs = [("q", variable.q), ("qd", variable.qd)]
+    return tape.tape(inputs, [*kinetic, *potential])
+
+
 def half_square(v: sp.Expr, name: str, tape: TapeBuilder) -> sp.Expr:
     """Return v^2/2, with v/2 as a step that other columns of v share."""
     if v == 0:

@@ -20,7 +20,11 @@ from symgen.symbolic.parameters import Parameter, standard_parameters
 from symgen.symbolic.tape import Tape, TapeBuilder
 
 #: Names of arrays in generated code, which no step may have.
-ARGUMENTS = frozenset("q qd qdd tau X out M C h p_out dl_out T_out U_out J_out N k i angle".split())
+ARGUMENTS = frozenset(
+    "q qd qdd tau X out M C h p_out dl_out T_out U_out J_out N k i angle guard status qdr qddr b x "
+    "rate_out dq_out dqd_out dtau_out link point J a kinetic_out potential_out standard mass com "
+    "inertia g".split()
+)
 
 
 @dataclass(frozen=True)

@@ -81,22 +81,32 @@ class Frame:
 
 @dataclass(frozen=True)
 class Variables:
-    """The symbols of the joint variables, one for each movable joint, in file order."""
+    """The symbols of the joint variables, one for each movable joint, in file order.
+
+    `qdr` and `qddr` are reference speeds and accelerations, `b` is any right-hand side.
+    """
 
     q: tuple[sp.Symbol, ...]
     qd: tuple[sp.Symbol, ...]
     qdd: tuple[sp.Symbol, ...]
     tau: tuple[sp.Symbol, ...]
+    qdr: tuple[sp.Symbol, ...]
+    qddr: tuple[sp.Symbol, ...]
+    b: tuple[sp.Symbol, ...]
 
 
 def variables(robot: Robot) -> Variables:
-    """Return q, qd, qdd and tau as symbols that carry the file's joint numbers."""
+    """Return the variables as symbols that carry the file's joint numbers.
+
+    No length of a robot file can begin with X_.
+    """
     numbers = [joint.number for joint in robot.movable]
-    q, qd, qdd, tau = (
-        tuple(sp.Symbol(f"{letter}{j}", real=True) for j in numbers)
-        for letter in ("q", "qd", "qdd", "tau")
+    return Variables(
+        *(
+            tuple(sp.Symbol(f"{letter}{j}", real=True) for j in numbers)
+            for letter in ("q", "qd", "qdd", "tau", "X_qdr", "X_qddr", "X_b")
+        )
     )
-    return Variables(q, qd, qdd, tau)
 
 
 def steps(robot: Robot, variable: Variables, tape: TapeBuilder) -> tuple[Step, ...]:

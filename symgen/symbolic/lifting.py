@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import sympy as sp
+from sympy.polys.matrices import DomainMatrix
 
 from symgen import names
 from symgen.errors import SymgenError
@@ -63,15 +64,36 @@ def lifted(
             energies = dict(zip(inertial, tape.run(arithmetic, {"q": q, "qd": qd}), strict=True))
             rows.append([energies[i] if i in energies else number[state[i].joint] for i in support])
         matrix = sp.Matrix([[a - b for a, b in zip(row, rows[0], strict=True)] for row in rows[1:]])
-        space = matrix.applyfunc(sp.cancel).to_DM().to_field().nullspace().to_Matrix()
-        if space.rows != 1 or space[0, 0] == 0:
-            continue
-        vector = list(space.row(0))[1:]
-        return [_whole_angles(sp.cancel(c / space[0, 0]), halves) for c in vector]
+        vector = _null_vector(matrix)
+        if vector is not None and vector[0] != 0:
+            return [_whole_angles(sp.cancel(c / vector[0]), halves) for c in vector[1:]]
     raise SymgenError(
         f"no exact regrouping relation was found for {state[support[0]].name}; "
         "give angles as fractions of pi where they are"
     )
+
+
+def _null_vector(matrix: sp.Matrix) -> list[sp.Expr] | None:
+    """Return the vector that a matrix of formulas maps to zero, None where it is not one alone.
+
+    Over the field of rational functions whose coefficients are rationals and the roots that occur:
+    SymPy's own choice for lengths times roots has no exact zero.
+    """
+    roots = sorted(
+        {p.base for entry in matrix for p in entry.atoms(sp.Pow) if not p.exp.is_Integer},
+        key=sp.default_sort_key,
+    )
+    if any(root.free_symbols for root in roots):
+        raise NeedsValuesError("the root of a named length")
+    numbers = sp.QQ.algebraic_field(*map(sp.sqrt, roots)) if roots else sp.QQ
+    field = numbers.frac_field(*sorted(matrix.free_symbols, key=lambda symbol: symbol.name))
+    rows = [[field.from_sympy(entry) for entry in row] for row in matrix.tolist()]
+    reduced, pivots = DomainMatrix(rows, matrix.shape, field).rref()
+    free = sorted(set(range(matrix.cols)) - set(pivots))
+    if len(free) != 1:
+        return None
+    column = dict(zip(pivots, reduced.to_Matrix().col(free[0]), strict=False))
+    return [-column.get(i, sp.S.NegativeOne) for i in range(matrix.cols)]
 
 
 def _numbers(

@@ -9,23 +9,23 @@ from symgen.robot.types import Robot
 from symgen.symbolic import friction
 from symgen.symbolic.bodies import cross, named
 from symgen.symbolic.constraints import folded
-from symgen.symbolic.kinematics import Shift, Turn, Vector, steps, variables
+from symgen.symbolic.kinematics import Shift, Step, Turn, Vector, steps, variables
 from symgen.symbolic.tape import Tape, TapeBuilder
 
 Place = tuple[Vector, Vector, Vector, Vector]  # axes x, y, z and origin, in frame 0
 
 
-def _places(robot: Robot) -> tuple[dict[int, Place], TapeBuilder]:
-    variable = variables(robot)
-    tape = friction.builder(robot, variable.q)
+def places(robot: Robot, tape: TapeBuilder) -> tuple[dict[int, Place], tuple[Step, ...]]:
+    """Return the place of every frame in frame 0, by joint number, and the way that leads there."""
+    way = steps(robot, variables(robot), tape)
     unit = [tuple(sp.Integer(int(i == k)) for i in range(3)) for k in range(4)]
-    places: dict[int, Place] = {0: (unit[0], unit[1], unit[2], unit[3])}
-    for step in steps(robot, variable, tape):
-        place = places[step.joint.antecedent]
+    out: dict[int, Place] = {0: (unit[0], unit[1], unit[2], unit[3])}
+    for step in way:
+        place = out[step.joint.antecedent]
         for motion in (*step.before, *step.after):
             place = _moved(place, motion, tape)
-        places[step.joint.number] = place
-    return places, tape
+        out[step.joint.number] = place
+    return out, way
 
 
 def _moved(place: Place, motion: Turn | Shift, tape: TapeBuilder) -> Place:
@@ -44,7 +44,7 @@ def _moved(place: Place, motion: Turn | Shift, tape: TapeBuilder) -> Place:
     return (columns[0], columns[1], columns[2], columns[3])
 
 
-def _path(robot: Robot, number: int) -> list[int]:
+def path(robot: Robot, number: int) -> list[int]:
     """Return the numbers of the joints from one down to the base."""
     out = []
     while number:
@@ -55,11 +55,12 @@ def _path(robot: Robot, number: int) -> list[int]:
 
 def frames_tape(robot: Robot) -> Tape:
     """Derive 0T_j of every link, fixed ones included: (links, 4, 4), row-major."""
-    places, tape = _places(robot)
+    tape = friction.builder(robot, variables(robot).q)
+    placed, _ = places(robot, tape)
     bottom = [sp.S.Zero, sp.S.Zero, sp.S.Zero, sp.S.One]
     out: list[sp.Expr] = []
     for joint in robot.joints:
-        place = places[joint.number]
+        place = placed[joint.number]
         for i in range(3):
             out += [column[i] for column in place]
         out += bottom
@@ -71,17 +72,18 @@ def jacobian_tape(robot: Robot) -> Tape:
 
     A fixed joint on the base that stands after it, as in a URDF, has none.
     """
-    places, tape = _places(robot)
+    tape = friction.builder(robot, variables(robot).q)
+    placed, _ = places(robot, tape)
     moving = {j.number for j in robot.moving}
-    paths = (_path(robot, joint.number) for joint in reversed(robot.joints))
-    path = next(path for path in paths if moving.intersection(path))
-    last = path[0]
+    paths = (path(robot, joint.number) for joint in reversed(robot.joints))
+    way = next(numbers for numbers in paths if moving.intersection(numbers))
+    last = way[0]
     zero: Vector = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
     columns: dict[int, tuple[Vector, Vector]] = {}
-    tip = places[last][3]
+    tip = placed[last][3]
     for joint in robot.moving:
-        _, _, z, origin = places[joint.number]
-        if joint.number not in path:
+        _, _, z, origin = placed[joint.number]
+        if joint.number not in way:
             continue
         if joint.sigma == names.PRISMATIC:
             columns[joint.number] = (z, zero)

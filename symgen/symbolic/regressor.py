@@ -22,7 +22,7 @@ import sympy as sp
 from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic import friction
-from symgen.symbolic.bodies import cross, dot, unit, unit_momentum, unit_wrench
+from symgen.symbolic.bodies import cross, dot, named, unit, unit_momentum, unit_wrench
 from symgen.symbolic.constraints import folded, spread
 from symgen.symbolic.kinematics import (
     ZERO,
@@ -37,6 +37,7 @@ from symgen.symbolic.kinematics import (
 )
 from symgen.symbolic.motion import Motion, Screw, handed_on, motions, screws
 from symgen.symbolic.parameters import Parameter, standard_parameters
+from symgen.symbolic.passive import reference_unit_wrench, references
 from symgen.symbolic.tape import Tape, TapeBuilder
 
 Columns = list[dict[int, sp.Expr]]
@@ -72,7 +73,7 @@ class _Scene:
 
 def _scene(robot: Robot) -> tuple[_Scene, Mapping[int, Frame], Mapping[int, Motion]]:
     variable = variables(robot)
-    symbols = (*variable.q, *variable.qd, *variable.qdd)
+    symbols = (*variable.q, *variable.qd, *variable.qdd, *variable.qdr, *variable.qddr)
     tape = friction.builder(robot, symbols)
     way = steps(robot, variable, tape)
     numbers = [j.number for j in robot.movable]
@@ -99,6 +100,30 @@ def torque_tape(robot: Robot) -> Tape:
             columns.append(_rotor(scene, p, scene.qdd))
     columns += [c for _, c in friction.torque_columns(robot, scene.variable, scene.tape)]
     return scene.close(("q", "qd", "qdd"), columns)
+
+
+def slotine_li_tape(robot: Robot) -> Tape:
+    """Derive the columns of M qddr + C(q, qd) qdr + g + friction(qd): (n, standard parameters)."""
+    scene, _, _ = _scene(robot)
+    variable, tape = scene.variable, scene.tape
+    numbers = [j.number for j in robot.movable]
+    qdr, qddr = (
+        spread(robot, dict(zip(numbers, symbols, strict=True)), tape)
+        for symbols in (variable.qdr, variable.qddr)
+    )
+    found = references(scene.way, gravity(robot, tape), qdr, qddr, tape)
+    columns: Columns = []
+    for p in scene.parameters:
+        if not p.inertial:
+            continue
+        if p.prefix in names.LINK:
+            f, n = reference_unit_wrench(p.prefix, found[p.joint])
+            f, n = (named(v, f"{k}{p.name}_", tape) for v, k in ((f, "f"), (n, "n")))
+            columns.append(_projected(scene, p, f, n, "T"))
+        else:
+            columns.append(_rotor(scene, p, qddr))
+    columns += [c for _, c in friction.torque_columns(robot, variable, tape)]
+    return scene.close(("q", "qd", "qdr", "qddr"), columns)
 
 
 def momentum_tape(robot: Robot) -> Tape:

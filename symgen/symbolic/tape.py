@@ -285,6 +285,10 @@ class TapeBuilder:
         self._steps[expr] = symbol
         return symbol
 
+    def definitions(self) -> dict[sp.Symbol, sp.Expr]:
+        """Return the steps so far: what each symbol stands for."""
+        return {symbol: expr for expr, symbol in self._steps.items()}
+
     def tape(
         self, inputs: Iterable[tuple[str, Sequence[sp.Symbol]]], outputs: Sequence[sp.Expr]
     ) -> Tape:

@@ -24,23 +24,17 @@ int main(void)
     double worst = 0.0;
 {% for k in kernels %}
     {
-{% for a in k.arguments %}
-        static const {{ name }}_real {{ a.name }}[{{ points }}][{{ a.size }}] = {
-{% for row in a.rows %}
-            { {{ row }} },
-{% endfor %}
-        };
-{% endfor %}
-        static const double expected[{{ points }}][{{ k.size }}] = {
-{% for row in k.expected %}
-            { {{ row }} },
-{% endfor %}
-        };
+{% include "check_points.c" %}
         double here = 0.0;
         double scale = 0.0;
         for (size_t i = 0; i < {{ points }}; ++i) {
 {% for o in k.outputs %}
             {{ name }}_real {{ o.name }}[{{ o.size }}];
+{% endfor %}
+{% for c in k.changed %}
+            for (size_t k = 0; k < sizeof {{ c }} / sizeof {{ c }}[0]; ++k) {
+                {{ c }}[k] = {{ c }}_in[i][k];
+            }
 {% endfor %}
             {{ k.call }};
 {% for o in k.outputs %}

@@ -1,5 +1,5 @@
-/* {{ name }}: {{ k.doc }}
- * {{ k.operations }} for one sample.
+/* {{ name }}: {{ k.doc | join("\n * ") }}
+ * {{ k.operations }} for one sample, as written here.
  */
 #include "{{ name }}.h"
 {% if k.needs_sincos %}
@@ -10,14 +10,32 @@
 #include <math.h>
 {% endif %}
 
-{{ k.returns }} {{ name }}_{{ k.name }}({{ k.parameters }})
+{% for part in k.parts.parts %}
+{% set last = loop.last %}
+static {{ k.returns if last else "void" }} part_{{ part.number }}({{ k.parameters }}, {{ k.dtype }} *w)
 {
-{% for line in k.body %}
+{% for line in part.body %}
     {{ line }}
 {% endfor %}
 }
 
-{{ k.returns }} {{ name }}_{{ k.name }}_batch(size_t N, {{ k.parameters }})
+{% endfor %}
+{{ k.returns }} {{ name }}_{{ k.name }}({{ k.parameters }})
+{
+{% if k.parts.parts %}
+    {{ k.dtype }} w[{{ k.parts.handed }}];
+{% for part in k.parts.parts %}
+    {{ "return " if loop.last and k.guarded }}part_{{ part.number }}({{ k.names }}, w);
+{% endfor %}
+{% else %}
+{% for line in k.body %}
+    {{ line }}
+{% endfor %}
+{% endif %}
+}
+{% if k.batch %}
+
+{{ k.returns }} {{ name }}_{{ k.name }}_batch(size_t N, {{ k.batch_parameters }})
 {
 {% if k.guarded %}
     int status = 0;
@@ -31,3 +49,4 @@
     }
 {% endif %}
 }
+{% endif %}

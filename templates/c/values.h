@@ -1,4 +1,4 @@
-/* {{ name }}: identified base parameters X, apart from the structure of the model in {{ name }}.h.
+/* {{ robot }}: identified base parameters X, apart from the structure of the model in {{ name }}.h.
  *
 {% for line in facts %}
  * {{ line }}
@@ -11,6 +11,12 @@
 
 #include "{{ name }}.h"
 
+{% if digest %}
+#if {{ name }}_MODEL_DIGEST != {{ digest }}
+#error "these values are of another model than {{ name }}.h: generate the package again, or identify"
+#endif
+
+{% endif %}
 /* The package must have these parameters in this order: otherwise this does not compile. */
 typedef char {{ name }}_values_are_of_this_package[
     {{ name }}_PARAMETERS == {{ parameters|length }}

@@ -30,7 +30,8 @@ from rich.table import Table
 
 import symgen
 from symgen.codegen.casadi_model import casadi_function
-from symgen.runtime.build import _FLAGS, find_compiler, native
+from symgen.runtime.build import _FLAGS, find_compiler
+from symgen.runtime.flags import chosen_flags
 from symgen.symbolic.tape import Tape
 
 ROBOTS = ("puma560", "tx40", "panda", "wam7")
@@ -144,7 +145,7 @@ def casadi_c(function: casadi.Function, folder: Path, joints: int) -> ctypes.CDL
     assert energy.sz_w() < 65536
     source.write_text(source.read_text() + loop)
     library = folder / "energy.so"
-    command = [*compiler.command, *_FLAGS, *native(compiler)[0], str(source)]
+    command = [*compiler.command, *_FLAGS, *chosen_flags(compiler).flags.flags, str(source)]
     command += ["-o", str(library), "-lm"]
     subprocess.run(command, check=True, capture_output=True)
     return ctypes.CDLL(str(library))

@@ -19,7 +19,7 @@ from rich.console import Console
 from rich.table import Table
 
 import symgen
-from symgen.codegen.kernels import ALL
+from symgen.codegen.recipes import ALL
 from symgen.codegen.verification import physical_parameters
 
 ROBOTS = ("planar2r", "puma560", "tx40", "panda", "wam7")
@@ -39,7 +39,7 @@ def main() -> None:
             model = symgen.derive(robot, kernels)
             seconds[len(kernels)] = time.perf_counter() - begun
         evaluator = symgen.load(model)
-        calls = {k.name: call_of(evaluator, k.name, draw) for k in model.kernels}
+        calls = {k.name: call_of(evaluator, k.name, draw) for k in model.kernels if k.batch}
         times: dict[str, list[float]] = {k: [] for k in calls}
         for _ in range(REPEATS):
             for kernel, call in calls.items():
@@ -51,7 +51,7 @@ def main() -> None:
         table = Table(title=f"{name}: derived in {derived}; {evaluator.backend}")
         for head in ("kernel", "mul", "add", "div", "sincos", "ns", "over energy regressor"):
             table.add_column(head)
-        for k in model.kernels:
+        for k in (k for k in model.kernels if k.name in times):
             o, ns = k.tape.operations, statistics.median(times[k.name])
             row = (o.mul, o.add, o.div, o.sincos, round(ns), f"{ns / energy:.2f}")
             table.add_row(k.name, *map(str, row))
@@ -62,10 +62,14 @@ def call_of(evaluator: symgen.Evaluator, kernel: str, draw: np.random.Generator)
     """Return a call of a kernel on a batch of random samples."""
     function = evaluator[kernel]
     X = draw.uniform(0.5, 1.0, len(evaluator.model.base.parameters))
-    if kernel == "forward_dynamics":  # a mass matrix that is positive definite
+    if function.kernel.guards:  # a mass matrix that is positive definite
         X = np.array(physical_parameters(evaluator.model, random.Random(1)))
     inputs = [
-        X if name == "X" else draw.uniform(-1, 1, (SAMPLES, len(symbols)))
+        X
+        if name == "X"
+        else len(symbols)
+        if name == "link"
+        else draw.uniform(-1, 1, (SAMPLES, len(symbols)))
         for name, symbols in function.kernel.tape.inputs
     ]
     return lambda: function(*inputs)

@@ -1,4 +1,4 @@
-"""The example controller of a package: it builds without a warning, and tracks and identifies."""
+"""The examples of a package: they build without a warning, and do what they say, or say no."""
 
 from __future__ import annotations
 
@@ -71,6 +71,69 @@ def test_the_example_says_no_when_its_model_is_of_another_robot(
         run([tmp_path / "c"], tmp_path)
 
 
+def ran(package: Path, program: str, folder: Path, *changes: tuple[str, str]) -> dict[str, float]:
+    """Build and run a program with lines of it changed; the figures that it prints."""
+    text = (package / "example" / f"{package.name}_{program}.c").read_text()
+    for before, after in changes:
+        assert text.count(before) == 1, before
+        text = text.replace(before, after)
+    (folder / "program.c").write_text(text)
+    sources = ["program.c", *c_files(package)]
+    run(["cc", *STRICT, "-O2", f"-I{package}", *sources, "-lm", "-o", "program"], folder)
+    found = re.findall(r"^(.+): (\S+)(?: ms)?$", run([folder / "program"], folder), re.MULTILINE)
+    return {key: float(value) for key, value in found}
+
+
+@needs_cc
+@pytest.mark.parametrize(("name", "dtype"), CASES)
+def test_the_observer_sees_every_push_in_time_and_nothing_else(
+    name: str, dtype: str, complete: Packages, tmp_path: Path
+) -> None:
+    figures = ran(complete(name, dtype), "observer", tmp_path)
+    assert 1 <= figures["slowest"] <= 10
+    assert figures["on another joint"] == 0
+    assert figures["largest without a push"] < 8
+
+
+@needs_cc
+@pytest.mark.parametrize(
+    ("before", "after", "answer"),
+    [
+        ("PUSH = 15", "PUSH = 3", "slowest: 1500 ms"),
+        ("LEVEL = 8", "LEVEL = 1", "largest without a push: [1-7]"),
+        ("K = 200", "K = 20", r"slowest: (\d\d|1500) ms"),
+        ("rate[j] = -rate[j];", "rate[j] = 0;", r"largest without a push: (8|9|\d\d)"),
+    ],
+    ids=["too-weak", "too-eager", "too-slow", "no-gravity"],
+)
+def test_the_observer_says_no(
+    before: str, after: str, answer: str, complete: Packages, tmp_path: Path
+) -> None:
+    with pytest.raises(AssertionError, match=answer):
+        ran(complete("puma560", "double"), "observer", tmp_path, (before, after))
+
+
+@needs_cc
+@pytest.mark.parametrize(("name", "dtype"), CASES)
+def test_weight_and_friction_are_compensated(
+    name: str, dtype: str, complete: Packages, tmp_path: Path
+) -> None:
+    figures = ran(complete(name, dtype), "gravity", tmp_path)
+    assert figures["compensated"] <= figures["falls"] / 10
+    if name != "planar2r":  # neither weight nor friction
+        assert figures["falls"] > 0.5
+        assert figures["friction, too"] > 1.1 * figures["pushed"] > 0.05
+
+
+@needs_cc
+def test_gravity_compensation_says_no_with_half_the_weight(
+    complete: Packages, tmp_path: Path
+) -> None:
+    half = ("INERTIAL ? ASSUMED[i]", "INERTIAL ? ASSUMED[i] / 2")
+    with pytest.raises(AssertionError, match="compensated"):
+        ran(complete("puma560", "double"), "gravity", tmp_path, half)
+
+
 @needs_cc
 def test_the_readme_says_how_to_build_and_run_it(complete: Packages, tmp_path: Path) -> None:
     package = complete("planar2r", "double")
@@ -92,7 +155,9 @@ def test_every_kernel_and_the_example_are_free_of_warnings_as_c99_and_cxx11(
         pytest.skip(f"{compiler} is not on this machine")
     package = complete(name, dtype)
     flags = STRICT_CXX if compiler.endswith("++") else STRICT
-    files = [*c_files(package, check=True), controller(package)]
+    programs = sorted((package / "example").glob("*.c"))
+    assert len(programs) == 3
+    files = [*c_files(package, check=True), *programs]
     run([compiler, *flags, "-fsyntax-only", f"-I{package}", *files], tmp_path)
 
 

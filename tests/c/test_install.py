@@ -69,13 +69,14 @@ def test_pkg_config_gives_the_flags(prefix, tmp_path, monkeypatch):
 
 
 @pytest.mark.skipif(shutil.which("ctest") is None, reason="ctest is not on this machine")
-def test_cmake_builds_the_example_on_request_and_ctest_runs_both(complete, tmp_path):
+def test_cmake_builds_the_examples_on_request_and_ctest_runs_all(complete, tmp_path):
     package = complete("planar2r", "double")
     run(["cmake", "-S", package, "-B", "build", "-Dplanar2r_EXAMPLE=ON"], tmp_path)
     run(["cmake", "--build", "build"], tmp_path)
     printed = run(["ctest", "--test-dir", "build"], tmp_path)
-    assert "planar2r_controller" in printed
-    assert "tests passed, 0 tests failed out of 2" in printed
+    for program in ("controller", "observer", "gravity", "check"):
+        assert f"planar2r_{program}" in printed
+    assert "tests passed, 0 tests failed out of 4" in printed
     assert {f.name for f in package.glob("*_controller.c")}.isdisjoint(
         f.name for f in c_files(package)
     )

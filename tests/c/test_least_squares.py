@@ -165,6 +165,7 @@ def write_package(folder: Path, name: str, real: str = "double") -> list[Path]:
         "#ifndef NAME_H\n#define NAME_H\n"
         f"#define NAME_JOINTS {joints}\n#define NAME_PARAMETERS {parameters}\n"
         f"#define NAME_INERTIAL {inertial}\ntypedef {real} NAME_real;\n"
+        "enum { NAME_OK = 0, NAME_NOT_FINITE = 2, NAME_OUTLIER = 4, NAME_NOT_EXCITED = 8 };\n"
         '#ifdef __cplusplus\nextern "C" {\n#endif\n'
         f"{declarations}#ifdef __cplusplus\n}}\n#endif\n#endif\n"
     )
@@ -226,6 +227,7 @@ class Package:
             "identifier_size": (size, [size]),
             "identifier_init": (ctypes.c_int, [pointer, size, size, ctypes.c_int, self.real]),
             "identifier_step": (ctypes.c_int, [pointer] * 4 + [self.real]),
+            "identifier_status": (ctypes.c_int, [pointer]),
             "identifier_restart": (None, [pointer]),
             "identifier_run": (ctypes.c_int, [pointer, size, *[pointer] * 4]),
             "identifier_read": (ctypes.c_int, [pointer] * 3),
@@ -783,6 +785,83 @@ class TestRefusals:
         back[20] = back[19]
         assert c.run(c.identifier("sliding", 5), back, q, qd, tau) == 21
         assert c.run(c.identifier("sliding", 5), t[:0], q[:0], qd[:0], tau[:0]) == 0
+
+
+class TestGuard:
+    """Absurd samples and standstill: what was learned stays."""
+
+    OUTLIER, NOT_EXCITED = 4, 8
+
+    @staticmethod
+    def learned(c, twin, memory, rest=0):
+        """Feed 3,000 samples of a good motion to both; return those that come after."""
+        t = stamps(3000 + rest, True)
+        good = [*zip(*motion(t, X_RUB, 1e-3), np.diff(t, prepend=t[0]), strict=True)]
+        for sample in good[:3000]:
+            assert c.step(memory, *sample) == 0
+            assert c.identifier_status(memory.ctypes.data) == 0
+            assert twin.step(*sample) == 0
+        return good[3000:]
+
+    @pytest.mark.parametrize("mode", MODES)
+    @pytest.mark.parametrize("forgetting", [1.0, 0.999])
+    @pytest.mark.parametrize("size", [1e100, 1e7, 1e5])
+    def test_an_absurd_torque_does_no_harm(self, package, mode, forgetting, size):
+        c, settings = package("rub"), {"mode": mode, "window": 20, "forgetting": forgetting}
+        memory, twin = c.identifier(**settings), twin_of("rub", **settings)
+        (q, qd, tau, dt), *good = self.learned(c, twin, memory, 100)
+        before = c.read(memory)[1]
+        refused = c.step(memory, q, qd, tau * size, dt)
+        assert (refused != 0) == (size > 1e9) == (twin.step(q, qd, tau * size, dt) != 0)
+        if refused:  # steps are counted from the last sample that was taken
+            good[0] = (*good[0][:3], good[0][3] + dt)
+        seen = [c.identifier_status(memory.ctypes.data)]
+        for sample in good:
+            assert c.step(memory, *sample) == 0
+            assert twin.step(*sample) == 0
+            seen.append(c.identifier_status(memory.ctypes.data))
+            assert twin.status == seen[-1]
+        assert (self.OUTLIER in seen) == (size < 1e9)
+        assert self.OUTLIER not in seen[40:]  # it has left the windows
+        status, X = c.read(memory)[:2]
+        assert status == 0
+        np.testing.assert_allclose(X, before, rtol=0.02)
+        np.testing.assert_allclose(X, X_RUB, rtol=0.02)
+        assert_same(twin.least_squares, c.least_squares(memory), 1e-9)
+
+    @pytest.mark.parametrize("noise", [0.0, 1e-4])
+    def test_standstill_under_forgetting_is_not_learned_from(self, package, noise):
+        c, window = package("rub"), 20
+        memory = c.identifier("sliding", window, 0.999)
+        self.learned(c, twin_of("rub", window=window, forgetting=0.999), memory)
+        before = c.read(memory)[1]
+        draw = np.random.default_rng(5)
+        N = 400_000
+        q, qd, tau = (noise * draw.standard_normal((N, 2)) for _ in range(3))
+        q, tau = q + [0.3, -0.4], tau + [2.0, -1.0]
+        for part in np.split(np.arange(N), 4):
+            assert c.run(memory, 1e-3 * part, q[part], qd[part], tau[part]) == 0
+            assert c.identifier_status(memory.ctypes.data) == self.NOT_EXCITED
+        status, X, std = c.read(memory)
+        assert status == 0
+        np.testing.assert_allclose(X, before, rtol=1e-6)
+        assert np.isfinite(std).all()
+
+    def test_a_robot_that_has_changed_is_learned_anew(self, package):
+        c, t, other = package("rub"), stamps(8000, True), 30 * X_RUB
+        memory = c.identifier("sliding", 20, 0.998)
+        assert c.run(memory, t, *motion(t, X_RUB, 1e-3)) == 0
+        assert c.run(memory, t, *motion(t, other, 1e-3)) == 0
+        np.testing.assert_allclose(c.read(memory)[1], other, rtol=0.05)
+
+    def test_a_glitch_of_an_encoder_does_no_harm(self, package):
+        c = package("rub")
+        memory = c.identifier("sliding", 20)
+        (q, qd, tau, dt), *good = self.learned(c, twin_of("rub", window=20), memory, 100)
+        assert c.step(memory, q, qd + [1e6, 0], tau, dt) == 0
+        for sample in good:
+            assert c.step(memory, *sample) == 0
+        np.testing.assert_allclose(c.read(memory)[1], X_RUB, rtol=0.02)
 
 
 # A program beside a float package. Rows: the columns differ by up to 10^4 in size, have a mean

@@ -60,8 +60,8 @@ def package(request: pytest.FixtureRequest, packages: dict[str, Path]) -> Path:
 
 
 def uncommented(source: str) -> str:
-    """C text without comments."""
-    return re.sub(r"/\*.*?\*/", " ", source, flags=re.DOTALL)
+    """C text without comments and strings."""
+    return re.sub(r'/\*.*?\*/|"[^"\n]*"', " ", source, flags=re.DOTALL)
 
 
 def objects(package: Path) -> list[Path]:

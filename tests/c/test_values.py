@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 import shutil
 import subprocess
@@ -14,7 +15,7 @@ import pytest
 
 import symgen
 from symgen.estimation.values import Residual
-from symgen.identification.estimate import Consistency, Estimate, ParameterEstimate
+from symgen.identification.estimate import ROBOT_DIGEST, Consistency, Estimate, ParameterEstimate
 
 CC, GXX = shutil.which("cc"), shutil.which("g++")
 STRICT = [
@@ -91,7 +92,7 @@ def replace_some(parameters: tuple[ParameterEstimate, ...]) -> tuple[ParameterEs
 
 def folder_of(model: symgen.Model, estimate: Estimate, dtype: str, folder: Path) -> Path:
     """A package with the header and a program that uses it."""
-    symgen.write_package(symgen.generate(model, target="c", dtype=dtype), folder)
+    symgen.write_package(symgen.generate(model, target="c", dtype=dtype, prefix=NAME), folder)
     suffix = "f" if dtype == "float" else ""
     rows = {
         key: ", ".join(f"{x}{suffix}" for x in row)
@@ -144,6 +145,33 @@ def test_header_of_another_set_of_parameters_does_not_compile(
     assert build(["cc", "main.c"], folder).returncode == 0
     (folder / "scara_values.h").write_text(symgen.values_header(wrong))
     assert build(["cc", "main.c"], folder).returncode != 0
+
+
+@pytest.mark.skipif(CC is None, reason="no C compiler (cc) on this machine")
+def test_values_of_another_geometry_do_not_compile(model, estimate, tmp_path) -> None:
+    # Same parameters in the same order: the lengths alone differ.
+    source = symgen.read_robot("scara")
+    joints = (replace(source.joints[0], r=source.joints[0].r + 1), *source.joints[1:])
+    other = symgen.derive(replace(source, joints=joints), ("energy_regressor",))
+    assert other.base.names == model.base.names
+    for name, derived in (("own", model), ("other", other)):
+        folder = tmp_path / name
+        tree = symgen.generate(derived, target="c")
+        symgen.write_package(tree, folder)
+        toml = tree.files["robot.toml"]
+        if name == "own":
+            digest = ((ROBOT_DIGEST, hashlib.sha256(toml).hexdigest()),)
+            header = symgen.values_header(replace(estimate, provenance=digest))
+        (folder / "scara_values.h").write_text(header)
+        (folder / "main.c").write_text('#include "scara_values.h"\nint main(void) { return 0; }\n')
+        command = ["cc", "-std=c99", "main.c", "-o", "main"]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+        assert (done.returncode == 0) == (name == "own"), done.stderr
+        assert ("another model" in done.stderr) == (name == "other")
+
+
+def test_values_go_with_a_float_package_by_its_prefix(estimate) -> None:
+    assert '#include "scaraf.h"' in symgen.values_header(estimate, prefix="scaraf")
 
 
 def test_header_says_what_the_estimate_says(estimate) -> None:

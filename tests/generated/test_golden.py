@@ -13,6 +13,7 @@ import sys
 from fractions import Fraction
 from pathlib import Path
 
+import casadi
 import numpy as np
 import pytest
 import sympy as sp
@@ -21,10 +22,15 @@ from hypothesis import strategies as st
 
 import symgen
 from symgen.codegen.c_printer import literal
+from symgen.runtime import confined
 
 PROJECT = Path(__file__).resolve().parents[2]
 GOLDEN = PROJECT / "generated"
 PACKAGES = sorted(p.parent.name for p in GOLDEN.glob("*/manifest.json"))
+
+needs_confinement = pytest.mark.skipif(
+    not confined.available(), reason="another system than Linux on x86-64 or aarch64"
+)
 
 # Generates in a fresh interpreter; .casadi files are compared by value elsewhere, not by bytes.
 DIGESTS = """
@@ -121,8 +127,12 @@ def test_a_package_generates_itself():
 
 
 def test_every_byte_counts_in_each_text_file(copy):
-    names = sorted(n for n in files(copy) if n.endswith((".c", ".h", ".txt", ".md", ".in")))
-    assert len(names) == 26
+    names = sorted(
+        n
+        for n in files(copy)
+        if n.endswith((".c", ".h", ".hpp", ".txt", ".md", ".in", ".xml", ".m", ".py"))
+    )
+    assert len(names) == 47
     for name in names:
         content = (copy / name).read_bytes()
         (copy / name).write_bytes(content + b"\n")
@@ -151,6 +161,69 @@ def test_a_casadi_file_that_is_none_is_found(copy, content):
     file = copy / "planar2r_energy_regressor.casadi"
     file.write_bytes(file.read_bytes()[:200] if content == b"cut" else content)
     assert differences(copy) == (f"{file.name}: computes something else",)
+
+
+@needs_confinement
+def test_a_casadi_file_of_other_bytes_and_the_same_value_is_equal(copy):
+    # What another version of CasADi would write: here the same function wrapped.
+    file = copy / "planar2r_energy_regressor.casadi"
+    before = file.read_bytes()
+    casadi.Function.load(str(file)).wrap().save(str(file))
+    assert file.read_bytes() != before
+    assert differences(copy) == ()
+
+
+@needs_confinement
+def test_a_casadi_file_of_another_shape_is_found(copy):
+    file = copy / "planar2r_mass_matrix.casadi"
+    function = casadi.Function.load(str(file))
+    q, X = (casadi.SX.sym(n, k) for n, k in (("q", 2), ("X", 4)))
+    row = casadi.reshape(function(q, X), 1, 4)
+    casadi.Function(function.name(), [q, X], [row]).save(str(file))
+    assert differences(copy) == ("planar2r_mass_matrix.casadi: computes something else",)
+
+
+LIBRARY = """
+#include <stdio.h>
+__attribute__((constructor)) static void run(void) {
+  FILE *file = fopen("MARKER", "w");
+  if (file) fclose(file);
+}
+int planar2r_energy(const double **a, double **r, long long *i, double *w, void *m) { return 0; }
+"""
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler (cc) on this machine")
+def test_checking_runs_no_code_that_a_casadi_file_names(copy, tmp_path):
+    marker, library = tmp_path / "ran", tmp_path / "hostile.so"
+    source = LIBRARY.replace("MARKER", str(marker))
+    command = ["cc", "-shared", "-fPIC", "-x", "c", "-", "-o", str(library)]
+    subprocess.run(command, input=source.encode(), check=True)
+    file = copy / "planar2r_energy.casadi"
+    # In processes of their own: a library that is loaded here would not start again.
+    write = f"casadi.external('planar2r_energy', {str(library)!r}).save({str(file)!r})"
+    subprocess.run([sys.executable, "-c", f"import casadi; {write}"], check=True)
+    marker.unlink()
+    (difference,) = differences(copy)
+    assert difference.startswith("planar2r_energy.casadi: ")
+    assert not marker.exists()
+    # The file is no dud: whoever loads it runs the library.
+    load = f"import casadi; casadi.Function.load({str(file)!r})"
+    subprocess.run([sys.executable, "-c", load], check=True)
+    assert marker.exists()
+
+
+def test_checking_outlives_a_casadi_file_that_ends_the_process(copy):
+    file = copy / "planar2r_energy.casadi"
+    content = bytearray(file.read_bytes())
+    content[3471] = ord("a") + ((content[3471] - ord("a")) ^ 8)  # one bit of an instruction
+    file.write_bytes(content)
+    call = f"casadi.Function.load({str(file)!r}).call([[0.1, 0.2], [0.1, 0.2], [1, 2, 3, 4]])"
+    done = subprocess.run([sys.executable, "-c", f"import casadi; {call}"], capture_output=True)
+    if done.returncode >= 0:
+        pytest.skip("this CasADi survives the damaged file")
+    (difference,) = differences(copy)
+    assert difference.startswith("planar2r_energy.casadi: ")
 
 
 def test_a_casadi_file_of_another_robot_is_found(copy):

@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 from oracles.following import following_arm
 from oracles.numeric_rank import NoGapError, count_base_parameters, difference_matrix
-from oracles.random_arms import random_arm
-from oracles.transforms import PRISMATIC
+from oracles.random_arms import named_arm, random_arm
+from oracles.transforms import PRISMATIC, Arm
 from support import parsed, robot_of
 
 import symgen
@@ -26,14 +26,26 @@ import symgen
 FIGURES = Path(__file__).with_name("fuzz_figures.json")
 FRICTION = [(), ("coulomb", "viscous"), ("coulomb", "viscous", "offset"), ("offset",)]
 # Trees with prismatic joints, several of them on the base, are where grouping by rules fails.
-OPEN, FOLLOWING = 1100, 200
+OPEN, FOLLOWING, NAMED = 1100, 200, 300
 
 
 def _open(seed: int) -> dict[str, int]:
     """Compare one random arm with the oracle: count, and every regrouping by its columns."""
     arm = random_arm(7_000_000 + seed, max_joints=7, tree=None if seed % 2 else True)
     rotor, friction = bool(seed % 3), FRICTION[seed % 4]
-    base = symgen.derive(robot_of(arm, friction, rotor)).base
+    return _compared(seed, arm, robot_of(arm, friction, rotor), rotor, friction)
+
+
+def _named(seed: int) -> dict[str, int]:
+    """The same for an arm whose lengths are named, times roots and fractions."""
+    arm, text = named_arm(9_000_000 + seed)
+    return _compared(seed, arm, parsed(text, "named"), True, ())
+
+
+def _compared(
+    seed: int, arm: Arm, robot: symgen.Robot, rotor: bool, friction: tuple[str, ...]
+) -> dict[str, int]:
+    base = symgen.derive(robot, ()).base
     shape = {
         "count": len(base.parameters),
         "prismatic": sum(s == PRISMATIC for s in arm.sigma),
@@ -51,7 +63,7 @@ def _open(seed: int) -> dict[str, int]:
     for p in base.parameters:
         for coefficient, name in p.terms:
             if name in rebuilt:
-                rebuilt[name] += float(coefficient) * column[p.head]
+                rebuilt[name] += float(coefficient.subs(robot.values())) * column[p.head]
     for name, value in rebuilt.items():
         assert np.abs(value - column[name]).max() < 1e-8 * max(1.0, np.abs(W).max()), (seed, name)
     return {**shape, "oracle": expected}
@@ -81,6 +93,12 @@ def test_every_robot() -> None:
     FIGURES.write_text(f"{{\n{rows}\n}}\n", encoding="utf-8")
 
 
+@pytest.mark.slow
+def test_every_robot_with_named_lengths() -> None:
+    certain = sum(_named(seed)["oracle"] >= 0 for seed in range(NAMED))
+    assert certain >= 0.9 * NAMED
+
+
 def test_the_figures_say_what_was_covered() -> None:
     figures = json.loads(FIGURES.read_text("utf-8"))
     certain = [r for r in figures["open"] if r["oracle"] >= 0]
@@ -89,6 +107,26 @@ def test_the_figures_say_what_was_covered() -> None:
     assert sum(r["prismatic"] > 0 for r in certain) >= 500
     assert sum(r["roots"] > 1 for r in certain) >= 200
     assert len([r for r in figures["following"] if r["oracle"] >= 0]) >= 190
+
+
+@pytest.mark.parametrize("start", range(4))
+def test_named_lengths_times_roots_and_fractions(start: int) -> None:
+    for seed in range(start, NAMED, 75):
+        _named(seed)
+
+
+@pytest.mark.parametrize("angle", ["0.3", '"pi/6"'])
+@pytest.mark.parametrize("length", ["sqrt(2)*L1/2", "sqrt(3)*L1/3", "2*L1/3"])
+def test_a_prismatic_joint_at_a_named_length_times_a_root(angle: str, length: str) -> None:
+    joint = f'[[joint]]\nsigma = 1\ngamma = {angle}\nd = "{length}"\n'
+    head = '[robot]\nname = "x"\nconvention = "modified-dh"\ngravity = [0.0, 0.0, -9.81]\n'
+    robot = parsed(f"{head}[geometry]\nL1 = 0.5\n[[joint]]\n{joint}[[joint]]\n", "x")
+    ours = symgen.derive(robot, ()).base
+    gamma = 0.3 if angle == "0.3" else np.pi / 6
+    d = {"sqrt(2)*L1/2": 0.5**1.5, "sqrt(3)*L1/3": 3**-0.5 / 2, "2*L1/3": 1 / 3}[length]
+    arm = Arm.from_table({"sigma": (0, 1, 0), "gamma": (0, gamma, 0), "d": (0, d, 0)})
+    friction = ("coulomb", "viscous")
+    assert len(ours.parameters) == count_base_parameters(arm, True, friction)
 
 
 @pytest.mark.parametrize("start", range(4))

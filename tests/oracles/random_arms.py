@@ -5,7 +5,8 @@ Only ``random.Random.random`` is drawn from: Python keeps its sequence from vers
 
 import math
 import random
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -59,6 +60,46 @@ def random_arms(count: int, seed: int = 0, **options: int | bool | None) -> tupl
     return tuple(random_arm(1_000_003 * seed + i, **options) for i in range(count))
 
 
+#: Named lengths of `named_arm`, m; what stands before or behind one; angles that come with them.
+LENGTHS = {"L1": 0.5, "L2": 0.37}
+MULTIPLES = {
+    "{}": 1.0,
+    "-{}": -1.0,
+    "2*{}/3": 2 / 3,
+    "sqrt(2)*{}/2": math.sqrt(2) / 2,
+    "-sqrt(3)*{}/4": -math.sqrt(3) / 4,
+    "sqrt(6)*{}": math.sqrt(6),
+}
+NAMED_ANGLES = {"pi/6": math.pi / 6, "pi/4": math.pi / 4, "-2*pi/3": -2 * math.pi / 3, "0.3": 0.3}
+
+
+def named_arm(seed: int, max_joints: int = 4) -> tuple[Arm, str]:
+    """Draw a robot whose lengths are multiples of named ones, roots among them.
+
+    Returns:
+        The table in numbers, and a robot.toml of it with the names.
+    """
+    arm = random_arm(seed, min_joints=2, max_joints=max_joints)
+    rng = random.Random(f"names {seed}")
+    table: dict[str, list] = {key: list(getattr(arm, key)) for key in GEOMETRY}
+    written: dict[tuple[str, int], str] = {}
+    for key in GEOMETRY:
+        for j, value in enumerate(table[key]):
+            length, pick, name = key in ("b", "d", "r"), rng.random(), rng.random()
+            if value == 0 or (not length and abs(value) in SPECIAL_ANGLES):
+                continue
+            if length:
+                chosen = list(LENGTHS)[int(name * len(LENGTHS))]
+                text = list(MULTIPLES)[int(pick * len(MULTIPLES))]
+                written[key, j] = text.format(chosen)
+                table[key][j] = MULTIPLES[text] * LENGTHS[chosen]
+            else:
+                written[key, j] = list(NAMED_ANGLES)[int(pick * len(NAMED_ANGLES))]
+                table[key][j] = NAMED_ANGLES[written[key, j]]
+    arm = replace(arm, **{key: tuple(values) for key, values in table.items()})
+    return arm, to_toml(arm, "named", written=written)
+
+
 def random_parameters(arm: Arm, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Draw physical standard parameters.
 
@@ -84,6 +125,7 @@ def to_toml(
     name: str,
     friction: Sequence[str] | Sequence[Sequence[str]] = (),
     rotor: bool | Sequence[bool] = True,
+    written: Mapping[tuple[str, int], str] | None = None,
 ) -> str:
     """Write a robot.toml.
 
@@ -92,14 +134,20 @@ def to_toml(
         name: a C identifier.
         friction: names for all movable joints, or one sequence of names per joint of the file.
         rotor: one flag for all joints or one per joint of the file.
+        written: expressions in `LENGTHS` that stand for a key of a joint (0 the first).
     """
+    written = written or {}
     gravity = ", ".join(repr(float(g)) for g in arm.gravity)
     lines = ["[robot]", f'name = "{name}"', 'convention = "modified-dh"', f"gravity = [{gravity}]"]
+    if written:
+        lines += ["", "[geometry]", *(f"{name} = {value!r}" for name, value in LENGTHS.items())]
     terms = dict(zip(arm.movable, friction_terms(arm, friction), strict=True))
     for j, has_rotor in enumerate(rotor_flags(arm, rotor), start=1):
         lines += ["", "[[joint]]", f"sigma = {arm.sigma[j - 1]}"]
         lines += [f"antecedent = {arm.ant[j - 1]}"]
-        lines += [f"{key} = {float(getattr(arm, key)[j - 1])!r}" for key in GEOMETRY]
+        values = {key: repr(float(getattr(arm, key)[j - 1])) for key in GEOMETRY}
+        values |= {key: f'"{text}"' for (key, at), text in written.items() if at == j - 1}
+        lines += [f"{key} = {value}" for key, value in values.items()]
         if j in terms:
             quoted = ", ".join(f'"{term}"' for term in terms[j])
             lines += [f"friction = [{quoted}]", f"rotor_inertia = {str(has_rotor).lower()}"]

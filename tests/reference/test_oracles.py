@@ -1,7 +1,6 @@
 """The oracles agree with each other and with published counts, before anything relies on them."""
 
 import json
-import os
 import tomllib
 from pathlib import Path
 
@@ -39,7 +38,7 @@ from oracles.transforms import (
     world_transforms,
 )
 
-SHARED = Path(os.environ.get("SYMGEN_SHARED", Path(__file__).parents[2].parent / "shared"))
+TRUTH = Path(__file__).with_name("ground_truth.json")
 FRICTION = ("coulomb", "viscous")
 VARIANTS = {
     "no_ia_no_fric": (False, ()),
@@ -82,10 +81,7 @@ def pinocchio() -> None:
 
 @pytest.fixture(scope="module")
 def ground_truth() -> dict:
-    path = SHARED / "ground_truth.json"
-    if not path.is_file():
-        pytest.skip(f"no {path}; SYMGEN_SHARED names its folder")
-    return json.loads(path.read_text())["robots"]
+    return json.loads(TRUTH.read_text("utf-8"))["robots"]
 
 
 @pytest.mark.usefixtures("pinocchio")

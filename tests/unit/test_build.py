@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
 import signal
@@ -17,6 +18,7 @@ import pytest
 import symgen
 from symgen.runtime import build, evaluator
 from symgen.runtime.build import Compiler, build_module, find_compiler, forget_compilers
+from symgen.runtime.stack import worst_case_stack
 
 PROJECT = Path(__file__).resolve().parents[2]
 CC = shutil.which("cc")
@@ -43,6 +45,7 @@ print(build_module({SOURCES!r}, {DECLARATIONS!r}, compiler).lib.seven())
 def machine(tmp_path, monkeypatch):
     """A machine of its own for each test: an empty cache, no chosen compiler, nothing said yet."""
     monkeypatch.setenv("SYMGEN_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("SYMGEN_FLAGS", "native")  # no race: each compiler here is a new one
     monkeypatch.delenv("SYMGEN_CC", raising=False)
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setattr(evaluator, "_said", set())
@@ -60,7 +63,8 @@ def cache(tmp_path):
 def script(path: Path, body: str) -> str:
     """Write a compiler: it tells its version, and otherwise runs `body`."""
     answers = 'if [ "$1" = --version ]; then echo fake 1; exit 0; fi\n'
-    answers += 'for a; do if [ "$a" = -E ]; then exec cc "$@"; fi; done\n'  # what processor?
+    # What processor? Does it answer at all?
+    answers += 'for a; do case "$a" in -E|-fsyntax-only) exec cc "$@";; esac; done\n'
     path.write_text(f"#!/bin/sh\n{answers}{body}\n")
     path.chmod(0o755)
     return str(path)
@@ -292,6 +296,104 @@ def test_a_temporary_folder_of_another_user_is_not_trusted(tmp_path, monkeypatch
         build_module(SOURCES, DECLARATIONS, Compiler(("cc",), ""))
 
 
+# What is loaded is run: nothing of somebody else's is.
+
+
+def plant(folder: Path, compiler: Compiler) -> Path:
+    """Put a module that answers 6 under the name that symgen looks for; say where."""
+    build_module(SOURCES, DECLARATIONS, compiler)
+    (name,) = modules(folder)
+    module, _, rest = name.partition("-")
+    digest, _, ending = rest.partition(".")
+    (folder / name).unlink()
+    wrong = {**SOURCES, "seven.c": SOURCES["seven.c"].replace(b"7", b"6")}
+    (folder / "work").mkdir()
+    built = build._compile(module, wrong, DECLARATIONS, compiler, folder / "work", f".{ending}")
+    found = hashlib.sha256(built.read_bytes()).hexdigest()[: len(digest)]
+    planted = folder / f"{module}-{found}.{ending}"
+    built.rename(planted)
+    return planted
+
+
+@needs_cc
+def test_a_planted_module_of_this_user_would_load(counted, cache):
+    # Without this the tests below could pass because the planted file is no good.
+    compiler, _ = counted
+    plant(cache, compiler)
+    assert build_module(SOURCES, DECLARATIONS, compiler).lib.seven() == 6
+
+
+@needs_cc
+@pytest.mark.skipif(
+    not hasattr(os, "getuid") or os.getuid() != 0, reason="only root may give a file away"
+)
+def test_a_module_of_another_user_is_not_loaded(counted, cache):
+    compiler, _ = counted
+    os.chown(plant(cache, compiler), 4242, 4242)
+    assert build_module(SOURCES, DECLARATIONS, compiler).lib.seven() == 7
+
+
+@needs_cc
+@pytest.mark.parametrize("how", ["writable", "link"])
+def test_a_module_that_others_may_write_or_a_link_is_not_loaded(how, counted, cache, tmp_path):
+    compiler, _ = counted
+    planted = plant(cache, compiler)
+    if how == "writable":
+        planted.chmod(0o666)
+    else:
+        planted.rename(tmp_path / "elsewhere")
+        planted.symlink_to(tmp_path / "elsewhere")
+    assert build_module(SOURCES, DECLARATIONS, compiler).lib.seven() == 7
+
+
+@needs_cc
+def test_a_changed_module_is_not_loaded(counted, cache):
+    compiler, _ = counted
+    planted = plant(cache, compiler)
+    planted.write_bytes(planted.read_bytes() + b"\0")
+    assert build_module(SOURCES, DECLARATIONS, compiler).lib.seven() == 7
+
+
+@needs_cc
+def test_the_cache_is_private_whatever_the_umask(counted, cache):
+    compiler, _ = counted
+    before = os.umask(0)
+    try:
+        build_module(SOURCES, DECLARATIONS, compiler)
+    finally:
+        os.umask(before)
+    (name,) = modules(cache)
+    assert cache.stat().st_mode & 0o777 == 0o700
+    assert (cache / name).stat().st_mode & 0o777 == 0o700
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"), [("writable", "may be written by others"), ("link", "is a link")]
+)
+def test_a_cache_that_others_may_write_or_a_link_is_refused(fault, words, cache, tmp_path):
+    (tmp_path / "real").mkdir(mode=0o700)
+    if fault == "writable":
+        (tmp_path / "real").chmod(0o777)
+        (tmp_path / "real").rename(cache)
+    else:
+        cache.symlink_to(tmp_path / "real")
+    with pytest.raises(symgen.BuildError, match=f"{words}; set SYMGEN_CACHE"):
+        build_module(SOURCES, DECLARATIONS, Compiler(("cc",), ""))
+    assert list(cache.iterdir()) == []
+
+
+def test_a_user_without_a_home_has_a_cache(monkeypatch, tmp_path):
+    def nowhere() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("SYMGEN_CACHE")
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(Path, "home", nowhere)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setenv("USER", "someone")
+    assert build.cache_folder() == tmp_path / "symgen-someone"
+
+
 def test_no_folder_at_all_is_a_build_error(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("SYMGEN_CACHE", str(tmp_path / "file" / "cache"))
@@ -338,6 +440,46 @@ def test_a_compiler_that_hangs_is_a_build_error(tmp_path, cache, monkeypatch):
         build_module(SOURCES, DECLARATIONS, compiler)
     assert "\n" not in str(caught.value)
     assert list(cache.iterdir()) == []
+
+
+def test_a_compiler_that_does_not_answer_a_probe_is_said_and_left_alone(
+    tmp_path, cache, monkeypatch
+):
+    monkeypatch.setattr(build, "_PROBE_SECONDS", 0.3)
+    stuck = tmp_path / "stuck-cc"
+    stuck.write_text("#!/bin/sh\nexec sleep 20\n")
+    stuck.chmod(0o755)
+    begun = time.monotonic()
+    with pytest.raises(symgen.BuildError, match="does not answer a probe of one line"):
+        build_module(SOURCES, DECLARATIONS, Compiler((str(stuck),), "fake 1"))
+    assert list(cache.iterdir()) == []
+    monkeypatch.setenv("SYMGEN_CC", str(stuck))
+    forget_compilers()
+    with pytest.warns(symgen.SymgenWarning, match="stuck-cc does not answer .* left alone"):
+        assert find_compiler() is None
+    asked = time.monotonic()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert find_compiler() is None  # remembered
+    assert asked - begun < 5
+    assert time.monotonic() - asked < 0.2
+
+
+def test_a_compiler_that_prints_what_is_not_utf_8_is_one_line(tmp_path, monkeypatch):
+    body = r"""printf 'x.c:1: error: \377\376 \033[31mred\n' >&2; exit 1"""
+    compiler = Compiler((script(tmp_path / "latin-cc", body),), "fake 1")
+    with pytest.raises(symgen.BuildError, match=r"latin-cc failed .*: x\.c:1: error"):
+        build_module(SOURCES, DECLARATIONS, compiler)
+    speaks = tmp_path / "speaks-cc"
+    speaks.write_text(r"""#!/bin/sh
+printf 'caf\351 cc 1\n'
+""")
+    speaks.chmod(0o755)
+    monkeypatch.setenv("SYMGEN_CC", str(speaks))
+    found = find_compiler()
+    assert found is not None
+    assert found.version == "caf\N{REPLACEMENT CHARACTER} cc 1"
+    assert worst_case_stack(SOURCES, found) is None
 
 
 def test_a_module_that_cannot_be_loaded_is_a_build_error(tmp_path):

@@ -26,7 +26,7 @@ FIGURES = Path(__file__).parent / "bias_figures.json"
 RUNS = 10_000
 SAMPLED = 300
 #: A bias that counts, in standard errors of the study; and the share of it that may remain.
-COUNTS, REMAINS = 4.0, 0.2
+COUNTS, REMAINS = 4.0, 0.15
 
 
 @cache
@@ -83,21 +83,42 @@ def test_the_bias_of_least_squares_is_removed() -> None:
         "runs": RUNS, "seed": bias_study.SEED, "parameters": list(paper.NAMES), "cases": rounded,
     }  # fmt: skip
     FIGURES.write_text(json.dumps(content, indent=1) + "\n")
-    test_what_remains_of_a_bias_that_counts_is_at_most_a_fifth()
+    assert sum(map(_remaining, rounded)) == 30  # of 32
 
 
-def test_what_remains_of_a_bias_that_counts_is_at_most_a_fifth() -> None:
-    """The committed figures, with the simulated model's motion as instruments."""
+def _remaining(case: dict[str, Any], doubt: float = 0.0) -> int:
+    """Check what remains of every bias that counts; return how many do.
+
+    Args:
+        case: figures of one set-up, with the simulated model's motion as instruments.
+        doubt: standard errors of a short study that are allowed beyond the share.
+    """
     counted = 0
-    for case in _cases():
-        least, iv = case["least squares"], case["simulation"]
-        for name, before, error, after in zip(
-            paper.NAMES, least["bias"], least["standard_error"], iv["bias"], strict=True
-        ):
-            if abs(before) > COUNTS * error:
-                counted += 1
-                assert abs(after) <= REMAINS * abs(before), (case["setup"], case["windows"], name)
-    assert counted == 30  # of 32
+    least, iv = case["least squares"], case["simulation"]
+    for name, before, error, after, own in zip(
+        paper.NAMES,
+        least["bias"],
+        least["standard_error"],
+        iv["bias"],
+        iv["standard_error"],
+        strict=True,
+    ):
+        if abs(before) > COUNTS * error:
+            counted += 1
+            allowed = REMAINS * abs(before) + doubt * own
+            assert abs(after) <= allowed, (case["setup"], case["windows"], name)
+    return counted
+
+
+def test_what_remains_of_a_bias_that_counts_is_at_most_15_percent() -> None:
+    """Two hundred runs of every case again; the figures of all are those of the long study."""
+    evaluator, robot = _model()
+    cases = list(bias_study.study(evaluator, robot, 200))
+    assert sum(_remaining(case, 3.0) for case in cases) >= 24
+    for case, kept in zip(cases, _cases(), strict=True):
+        for name in ("least squares", "simulation"):
+            apart = np.subtract(case[name]["bias"], kept[name]["bias"])
+            assert np.all(np.abs(apart) < 4 * np.array(case[name]["standard_error"])), case["setup"]
 
 
 @pytest.mark.parametrize(

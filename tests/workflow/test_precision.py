@@ -24,6 +24,8 @@ MODELS = ("energy", "momentum", "torque")
 EXACT = study.Noise(0.0, 0.0, 0.05)  # torque noise alone
 NOISY = study.Noise(2e-5, 0.02, 0.02)
 SENSORS = {"good": study.Noise(2e-5, 2e-3, 0.01), "poor": study.Noise(1e-3, 2e-2, 0.05)}
+#: What the default tests take again of the coverage.
+QUICK = ("energy", ("ols", "wls"))
 #: Largest mean over joints of the relative torque error, percent.
 GOALS = {
     "good": {"momentum": 0.04, "torque": 0.017, "energy": 0.2},
@@ -58,6 +60,9 @@ def test_coverage_over_many_runs() -> None:
                 out[f"{model} {method}"] = {"mean": float(each.mean()), "each": each.tolist()}
                 print(model, method, f"mean {each.mean():.3f}, each", each.round(3), flush=True)
     _write("coverage", {"runs": RUNS, **out})
+    for key, held in out.items():
+        assert 0.93 <= held["mean"] <= 0.97, key
+        assert all(0.90 <= share <= 0.99 for share in held["each"]), key
 
 
 @pytest.mark.slow
@@ -82,38 +87,48 @@ def test_held_out_torque() -> None:
     _write("held_out", out)
 
 
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("method", ["ols", "wls", "iv"])
-def test_intervals_of_95_percent_hold_the_truth_that_often(model: str, method: str) -> None:
-    """The committed figures."""
-    held = _figures()["coverage"][f"{model} {method}"]
-    assert 0.93 <= held["mean"] <= 0.97
-    assert all(0.90 <= share <= 0.99 for share in held["each"])
+@pytest.mark.parametrize(
+    ("model", "methods"),
+    [
+        pytest.param(model, methods, marks=[] if (model, methods) == QUICK else pytest.mark.slow)
+        for model in MODELS
+        for methods in (("ols", "wls"), ("iv",))
+    ],
+)
+def test_intervals_of_95_percent_hold_the_truth_that_often(
+    model: str, methods: tuple[str, ...]
+) -> None:
+    """A few runs again: as often as in the long study, which is 93 to 97 times of 100."""
+    noise = NOISY if methods == ("iv",) else EXACT
+    for method, held in study.covered(_covered(), model, methods, noise, range(12)).items():
+        said = _figures()["coverage"][f"{model} {method}"]["mean"]
+        print(f"{model} {method}: coverage of 12 runs {held.mean():.3f}, of {RUNS} {said:.3f}")
+        # 84 intervals, correlated within a run: 4 standard deviations of 12 independent ones.
+        assert abs(held.mean() - said) < 0.12
 
 
-def test_a_few_runs_hold_the_truth_as_often_as_the_figures_say() -> None:
-    found = study.covered(_covered(), "momentum", ("wls", "iv"), NOISY, range(25))["iv"].mean()
-    said = _figures()["coverage"]["momentum iv"]["mean"]
-    print(f"coverage of 25 runs {found:.3f}, of {RUNS} runs {said:.3f}")
-    assert abs(found - said) < 0.06
+#: What misses its goal, and why.
+MISSED = {
+    ("good", "torque"): "0.0174 % for a goal of 0.017 %: positions and speeds pass a wider filter "
+    "than the equations do, for the sake of real logs"
+}
 
 
-@pytest.mark.parametrize("sensors", GOALS)
-@pytest.mark.parametrize("model", MODELS)
-def test_held_out_torque_is_as_good_as_the_figures_to_beat(sensors: str, model: str) -> None:
-    """The committed figures, mean over joints and seeds.
-
-    The torque model with good sensors misses its goal by 2.5 %: its positions and speeds pass a
-    wider filter than the equations do, for the sake of real logs.
-    """
-    found = _figures()["held_out"][f"{sensors} {model} wls"]["mean_percent"]
-    assert found <= GOALS[sensors][model] * (
-        1.03 if (sensors, model) == ("good", "torque") else 1.0
-    )
-
-
-def test_one_seed_gives_the_held_out_torque_of_the_figures() -> None:
+@pytest.mark.parametrize(
+    ("sensors", "model"),
+    [
+        pytest.param(s, m, marks=[] if m == "torque" else pytest.mark.slow)
+        for s in GOALS
+        for m in MODELS
+    ],
+)
+def test_held_out_torque_reaches_its_goal(sensors: str, model: str) -> None:
+    """One seed again is as in the long study, whose mean over seeds reaches the goal."""
     evaluator, true = study.tx40()
-    found = study.held_out(evaluator, true, "torque", ("wls",), SENSORS["poor"], 0)["wls"]
-    said = _figures()["held_out"]["poor torque wls"]["mean_percent_by_seed"][0]
-    assert 100 * found.mean() == pytest.approx(said, rel=1e-3)
+    again = study.held_out(evaluator, true, model, ("wls",), SENSORS[sensors], 0)["wls"]
+    kept = _figures()["held_out"][f"{sensors} {model} wls"]
+    assert 100 * again.mean() == pytest.approx(kept["mean_percent_by_seed"][0], rel=1e-3)
+    found, goal = kept["mean_percent"], GOALS[sensors][model]
+    if found > goal and (sensors, model) in MISSED:
+        pytest.xfail(MISSED[sensors, model])
+    assert found <= goal

@@ -15,15 +15,3 @@ static void reference(double t, motion *r, real *qdd)
         qdd[j] = (real)sum[2];
     }
 }
-
-/* How far parameters are from those of the robot, relative to their norm. */
-static double wrong(const real *X)
-{
-    double error = 0.0;
-    double norm = 0.0;
-    for (int i = 0; i < P; ++i) {
-        error += ((double)X[i] - (double)ACTUAL[i]) * ((double)X[i] - (double)ACTUAL[i]);
-        norm += (double)ACTUAL[i] * (double)ACTUAL[i];
-    }
-    return sqrt(error / norm);
-}

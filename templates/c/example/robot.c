@@ -1,4 +1,5 @@
-/* The parameters X of the simulated robot, and as the controller has them. */
+/* The parameters X of the simulated robot, and as the controller has them: every mass, inertia and
+ * friction {{ percent }} % wrong. */
 static const real ACTUAL[] = {
 {% for value in actual %}
     {{ value }},

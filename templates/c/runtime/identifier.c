@@ -19,6 +19,16 @@
  * the polynomial extrapolates far from its points; fewer points are taken then. */
 #define LARGEST_GAIN 2
 
+/* The largest size of q, qd and tau that is no fault of the measurement. */
+#define LARGEST_SAMPLE 1e9
+
+/* An outlier differs from its prediction by so many standard deviations, and by this share of the
+ * largest right-hand side: residuals of a model that is not quite right grow with the motion. */
+#define GATE 10
+#define LEAST_WRONG 0.1
+/* The share of the mean leverage, which balances forgetting, that an equation must have. */
+#define LEAST_LEVERAGE 0.01
+
 /* The arrays behind the head, of `width` values each: [value or rate] of the inertial columns of
  * all equations, then of their friction columns, then of their right-hand sides. */
 enum {
@@ -36,6 +46,17 @@ struct NAME_identifier_alignment {
     char byte;
     NAME_identifier state;
 };
+
+/* Whether these can be numbers of a robot; NaN cannot. */
+static int all_plausible(const NAME_real *x)
+{
+    int plausible = 1;
+    for (int j = 0; j < NAME_JOINTS; j++) {
+        plausible = plausible && x[j] <= (NAME_real)LARGEST_SAMPLE &&
+                    x[j] >= (NAME_real)-LARGEST_SAMPLE;
+    }
+    return plausible;
+}
 
 static int all_finite(const NAME_real *x, size_t length)
 {
@@ -146,6 +167,38 @@ static void rebase(NAME_identifier *s)
     s->position = 0;
 }
 
+/* What is wrong with an equation, if anything: the innovation test and the excitation test. */
+static int judged(NAME_identifier *s, const NAME_real *row, NAME_real y)
+{
+    const NAME_least_squares *past = &s->least_squares;
+    const size_t longest = s->mode == NAME_WINDOW_SLIDING ? s->window : 0;
+    const size_t patience = 2 * (size_t)s->equations * (longest + NODES);
+    const double freedom = past->count - (double)NAME_PARAMETERS;
+    const NAME_real least =
+        (NAME_real)LEAST_LEVERAGE * (NAME_real)NAME_PARAMETERS * (1 - past->forgetting);
+    const NAME_real size = y < 0 ? -y : y;
+    NAME_real innovation = 0;
+    NAME_real leverage = 0;
+    const int open = NAME_least_squares_foresee(past, row, y, &innovation, &leverage);
+    const NAME_real wrong = innovation < 0 ? -innovation : innovation;
+    if (open == 0 && leverage < least) {
+        return NAME_NOT_EXCITED;
+    }
+    if (open == 0 && freedom > 0.0 && wrong > (NAME_real)LEAST_WRONG * s->largest) {
+        const double gate = GATE * sqrt(past->rss / freedom * (1.0 + (double)leverage));
+        if ((double)wrong > gate) {
+            s->refused++;
+            if (s->refused <= patience) {
+                return NAME_OUTLIER;
+            }
+        }
+    } else {
+        s->refused = 0;
+    }
+    s->largest = size > s->largest ? size : s->largest;
+    return NAME_OK;
+}
+
 /* Take in the equations of the window from `start` to where the value is `end`. */
 static void close_window(NAME_identifier *s, const NAME_real *end, const NAME_real *start)
 {
@@ -161,7 +214,11 @@ static void close_window(NAME_identifier *s, const NAME_real *end, const NAME_re
                                                    : equations * NAME_PARAMETERS + e;
             row[i] = ((end[k] + sum[k]) - start[k]) + block[k];
         }
-        (void)NAME_least_squares_update(&s->least_squares, row, row[NAME_PARAMETERS]);
+        const int status = judged(s, row, row[NAME_PARAMETERS]);
+        if (status == NAME_OK) {
+            (void)NAME_least_squares_update(&s->least_squares, row, row[NAME_PARAMETERS]);
+        }
+        s->status |= status;
     }
 }
 
@@ -254,14 +311,15 @@ int NAME_identifier_step(void *state, const NAME_real *q, const NAME_real *qd,
     /* Written over the oldest sample, which nobody reads any more. */
     NAME_real *rate = array(s, (size_t)(AT_RATE + s->next));
     NAME_real *value = array(s, (size_t)(AT_VALUE + s->next % VALUES));
-    if (!all_finite(q, NAME_JOINTS) || !all_finite(qd, NAME_JOINTS) ||
-        !all_finite(tau, NAME_JOINTS) || (s->samples > 0 && !(dt > 0 && isfinite(dt)))) {
-        return 1;
+    if (!all_plausible(q) || !all_plausible(qd) || !all_plausible(tau) ||
+        (s->samples > 0 && !(dt > 0 && isfinite(dt)))) {
+        return NAME_NOT_FINITE;
     }
     s->columns(q, qd, tau, value, rate);
     if (!all_finite(value, s->width) || !all_finite(rate, s->width)) {
-        return 1; /* finite, but so large that its energy is not */
+        return NAME_NOT_FINITE;
     }
+    s->status = NAME_OK;
     memmove(s->steps, s->steps + 1, sizeof s->steps - sizeof s->steps[0]);
     s->steps[NODES - 2] = dt;
     s->next = (s->next + 1) % NODES;
@@ -272,8 +330,16 @@ int NAME_identifier_step(void *state, const NAME_real *q, const NAME_real *qd,
     } else if (s->samples >= REACH + 2) {
         integrate(s, s->samples - REACH - 2);
         advance(s, array(s, (size_t)(AT_VALUE + s->next % VALUES)));
+        if (s->mode == NAME_WINDOW_START && (s->status & NAME_OUTLIER) != 0) {
+            NAME_identifier_restart(state); /* every later window would hold the outlier, too */
+        }
     }
-    return 0;
+    return NAME_OK;
+}
+
+int NAME_identifier_status(const void *state)
+{
+    return ((const NAME_identifier *)state)->status;
 }
 
 void NAME_identifier_restart(void *state)

@@ -119,6 +119,32 @@ int NAME_least_squares_update(NAME_least_squares *s, const NAME_real *row, NAME_
     return 0;
 }
 
+int NAME_least_squares_foresee(const NAME_least_squares *s, const NAME_real *row, NAME_real y,
+                               NAME_real *innovation, NAME_real *leverage)
+{
+    NAME_real u[NAME_PARAMETERS]; /* R'u = row, so that row'X = u'z */
+    NAME_real predicted = 0;
+    NAME_real sum = 0;
+    for (int i = 0; i < NAME_PARAMETERS; i++) {
+        if (!(s->R[diagonal(i)] > 0)) {
+            return 1;
+        }
+        u[i] = row[i];
+    }
+    for (int i = 0; i < NAME_PARAMETERS; i++) {
+        const NAME_real *R = s->R + diagonal(i);
+        u[i] /= R[0];
+        for (int j = i + 1; j < NAME_PARAMETERS; j++) {
+            u[j] -= R[j - i] * u[i];
+        }
+        predicted += u[i] * s->z[i];
+        sum += u[i] * u[i];
+    }
+    *innovation = y - predicted;
+    *leverage = sum;
+    return 0;
+}
+
 void NAME_least_squares_merge(NAME_least_squares *s, const NAME_least_squares *other)
 {
     NAME_real row[NAME_PARAMETERS];

@@ -1,0 +1,441 @@
+/* planar2r: the model as a struct in C++17, for programs that are templates over robots.
+ *
+ *     template <class Robot>
+ *     auto torque(const std::array<typename Robot::real, Robot::joints> &q, ...)
+ *     { return Robot::inverse_dynamics(q, qd, qdd, X); }          // torque<planar2r_robot>(...)
+ *
+ * Every kernel of planar2r.h has two forms: one writes into the caller's memory, the other returns
+ * std::array (a tuple of them where there are several, an empty optional where C returns nonzero).
+ * Arrays are C arrays, std::array, std::vector, std::span, Eigen's vectors and Maps: whatever has data()
+ * and size(). Matrices are row-major: Eigen::Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>>(J.data()).
+ * A number of entries that the compiler knows is checked by it, any other by assert; Eigen's
+ * matrices in another order, or with gaps, do not compile.
+ */
+#ifndef planar2r_MODEL_HPP
+#define planar2r_MODEL_HPP
+
+#include <array>
+#include <cassert>
+#include <cstddef>
+#include <optional>
+#include <tuple>
+#include <type_traits>
+
+#include "planar2r.h"
+
+struct planar2r_robot {
+    using real = planar2r_real;
+    static constexpr const char *name = "planar2r";
+    static constexpr std::size_t joints = planar2r_JOINTS;
+    static constexpr std::size_t parameters = planar2r_PARAMETERS;
+    static constexpr std::size_t inertial = planar2r_INERTIAL;
+    static constexpr std::array<const char *, parameters> parameter_names{ {
+        "ZZ1R",
+        "ZZ2",
+        "MX2",
+        "MY2",
+    } };
+
+private:
+    /* How many numbers a container holds, where its type tells: 0 where it does not. */
+    template <class C, class = void> struct held {
+        static constexpr std::size_t size = 0;
+        static constexpr bool plain = true; /* one after the other, matrices row by row */
+    };
+    template <class C> struct held<C, decltype(static_cast<void>(std::tuple_size<C>::value))> {
+        static constexpr std::size_t size = std::tuple_size<C>::value;
+        static constexpr bool plain = true;
+    };
+    template <class C> struct held<C, decltype(static_cast<void>(C::extent))> {
+        static constexpr bool dynamic = C::extent == static_cast<std::size_t>(-1);
+        static constexpr std::size_t size = dynamic ? 0 : C::extent;
+        static constexpr bool plain = true;
+    };
+    template <class C> struct held<C, decltype(static_cast<void>(C::SizeAtCompileTime))> { /* Eigen */
+        static constexpr int fixed = static_cast<int>(C::SizeAtCompileTime);
+        static constexpr int columns = static_cast<int>(C::ColsAtCompileTime);
+        static constexpr int outer = static_cast<int>(C::OuterStrideAtCompileTime);
+        static constexpr bool rows = static_cast<bool>(C::IsRowMajor) && outer == columns;
+        static constexpr std::size_t size = fixed < 0 ? 0 : static_cast<std::size_t>(fixed);
+        static constexpr bool plain = static_cast<int>(C::InnerStrideAtCompileTime) == 1
+            && (static_cast<bool>(C::IsVectorAtCompileTime) || rows);
+    };
+
+public:
+    /* N numbers that somebody else holds. */
+    template <class T, std::size_t N> class view {
+    public:
+        static constexpr std::size_t extent = N;
+        constexpr view(T (&numbers)[N]) noexcept : first_(numbers) {}
+        /* For N numbers from here on, unchecked. */
+        constexpr explicit view(T *first) noexcept : first_(first) {}
+        template <class C,
+            class = std::enable_if_t<std::is_convertible_v<decltype(std::declval<C &>().data()), T *>>>
+        constexpr view(C &&numbers) noexcept : first_(numbers.data())
+        {
+            using of = held<std::remove_cv_t<std::remove_reference_t<C>>>;
+            static_assert(of::size == 0 || of::size == N, "another number of entries is needed");
+            static_assert(of::plain, "a row-major matrix without gaps is needed");
+            assert(static_cast<std::size_t>(numbers.size()) == N);
+        }
+        constexpr T *data() const noexcept { return first_; }
+        constexpr std::size_t size() const noexcept { return N; }
+        constexpr T &operator[](std::size_t i) const noexcept { return first_[i]; }
+        constexpr T *begin() const noexcept { return first_; }
+        constexpr T *end() const noexcept { return first_ + N; }
+
+    private:
+        T *first_;
+    };
+    template <std::size_t N> using input = view<const real, N>;
+    template <std::size_t N> using output = view<real, N>;
+
+    /* columns DE + DU of kinetic plus potential energy: E + U = out . X
+     * out: 4
+     */
+    static void energy_regressor(input<2> q, input<2> qd, output<4> out) noexcept
+    {
+        planar2r_energy_regressor(q.data(), qd.data(), out.data());
+    }
+    [[nodiscard]] static std::array<real, 4> energy_regressor(input<2> q, input<2> qd) noexcept
+    {
+        std::array<real, 4> out;
+        energy_regressor(q, qd, out);
+        return out;
+    }
+
+    /* columns of power: qd' tau = out . X, the rate of energy plus friction
+     * out: 4
+     */
+    static void power_regressor(input<2> q, input<2> qd, input<2> qdd, output<4> out) noexcept
+    {
+        planar2r_power_regressor(q.data(), qd.data(), qdd.data(), out.data());
+    }
+    [[nodiscard]] static std::array<real, 4> power_regressor(input<2> q, input<2> qd, input<2> qdd) noexcept
+    {
+        std::array<real, 4> out;
+        power_regressor(q, qd, qdd, out);
+        return out;
+    }
+
+    /* columns of p = dT/dqd and of dL/dq: dp/dt = tau - friction + dL/dq
+     * p_out: 2, 4
+     * dl_out: 2, 4
+     */
+    static void momentum_regressor(input<2> q, input<2> qd, output<8> p_out, output<8> dl_out) noexcept
+    {
+        planar2r_momentum_regressor(q.data(), qd.data(), p_out.data(), dl_out.data());
+    }
+    [[nodiscard]] static std::tuple<std::array<real, 8>, std::array<real, 8>> momentum_regressor(input<2> q, input<2> qd) noexcept
+    {
+        std::array<real, 8> p_out;
+        std::array<real, 8> dl_out;
+        momentum_regressor(q, qd, p_out, dl_out);
+        return { p_out, dl_out };
+    }
+
+    /* columns of torque: tau = out X, friction included
+     * out: 2, 4
+     */
+    static void torque_regressor(input<2> q, input<2> qd, input<2> qdd, output<8> out) noexcept
+    {
+        planar2r_torque_regressor(q.data(), qd.data(), qdd.data(), out.data());
+    }
+    [[nodiscard]] static std::array<real, 8> torque_regressor(input<2> q, input<2> qd, input<2> qdd) noexcept
+    {
+        std::array<real, 8> out;
+        torque_regressor(q, qd, qdd, out);
+        return out;
+    }
+
+    /* torque of a motion: tau = M qdd + C qd + g + friction
+     * tau: 2
+     */
+    static void inverse_dynamics(input<2> q, input<2> qd, input<2> qdd, input<parameters> X, output<2> tau) noexcept
+    {
+        planar2r_inverse_dynamics(q.data(), qd.data(), qdd.data(), X.data(), tau.data());
+    }
+    [[nodiscard]] static std::array<real, 2> inverse_dynamics(input<2> q, input<2> qd, input<2> qdd, input<parameters> X) noexcept
+    {
+        std::array<real, 2> tau;
+        inverse_dynamics(q, qd, qdd, X, tau);
+        return tau;
+    }
+
+    /* mass matrix M(q)
+     * M: 2, 2
+     */
+    static void mass_matrix(input<2> q, input<parameters> X, output<4> M) noexcept
+    {
+        planar2r_mass_matrix(q.data(), X.data(), M.data());
+    }
+    [[nodiscard]] static std::array<real, 4> mass_matrix(input<2> q, input<parameters> X) noexcept
+    {
+        std::array<real, 4> M;
+        mass_matrix(q, X, M);
+        return M;
+    }
+
+    /* torque that holds the arm at rest, without friction
+     * tau: 2
+     */
+    static void gravity_torque(input<2> q, input<parameters> X, output<2> tau) noexcept
+    {
+        planar2r_gravity_torque(q.data(), X.data(), tau.data());
+    }
+    [[nodiscard]] static std::array<real, 2> gravity_torque(input<2> q, input<parameters> X) noexcept
+    {
+        std::array<real, 2> tau;
+        gravity_torque(q, X, tau);
+        return tau;
+    }
+
+    /* C(q, qd) with C qd the Coriolis torques and dM/dt - 2 C skew-symmetric
+     * C: 2, 2
+     */
+    static void coriolis(input<2> q, input<2> qd, input<parameters> X, output<4> C) noexcept
+    {
+        planar2r_coriolis(q.data(), qd.data(), X.data(), C.data());
+    }
+    [[nodiscard]] static std::array<real, 4> coriolis(input<2> q, input<2> qd, input<parameters> X) noexcept
+    {
+        std::array<real, 4> C;
+        coriolis(q, qd, X, C);
+        return C;
+    }
+
+    /* h = C qd + g + friction
+     * h: 2
+     */
+    static void bias_torque(input<2> q, input<2> qd, input<parameters> X, output<2> h) noexcept
+    {
+        planar2r_bias_torque(q.data(), qd.data(), X.data(), h.data());
+    }
+    [[nodiscard]] static std::array<real, 2> bias_torque(input<2> q, input<2> qd, input<parameters> X) noexcept
+    {
+        std::array<real, 2> h;
+        bias_torque(q, qd, X, h);
+        return h;
+    }
+
+    /* accelerations under torques tau; not 0 where M is not positive definite; nonzero, or empty: it has none
+     * qdd: 2
+     */
+    static int forward_dynamics(input<2> q, input<2> qd, input<2> tau, input<parameters> X, output<2> qdd) noexcept
+    {
+        return planar2r_forward_dynamics(q.data(), qd.data(), tau.data(), X.data(), qdd.data());
+    }
+    [[nodiscard]] static std::optional<std::array<real, 2>> forward_dynamics(input<2> q, input<2> qd, input<2> tau, input<parameters> X) noexcept
+    {
+        std::array<real, 2> qdd;
+        if (forward_dynamics(q, qd, tau, X, qdd) != 0) {
+            return std::nullopt;
+        }
+        return qdd;
+    }
+
+    /* kinetic energy T and potential energy U, U up to a constant
+     * T_out: 1
+     * U_out: 1
+     */
+    static void energy(input<2> q, input<2> qd, input<parameters> X, output<1> T_out, output<1> U_out) noexcept
+    {
+        planar2r_energy(q.data(), qd.data(), X.data(), T_out.data(), U_out.data());
+    }
+    [[nodiscard]] static std::tuple<std::array<real, 1>, std::array<real, 1>> energy(input<2> q, input<2> qd, input<parameters> X) noexcept
+    {
+        std::array<real, 1> T_out;
+        std::array<real, 1> U_out;
+        energy(q, qd, X, T_out, U_out);
+        return { T_out, U_out };
+    }
+
+    /* homogeneous transforms 0T_j of all links, fixed ones included
+     * T_out: 2, 4, 4
+     */
+    static void frames(input<2> q, output<32> T_out) noexcept
+    {
+        planar2r_frames(q.data(), T_out.data());
+    }
+    [[nodiscard]] static std::array<real, 32> frames(input<2> q) noexcept
+    {
+        std::array<real, 32> T_out;
+        frames(q, T_out);
+        return T_out;
+    }
+
+    /* Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning
+     * J_out: 6, 2
+     */
+    static void jacobian(input<2> q, output<12> J_out) noexcept
+    {
+        planar2r_jacobian(q.data(), J_out.data());
+    }
+    [[nodiscard]] static std::array<real, 12> jacobian(input<2> q) noexcept
+    {
+        std::array<real, 12> J_out;
+        jacobian(q, J_out);
+        return J_out;
+    }
+
+    /* columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols
+     * out: 2, 4
+     */
+    static void slotine_li_regressor(input<2> q, input<2> qd, input<2> qdr, input<2> qddr, output<8> out) noexcept
+    {
+        planar2r_slotine_li_regressor(q.data(), qd.data(), qdr.data(), qddr.data(), out.data());
+    }
+    [[nodiscard]] static std::array<real, 8> slotine_li_regressor(input<2> q, input<2> qd, input<2> qdr, input<2> qddr) noexcept
+    {
+        std::array<real, 8> out;
+        slotine_li_regressor(q, qd, qdr, qddr, out);
+        return out;
+    }
+
+    /* M qddr + C(q, qd) qdr + g + friction(qd), C of Christoffel's symbols
+     * tau: 2
+     */
+    static void slotine_li_torque(input<2> q, input<2> qd, input<2> qdr, input<2> qddr, input<parameters> X, output<2> tau) noexcept
+    {
+        planar2r_slotine_li_torque(q.data(), qd.data(), qdr.data(), qddr.data(), X.data(), tau.data());
+    }
+    [[nodiscard]] static std::array<real, 2> slotine_li_torque(input<2> q, input<2> qd, input<2> qdr, input<2> qddr, input<parameters> X) noexcept
+    {
+        std::array<real, 2> tau;
+        slotine_li_torque(q, qd, qdr, qddr, X, tau);
+        return tau;
+    }
+
+    /* p = M qd and rate = C' qd - g: dp/dt = tau - friction + rate
+     * p_out: 2
+     * rate_out: 2
+     */
+    static void generalized_momentum(input<2> q, input<2> qd, input<parameters> X, output<2> p_out, output<2> rate_out) noexcept
+    {
+        planar2r_generalized_momentum(q.data(), qd.data(), X.data(), p_out.data(), rate_out.data());
+    }
+    [[nodiscard]] static std::tuple<std::array<real, 2>, std::array<real, 2>> generalized_momentum(input<2> q, input<2> qd, input<parameters> X) noexcept
+    {
+        std::array<real, 2> p_out;
+        std::array<real, 2> rate_out;
+        generalized_momentum(q, qd, X, p_out, rate_out);
+        return { p_out, rate_out };
+    }
+
+    /* torque of the friction that joints and couplings declare; effects are not in it
+     * tau: 2
+     */
+    static void friction(input<2> qd, input<parameters> X, output<2> tau) noexcept
+    {
+        planar2r_friction(qd.data(), X.data(), tau.data());
+    }
+    [[nodiscard]] static std::array<real, 2> friction(input<2> qd, input<parameters> X) noexcept
+    {
+        std::array<real, 2> tau;
+        friction(qd, X, tau);
+        return tau;
+    }
+
+    /* dtau/dq and dtau/dqd; dtau/dqdd is mass_matrix; the derivative of sign(qd) is 0
+     * dq_out: 2, 2
+     * dqd_out: 2, 2
+     */
+    static void inverse_dynamics_derivatives(input<2> q, input<2> qd, input<2> qdd, input<parameters> X, output<4> dq_out, output<4> dqd_out) noexcept
+    {
+        planar2r_inverse_dynamics_derivatives(q.data(), qd.data(), qdd.data(), X.data(), dq_out.data(), dqd_out.data());
+    }
+    [[nodiscard]] static std::tuple<std::array<real, 4>, std::array<real, 4>> inverse_dynamics_derivatives(input<2> q, input<2> qd, input<2> qdd, input<parameters> X) noexcept
+    {
+        std::array<real, 4> dq_out;
+        std::array<real, 4> dqd_out;
+        inverse_dynamics_derivatives(q, qd, qdd, X, dq_out, dqd_out);
+        return { dq_out, dqd_out };
+    }
+
+    /* dqdd/dq, dqdd/dqd and dqdd/dtau; the derivative of sign(qd) is 0; nonzero, or empty: it has none
+     * dq_out: 2, 2
+     * dqd_out: 2, 2
+     * dtau_out: 2, 2
+     */
+    static int forward_dynamics_derivatives(input<2> q, input<2> qd, input<2> tau, input<parameters> X, output<4> dq_out, output<4> dqd_out, output<4> dtau_out) noexcept
+    {
+        return planar2r_forward_dynamics_derivatives(q.data(), qd.data(), tau.data(), X.data(), dq_out.data(), dqd_out.data(), dtau_out.data());
+    }
+    [[nodiscard]] static std::optional<std::tuple<std::array<real, 4>, std::array<real, 4>, std::array<real, 4>>> forward_dynamics_derivatives(input<2> q, input<2> qd, input<2> tau, input<parameters> X) noexcept
+    {
+        std::array<real, 4> dq_out;
+        std::array<real, 4> dqd_out;
+        std::array<real, 4> dtau_out;
+        if (forward_dynamics_derivatives(q, qd, tau, X, dq_out, dqd_out, dtau_out) != 0) {
+            return std::nullopt;
+        }
+        return std::make_tuple(dq_out, dqd_out, dtau_out);
+    }
+
+    /* x of M(q) x = b; nonzero, or empty: it has none
+     * x: 2
+     */
+    static int solve_mass_matrix(input<2> q, input<2> b, input<parameters> X, output<2> x) noexcept
+    {
+        return planar2r_solve_mass_matrix(q.data(), b.data(), X.data(), x.data());
+    }
+    [[nodiscard]] static std::optional<std::array<real, 2>> solve_mass_matrix(input<2> q, input<2> b, input<parameters> X) noexcept
+    {
+        std::array<real, 2> x;
+        if (solve_mass_matrix(q, b, X, x) != 0) {
+            return std::nullopt;
+        }
+        return x;
+    }
+
+    /* Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning
+     * J: 6, 2
+     */
+    static void link_jacobian(input<2> q, std::size_t link, input<3> point, output<12> J) noexcept
+    {
+        planar2r_link_jacobian(q.data(), link, point.data(), J.data());
+    }
+    [[nodiscard]] static std::array<real, 12> link_jacobian(input<2> q, std::size_t link, input<3> point) noexcept
+    {
+        std::array<real, 12> J;
+        link_jacobian(q, link, point, J);
+        return J;
+    }
+
+    /* dJ/dt qd of a point in the frame of a link: its acceleration without qdd, in frame 0
+     * a: 6
+     */
+    static void link_drift(input<2> q, input<2> qd, std::size_t link, input<3> point, output<6> a) noexcept
+    {
+        planar2r_link_drift(q.data(), qd.data(), link, point.data(), a.data());
+    }
+    [[nodiscard]] static std::array<real, 6> link_drift(input<2> q, input<2> qd, std::size_t link, input<3> point) noexcept
+    {
+        std::array<real, 6> a;
+        link_drift(q, qd, link, point, a);
+        return a;
+    }
+
+    /* X from the standard parameters, in this order: XX1, XY1, XZ1, YY1, YZ1, ZZ1, MX1, MY1, MZ1, M1, XX2, XY2, XZ2, YY2, YZ2, ZZ2, MX2, MY2, MZ2, M2
+     * X: 4
+     */
+    static void base_parameters(input<20> standard, output<4> X) noexcept
+    {
+        planar2r_base_parameters(standard.data(), X.data());
+    }
+    [[nodiscard]] static std::array<real, 4> base_parameters(input<20> standard) noexcept
+    {
+        std::array<real, 4> X;
+        base_parameters(standard, X);
+        return X;
+    }
+
+    /* fix a body on a link, in X: its mass, the centre of mass in the frame of the link, and inertia XX XY XZ YY YZ ZZ about that; mass and inertia negative: take it off
+     */
+    static void add_body(output<parameters> X, std::size_t link, real mass, input<3> com, input<6> inertia) noexcept
+    {
+        planar2r_add_body(X.data(), link, mass, com.data(), inertia.data());
+    }
+};
+
+#endif

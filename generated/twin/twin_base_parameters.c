@@ -1,0 +1,95 @@
+/* twin: X from the standard parameters, in this order: XX1, XY1, XZ1, YY1, YZ1, ZZ1, MX1, MY1, MZ1, M1,
+ * IA1, XX2, XY2, XZ2, YY2, YZ2, ZZ2, MX2, MY2, MZ2, M2, IA2, XX3, XY3, XZ3, YY3, YZ3, ZZ3, MX3,
+ * MY3, MZ3, M3, IA3, XX4, XY4, XZ4, YY4, YZ4, ZZ4, MX4, MY4, MZ4, M4, IA4, XX5, XY5, XZ5, YY5,
+ * YZ5, ZZ5, MX5, MY5, MZ5, M5, IA5, XX6, XY6, XZ6, YY6, YZ6, ZZ6, MX6, MY6, MZ6, M6, IA6, XX7,
+ * XY7, XZ7, YY7, YZ7, ZZ7, MX7, MY7, MZ7, M7, IA7, FS1, FV1, FS2, FV2, FS3, FV3, FS4, FV4, FS5,
+ * FV5, FS6, FV6, FS7, FV7
+ * 16 mul, 40 add for one sample, as written here.
+ */
+#include "twin.h"
+
+void twin_base_parameters(const double standard[91], double X[58])
+{
+    const double cZZ1R_M2 = 0.04;
+    const double cZZ1R_M3 = 0.13;
+    const double cXX2R_M3 = 0.09;
+    const double cXZ2R_MZ3 = 0.3;
+    const double cXX3R_MZ4 = 0.5;
+    const double cXX3R_M4 = 0.0625;
+    const double cMY3R_M4 = 0.25;
+    X[2] = standard[12];
+    X[4] = standard[15];
+    X[7] = standard[18];
+    X[9] = standard[23];
+    X[10] = standard[24];
+    X[11] = standard[26];
+    X[13] = standard[28];
+    X[15] = standard[32];
+    X[17] = standard[34];
+    X[18] = standard[35];
+    X[19] = standard[37];
+    X[20] = standard[38];
+    X[21] = standard[39];
+    X[22] = standard[40];
+    X[23] = standard[43];
+    X[29] = standard[50];
+    X[30] = standard[51];
+    X[31] = standard[61];
+    X[33] = standard[63];
+    X[35] = standard[65];
+    X[37] = standard[67];
+    X[38] = standard[68];
+    X[39] = standard[70];
+    X[40] = standard[71];
+    X[41] = standard[72];
+    X[42] = standard[73];
+    X[43] = standard[76];
+    X[44] = standard[77];
+    X[45] = standard[78];
+    X[46] = standard[79];
+    X[47] = standard[80];
+    X[48] = standard[81];
+    X[49] = standard[82];
+    X[50] = standard[83];
+    X[51] = standard[84];
+    X[52] = standard[85];
+    X[53] = standard[86];
+    X[54] = standard[87];
+    X[55] = standard[88];
+    X[56] = standard[89];
+    X[57] = standard[90];
+    const double NZZ1R = standard[5] + standard[10] + standard[14] + standard[20] * cZZ1R_M2 + standard[25] + standard[31] * cZZ1R_M3 + standard[42] * cZZ1R_M3 + standard[47] + standard[53] * cZZ1R_M2 + standard[60] + standard[69];
+    X[0] = NZZ1R;
+    const double NXX2R = standard[11] - standard[14] - standard[31] * cXX2R_M3 - standard[42] * cXX2R_M3;
+    X[1] = NXX2R;
+    const double NXZ2R = standard[13] - standard[30] * cXZ2R_MZ3;
+    X[3] = NXZ2R;
+    const double NZZ2R = standard[16] + standard[21] + standard[31] * cXX2R_M3 + standard[42] * cXX2R_M3;
+    X[5] = NZZ2R;
+    const double NMX2R = standard[17] + standard[31] * cXZ2R_MZ3 + standard[42] * cXZ2R_MZ3;
+    X[6] = NMX2R;
+    const double NXX3R = standard[22] + standard[36] + standard[41] * cXX3R_MZ4 + standard[42] * cXX3R_M4 - standard[25];
+    X[8] = NXX3R;
+    const double NZZ3R = standard[27] + standard[36] + standard[41] * cXX3R_MZ4 + standard[42] * cXX3R_M4;
+    X[12] = NZZ3R;
+    const double NMY3R = standard[29] - standard[41] - standard[42] * cMY3R_M4;
+    X[14] = NMY3R;
+    const double NXX4R = standard[33] - standard[36];
+    X[16] = NXX4R;
+    const double NXX5R = standard[44] + standard[55] - standard[47] - standard[60];
+    X[24] = NXX5R;
+    const double NXY5R = standard[45] - standard[57];
+    X[25] = NXY5R;
+    const double NXZ5R = standard[46] + standard[56];
+    X[26] = NXZ5R;
+    const double NYZ5R = standard[48] - standard[59];
+    X[27] = NYZ5R;
+    const double NZZ5R = standard[49] + standard[54] + standard[58];
+    X[28] = NZZ5R;
+    const double NMY6R = standard[62] + standard[74];
+    X[32] = NMY6R;
+    const double NM6R = standard[64] + standard[75];
+    X[34] = NM6R;
+    const double NXX7R = standard[66] - standard[69];
+    X[36] = NXX7R;
+}

@@ -1,0 +1,53 @@
+"""The command `generate`: a robot's model as a package."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from symgen.cli_reading import listed
+from symgen.terminal import print_model, say
+
+
+@click.command()
+@click.argument("robot")
+@click.option("--into", type=click.Path(path_type=Path), help="Folder; default generated/NAME.")
+@click.option("--target", default="all", show_default=True, help="c, casadi, fmu, mex or all.")
+@click.option("--dtype", default="double", show_default=True, help="double or float, of the C.")
+@click.option("--kernels", help="Comma-separated names; default all.")
+@click.option("--prefix", help="Of files and names; default the robot's, in float with an f.")
+@click.option("--standard", is_flag=True, help="Regressors over standard parameters too.")
+@click.option("--tex", is_flag=True, help="Write the model as a LaTeX document too.")
+def generate(
+    robot: str,
+    into: Path | None,
+    target: str,
+    dtype: str,
+    kernels: str | None,
+    prefix: str | None,
+    standard: bool,
+    tex: bool,
+) -> int:
+    """Derive ROBOT's model and write it as a package of C, CasADi, FMU and MEX.
+
+    ROBOT is a robot.toml, a generated package, or the name of a built-in robot.
+    """
+    import symgen
+    from symgen.codegen.package import default_prefix
+    from symgen.codegen.recipes import ALL, STANDARD
+    from symgen.files import check_replaceable
+
+    source = symgen.read_robot(robot)
+    folder = into or Path("generated") / (prefix or default_prefix(source.name, dtype))
+    check_replaceable(folder, "manifest.json")
+    chosen = ALL if kernels in (None, "all") else tuple(listed(str(kernels)))
+    if standard:
+        chosen += tuple(name for name in STANDARD if name not in chosen)
+    say(f"deriving {source.name}")
+    model = symgen.derive(source, chosen)
+    tree = symgen.generate(model, target=target, dtype=dtype, tex=tex, prefix=prefix)
+    symgen.write_package(tree, folder)
+    print_model(model)
+    click.echo(f"written: {folder} ({len(tree.files)} files)")
+    return 0

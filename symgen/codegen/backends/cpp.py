@@ -1,0 +1,60 @@
+"""NAME.hpp: the C functions as a struct in C++17, for templates over robots."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from symgen.codegen.backends import Input, inputs_of
+from symgen.codegen.kernels import Kernel
+from symgen.codegen.manifest import base_table
+from symgen.codegen.model import Model
+from symgen.files import rendered
+
+
+def header(name: str, model: Model, kernels: Sequence[Kernel]) -> str:
+    """Return the text of NAME.hpp.
+
+    Args:
+        name: prefix of the C functions.
+        model: gives the names of the parameters.
+        kernels: those of the package; each becomes two static functions of the struct NAME_robot,
+            or one where it changes its argument in place.
+    """
+    described = [_described(kernel, len(model.base.parameters)) for kernel in kernels]
+    return rendered("cpp/model.hpp", name=name, base=base_table(model), kernels=described)
+
+
+def _described(kernel: Kernel, parameters: int) -> dict[str, Any]:
+    inputs = inputs_of(kernel, parameters)
+    changed = {i.name for i in inputs if i.changed}
+    outputs = [o for o in kernel.outputs if o.name not in changed]
+    arrays = [f"std::array<real, {o.size}>" for o in outputs]
+    names = [o.name for o in outputs]
+    several = len(names) > 1
+    value = f"std::tuple<{', '.join(arrays)}>" if several else "".join(arrays)
+    listed = f"{{ {', '.join(names)} }}"
+    if kernel.guards:  # an optional takes no list
+        listed = f"std::make_tuple({', '.join(names)})"
+    words = [i.name if i.plain else f"{i.name}.data()" for i in inputs]
+    return {
+        "name": kernel.name,
+        "doc": kernel.doc,
+        "guarded": bool(kernel.guards),
+        "outputs": [
+            {"name": o.name, "size": o.size, "shape": ", ".join(map(str, o.shape))} for o in outputs
+        ],
+        "inputs": ", ".join(map(_declared, inputs)),
+        "written": "".join(f", output<{o.size}> {o.name}" for o in outputs),
+        "names": ", ".join([*(i.name for i in inputs), *names]),
+        "pointers": ", ".join([*words, *(f"{name}.data()" for name in names)]),
+        "value": "" if changed else f"std::optional<{value}>" if kernel.guards else value,
+        "returned": listed if several else "".join(names),
+    }
+
+
+def _declared(argument: Input) -> str:
+    if argument.plain:
+        return f"{'std::size_t' if argument.link else 'real'} {argument.name}"
+    size = "parameters" if argument.name == "X" else str(argument.size)
+    return f"{'output' if argument.changed else 'input'}<{size}> {argument.name}"

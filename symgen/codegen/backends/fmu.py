@@ -1,0 +1,132 @@
+"""FMU: forward dynamics as a unit of the Functional Mock-up Interface 2.0.
+
+Model exchange and co-simulation (FMI 2.0.4, sections 3 and 4): inputs tau, states q and qd, outputs
+q, qd and qdd, and the base parameters X as tunable parameters. It calls the package's own
+NAME_forward_dynamics; CMake builds NAME.fmu (`-DNAME_FMU=ON`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import random
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from symgen.codegen.backends import Package
+from symgen.codegen.model import Model
+from symgen.codegen.verification import SEED, physical_parameters
+from symgen.files import rendered, templates
+
+NEEDS = frozenset({"forward_dynamics"})
+#: Longest step of the integrator of co-simulation, s.
+STEP = 1e-4
+#: Speed at which dry friction is smoothed, rad/s or m/s.
+WIDTH = 0.01
+
+_BASE = {"kg": (1, 0, 0, 0), "m": (0, 1, 0, 0), "s": (0, 0, 1, 0), "rad": (0, 0, 0, 1)}
+_BASE["N"] = (1, 1, -2, 0)
+
+
+def files(package: Package) -> dict[str, str]:
+    """Return the files of the folder fmu/: description, C, declarations and CMake."""
+    name, model = package.name, package.model
+    starts = [round(x, 6) for x in physical_parameters(model, random.Random(SEED))]
+    dry = list(_dry(model))
+    variables = _variables(model, starts, bool(dry))
+    sources = [f"{name}_forward_dynamics.c", f"{name}.h"]
+    sources += [path for path in (f"{name}_math.h",) if path in package.files]
+    states = 2 * model.robot.n
+    data: dict[str, Any] = {
+        "name": name,
+        "dry": dry,
+        "starts": [*map(repr, starts), repr(STEP), *([repr(WIDTH)] if dry else [])],
+        "variables": variables,
+        "units": [
+            {"name": unit, "base": _base_unit(unit)}
+            for unit in sorted({v["unit"] for v in variables if v["unit"]})
+        ],
+        "outputs": [i for i, v in enumerate(variables, 1) if v["causality"] == "output"],
+        "derivatives": [i + 1 for i in range(3 * states // 2, 5 * states // 2)],
+        "sources": sources,
+    }
+    # A master compares this text of the description with that of the library.
+    digest = hashlib.sha256()
+    for text in (repr(data), *(package.files[path] for path in sources)):
+        digest.update(text.encode() + b"\0")
+    data["guid"] = f"{{{digest.hexdigest()[:32]}}}"
+    return {
+        "fmu/modelDescription.xml": rendered("fmu/modelDescription.xml", **data),
+        f"fmu/{name}_fmu.c": rendered("fmu/model.c", **data),
+        "fmu/CMakeLists.txt": rendered("fmu/CMakeLists.txt", **data),
+        "fmu/fmi2.h": (templates() / "fmu" / "fmi2.h").read_text("utf-8"),
+    }
+
+
+def _dry(model: Model) -> Iterator[dict[str, Any]]:
+    """Yield each parameter FS of dry friction: its place in X and the speed that it acts on."""
+    robot, values = model.robot, model.robot.values()
+    place = {joint.number: i for i, joint in enumerate(robot.movable)}
+    for i, parameter in enumerate(model.base.parameters):
+        standard = model.base.standard[parameter.index]
+        joint = standard.joint
+        if standard.prefix == "FS" and not robot.joint(joint).coulomb_width:
+            yield {"place": i, "first": place[joint], "second": place[joint], "ratio": "0.0"}
+        elif standard.prefix == "FSM":
+            coupling = next(c for c in robot.couplings if c.second == joint)
+            ratio = repr(float(coupling.ratio.xreplace(values)))
+            first = place[coupling.first]
+            yield {"place": i, "first": first, "second": place[joint], "ratio": ratio}
+
+
+def _variables(model: Model, starts: list[float], dry: bool) -> list[dict[str, Any]]:
+    """Return the variables in the order of their value references."""
+    out: list[dict[str, Any]] = []
+    joints = model.robot.movable
+
+    def add(name: str, causality: str, text: str, unit: str, **more: Any) -> None:
+        known = {"variability": "continuous", "initial": None, "start": None, "derivative": None}
+        known |= {"least": None, **more}
+        kind = {"name": name, "causality": causality, "description": text, "unit": unit}
+        out.append(kind | known)
+
+    n = len(joints)
+    for j in joints:
+        unit = "N" if j.sigma == 1 else "N m"
+        add(f"tau{j.number}", "input", f"torque of the motor of joint {j.number}", unit, start=0.0)
+    for symbol, text, per in (("q", "position", ""), ("qd", "speed", "/s")):
+        for j in joints:
+            unit = ("m" if j.sigma == 1 else "rad") + per
+            text_j = f"{text} of joint {j.number}"
+            add(f"{symbol}{j.number}", "output", text_j, unit, initial="exact", start=0.0)
+    for i, j in enumerate(joints, n + 1):
+        unit, text = ("m" if j.sigma == 1 else "rad") + "/s", f"derivative of q{j.number}"
+        add(f"der(q{j.number})", "local", text, unit, initial="calculated", derivative=i)
+    for i, j in enumerate(joints, 2 * n + 1):
+        unit, text = ("m" if j.sigma == 1 else "rad") + "/s2", f"acceleration of joint {j.number}"
+        add(f"qdd{j.number}", "output", text, unit, initial="calculated", derivative=i)
+    tunable = {"variability": "tunable", "initial": "exact"}
+    for parameter, start in zip(model.base.parameters, starts, strict=True):
+        text = f"X[{len(out) - 5 * n}] = {parameter.expression}"
+        add(parameter.name, "parameter", text, parameter.unit, start=start, **tunable)
+    text = "longest step of the integrator in co-simulation"
+    add("integration_step", "parameter", text, "s", start=STEP, least=0.0, **tunable)
+    if dry:
+        text = "speed v0 in FS tanh(v/v0), which stands for FS sign(v) of dry friction"
+        add("coulomb_width", "parameter", text, "rad/s", start=WIDTH, least=0.0, **tunable)
+    return out
+
+
+def _base_unit(unit: str) -> str:
+    """Return the element BaseUnit of a unit such as "N m s/rad"; "" for one of other parts."""
+    powers = [0, 0, 0, 0]
+    above, _, below = unit.partition("/")
+    for part, sign in ((above, 1), (below, -1)):
+        for factor in part.split():
+            found = re.fullmatch(r"([A-Za-z]+)(\d*)", factor)
+            if found is None or found[1] not in _BASE:
+                return ""
+            for i, power in enumerate(_BASE[found[1]]):
+                powers[i] += sign * power * int(found[2] or 1)
+    named = zip(("kg", "m", "s", "rad"), powers, strict=True)
+    return "<BaseUnit" + "".join(f' {key}="{p}"' for key, p in named if p) + "/>"

@@ -1,0 +1,50 @@
+"""MEX: every kernel in MATLAB and Octave, through one gateway over NAME.h."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from symgen.codegen.backends import Package, inputs_of
+from symgen.codegen.kernels import Kernel
+from symgen.files import rendered
+
+NEEDS: frozenset[str] = frozenset()
+
+
+def files(package: Package) -> dict[str, str]:
+    """Return the files of the folder mex/: the gateway, and the function that compiles it."""
+    name, parameters = package.name, len(package.model.base.parameters)
+    kernels = [_described(kernel, parameters) for kernel in package.kernels]
+    data: dict[str, Any] = {
+        "name": name,
+        "kernels": kernels,
+        "inputs": max(len(k["inputs"]) for k in kernels),
+        "outputs": max(len(k["shapes"]) for k in kernels),
+        "widest": max(i.size for k in kernels for i in k["inputs"]),
+        "largest": max(parameters, *(o.size for k in package.kernels for o in k.outputs)),
+        "sources": [f"{name}_{kernel.name}.c" for kernel in package.kernels],
+    }
+    return {
+        f"mex/{name}_mex.c": rendered("mex/gateway.c", **data),
+        f"mex/{name}_build.m": rendered("mex/build.m", **data),
+    }
+
+
+def _described(kernel: Kernel, parameters: int) -> dict[str, Any]:
+    inputs = inputs_of(kernel, parameters)
+    place = {output.name: i for i, output in enumerate(kernel.outputs)}
+    words = [
+        f"out[{place[a.name]}]" if a.changed else f"(size_t)in[{i}][0]" if a.link
+        else f"in[{i}][0]" if a.plain else f"in[{i}]"
+        for i, a in enumerate(inputs)
+    ]  # fmt: skip
+    changed = {a.name for a in inputs if a.changed}
+    words += [f"out[{i}]" for name, i in place.items() if name not in changed]
+    return {
+        "name": kernel.name,
+        "guarded": bool(kernel.guards),
+        "inputs": inputs,
+        "shapes": [", ".join(map(str, (*o.shape, 0, 0)[:3])) for o in kernel.outputs],
+        "copies": [(place[a.name], i, a.size) for i, a in enumerate(inputs) if a.changed],
+        "arguments": ", ".join(words),
+    }

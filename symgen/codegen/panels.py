@@ -1,0 +1,148 @@
+"""A kernel on panels: as many samples at once as a vector register holds, for the machine at hand.
+
+The same steps in the same order as the single call, on vectors instead of numbers; what depends on
+X alone stays a number. Compiled by gcc or clang with the flags of `runtime.flags`; a package keeps
+its plain loop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import sympy as sp
+
+from symgen.codegen.c_printer import Printer
+from symgen.codegen.kernels import LINK, SCALARS, Kernel
+from symgen.codegen.model import Model
+from symgen.files import rendered, templates
+
+#: Entries of a sample's outputs beyond which panels would take too much of a thread's stack.
+LARGEST = 1024
+
+
+def panelled(kernel: Kernel) -> bool:
+    """Whether a kernel has panels: arrays in, other arrays out, and not too many of them."""
+    other = {LINK, *SCALARS, *(o.name for o in kernel.outputs)}
+    arrays = not other.intersection(name for name, _ in kernel.tape.inputs)
+    return arrays and kernel.batch and kernel.size <= LARGEST
+
+
+def panel_sources(model: Model, kernel: Kernel) -> dict[str, bytes]:
+    """Return the C of a kernel on panels, its header and what both need beside NAME.h."""
+    name = model.robot.name
+    geometry = {sp.Symbol(g, real=True): f"{name}_geometry_{g}" for g, _ in model.robot.geometry}
+    printer = _PanelPrinter(kernel, geometry, model.robot.values())
+    body = printer.function().body
+    arguments: list[dict[str, Any]] = [
+        {"name": a, "size": len(symbols), "shared": a == "X"} for a, symbols in kernel.tape.inputs
+    ]
+    outputs: list[dict[str, Any]] = [{"name": o.name, "size": o.size} for o in kernel.outputs]
+    read = [f"const {'double' if a['shared'] else 'lanes'} *{a['name']}" for a in arguments]
+    written = [f"lanes *{o.name}" for o in kernel.outputs]
+    passed = [a["name"] if a["shared"] else f"lanes_{a['name']}" for a in arguments]
+    cleared = [f"lanes_{o.name}" for o in kernel.outputs]
+    described = {
+        "name": kernel.name,
+        "arguments": arguments,
+        "outputs": outputs,
+        "largest": max(o.size for o in kernel.outputs),
+        "written": ", ".join(written),
+        "parameters": ", ".join([*read, *written]),
+        "plain": ", ".join(
+            [f"const double *{a['name']}" for a in arguments]
+            + [f"double *{o.name}" for o in kernel.outputs]
+        ),
+        "call": ", ".join([*passed, *cleared]),
+        "cleared": ", ".join(cleared),
+        "zeros": printer.zeros,
+        "body": body,
+        "names": ", ".join([a["name"] for a in arguments] + [o["name"] for o in outputs]),
+        "status": printer.status,
+    }
+    files = {
+        f"{name}_{kernel.name}_panels{suffix}": rendered(
+            f"c/panels{suffix}", name=name, k=described
+        ).encode()
+        for suffix in (".h", ".c")
+    }
+    lanes = (templates() / "c" / "runtime" / "lanes.inc").read_text("utf-8")
+    return files | {f"{name}_lanes.inc": lanes.replace("NAME", name).encode()}
+
+
+class _PanelPrinter(Printer):
+    def __init__(
+        self,
+        kernel: Kernel,
+        geometry: Mapping[sp.Symbol, str],
+        values: Mapping[sp.Symbol, sp.Expr],
+    ) -> None:
+        super().__init__(kernel, geometry, values, "double", "lanes")
+        self.value = "lanes"
+        self.zeros: list[str] = []
+        self.status = "0"
+        sampled = {s for name, symbols in self.tape.inputs if name != "X" for s in symbols}
+        for symbol, expr in self.tape.steps:
+            if expr.free_symbols & sampled:
+                sampled.add(symbol)
+        self.sampled = sampled
+
+    def of_sample(self, expr: sp.Expr) -> bool:
+        """Whether a value differs from sample to sample."""
+        return bool(sp.sympify(expr).free_symbols & self.sampled)
+
+    def step(self, symbol: sp.Symbol, expr: sp.Expr) -> str:
+        kind = self.value if symbol in self.sampled else self.dtype
+        return f"const {kind} {symbol.name} = {self.expression(expr)};"
+
+    def spread(self, expr: sp.Expr) -> str:
+        """Return a value as lanes."""
+        written = self.expression(expr)
+        return written if self.of_sample(expr) else f"lanes_all({written})"
+
+    def stored(self, place: str, result: sp.Expr) -> str:
+        return f"lanes_put(&{place}, {self.spread(result)}, stream);"
+
+    def cleared(self, name: str, places: Sequence[int]) -> Iterator[str]:
+        """Keep the stores of zeros apart: a buffer that is used again has them already."""
+        self.zeros += [f"lanes_put(&{name}[{i}], lanes_all(0.0), stream);" for i in places]
+        return iter(())
+
+    def verdict(self) -> list[str]:
+        """Return the status: the bits of all samples, as NAME.h numbers them."""
+        if not self.kernel.guards:
+            return []
+        results = self.tape.outputs[: self.kernel.size]
+        guards = [self.spread(g) for g in self.tape.outputs[self.kernel.size :]]
+        singular = " | ".join(f"({g} <= 0.0)" for g in guards)
+        odd = [f"(~({g} > 0.0) & ~({g} <= 0.0))" for g in guards]
+        odd += [f"~({self.spread(r)} - {self.spread(r)} == 0.0)" for r in results]
+        self.status = "status"
+        return [
+            f"const int status = (lanes_any({singular}) ? 1 : 0)",
+            f"    | (lanes_any(({' | '.join(odd)}) & ~({singular})) ? 2 : 0);",
+        ]
+
+    def angles(self, own: str) -> tuple[list[tuple[sp.Symbol, sp.Expr]], list[str]]:
+        self.turns: list[tuple[str, str]] = []
+        first, lines = super().angles(own)
+        if self.turns:
+            reach = " + ".join(f"lanes_abs({angle})" for angle, _ in self.turns)
+            lines.append(f"if (lanes_any(~({reach} <= NEAR))) {{")
+            lines += [f"    {r} = lanes_far({angle}, {r});" for angle, r in self.turns]
+            lines.append("}")
+        return first, lines
+
+    def turned(self, own: str, angles: Sequence[sp.Expr], name: str, start: int) -> Iterator[str]:
+        for k, angle in enumerate(angles, start):
+            result, place = f"{name}_{k}", f"{name}[{k}]"
+            yield f"turned {result} = {own}_turn({place});"
+            self.word[sp.cos(angle)] = f"{result}.c"
+            self.word[sp.sin(angle)] = f"{result}.s"
+            self.turns.append((place, result))
+
+    def called(self, name: str, argument: sp.Expr) -> str:
+        if not self.of_sample(argument):
+            return super().called(name, argument)
+        name = "abs" if name == "fabs" else name
+        return f"lanes_{name}({self.expression(argument)})"

@@ -1,0 +1,299 @@
+"""The compiler's flags that make the fastest code on this machine: measured once, and remembered.
+
+Which instruction sets pay differs from processor to processor (wide registers lower the clock of
+one and not of another, vectorised stores of straight code stall some): so a few sets of flags
+compile the same kernels, and a race decides. The winner is kept in the cache folder under a digest
+of the processor, the compiler and the sets; what is kept is a name, never a flag, so that the file
+cannot smuggle one in.
+
+SYMGEN_FLAGS names a set instead ("plain" for code that every processor of the kind can run).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from symgen.codegen.kernels import Kernel
+from symgen.codegen.model import derive
+from symgen.codegen.package import generate
+from symgen.codegen.panels import panel_sources
+from symgen.errors import BuildError
+from symgen.robot.toml_io import read_robot
+from symgen.runtime import race
+from symgen.runtime.build import _FLAGS, Compiler, _make, cache_folder, native
+
+_TIMEOUT_SECONDS = 60
+_AS_GOOD = 1.01  # within this of the best, the simpler set is taken
+_SAMPLES = 64  # outputs that stay in the cache
+_ROBOT, _KERNELS = "puma560", ("energy_regressor", "torque_regressor")
+
+
+@dataclass(frozen=True)
+class FlagSet:
+    """Flags with a name, and the instruction sets that the processor must have for them.
+
+    Attributes:
+        name: what SYMGEN_FLAGS and the cache call it.
+        flags: for the compiler.
+        needs: macros that the compiler predefines for such a processor.
+    """
+
+    name: str
+    flags: tuple[str, ...]
+    needs: tuple[str, ...] = ()
+
+
+_FMA, _AVX2 = ("__FMA__",), ("__AVX2__", "__FMA__")
+_STRAIGHT = "-fno-tree-slp-vectorize"  # gcc and clang: straight code stays as it is
+#: The simpler ones first.
+SETS = (
+    FlagSet("plain", ()),
+    FlagSet("fma", ("-mfma",), _FMA),
+    FlagSet("fma-straight", ("-mfma", _STRAIGHT), _FMA),
+    FlagSet("avx2", ("-mavx2", "-mfma"), _AVX2),
+    FlagSet("native", ("-march=native",)),
+    FlagSet("native-straight", ("-march=native", _STRAIGHT)),
+)
+
+_AVX512 = ("__AVX512F__", "__AVX512DQ__", "__AVX512VL__", "__AVX512BW__")
+_WIDE = "-mprefer-vector-width=512"
+#: For panels of samples, whose width follows from the instruction set: 2, 4 or 8.
+PANEL_SETS = (
+    FlagSet("plain", ()),
+    FlagSet("avx2", ("-mavx2", "-mfma"), _AVX2),
+    FlagSet(
+        "avx512",
+        ("-mavx512f", "-mavx512dq", "-mavx512vl", "-mavx512bw", "-mfma", _WIDE),
+        _AVX512,
+    ),
+    FlagSet("native", ("-march=native",)),
+    FlagSet("native-wide", ("-march=native", _WIDE), _AVX512),
+)
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """The set that was chosen.
+
+    Attributes:
+        flags: the set.
+        ratios: time of every set that ran over that of the first; empty where none was measured.
+        origin: in words: measured, remembered, or asked for.
+    """
+
+    flags: FlagSet
+    ratios: Mapping[str, float]
+    origin: str
+
+
+def chosen_flags(compiler: Compiler) -> Chosen:
+    """Return the flags for single calls on this machine.
+
+    Raises:
+        BuildError: SYMGEN_FLAGS names no set.
+    """
+    return _asked() or _kernels(compiler)
+
+
+def panel_flags(compiler: Compiler) -> Chosen:
+    """Return the flags for panels of samples on this machine.
+
+    Raises:
+        BuildError: SYMGEN_FLAGS names no set.
+    """
+    return _asked() or _panels(compiler)
+
+
+def forget_flags() -> None:
+    """Look at the cache folder anew: what was found is remembered for each compiler."""
+    _kernels.cache_clear()
+    _panels.cache_clear()
+
+
+@cache
+def _kernels(compiler: Compiler) -> Chosen:
+    return fastest("kernels", SETS, compiler, _contest)
+
+
+@cache
+def _panels(compiler: Compiler) -> Chosen:
+    return fastest("panels", PANEL_SETS, compiler, _panel_contest)
+
+
+def _asked() -> Chosen | None:
+    """Return the set that SYMGEN_FLAGS names."""
+    wanted = os.environ.get("SYMGEN_FLAGS", "").strip()
+    if not wanted:
+        return None
+    for known in SETS:
+        if known.name == wanted:
+            return Chosen(known, {}, "asked for by SYMGEN_FLAGS")
+    accepted = ", ".join(s.name for s in SETS)
+    raise BuildError(f"SYMGEN_FLAGS is {wanted!r}; accepted: {accepted}")
+
+
+@dataclass(frozen=True)
+class Contest:
+    """What is compiled and raced.
+
+    Attributes:
+        sources: name and content of every .c and .h file.
+        functions: as `race.race` takes them.
+    """
+
+    sources: Mapping[str, bytes]
+    functions: Sequence[Mapping[str, Any]]
+
+
+def _contest() -> Contest:
+    """Return two kernels of an arm: one that computes much, one that stores much."""
+    model = derive(read_robot(_ROBOT), _KERNELS)
+    functions = [
+        _entry(model.robot.name, kernel, "batch", (_SAMPLES,))
+        for kernel in model.kernels
+        if kernel.name in _KERNELS
+    ]
+    return Contest(generate(model, target="c", kernels=_KERNELS).library, functions)
+
+
+def _panel_contest() -> Contest:
+    """Return the first of them on panels, outputs in panels and in rows."""
+    model = derive(read_robot(_ROBOT), _KERNELS[:1])
+    kernel = model.kernel(_KERNELS[0])
+    assert kernel is not None
+    sources = generate(model, target="c", kernels=()).library | panel_sources(model, kernel)
+    functions = [_entry(_ROBOT, kernel, layout, (0, _SAMPLES)) for layout in ("panels", "rows")]
+    return Contest(sources, functions)
+
+
+def _entry(robot: str, kernel: Kernel, form: str, leading: tuple[int, ...]) -> dict[str, Any]:
+    return {
+        "name": f"{robot}_{kernel.name}_{form}",
+        "leading": leading,
+        "inputs": [_SAMPLES * len(symbols) for _, symbols in kernel.tape.inputs],
+        "outputs": [_SAMPLES * output.size for output in kernel.outputs],
+    }
+
+
+def fastest(
+    name: str, sets: Sequence[FlagSet], compiler: Compiler, contest: Callable[[], Contest]
+) -> Chosen:
+    """Return the fastest of some sets, from the cache folder or by a race.
+
+    A set that the processor or the compiler does not know takes no part. Where nothing can be
+    measured, it is the first one.
+
+    Args:
+        name: what is chosen, for the name of the file.
+        sets: the simpler ones first.
+        compiler: from `find_compiler`.
+        contest: makes what is raced; called only where there is no memory.
+    """
+    _, macros = native(compiler)
+    defined = {line.split()[1] for line in macros.splitlines() if len(line.split()) > 1}
+    able = [s for s in sets if defined.issuperset(s.needs)]
+    memory = _memory(name, able, compiler, macros)
+    remembered = _remembered(memory, able)
+    if remembered is not None:
+        return remembered
+    ratios = _race(able, compiler, contest())
+    if not ratios:
+        return Chosen(sets[0], {}, "nothing could be measured")
+    best = min(ratios.values())
+    winner = next(s for s in able if ratios.get(s.name, best * 2) <= best * _AS_GOOD)
+    _remember(memory, winner, ratios)
+    return Chosen(winner, ratios, "measured now")
+
+
+def _memory(name: str, sets: Sequence[FlagSet], compiler: Compiler, macros: str) -> Path:
+    """Return the file for this processor, compiler and sets."""
+    digest = hashlib.sha256()
+    for part in (*compiler.command, compiler.version, macros, _processor(), *_FLAGS, repr(sets)):
+        digest.update(part.encode() + b"\0")
+    return cache_folder() / f"flags-{name}-{digest.hexdigest()[:32]}.json"
+
+
+@cache
+def _processor() -> str:
+    """Return what the processor calls itself: two with one instruction set differ in speed."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text("utf-8", "replace").splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line for line in lines if line.startswith("model name")), platform.processor())
+
+
+def _remembered(memory: Path, sets: Sequence[FlagSet]) -> Chosen | None:
+    try:
+        kept = json.loads(memory.read_text("utf-8"))
+        winner = next(s for s in sets if s.name == kept["winner"])
+        ratios = {str(k): float(v) for k, v in kept["ratios"].items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, StopIteration):
+        return None  # none yet, or damaged: a race makes it anew
+    return Chosen(winner, ratios, "measured before")
+
+
+def _remember(memory: Path, winner: FlagSet, ratios: Mapping[str, float]) -> None:
+    """Write the winner in one rename; a folder that cannot be written costs a race a process."""
+    kept = {"winner": winner.name, "ratios": {k: round(v, 4) for k, v in ratios.items()}}
+    try:
+        _make(memory.parent)
+        number, path = tempfile.mkstemp(prefix="build-", dir=memory.parent)
+        with os.fdopen(number, "w", encoding="utf-8") as file:
+            json.dump(kept, file)
+        os.replace(path, memory)
+    except OSError:
+        return
+
+
+def _race(sets: Sequence[FlagSet], compiler: Compiler, contest: Contest) -> dict[str, float]:
+    """Compile with every set and race those that compiled; empty where that fails."""
+    with tempfile.TemporaryDirectory(prefix="symgen-", ignore_cleanup_errors=True) as folder:
+        work = Path(folder)
+        for file, content in contest.sources.items():
+            (work / file).write_bytes(content)
+        sources = [file for file in sorted(contest.sources) if file.endswith(".c")]
+
+        def compiled(one: FlagSet) -> bool:
+            command = [*compiler.command, *_FLAGS, *one.flags, *sources]
+            command += ["-o", f"{one.name}.so", "-lm"]
+            return _run(command, work) is not None and (work / f"{one.name}.so").is_file()
+
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            built = [s for s, done in zip(sets, pool.map(compiled, sets), strict=True) if done]
+        libraries = {s.name: str(work / f"{s.name}.so") for s in built}
+        given = json.dumps({"libraries": libraries, "functions": contest.functions})
+        told = _run([sys.executable, "-I", "-S", race.__file__], work, given) if built else None
+    try:
+        ratios = json.loads(told or "{}")
+    except ValueError:
+        return {}
+    return {str(name): float(ratio) for name, ratio in ratios.items()}
+
+
+def _run(command: list[str], folder: Path, given: str = "") -> str | None:
+    """Return what a command prints, or None where it fails."""
+    try:
+        return subprocess.run(
+            command,
+            cwd=folder,
+            input=given,
+            capture_output=True,
+            text=True,
+            timeout=_TIMEOUT_SECONDS,
+            check=True,
+        ).stdout
+    except (OSError, subprocess.SubprocessError):
+        return None

@@ -1,0 +1,142 @@
+"""A kernel on panels: a batch with as many samples side by side as a vector register holds.
+
+Compiled on its own when it is first needed, with flags raced for such code: a second of compiling
+pays where there are many samples. The values are those of the single call to rounding, whatever N
+and wherever a sample stands.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from symgen.codegen.kernels import Kernel
+from symgen.codegen.model import Model
+from symgen.codegen.package import generate
+from symgen.codegen.panels import panel_sources
+from symgen.errors import ParameterError
+from symgen.runtime.build import Compiler, build_module
+from symgen.runtime.evaluator import Bound, FloatArray, _checked, _result
+from symgen.runtime.flags import panel_flags
+
+_LINE = 64  # bytes of a cache line, to which outputs are aligned
+_CACHE = 8 * 2**20  # bytes, where the machine does not say
+_ROUNDS = 3
+
+
+class Panels:
+    """One kernel, compiled for panels.
+
+    Attributes:
+        kernel: what is computed.
+        width: samples of a panel: 2, 4 or 8.
+    """
+
+    def __init__(self, model: Model, compiler: Compiler, kernel: Kernel) -> None:
+        """Compile and load, or load what was compiled before.
+
+        Raises:
+            BuildError: the compiler fails.
+        """
+        name = f"{model.robot.name}_{kernel.name}"
+        arrays = [f"const double *{a}" for a, _ in kernel.tape.inputs]
+        arrays += [f"double *{o.name}" for o in kernel.outputs]
+        listed = ", ".join(arrays)
+        declarations = (
+            f"size_t {name}_width(void);\n"
+            f"int {name}_rows(int stream, size_t N, {listed});\n"
+            f"int {name}_panels(int stream, size_t N, {listed});\n"
+        )
+        sources = generate(model, target="c", kernels=()).library | panel_sources(model, kernel)
+        flags = panel_flags(compiler).flags.flags
+        module = build_module(sources, declarations, compiler, flags)
+        self.kernel = kernel
+        self.width = int(getattr(module.lib, f"{name}_width")())
+        self._ffi = module.ffi
+        self._rows = getattr(module.lib, f"{name}_rows")
+        self._panels = getattr(module.lib, f"{name}_panels")
+
+    def __call__(self, *inputs: ArrayLike) -> FloatArray | tuple[FloatArray, ...]:
+        """Evaluate a batch: inputs (N, n), outputs (N, ...) as the kernel's own batch gives them.
+
+        Raises:
+            ParameterError: a shape is wrong, or M is not positive definite (forward_dynamics).
+        """
+        arrays, count = _checked(self.kernel, inputs)
+        if count is None:
+            raise ParameterError(f"{self.kernel.name}: panels take a batch; accepted: (N, n)")
+        outputs = [aligned((count, *o.shape)) for o in self.kernel.outputs]
+        pointers = [self._ffi.from_buffer("double *", a) for a in (*arrays, *outputs)]
+        # Not past the cache: new pages come from the kernel through it, and are still there.
+        status = self._rows(0, count, *pointers)
+        result: FloatArray | tuple[FloatArray, ...] = _result(self.kernel, outputs, status)
+        return result
+
+    def bind(self, count: int, *, rows: bool = True, stream: bool | None = None) -> Bound:
+        """Return the kernel on fixed buffers of a batch.
+
+        Args:
+            count: samples N.
+            rows: outputs (N, ...); otherwise panels, (ceil(N / width), size, width), which cost no
+                transposition: entry [k, i, l] is output i of sample k width + l, and what stands
+                behind the last sample repeats it.
+            stream: whether to write outputs past the cache. By default where they are larger than
+                it and doing so is faster on these buffers: some machines gain half, some lose.
+        """
+        inputs = tuple(
+            np.zeros(len(symbols) if name == "X" else (count, len(symbols)))
+            for name, symbols in self.kernel.tape.inputs
+        )
+        blocks = -(-count // self.width)
+        outputs = tuple(
+            aligned((count, *o.shape) if rows else (blocks, o.size, self.width))
+            for o in self.kernel.outputs
+        )
+        pointers = [self._ffi.from_buffer("double *", a) for a in (*inputs, *outputs)]
+        function = self._rows if rows else self._panels
+        if stream is None:
+            size = sum(o.nbytes for o in outputs)
+            part = min(count, count * 2 * cache_bytes() // size) if size else 0
+            stream = size > cache_bytes() and _streaming_pays(
+                lambda past: function(past, part, *pointers)
+            )
+        past = bool(stream)
+        return Bound(inputs, outputs, lambda: function(past, count, *pointers))
+
+
+def _streaming_pays(evaluate: Callable[[bool], object]) -> bool:
+    """Time both kinds of stores in turn, once the pages are there."""
+    times: dict[bool, list[float]] = {False: [], True: []}
+    evaluate(False)
+    for _ in range(_ROUNDS):
+        for past, taken in times.items():
+            begun = time.perf_counter()
+            evaluate(past)
+            taken.append(time.perf_counter() - begun)
+    return min(times[True]) < min(times[False])
+
+
+def aligned(shape: tuple[int, ...]) -> FloatArray:
+    """Return an array that begins a cache line."""
+    size = int(np.prod(shape))
+    room = np.empty(size + _LINE // 8)
+    start = -room.ctypes.data % _LINE // 8
+    return room[start : start + size].reshape(shape)
+
+
+@cache
+def cache_bytes() -> int:
+    """Return the size of the last cache before memory."""
+    for name in ("SC_LEVEL4_CACHE_SIZE", "SC_LEVEL3_CACHE_SIZE", "SC_LEVEL2_CACHE_SIZE"):
+        try:
+            size = os.sysconf(name)
+        except (AttributeError, OSError, ValueError):
+            continue
+        if size > 0:
+            return size
+    return _CACHE

@@ -1,0 +1,133 @@
+"""Forward dynamics: M qdd = tau - h solved by M = L^T D L, without square roots."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import sympy as sp
+
+from symgen.symbolic.constraints import Rows
+from symgen.symbolic.dynamics import (
+    Plant,
+    friction_torques,
+    inverse_dynamics,
+    mass_matrix,
+    rigid_torques,
+)
+from symgen.symbolic.effects import effect_columns
+from symgen.symbolic.kinematics import variables
+
+
+def driving(p: Plant) -> tuple[dict[int, sp.Expr], list[sp.Expr]]:
+    """Return M qdd of every movable joint, and what must be positive for it to be unique.
+
+    Effects of the load are z (a taur + b |taur|), with a and b of the motion: from R = tau -
+    friction = (1 + z a) taur + z b |taur| follows taur = R / (1 + z a + z b sign(R)) where this is
+    positive for both signs.
+    """
+    tape, order, commanded = p.tape, p.numbers, variables(p.robot).tau
+    if not p.robot.loaded:
+        bias = inverse_dynamics(p, accelerating=False)
+        pairs = zip(order, commanded, strict=True)
+        return {j: tape.name(f"b{j}", tau - bias[j]) for j, tau in pairs}, []
+    rigid, rubbing = rigid_torques(p, {}), friction_torques(p)
+    slopes = []  # of the effects by taur, for taur > 0 and for taur < 0
+    for sign in (sp.S.One, sp.S.NegativeOne):
+        slope: dict[int, sp.Expr] = {}
+        for name, column in effect_columns(p.robot, tape, dict.fromkeys(order, sign)).items():
+            for j, value in column.items():
+                slope[j] = slope.get(j, sp.S.Zero) + sign * p.value(name) * value
+        slopes.append({j: tape.name(f"e{j}", value) for j, value in slope.items()})
+    right, positive = {}, []
+    for j, tau in zip(order, commanded, strict=True):
+        left = tape.name(f"R{j}", tau - rubbing.get(j, sp.S.Zero))
+        if j in slopes[0] or j in slopes[1]:
+            up, down = (s.get(j, sp.S.Zero) for s in slopes)
+            half = sp.Rational(1, 2)
+            mean, spread_ = (
+                tape.name(f"{n}{j}", half * e) for n, e in (("a", up + down), ("B", up - down))
+            )
+            turned_ = tape.name(f"G{j}", sp.sign(left))
+            share = tape.name(f"E{j}", 1 + mean + spread_ * turned_)
+            positive += [tape.name(f"P{j}", 1 + e) for e in (up, down)]
+            left = left * tape.name(f"I{j}", 1 / share)
+        right[j] = tape.name(f"b{j}", left - rigid[j])
+    return right, positive
+
+
+def forward_dynamics(p: Plant) -> tuple[list[sp.Expr], list[sp.Expr]]:
+    """Return (qdd, pivots): M is positive definite exactly when all pivots of L D L^T are.
+
+    Beside the pivots stand what must be positive for effects of the load to be solvable.
+    """
+    right, positive = driving(p)
+    factor = factored(p, mass_matrix(p))
+    qdd = solved(p, factor, right, "o")
+    return [qdd[k] for k in p.numbers], [*positive, *factor.pivots]
+
+
+def solve_mass_matrix(p: Plant) -> tuple[list[sp.Expr], list[sp.Expr]]:
+    """Return (x, pivots) of M x = b."""
+    factor = factored(p, mass_matrix(p))
+    x = solved(p, factor, dict(zip(p.numbers, variables(p.robot).b, strict=True)), "o")
+    return [x[k] for k in p.numbers], list(factor.pivots)
+
+
+@dataclass(frozen=True)
+class Factor:
+    """M = L^T D L with ones on the diagonal of L.
+
+    Attributes:
+        low: entries L(k, i), i < k, that are not zero.
+        inverse: 1 / D(k).
+        pivots: D in the order of the elimination, from the tips: behind a bad one nothing has a
+            meaning.
+    """
+
+    low: Mapping[tuple[int, int], sp.Expr]
+    inverse: Mapping[int, sp.Expr]
+    pivots: tuple[sp.Expr, ...]
+
+
+def factored(p: Plant, M: Rows) -> Factor:
+    """Factor a mass matrix from the tips: L keeps the zeros of branches (Featherstone 2005)."""
+    rows = {j: dict(row) for j, row in M.items()}
+    tape, order = p.tape, p.numbers
+    low: dict[tuple[int, int], sp.Expr] = {}
+    pivots, inverse = [], {}
+    for at, k in enumerate(reversed(order)):
+        earlier = order[: len(order) - 1 - at]
+        pivots.append(rows[k].get(k, sp.S.Zero))
+        inverse[k] = tape.name(f"d{k}", 1 / pivots[-1])
+        for i in earlier:
+            if rows[k].get(i, sp.S.Zero) != 0:
+                low[k, i] = tape.name(f"l{k}_{i}", rows[k][i] * inverse[k])
+        for i in earlier:
+            if (k, i) not in low:
+                continue
+            for j in order[: order.index(i) + 1]:
+                if (k, j) in low:
+                    value = rows[i].get(j, sp.S.Zero) - low[k, i] * rows[k][j]
+                    rows[i][j] = rows[j][i] = tape.name(f"m{k}_{i}_{j}", value)
+    return Factor(low, inverse, tuple(pivots))
+
+
+def solved(
+    p: Plant, factor: Factor, right: Mapping[int, sp.Expr], letter: str
+) -> dict[int, sp.Expr]:
+    """Solve M x = right: L^T y = right from the tips, then D, then L from the base."""
+    tape, order, low = p.tape, p.numbers, factor.low
+    y = dict(right)
+    for k in reversed(order):
+        for i in order:
+            if (k, i) in low:
+                y[i] = tape.name(f"y{k}_{i}", y[i] - low[k, i] * y[k])
+    out: dict[int, sp.Expr] = {}
+    for k in order:
+        value = y[k] * factor.inverse[k]
+        for i in order:
+            if (k, i) in low:
+                value -= low[k, i] * out[i]
+        out[k] = tape.name(f"{letter}{k}", value)
+    return out

@@ -1,0 +1,77 @@
+"""Base parameters as a program: from standard ones, and with a body fixed on a link."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import sympy as sp
+
+from symgen import names
+from symgen.robot.types import Robot
+from symgen.symbolic.base_parameters import BaseParameters
+from symgen.symbolic.friction import builder
+from symgen.symbolic.points import coordinates, links
+from symgen.symbolic.tape import Tape, TapeBuilder
+
+
+def base_parameters_tape(robot: Robot, base: BaseParameters) -> Tape:
+    """Derive X from all standard parameters: X_b = its own + the sum of c times what joins it."""
+    standard = {p.name: sp.Symbol(f"X_{p.name}", real=True) for p in base.standard}
+    tape = builder(robot, tuple(standard.values()))
+    return tape.tape([("standard", tuple(standard.values()))], _joined(base, standard, tape, {}))
+
+
+def add_body_tape(robot: Robot, base: BaseParameters) -> Tape:
+    """Derive X of the robot with a body fixed on one of its links.
+
+    In the frame of the link, with c the centre of mass and I the inertia about it,
+
+        J = I + m (c.c - c c^T),  m c,  m
+
+    are added to the standard parameters of the link. A body with negative mass and inertia takes
+    one off.
+    """
+    X = tuple(sp.Symbol(f"X_{p.name}_", real=True) for p in base.parameters)
+    at, mass = links(robot), sp.Symbol("X_mass", real=True)
+    c, own = coordinates("c"), coordinates("i", 6)
+    tape = builder(robot, (*X, *at, mass, *c, *own))
+    moment = [tape.name(f"m{i + 1}", mass * c[i]) for i in range(3)]
+    squares = [tape.name(f"s{i + 1}", moment[i] * c[i]) for i in range(3)]
+    place = {(a, b): i for i, (a, b) in enumerate((a, b) for a in range(3) for b in range(a, 3))}
+    body: dict[str, sp.Expr] = {}
+    for prefix in names.INERTIA:
+        a, b = ("XYZ".index(letter) for letter in prefix)
+        if a == b:
+            value = own[place[a, a]] + squares[(a + 1) % 3] + squares[(a + 2) % 3]
+        else:
+            value = own[place[a, b]] - moment[a] * c[b]
+        body[prefix] = tape.name(f"J{prefix}", value)
+    body |= dict(zip(names.MOMENT, moment, strict=True))
+    body[names.MASS] = mass
+    standard = {
+        f"{prefix}{joint.number}": tape.name(f"B{prefix}{joint.number}", symbol * value)
+        for joint, symbol in zip(robot.joints, at, strict=True)
+        for prefix, value in body.items()
+    }
+    known = dict(zip((p.name for p in base.parameters), X, strict=True))
+    outputs = _joined(base, standard, tape, known)
+    inputs = [("X", X), ("link", at), ("mass", (mass,)), ("com", c), ("inertia", own)]
+    return tape.tape(inputs, outputs)
+
+
+def _joined(
+    base: BaseParameters,
+    standard: Mapping[str, sp.Expr],
+    tape: TapeBuilder,
+    start: Mapping[str, sp.Expr],
+) -> list[sp.Expr]:
+    """Return start + head + sum of c times the standard parameters that join each base one."""
+    out = []
+    for p in base.parameters:
+        value = start.get(p.name, sp.S.Zero) + standard.get(p.head, sp.S.Zero)
+        for coefficient, name in p.terms:
+            if name in standard:
+                number = tape.constant(f"c{p.name}_{name}", coefficient)
+                value += number * standard[name]
+        out.append(tape.name(f"N{p.name}", value))
+    return out

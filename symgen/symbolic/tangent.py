@@ -1,0 +1,88 @@
+"""Derivatives along a tape: the chain rule, step by step (forward mode)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import sympy as sp
+
+from symgen.errors import SymgenError
+from symgen.symbolic.tape import TapeBuilder
+
+
+def tangents(
+    expressions: Mapping[int, sp.Expr],
+    seeds: Mapping[sp.Symbol, sp.Expr],
+    tape: TapeBuilder,
+    tag: str,
+) -> dict[int, sp.Expr]:
+    """Return the derivatives of some expressions by one variable, those that are not zero.
+
+    sign(x) counts as constant, so that the derivative of |x| is sign(x).
+
+    Args:
+        expressions: over symbols of the tape.
+        seeds: derivatives that are known: 1 for the variable itself. Behind these no step is
+            looked into.
+        tape: holds the steps, and takes those of the derivatives.
+        tag: for the names of new steps.
+    """
+    rule = _Rule(seeds, tape, tag)
+    found = {key: rule.of(expr) for key, expr in expressions.items()}
+    return {key: value for key, value in found.items() if value != 0}
+
+
+class _Rule:
+    def __init__(self, seeds: Mapping[sp.Symbol, sp.Expr], tape: TapeBuilder, tag: str) -> None:
+        self.tape, self.tag = tape, tag
+        self.known: dict[sp.Expr, sp.Expr] = dict(seeds)
+        self.steps = tape.definitions()
+
+    def of(self, expr: sp.Expr) -> sp.Expr:
+        """Return the derivative of an expression."""
+        if expr.is_number:
+            return sp.S.Zero
+        if expr not in self.known:
+            self.known[expr] = self._step(expr) if expr.is_Symbol else self._operation(expr)
+        return self.known[expr]
+
+    def _step(self, symbol: sp.Symbol) -> sp.Expr:
+        meaning = self.steps.get(symbol)
+        if meaning is None:  # another input, or a constant
+            return sp.S.Zero
+        value = self._function(meaning, symbol) if meaning.is_Function else self.of(meaning)
+        return self.tape.name(f"d{self.tag}{symbol.name}", value)
+
+    def _operation(self, expr: sp.Expr) -> sp.Expr:
+        if expr.is_Add:
+            return sp.Add(*(self.of(term) for term in expr.args))
+        if expr.is_Mul:
+            parts = list(expr.args)
+            return sp.Add(
+                *(
+                    sp.Mul(*parts[:i], self.of(factor), *parts[i + 1 :])
+                    for i, factor in enumerate(parts)
+                )
+            )
+        if expr.is_Pow and expr.exp.is_Integer:
+            inner = self.of(expr.base)
+            return sp.S.Zero if inner == 0 else expr.exp * expr.base ** (expr.exp - 1) * inner
+        return self._function(expr, expr)
+
+    def _function(self, meaning: sp.Expr, value: sp.Expr) -> sp.Expr:
+        """Return the derivative of f(x), whose value has a name already."""
+        x = meaning.args[0]
+        inner = self.of(x)
+        if inner == 0 or meaning.func is sp.sign:
+            return sp.S.Zero
+        slopes = {
+            sp.Abs: lambda: self.tape.name(f"s{self.tag}", sp.sign(x)),
+            sp.tanh: lambda: 1 - value * value,
+            sp.exp: lambda: value,
+            sp.log: lambda: self.tape.name(f"i{self.tag}", 1 / x),
+            sp.sin: lambda: self.tape.name(f"c{self.tag}", sp.cos(x)),
+            sp.cos: lambda: -self.tape.name(f"c{self.tag}", sp.sin(x)),
+        }
+        if meaning.func not in slopes:
+            raise SymgenError(f"{meaning} has no derivative here")
+        return slopes[meaning.func]() * inner

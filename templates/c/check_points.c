@@ -1,0 +1,12 @@
+{% for a in k.arguments %}
+        static const {{ a.real }} {{ a.name }}[{{ points }}][{{ a.size }}] = {
+{% for row in a.rows %}
+            { {{ row }} },
+{% endfor %}
+        };
+{% endfor %}
+        static const double expected[{{ points }}][{{ k.size }}] = {
+{% for row in k.expected %}
+            { {{ row }} },
+{% endfor %}
+        };

@@ -1,0 +1,58 @@
+/* {{ name }}: an example of a robot that is led by hand: its weight and its friction are compensated.
+ *
+ *     tau = C qd + g + s friction,    s < 1,
+ *
+ * is one call of bias_torque with the friction in X taken s times. Every mass, inertia and friction that
+ * the controller assumes is {{ percent }} % wrong. From three poses the simulated robot is left alone, without and
+ * with compensation, and then pushed by a hand, with its weight compensated alone and with its friction,
+ * too. Exit status 0 when it falls at least 10 times less far than without{% if rubs %}, and a push moves it farther
+ * where friction is compensated{% endif %}.
+ */
+{% include "example/head.c" %}
+static const real SHARE = (real){{ share }}; /* of the friction, where it is compensated */
+static const real PUSH = 8;              /* of a hand, N m or N on each joint in turn */
+
+{% include "example/robot.c" %}
+
+/* How far the robot goes from a pose in 0.5 s: pushed for 0.1 s on one joint, and with a share of the
+ * friction compensated; a share below 0 stands for no compensation at all. */
+static double distance(int pose, int joint, real push, real share, int *failed)
+{
+    motion x = { { 0 }, { 0 } };
+    real X[P], begin[N];
+    double sum = 0.0;
+    for (int i = 0; i < P; ++i) {
+        X[i] = i < {{ name }}_INERTIAL ? ASSUMED[i] : share * ASSUMED[i];
+    }
+    for (int j = 0; j < N; ++j) {
+        x.q[j] = begin[j] = (real)(0.7 * cos(2.0 * pose + j));
+    }
+    for (int k = 0; k < 500; ++k) {
+        real tau[N] = { 0 };
+        if (share >= 0) {
+            {{ name }}_bias_torque(x.q, x.qd, X, tau);
+        }
+        tau[joint] += k < 100 ? push : 0;
+        *failed |= move(&x, tau);
+    }
+    for (int j = 0; j < N; ++j) {
+        sum += pow((double)(x.q[j] - begin[j]), 2.0);
+    }
+    return sqrt(sum);
+}
+
+int main(void)
+{
+    int failed = 0;
+    double falls = 0.0, drifts = 0.0, heavy = 0.0, light = 0.0;
+    for (int pose = 0; pose < 3; ++pose) {
+        falls += distance(pose, 0, 0, -1, &failed) / 3;
+        drifts += distance(pose, 0, 0, SHARE, &failed) / 3;
+        for (int j = 0; j < N; ++j) {
+            heavy += distance(pose, j, PUSH, 0, &failed) / (3 * N);
+            light += distance(pose, j, PUSH, SHARE, &failed) / (3 * N);
+        }
+    }
+    printf("falls: %.2e\ncompensated: %.2e\npushed: %.2e\nfriction, too: %.2e\n", falls, drifts, heavy, light);
+    return failed == 0 && 10 * drifts <= falls{% if rubs %} && light > heavy{% endif %} ? 0 : 1;
+}

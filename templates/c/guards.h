@@ -1,0 +1,21 @@
+/* Of this interface: a program written for one goes on with every later one of the same major. */
+#define {{ name }}_VERSION "{{ version }}"
+#define {{ name }}_VERSION_MAJOR {{ major }}
+#define {{ name }}_VERSION_MINOR {{ minor }}
+/* Of the robot file: first 64 bits of the SHA-256 of robot.toml. */
+#define {{ name }}_MODEL_DIGEST {{ digest }}
+
+#define {{ name }}_JOINTS {{ n }}
+#define {{ name }}_PARAMETERS {{ p }}
+#define {{ name }}_INERTIAL {{ inertial }}
+
+typedef {{ dtype }} {{ name }}_real;
+
+/* What functions that return int return. */
+typedef enum {{ name }}_status {
+    {{ name }}_OK = 0,
+    {{ name }}_NOT_POSITIVE_DEFINITE = 1, /* no robot has this X, or the load lets nothing through */
+    {{ name }}_NOT_FINITE = 2,   /* an input, or what came of it, is NaN or infinite */
+    {{ name }}_OUTLIER = 4,      /* identifier: an equation that contradicts all before it */
+    {{ name }}_NOT_EXCITED = 8   /* identifier: an equation that would teach less than is forgotten */
+} {{ name }}_status;

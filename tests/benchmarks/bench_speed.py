@@ -1,0 +1,317 @@
+"""Symgen beside what a user would pick instead, in one run: a table, and a JSON with every figure.
+
+    python tests/benchmarks/bench_speed.py [--into speed.json] [--robots panda,puma560]
+
+Times are ns a sample, medians of repeats that take turns, so that a slow moment of the machine
+meets all alike; figures of two runs do not compare, ratios do. Pinocchio in C++ is compiled here,
+its headers with -march=native; CasADi's C with symgen's compiler and flags. "In cache": outputs
+that stay in the second cache; "to memory": outputs four times as large as the last one, written
+again and again, beside what filling the same memory by streaming stores costs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import hashlib
+import json
+import os
+import platform
+import random
+import shutil
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+from peers import LOOPS, PINOCCHIO, begin_cxx, casadi_c, pinocchio_cxx, pinocchio_model, pointer
+from rich.console import Console
+from rich.table import Table
+from scipy.linalg import blas
+
+import symgen
+from symgen.codegen.verification import physical_parameters
+from symgen.runtime.build import _FLAGS, cache_folder, find_compiler
+from symgen.runtime.flags import chosen_flags, panel_flags
+from symgen.runtime.folding import Fold
+from symgen.runtime.panels import aligned, cache_bytes
+from symgen.symbolic.tape import Numbers
+
+KERNELS = (
+    "energy_regressor",
+    "torque_regressor",
+    "momentum_regressor",
+    "inverse_dynamics",
+    "mass_matrix",
+    "forward_dynamics",
+)
+IN_CACHE = 2**18  # bytes of output
+REPEATS, AT_LEAST = 9, 5e-4
+FILL = """
+#include <stddef.h>
+typedef double v __attribute__((vector_size(BYTES)));
+void fill(size_t n, double *p)
+{
+    const v x = { 1.0 };
+    for (size_t i = 0; i < n; i += BYTES / 8) {
+        STORE
+    }
+}
+"""
+Call = Callable[[], Any]
+
+
+def measure(ways: dict[str, tuple[Call, int]]) -> dict[str, float]:
+    """Return the median ns a sample of each way; the ways take turns."""
+    calls = {}
+    for name, (call, _) in ways.items():
+        count, seconds = 1, 0.0
+        while seconds < AT_LEAST:
+            begun = time.perf_counter()
+            for _ in range(count):
+                call()
+            seconds = time.perf_counter() - begun
+            count *= 1 if seconds >= AT_LEAST else 2
+        calls[name] = count
+    times: dict[str, list[float]] = {name: [] for name in ways}
+    for _ in range(REPEATS):
+        for name, (call, samples) in ways.items():
+            begun = time.perf_counter_ns()
+            for _ in range(calls[name]):
+                call()
+            times[name].append((time.perf_counter_ns() - begun) / calls[name] / samples)
+    return {name: statistics.median(found) for name, found in times.items()}
+
+
+def bound(function: Any, inputs: list[np.ndarray]) -> Call:
+    """Return a call on buffers that hold these inputs."""
+    for place, given in zip(function.inputs, inputs, strict=True):
+        place[...] = given
+    function.call()  # pages are there
+    return function.call
+
+
+def kernel_ways(
+    evaluator: symgen.Evaluator, name: str, folder: Path, cxx: Any, arm: Any
+) -> dict[str, tuple[Call, int]]:
+    """Every way of computing a kernel on a batch in the cache."""
+    function = evaluator[name]
+    kernel, model = function.kernel, evaluator.model
+    count = max(16, IN_CACHE // (8 * kernel.size) // 8 * 8)
+    draw = np.random.default_rng(1)
+    X = np.array(physical_parameters(model, random.Random(1)))
+    inputs = [
+        X if n == "X" else draw.uniform(-1, 1, (count, len(s))) for n, s in kernel.tape.inputs
+    ]
+    if "X" in dict(kernel.tape.inputs):
+        inputs = [
+            a[: len(s)] if n == "X" else a
+            for a, (n, s) in zip(inputs, kernel.tape.inputs, strict=True)
+        ]
+    ways: dict[str, tuple[Call, int]] = {"single": (bound(function.bind(count), inputs), count)}
+    panels = function.panels()
+    assert panels is not None
+    ways["panels"] = (bound(panels.bind(count, rows=False), inputs), count)
+    ways["rows"] = (bound(panels.bind(count), inputs), count)
+    compiler = find_compiler()
+    assert compiler is not None
+    peer = (
+        casadi_c(model, kernel, folder, compiler, chosen_flags(compiler).flags.flags)
+        if len(kernel.outputs) == 1
+        else None
+    )
+    if peer is not None:
+        out = np.empty((count, kernel.size))
+        arguments = (ctypes.c_size_t(count), *map(pointer, (*inputs, out)))
+        ways["CasADi C"] = (lambda: peer.loop(*arguments), count)
+    functions = {"sin": np.sin, "cos": np.cos, "abs": np.abs, "sign": np.sign, "tanh": np.tanh}
+    numbers = Numbers(model.robot.values(), functions)
+    columns = {
+        n: list(a) if n == "X" else list(np.ascontiguousarray(a.T))
+        for (n, _), a in zip(kernel.tape.inputs, inputs, strict=True)
+    }
+    ways["NumPy"] = (lambda: kernel.tape.run(numbers, columns), count)
+    if arm is not None and name in PINOCCHIO:
+        pin, body = arm
+        data = body.createData()
+        n = model.robot.n
+        q, qd, third = draw.uniform(-1, 1, (3, count, n))
+        one = (q[0].copy(), qd[0].copy(), third[0].copy())
+        ways["Pinocchio Python"] = (lambda: PINOCCHIO[name](pin, body, data, *one), 1)
+        if not isinstance(cxx, str):
+            size = {
+                "energy_regressor": 10 * n,
+                "torque_regressor": 10 * n * n,
+                "mass_matrix": n * n,
+            }.get(name, n)
+            given = np.empty((count, size))
+            loop = getattr(cxx, name)
+            passed = (ctypes.c_size_t(count), *map(pointer, (q, qd, third, given)))
+            ways["Pinocchio C++"] = (lambda: loop(*passed), count)
+    return ways
+
+
+def memory_ways(
+    evaluator: symgen.Evaluator, name: str, filler: ctypes.CDLL
+) -> tuple[dict[str, tuple[Call, int]], int]:
+    """The batch to memory, and the bare streaming stores of as many bytes."""
+    function = evaluator[name]
+    kernel = function.kernel
+    count = min(4 * cache_bytes(), 2**28) // (8 * kernel.size) // 64 * 64
+    panels = function.panels()
+    assert panels is not None
+    draw = np.random.default_rng(2)
+    inputs = [
+        draw.uniform(-1, 1, len(s) if n == "X" else (count, len(s))) for n, s in kernel.tape.inputs
+    ]
+    room = aligned((count * kernel.size // 8 * 8,))
+    room[:] = 0.0
+    size, place = ctypes.c_size_t(room.size), pointer(room)
+    ways: dict[str, tuple[Call, int]] = {
+        "stores alone": (lambda: filler.fill(size, place), count),
+        "panels": (bound(panels.bind(count, rows=False), inputs), count),
+        "rows": (bound(panels.bind(count), inputs), count),
+        "panels, streaming": (bound(panels.bind(count, rows=False, stream=True), inputs), count),
+        "panels, plain": (
+            bound(panels.bind(count, rows=False, stream=False), inputs),
+            count,
+        ),
+        "single": (bound(function.bind(count), inputs), count),
+    }
+    return ways, 8 * kernel.size
+
+
+def fold_ways(evaluator: symgen.Evaluator, name: str) -> tuple[dict[str, tuple[Call, int]], int]:
+    """Rows evaluated and folded, and dsyrk on a hot block of as many columns: ns a row."""
+    kernel = evaluator[name].kernel
+    columns = len(kernel.outputs[0].columns)
+    rows = kernel.size // columns
+    draw = np.random.default_rng(3)
+    count = 4096
+    inputs = [draw.uniform(-1, 1, (count, len(s))) for _, s in kernel.tape.inputs]
+    y = draw.normal(size=(count, rows) if rows > 1 else count)
+    block = np.asfortranarray(draw.normal(size=(256, columns + 1)))
+    gram = np.zeros((columns + 1, columns + 1), order="F")
+    folds = {m: Fold(evaluator, name, m) for m in ("normal", "orthogonal")}
+    ways: dict[str, tuple[Call, int]] = {
+        method: ((lambda f=fold: f(inputs, y)), count * rows) for method, fold in folds.items()
+    }
+    ways["dsyrk"] = (lambda: blas.dsyrk(1.0, block, beta=1.0, c=gram, trans=1, overwrite_c=1), 256)
+    return ways, columns
+
+
+def flag_ratios(chosen: Any) -> dict[str, float]:
+    """Return the time of each raced set over the best one's."""
+    best = min(chosen.ratios.values(), default=1.0)
+    return {name: ratio / best for name, ratio in chosen.ratios.items()}
+
+
+def filler(folder: Path) -> ctypes.CDLL:
+    """Compile the bare streaming stores, as wide as this processor has them."""
+    import subprocess
+
+    compiler = find_compiler()
+    assert compiler is not None
+    for size, builtin in ((64, "512"), (32, "256"), (16, "")):
+        store = f"__builtin_ia32_movntpd{builtin}(p + i, x);"
+        if "clang" in compiler.version:
+            store = "__builtin_nontemporal_store(x, (v *)(p + i));"
+        (folder / "fill.c").write_text(FILL.replace("BYTES", str(size)).replace("STORE", store))
+        command = [*compiler.command, *_FLAGS, "-march=native", "fill.c", "-o", "fill.so"]
+        if subprocess.run(command, cwd=folder, capture_output=True, check=False).returncode == 0:
+            return ctypes.CDLL(str(folder / "fill.so"))
+    raise SystemExit("this compiler has no streaming stores: nothing to compare with")
+
+
+def pinocchio(flags: tuple[str, ...]) -> Any:
+    """Return the C++ loops, compiled once for these flags and kept in the cache folder."""
+    digest = hashlib.sha256(LOOPS.read_bytes() + repr(flags).encode()).hexdigest()[:16]
+    kept = cache_folder() / f"pinocchio-{digest}" / "pin.so"
+    if kept.is_file():
+        return ctypes.CDLL(str(kept))
+    print("compiling Pinocchio's headers (some minutes, once)", file=sys.stderr)
+    with tempfile.TemporaryDirectory() as folder:
+        built = pinocchio_cxx(Path(folder), flags)
+        if not isinstance(built, str):
+            kept.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(Path(folder) / "pin.so", kept)
+    return built
+
+
+def shown(title: str, figures: dict[str, dict[str, float]], base: str) -> Table:
+    """Return a table of ns, with the ratio to one way."""
+    ways = list(dict.fromkeys(way for row in figures.values() for way in row))
+    table = Table("ns a sample (ratio)", *ways, title=title, box=None, header_style="bold")
+    for name, row in figures.items():
+        cells = [f"{row[w]:,.1f} ({row[w] / row[base]:.2f})" if w in row else "-" for w in ways]
+        table.add_row(name, *cells)
+    return table
+
+
+def main() -> None:
+    """Measure, print the tables and keep the figures."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--into", type=Path, default=Path("speed.json"))
+    parser.add_argument("--robots", default="puma560,panda")
+    parser.add_argument("--kernels", default=",".join(KERNELS))
+    asked = parser.parse_args()
+    kernels = tuple(asked.kernels.split(","))
+    compiler = find_compiler()
+    if compiler is None:
+        raise SystemExit("no C compiler: nothing to compare")
+    chosen, wide = chosen_flags(compiler), panel_flags(compiler)
+    cxx = pinocchio(("-march=native",))
+    if isinstance(cxx, str):
+        print(f"without Pinocchio in C++: {cxx}", file=sys.stderr)
+    began = time.perf_counter()
+    cached: dict[str, dict[str, float]] = {}
+    memory: dict[str, dict[str, float]] = {}
+    folded: dict[str, dict[str, float]] = {}
+    with tempfile.TemporaryDirectory() as temporary:
+        stores = filler(Path(temporary))
+        for robot in asked.robots.split(","):
+            evaluator = symgen.load(symgen.derive(symgen.read_robot(robot), kernels), backend="c")
+            arm = pinocchio_model(evaluator.model.robot)
+            if arm is not None and not isinstance(cxx, str):
+                begin_cxx(cxx, arm[1])
+            for kernel in kernels:
+                folder = Path(temporary) / f"{robot}-{kernel}"
+                folder.mkdir()
+                ways = kernel_ways(evaluator, kernel, folder, cxx, arm)
+                cached[f"{robot} {kernel}"] = measure(ways)
+                if kernel.endswith("regressor"):
+                    far, _ = memory_ways(evaluator, kernel, stores)
+                    memory[f"{robot} {kernel}"] = measure(far)
+                if kernel in ("energy_regressor", "torque_regressor"):
+                    fold, columns = fold_ways(evaluator, kernel)
+                    folded[f"{robot} {kernel}, {columns} columns, a row"] = measure(fold)
+    figures = {
+        "schema": "symgen.speed/1",
+        "machine": platform.processor() or platform.machine(),
+        "compiler": compiler.version,
+        "flags": {"single": chosen.flags.name, "over_best": flag_ratios(chosen)},
+        "panel_flags": {"panels": wide.flags.name, "over_best": flag_ratios(wide)},
+        "cache": cached,
+        "memory": memory,
+        "fold": folded,
+    }
+    asked.into.write_text(json.dumps(figures, indent=1) + "\n")
+    console = Console(highlight=False, width=170)
+    console.print(f"{compiler.version}; single calls {chosen.flags.name}, panels {wide.flags.name}")
+    console.print(shown("in cache, over the single call", cached, "single"))
+    console.print(shown("to memory, over streaming stores alone", memory, "stores alone"))
+    console.print(shown("rows evaluated and folded, over dsyrk alone", folded, "dsyrk"))
+    console.print(
+        f"medians of {REPEATS} repeats in turn; {time.perf_counter() - began:.0f} s; "
+        f"every figure in {asked.into}"
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,142 @@
+"""What a user would pick instead of symgen, ready to be timed: Pinocchio, CasADi's C, NumPy."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+import subprocess
+import sysconfig
+import warnings
+from pathlib import Path
+from typing import Any
+
+import casadi
+import numpy as np
+
+import symgen
+from symgen.codegen.casadi_model import casadi_function
+from symgen.codegen.kernels import Kernel
+from symgen.codegen.model import Model
+from symgen.runtime.build import _FLAGS, Compiler
+
+LOOPS = Path(__file__).with_name("pinocchio_loops.cpp")
+#: Kernels with a counterpart in Pinocchio, and what its Python binding calls it.
+PINOCCHIO = {
+    "energy_regressor": lambda pin, m, d, q, qd, _: (
+        pin.computeKineticEnergyRegressor(m, d, q, qd),
+        pin.computePotentialEnergyRegressor(m, d, q),
+    ),
+    "torque_regressor": lambda pin, m, d, q, qd, a: pin.computeJointTorqueRegressor(m, d, q, qd, a),
+    "inverse_dynamics": lambda pin, m, d, q, qd, a: pin.rnea(m, d, q, qd, a),
+    "mass_matrix": lambda pin, m, d, q, *_: pin.crba(m, d, q),
+    "forward_dynamics": lambda pin, m, d, q, qd, tau: pin.aba(m, d, q, qd, tau),
+}
+
+
+def pointer(array: np.ndarray) -> ctypes.c_void_p:
+    return array.ctypes.data_as(ctypes.c_void_p)
+
+
+def pinocchio_model(robot: symgen.Robot) -> tuple[Any, Any] | None:
+    """The arm with bodies of random inertia, in Pinocchio; None where it cannot be had."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            import pinocchio as pin
+    except ImportError:
+        return None
+    if not hasattr(pin, "Model"):  # an unrelated package has the same name
+        return None
+    values = robot.values()
+    model = pin.Model()
+    pin.seed(1)
+    for joint in robot.joints:
+        alpha, d, theta, r = (
+            float(getattr(joint, key).subs(values)) for key in ("alpha", "d", "theta", "r")
+        )
+        turn = pin.utils.rotate
+        place = pin.SE3(turn("x", alpha), np.array([d, 0.0, 0.0])) * pin.SE3(
+            turn("z", theta), np.array([0.0, 0.0, r])
+        )
+        number = model.addJoint(joint.antecedent, pin.JointModelRZ(), place, f"joint{joint.number}")
+        model.appendBodyToJoint(number, pin.Inertia.Random(), pin.SE3.Identity())
+    model.gravity.linear = np.array([float(g.subs(values)) for g in robot.gravity])
+    return pin, model
+
+
+def pinocchio_cxx(folder: Path, flags: tuple[str, ...]) -> ctypes.CDLL | str:
+    """Compile the loops over Pinocchio in C++ with symgen's flags, or say in words why not."""
+    site = Path(sysconfig.get_path("purelib"))
+    sites = [site, *(Path(p) for p in __import__("sys").path if p.endswith("site-packages"))]
+    for place in sites:
+        prefix, eigen = place / "cmeel.prefix", place / "casadi" / "include" / "eigen3"
+        if (prefix / "include" / "pinocchio").is_dir() and eigen.is_dir():
+            break
+    else:
+        return "the headers of Pinocchio (pin) or of Eigen (casadi) are not here"
+    command = ["g++", "-std=c++17", "-O2", "-DNDEBUG", "-w", "-shared", "-fPIC", *flags, str(LOOPS)]
+    command += ["-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS"]
+    command += ["-DBOOST_FUSION_INVOKE_MAX_ARITY=10", "-DFUSION_MAX_VECTOR_SIZE=10"]
+    command += [f"-I{prefix / 'include'}", f"-I{eigen}", "-o", "pin.so"]
+    try:
+        subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=600)
+        return ctypes.CDLL(str(folder / "pin.so"))
+    except (subprocess.SubprocessError, OSError) as error:
+        return f"g++ failed on Pinocchio's headers: {str(error)[:80]}"
+
+
+def begin_cxx(library: ctypes.CDLL, arm: Any) -> None:
+    """Give the C++ loops the same arm."""
+    library.begin()
+    for joint in range(1, arm.njoints):
+        place = arm.jointPlacements[joint]
+        rotation = np.ascontiguousarray(place.rotation)
+        body = np.ascontiguousarray(arm.inertias[joint].toDynamicParameters())
+        parent = ctypes.c_size_t(arm.parents[joint])
+        library.joint(
+            parent, pointer(rotation), pointer(np.array(place.translation)), pointer(body)
+        )
+    library.end(pointer(np.array(arm.gravity.linear)))
+
+
+CASADI_LOOP = """
+#include <stddef.h>
+void loop(size_t N, ARRAYS, double *out)
+{
+    const double *arg[64];
+    double *res[64];
+    casadi_int iw[IW];
+    double w[W];
+    for (size_t k = 0; k < N; ++k) {
+        PLACES
+        res[0] = out + k * SIZE;
+        peer(arg, res, iw, w, 0);
+    }
+}
+"""
+
+
+def casadi_c(
+    model: Model, kernel: Kernel, folder: Path, compiler: Compiler, flags: tuple[str, ...]
+) -> ctypes.CDLL:
+    """Compile the C that CasADi generates of a kernel, with symgen's compiler and flags."""
+    function = casadi_function(model, kernel)
+    peer = casadi.Function("peer", function.sx_in(), function.call(function.sx_in()))
+    generator = casadi.CodeGenerator("peer.c")
+    generator.add(peer)
+    generator.generate(f"{folder}/")
+    inputs = [(name, len(symbols)) for name, symbols in kernel.tape.inputs]
+    loop = CASADI_LOOP.replace("ARRAYS", ", ".join(f"const double *{name}" for name, _ in inputs))
+    places = " ".join(
+        f"arg[{i}] = {name}{'' if name == 'X' else f' + k * {size}'};"
+        for i, (name, size) in enumerate(inputs)
+    )
+    for mark, text in (("PLACES", places), ("SIZE", str(kernel.size))):
+        loop = loop.replace(mark, text)
+    loop = re.sub(r"\[IW\]", f"[{peer.sz_iw() + 1}]", loop)
+    loop = re.sub(r"\[W\]", f"[{peer.sz_w() + 1}]", loop)
+    source = folder / "peer.c"
+    source.write_text(source.read_text() + loop)
+    command = [*compiler.command, *_FLAGS, *flags, "peer.c", "-o", "peer.so", "-lm"]
+    subprocess.run(command, cwd=folder, check=True, capture_output=True)
+    return ctypes.CDLL(str(folder / "peer.so"))

@@ -1,0 +1,195 @@
+"""What keeps the user of a package from computing garbage without a word."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from packages import STRICT, c_files, run
+
+import symgen
+from symgen.cli import cli
+from symgen.codegen.casadi_model import deserialized
+
+CC, GCC, CMAKE = (shutil.which(tool) for tool in ("cc", "gcc", "cmake"))
+needs_cc = pytest.mark.skipif(CC is None, reason="no C compiler (cc) on this machine")
+PLANE = """
+[robot]
+name = "plane"
+gravity = [0.0, -9.81, 0.0]
+[geometry]
+L1 = {length}
+[[joint]]
+[[joint]]
+d = "L1"
+"""
+KERNELS = ("gravity_torque", "forward_dynamics", "jacobian", "inverse_dynamics", "frames")
+
+
+def package(folder: Path, dtype: str = "double", length: float = 0.5, **options: str) -> Path:
+    """Write the package of a two-link arm into a folder."""
+    derived = symgen.derive(symgen.parse_robot(PLANE.format(length=length)), KERNELS)
+    symgen.write_package(symgen.generate(derived, dtype=dtype, **options), folder)
+    return folder
+
+
+def printed(folder: Path, program: str, *packages: Path) -> str:
+    """Build a program over packages under strict warnings and return what it prints."""
+    (folder / "main.c").write_text(program)
+    sources = [f for p in packages for f in c_files(p)]
+    include = [f"-I{p}" for p in packages]
+    run(["cc", *STRICT, *include, "main.c", *sources, "-lm", "-o", "main"], folder)
+    return run([folder / "main"], folder)
+
+
+@needs_cc
+def test_float_and_double_packages_of_one_robot_work_in_one_program(tmp_path) -> None:
+    both = [package(tmp_path / dtype, dtype) for dtype in ("double", "float")]
+    program = """
+    #include "plane.h"
+    #include "planef.h"
+    #include <stdio.h>
+    int main(void)
+    {
+        const double q[2] = {0.3, 0.4};
+        const float qf[2] = {0.3f, 0.4f};
+        double X[plane_PARAMETERS] = {0}, tau[2];
+        float Xf[planef_PARAMETERS] = {0}, tauf[2];
+        for (int i = 0; i < plane_PARAMETERS; i++) {
+            X[i] = 1.0 + i;
+            Xf[i] = 1.0f + (float)i;
+        }
+        plane_gravity_torque(q, X, tau);
+        planef_gravity_torque(qf, Xf, tauf);
+        printf("%.9g %.9g %.9g %.9g", tau[0], tau[1], (double)tauf[0], (double)tauf[1]);
+        return plane_MODEL_DIGEST == planef_MODEL_DIGEST ? 0 : 1;
+    }
+    """
+    a, b, c, d = map(float, printed(tmp_path, program, *both).split())
+    np.testing.assert_allclose([c, d], [a, b], atol=1e-6 * abs(a))
+    assert abs(a) > 1
+
+
+@needs_cc
+def test_a_prefix_names_every_file_and_symbol_and_the_package_checks(tmp_path) -> None:
+    into = tmp_path / "any"
+    options = ["--prefix", "left_arm", "--kernels", "jacobian,energy_regressor,friction_power"]
+    done = CliRunner().invoke(cli, ["generate", "planar2r", *options, "--into", str(into)])
+    assert done.exit_code == 0, done.output
+    plain = {"README.md", "CMakeLists.txt", "manifest.json", "robot.toml", "mex"}
+    assert all(f.name.startswith("left_arm") for f in (into / "mex").iterdir())
+    assert {f.name for f in into.iterdir() if not f.name.startswith("left_arm")} == plain
+    assert "left_arm_jacobian(const double q[2]" in (into / "left_arm.h").read_text()
+    run(["cc", *STRICT, *c_files(into, check=True), "-lm", "-o", "check"], tmp_path)
+    run([tmp_path / "check"], tmp_path)
+    (result,) = symgen.check(into)
+    assert result.differences == ()
+
+
+@pytest.mark.parametrize("prefix", ["", "2r", "math", "int", "a b", "../x"])
+def test_a_prefix_that_c_does_not_accept_is_refused(prefix) -> None:
+    derived = symgen.derive(symgen.read_robot("planar2r"), ("jacobian",))
+    with pytest.raises(symgen.PackageError, match="prefix"):
+        symgen.generate(derived, prefix=prefix)
+
+
+@pytest.mark.skipif(GCC is None, reason="gcc is not on this machine")
+def test_an_array_that_is_too_short_does_not_compile_strictly(tmp_path) -> None:
+    folder = package(tmp_path / "plane")
+    for size, built in (("plane_PARAMETERS", True), ("plane_PARAMETERS - 2", False)):
+        (tmp_path / "main.c").write_text(
+            '#include "plane.h"\nint main(void)\n{\n'
+            "    const double q[2] = {0};\n    double tau[2];\n"
+            f"    const double X[{size}] = {{0}};\n    plane_inverse_dynamics(q, q, q, X, tau);\n"
+            "    return tau[0] > 0.0;\n}\n"
+        )
+        command = ["gcc", *STRICT, "-O1", f"-I{folder}", "-c", "main.c"]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+        assert (done.returncode == 0) == built, done.stderr
+
+
+def test_casadi_files_hold_true_matrices(tmp_path) -> None:
+    folder = package(tmp_path / "plane")
+    evaluator = symgen.load(symgen.derive(symgen.read_robot(folder), KERNELS), backend="casadi")
+    q = [0.3, -0.8]
+    for kernel, shape in (("jacobian", (6, 2)), ("frames", (8, 4)), ("gravity_torque", (2, 1))):
+        function = deserialized((folder / f"plane_{kernel}.casadi").read_bytes())
+        assert function.size_out(0) == shape
+        inputs = [q, np.arange(1.0, 1 + function.size_in(1)[0])] if function.n_in() == 2 else [q]
+        expected = np.reshape(evaluator[kernel](*inputs), shape)
+        np.testing.assert_array_equal(np.array(function(*inputs)), expected)
+
+
+@needs_cc
+def test_forward_dynamics_has_a_status_for_each_reason(tmp_path) -> None:
+    program = """
+    #include "plane.h"
+    #include <math.h>
+    #include <stdio.h>
+    static int status(double q, double tau, double inertia)
+    {
+        const double place[2] = {0.1, q}, speed[2] = {0}, torque[2] = {1.0, tau};
+        double X[plane_PARAMETERS] = {0}, qdd[2];
+        X[plane_ZZ1R] = 3.0;
+        X[plane_ZZ2] = inertia;
+        return plane_forward_dynamics(place, speed, torque, X, qdd);
+    }
+    int main(void)
+    {
+        double q[4] = {0}, tau[4] = {NAN, 0, 0, 0}, qdd[4];
+        double X[plane_PARAMETERS] = {0};
+        X[plane_ZZ1R] = X[plane_ZZ2] = 1.0;
+        printf("%d %d %d %d %d %d %d ", status(0, 0, 1), status(0, (double)NAN, 1),
+               status((double)INFINITY, 0, 1), status(0, 0, -1), status(0, 0, 0),
+               status(0, 1e308 * 10, 1), status(0, 0, (double)NAN));
+        printf("%d", plane_forward_dynamics_batch(2, q, q, tau, X, qdd));
+        return plane_OK;
+    }
+    """
+    folder = package(tmp_path / "plane")
+    header = (folder / "plane.h").read_text()
+    named = dict(re.findall(r"plane_(OK|NOT_POSITIVE_DEFINITE|NOT_FINITE) = (\d)", header))
+    assert named == {"OK": "0", "NOT_POSITIVE_DEFINITE": "1", "NOT_FINITE": "2"}
+    assert printed(tmp_path, program, folder).split() == list("02211222")
+
+
+def test_nan_into_forward_dynamics_is_said_in_python() -> None:
+    derived = symgen.derive(symgen.parse_robot(PLANE.format(length=0.5)), ("forward_dynamics",))
+    X = np.ones(len(derived.base.parameters))
+    for backend in ("c", "casadi") if CC else ("casadi",):
+        function = symgen.load(derived, backend=backend)["forward_dynamics"]
+        with pytest.raises(symgen.ParameterError, match="not finite"):
+            function([0.1, 0.2], [0, 0], [np.nan, 0], X * 0 + [3, 1, *X[2:]])
+
+
+@pytest.mark.parametrize("name", ["panda", "twin", "puma560"])
+def test_no_line_of_a_header_is_long(name) -> None:
+    folder = Path(__file__).parents[2] / "generated" / name
+    lines = [line for f in folder.glob("*.h") for line in f.read_text().splitlines()]
+    assert max(map(len, lines)) <= 110
+
+
+@pytest.mark.skipif(CC is None or CMAKE is None, reason="cc or cmake is not on this machine")
+def test_find_package_knows_the_version(tmp_path) -> None:
+    folder = package(tmp_path / "plane")
+    run(["cmake", "-S", folder, "-B", "build"], tmp_path)
+    run(["cmake", "--build", "build"], tmp_path)
+    run(["cmake", "--install", "build", "--prefix", tmp_path / "there"], tmp_path)
+    for wanted, found in (("1.0", True), ("2.0", False)):
+        head = "cmake_minimum_required(VERSION 3.10)\nproject(user C)\n"
+        (tmp_path / "CMakeLists.txt").write_text(f"{head}find_package(plane {wanted} REQUIRED)\n")
+        command = [
+            "cmake",
+            "-S",
+            ".",
+            "-B",
+            f"user{found}",
+            f"-DCMAKE_PREFIX_PATH={tmp_path}/there",
+        ]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+        assert (done.returncode == 0) == found, done.stderr

@@ -1,0 +1,371 @@
+"""Files made to harm: one line or a valid result, bounded time and memory, nothing run or lost."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from support import PROJECT, messages
+
+import symgen
+from symgen.data.log import read_log
+from symgen.data.tables import read_csv
+from symgen.errors import plain
+from symgen.files import check_replaceable, load_json, write_folder
+
+ESCAPE = "\x1b]0;taken\x07\x1b[31m"
+ESTIMATE = {
+    "schema": "symgen.estimate/1",
+    "robot": "planar2r",
+    "model": "energy",
+    "method": "wls",
+    "parameters": [
+        {"name": "ZZ1R", "expression": "ZZ1", "value": 1.0, "std": 0.1, "unit": "kg m2"}
+    ],
+    "condition_number": 3.0,
+    "residual": {
+        "train": {"relative": 0.1, "per_joint": None},
+        "validation": {"relative": 0.1, "per_joint": None},
+    },
+    "cutoff_hz": None,
+    "window_s": 0.2,
+    "verdict": "trusted",
+    "reasons": [],
+}
+WHITE = {
+    "quantity": "energy",
+    "component": 0,
+    "kind": "train",
+    "rows": 100,
+    "step_s": 0.1,
+    "correlations": [0.5, 0.1, 0.1],
+    "bands": [0.2, 0.2, 0.2],
+    "statistic": 30.0,
+    "p_value": 1e-6,
+}
+
+
+@pytest.fixture
+def report(command, tmp_path):
+    """Print an estimate of a given text; return (exit code, stdout, lines on stderr)."""
+
+    def call(text: str):
+        (tmp_path / "estimate.json").write_text(text, encoding="utf-8")
+        code, out, err = command("report", tmp_path)
+        return code, out, messages(err)
+
+    return call
+
+
+def one_line(code: int, lines: list[str], *words: str) -> None:
+    assert code == 2, lines
+    assert len(lines) == 1, lines
+    assert lines[0].startswith("symgen: error: ")
+    assert len(lines[0]) < 2100
+    for word in words:
+        assert word in lines[0]
+
+
+# Numbers and texts of JSON and TOML.
+
+
+def test_the_estimate_that_the_cases_below_spoil_is_good(report):
+    code, out, lines = report(json.dumps({**ESTIMATE, "whiteness": [WHITE]}))
+    assert (code, lines) == (0, [])
+    assert "verdict: trusted" in out
+
+
+@pytest.mark.parametrize(
+    "number", ["NaN", "Infinity", "-Infinity", "1e999", "9" * 400, "-" + "9" * 4400]
+)
+@pytest.mark.parametrize("key", ["value", "std", "condition_number", "window_s"])
+def test_a_number_that_is_none_is_no_result(report, number, key):
+    text = re.sub(rf'("{key}": )[0-9.]+', rf"\g<1>{number}", json.dumps(ESTIMATE))
+    assert number in text
+    code, _, lines = report(text)
+    one_line(code, lines, "estimate.json")
+
+
+@pytest.mark.parametrize("number", ["9" * 400, "inf", "nan", "1e400"])
+def test_a_number_that_is_none_is_no_parameter(command, tmp_path, number):
+    path = tmp_path / "parameters.toml"
+    path.write_text(f"[parameters]\nZZ1R = {number}\nZZ2 = 1.0\nMX2 = 1.0\nMY2 = 1.0\n")
+    arguments = ("--parameters", path, "--into", tmp_path / "log.csv", "--duration", "1")
+    code, _, err = command("simulate", "planar2r", *arguments)
+    one_line(code, messages(err), "a finite number")
+
+
+def test_lone_surrogates_in_json_are_shown_as_text(report):
+    text = json.dumps({**ESTIMATE, "notes": ["PLACE"], "reasons": ["PLACE"]})
+    code, out, lines = report(text.replace("PLACE", r"\ud800 bad"))
+    assert (code, lines) == (0, [])
+    assert r"note: \ud800 bad" in out
+
+
+@pytest.mark.parametrize(
+    "spoiled", [{"bands": [0.2]}, {"correlations": []}, {"correlations": [], "bands": []}]
+)
+def test_lags_and_bands_of_whiteness_of_unequal_length_are_damage(report, spoiled):
+    code, _, lines = report(json.dumps({**ESTIMATE, "whiteness": [{**WHITE, **spoiled}]}))
+    one_line(code, lines, "damaged")
+
+
+def test_json_that_is_nested_or_no_json_is_a_value_or_recursion_error():
+    for text in ("[" * 100_000, "", "{", '{"a": NaN}', "-Infinity", "[1e400]"):
+        with pytest.raises((ValueError, RecursionError)):
+            load_json(text)
+    assert load_json('{"a": [1, 2.5, null, true, "\\u0007"]}') == {
+        "a": [1, 2.5, None, True, "\\x07"]
+    }
+
+
+@pytest.mark.parametrize("digit", ["²", "¹", "٣", "１", "9" * 5000])
+@pytest.mark.parametrize("entry", ["NJ", "sigma", "ant"])
+def test_what_else_is_a_digit_to_unicode_is_no_number_of_a_par(tmp_path, digit, entry):
+    values = {"NJ": "1", "sigma": "0", "ant": "0"} | {entry: digit}
+    text = f"NJ = {values['NJ']}\nsigma = {{{values['sigma']}}}\nant = {{{values['ant']}}}\n"
+    with pytest.raises(symgen.RobotError, match=f"{entry}.*accepted"):
+        symgen.read_robot(_written(tmp_path / "robot.par", text + "theta = {th1}\n"))
+
+
+def _written(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+# Messages, names and what a terminal obeys.
+
+
+def test_a_message_of_100_000_characters_is_cut():
+    error = symgen.RobotError(f"robot.toml: {'x' * 100_000}; accepted: less")
+    assert len(str(error)) < 2000
+    assert str(error).startswith("robot.toml: xxx")
+    assert str(error).endswith("; accepted: less")
+
+
+def test_every_error_is_one_line_that_a_terminal_only_shows():
+    error = symgen.LogError(f"a{ESCAPE}b\nc\u2028d\x85e\u202ef\ud800g\tä")
+    assert str(error) == ("a\\x1b]0;taken\\x07\\x1b[31mb c d e\\u202ef\\ud800g ä")
+    assert plain("ZZ1R = 1.7 N m²") == "ZZ1R = 1.7 N m²"
+
+
+@pytest.mark.parametrize("form", ["csv", "parquet", "npz"])
+@pytest.mark.parametrize("place", ["beside", "in place of q1"])
+def test_escape_bytes_of_column_names_reach_no_terminal(tmp_path, form, place):
+    k = np.arange(20.0)
+    names = {"t": k / 100, "q1": np.sin(k), "tau1": np.cos(k), ESCAPE: k}
+    if form == "npz":
+        names = {"t": k / 100, "q": np.sin(k), "tau": np.cos(k), ESCAPE: k}
+    if place != "beside":
+        del names["q" if form == "npz" else "q1"]
+    path = tmp_path / f"log.{form}"
+    if form == "npz":
+        np.savez(path, **names)
+    elif form == "parquet":
+        pq.write_table(pa.table(names), path)
+    else:
+        rows = zip(*names.values(), strict=True)
+        text = "\n".join(",".join(map(str, row)) for row in rows)
+        path.write_text(",".join(names) + "\n" + text)
+    try:
+        said = " ".join(read_log(path).ignored)
+    except symgen.LogError as error:
+        said = str(error)
+    assert "taken" in said
+    assert plain(said) == said
+
+
+def test_brackets_in_a_result_are_no_markup(report):
+    named = {**ESTIMATE["parameters"][0], "unit": "[/red]", "expression": "[bold]x"}
+    code, out, lines = report(json.dumps({**ESTIMATE, "parameters": [named]}))
+    assert (code, lines) == (0, [])
+    assert "[/red]" in out
+    assert "[bold]x" in out
+
+
+def test_a_name_is_no_markup_of_the_readme():
+    name = "<script>alert(1)</script> [a](http://b) | `c`"
+    text = symgen.robot_toml(symgen.read_robot("planar2r"))
+    text = text.replace("[[joint]]", f"[[joint]]\nname = {json.dumps(name)}", 1)
+    text += f"\n[[effect]]\nname = {json.dumps(name)}\njoints = [1]\ntorque = '-A*sin(q1)'\n"
+    text += "linear = { A = 'N m' }\n"
+    tree = symgen.generate(symgen.derive(symgen.parse_robot(text)), target="c")
+    readme = tree.files["README.md"].decode()
+    assert "<script" not in readme
+    assert "[a](http" not in readme
+    assert readme.count("&lt;script&gt;alert(1)&lt;/script&gt;") == 2
+    (row,) = [line for line in readme.splitlines() if "script" in line and line.startswith("| ")]
+    assert len(re.findall(r"(?<!\\)\|", row)) == 12
+
+
+# Time and memory.
+
+
+@pytest.mark.parametrize("fault", ["none", "twice", "cell"])
+def test_a_header_of_60_000_columns_takes_seconds(tmp_path, fault):
+    names = ["t", *(f"q{k}" for k in range(1, 60_000)), "tau1"]
+    if fault == "twice":
+        names[-2] = "q1"
+    row = ["0"] * len(names)
+    last = ["x"] * len(names) if fault == "cell" else row
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(",".join(r) for r in (names, row, row, last)))
+    begun = time.process_time()
+    with pytest.raises(symgen.LogError) as caught:
+        read_log(path)
+    assert time.process_time() - begun < 10
+    assert len(str(caught.value)) < 2000
+
+
+def test_a_header_of_60_000_columns_that_nothing_reads_is_read(tmp_path):
+    names = ["t", "q1", "tau1", *(f"x{k}" for k in range(60_000))]
+    rows = [[str(0.01 * k), *["1"] * (len(names) - 1)] for k in range(3)]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(",".join(r) for r in (names, *rows)))
+    begun = time.process_time()
+    assert read_csv(path, {}, False).q.shape == (3, 1)
+    assert time.process_time() - begun < 10
+
+
+def _bomb(path: Path, claimed: int) -> Path:
+    """Write an NPZ whose array of zeros unpacks to `claimed` bytes."""
+    header = io.BytesIO()
+    shape = (claimed // 8,)
+    np.lib.format.write_array_header_1_0(
+        header, {"descr": "<f8", "fortran_order": False, "shape": shape}
+    )
+    block = bytes(1 << 20)
+    with (
+        zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+        archive.open("t.npy", "w", force_zip64=True) as file,
+    ):
+        file.write(header.getvalue())
+        for _ in range(claimed >> 20):
+            file.write(block)
+    return path
+
+
+# In a process of its own that may take 2 GB: a bomb that is unpacked ends it.
+READ = """
+import resource, sys
+import symgen
+from symgen.data.log import read_log
+from symgen.identification.curves import read_curves
+from pathlib import Path
+resource.setrlimit(resource.RLIMIT_AS, (6 << 30, 6 << 30))
+base = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+try:
+    read_log(sys.argv[1]) if sys.argv[2] == "log" else read_curves(Path(sys.argv[1]), 1)
+except symgen.SymgenError as error:
+    print(error)
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - base)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is measured as Linux counts it")
+@pytest.mark.parametrize("reader", ["log", "curves"])
+def test_an_npz_that_would_fill_the_memory_is_refused_before_it_is_unpacked(tmp_path, reader):
+    path = _bomb(tmp_path / "log.npz", 448 << 20)
+    assert path.stat().st_size < 6e6
+    done = subprocess.run(
+        [sys.executable, "-c", READ, path, reader], cwd=PROJECT, capture_output=True, text=True
+    )
+    *said, grown = done.stdout.splitlines()
+    assert "accepted: " in said[0], done.stderr
+    if reader == "log":
+        assert "would unpack from" in said[0]
+    assert int(grown) < 200_000  # kB
+
+
+def test_a_parquet_that_would_fill_the_memory_is_refused(tmp_path):
+    path = tmp_path / "log.parquet"
+    zeros = pa.array(np.zeros(1 << 20))
+    table = pa.table(dict.fromkeys(("t", "q1", "tau1"), zeros))
+    with pq.ParquetWriter(path, table.schema, compression="zstd") as writer:
+        for _ in range(20):
+            writer.write_table(table)
+    assert path.stat().st_size < 2e6
+    with pytest.raises(symgen.LogError, match="would unpack from"):
+        read_log(path)
+
+
+def test_a_log_that_packs_well_is_still_read(tmp_path):
+    t = np.arange(200_000) * 1e-3
+    q = np.round(np.sin(t), 2)
+    np.savez_compressed(tmp_path / "log.npz", t=t, q=q, tau=np.zeros_like(q))
+    assert len(read_log(tmp_path / "log.npz").t) == len(t)
+
+
+# Interrupted and killed.
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_ctrl_c_in_the_first_moments_is_a_line(tmp_path):
+    # The first module that the command line asks for is slow to load, and is interrupted.
+    (tmp_path / "click.py").write_text(
+        "import os, time\nopen(os.environ['MARK'], 'w').close()\ntime.sleep(20)\n"
+    )
+    mark = tmp_path / "importing"
+    paths = os.pathsep.join([str(tmp_path), str(PROJECT)])
+    environment = {**os.environ, "PYTHONPATH": paths, "MARK": str(mark)}
+    job = subprocess.Popen(
+        [sys.executable, "-m", "symgen", "robots"],
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+        env=environment,
+    )
+    deadline = time.monotonic() + 20
+    while not mark.exists() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    job.send_signal(signal.SIGINT)
+    _, err = job.communicate(timeout=20)
+    assert (job.returncode, err) == (130, "symgen: interrupted\n")
+
+
+# Writes a folder twice and dies between the two renames of the second time.
+KILLED = """
+import os, sys
+from pathlib import Path
+from symgen.files import write_folder
+def write(value):
+    files = {"estimate.json": b'{"schema": "symgen.x"}', "a": value}
+    write_folder(Path(sys.argv[1]), files, "estimate.json")
+write(b"1")
+rename = Path.rename
+def dying(self, target):
+    rename(self, target)
+    os._exit(9)
+Path.rename = dying
+write(b"2")
+"""
+
+
+@pytest.mark.parametrize("how", ["written again", "looked at"])
+def test_a_folder_that_a_kill_left_aside_comes_back(tmp_path, how):
+    folder = tmp_path / "re[s]ults"
+    done = subprocess.run([sys.executable, "-c", KILLED, folder], cwd=PROJECT)
+    assert done.returncode == 9
+    assert not folder.exists()
+    (folder.parent / "other").mkdir()
+    check_replaceable(folder, "estimate.json")
+    assert (folder / "a").read_bytes() == b"1"
+    if how == "written again":
+        (folder / "mine").write_text("kept")
+        content = {"estimate.json": b'{"schema": "symgen.x"}', "a": b"3"}
+        write_folder(folder, content, "estimate.json")
+        assert (folder / "a").read_bytes() == b"3"
+        assert (folder / "mine").read_text() == "kept"
+    assert sorted(p.name for p in tmp_path.iterdir() if "-old-" in p.name) == []

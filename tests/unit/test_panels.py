@@ -1,0 +1,354 @@
+"""A batch on panels: the values of the single call, at every width, place, length and layout."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shutil
+import subprocess
+import sys
+import time
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import symgen
+from symgen.codegen import panels as panelling
+from symgen.runtime import evaluator as evaluators
+from symgen.runtime import panels as panels_module
+from symgen.runtime.build import find_compiler, forget_compilers, native
+from symgen.runtime.flags import SETS
+from symgen.runtime.panels import Panels
+
+PROJECT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler (cc) here")
+# Kinds of joints, friction with both signs' functions, and torques with functions of angles.
+MIXED = """
+[robot]
+name = "mixed"
+convention = "modified-dh"
+gravity = [0.0, 1.0, -9.81]
+[[joint]]
+friction = ["coulomb", "viscous", "offset"]
+[[joint]]
+alpha = 1.1
+d = 0.4
+coulomb_width = 0.05
+[[joint]]
+sigma = 1
+alpha = -0.7
+[[joint]]
+alpha = 0.3
+d = 0.2
+[[effect]]
+name = "hose"
+joints = [4]
+torque = "-A*tanh((q4-0.2)/0.5) - B*abs(qd4)*exp(-q4**2)"
+linear = { A = "N m", B = "N m s/rad" }
+"""
+KERNELS = (
+    "energy_regressor",
+    "torque_regressor",
+    "momentum_regressor",
+    "inverse_dynamics",
+    "mass_matrix",
+    "forward_dynamics",
+    "solve_mass_matrix",
+)
+WIDTHS = {"plain": 2, "avx2": 4, "native": 8}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled(tmp_path_factory):
+    """Compile into a folder of this run."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SYMGEN_CACHE", str(tmp_path_factory.mktemp("cache")))
+        patch.setenv("SYMGEN_FLAGS", "plain")
+        patch.delenv("SYMGEN_CC", raising=False)
+        forget_compilers()
+        yield
+        forget_compilers()
+        loaded.cache_clear()
+        panels_of.cache_clear()
+
+
+@cache
+def loaded(name: str) -> symgen.Evaluator:
+    """An evaluator with every kernel that is compared."""
+    robot = symgen.parse_robot(MIXED) if name == "mixed" else symgen.read_robot(name)
+    return symgen.load(symgen.derive(robot, KERNELS), backend="c")
+
+
+@cache
+def panels_of(name: str, kernel: str, flags: str) -> Panels:
+    """A kernel on panels, compiled with a set of flags."""
+    compiler = find_compiler()
+    assert compiler is not None
+    chosen = next(s for s in SETS if s.name == flags)
+    defined = native(compiler)[1].split()
+    if not set(chosen.needs) <= set(defined):
+        pytest.skip(f"this processor has no {flags}")
+    found = loaded(name)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SYMGEN_FLAGS", flags)
+        return Panels(found.model, compiler, found[kernel].kernel)
+
+
+def points(name: str, kernel: str, count: int) -> list[np.ndarray]:
+    """Random inputs of a kernel; X of an arm that can exist."""
+    draw = np.random.default_rng(3)
+    model = loaded(name).model
+    X = draw.uniform(0.5, 1.0, len(model.base.parameters))
+    if loaded(name)[kernel].kernel.guards:
+        import random
+
+        from symgen.codegen.verification import physical_parameters
+
+        X = np.array(physical_parameters(model, random.Random(1)))
+    inputs = loaded(name)[kernel].kernel.tape.inputs
+    return [X if n == "X" else draw.uniform(-3, 3, (count, len(s))) for n, s in inputs]
+
+
+def parts(result) -> list[np.ndarray]:
+    return list(result) if isinstance(result, tuple) else [result]
+
+
+def agree(found, expected, tolerance=1e-13) -> None:
+    """Equal to 1e-13 of the largest entry of all samples."""
+    for one, other in zip(parts(found), parts(expected), strict=True):
+        assert one.shape == other.shape
+        np.testing.assert_allclose(one, other, rtol=0, atol=tolerance * np.abs(other).max())
+
+
+@pytest.mark.parametrize(
+    ("name", "kernel", "flags"),
+    [("mixed", k, f) for k in KERNELS for f in WIDTHS]
+    + [("puma560", k, "native") for k in ("energy_regressor", "forward_dynamics")],
+)
+def test_panels_give_the_values_of_the_single_call(name, kernel, flags):
+    panels = panels_of(name, kernel, flags)
+    assert panels.width == WIDTHS[flags] or flags == "native"
+    single = loaded(name)[kernel]
+    # forward_dynamics solves with M: rounding grows with its condition number
+    tolerance = 1e-11 if kernel == "forward_dynamics" else 1e-13
+    for count in (1, 2, panels.width + 1, 27):
+        inputs = points(name, kernel, count)
+        agree(panels(*inputs), single(*inputs), tolerance)
+
+
+@pytest.mark.parametrize("flags", WIDTHS)
+@pytest.mark.parametrize("stream", [False, True])
+@pytest.mark.parametrize("kernel", ["energy_regressor", "momentum_regressor", "inverse_dynamics"])
+def test_bound_panels_and_rows_hold_the_same_values(kernel, stream, flags):
+    panels = panels_of("mixed", kernel, flags)
+    width, count = panels.width, 3 * panels.width + 1
+    inputs = points("mixed", kernel, count)
+    rows = panels.bind(count, stream=stream)
+    blocks = panels.bind(count, rows=False, stream=stream)
+    for bound in (rows, blocks):
+        for place, given in zip(bound.inputs, inputs, strict=True):
+            place[...] = given
+        for out in bound.outputs:
+            out.fill(np.nan)  # what is not written shows
+        for _ in range(2):
+            bound()
+    agree(tuple(rows.outputs), panels(*inputs), 0.0)
+    for block, row in zip(blocks.outputs, rows.outputs, strict=True):
+        samples = block.transpose(0, 2, 1).reshape(4 * width, -1)
+        np.testing.assert_array_equal(samples[:count], row.reshape(count, -1))
+        np.testing.assert_array_equal(samples[count:], samples[count - 1 :][: width - 1])
+
+
+@pytest.mark.parametrize(("slow", "pays"), [(0, True), (1, False)])
+def test_stores_past_the_cache_are_taken_where_they_are_faster(slow, pays):
+    def evaluate(past: bool) -> None:
+        time.sleep(0.02 if past == slow else 0.001)
+
+    assert panels_module._streaming_pays(evaluate) == pays
+
+
+def test_outputs_larger_than_the_cache_are_right_whichever_stores_write_them(monkeypatch):
+    monkeypatch.setattr(panels_module, "cache_bytes", lambda: 1000)
+    panels = panels_of("mixed", "energy_regressor", "plain")
+    inputs = points("mixed", "energy_regressor", 333)
+    bound = panels.bind(333)
+    for place, given in zip(bound.inputs, inputs, strict=True):
+        place[...] = given
+    bound()
+    np.testing.assert_array_equal(bound.out, panels(*inputs))
+
+
+@pytest.mark.parametrize("flags", WIDTHS)
+def test_values_depend_on_neither_the_number_nor_the_place_of_samples(flags):
+    panels = panels_of("mixed", "torque_regressor", flags)
+    inputs = points("mixed", "torque_regressor", 40)
+    whole = panels(*inputs)
+    for first, last in ((0, 1), (1, 40), (3, 30), (39, 40)):
+        np.testing.assert_array_equal(panels(*(a[first:last] for a in inputs)), whole[first:last])
+
+
+@pytest.mark.parametrize("flags", WIDTHS)
+@pytest.mark.parametrize("odd", [np.nan, np.inf, -np.inf, 1e6, -3.7e11, 1e300, 5e-324, -0.0])
+def test_an_odd_sample_gives_what_the_single_call_gives_and_spoils_no_other(odd, flags):
+    panels, single = panels_of("mixed", "energy_regressor", flags), loaded("mixed")
+    q, qd = points("mixed", "energy_regressor", 19)
+    clean = panels(q, qd)
+    q[5, 1], q[18, 3] = odd, odd
+    with np.errstate(all="ignore"):
+        found, expected = panels(q, qd), single["energy_regressor"](q, qd)
+    others = np.delete(np.arange(19), [5, 18])
+    np.testing.assert_array_equal(found[others], clean[others])
+    for i in (5, 18):
+        np.testing.assert_array_equal(np.isfinite(found[i]), np.isfinite(expected[i]))
+        good = np.isfinite(expected[i])
+        np.testing.assert_allclose(found[i][good], expected[i][good], rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("flags", WIDTHS)
+def test_angles_near_every_multiple_of_a_quarter_turn_are_reduced_without_loss(flags):
+    """Against mpmath: the sine of a one-joint arm's angle is its potential energy's column."""
+    import mpmath
+
+    text = (
+        '[robot]\nname = "swing"\nconvention = "modified-dh"\ngravity = [0.0, -1.0, 0.0]\n'
+        "[[joint]]\nrotor_inertia = false\n"
+    )
+    model = symgen.derive(symgen.parse_robot(text))
+    compiler = find_compiler()
+    assert compiler is not None
+    panels_of("mixed", "energy_regressor", flags)  # skips where the processor lacks the set
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SYMGEN_FLAGS", flags)
+        panels = Panels(model, compiler, model.kernels[0])
+    quarters = np.unique(np.geomspace(1, 63000, 200).round())
+    q = np.concatenate(
+        [s * np.nextafter(quarters * np.pi / 2, b) for s in (1, -1) for b in (0, 1e9)]
+    )
+    h = panels(q[:, None], np.zeros((len(q), 1)))
+    names = list(model.base.names)
+    for column, exact in (("MX1", mpmath.sin), ("MY1", mpmath.cos)):
+        with mpmath.workdps(40):
+            expected = np.array([float(exact(mpmath.mpf(float(x)))) for x in q])
+        np.testing.assert_allclose(h[:, names.index(column)], expected, rtol=5e-16)
+
+
+@pytest.mark.parametrize("flags", WIDTHS)
+@pytest.mark.parametrize("stream", [0, 1])
+@pytest.mark.parametrize("shift", range(4))
+def test_nothing_is_written_outside_the_output_wherever_it_begins(shift, stream, flags):
+    panels = panels_of("mixed", "inverse_dynamics", flags)
+    for count in (1, panels.width, 2 * panels.width + 1):
+        inputs = points("mixed", "inverse_dynamics", count)
+        size = 4 * count
+        room = np.full(size + 64, 7.5)
+        out = room[16 + shift : 16 + shift + size]
+        pointers = [panels._ffi.from_buffer("double *", a) for a in (*inputs, out)]
+        assert panels._rows(stream, count, *pointers) == 0
+        np.testing.assert_array_equal(room[: 16 + shift], 7.5)
+        np.testing.assert_array_equal(room[16 + shift + size :], 7.5)
+        np.testing.assert_array_equal(out.reshape(count, 4), panels(*inputs))
+
+
+# Inputs that end where the process may read no further: reading past them kills it.
+GUARDED = """
+import ctypes, mmap, sys
+import numpy as np
+from symgen.runtime.panels import Panels
+from symgen.runtime.build import find_compiler
+import symgen
+from pathlib import Path
+model = symgen.derive(symgen.parse_robot(sys.stdin.read()), ("inverse_dynamics",))
+panels = Panels(model, find_compiler(), model.kernel("inverse_dynamics"))
+libc = ctypes.CDLL(None)
+page = mmap.PAGESIZE
+def at_the_edge(shape):
+    room = mmap.mmap(-1, 2 * page)
+    start = ctypes.addressof(ctypes.c_char.from_buffer(room))
+    assert libc.mprotect(ctypes.c_void_p(start + page), ctypes.c_size_t(page), 0) == 0
+    size = int(np.prod(shape))
+    return np.frombuffer(room, count=size, offset=page - 8 * size).reshape(shape)
+X = np.ones(len(model.base.parameters))
+for count in range(1, 20):
+    panels(*(at_the_edge((count, 4)) for _ in range(3)), X)
+print("whole")
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="guards pages as Linux does")
+@pytest.mark.parametrize("flags", WIDTHS)
+def test_nothing_is_read_behind_the_inputs(flags):
+    panels_of("mixed", "inverse_dynamics", flags)
+    done = subprocess.run(
+        [sys.executable, "-c", GUARDED],
+        cwd=PROJECT,
+        env={**os.environ, "SYMGEN_FLAGS": flags},
+        input=MIXED,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (0, "whole\n"), done.stderr
+
+
+@pytest.mark.parametrize("flags", WIDTHS)
+def test_one_sample_without_a_result_is_said_for_the_batch(flags):
+    panels = panels_of("mixed", "forward_dynamics", flags)
+    q, qd, tau, X = points("mixed", "forward_dynamics", 5)
+    panels(q, qd, tau, X)
+    with pytest.raises(symgen.ParameterError, match="mass matrix is not positive definite"):
+        panels(q, qd, tau, -X)
+
+
+def test_a_batch_of_many_samples_is_evaluated_on_panels(monkeypatch):
+    single = loaded("mixed")["energy_regressor"]
+    inputs = points("mixed", "energy_regressor", 33)
+    expected = panels_of("mixed", "energy_regressor", "plain")(*inputs)
+    monkeypatch.setattr(evaluators, "MANY", 33)
+    asked = []
+    monkeypatch.setattr(type(single), "panels", lambda _: asked.append(1))
+    agree(single(*(a[:32] for a in inputs)), expected[:32])
+    assert asked == []
+    agree(single(*inputs), expected)
+    assert asked == [1]
+
+
+def test_where_there_are_no_panels_none_are_given(monkeypatch):
+    assert symgen.load("planar2r", backend="casadi")["energy_regressor"].panels() is None
+    monkeypatch.setattr(panelling, "LARGEST", 2)
+    assert symgen.load("planar2r", backend="c")["energy_regressor"].panels() is None
+
+
+def test_a_link_or_what_is_changed_in_place_has_no_panels_and_keeps_its_own_loop(monkeypatch):
+    monkeypatch.setattr(evaluators, "MANY", 2)
+    model = symgen.derive(symgen.read_robot("planar2r"), ("link_jacobian", "add_body"))
+    found = symgen.load(model, backend="c")
+    assert found["link_jacobian"].panels() is None
+    assert found["add_body"].panels() is None
+    q, point = np.linspace(-1, 1, 6).reshape(3, 2), np.ones((3, 3))
+    many = found["link_jacobian"](q, 2, point)
+    np.testing.assert_array_equal(
+        many, [found["link_jacobian"](*one) for one in zip(q, [2] * 3, point, strict=True)]
+    )
+
+
+def test_a_compiler_that_fails_on_panels_leaves_the_plain_loop(monkeypatch):
+    def fails(*_):
+        raise symgen.BuildError("no vectors")
+
+    monkeypatch.setattr(panels_module, "Panels", fails)
+    monkeypatch.setattr(evaluators, "MANY", 2)
+    single = symgen.load("planar2r", backend="c")["energy_regressor"]
+    q = np.ones((3, 2))
+    np.testing.assert_array_equal(single(q, q), [single(*q[:2])] * 3)
+    assert single.panels() is None
+
+
+def test_panels_refuse_one_sample_and_wrong_shapes():
+    panels = panels_of("mixed", "energy_regressor", "plain")
+    with pytest.raises(symgen.ParameterError, match="panels take a batch"):
+        panels(np.zeros(4), np.zeros(4))
+    with pytest.raises(symgen.ParameterError, match="q has shape"):
+        panels(np.zeros((3, 5)), np.zeros((3, 4)))
+    assert ctypes.sizeof(ctypes.c_double) * panels.width in (16, 32, 64)
