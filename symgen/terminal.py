@@ -218,8 +218,6 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path) -> None:
     """Print the answer in one screen: verdict, effects, gap per joint, and what to do next."""
     from symgen.diagnosis.words import TONES, alike, percent, summary, undeclared
 
-    for note in diagnosis.notes:
-        click.echo(f"note: {note}")
     colour = {"good": "green", "warn": "yellow", "bad": "red"}[TONES[diagnosis.verdict]]
     click.echo(f"{click.style(diagnosis.verdict, fg=colour, bold=True)}: {summary(diagnosis)}")
     rows = []
@@ -250,6 +248,8 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path) -> None:
         click.echo(f"next: {line}")
     if any(effect.declared for effect in diagnosis.effects):
         click.echo(f"next: {folder / 'robot.toml'} declares what was found; use it from here on")
+    for note in diagnosis.notes:
+        click.echo(f"note: {note}")
 
 
 def print_prediction(prediction: Prediction) -> None:
