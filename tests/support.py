@@ -23,6 +23,15 @@ def data_folder() -> Path:
     return folder
 
 
+def shared_file(name: str) -> Path:
+    """Return a file beside the real logs, or skip the test where it is absent."""
+    default = Path(os.environ.get("SYMGEN_DATA", PROJECT.parent / "shared" / "data")).parent
+    path = Path(os.environ.get("SYMGEN_SHARED", default)) / name
+    if not path.is_file():
+        pytest.skip(f"{path} is absent (set SYMGEN_SHARED)")
+    return path
+
+
 def robot_of(
     arm: Arm, friction: tuple[str, ...] = (), rotor: bool = True, name: str = "arm"
 ) -> Robot:

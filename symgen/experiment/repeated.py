@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import ParameterError
-from symgen.runtime.evaluator import Bound, Evaluator
+from symgen.runtime.calls import Bound
+from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
 #: Sizes of batches that have buffers of their own.

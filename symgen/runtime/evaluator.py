@@ -6,15 +6,14 @@ NumPy in, NumPy out: one sample, a batch, or bound buffers for loops that count 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from symgen.codegen.casadi_model import casadi_function
 from symgen.codegen.kernels import LINK, SCALARS, SHARED, Kernel
@@ -31,40 +30,23 @@ from symgen.runtime.build import (
     find_compiler,
     missing_compiler,
 )
+from symgen.runtime.calls import (
+    NOT_FINITE,
+    NOT_POSITIVE_DEFINITE,
+    Bound,
+    FloatArray,
+    buffers,
+    checked,
+    result,
+)
 from symgen.runtime.flags import chosen_flags
 
 if TYPE_CHECKING:
     from symgen.runtime.panels import Panels
 
-FloatArray = NDArray[np.float64]
-NOT_POSITIVE_DEFINITE = 1  # as NAME.h numbers them; a batch has the bits of all its samples
-NOT_FINITE = 2
 _BLOCK = 512  # samples that CasADi maps over in one call
 #: A batch of as many samples or more is evaluated on panels, which are compiled when first needed.
 MANY = 2**17
-
-
-@dataclass(frozen=True, eq=False)
-class Bound:
-    """A kernel on buffers of its own: write the inputs, call, read `out`.
-
-    Attributes:
-        inputs: one array for each input of the kernel, to be written in place.
-        outputs: one array for each output, overwritten by each call.
-        call: evaluates the kernel; no checks, no allocation. In C it returns the kernel's status.
-    """
-
-    inputs: tuple[FloatArray, ...]
-    outputs: tuple[FloatArray, ...]
-    call: Callable[[], Any]
-
-    @property
-    def out(self) -> FloatArray:
-        """The first output."""
-        return self.outputs[0]
-
-    def __call__(self) -> None:
-        self.call()
 
 
 class KernelFunction(Protocol):
@@ -143,7 +125,7 @@ class Evaluator:
             (p - p_inertial,) or (N, p - p_inertial); no columns for a robot without friction.
         """
         if "friction_power" not in self._functions:
-            arrays, _ = _checked(self["energy_regressor"].kernel, (q, qd))
+            arrays, _ = checked(self["energy_regressor"].kernel, (q, qd))
             return np.zeros((*arrays[0].shape[:-1], 0))
         return np.asarray(self["friction_power"](q, qd))
 
@@ -227,54 +209,6 @@ int NAME_identifier_momentum_init(void *state, size_t bytes, size_t window, int 
 """
 
 
-def _checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArray], int | None]:
-    """Return the inputs as C-contiguous arrays, and N for a batch (None for one sample)."""
-    expected = kernel.tape.inputs
-    if len(inputs) != len(expected):
-        raise ParameterError(
-            f"{kernel.name} takes {len(expected)} arrays ({', '.join(n for n, _ in expected)}), "
-            f"{len(inputs)} were given"
-        )
-    arrays = [np.ascontiguousarray(a, dtype=np.float64) for a in inputs]
-    lead = arrays[0].shape[:-1] if kernel.batch else ()
-    for i, ((name, symbols), array) in enumerate(zip(expected, arrays, strict=True)):
-        if name == LINK and array.size == 1 and array.item() in range(1, len(symbols) + 1):
-            arrays[i] = array.reshape(1)
-        elif name == LINK:
-            raise ParameterError(
-                f"{kernel.name}: link is {inputs[i]!r}; accepted: the number of a joint, 1 to "
-                f"{len(symbols)}"
-            )
-        elif name in SCALARS and array.size == 1:
-            arrays[i] = array.reshape(1)
-        elif name == "X" and array.ndim == 1 and len(array) >= len(symbols):
-            arrays[i] = array[: len(symbols)]
-        elif name == "X":
-            raise ParameterError(
-                f"{kernel.name}: X has shape {array.shape}; accepted: ({len(symbols)},) or longer"
-            )
-        elif array.ndim not in (1, 2) or array.shape != (*lead, len(symbols)):
-            raise ParameterError(
-                f"{kernel.name}: {name} has shape {array.shape}; "
-                f"accepted: ({len(symbols)},) or (N, {len(symbols)}), the same N for all"
-            )
-    return arrays, (lead[0] if lead else None)
-
-
-def _result(kernel: Kernel, outputs: Sequence[FloatArray], status: int) -> Any:
-    """Return one output or the tuple of all; refuse what has no meaning."""
-    if status & NOT_POSITIVE_DEFINITE:
-        raise ParameterError(
-            f"{kernel.name}: the mass matrix is not positive definite; accepted: parameters X of a "
-            "robot that can exist"
-        )
-    if status:
-        raise ParameterError(
-            f"{kernel.name}: an input or what came of it is not finite; accepted: finite numbers"
-        )
-    return outputs[0] if len(outputs) == 1 else tuple(outputs)
-
-
 class _CKernel:
     def __init__(
         self, kernel: Kernel, model: Model, module: ModuleType, compiler: Compiler
@@ -305,7 +239,7 @@ class _CKernel:
         return [*given, *(self._ffi.from_buffer("double *", o) for o in free)]
 
     def __call__(self, *inputs: ArrayLike) -> Any:
-        arrays, count = _checked(self.kernel, inputs)
+        arrays, count = checked(self.kernel, inputs)
         if count is not None and count >= MANY:
             panels = self.panels()
             if panels is not None:
@@ -314,7 +248,7 @@ class _CKernel:
         outputs = [np.empty((*lead, *o.shape)) for o in self.kernel.outputs]
         pointers = self._pointers(arrays, outputs)
         status = self._one(*pointers) if count is None else self._batch(count, *pointers)
-        return _result(self.kernel, outputs, status or 0)
+        return result(self.kernel, outputs, status or 0)
 
     @cached_property
     def _panels(self) -> Panels | None:
@@ -331,7 +265,7 @@ class _CKernel:
         return self._panels
 
     def bind(self, count: int | None = None) -> Bound:
-        inputs, outputs = _buffers(self.kernel, count)
+        inputs, outputs = buffers(self.kernel, count)
         pointers = self._pointers(inputs, outputs)
         if count is not None:
             batch = self._batch
@@ -343,22 +277,6 @@ class _CKernel:
         return Bound(inputs, outputs, lambda: function(*pointers))
 
 
-def _buffers(
-    kernel: Kernel, count: int | None
-) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...]]:
-    plain = {LINK, *SCALARS, *(o.name for o in kernel.outputs)}
-    if plain.intersection(name for name, _ in kernel.tape.inputs) or not (
-        kernel.batch or not count
-    ):
-        raise ParameterError(f"{kernel.name} has no fixed buffers; accepted: plain calls")
-    lead = () if count is None else (count,)
-    inputs = tuple(
-        np.zeros((*(() if name in SHARED else lead), len(symbols)))
-        for name, symbols in kernel.tape.inputs
-    )
-    return inputs, tuple(np.zeros((*lead, *o.shape)) for o in kernel.outputs)
-
-
 class _CasadiKernel:
     def __init__(self, kernel: Kernel, model: Model) -> None:
         self.kernel = kernel
@@ -366,7 +284,7 @@ class _CasadiKernel:
         self._maps: dict[int, Any] = {}
 
     def __call__(self, *inputs: ArrayLike) -> Any:
-        arrays, count = _checked(self.kernel, inputs)
+        arrays, count = checked(self.kernel, inputs)
         if count is None:
             outputs = self._one(arrays)
         else:
@@ -388,7 +306,7 @@ class _CasadiKernel:
         bad = self.kernel.guards > 0 and not all(np.isfinite(o).all() for o in outputs)
         given = all(np.isfinite(a).all() for a in arrays)
         status = NOT_POSITIVE_DEFINITE if given else NOT_FINITE
-        return _result(self.kernel, outputs, status if bad else 0)
+        return result(self.kernel, outputs, status if bad else 0)
 
     def _one(self, arrays: Sequence[FloatArray]) -> list[FloatArray]:
         results = _as_tuple(self._function(*arrays))
@@ -396,7 +314,7 @@ class _CasadiKernel:
         return [np.array(r).reshape(o.shape) for r, o in pairs]
 
     def bind(self, count: int | None = None) -> Bound:
-        inputs, outputs = _buffers(self.kernel, count)
+        inputs, outputs = buffers(self.kernel, count)
 
         def call() -> None:
             values = self._one(inputs) if count is None else _as_tuple(self(*inputs))

@@ -14,7 +14,8 @@ from symgen.codegen.kernels import Kernel
 from symgen.codegen.package import generate
 from symgen.errors import BuildError, ParameterError
 from symgen.runtime.build import build_module, find_compiler
-from symgen.runtime.evaluator import Evaluator, FloatArray, _checked
+from symgen.runtime.calls import FloatArray, checked
+from symgen.runtime.evaluator import Evaluator
 from symgen.runtime.flags import panel_flags
 from symgen.runtime.panels import aligned
 
@@ -147,7 +148,7 @@ class Fold:
         Raises:
             ParameterError: a shape is wrong.
         """
-        arrays, count = _checked(self.kernel, inputs)
+        arrays, count = checked(self.kernel, inputs)
         if count is None:
             raise ParameterError(f"{self.kernel.name}: a fold takes a batch; accepted: (N, n)")
         right = np.ascontiguousarray(y, dtype=np.float64)

@@ -21,7 +21,7 @@ from symgen.codegen.package import generate
 from symgen.codegen.panels import panel_sources
 from symgen.errors import ParameterError
 from symgen.runtime.build import Compiler, build_module
-from symgen.runtime.evaluator import Bound, FloatArray, _checked, _result
+from symgen.runtime.calls import Bound, FloatArray, checked, result
 from symgen.runtime.flags import panel_flags
 
 _LINE = 64  # bytes of a cache line, to which outputs are aligned
@@ -67,15 +67,15 @@ class Panels:
         Raises:
             ParameterError: a shape is wrong, or M is not positive definite (forward_dynamics).
         """
-        arrays, count = _checked(self.kernel, inputs)
+        arrays, count = checked(self.kernel, inputs)
         if count is None:
             raise ParameterError(f"{self.kernel.name}: panels take a batch; accepted: (N, n)")
         outputs = [aligned((count, *o.shape)) for o in self.kernel.outputs]
         pointers = [self._ffi.from_buffer("double *", a) for a in (*arrays, *outputs)]
         # Not past the cache: new pages come from the kernel through it, and are still there.
         status = self._rows(0, count, *pointers)
-        result: FloatArray | tuple[FloatArray, ...] = _result(self.kernel, outputs, status)
-        return result
+        found: FloatArray | tuple[FloatArray, ...] = result(self.kernel, outputs, status)
+        return found
 
     def bind(self, count: int, *, rows: bool = True, stream: bool | None = None) -> Bound:
         """Return the kernel on fixed buffers of a batch.

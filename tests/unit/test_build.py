@@ -308,7 +308,8 @@ def plant(folder: Path, compiler: Compiler) -> Path:
     (folder / name).unlink()
     wrong = {**SOURCES, "seven.c": SOURCES["seven.c"].replace(b"7", b"6")}
     (folder / "work").mkdir()
-    built = build._compile(module, wrong, DECLARATIONS, compiler, folder / "work", f".{ending}")
+    work, suffix = folder / "work", f".{ending}"
+    built = build._compile(module, wrong, DECLARATIONS, compiler, (), work, suffix)
     found = hashlib.sha256(built.read_bytes()).hexdigest()[: len(digest)]
     planted = folder / f"{module}-{found}.{ending}"
     built.rename(planted)
