@@ -20,6 +20,8 @@ from symgen.data.signals import TAIL, continued, lowpass_weights
 FloatArray = NDArray[np.float64]
 #: Rows kept in a period of the cutoff.
 PER_PERIOD = 4
+#: Seconds that are left out at either end of a log, where the filter runs in.
+ENDS = 0.3
 _CHUNK = 8192  # nodes that are evaluated at once
 
 
@@ -127,5 +129,5 @@ def decimation(samples: int, step: float, stride: int, cutoff: float) -> Decimat
     if not cutoff < 0.45 / apart:
         return Decimation(nodes, apart, None, 1, 0)
     every = max(1, int(1 / (PER_PERIOD * cutoff * apart)))
-    margin = min(int(1.0 / (cutoff * apart)), nodes // 10)
+    margin = min(int(ENDS / apart), nodes // 10)
     return Decimation(nodes, apart, cutoff, every, margin)
