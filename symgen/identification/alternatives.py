@@ -155,7 +155,9 @@ def _apart(a: Blocks, b: Blocks, names: Sequence[str]) -> tuple[tuple[str, float
 
 
 def disagreement(found: Sequence[Alternative]) -> tuple[str, ...]:
-    """Say which models see parameters apart."""
+    """Say which models see parameters apart; one model alone has nothing to disagree with."""
+    if not found:
+        return ()
     chosen = next(a.model for a in found if a.chosen)
     out = []
     for a in found:

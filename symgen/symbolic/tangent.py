@@ -50,7 +50,12 @@ class _Rule:
         meaning = self.steps.get(symbol)
         if meaning is None:  # another input, or a constant
             return sp.S.Zero
-        value = self._function(meaning, symbol) if meaning.is_Function else self.of(meaning)
+        if meaning.is_Function:
+            value = self._function(meaning, symbol)
+        elif meaning.is_Pow and meaning.exp == -1:
+            value = self._inverse(meaning, symbol)
+        else:
+            value = self.of(meaning)
         return self.tape.name(f"d{self.tag}{symbol.name}", value)
 
     def _operation(self, expr: sp.Expr) -> sp.Expr:
@@ -64,10 +69,16 @@ class _Rule:
                     for i, factor in enumerate(parts)
                 )
             )
+        if expr.is_Pow and expr.exp == -1:
+            return self._inverse(expr, self.tape.name(f"i{self.tag}", expr))
         if expr.is_Pow and expr.exp.is_Integer:
             inner = self.of(expr.base)
             return sp.S.Zero if inner == 0 else expr.exp * expr.base ** (expr.exp - 1) * inner
         return self._function(expr, expr)
+
+    def _inverse(self, meaning: sp.Expr, value: sp.Expr) -> sp.Expr:
+        """Return the derivative of 1/x, whose value has a name: a tape divides once, by x."""
+        return -value * value * self.of(meaning.base)
 
     def _function(self, meaning: sp.Expr, value: sp.Expr) -> sp.Expr:
         """Return the derivative of f(x), whose value has a name already."""

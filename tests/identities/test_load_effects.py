@@ -123,4 +123,4 @@ def test_identify_finds_the_share_of_the_load() -> None:
     assert found.value == pytest.approx(truth["a"], abs=4 * found.std)
     assert found.std < 0.02 * found.value
     with pytest.raises(symgen.IdentificationError, match="model torque"):
-        symgen.identify(robot, logs[0], validation=logs[1])
+        symgen.identify(robot, logs[0], validation=logs[1], model="energy")

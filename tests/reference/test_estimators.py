@@ -52,7 +52,7 @@ def _system(*logs: tuple[np.ndarray, np.ndarray], Z: np.ndarray | None = None) -
 def test_ols_and_its_robust_errors_are_those_of_statsmodels() -> None:
     W, y = _rows(1)
     found = Ols().solve(_system((W, y)))
-    expected = sm.Ols(y, W).fit(cov_type="HAC", cov_kwds={"maxlags": 7, "use_correction": True})
+    expected = sm.OLS(y, W).fit(cov_type="HAC", cov_kwds={"maxlags": 7, "use_correction": True})
     np.testing.assert_allclose(found.X, expected.params, rtol=1e-10)
     np.testing.assert_allclose(found.covariance, WIDER**2 * expected.cov_params(), rtol=1e-8)
 
@@ -63,7 +63,7 @@ def test_wls_is_that_of_statsmodels_with_the_same_weights() -> None:
     found = Wls().solve(_system(first, second))
     assert found.weights[0] > 5 * found.weights[1]
     W, y = (np.concatenate(pair) for pair in zip(first, second, strict=True))
-    expected = sm.Wls(y, W, weights=np.repeat(np.square(found.weights), 400)).fit()
+    expected = sm.WLS(y, W, weights=np.repeat(np.square(found.weights), 400)).fit()
     np.testing.assert_allclose(found.X, expected.params, rtol=1e-9)
     # The weights are those of the residuals of the estimate itself.
     for (W1, y1), weight in zip((first, second), found.weights, strict=True):
@@ -248,7 +248,7 @@ def test_durbin_wu_hausman_is_the_augmented_regression_of_statsmodels() -> None:
     tests = {t.columns: t for t in InstrumentalVariables().solve(system).endogeneity}
     for label, columns in (("all", [0, 1, 2, 3]), ("inertial", [0, 1, 2]), ("friction", [3])):
         both = np.column_stack([e.W, V[:, columns]])
-        fitted = sm.Ols(e.y, both).fit(
+        fitted = sm.OLS(e.y, both).fit(
             cov_type="HAC", cov_kwds={"maxlags": 7, "use_correction": True}, use_t=True
         )
         wald = fitted.f_test(np.eye(both.shape[1])[4:])
@@ -287,13 +287,13 @@ def test_essential_parameters_are_those_of_backward_elimination_by_statsmodels()
     found = Essential().solve(system)
     weights, m = whitening(system, Ols().solve(system).X)
     rows, right = weights[0] * whole, weights[0] * y
-    full = sm.Ols(right, rows).fit()
+    full = sm.OLS(right, rows).fit()
     scale = full.ssr / (m - 9)
     kept = list(range(9))
     while True:
-        reduced = sm.Ols(right, rows[:, kept]).fit()
+        reduced = sm.OLS(right, rows[:, kept]).fit()
         least = int(np.argmin(np.abs(reduced.tvalues)))
-        without = sm.Ols(right, np.delete(rows[:, kept], least, axis=1)).fit()
+        without = sm.OLS(right, np.delete(rows[:, kept], least, axis=1)).fit()
         gone = 10 - len(kept)
         p_one = scipy.stats.f.sf((without.ssr - reduced.ssr) / scale, 1, m - 9)
         p_all = scipy.stats.f.sf((without.ssr - full.ssr) / gone / scale, gone, m - 9)
