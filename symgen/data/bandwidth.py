@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import numpy.typing as npt
 
 from symgen.data.raw import FloatArray
-
-if TYPE_CHECKING:
-    from symgen.data.signals import Samples
 
 #: Part of the velocity's energy that lies within the motion's bandwidth.
 ENERGY = 0.999
@@ -20,10 +15,6 @@ MARGIN = 5.0
 
 #: Highest cutoff that is chosen without being asked for, as a part of the Nyquist frequency.
 HIGHEST = 0.8
-
-_RIGID = 10.0  # Hz
-_WIDE, DERIVED_WIDE = 4.0, 2.0  # first filter over second
-_SPARED = 1.5  # of the motion's own bandwidth
 
 
 def motion_bandwidth(q: FloatArray, step: float) -> float:
@@ -73,25 +64,6 @@ def motion_bandwidth(q: FloatArray, step: float) -> float:
     largest = max(total for total, _ in found)
     bandwidth = max(edge for total, edge in found if total >= 1e-4 * largest)
     return min(MARGIN * bandwidth, highest)
-
-
-def rigid_band(samples: Samples) -> float:
-    """Choose the band of torque in which a robot's links are rigid, Hz.
-
-    The cutoff of the motion, up to 10 Hz where that is 1.5 times its bandwidth: above it drives and
-    structures vibrate, which no rigid body explains.
-    """
-    wide = samples.cutoff_hz or motion_bandwidth(samples.q, samples.step)
-    return min(wide, max(_RIGID, _SPARED * wide / MARGIN))
-
-
-def wide_band(samples: Samples, band: float) -> float:
-    """Return the cutoff in Hz of the filter that positions and speeds pass before the equations'.
-
-    Friction steps where the speed has its zero, which a filter as narrow as the equations' moves:
-    four times its cutoff, or twice where speeds were derived, whose noise grows with frequency.
-    """
-    return band * (DERIVED_WIDE if samples.velocity_derived else _WIDE)
 
 
 def _energy_above_noise(

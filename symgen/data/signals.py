@@ -248,10 +248,15 @@ def lowpass_weights(step: float, cutoff: float, length: int) -> FloatArray:
     return np.asarray(whole / whole.sum())
 
 
+def end_window(step: float, cutoff: float) -> int:
+    """Return the samples at an end whose local cubic `continued` takes."""
+    # Tried on sines at a fifth of the cutoff: shorter windows pass noise, longer ones bend.
+    return max(6, math.ceil(0.6 / (cutoff * step)))
+
+
 def continued(x: FloatArray, step: float, cutoff: float, length: int) -> FloatArray:
     """Return a signal (N, ...) with `length` samples of its continuation at both ends."""
-    # Tried on sines at a fifth of the cutoff: shorter windows pass noise, longer ones bend.
-    window = min(len(x), max(6, math.ceil(0.6 / (cutoff * step))))
+    window = min(len(x), end_window(step, cutoff))
     flat = x.reshape(len(x), -1)
     head = _continuation(flat, length, window)
     tail = _continuation(flat[::-1], length, window)[::-1]
@@ -319,11 +324,6 @@ def _typical(x: FloatArray) -> float:
     return _NORMAL * float(np.median(np.abs(x))) or math.sqrt(float(np.mean(x**2)))
 
 
-def filter_reach(cutoff: float, step: float) -> int:
-    """Return how many samples away a low-pass still carries a sample: one period of the cutoff."""
-    return int(1.0 / (cutoff * step))
-
-
 def differentiate(x: FloatArray, step: float) -> FloatArray:
     """Return dx/dt, the derivative of the interpolating spline of degree five: no phase.
 
@@ -366,25 +366,6 @@ def _cardinal_slope() -> FloatArray:
     impulse = np.zeros(4 * _CARDINAL + 1)
     impulse[2 * _CARDINAL] = 1.0
     return _spline_slope(impulse)[_CARDINAL : 3 * _CARDINAL + 1]
-
-
-def cumulative_integral(y: FloatArray, step: float) -> FloatArray:
-    """Integrate from the first sample to each one: F_k = int from t_0 to t_k of y dt.
-
-    The integral of the interpolating cubic spline: exact on cubics, of the fourth order on smooth
-    signals, where the trapezoid is of the second and biases coarse logs.
-
-    Args:
-        y: (N,) or (N, k) signal in uniform steps, N at least 2.
-        step: sampling step in s.
-
-    Returns:
-        The integral, of the shape of y, zero at the first sample.
-    """
-    from scipy.interpolate import CubicSpline
-
-    at = np.arange(len(y), dtype=np.float64)
-    return np.asarray(CubicSpline(at, y).antiderivative()(at) * step, dtype=np.float64)
 
 
 def require_cutoff(where: str, cutoff: float, step: float, duration: float = math.inf) -> None:

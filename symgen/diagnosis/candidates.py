@@ -82,6 +82,11 @@ class Candidate:
         return self.size + len(self.constants)
 
     @property
+    def smooth(self) -> bool:
+        """Whether it has constants along which its columns have a slope: those of a formula."""
+        return bool(self.constants) and self.remake is not None and self.definition.declarable
+
+    @property
     def name(self) -> str:
         """The definition's."""
         return self.definition.name

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symgen.diagnosis.candidates import Candidate
-from symgen.diagnosis.evidence import Columns
+from symgen.diagnosis.evidence import Columns, Evidence
+from symgen.diagnosis.select import Score
 
 FloatArray = NDArray[np.float64]
 _STEPS = {1: 20, 2: 60}
+_ROUNDS, _HALVINGS = 8, 4  # of Gauss and Newton's steps
+_DIFFERENCE = 1e-3  # of a constant, for the slope of its columns
+Seen = Callable[[Candidate], Columns]
 
 
 def refined(
@@ -67,3 +72,76 @@ def _neighbours(values: set[float], value: float) -> tuple[float, float]:
     others = sorted(values)
     at = others.index(value)
     return others[max(at - 1, 0)], others[min(at + 1, len(others) - 1)]
+
+
+def slopes(score: Score, coefficients: FloatArray, seen: Seen) -> Columns | None:
+    """Return d(columns @ coefficients)/d(constants), (K, c) by joint; None where there are none.
+
+    Only effects that a file declares have constants that are smooth.
+    """
+    c = score.candidate
+    if c.remake is None or not c.smooth:
+        return None
+    found: dict[int, list[FloatArray]] = {j: [] for j in score.columns}
+    for name, value in c.constants.items():
+        h = _DIFFERENCE * (abs(value) or 1.0)
+        low, high = (seen(c.remake({**c.constants, name: value + d})) for d in (-h, h))
+        for j in score.columns:
+            found[j].append((high[j] - low[j]) @ coefficients / (2 * h))
+    return {j: np.column_stack(columns) for j, columns in found.items()}
+
+
+def settled_constants(base: Evidence, accepted: Sequence[Score], seen: Seen) -> Sequence[Score]:
+    """Move the constants of all effects together to the least squares of the whole model.
+
+    On its own, beside a model that does not know it yet, an effect was refined to what explains
+    most. These are steps of Gauss and Newton on constants and coefficients; each makes the sum of
+    squares smaller, or the constants stay.
+    """
+    p = base.W.shape[2]
+    sigma = None
+    for _ in range(_ROUNDS):
+        now = base.with_columns(s.columns for s in accepted)
+        sigma = now.sigma if sigma is None else sigma
+        at, moved = p, []
+        for s in accepted:
+            moved.append(slopes(s, now.X[at : at + s.candidate.size], seen))
+            at += s.candidate.size
+        if not any(moved):
+            return accepted
+        both = base.with_columns(
+            [*(s.columns for s in accepted), *(m for m in moved if m is not None)]
+        )
+        step, least = both.X[at:], _squares(now, sigma)
+        for _ in range(_HALVINGS):
+            trial = _stepped(accepted, moved, step, seen)
+            if _squares(base.with_columns(s.columns for s in trial), sigma) < least:
+                break
+            step = step / 2
+        else:
+            return accepted
+        accepted = trial
+    return accepted
+
+
+def _squares(evidence: Evidence, sigma: FloatArray) -> float:
+    error = evidence.moves * (evidence.y - evidence.W @ evidence.X) / sigma
+    return float(np.sum(error**2))
+
+
+def _stepped(
+    accepted: Sequence[Score], moved: Sequence[Columns | None], step: FloatArray, seen: Seen
+) -> list[Score]:
+    out, at = [], 0
+    for s, m in zip(accepted, moved, strict=True):
+        if m is not None:
+            c = s.candidate
+            assert c.remake is not None
+            new = {
+                n: float(f"{v + step[at + i]:.6g}") for i, (n, v) in enumerate(c.constants.items())
+            }
+            at += len(new)
+            candidate = c.remake(new)
+            s = replace(s, candidate=candidate, columns=seen(candidate))
+        out.append(s)
+    return out

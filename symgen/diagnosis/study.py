@@ -31,6 +31,7 @@ from symgen.diagnosis.extend import extended
 from symgen.diagnosis.floor import noise_floor
 from symgen.diagnosis.given import changed, link_values
 from symgen.diagnosis.portrait import places
+from symgen.diagnosis.refine import settled_constants, slopes
 from symgen.diagnosis.search import MEASURING, Selection
 from symgen.diagnosis.select import Score, judge
 from symgen.diagnosis.words import tie
@@ -116,6 +117,9 @@ class Study:
         """Add what was found, identify again, and measure the gap on the held-out data."""
         robot, names_ = self.robot, self.evaluator.model.base.names
         settled = self._settled(selection.accepted)
+        torques = self.torques(self._beside(settled))
+        settled = settled_constants(self.base, settled, lambda c: c.seen(self.base, torques))
+        selection = replace(selection, accepted=tuple(settled))
         beside = self._coefficients(settled)
         declared: list[Score] = []
         for score, own in zip(selection.accepted, beside, strict=True):
@@ -135,16 +139,17 @@ class Study:
             final = evidence(evaluator, self.base.scenes)
         extra = [f"{s.candidate.name} {i}" for s in corrected for i in range(s.candidate.size)]
         if corrected:
-            torques = self.torques(self._beside(settled))
             final = final.with_columns(s.candidate.seen(self.base, torques) for s in corrected)
         solution = _solved((*names_, *extra), final)
+        std = self._std(settled, torques, (*names_, *extra), final, solution)
         before, after, floor, curves = self._gaps(evaluator, selection, corrected, solution)
         if selection.accepted and after.total > before.total:
             return self.conclude(_withdrawn(selection, before, after), notes)
-        found = self._effects(selection, beside, corrected, declared, names_, solution, evaluator)
+        found = self._effects(
+            selection, beside, corrected, declared, names_, solution.X, std, evaluator
+        )
         measuring = [s for s in selection.accepted if s.candidate.name in MEASURING]
         verdict = _verdict(selection, measuring, before, after, floor)
-        std = np.sqrt(np.maximum(np.diag(solution.covariance), 0))
         X, model = solution.X, evaluator.model
         if self.given is not None:
             model = model if robot is self.robot else derive(robot, ())
@@ -246,6 +251,32 @@ class Study:
         floor = np.minimum(floor, np.minimum(was.per_joint, now.per_joint))
         return was, now, Gap(tuple(map(float, floor))), tuple(curves)
 
+    def _std(
+        self,
+        settled: Sequence[Score],
+        torques: Sequence[Torques],
+        names_: tuple[str, ...],
+        final: Evidence,
+        solution: Solution,
+    ) -> FloatArray:
+        """Return the standard deviations of coefficients, then those of smooth constants.
+
+        What a coefficient is worth depends on the constants beside it: the slopes of the columns
+        along them stand in the covariance (the linearised model of nonlinear least squares).
+        """
+        covariance = solution.covariance
+        at, values, loose = self.base.W.shape[2], self._beside(settled).X, []
+        for s in settled:
+            own = values[at : at + s.candidate.size]
+            loose.append(slopes(s, own, lambda c: c.seen(self.base, torques)))
+            at += s.candidate.size
+        known = [columns for columns in loose if columns is not None]
+        if known:
+            count = sum(next(iter(columns.values())).shape[1] for columns in known)
+            more = tuple(f"constant {i}" for i in range(count))
+            covariance = _solved((*names_, *more), final.with_columns(known)).covariance
+        return np.asarray(np.sqrt(np.maximum(np.diag(covariance), 0)))
+
     def _coefficients(self, accepted: Sequence[Score]) -> list[list[FoundParameter]]:
         """Return the coefficients of each effect, all beside the declared model."""
         out, at = [], self.base.W.shape[2]
@@ -277,17 +308,17 @@ class Study:
         corrected: Sequence[Score],
         declared: Sequence[Score],
         names_: Sequence[str],
-        solution: Solution,
+        X: FloatArray,
+        std: FloatArray,
         evaluator: Evaluator,
     ) -> tuple[FoundEffect, ...]:
-        std = np.sqrt(np.maximum(np.diag(solution.covariance), 0))
         units = {p.name: p.unit for p in evaluator.model.base.parameters}
         place = {name: i for i, name in enumerate(names_)}
         at = {
             id(s): len(names_) + sum(c.candidate.size for c in corrected[:k])
             for k, s in enumerate(corrected)
         }
-        out = []
+        out, loose = [], iter(std[len(X) :])
         for score, own, alike in zip(selection.accepted, beside, selection.alike, strict=True):
             c, d = score.candidate, score.candidate.definition
             numbers, suffix, sigma = self._numbers(c), self._suffix(c), self._sigma(c)
@@ -296,13 +327,16 @@ class Study:
                 k = at[id(score)] + i if id(score) in at else place.get(first.name)
                 word = units.get(first.name, first.unit) if id(score) not in at else first.unit
                 if k is not None:
-                    x, s = float(solution.X[k]), float(std[k])
+                    x, s = float(X[k]), float(std[k])
                     parameters.append(FoundParameter(first.name, x, s, word))
                 elif not c.definition.native:  # part of the extended geometry or gravity
                     parameters.append(first)
             parameters += [
                 FoundParameter(
-                    d.named(name, suffix), float(value), float("nan"), d.unit_of(name, sigma)
+                    d.named(name, suffix),
+                    float(value),
+                    float(next(loose)) if c.smooth else float("nan"),
+                    d.unit_of(name, sigma),
                 )
                 for name, value in c.constants.items()
             ]

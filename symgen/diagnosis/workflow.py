@@ -93,7 +93,7 @@ def diagnose(
     given = None if parameters is None else read_parameters(parameters, evaluator.model)
     look = _look(source, logs, validation, reading, progress)
     stated = None if parameters is None else band_of(parameters)
-    band = stated or choose_band(evaluator, look.train, cutoff).band
+    band = stated or choose_band(evaluator, look.train, cutoff)
     band = band if cutoff is None else replace(band, cutoff_hz=cutoff)
     train, held, notes = _scenes(look, band)
     study = Study(evaluator, train, held, given)

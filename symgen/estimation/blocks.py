@@ -128,18 +128,28 @@ def folds() -> list[list[int]]:
     return [list(range(f * each, (f + 1) * each)) for f in range(FOLDS)]
 
 
-def held_out_error(equations: Blocks, torques: Blocks) -> float:
-    """Return the error in torque on folds left out of a fit: root mean square over the joints.
+def block_errors(equations: Blocks, torques: Blocks) -> FloatArray:
+    """Return the squared error in torque of every block under the fit without its fold, (B, m).
+
+    Each joint over its own measured torque; blocks without rows are 0.
 
     Args:
         equations: that are fitted.
         torques: summary of the torque equations, in which the error is taken.
     """
-    total = np.zeros(len(torques.size))
-    for fold in folds():
-        total += torques.errors(fold, equations.fit(fold))
     measured = torques.grams[:, :, -1, -1].sum(axis=0)
-    return float(np.sqrt(np.mean(total / np.where(measured > 0, measured, np.inf))))
+    share = 1 / np.where(measured > 0, measured, np.inf)
+    out = np.zeros(torques.rows.shape)
+    for fold in folds():
+        X = equations.fit(fold)
+        for b in fold:
+            out[b] = torques.errors([b], X) * share
+    return out
+
+
+def held_out_error(errors: FloatArray) -> float:
+    """Return what `block_errors` come to: root mean square over the joints."""
+    return float(np.sqrt(errors.sum() / errors.shape[1]))
 
 
 def deviation_of_difference(a: Blocks, b: Blocks, blocks: Sequence[int]) -> FloatArray:

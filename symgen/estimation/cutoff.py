@@ -8,11 +8,11 @@ band that is the same for all, on folds of the training logs that were left out 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from symgen.data.signals import Samples, require_cutoff
 from symgen.estimation.band import OPEN, Band, comparison_band
-from symgen.estimation.blocks import FOLDS, held_out_error, placed, summary
+from symgen.estimation.blocks import FOLDS, block_errors, held_out_error, placed, summary
 from symgen.estimation.filtered import filtered
 from symgen.estimation.masking import require_left
 from symgen.estimation.system import torque_equations
@@ -27,30 +27,13 @@ _AS_GOOD = 0.01
 _SAMPLES = 120_000  # of all logs together, that the scan looks at
 
 
-@dataclass(frozen=True)
-class Tried:
-    """One setting and its error on folds that the fit did not see."""
-
-    cutoff_hz: float
-    velocity: str
-    error: float
-
-
-@dataclass(frozen=True)
-class Choice:
-    """The band that was chosen, and what was tried."""
-
-    band: Band
-    tried: tuple[Tried, ...]
-
-
 def choose_band(
     evaluator: Evaluator,
     logs: Sequence[Samples],
     cutoff: float | None = None,
     *,
     own_speeds: bool = False,
-) -> Choice:
+) -> Band:
     """Choose the band of a run from its training logs.
 
     Args:
@@ -93,8 +76,7 @@ def choose_band(
         own = error(*chosen) if cutoff is not None else tried[chosen]
         if error(other, "derived") < (1 - _BETTER) * own:
             chosen = (other, "derived")
-    band = replace(start, cutoff_hz=chosen[0], velocity=chosen[1])
-    return Choice(band, tuple(Tried(hz, v, e) for (hz, v), e in tried.items()))
+    return replace(start, cutoff_hz=chosen[0], velocity=chosen[1])
 
 
 def _middle(cutoffs: Sequence[float], error: Callable[[float], float]) -> float:
@@ -136,4 +118,4 @@ def _error(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> float:
             require_left(s.name, equations)
         found.append(equations)
     torques = summary(placed(found), logs[0].q.shape[1])
-    return held_out_error(torques, torques)
+    return held_out_error(block_errors(torques, torques))

@@ -77,13 +77,13 @@ class FilteredLog:
 
     @cached_property
     def rows(self) -> Decimation:
-        """Low-pass of the comparison band on the nodes, and which of them are kept."""
+        """Low-pass of the comparison band on the nodes, and the samples that are kept."""
         return decimation(len(self.t), self.step, self.stride, self.band.comparison_hz)
 
     @property
     def kept(self) -> NDArray[np.int64]:
         """Numbers of the samples at which torques are compared and solved, (K,)."""
-        return self.rows.kept * self.stride
+        return self.rows.kept
 
     @cached_property
     def measured(self) -> FloatArray:

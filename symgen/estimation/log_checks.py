@@ -22,7 +22,8 @@ from symgen.data.raw import read_only
 from symgen.data.signals import Samples, differentiate, lowpass
 from symgen.estimation.blocks import (
     Blocks,
-    folds,
+    block_errors,
+    held_out_error,
     placed,
     residual_squares,
     solve_gram,
@@ -172,7 +173,7 @@ def stuck_runs(x: FloatArray, others: Bools, jumps: bool) -> Bools:
         if length < max(_STUCK, _LONGER * usual) or others[span].mean() < 0.5:
             continue
         leaves = max(
-            steps[end - 1 + 1] if end - 1 + 1 < len(steps) else 0.0,
+            steps[end] if end < len(steps) else 0.0,
             steps[start - 1] if start > 0 else 0.0,
         )
         if jumps and leaves <= 3.0 * largest:
@@ -216,33 +217,14 @@ def torque_faults(
     """
     n = len(equations[0])
     base = summary(placed(equations), n)
-    own = _errors(base)
+    own = block_errors(base, base)
     if own.sum() == 0.0:
         return ()
     found = _late(logs, equations, own)
     found += [f for j in range(n) for f in _factor(base, own, j)]
-    if _size(own) > _LOUD:
+    if held_out_error(own) > _LOUD:
         found += _exchanged(equations, own)
     return tuple(sorted(found, key=lambda f: f.left))
-
-
-def _errors(blocks: Blocks) -> FloatArray:
-    """Return the squared error of every block under the fit without its fold, (B, m).
-
-    Each joint over its own measured torque; blocks without rows are 0.
-    """
-    measured = blocks.grams[:, :, -1, -1].sum(axis=0)
-    share = 1 / np.where(measured > 0, measured, np.inf)
-    out = np.zeros(blocks.rows.shape)
-    for fold in folds():
-        X = blocks.fit(fold)
-        for b in fold:
-            out[b] = blocks.errors([b], X) * share
-    return out
-
-
-def _size(errors: FloatArray) -> float:
-    return float(np.sqrt(errors.sum() / errors.shape[1]))
 
 
 def _left(own: FloatArray, other: FloatArray) -> tuple[float, float]:
@@ -274,7 +256,7 @@ def _late(
             longer.append(replace(e, W=np.column_stack([e.W, -d]), Z=None))
         extended.append(tuple(longer))
     blocks = summary(placed(extended), len(equations[0]))
-    best, left = _left(own, _errors(blocks))
+    best, left = _left(own, block_errors(blocks, blocks))
     delay = float(blocks.fit()[-1])
     if max(best, left) > _CLEARER:  # it is common to all joints, or none
         return []
@@ -291,7 +273,8 @@ def _factor(base: Blocks, own: FloatArray, j: int) -> list[Fault]:
     best = _fitted_factor(base, j)
     if not 1e-6 < abs(best) < 1e6:
         return []
-    share, _ = _left(own, _errors(_scaled(base, j, best)))
+    scaled = _scaled(base, j, best)
+    share, _ = _left(own, block_errors(scaled, scaled))
     if share > _CLEARER or abs(best - 1) < _GAIN:
         return []
     if best < 0:
@@ -344,7 +327,8 @@ def _exchanged(equations: Sequence[tuple[Equations, ...]], own: FloatArray) -> l
             )
             for log in equations
         ]
-        left, _ = _left(own, _errors(summary(placed(turned), n)))
+        exchanged = summary(placed(turned), n)
+        left, _ = _left(own, block_errors(exchanged, exchanged))
         if left < _EXCHANGED:
             says = f"tau{j + 1} and tau{k + 1} stand in each other's place"
             channel = f"tau{j + 1}, tau{k + 1}"

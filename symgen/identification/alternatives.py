@@ -19,6 +19,7 @@ from symgen.errors import IdentificationError
 from symgen.estimation.blocks import (
     BLOCKS,
     Blocks,
+    block_errors,
     deviation_of_difference,
     held_out_error,
     placed,
@@ -82,7 +83,8 @@ def alternatives(
         except IdentificationError as error:
             lost[recipe.model] = error
             continue
-        fitted.append(_Fitted(recipe, equations, blocks, held_out_error(blocks, torques)))
+        left = held_out_error(block_errors(blocks, torques))
+        fitted.append(_Fitted(recipe, equations, blocks, left))
     if not fitted:
         raise next(iter(lost.values()))
     best = min(fitted, key=lambda f: f.held_out)

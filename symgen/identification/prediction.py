@@ -126,7 +126,7 @@ def predict(
     known = band_of(parameters)
     comparison = comparison_band([samples]) if known is None else known.comparison_hz
     samples, mended = mended_speeds(samples, comparison)
-    band = known or choose_band(evaluator, [samples], cutoff).band
+    band = known or choose_band(evaluator, [samples], cutoff)
     if cutoff is not None:
         band = replace(band, cutoff_hz=cutoff)
     seen = filtered(samples, band)

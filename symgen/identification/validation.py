@@ -37,18 +37,6 @@ class Part:
         return self.log.samples
 
 
-def kinetic_energy(evaluator: Evaluator, parts: Sequence[Part], X: FloatArray) -> FloatArray:
-    """Return the kinetic energy of the identified model along the logs: h(q, qd) - h(q, 0)."""
-    inertial = X[: evaluator.model.inertial]
-    out = []
-    for s in (p.log for p in parts):
-        stride = max(1, len(s.t) // _CHECKED)
-        q, qd = s.q[::stride], s.qd[::stride]
-        h = evaluator.energy_regressor(q, qd) - evaluator.energy_regressor(q, np.zeros_like(qd))
-        out.append(h @ inertial)
-    return np.concatenate(out)
-
-
 def residual(parts: Sequence[Part], X: FloatArray) -> Residual:
     """Return ||y - W X|| / ||y|| of some equations, in all and by joint."""
     errors: dict[int | None, float] = {}

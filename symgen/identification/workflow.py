@@ -130,7 +130,7 @@ def identify(
     progress("choosing the band")
     train, held, more = in_one_band(train, held)
     own_speeds = chosen.name == "iv" and not motions
-    band = choose_band(evaluator, train, cutoff, own_speeds=own_speeds).band
+    band = choose_band(evaluator, train, cutoff, own_speeds=own_speeds)
     progress(f"band: {band.in_words()}")
     run = Run(
         evaluator,

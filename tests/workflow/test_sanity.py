@@ -47,7 +47,7 @@ def evaluator(toml: str) -> Evaluator:
 def faults(s: Spec, log: Log) -> tuple[Fault, ...]:
     """The gate alone, without the diagnosis around it."""
     samples, model = sampled(log), evaluator(s.run().robot_toml)
-    band = replace(choose_band(model, [samples]).band, velocity="measured")
+    band = replace(choose_band(model, [samples]), velocity="measured")
     return check(model, evidence(model, [scene(filtered(samples, band))]), [samples])
 
 
