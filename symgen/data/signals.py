@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -222,17 +222,23 @@ def lowpass(x: FloatArray, step: float, cutoff: float) -> FloatArray:
     if length < 1:
         return x.copy()
     padded = continued(x, step, cutoff, length)
-    weights = lowpass_weights(step, cutoff, length)
     size = _smooth_number(len(padded))
-    circular = np.zeros(size)
-    circular[: length + 1], circular[-length:] = weights[length:], weights[:length]
-    gain = np.fft.rfft(circular)
+    gain = _gain(step, cutoff, length, size)
     filtered = np.empty(x.shape)
     out = filtered.reshape(samples, -1)
     for k, column in enumerate(padded.reshape(len(padded), -1).T):
         spectrum = np.fft.rfft(np.ascontiguousarray(column), size)
         out[:, k] = np.fft.irfft(spectrum * gain, size)[length : length + samples]
     return filtered
+
+
+@lru_cache(maxsize=32)
+def _gain(step: float, cutoff: float, length: int, size: int) -> npt.NDArray[np.complex128]:
+    """Return the transform of the impulse response, of a circle of `size` samples."""
+    weights = lowpass_weights(step, cutoff, length)
+    circular = np.zeros(size)
+    circular[: length + 1], circular[-length:] = weights[length:], weights[:length]
+    return np.fft.rfft(circular)
 
 
 def lowpass_weights(step: float, cutoff: float, length: int) -> FloatArray:
@@ -279,13 +285,19 @@ def _smooth_number(least: int) -> int:
 
 def _continuation(x: FloatArray, length: int, window: int) -> FloatArray:
     """Return `length` samples that precede x, in their order in time."""
-    s = np.arange(window) / window
-    degree = min(3, window - 1)
-    fit = np.linalg.lstsq(np.vander(s, degree + 1, increasing=True), x[:window], rcond=None)[0]
-    start = fit[0]
-    curvature = 2.0 * fit[2] / window**2 if degree >= 2 else np.zeros_like(start)
+    start, curvature = np.tensordot(_end_of_cubic(window), x[:window], 1)
     back = np.arange(length, 0, -1, dtype=np.float64).reshape(-1, *[1] * (x.ndim - 1))
     return np.asarray(2.0 * start - x[length:0:-1] + curvature * back**2, dtype=np.float64)
+
+
+@lru_cache(maxsize=32)
+def _end_of_cubic(window: int) -> FloatArray:
+    """Return what takes samples to value and second derivative of their cubic at the first."""
+    powers = min(3, window - 1) + 1
+    s = np.arange(window) / window
+    fit = np.linalg.pinv(np.vander(s, powers, increasing=True))
+    curvature = 2.0 * fit[2] / window**2 if powers > 2 else np.zeros(window)
+    return np.stack([fit[0], curvature])
 
 
 def can_filter(cutoff: float, step: float) -> bool:
