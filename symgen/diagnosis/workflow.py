@@ -14,12 +14,13 @@ from symgen.codegen.model import derive
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.diagnosis.candidates import candidates
+from symgen.diagnosis.conclusion import conclude, plain
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap
 from symgen.diagnosis.evidence import Scene, evidence, scene
 from symgen.diagnosis.gate import check, corrected, judged, mended, with_chain
 from symgen.diagnosis.search import Search
 from symgen.diagnosis.special import special_candidates
-from symgen.diagnosis.study import KERNELS, Study
+from symgen.diagnosis.study import KERNELS, studied
 from symgen.diagnosis.unnamed import with_unnamed
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
@@ -96,7 +97,7 @@ def diagnose(
     band = stated or choose_band(evaluator, look.train, cutoff)
     band = band if cutoff is None else replace(band, cutoff_hz=cutoff)
     train, held, notes = _scenes(look, band)
-    study = Study(evaluator, train, held, given)
+    study = studied(evaluator, train, held, given)
     progress("checking the logs")
     later = [*zip(look.held, held, strict=False)]
     fitted = study.base if given is None else evidence(evaluator, train)
@@ -104,22 +105,22 @@ def diagnose(
     named: list[FoundEffect] = []
     if any(f.corrected is None for f in faults):  # nothing can be said until it is recorded again
         try:
-            found = judged(faults, study.plain(notes), study.plain(notes))
+            found = judged(faults, plain(study, notes), plain(study, notes))
             return _with_left_out(found, source)
         except IdentificationError as error:  # a dead channel leaves nothing to identify
             raise IdentificationError(f"{faults[0].says} ({error})") from error
     first, raw = study, None
     if faults:
-        fixed = Study(evaluator, corrected(faults, train), corrected(faults, held), given)
-        repaired = judged(faults, study.plain(notes), fixed.plain(notes))
+        fixed = studied(evaluator, corrected(faults, train), corrected(faults, held), given)
+        repaired = judged(faults, plain(study, notes), plain(fixed, notes))
         if _share(repaired.before, repaired.after) >= _CLOSES:
             named, study = list(repaired.effects), fixed
             notes += tuple(f"repaired: {f.says}" for f in faults)
     if look.unmended is not None:
         as_measured = replace(band, velocity="measured")
         raw_train, raw_held, _ = _scenes(look.unmended, as_measured)
-        raw = Study(evaluator, raw_train, raw_held, given).plain(notes).before
-        before = first.plain(notes).before
+        raw = plain(studied(evaluator, raw_train, raw_held, given), notes).before
+        before = plain(first, notes).before
         named += mended(look.repairs, source, raw, before, _CLOSES)
     pool = chain.from_iterable(
         make(source, study.base, effects, given=given is not None)
@@ -129,9 +130,9 @@ def diagnose(
     if given is None and (effects is None or "unnamed" in effects):
         selection = with_unnamed(selection, source, study.base, study.noise(), progress)
     progress("deriving, compiling and identifying the extended model")
-    whole = study.conclude(selection, (*notes, *resting([*look.train, *look.held], source)))
+    whole = conclude(study, selection, (*notes, *resting([*look.train, *look.held], source)))
     if named:
-        before = raw if raw is not None else first.plain(notes).before
+        before = raw if raw is not None else plain(first, notes).before
         whole = with_chain(whole, named, before if given is None else whole.before)
     return _with_left_out(replace(whole, repairs=look.repairs), source)
 

@@ -1,0 +1,290 @@
+"""What a diagnosis concludes from what was found: the extended model, its gap, and the answer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.codegen.model import derive
+from symgen.diagnosis.candidates import Torques
+from symgen.diagnosis.diagnosis import (
+    Curves,
+    Diagnosis,
+    FoundEffect,
+    FoundParameter,
+    Gap,
+    Rejected,
+)
+from symgen.diagnosis.evidence import (
+    Evidence,
+    evidence,
+    ratio,
+    regressor,
+)
+from symgen.diagnosis.extend import extended
+from symgen.diagnosis.floor import noise_floor
+from symgen.diagnosis.found import coefficients, found_effects, numbers
+from symgen.diagnosis.given import changed
+from symgen.diagnosis.portrait import places
+from symgen.diagnosis.refine import settled_constants, slopes
+from symgen.diagnosis.search import MEASURING, Selection
+from symgen.diagnosis.select import Score
+from symgen.diagnosis.study import KERNELS, Study, model_torque, torque_at
+from symgen.diagnosis.words import tie
+from symgen.estimation.batch import solve
+from symgen.estimation.regression import Solution
+from symgen.estimation.system import Equations, LinearSystem
+from symgen.runtime.evaluator import Evaluator, load
+
+FloatArray = NDArray[np.float64]
+#: Gap over noise floor up to which nothing is missing, where no effect is found.
+_QUIET, _LOUD = 3.0, 5.0  # in all, on one joint
+_SMALL = 0.01  # a gap that no model of friction comes below
+_EXPLAINED = 0.15  # the largest gap that is called explained
+_SHOWN = 12
+_SETTLING = 4
+
+
+def plain(study: Study, notes: tuple[str, ...]) -> Diagnosis:
+    """Return what the model says as it is declared."""
+    return conclude(study, Selection(study.base, (), (), (), 0), notes)
+
+
+def conclude(study: Study, selection: Selection, notes: tuple[str, ...]) -> Diagnosis:
+    """Add what was found, identify again, and measure the gap on the held-out data."""
+    robot, names_ = study.robot, study.evaluator.model.base.names
+    settled = _settled(study, selection.accepted)
+    torques = study.torques(study.beside(settled))
+    settled = settled_constants(study.base, settled, lambda c: c.seen(study.base, torques))
+    selection = replace(selection, accepted=tuple(settled))
+    beside = coefficients(study, settled)
+    declared: list[Score] = []
+    for score, own in zip(selection.accepted, beside, strict=True):
+        c = score.candidate
+        values = {p.name: p.value for p in own} if not study.given else {}
+        more = extended(robot, c.definition, c.joints, c.constants, values)
+        if more is not None:
+            robot = more
+            declared.append(score)
+    corrected = [s for s in selection.accepted if s not in declared]
+    evaluator, final = study.evaluator, study.base
+    if study.given:  # the effects' columns stand beside what is given
+        corrected, names_ = list(selection.accepted), ()
+    elif robot is not study.robot:
+        evaluator = load(derive(robot, KERNELS))
+        names_ = evaluator.model.base.names
+        final = evidence(evaluator, study.base.scenes)
+    extra = [f"{s.candidate.name} {i}" for s in corrected for i in range(s.candidate.size)]
+    if corrected:
+        final = final.with_columns(s.candidate.seen(study.base, torques) for s in corrected)
+    solution = _solved((*names_, *extra), final)
+    std = _std(study, settled, torques, (*names_, *extra), final, solution)
+    before, after, floor, curves = _gaps(study, evaluator, selection, corrected, solution)
+    if selection.accepted and after.total > before.total:
+        return conclude(study, _withdrawn(selection, before, after), notes)
+    found = found_effects(
+        study, selection, beside, corrected, declared, names_, solution.X, std, evaluator
+    )
+    measuring = [s for s in selection.accepted if s.candidate.name in MEASURING]
+    verdict = _verdict(selection, measuring, before, after, floor)
+    X, model = solution.X, evaluator.model
+    if study.given:
+        model = model if robot is study.robot else derive(robot, ())
+        added = [p for e in found if e.declared for p in e.parameters]
+        X = changed(study.evaluator.model, study.X, model, added)
+        names_, std = model.base.names, np.full(len(X), np.nan)
+    units = [p.unit for p in model.base.parameters]
+    return Diagnosis(
+        robot=study.robot.name,
+        verdict=verdict,
+        cutoff_hz=min((s.band for s in study.held if s.band), default=None),
+        before=before,
+        after=after,
+        floor=floor,
+        where=()
+        if verdict == "consistent"
+        else places(study.robot, study.base, study.torques(study.base), selection, before, floor),
+        effects=found,
+        rejected=tuple(
+            Rejected(s.candidate.name, numbers(study.robot, s.candidate), s.fault)
+            for s in selection.rejected[:_SHOWN]
+        ),
+        advice=_advice(found, verdict),
+        notes=notes,
+        extended=robot,
+        joints=tuple(j.number for j in study.robot.movable),
+        curves=curves,
+        tried=selection.tried,
+        parameters=tuple(
+            FoundParameter(name, float(x), float(s), u)
+            for name, x, s, u in zip(names_, X, std, units, strict=False)
+        ),
+        declared=study.robot,
+        values=tuple(map(float, study.X)),
+    )
+
+
+def _settled(study: Study, accepted: Sequence[Score]) -> Sequence[Score]:
+    """Return the effects with the model's torque in their columns as it is beside them all."""
+    for _ in range(_SETTLING if any(s.candidate.uses_model for s in accepted) else 0):
+        torques = study.torques(study.beside(accepted))
+        accepted = [
+            replace(s, columns=s.candidate.seen(study.base, torques))
+            if s.candidate.uses_model
+            else s
+            for s in accepted
+        ]
+    return accepted
+
+
+def _gaps(
+    study: Study,
+    evaluator: Evaluator,
+    selection: Selection,
+    corrected: Sequence[Score],
+    solution: Solution,
+) -> tuple[Gap, Gap, Gap, tuple[Curves, ...]]:
+    """Return gap before, after, noise floor, and the curves, on the held-out data."""
+    p = len(solution.X) - sum(s.candidate.size for s in corrected)
+    X = study.X if study.given else solution.X[:p]
+    if not selection.accepted:  # nothing changes, not even the weights of the joints
+        X = study.X
+    # What stands in the effects' columns.
+    inside = study.parameters(study.beside(selection.accepted))
+    curves, noise, span, free = [], [], [], []
+    for s in study.held:
+        W0, W1 = regressor(study.evaluator, s, study.X), regressor(evaluator, s, X)
+        declared, whole = W0 @ study.X, W1 @ X
+        rigid = evaluator.model.inertial
+        links = study.split(W0, inside).links
+        torques = Torques(whole.copy(), W1[:, :, rigid:] @ X[rigid:], links)
+        at = p
+        for score in corrected:
+            columns = score.candidate.columns(s, torques)
+            for j, c in columns.items():
+                whole[:, j] += c @ solution.X[at : at + score.candidate.size]
+            at += score.candidate.size
+        whole = s.limited(whole)
+        before = s.modelled(partial(torque_at, study.evaluator, study.X))
+        differs = bool(selection.accepted) or s.limit is not None
+        seen = Curves(
+            s.name,
+            s.t[s.kept],
+            s.q[s.kept],
+            s.qd[s.kept],
+            s.seen(s.tau),
+            before,
+            before + s.seen(whole - declared) if differs else before,
+            None if s.mask is None else s.free[s.kept],
+        )
+        curves.append(seen)
+        others = (*study.base.scenes, *study.held)
+        noise.append(noise_floor(s, s.tau - whole, partial(model_torque, evaluator, X), others))
+        span.append(len(seen.t))
+        free.append(s.free[s.kept])
+    say = np.concatenate(free)
+    measured = say * np.concatenate([c.measured for c in curves])
+
+    def gap(model: FloatArray) -> Gap:
+        return Gap(tuple(map(float, ratio(measured - say * model, measured))))
+
+    size = np.sqrt(np.sum(measured**2, axis=0) / np.maximum(say.sum(axis=0), 1))
+    variance = np.average(np.square(noise), axis=0, weights=span)
+    was = gap(np.concatenate([c.before for c in curves]))
+    now = gap(np.concatenate([c.after for c in curves]))
+    floor = np.sqrt(variance) / np.where(size > 0, size, np.inf)
+    # Noise above the band is not always white: in the band there is no more than what is left.
+    floor = np.minimum(floor, np.minimum(was.per_joint, now.per_joint))
+    return was, now, Gap(tuple(map(float, floor))), tuple(curves)
+
+
+def _std(
+    study: Study,
+    settled: Sequence[Score],
+    torques: Sequence[Torques],
+    names_: tuple[str, ...],
+    final: Evidence,
+    solution: Solution,
+) -> FloatArray:
+    """Return the standard deviations of coefficients, then those of smooth constants.
+
+    What a coefficient is worth depends on the constants beside it: the slopes of the columns
+    along them stand in the covariance (the linearised model of nonlinear least squares).
+    """
+    covariance = solution.covariance
+    at, values, loose = study.base.W.shape[2], study.beside(settled).X, []
+    for s in settled:
+        own = values[at : at + s.candidate.size]
+        loose.append(slopes(s, own, lambda c: c.seen(study.base, torques)))
+        at += s.candidate.size
+    known = [columns for columns in loose if columns is not None]
+    if known:
+        count = sum(next(iter(columns.values())).shape[1] for columns in known)
+        more = tuple(f"constant {i}" for i in range(count))
+        covariance = _solved((*names_, *more), final.with_columns(known)).covariance
+    return np.asarray(np.sqrt(np.maximum(np.diag(covariance), 0)))
+
+
+def _withdrawn(selection: Selection, before: Gap, after: Gap) -> Selection:
+    """Return a selection without effects: what made the gap on data that it never saw larger."""
+    fault = (
+        "accepted on the training log, but with what was accepted the gap on the validation data "
+        f"grows from {100 * before.total:.2g} to {100 * after.total:.2g} %"
+    )
+    failed = tuple(replace(s, fault=fault) for s in selection.accepted)
+    return replace(selection, accepted=(), alike=(), rejected=(*failed, *selection.rejected))
+
+
+def _system(names_: tuple[str, ...], final: Evidence) -> LinearSystem:
+    """Return the equations of the final model, log by log and joint by joint."""
+    out, first = [], 0
+    for s in final.scenes:
+        t = s.t[s.kept]
+        rows = slice(first, first + len(t))
+        for j in range(final.n):
+            moves = final.moves[rows, j] > 0
+            W, y = final.W[rows, j][moves], final.y[rows, j][moves]
+            out.append(Equations(s.name, W, y, t[moves], 2, j))
+        first += len(t)
+    return LinearSystem(names_, tuple(out))
+
+
+def _solved(names_: tuple[str, ...], final: Evidence) -> Solution:
+    """Solve the final model; nothing is identified where all is given and nothing was found."""
+    if names_:
+        return solve(_system(names_, final), "wls")
+    return Solution(np.zeros(0), np.zeros((0, 0)), 1.0, ())
+
+
+def _verdict(
+    selection: Selection, measuring: Sequence[Score], before: Gap, after: Gap, floor: Gap
+) -> str:
+    if measuring:
+        return "bad-measurement"
+    if not selection.accepted:
+        quiet = _quiet(before, floor) and before.total <= _EXPLAINED
+        return "consistent" if quiet else "unexplained"
+    quiet = _quiet(after, floor) and after.total <= _EXPLAINED
+    return "explained" if quiet else "partly-explained"
+
+
+def _quiet(gap: Gap, floor: Gap) -> bool:
+    """Whether a gap is near the noise, in all and on every joint."""
+    pairs = zip(gap.per_joint, floor.per_joint, strict=True)
+    joints = all(g <= max(_LOUD * f, _SMALL) for g, f in pairs)
+    return joints and gap.total <= max(_QUIET * floor.total, _SMALL)
+
+
+def _advice(found: Sequence[FoundEffect], verdict: str) -> tuple[str, ...]:
+    out = [tie(e) for e in found if e.indistinguishable_from and e.separate]
+    if verdict == "partly-explained":
+        out.append("a part of the gap has no name: look at the portraits of the residual")
+    if verdict == "unexplained":
+        out.append(
+            "no effect of the library explains the gap: look at the portraits of the residual"
+        )
+    return tuple(out)
