@@ -204,27 +204,73 @@ class Fault:
 
 
 def torque_faults(
-    logs: Sequence[FilteredLog], equations: Sequence[tuple[Equations, ...]]
+    logs: Sequence[FilteredLog],
+    equations: Sequence[tuple[Equations, ...]],
+    held: Sequence[FilteredLog] = (),
+    held_equations: Sequence[tuple[Equations, ...]] = (),
 ) -> tuple[Fault, ...]:
     """Find what is wrong with the torques, by the torque equations of the training logs.
 
     A fault counts where undoing it leaves, on some joint, at most nine tenths of the error on folds
-    that the fit did not see, by three standard deviations over blocks of time.
+    that the fit did not see, by three standard deviations over blocks of time, and of the error on
+    logs that it never saw.
 
     Args:
         logs: in the band of the run.
         equations: of torque, log by log.
+        held, held_equations: the same of the validation logs, where there are any.
     """
     n = len(equations[0])
     base = summary(placed(equations), n)
-    own = block_errors(base, base)
-    if own.sum() == 0.0:
+    other = summary(placed(held_equations), n) if held_equations else None
+    case = _Case(base, other, block_errors(base, base))
+    if case.own.sum() == 0.0:
         return ()
-    found = _late(logs, equations, own)
-    found += [f for j in range(n) for f in _factor(base, own, j)]
-    if held_out_error(own) > _LOUD:
-        found += _exchanged(equations, own)
+    found = _late(case, (logs, equations), (held, held_equations))
+    found += [f for j in range(n) for f in _factor(case, j)]
+    if held_out_error(case.own) > _LOUD:
+        found += _exchanged(case, equations, held_equations)
     return tuple(sorted(found, key=lambda f: f.left))
+
+
+@dataclass(frozen=True, eq=False)
+class _Case:
+    """Torques as they are recorded.
+
+    Attributes:
+        base: summary of the training logs.
+        other: of the validation logs, or None.
+        own: what `block_errors` are for the training logs.
+    """
+
+    base: Blocks
+    other: Blocks | None
+    own: FloatArray
+
+    def left(self, train: Blocks, held: Blocks | None) -> tuple[float, float]:
+        """Return what undoing a fault leaves, see `_left`; 1 where other logs do not confirm it.
+
+        Args:
+            train, held: the summaries with the fault undone.
+        """
+        share, together = _left(self.own, block_errors(train, train))
+        if share > _CLEARER or self.other is None or held is None:
+            return share, together
+        before, X = _shares(self.other, self.base.fit()), train.fit()
+        # The fault may be one of the training logs alone.
+        plain = [] if held.grams.shape != self.other.grams.shape else [_shares(self.other, X)]
+        for after in (_shares(held, X), *plain):
+            ratio = after / np.where(before > 0, before, np.inf)
+            if ratio.mean() < 1 and np.sqrt(ratio.min()) <= _CLEARER:
+                return share, together
+        return 1.0, 1.0
+
+
+def _shares(blocks: Blocks, X: FloatArray) -> FloatArray:
+    """Return ||y - W X||^2 / ||y||^2 by joint, (m,)."""
+    grams = blocks.grams.sum(axis=0)
+    measured = grams[:, -1, -1]
+    return residual_squares(grams, X) / np.where(measured > 0, measured, np.inf)
 
 
 def _left(own: FloatArray, other: FloatArray) -> tuple[float, float]:
@@ -243,10 +289,23 @@ def _left(own: FloatArray, other: FloatArray) -> tuple[float, float]:
     return float(np.sqrt(rest * scale)[sure].min(initial=1.0)), together
 
 
-def _late(
-    logs: Sequence[FilteredLog], equations: Sequence[tuple[Equations, ...]], own: FloatArray
-) -> list[Fault]:
+_Logs = tuple[Sequence[FilteredLog], Sequence[tuple[Equations, ...]]]
+
+
+def _late(case: _Case, train: _Logs, held: _Logs) -> list[Fault]:
     """Find torques that are late against the motion: tau(t) = model(t - delay)."""
+    blocks = _with_delay(*train)
+    best, left = case.left(blocks, _with_delay(*held) if held[1] else None)
+    delay = float(blocks.fit()[-1])
+    if max(best, left) > _CLEARER:  # it is common to all joints, or none
+        return []
+    word = "late" if delay > 0 else "early"
+    says = f"the torques of all joints are {1e3 * abs(delay):.2g} ms {word} against the motion"
+    return [Fault("tau", says, left, "delay", tuple(range(len(case.base.size))), delay)]
+
+
+def _with_delay(logs: Sequence[FilteredLog], equations: Sequence[tuple[Equations, ...]]) -> Blocks:
+    """Summarise tau = W X - delay dtau/dt."""
     extended = []
     for log, rows in zip(logs, equations, strict=True):
         slope = log.compared(np.gradient(log.tau, log.step, axis=0))
@@ -255,26 +314,20 @@ def _late(
             d = slope[:, j] if log.mask is None else slope[log.free[:, j], j]
             longer.append(replace(e, W=np.column_stack([e.W, -d]), Z=None))
         extended.append(tuple(longer))
-    blocks = summary(placed(extended), len(equations[0]))
-    best, left = _left(own, block_errors(blocks, blocks))
-    delay = float(blocks.fit()[-1])
-    if max(best, left) > _CLEARER:  # it is common to all joints, or none
-        return []
-    word = "late" if delay > 0 else "early"
-    says = f"the torques of all joints are {1e3 * abs(delay):.2g} ms {word} against the motion"
-    return [Fault("tau", says, left, "delay", tuple(range(len(equations[0]))), delay)]
+    return summary(placed(extended), len(equations[0]))
 
 
-def _factor(base: Blocks, own: FloatArray, j: int) -> list[Fault]:
+def _factor(case: _Case, j: int) -> list[Fault]:
     """Find a torque that fits better with another factor, beside those of the other joints."""
+    base = case.base
     if len(base.size) == 1:
         return []
 
     best = _fitted_factor(base, j)
     if not 1e-6 < abs(best) < 1e6:
         return []
-    scaled = _scaled(base, j, best)
-    share, _ = _left(own, block_errors(scaled, scaled))
+    held = None if case.other is None else _scaled(case.other, j, best)
+    share, _ = case.left(_scaled(base, j, best), held)
     if share > _CLEARER or abs(best - 1) < _GAIN:
         return []
     if best < 0:
@@ -313,24 +366,32 @@ def _scaled(base: Blocks, j: int, g: float) -> Blocks:
     return Blocks(grams, base.rows)
 
 
-def _exchanged(equations: Sequence[tuple[Equations, ...]], own: FloatArray) -> list[Fault]:
+def _exchanged(
+    case: _Case,
+    equations: Sequence[tuple[Equations, ...]],
+    held: Sequence[tuple[Equations, ...]],
+) -> list[Fault]:
     """Find two joints whose torques stand in each other's channel."""
     n = len(equations[0])
-    if any(len(e.y) != len(log[0].y) for log in equations for e in log):
+    if any(len(e.y) != len(log[0].y) for log in (*equations, *held) for e in log):
         return []  # masks differ from joint to joint
     out = []
     for j, k in combinations(range(n), 2):
-        turned = [
-            tuple(
-                replace(e, y=log[k if i == j else j].y) if i in (j, k) else e
-                for i, e in enumerate(log)
-            )
-            for log in equations
-        ]
-        exchanged = summary(placed(turned), n)
-        left, _ = _left(own, block_errors(exchanged, exchanged))
+        other = _turned(held, j, k) if held else None
+        left, _ = case.left(_turned(equations, j, k), other)
         if left < _EXCHANGED:
             says = f"tau{j + 1} and tau{k + 1} stand in each other's place"
             channel = f"tau{j + 1}, tau{k + 1}"
             out.append(Fault(channel, says, left, "exchange", (j, k), 0.0))
     return sorted(out, key=lambda f: f.left)[:1]
+
+
+def _turned(equations: Sequence[tuple[Equations, ...]], j: int, k: int) -> Blocks:
+    """Summarise the equations with the torques of two joints exchanged."""
+    turned = [
+        tuple(
+            replace(e, y=log[k if i == j else j].y) if i in (j, k) else e for i, e in enumerate(log)
+        )
+        for log in equations
+    ]
+    return summary(placed(turned), len(equations[0]))

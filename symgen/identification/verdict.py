@@ -6,7 +6,7 @@
     simulation  the mass matrix is positive definite over the range of the motion, and friction
                 takes energy out
 
-Thresholds were chosen on simulated runs and are reported on fresh ones
+How often they are right is counted on simulated runs on which none of the thresholds was chosen
 (tests/workflow/trust_study.py).
 """
 
@@ -30,7 +30,7 @@ RESIDUAL, JOINT = 0.25, 0.6
 #: Held-out torque error over that of the training logs above which the log was learned by heart.
 OVERFIT = 3.0
 #: Error of torque on other motions in the same range, as the covariance of X has it, over what is
-#: said; and the square root of their sum of squares that still counts as what is said.
+#: said.
 ELSEWHERE = 1.0
 #: Torque errors below this are not worth a doubt.
 NEGLIGIBLE = 0.01

@@ -150,7 +150,8 @@ def _checked(run: Run) -> tuple[Run, tuple[str, ...]]:
         return run, ()
     for _ in range(_SHIFTS):
         equations = [torque_equations(run.evaluator, log) for log in run.train]
-        faults = torque_faults(run.train, equations)
+        other = [torque_equations(run.evaluator, log) for log in run.held]
+        faults = torque_faults(run.train, equations, run.held, other)
         if not faults or faults[0].kind != "delay":
             break
         delay = faults[0].value

@@ -94,6 +94,7 @@ def test_the_pulses_of_emps_are_no_contact() -> None:
     assert "external_contact" not in [name for name, _ in _told(answer)]
 
 
+@pytest.mark.slow
 def test_ur10e_with_coulomb_friction_left_out_of_two_joints() -> None:
     folder = data_folder() / "ur10e"
     parts = (folder / "robot.toml").read_text("utf-8").split("[[joint]]")

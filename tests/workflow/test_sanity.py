@@ -81,7 +81,9 @@ def test_errors_of_a_velocity_sensor_are_measured_and_mended(robot: str) -> None
     assert d.after.total < 0.005
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize(
+    "robot", [*ROBOTS[:2], *(pytest.param(r, marks=pytest.mark.slow) for r in ROBOTS[2:])]
+)
 def test_saturation_is_measured(robot: str) -> None:
     s = spec(robot, "saturation")
     case = s.run()

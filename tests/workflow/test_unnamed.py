@@ -20,7 +20,13 @@ import symgen
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect
 from symgen.diagnosis.workflow import diagnose
 
-ROBOTS = ("planar2r", "arm3r", "scara", "arm6r")
+#: The larger arms take half a minute each.
+ROBOTS = (
+    "planar2r",
+    "arm3r",
+    pytest.param("scara", marks=pytest.mark.slow),
+    pytest.param("arm6r", marks=pytest.mark.slow),
+)
 FUNCTIONS = {"sin": np.sin, "cos": np.cos, "exp": np.exp, "abs": np.abs, "sign": np.sign}
 
 
