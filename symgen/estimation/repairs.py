@@ -30,6 +30,8 @@ _NEAR = 8  # samples around a jump that it is compared with
 #: More repeated rows than chance would give, by this factor, and at least so many.
 _CHANCE, _FEW = 5.0, 3
 _NORMAL = 1.4826
+#: Jumps meet where this many pairs are expected; a signal with more jumps than so is one of jumps.
+_MEET, _MANY, _PASSES = 0.1, 0.05, 4
 
 
 @dataclass(frozen=True)
@@ -138,7 +140,7 @@ def _turned_back(log: Log, sigma: Sequence[int]) -> tuple[Log, list[Repair]]:
 
 
 def _without_jumps(log: Log) -> tuple[Log, list[Repair]]:
-    """Replace single samples that jump by the middle of their neighbours."""
+    """Put single samples that jump, or two, on the line between their neighbours."""
     done: list[Repair] = []
     arrays: dict[str, Any] = {}
     for key in ("q", "qd", "tau"):
@@ -149,14 +151,15 @@ def _without_jumps(log: Log) -> tuple[Log, list[Repair]]:
         for j in range(x.shape[1]):
             at = jumps(x[:, j])
             if len(at):
-                fixed[at, j] = (x[at - 1, j] + x[at + 1, j]) / 2
+                good = np.setdiff1d(np.arange(len(x)), at)
+                fixed[at, j] = np.interp(at, good, x[good, j])
                 done.append(
                     Repair(
                         log.name,
                         f"{key}{j + 1}",
                         "single samples that jump",
                         len(at),
-                        "replaced by the middle of their neighbours",
+                        "put on the line between their neighbours",
                     )
                 )
         arrays[key] = read_only(fixed)
@@ -166,29 +169,54 @@ def _without_jumps(log: Log) -> tuple[Log, list[Repair]]:
 def jumps(x: FloatArray) -> NDArray[np.int64]:
     """Return the numbers of single samples that stand out of their neighbours.
 
-    d_k = x_k - (x_(k-1) + x_(k+1))/2 of a jump by s is s, with -s/2 on both sides; a step, or a
-    reversal of friction, has another shape. It counts where |d_k| is 12 times the scatter of d
-    (median absolute deviation, or the last digit) and 4 times every d around.
+    r_k = x_k - median(x_(k-3) .. x_(k+3)) of a jump is the jump, and next to nothing at a step, as
+    of friction at a reversal (Hampel 1974). It counts where |r_k| is 12 times the scatter of
+    x_k - (x_(k-1) + x_(k+1))/2 (median absolute deviation, or the last digit), which knows how the
+    signal bends, and 4 times all around. Where there are some, others that stood in their shade are
+    looked for, and where there are so many that two meet by chance, two in a row.
     """
+    found: set[int] = set()
+    x, numbers = x.copy(), np.arange(len(x))
+    for _ in range(_PASSES):
+        meet = len(found) ** 2 > _MEET * len(x)
+        more = _outstanding(x, 2 if meet else 1, 1 if found else 0)
+        if len(more) == 0:
+            break
+        found.update(map(int, more))
+        good = np.setdiff1d(numbers, more)
+        x[more] = np.interp(more, good, x[good])
+        if len(found) > _MANY * len(x):  # this is the signal
+            return np.zeros(0, dtype=np.int64)
+    return np.array(sorted(found), dtype=np.int64)
+
+
+def _outstanding(x: FloatArray, together: int, others: int) -> NDArray[np.int64]:
+    """Return the samples that stand out of those around.
+
+    Args:
+        x: the signal.
+        together: that may stand out in a row.
+        others: jumps that may be near.
+    """
+    none = np.zeros(0, dtype=np.int64)
     if len(x) < 2 * _NEAR:
-        return np.zeros(0, dtype=np.int64)
-    d = np.zeros(len(x))
-    d[1:-1] = x[1:-1] - (x[:-2] + x[2:]) / 2
-    size = np.abs(d)
+        return none
+    size = np.abs(x[1:-1] - (x[:-2] + x[2:]) / 2)
     steps = np.abs(np.diff(x))
     digit = float(np.min(steps[steps > 0], initial=np.inf))
-    scatter = _NORMAL * float(np.median(size[1:-1]))
+    scatter = _NORMAL * float(np.median(size))
     least = _JUMP * max(scatter, digit if np.isfinite(digit) else 0.0)
-    if least == 0.0:
-        return np.zeros(0, dtype=np.int64)
-    out = []
-    for k in np.flatnonzero(size > least):
-        if not 2 <= k < len(x) - 2:
-            continue
-        sides = (d[k - 1] / d[k], d[k + 1] / d[k])
-        low, high = max(k - _NEAR, 1), min(k + _NEAR + 1, len(x) - 1)
-        around = np.concatenate([size[low : k - 1], size[k + 2 : high]])
-        if all(-0.75 < s < -0.25 for s in sides) and size[k] > _AROUND * around.max(initial=0.0):
+    if least == 0.0 or size.max() <= least / 2:
+        return none
+    windows = np.lib.stride_tricks.sliding_window_view
+    r: FloatArray = np.zeros(len(x))
+    r[3:-3] = np.abs(x[3:-3] - np.median(windows(x, 7), axis=1))
+    out: list[int] = []
+    for k in np.flatnonzero(r > least):
+        low, high = max(k - _NEAR, 0), min(k + _NEAR + 1, len(x))
+        first, end = max(k - together + 1, 0), k + together
+        near = np.concatenate([r[low:first], r[end:high]])
+        if r[k] > _AROUND * float(np.sort(near)[-1 - others]):
             out.append(int(k))
     return np.array(out, dtype=np.int64)
 

@@ -19,10 +19,10 @@ from symgen.codegen.model import derive
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, LogError
+from symgen.estimation.channel_faults import channel_faults
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.filtered import FilteredLog, filtered
-from symgen.estimation.log_checks import torque_faults
 from symgen.estimation.logs import (
     Source,
     in_one_band,
@@ -35,7 +35,7 @@ from symgen.estimation.masking import require_left
 from symgen.estimation.recipe import NEEDED, Recipe
 from symgen.estimation.repairs import Repair
 from symgen.estimation.speeds import shifted
-from symgen.estimation.system import Equations, LinearSystem, torque_equations
+from symgen.estimation.system import Equations, LinearSystem
 from symgen.identification.alternatives import alternatives
 from symgen.identification.estimate import (
     Alternative,
@@ -149,13 +149,12 @@ def _checked(run: Run) -> tuple[Run, tuple[str, ...]]:
     if run.evaluator.model.robot.loaded:
         return run, ()
     for _ in range(_SHIFTS):
-        equations = [torque_equations(run.evaluator, log) for log in run.train]
-        other = [torque_equations(run.evaluator, log) for log in run.held]
-        faults = torque_faults(run.train, equations, run.held, other)
-        if not faults or faults[0].kind != "delay":
+        faults = channel_faults(run.evaluator, run.train, run.held)
+        late = next((f for f in faults if f.kind == "delay"), None)
+        if late is None:
             break
-        delay = faults[0].value
-        done = Repair("all logs", "tau", faults[0].says, sum(len(s.t) for s in run.logs), "shifted")
+        delay = late.value
+        done = Repair("all logs", "tau", late.says, sum(len(s.t) for s in run.logs), "shifted")
         run = replace(
             run,
             train=tuple(filtered(shifted(log.samples, delay), run.band) for log in run.train),
