@@ -55,8 +55,9 @@ def robots() -> None:
 
 @cli.command("import")
 @click.argument("file", type=click.Path(path_type=Path))
+@click.option("--fix", multiple=True, help="A joint held still, NAME or NAME=VALUE; repeatable.")
 @click.option("--into", type=click.Path(path_type=Path), help="The robot.toml to write.")
-def import_(file: Path, into: Path | None) -> int:
+def import_(file: Path, fix: tuple[str, ...], into: Path | None) -> int:
     """Read FILE (.urdf, or .par of SYMORO), print its table, and write it as robot.toml.
 
     Values of parameters that the file has go into NAME_parameters.toml beside it. Without --into
@@ -64,12 +65,13 @@ def import_(file: Path, into: Path | None) -> int:
     """
     import symgen
     from symgen.files import check_text_replaceable, write_text
+    from symgen.robot.fixed import with_fixed
     from symgen.robot.foreign import read_imported
     from symgen.robot.toml_text import parameters_toml
 
     if into is not None and into.suffix != ".toml":
         raise click.UsageError(f"--into {into}: accepted: a path that ends in .toml")
-    found = read_imported(file)
+    found = with_fixed(read_imported(file), fix)
     files = {} if into is None else {into: symgen.robot_toml(found.robot)}
     if into is not None and found.parameters:
         values = into.with_name(f"{found.robot.name}_parameters.toml")

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symgen.data.bags import is_bag, read_bag
+from symgen.data.columns import another_number
 from symgen.data.drive import joint_side
 from symgen.data.raw import FloatArray, Raw, Reading, one_line, refuse
 from symgen.data.raw import read_only as read_only
@@ -117,7 +118,7 @@ def read_log(
             raw = readers[path.suffix.lower()](path, reading.columns, currents)
     except (OSError, ValueError, csv.Error) as error:
         raise LogError(one_line(f"{path}: cannot be read: {error}; accepted: {_FILES}")) from error
-    return _checked(str(path), path.name, raw, n, sigma, drive)
+    return _checked(str(path), path.name, raw, n, sigma, drive, names)
 
 
 def make_log(
@@ -188,6 +189,7 @@ def _checked(
     n: int | None,
     sigma: Sequence[int] | None,
     drive: Drive | None,
+    names: Sequence[str] = (),
 ) -> Log:
     if sigma is not None and n is not None and len(sigma) != n:
         raise ValueError(f"sigma has {len(sigma)} entries for {n} joints")
@@ -208,8 +210,7 @@ def _checked(
         refuse(file, "has neither torques nor currents", KEYS)
     joints = q.shape[1]
     if n is not None and joints != n:
-        count = f"{joints} joint{'s' if joints > 1 else ''}"
-        refuse(file, f"the log has {count}, the robot has {n}", "one q and tau per movable joint")
+        refuse(file, *another_number(joints, n, names))
     for role, array in (("qd", qd), ("tau", tau), ("i", current)):
         if array is not None and array.shape[1] != joints:
             what = f"columns of q: {joints}, of {role}: {array.shape[1]}"

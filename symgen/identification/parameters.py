@@ -19,6 +19,7 @@ from symgen.files import load_json
 from symgen.identification.estimate import READ
 from symgen.robot.foreign import read_imported
 from symgen.robot.imported import FORMATS
+from symgen.robot.types import Robot
 
 FloatArray = NDArray[np.float64]
 
@@ -78,10 +79,7 @@ def cad_parameters(path: Path, model: Model) -> dict[str, float]:
     found = read_imported(path)
     if not found.parameters:
         raise ParameterError(f"{path}: it holds no values of parameters")
-    theirs, ours = found.robot.with_values(), model.robot.with_values()
-    keys = ("sigma", "antecedent", "gamma", "b", "alpha", "d", "theta", "r")
-    tables = [[[getattr(j, key) for key in keys] for j in r.joints] for r in (theirs, ours)]
-    if tables[0] != tables[1]:
+    if not same_frames(found.robot, model.robot):
         raise ParameterError(
             f"{path}: its frames are not those of {model.robot.name}; accepted: the file that the "
             "robot was imported from, and geometry as imported"
@@ -92,6 +90,24 @@ def cad_parameters(path: Path, model: Model) -> dict[str, float]:
         if not (p.inertial and p.prefix in names.LINK):
             values.setdefault(name, 0.0)
     return {name: value for name, value in values.items() if name in standard}
+
+
+def same_frames(imported: Robot, robot: Robot) -> bool:
+    """Whether a robot has the frames of its file; joints of the file may be held still in it."""
+    theirs, ours = imported.with_values().joints, robot.with_values().joints
+    if len(theirs) != len(ours):
+        return False
+    for a, b in zip(theirs, ours, strict=True):
+        keys = ["antecedent", "gamma", "b", "alpha", "d"]
+        if a.sigma == b.sigma:
+            keys += ["sigma", "theta", "r"]
+        elif b.sigma == names.FIXED:  # it stands somewhere along its axis
+            keys.append("r" if a.sigma == names.REVOLUTE else "theta")
+        else:
+            return False
+        if any(getattr(a, key) != getattr(b, key) for key in keys):
+            return False
+    return True
 
 
 def _named(content: Any, path: Path, robot: str) -> dict[str, tuple[Any, Any]]:
