@@ -79,7 +79,8 @@ def read_log(
 ) -> Log:
     """Read a log from a CSV, Parquet, NPZ or MCAP file, or from a ROS 2 bag.
 
-    CSV and Parquet have the columns t, q1.., optional qd1.., tau1..; all others are ignored. NPZ
+    CSV and Parquet have the columns t, q1.., optional qd1.., tau1.., or those of a recorder
+    (panda_joint1_position, pos_1, time), which are matched by name; all others are ignored. NPZ
     has the arrays t (N,), q, tau and optional qd (N, n), of any float or integer type; (N,) will
     do for q, qd and tau of a single joint. MCAP files and bags have messages
     sensor_msgs/msg/JointState, whose effort is tau.
@@ -91,7 +92,7 @@ def read_log(
         drive: gears and motors of the robot; the log is mapped to the joint side, and currents
             i1.. are read where it has torque constants.
         reading: names of columns, joints and topic in the file, and the span of time.
-        names: what the robot calls its movable joints, for bags.
+        names: what the robot calls its movable joints, for bags and names of columns.
 
     Returns:
         The checked log.
@@ -115,7 +116,9 @@ def read_log(
         elif path.stat().st_size == 0:
             refuse(path, "the file is empty", COLUMNS)
         else:
-            raw = readers[path.suffix.lower()](path, reading.columns, currents)
+            own = len(sigma) if sigma is not None else n
+            read = readers[path.suffix.lower()]
+            raw = read(path, reading.columns, currents, names, own)
     except (OSError, ValueError, csv.Error) as error:
         raise LogError(one_line(f"{path}: cannot be read: {error}; accepted: {_FILES}")) from error
     return _checked(str(path), path.name, raw, n, sigma, drive, names)
