@@ -9,7 +9,7 @@ import math
 import os
 import shutil
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -289,6 +289,11 @@ def rendered(template: str, **data: Any) -> str:
         **_SYNTAX.get(folder, {}),
     )
     return environment.get_template(name).render(**data)
+
+
+def html_table(caption: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table as HTML, as notebooks show it."""
+    return rendered("report/table.html", caption=caption, header=header, rows=rows)
 
 
 def templates() -> Path:

@@ -52,29 +52,9 @@ def table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
 
 def print_robot(robot: Robot) -> None:
     """Print the Denavit-Hartenberg table of a robot."""
-    from symgen.robot.expressions import text
+    from symgen.robot.table import HEADER, table_rows
 
-    keys = ("gamma", "b", "alpha", "d", "theta", "r")
-    rows = [
-        (
-            str(j.number),
-            j.name,
-            str(j.sigma),
-            str(j.antecedent),
-            *(_short(getattr(j, key)) for key in keys),
-            "" if j.follows is None else text(j.follows),
-        )
-        for j in robot.joints
-    ]
-    table(("joint", "name", "sigma", "antecedent", *keys, "follows"), rows)
-
-
-def _short(expr: Any) -> str:
-    """Write an exact value; one that is no short decimal with 9 digits."""
-    from symgen.robot.expressions import text
-
-    written = text(expr)
-    return f"{float(expr):.9g}" if expr.is_Rational and len(written) > 12 else written
+    table(HEADER, table_rows(robot))
 
 
 def print_model(model: Any) -> None:
