@@ -70,6 +70,7 @@ if TYPE_CHECKING:
     from symgen.identification.prediction import predict as predict
     from symgen.identification.reading import read_estimate as read_estimate
     from symgen.identification.recursive import Identifier as Identifier
+    from symgen.identification.robot_file import export as export
     from symgen.identification.workflow import identify as identify
     from symgen.robot.builtin import library as library
     from symgen.robot.toml_io import (
@@ -81,6 +82,7 @@ if TYPE_CHECKING:
     from symgen.robot.toml_text import robot_toml as robot_toml
     from symgen.robot.types import Joint as Joint
     from symgen.robot.types import Robot as Robot
+    from symgen.robot.urdf_io import updated_urdf as updated_urdf
     from symgen.runtime.check import Checked as Checked
     from symgen.runtime.check import check as check
     from symgen.runtime.evaluator import Evaluator as Evaluator
@@ -121,6 +123,7 @@ _WHERE = {
     "compare": "symgen.identification.comparison",
     "derive": "symgen.codegen.model",
     "diagnose": "symgen.diagnosis.workflow",
+    "export": "symgen.identification.robot_file",
     "excite": "symgen.experiment.excitation",
     "generate": "symgen.codegen.package",
     "identify": "symgen.identification.workflow",
@@ -136,6 +139,7 @@ _WHERE = {
     "read_robot": "symgen.robot.toml_io",
     "robot_toml": "symgen.robot.toml_text",
     "simulate": "symgen.experiment.simulate",
+    "updated_urdf": "symgen.robot.urdf_io",
     "values_header": "symgen.identification.export",
     "write_package": "symgen.codegen.package",
 }

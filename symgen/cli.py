@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symgen.cli_excite import excite
+from symgen.cli_export import export
 from symgen.cli_generate import generate
 from symgen.cli_reading import listed, numbers, reading_options
 from symgen.cli_report import doctor, report
@@ -179,8 +180,9 @@ def identify(
     from symgen.files import check_replaceable, write_folder
 
     check_replaceable(into, "estimate.json")
+    source = symgen.read_robot(robot)
     estimate = symgen.identify(
-        robot,
+        source,
         list(logs),
         validation=list(validation),
         model=model,
@@ -195,7 +197,7 @@ def identify(
         progress=say,
     )
     say("writing the report")
-    files = estimate_files(estimate)
+    files = estimate_files(estimate) | {"robot.toml": symgen.robot_toml(source).encode()}
     said = ""
     if robot.endswith(".urdf"):
         from symgen.identification.robot_file import identified_urdf
@@ -316,6 +318,7 @@ def demo(into: Path, runs: int) -> int:
 
 cli.add_command(generate)
 cli.add_command(excite)
+cli.add_command(export)
 cli.add_command(report)
 cli.add_command(doctor)
 cli.add_command(simulate)
