@@ -66,6 +66,7 @@ if TYPE_CHECKING:
     from symgen.identification.comparison import compare as compare
     from symgen.identification.estimate import Estimate as Estimate
     from symgen.identification.export import values_header as values_header
+    from symgen.identification.payload import payload as payload
     from symgen.identification.physical import link_parameters as link_parameters
     from symgen.identification.prediction import predict as predict
     from symgen.identification.reading import read_estimate as read_estimate
@@ -132,6 +133,7 @@ _WHERE = {
     "load": "symgen.runtime.evaluator",
     "make_log": "symgen.data.log",
     "parse_robot": "symgen.robot.toml_io",
+    "payload": "symgen.identification.payload",
     "predict": "symgen.identification.prediction",
     "prepare": "symgen.data.signals",
     "read_estimate": "symgen.identification.reading",

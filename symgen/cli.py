@@ -20,7 +20,8 @@ import click
 from symgen.cli_excite import excite
 from symgen.cli_export import export
 from symgen.cli_generate import generate
-from symgen.cli_reading import listed, numbers, reading_options
+from symgen.cli_payload import payload
+from symgen.cli_reading import again, listed, numbers, reading_options
 from symgen.cli_report import doctor, report
 from symgen.cli_simulate import simulate
 from symgen.errors import SymgenError, SymgenWarning
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.option("--debug", is_flag=True, help="Show tracebacks of errors.")
-@click.version_option(package_name="symgen")
+@click.version_option(None, "-V", "--version", package_name="symgen")
 def cli(debug: bool) -> None:
     """Dynamic models of robots in closed form, and their parameters from measured logs."""
 
@@ -209,10 +210,15 @@ def identify(
             said = f"no URDF is written: {error}"
     write_folder(into, files, "estimate.json")
     print_estimate(estimate)
+    trusted = estimate.verdict == "trusted"
+    if model != "auto" and not trusted:
+        click.echo(f"try: {again(model='auto', into=f'{into}-auto')}")
+    if estimate.physical.feasible is False and method == "wls" and trusted:
+        click.echo(f"try: {again(method='consistent', into=f'{into}-consistent')}")
     if said:
         click.echo(f"note: {said}")
     click.echo(f"written: {', '.join(str(into / name) for name in files)}")
-    return 0 if estimate.verdict == "trusted" else 1
+    return 0 if trusted else 1
 
 
 @cli.command()
@@ -319,6 +325,7 @@ def demo(into: Path, runs: int) -> int:
 cli.add_command(generate)
 cli.add_command(excite)
 cli.add_command(export)
+cli.add_command(payload)
 cli.add_command(report)
 cli.add_command(doctor)
 cli.add_command(simulate)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+import sys
 from collections.abc import Callable
 from functools import reduce, wraps
 from typing import Any
@@ -46,6 +48,23 @@ def reading_options(command: Callable[..., Any]) -> Callable[..., Any]:
         return command(*args, reading=reading, **others)
 
     return reduce(lambda wrapped, option: option(wrapped), reversed(_OPTIONS), with_reading)
+
+
+def again(**changed: str) -> str:
+    """Return the command that was given with some of its options changed, for the shell.
+
+    Args:
+        changed: options without their dashes, and what they are to be.
+    """
+    words = iter(sys.argv[1:])
+    kept = ["symgen"]
+    for word in words:
+        name, sign, _ = word.partition("=")
+        if name.removeprefix("--") not in changed or not name.startswith("--"):
+            kept.append(word)
+        elif not sign:
+            next(words, None)
+    return shlex.join([*kept, *(part for key in changed for part in (f"--{key}", changed[key]))])
 
 
 def listed(text: str | None) -> tuple[str, ...]:

@@ -47,8 +47,8 @@ def doctor() -> int:
     from symgen.doctor import examine
 
     found = examine()
-    table(
-        ("", "found", "to do"),
-        [(f.name if f.well else f"{f.name} !", f.found, f.advice) for f in found],
-    )
+    table(("", "found"), [(f.name if f.well else f"{f.name} !", f.found) for f in found])
+    for f in found:
+        if f.advice:  # whole, to be copied: a table would break it in a narrow terminal
+            click.echo(f"{f.name}: {f.advice}")
     return 0 if all(f.well for f in found) else 1

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from symgen.experiment.simulation import Simulation
     from symgen.identification.comparison import Comparison
     from symgen.identification.estimate import Estimate
+    from symgen.identification.payload import Payload
     from symgen.identification.prediction import Prediction
     from symgen.results import Result
     from symgen.robot.types import Robot
@@ -241,6 +242,25 @@ def print_prediction(prediction: Prediction) -> None:
     joints = ", ".join(f"{100 * r:.3g}" for r in prediction.error.per_joint or ())
     click.echo(
         f"error of torque per joint: {joints} %; in all {100 * prediction.error.relative:.3g} %"
+    )
+
+
+def print_payload(found: Payload) -> None:
+    """Print a load with its precision, and how well it explains the logs."""
+    for note in found.notes:
+        click.echo(f"note: {note}")
+    for repair in found.repairs:
+        click.echo(f"repair: {repair.in_words}")
+    rows = [
+        (name, "not determined" if q.value is None else f"{q.value:.5g}",
+         "" if q.std is None else f"{q.std:.2g}", unit)
+        for name, q, unit in found.rows()
+    ]  # fmt: skip
+    table(("load", "value", "std", "unit"), rows)
+    click.echo(f"in the frame of joint {found.frame}, inertia about the centre of mass")
+    click.echo(
+        f"error of torque: {100 * found.before:.3g} % without the load, {100 * found.after:.3g} % "
+        "with it"
     )
 
 

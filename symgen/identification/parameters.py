@@ -92,6 +92,17 @@ def cad_parameters(path: Path, model: Model) -> dict[str, float]:
     return {name: value for name, value in values.items() if name in standard}
 
 
+def _undeclared(name: str, value: float, robot: Robot) -> bool:
+    """Whether a parameter is the 0 of a rotor or a friction that the robot has not.
+
+    Files that `import` wrote hold them, also where they were switched off in robot.toml since.
+    """
+    prefix = name.rstrip("0123456789")
+    number = name[len(prefix) :]
+    drive = prefix in (names.ROTOR, *names.FRICTION.values())
+    return drive and value == 0 and number in {str(joint.number) for joint in robot.joints}
+
+
 def same_frames(imported: Robot, robot: Robot) -> bool:
     """Whether a robot has the frames of its file; joints of the file may be held still in it."""
     theirs, ours = imported.with_values().joints, robot.with_values().joints
@@ -130,6 +141,18 @@ def _named(content: Any, path: Path, robot: str) -> dict[str, tuple[Any, Any]]:
     return {name: (value, None) for name, value in table.items()}
 
 
+def regrouping(model: Model) -> FloatArray:
+    """Return G (p, s) of X = G s: from standard to base parameters, at the robot's lengths."""
+    base, numbers = model.base, model.robot.values()
+    place = {p.name: k for k, p in enumerate(base.standard)}
+    G = np.zeros((len(base.parameters), len(base.standard)))
+    for row, p in enumerate(base.parameters):
+        G[row, p.index] = 1.0
+        for c, name in p.terms:
+            G[row, place[name]] = float(c.subs(numbers).evalf(30))
+    return G
+
+
 def base_values(
     given: Mapping[str, Any], model: Model, where: str, partial: bool = False
 ) -> FloatArray:
@@ -150,6 +173,7 @@ def base_values(
             raise ParameterError(f"{where}: {name} is {value!r}; accepted: a finite number")
     base, numbers = model.base, model.robot.values()
     known = {p.name for p in base.standard} | set(base.names)
+    given = {k: v for k, v in given.items() if k in known or not _undeclared(k, v, model.robot)}
     unknown = sorted(set(given) - known)
     if unknown:
         raise ParameterError(

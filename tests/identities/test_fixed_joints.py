@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from oracles.urdf_arm import PinocchioUrdf
@@ -125,3 +127,22 @@ def test_inertias_of_the_file_are_a_prior_of_the_robot_with_held_joints(tmp_path
     from_toml.write_text(parameters_toml(held.parameters))
     again = dict(zip(model.base.names, read_parameters(from_toml, model), strict=True))
     assert again == X
+
+
+def test_zeros_of_rotors_that_a_robot_has_not_are_no_fault(tmp_path) -> None:
+    import symgen
+    from symgen.errors import ParameterError
+    from symgen.identification.parameters import read_parameters
+
+    imported = import_urdf(ARM)
+    values = tmp_path / "parameters.toml"
+    values.write_text(parameters_toml(imported.parameters))
+    bare = replace(
+        imported.robot,
+        joints=tuple(replace(j, rotor_inertia=False) for j in imported.robot.joints),
+    )
+    model = symgen.derive(bare)
+    assert np.isfinite(read_parameters(values, model)).all()
+    values.write_text(values.read_text().replace("IA1 = 0.0", "IA1 = 0.2"))
+    with pytest.raises(ParameterError, match="IA1 is no parameter"):
+        read_parameters(values, model)
