@@ -60,7 +60,7 @@ def robots() -> None:
 @click.option("--fix", multiple=True, help="A joint held still, NAME or NAME=VALUE; repeatable.")
 @click.option("--into", type=click.Path(path_type=Path), help="The robot.toml to write.")
 def import_(file: Path, fix: tuple[str, ...], into: Path | None) -> int:
-    """Read FILE (.urdf, or .par of SYMORO), print its table, and write it as robot.toml.
+    """Read FILE (.urdf, .par of SYMORO, .xml of MuJoCo), print its table, write it as robot.toml.
 
     Values of parameters that the file has go into NAME_parameters.toml beside it. Without --into
     the table is printed alone.
@@ -201,10 +201,10 @@ def identify(
     files = estimate_files(estimate) | {"robot.toml": symgen.robot_toml(source).encode()}
     said = ""
     if robot.endswith(".urdf"):
-        from symgen.identification.robot_file import identified_urdf
+        from symgen.identification.robot_file import identified_file
 
         try:
-            text, said = identified_urdf(robot, estimate)
+            text, said = identified_file(robot, estimate)
             files[f"{estimate.robot}.urdf"] = text.encode()
         except symgen.ParameterError as error:
             said = f"no URDF is written: {error}"

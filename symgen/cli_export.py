@@ -14,11 +14,11 @@ _PATH = click.Path(path_type=Path)
 
 @click.command()
 @click.argument("estimate", type=_PATH)
-@click.option("--to", type=_PATH, required=True, help="The URDF to write.")
-@click.option("--from", "source", type=_PATH, help="The robot's URDF; by default that of --to.")
+@click.option("--to", type=_PATH, required=True, help="The URDF or MJCF to write.")
+@click.option("--from", "source", type=_PATH, help="The robot's file; by default that of --to.")
 @click.option("--robot", help="The robot that was identified; default robot.toml by the estimate.")
 def export(estimate: Path, to: Path, source: Path | None, robot: str | None) -> int:
-    """Write the link parameters of ESTIMATE into the robot's URDF; the rest of it stays as it is.
+    """Write the link parameters of ESTIMATE into the robot's URDF or MJCF, and nothing else.
 
     Of all parameters that a robot can have and that give the identified ones, those nearest to the
     file's own are taken.
@@ -29,8 +29,8 @@ def export(estimate: Path, to: Path, source: Path | None, robot: str | None) -> 
     from symgen.robot.urdf_io import without_inertials
 
     for path in {to, source or to}:
-        if path.suffix.lower() != ".urdf":
-            raise click.UsageError(f"{path}: accepted: a path that ends in .urdf")
+        if path.suffix.lower() not in (".urdf", ".xml") or path.suffix != to.suffix:
+            raise click.UsageError(f"{path}: accepted: both end in .urdf, or both in .xml")
     say("deriving the model, and finding link parameters")
     text, said = exported(estimate, source or to, robot)
     if to.exists():

@@ -1,4 +1,4 @@
-"""An estimate written back into the robot's own URDF."""
+"""An estimate written back into the robot's own URDF or MJCF."""
 
 from __future__ import annotations
 
@@ -12,23 +12,24 @@ from symgen.identification.parameters import cad_parameters, same_frames
 from symgen.identification.physical import link_parameters
 from symgen.identification.reading import read_estimate
 from symgen.robot.foreign import read_imported
+from symgen.robot.mjcf_io import updated_mjcf
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.robot.urdf_io import updated_urdf
 
 
-def identified_urdf(
+def identified_file(
     path: str | Path, estimate: Estimate, robot: Robot | None = None
 ) -> tuple[str, str]:
-    """Return the URDF with link parameters that give the identified ones, and what to say of them.
+    """Return the file with link parameters that give the identified ones, and what to say of it.
 
     Base parameters do not determine link parameters: of all that a robot could have and that give
     X, those closest to the file's own are taken. Where no robot can have X, the nearest X is taken
     that one can have.
 
     Args:
-        path: of the URDF that the robot was read from.
+        path: of the file that the robot was read from.
         estimate: identified on that robot.
         robot: that robot, where joints of the file are held still in it.
 
@@ -52,8 +53,11 @@ def identified_urdf(
         prior=cad_parameters(path, model) if found.parameters else None,
         nearest=estimate.covariance,
     )
-    text = updated_urdf(path, links.bodies)
-    said = f"link parameters in a URDF: {links.caveat}"
+    if path.suffix.lower() == ".xml":
+        text = updated_mjcf(path, links.bodies)
+    else:
+        text = updated_urdf(path, links.bodies)
+    said = f"link parameters in {path.name}: {links.caveat}"
     if links.sigmas > 0:
         said += f"; the identified X is {links.sigmas:.2g} standard deviations away from them"
     return text, said
@@ -62,11 +66,11 @@ def identified_urdf(
 def export(
     estimate: str | Path, source: str | Path, robot: str | Path | Robot | None = None
 ) -> tuple[str, str]:
-    """Write the identified link parameters of a robot into the text of its URDF.
+    """Write the identified link parameters of a robot into the text of its URDF or MJCF.
 
     Args:
         estimate: an estimate.json, or the folder that `identify` wrote.
-        source: path of the URDF; everything in it but <inertial> elements stays as it is.
+        source: path of the URDF or MJCF; everything in it but <inertial> elements stays as it is.
         robot: the robot that was identified, its path or a library name; by default the robot.toml
             beside the estimate, or else the robot of the file.
 
@@ -91,4 +95,4 @@ def export(
                 f"{path}: the estimate is of another robot than {robot.name}; accepted: --robot "
                 "with the robot.toml that was identified"
             )
-    return identified_urdf(source, known, robot)
+    return identified_file(source, known, robot)

@@ -8,6 +8,7 @@ carries them, after all others, and keep the URDF's frames.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -25,7 +26,7 @@ from symgen.robot.urdf_text import TENSOR, parse_urdf
 from symgen.robot.xml_text import Element, parse_xml
 
 FloatArray = NDArray[np.float64]
-_CAVEAT = (
+CAVEAT = (
     "<!-- written by symgen: base parameters do not determine link parameters; this is one link of "
     "one robot that has them -->"
 )
@@ -66,8 +67,24 @@ def updated_urdf(
     """
     text, where = _text(source, where)
     urdf = parse_urdf(text, where)
-    chain = Chain(urdf, where, exact)
-    parts: dict[str, list[Body]] = {}
+    found = written_bodies(Chain(urdf, where, exact), bodies, where)
+    return replaced_inertials(
+        text, [(urdf.links[link].element, _inertial(body)) for link, body in found.items()]
+    )
+
+
+def written_bodies(chain: Chain, bodies: Iterable[Body], where: str) -> dict[str, Body]:
+    """Return what is to be written of links by their names, each in its link's frame.
+
+    Args:
+        chain: of the file.
+        bodies: links of the robot in the frames of their joints.
+        where: what error messages call the file.
+
+    Raises:
+        ParameterError: there is no such joint, or a value is not finite.
+    """
+    urdf, parts = chain.urdf, dict[str, list[Body]]()
     for body in bodies:
         if not 1 <= body.joint <= len(chain.order):
             raise ParameterError(
@@ -85,12 +102,14 @@ def updated_urdf(
             continue
         pose = chain.link[link].inverse().times(chain.frame[name])
         parts.setdefault(link, []).append(_moved(body, pose))
+    return {link: _joined(own) for link, own in parts.items()}
+
+
+def replaced_inertials(text: str, edits: Iterable[tuple[Element, Sequence[str]]]) -> str:
+    """Return a text with new lines in place of <inertial>, or inside, of some of its elements."""
     content = text.encode("utf-8")
-    edits = [
-        _edit(content, urdf.links[link].element, _inertial(_joined(own)))
-        for link, own in parts.items()
-    ]
-    for start, end, new in sorted(edits, reverse=True):
+    found = [_edit(content, element, lines) for element, lines in edits]
+    for start, end, new in sorted(found, reverse=True):
         content = content[:start] + new + content[end:]
     return content.decode("utf-8")
 
@@ -109,7 +128,7 @@ def without_inertials(text: str, where: str = "robot.urdf") -> bytes:
         waiting += [child for child in element.children if child.tag != "inertial"]
     for element in sorted(found, key=lambda e: e.start, reverse=True):
         content = content[: element.start] + content[element.end :]
-    return b"".join(content.split()).replace(b"></link>", b"/>")
+    return re.sub(rb"></(link|body)>", b"/>", b"".join(content.split()))
 
 
 def _text(source: str | Path, where: str) -> tuple[str, str]:
@@ -158,7 +177,7 @@ def _inertial(body: Body) -> list[str]:
     )
     return [
         "<inertial>",
-        f"  {_CAVEAT}",
+        f"  {CAVEAT}",
         f'  <origin xyz="{" ".join(repr(float(v)) for v in body.com)}" rpy="0 0 0"/>',
         f'  <mass value="{body.mass!r}"/>',
         f"  <inertia {tensor}/>",
@@ -179,4 +198,4 @@ def _edit(content: bytes, link: Element, lines: Sequence[str]) -> tuple[int, int
     if link.close > link.inside or link.end > link.close:
         return link.inside, link.inside, new.encode()
     tag = content[link.start : link.inside].removesuffix(b"/>").rstrip()
-    return link.start, link.end, tag + f">{new}\n{indent}</link>".encode()
+    return link.start, link.end, tag + f">{new}\n{indent}</{link.tag}>".encode()

@@ -20,6 +20,7 @@ DOORS = {
     "cffi": ("runtime/build",),
     "pyarrow": ("data/tables",),
     "rosbags": ("data/bags",),
+    "mujoco": ("robot/mjcf_io",),
     # Clarabel takes its matrices as SciPy's.
     "scipy": (
         "diagnosis/select",
@@ -46,7 +47,7 @@ DOORS = {
     "rich": ("terminal",),
 }
 HEAVY = {"sympy", "numpy", "scipy", "casadi", "plotly", "pyarrow", "jinja2", "cffi", "pydantic",
-         "clarabel", "pandas", "rosbags"}  # fmt: skip
+         "clarabel", "pandas", "rosbags", "mujoco"}  # fmt: skip
 
 
 def _run(*command: str) -> None:

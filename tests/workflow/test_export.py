@@ -121,7 +121,7 @@ def test_link_parameters_go_into_a_urdf_as_they_are(identified) -> None:
 
 REFUSED = {
     "another robot's file": ("other.urdf", "no such file"),
-    "another name": ("arm.xml", "ends in .urdf"),
+    "another name": ("arm.txt", "both end in .urdf, or both in .xml"),
     "a file of somebody": ("mine.urdf", "exists, and is another robot's"),
 }
 

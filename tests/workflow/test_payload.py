@@ -136,9 +136,11 @@ def _pseudo(values: np.ndarray) -> np.ndarray:
 
 
 def test_friction_that_changed_since_has_no_say(robot, parameters, monkeypatch) -> None:
+    before = symgen.payload(robot, recorded(22, True), parameters=parameters)
     monkeypatch.setitem(globals(), "FS", 1.3 * FS)
     found = symgen.payload(robot, recorded(22, True), parameters=parameters)
     assert abs(found.mass.value / MASS - 1) < 0.015
+    assert found.after < 1.05 * before.after
 
 
 def test_intervals_hold_the_truth(robot, parameters, tmp_path) -> None:
