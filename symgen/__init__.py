@@ -83,7 +83,6 @@ if TYPE_CHECKING:
     from symgen.robot.toml_text import robot_toml as robot_toml
     from symgen.robot.types import Joint as Joint
     from symgen.robot.types import Robot as Robot
-    from symgen.robot.urdf_io import updated_urdf as updated_urdf
     from symgen.runtime.check import Checked as Checked
     from symgen.runtime.check import check as check
     from symgen.runtime.evaluator import Evaluator as Evaluator
@@ -141,7 +140,6 @@ _WHERE = {
     "read_robot": "symgen.robot.toml_io",
     "robot_toml": "symgen.robot.toml_text",
     "simulate": "symgen.experiment.simulate",
-    "updated_urdf": "symgen.robot.urdf_io",
     "values_header": "symgen.identification.export",
     "write_package": "symgen.codegen.package",
 }

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import symgen
+from symgen.robot.urdf_io import updated_urdf
 
 pytest.importorskip("clarabel", reason="Clarabel is not installed")
 pytest.importorskip("pinocchio", reason="Pinocchio (pin) is not installed")
@@ -114,8 +115,8 @@ def test_link_parameters_go_into_a_urdf_as_they_are(identified) -> None:
     robot = symgen.read_robot(identified / "robot.toml")
     model = symgen.derive(robot)
     links = symgen.link_parameters(model, symgen.read_estimate(identified).X)
-    from_path = symgen.updated_urdf(str(identified / "arm.urdf"), links.bodies)
-    assert from_path == symgen.updated_urdf(URDF, links.bodies)
+    from_path = updated_urdf(str(identified / "arm.urdf"), links.bodies)
+    assert from_path == updated_urdf(URDF, links.bodies)
     assert from_path != URDF
 
 
