@@ -301,13 +301,14 @@ def print_comparison(comparison: Comparison) -> None:
 
 
 def print_result(result: Result, path: Path) -> bool:
-    """Print what identify, diagnose or predict found.
+    """Print what identify, diagnose, predict or payload found.
 
     Returns:
-        Whether the answer is yes: trusted, consistent or explained; a prediction has no other.
+        Whether the answer is yes: trusted, consistent or explained; of others it is no question.
     """
     from symgen.diagnosis.diagnosis import Diagnosis
     from symgen.identification.estimate import Estimate
+    from symgen.identification.payload import Payload
 
     if isinstance(result, Estimate):
         print_estimate(result)
@@ -315,7 +316,10 @@ def print_result(result: Result, path: Path) -> bool:
     if isinstance(result, Diagnosis):
         print_diagnosis(result, path if path.is_dir() else path.parent)
         return result.verdict in ("consistent", "explained")
-    print_prediction(result)
+    if isinstance(result, Payload):
+        print_payload(result)
+    else:
+        print_prediction(result)
     return True
 
 

@@ -247,6 +247,16 @@ def test_the_command_writes_the_contract(robot, parameters, tmp_path, command) -
     page = (into / "report.html").read_text()
     assert "Payload of arm" in page
     assert "http" not in page.replace("http-equiv", "")
+    again = tmp_path / "again.html"
+    code, reported, _ = command("report", into, "--into", again)
+    assert code == 0
+    assert again.read_text() == page
+    assert reported.splitlines()[:-1] == out.splitlines()[:-1]  # but for what was written
+    del content["inertia"][0]
+    (into / "payload.json").write_text(json.dumps(content))
+    code, _, err = command("report", into)
+    assert code == 2
+    assert "damaged" in err
 
 
 REFUSED = {
