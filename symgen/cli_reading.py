@@ -34,8 +34,10 @@ def reading_options(command: Callable[..., Any]) -> Callable[..., Any]:
         until: float | None,
         **others: Any,
     ) -> Any:
-        from symgen.data.columns import columns_from
+        from symgen.data.columns import IMPORT, columns_from
         from symgen.data.raw import Reading
+        from symgen.errors import LogError
+        from symgen.robot.imported import FORMATS
 
         reading = Reading(
             columns={} if columns is None else columns_from(columns),
@@ -45,7 +47,13 @@ def reading_options(command: Callable[..., Any]) -> Callable[..., Any]:
             until=until,
             mask=listed(mask),
         )
-        return command(*args, reading=reading, **others)
+        try:
+            return command(*args, reading=reading, **others)
+        except LogError as error:  # the file that the advice is about is known here
+            text = str(error).replace(IMPORT, f"symgen import {shlex.quote(others['robot'])} ")
+            if others["robot"].lower().endswith(FORMATS) and text != str(error):
+                raise LogError(text) from error
+            raise
 
     return reduce(lambda wrapped, option: option(wrapped), reversed(_OPTIONS), with_reading)
 

@@ -9,6 +9,8 @@ from pathlib import Path
 from symgen.data.raw import one_line
 from symgen.errors import LogError, plain
 
+#: How the command begins that holds joints still; a command line puts its own file in.
+IMPORT = "symgen import FILE "
 _ACCEPTED = "ours=theirs separated by commas, such as t=time,q1=shoulder_pos, or a .toml file"
 
 
@@ -68,4 +70,4 @@ def another_number(joints: int, n: int, names: Sequence[str] = ()) -> tuple[str,
 def held_still(joints: Sequence[str]) -> str:
     """Return the command that takes joints out of an imported robot."""
     fixes = " ".join(f"--fix {plain(joint)}" for joint in joints)
-    return f"joints without columns held still: symgen import FILE {fixes} --into robot.toml"
+    return f"joints without columns held still: {IMPORT}{fixes} --into robot.toml"

@@ -102,7 +102,7 @@ def test_a_log_without_the_finger_names_it_and_the_command(tmp_path, command) ->
     code, _, err = command("identify", arm, log, "--into", tmp_path / "out")
     assert code == 2
     assert "no column for finger" in err
-    assert "symgen import FILE --fix finger --into robot.toml" in err
+    assert f"symgen import {arm} --fix finger --into robot.toml" in err
     made = symgen.make_log("made", t, table[:, 1:3], table[:, 3:])
     with pytest.raises(LogError, match="--fix finger"):
         symgen.identify(arm, made)

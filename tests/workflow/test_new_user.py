@@ -40,9 +40,9 @@ def test_six_commands_from_a_urdf_and_a_log_to_a_trusted_model(
 
     logs = "train.csv --validation test.csv"
     said = run(f"identify panda.urdf {logs} --into result", expected=2)
-    helps = re.search(r"symgen (import) FILE (--fix \S+) --into robot.toml", said)
+    helps = re.search(r"symgen (import panda.urdf --fix \S+ --into robot.toml)", said)
     assert helps is not None, said
-    run(f"import panda.urdf {helps[2]} --into robot.toml")
+    run(helps[1])
     said = run(f"identify robot.toml {logs} --into result")
     assert "columns by name: t = time, q = *_position, qd = *_velocity, tau = *_effort" in said
     assert "stamps jitter" in said
