@@ -221,6 +221,7 @@ class _Known:
     X: FloatArray
     covariance: FloatArray | None
     band: Band | None
+    notes: tuple[str, ...] = ()
 
     @staticmethod
     def read(path: str | Path | None, model: Model) -> _Known | None:
@@ -230,11 +231,13 @@ class _Known:
         path = path / "estimate.json" if path.is_dir() else path
         X = read_parameters(path, model)
         if path.suffix != ".json":
-            return _Known(X, None, None)
+            says = "std leaves out the errors of the given parameters: the file states none"
+            return _Known(X, None, None, (says,))
         estimate = read_estimate(path)
         same = tuple(p.name for p in estimate.parameters) == model.base.names
         covariance = estimate.covariance if same and estimate.correlation.size else None
-        return _Known(X, covariance, estimate.band)
+        doubt = () if estimate.verdict == "trusted" else (f"{path}: a doubtful estimate",)
+        return _Known(X, covariance, estimate.band, doubt)
 
 
 def _columns(model: Model, link: int) -> list[int]:
@@ -282,15 +285,12 @@ def _against(
     solution = Wls().solve(system)
     r = V.shape[1]
     covariance = solution.covariance
-    notes: tuple[str, ...] = ()
-    if known.covariance is None:
-        notes = ("std leaves out the errors of the given parameters: the file states none",)
-    else:
+    if known.covariance is not None:
         shift = _shift(system, rows, solution)[:, :inertial]
         covariance = covariance + shift @ known.covariance[:inertial, :inertial] @ shift.T
     after = _relative(rows, [e.y - e.W @ solution.X for e in system.logs])
     before = _relative(rows, [e.y - e.W @ known.X for e in rows])
-    return _found(V, solution.X[:r], covariance[:r, :r], given), before, after, notes
+    return _found(V, solution.X[:r], covariance[:r, :r], given), before, after, known.notes
 
 
 def _shift(system: LinearSystem, rows: Sequence[Equations], solution: Solution) -> FloatArray:

@@ -135,6 +135,22 @@ def _pseudo(values: np.ndarray) -> np.ndarray:
     return np.trace(J) / 2 * np.eye(3) - J
 
 
+def test_what_std_leaves_out_is_said(robot, parameters, tmp_path) -> None:
+    estimate = json.loads(parameters.read_text())
+    values = [f"{p['name']} = {p['value']!r}" for p in estimate["parameters"]]
+    (tmp_path / "p.toml").write_text("\n".join(["[parameters]", *values]))
+    log = recorded(23, True)
+    known = symgen.payload(robot, log, parameters=parameters)
+    bare = symgen.payload(robot, log, parameters=tmp_path / "p.toml", cutoff=known.band.cutoff_hz)
+    assert any("errors of the given parameters" in note for note in bare.notes)
+    assert not any("errors of the given" in note or "doubtful" in note for note in known.notes)
+    assert bare.mass.std < known.mass.std
+    estimate["verdict"] = "doubtful"
+    (tmp_path / "doubtful.json").write_text(json.dumps(estimate))
+    found = symgen.payload(robot, log, parameters=tmp_path / "doubtful.json")
+    assert any("doubtful" in note for note in found.notes)
+
+
 def test_friction_that_changed_since_has_no_say(robot, parameters, monkeypatch) -> None:
     before = symgen.payload(robot, recorded(22, True), parameters=parameters)
     monkeypatch.setitem(globals(), "FS", 1.3 * FS)
