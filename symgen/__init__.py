@@ -66,10 +66,12 @@ if TYPE_CHECKING:
     from symgen.identification.comparison import compare as compare
     from symgen.identification.estimate import Estimate as Estimate
     from symgen.identification.export import values_header as values_header
+    from symgen.identification.payload import payload as payload
     from symgen.identification.physical import link_parameters as link_parameters
     from symgen.identification.prediction import predict as predict
     from symgen.identification.reading import read_estimate as read_estimate
     from symgen.identification.recursive import Identifier as Identifier
+    from symgen.identification.robot_file import export as export
     from symgen.identification.workflow import identify as identify
     from symgen.robot.builtin import library as library
     from symgen.robot.toml_io import (
@@ -121,6 +123,7 @@ _WHERE = {
     "compare": "symgen.identification.comparison",
     "derive": "symgen.codegen.model",
     "diagnose": "symgen.diagnosis.workflow",
+    "export": "symgen.identification.robot_file",
     "excite": "symgen.experiment.excitation",
     "generate": "symgen.codegen.package",
     "identify": "symgen.identification.workflow",
@@ -129,6 +132,7 @@ _WHERE = {
     "load": "symgen.runtime.evaluator",
     "make_log": "symgen.data.log",
     "parse_robot": "symgen.robot.toml_io",
+    "payload": "symgen.identification.payload",
     "predict": "symgen.identification.prediction",
     "prepare": "symgen.data.signals",
     "read_estimate": "symgen.identification.reading",

@@ -18,8 +18,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symgen.cli_excite import excite
+from symgen.cli_export import export
 from symgen.cli_generate import generate
-from symgen.cli_reading import listed, numbers, reading_options
+from symgen.cli_payload import payload
+from symgen.cli_reading import again, listed, numbers, reading_options
 from symgen.cli_report import doctor, report
 from symgen.cli_simulate import simulate
 from symgen.errors import SymgenError, SymgenWarning
@@ -40,7 +42,7 @@ if TYPE_CHECKING:
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.option("--debug", is_flag=True, help="Show tracebacks of errors.")
-@click.version_option(package_name="symgen")
+@click.version_option(None, "-V", "--version", package_name="symgen")
 def cli(debug: bool) -> None:
     """Dynamic models of robots in closed form, and their parameters from measured logs."""
 
@@ -55,21 +57,23 @@ def robots() -> None:
 
 @cli.command("import")
 @click.argument("file", type=click.Path(path_type=Path))
+@click.option("--fix", multiple=True, help="A joint held still, NAME or NAME=VALUE; repeatable.")
 @click.option("--into", type=click.Path(path_type=Path), help="The robot.toml to write.")
-def import_(file: Path, into: Path | None) -> int:
-    """Read FILE (.urdf, or .par of SYMORO), print its table, and write it as robot.toml.
+def import_(file: Path, fix: tuple[str, ...], into: Path | None) -> int:
+    """Read FILE (.urdf, .par of SYMORO, .xml of MuJoCo), print its table, write it as robot.toml.
 
     Values of parameters that the file has go into NAME_parameters.toml beside it. Without --into
     the table is printed alone.
     """
     import symgen
     from symgen.files import check_text_replaceable, write_text
+    from symgen.robot.fixed import with_fixed
     from symgen.robot.foreign import read_imported
     from symgen.robot.toml_text import parameters_toml
 
     if into is not None and into.suffix != ".toml":
         raise click.UsageError(f"--into {into}: accepted: a path that ends in .toml")
-    found = read_imported(file)
+    found = with_fixed(read_imported(file), fix)
     files = {} if into is None else {into: symgen.robot_toml(found.robot)}
     if into is not None and found.parameters:
         values = into.with_name(f"{found.robot.name}_parameters.toml")
@@ -177,8 +181,9 @@ def identify(
     from symgen.files import check_replaceable, write_folder
 
     check_replaceable(into, "estimate.json")
+    source = symgen.read_robot(robot)
     estimate = symgen.identify(
-        robot,
+        source,
         list(logs),
         validation=list(validation),
         model=model,
@@ -193,22 +198,27 @@ def identify(
         progress=say,
     )
     say("writing the report")
-    files = estimate_files(estimate)
+    files = estimate_files(estimate) | {"robot.toml": symgen.robot_toml(source).encode()}
     said = ""
     if robot.endswith(".urdf"):
-        from symgen.identification.robot_file import identified_urdf
+        from symgen.identification.robot_file import identified_file
 
         try:
-            text, said = identified_urdf(robot, estimate)
+            text, said = identified_file(robot, estimate)
             files[f"{estimate.robot}.urdf"] = text.encode()
         except symgen.ParameterError as error:
             said = f"no URDF is written: {error}"
     write_folder(into, files, "estimate.json")
     print_estimate(estimate)
+    trusted = estimate.verdict == "trusted"
+    if model != "auto" and not trusted:
+        click.echo(f"try: {again(model='auto', into=f'{into}-auto')}")
+    if estimate.physical.feasible is False and method == "wls" and trusted:
+        click.echo(f"try: {again(method='consistent', into=f'{into}-consistent')}")
     if said:
         click.echo(f"note: {said}")
     click.echo(f"written: {', '.join(str(into / name) for name in files)}")
-    return 0 if estimate.verdict == "trusted" else 1
+    return 0 if trusted else 1
 
 
 @cli.command()
@@ -314,6 +324,8 @@ def demo(into: Path, runs: int) -> int:
 
 cli.add_command(generate)
 cli.add_command(excite)
+cli.add_command(export)
+cli.add_command(payload)
 cli.add_command(report)
 cli.add_command(doctor)
 cli.add_command(simulate)

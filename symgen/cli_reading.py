@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+import sys
 from collections.abc import Callable
 from functools import reduce, wraps
 from typing import Any
@@ -32,8 +34,10 @@ def reading_options(command: Callable[..., Any]) -> Callable[..., Any]:
         until: float | None,
         **others: Any,
     ) -> Any:
-        from symgen.data.columns import columns_from
+        from symgen.data.columns import IMPORT, columns_from
         from symgen.data.raw import Reading
+        from symgen.errors import LogError
+        from symgen.robot.imported import FORMATS
 
         reading = Reading(
             columns={} if columns is None else columns_from(columns),
@@ -43,9 +47,32 @@ def reading_options(command: Callable[..., Any]) -> Callable[..., Any]:
             until=until,
             mask=listed(mask),
         )
-        return command(*args, reading=reading, **others)
+        try:
+            return command(*args, reading=reading, **others)
+        except LogError as error:  # the file that the advice is about is known here
+            text = str(error).replace(IMPORT, f"symgen import {shlex.quote(others['robot'])} ")
+            if others["robot"].lower().endswith(FORMATS) and text != str(error):
+                raise LogError(text) from error
+            raise
 
     return reduce(lambda wrapped, option: option(wrapped), reversed(_OPTIONS), with_reading)
+
+
+def again(**changed: str) -> str:
+    """Return the command that was given with some of its options changed, for the shell.
+
+    Args:
+        changed: options without their dashes, and what they are to be.
+    """
+    words = iter(sys.argv[1:])
+    kept = ["symgen"]
+    for word in words:
+        name, sign, _ = word.partition("=")
+        if name.removeprefix("--") not in changed or not name.startswith("--"):
+            kept.append(word)
+        elif not sign:
+            next(words, None)
+    return shlex.join([*kept, *(part for key in changed for part in (f"--{key}", changed[key]))])
 
 
 def listed(text: str | None) -> tuple[str, ...]:

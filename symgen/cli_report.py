@@ -16,7 +16,7 @@ from symgen.terminal import print_comparison, print_result, table
 def report(folder: Path, other: Path | None, into: Path | None) -> int:
     """Print the result in FOLDER again, or compare the estimates in FOLDER and OTHER.
 
-    FOLDER is what identify, diagnose or predict wrote. With --into the page is written anew.
+    FOLDER is what identify, diagnose, predict or payload wrote; --into writes its page anew.
     Exit codes are those of the command that wrote it; of a comparison 0 where the two agree.
     """
     import symgen
@@ -47,8 +47,8 @@ def doctor() -> int:
     from symgen.doctor import examine
 
     found = examine()
-    table(
-        ("", "found", "to do"),
-        [(f.name if f.well else f"{f.name} !", f.found, f.advice) for f in found],
-    )
+    table(("", "found"), [(f.name if f.well else f"{f.name} !", f.found) for f in found])
+    for f in found:
+        if f.advice:  # whole, to be copied: a table would break it in a narrow terminal
+            click.echo(f"{f.name}: {f.advice}")
     return 0 if all(f.well for f in found) else 1

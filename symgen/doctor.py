@@ -17,6 +17,7 @@ _NEEDED = ("sympy", "numpy", "scipy", "casadi", "cffi", "jinja2", "pydantic", "p
 _OPTIONAL = (
     ("clarabel", "parameters that a robot can have", "symgen[physical]"),
     ("rosbags", "MCAP files and ROS 2 bags", "symgen[ros]"),
+    ("mujoco", "MJCF files", "symgen[mjcf]"),
     ("pandas", "Estimate.to_dataframe", "pandas"),
 )
 _PROBE = b"int probe(void) { return 1; }\n"

@@ -9,7 +9,7 @@ import math
 import os
 import shutil
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -152,12 +152,21 @@ def write_text(path: Path, text: str) -> None:
             be written.
     """
     check_text_replaceable(path)
+    replace_file(path, f"{_MARK}{_digest(text)}\n{text}".encode())
+
+
+def replace_file(path: Path, content: bytes) -> None:
+    """Write a file in one step, in place of what was there.
+
+    Raises:
+        PackageError: it cannot be written.
+    """
     fresh = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, fresh = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-            file.write(f"{_MARK}{_digest(text)}\n{text}")
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
         os.chmod(fresh, 0o666 & ~_umask())
         os.replace(fresh, path)
     except OSError as error:
@@ -289,6 +298,11 @@ def rendered(template: str, **data: Any) -> str:
         **_SYNTAX.get(folder, {}),
     )
     return environment.get_template(name).render(**data)
+
+
+def html_table(caption: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table as HTML, as notebooks show it."""
+    return rendered("report/table.html", caption=caption, header=header, rows=rows)
 
 
 def templates() -> Path:

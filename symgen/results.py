@@ -9,20 +9,21 @@ from pathlib import Path
 from symgen.diagnosis import reading as diagnosis_reading
 from symgen.diagnosis.diagnosis import Diagnosis
 from symgen.errors import ParameterError
-from symgen.identification import prediction, reading
+from symgen.identification import payload, payload_reading, prediction, reading
 from symgen.identification.comparison import Comparison
 from symgen.identification.estimate import Estimate
 
-Result = Estimate | Diagnosis | prediction.Prediction
+Result = Estimate | Diagnosis | prediction.Prediction | payload.Payload
 _READERS: dict[str, Callable[[Path], Result]] = {
     reading.MARKER: reading.read_estimate,
     diagnosis_reading.MARKER: diagnosis_reading.read_diagnosis,
     prediction.MARKER: prediction.read_prediction,
+    payload.MARKER: payload_reading.read_payload,
 }
 
 
 def read_result(path: str | Path) -> Result:
-    """Read what identify, diagnose or predict wrote.
+    """Read what identify, diagnose, predict or payload wrote.
 
     Args:
         path: the folder, or the JSON file in it.
@@ -39,8 +40,8 @@ def read_result(path: str | Path) -> Result:
         if not path.exists():
             what = "it is not there"
         raise ParameterError(
-            f"{path}: {what}; accepted: a folder that identify, diagnose or predict wrote, or the "
-            f"{', '.join(_READERS)} in it"
+            f"{path}: {what}; accepted: a folder that identify, diagnose, predict or payload "
+            f"wrote, or the {', '.join(_READERS)} in it"
         )
     return _READERS[found[0]](path / found[0])
 
@@ -50,6 +51,7 @@ def result_page(result: Result | Comparison) -> str:
     from symgen.comparison_page import comparison_page
     from symgen.diagnosis_page import diagnosis_page
     from symgen.estimate_page import estimate_page
+    from symgen.payload_page import payload_page
     from symgen.prediction_page import prediction_page
 
     if isinstance(result, Comparison):
@@ -59,4 +61,6 @@ def result_page(result: Result | Comparison) -> str:
     if isinstance(result, Diagnosis):
         told = "Figures over time are on the page that diagnose wrote: its folder holds no curves."
         return diagnosis_page(replace(result, notes=(*result.notes, told)))
+    if isinstance(result, payload.Payload):
+        return payload_page(result)
     return prediction_page(result)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from symgen.experiment.simulation import Simulation
     from symgen.identification.comparison import Comparison
     from symgen.identification.estimate import Estimate
+    from symgen.identification.payload import Payload
     from symgen.identification.prediction import Prediction
     from symgen.results import Result
     from symgen.robot.types import Robot
@@ -52,29 +53,9 @@ def table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
 
 def print_robot(robot: Robot) -> None:
     """Print the Denavit-Hartenberg table of a robot."""
-    from symgen.robot.expressions import text
+    from symgen.robot.table import HEADER, table_rows
 
-    keys = ("gamma", "b", "alpha", "d", "theta", "r")
-    rows = [
-        (
-            str(j.number),
-            j.name,
-            str(j.sigma),
-            str(j.antecedent),
-            *(_short(getattr(j, key)) for key in keys),
-            "" if j.follows is None else text(j.follows),
-        )
-        for j in robot.joints
-    ]
-    table(("joint", "name", "sigma", "antecedent", *keys, "follows"), rows)
-
-
-def _short(expr: Any) -> str:
-    """Write an exact value; one that is no short decimal with 9 digits."""
-    from symgen.robot.expressions import text
-
-    written = text(expr)
-    return f"{float(expr):.9g}" if expr.is_Rational and len(written) > 12 else written
+    table(HEADER, table_rows(robot))
 
 
 def print_model(model: Any) -> None:
@@ -264,6 +245,25 @@ def print_prediction(prediction: Prediction) -> None:
     )
 
 
+def print_payload(found: Payload) -> None:
+    """Print a load with its precision, and how well it explains the logs."""
+    for note in found.notes:
+        click.echo(f"note: {note}")
+    for repair in found.repairs:
+        click.echo(f"repair: {repair.in_words}")
+    rows = [
+        (name, "not determined" if q.value is None else f"{q.value:.5g}",
+         "" if q.std is None else f"{q.std:.2g}", unit)
+        for name, q, unit in found.rows()
+    ]  # fmt: skip
+    table(("load", "value", "std", "unit"), rows)
+    click.echo(f"in the frame of joint {found.frame}, inertia about the centre of mass")
+    click.echo(
+        f"error of torque: {100 * found.before:.3g} % without the load, {100 * found.after:.3g} % "
+        "with it"
+    )
+
+
 def print_comparison(comparison: Comparison) -> None:
     """Print two estimates side by side, and which parameters moved."""
     from symgen.comparison_page import side_by_side
@@ -301,13 +301,14 @@ def print_comparison(comparison: Comparison) -> None:
 
 
 def print_result(result: Result, path: Path) -> bool:
-    """Print what identify, diagnose or predict found.
+    """Print what identify, diagnose, predict or payload found.
 
     Returns:
-        Whether the answer is yes: trusted, consistent or explained; a prediction has no other.
+        Whether the answer is yes: trusted, consistent or explained; of others it is no question.
     """
     from symgen.diagnosis.diagnosis import Diagnosis
     from symgen.identification.estimate import Estimate
+    from symgen.identification.payload import Payload
 
     if isinstance(result, Estimate):
         print_estimate(result)
@@ -315,7 +316,10 @@ def print_result(result: Result, path: Path) -> bool:
     if isinstance(result, Diagnosis):
         print_diagnosis(result, path if path.is_dir() else path.parent)
         return result.verdict in ("consistent", "explained")
-    print_prediction(result)
+    if isinstance(result, Payload):
+        print_payload(result)
+    else:
+        print_prediction(result)
     return True
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from symgen.codegen.kernels import ENERGY, Kernel, Subject
 from symgen.codegen.recipes import ALL, RECIPES
 from symgen.errors import ParameterError
 from symgen.robot.sought import require_constants
+from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters, find_base
 from symgen.symbolic.energy import energy_tape
@@ -24,6 +26,19 @@ class Model:
     base: BaseParameters
     kernels: tuple[Kernel, ...]
 
+    def __repr__(self) -> str:
+        """Return the robot's name, and how many joints and parameters there are."""
+        count = len(self.base.parameters)
+        return f"<Model {self.robot.name}: {self.robot.n} joints, {count} base parameters>"
+
+    def _repr_html_(self) -> str:
+        return self.base._repr_html_()
+
+    def _repr_latex_(self) -> str:
+        from symgen.codegen.tex import regroupings
+
+        return regroupings(self)
+
     @property
     def inertial(self) -> int:
         """Number of inertial base parameters: the first entries of X."""
@@ -34,22 +49,25 @@ class Model:
         return next((k for k in self.kernels if k.name == name), None)
 
 
-def derive(robot: Robot, kernels: Sequence[str] | str = ENERGY) -> Model:
+def derive(robot: Robot | str | Path, kernels: Sequence[str] | str = ENERGY) -> Model:
     """Derive the model of a robot in its base parameters.
 
     Named lengths stay symbols, unless the file's values give another minimal set than generic
     ones: then the file's decide, and the model has numbers in their place.
 
     Args:
-        robot: the mechanism.
+        robot: the mechanism, its path, or a library name.
         kernels: names of the kernels to derive, or "all", but for those over standard parameters;
             the energy model by default.
 
     Raises:
         SymgenError: the base parameters could not be proved.
         ParameterError: there is no such kernel.
-        RobotError: a constant of an effect is a range, or an effect is nothing new.
+        RobotError: there is no such robot, a constant of an effect is a range, or an effect is
+            nothing new.
     """
+    if isinstance(robot, (str, Path)):
+        robot = read_robot(robot)
     chosen = ALL if kernels == "all" else tuple(kernels)
     for name in chosen:
         if name not in RECIPES:

@@ -59,6 +59,13 @@ def tex_document(model: Model, kernels: Sequence[Kernel]) -> str:
     return rendered("tex/model.tex", **_Document(model, kernels).data())
 
 
+def regroupings(model: Model) -> str:
+    """Return the formulas of the base parameters, in dollars, as notebooks show LaTeX."""
+    document = _Document(model, ())
+    rows = [row for p in model.base.parameters for row in document.regrouping(p)]
+    return "$$\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}$$"
+
+
 class _Document:
     def __init__(self, model: Model, kernels: Sequence[Kernel]) -> None:
         self.robot, self.base = model.robot, model.base

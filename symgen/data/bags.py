@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symgen.data.columns import held_still
 from symgen.data.raw import FloatArray, Raw, Reading, one_line, refuse
 from symgen.errors import LogError
 
@@ -183,6 +184,7 @@ def _joints(
         refuse(path, f"the robot's joints have no names; the messages have {listed}", how)
     missing = [name for name in own if name not in present]
     if missing:
+        how = how if len(missing) == len(own) else f"{how}, or {held_still(missing)}"
         refuse(path, f"the robot's joint {missing[0]!r} is not among {listed}", how)
     return list(own)
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 
 from symgen.data.raw import one_line
-from symgen.errors import LogError
+from symgen.errors import LogError, plain
 
+#: How the command begins that holds joints still; a command line puts its own file in.
+IMPORT = "symgen import FILE "
 _ACCEPTED = "ours=theirs separated by commas, such as t=time,q1=shoulder_pos, or a .toml file"
 
 
@@ -46,3 +49,25 @@ def _from_file(path: Path) -> dict[str, str]:
         if not isinstance(theirs, str):
             raise LogError(f"--columns {path}: {ours} is not a text; {accepted}")
     return dict(table)
+
+
+def another_number(joints: int, n: int, names: Sequence[str] = ()) -> tuple[str, str]:
+    """Return what is wrong with a log of another number of joints than its robot, and what is not.
+
+    Args:
+        joints: number of joints in the log.
+        n: number of movable joints of the robot.
+        names: what the robot calls them, in order.
+    """
+    count = f"{joints} joint{'s' if joints > 1 else ''}"
+    what, accepted = f"the log has {count}, the robot has {n}", "one q and tau per movable joint"
+    beyond = [plain(name) for name in names[joints:]]
+    if not beyond or not all(beyond):
+        return what, accepted
+    return f"{what}: no column for {', '.join(beyond)}", f"{accepted}, or {held_still(beyond)}"
+
+
+def held_still(joints: Sequence[str]) -> str:
+    """Return the command that takes joints out of an imported robot."""
+    fixes = " ".join(f"--fix {plain(joint)}" for joint in joints)
+    return f"joints without columns held still: {IMPORT}{fixes} --into robot.toml"

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symgen.data.bags import is_bag, read_bag
+from symgen.data.columns import another_number
 from symgen.data.drive import joint_side
 from symgen.data.raw import FloatArray, Raw, Reading, one_line, refuse
 from symgen.data.raw import read_only as read_only
@@ -78,7 +79,8 @@ def read_log(
 ) -> Log:
     """Read a log from a CSV, Parquet, NPZ or MCAP file, or from a ROS 2 bag.
 
-    CSV and Parquet have the columns t, q1.., optional qd1.., tau1..; all others are ignored. NPZ
+    CSV and Parquet have the columns t, q1.., optional qd1.., tau1.., or those of a recorder
+    (panda_joint1_position, pos_1, time), which are matched by name; all others are ignored. NPZ
     has the arrays t (N,), q, tau and optional qd (N, n), of any float or integer type; (N,) will
     do for q, qd and tau of a single joint. MCAP files and bags have messages
     sensor_msgs/msg/JointState, whose effort is tau.
@@ -90,7 +92,7 @@ def read_log(
         drive: gears and motors of the robot; the log is mapped to the joint side, and currents
             i1.. are read where it has torque constants.
         reading: names of columns, joints and topic in the file, and the span of time.
-        names: what the robot calls its movable joints, for bags.
+        names: what the robot calls its movable joints, for bags and names of columns.
 
     Returns:
         The checked log.
@@ -114,10 +116,12 @@ def read_log(
         elif path.stat().st_size == 0:
             refuse(path, "the file is empty", COLUMNS)
         else:
-            raw = readers[path.suffix.lower()](path, reading.columns, currents)
+            own = len(sigma) if sigma is not None else n
+            read = readers[path.suffix.lower()]
+            raw = read(path, reading.columns, currents, names, own)
     except (OSError, ValueError, csv.Error) as error:
         raise LogError(one_line(f"{path}: cannot be read: {error}; accepted: {_FILES}")) from error
-    return _checked(str(path), path.name, raw, n, sigma, drive)
+    return _checked(str(path), path.name, raw, n, sigma, drive, names)
 
 
 def make_log(
@@ -188,6 +192,7 @@ def _checked(
     n: int | None,
     sigma: Sequence[int] | None,
     drive: Drive | None,
+    names: Sequence[str] = (),
 ) -> Log:
     if sigma is not None and n is not None and len(sigma) != n:
         raise ValueError(f"sigma has {len(sigma)} entries for {n} joints")
@@ -208,8 +213,7 @@ def _checked(
         refuse(file, "has neither torques nor currents", KEYS)
     joints = q.shape[1]
     if n is not None and joints != n:
-        count = f"{joints} joint{'s' if joints > 1 else ''}"
-        refuse(file, f"the log has {count}, the robot has {n}", "one q and tau per movable joint")
+        refuse(file, *another_number(joints, n, names))
     for role, array in (("qd", qd), ("tau", tau), ("i", current)):
         if array is not None and array.shape[1] != joints:
             what = f"columns of q: {joints}, of {role}: {array.shape[1]}"

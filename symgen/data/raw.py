@@ -29,8 +29,9 @@ class Reading:
     """How logs are read; the same for every log of a command.
 
     Attributes:
-        columns: names in the file of our columns, {"t": "time", "q1": "shoulder"}; in a bag the
-            field of the message, {"i": "effort"}.
+        columns: names in the file of our columns, {"t": "time", "q1": "shoulder"}, or a pattern
+            with * for the joint, {"q": "*_position"}; in a bag the field of the message,
+            {"i": "effort"}.
         joints: names of the robot's movable joints in the messages of a bag, in the robot's order;
             empty to take those of the robot.
         topic: of the messages in a bag, "" where only one topic has joint states.

@@ -12,21 +12,31 @@ from typing import Any, NoReturn
 import numpy as np
 
 from symgen.data.raw import NUMBERED, ROLES, FloatArray, Raw, one_line, refuse, require_size
+from symgen.data.recorders import matched
 from symgen.errors import LogError
 
 _LOOKED_AT = 1000  # columns that are searched for a bad cell
 #: What a table has, and what an NPZ.
 COLUMNS = "t, q1.., optional qd1.., tau1.."
+_PATTERN = {"t": "t=NAME", "q1": "q=*_NAME", "tau1": "tau=*_NAME"}
 KEYS = "t (N,), q (N, n), tau (N, n), optional qd (N, n)"
 
 
-def read_csv(path: Path, columns: Mapping[str, str], currents: bool) -> Raw:
+def read_csv(
+    path: Path,
+    columns: Mapping[str, str],
+    currents: bool,
+    joints: Sequence[str] = (),
+    n: int | None = None,
+) -> Raw:
     """Read a CSV with a header.
 
     Args:
         path: the file.
-        columns: names in the file of our columns.
+        columns: names in the file of our columns; those of a recorder are matched, see `matched`.
         currents: whether currents i1.. are read, and may stand in place of torques.
+        joints: what the robot calls its movable joints.
+        n: their number, None where it is not known.
 
     Raises:
         LogError: the file is not a table of numbers with the columns of a log.
@@ -42,7 +52,8 @@ def read_csv(path: Path, columns: Mapping[str, str], currents: bool) -> Raw:
             skip = rows.line_num
     except (UnicodeDecodeError, csv.Error) as error:
         raise LogError(f"{path}: is not a text file; accepted: CSV in UTF-8") from error
-    names = _renamed(path, [name.strip() for name in header], columns)
+    stripped = [name.strip() for name in header]
+    names, notes = _renamed(path, stripped, columns, joints, n, currents)
     groups = _groups(path, names, currents)
     wanted = ["t", *(name for group in groups.values() for name in group)]
     try:
@@ -57,7 +68,7 @@ def read_csv(path: Path, columns: Mapping[str, str], currents: bool) -> Raw:
         what = _bad_cell(path, names, wanted) or str(error)
         accepted = "at least 10 rows of numbers, separated by commas"
         raise LogError(one_line(f"{path}: {what}; accepted: {accepted}")) from error
-    return _from_columns(table, names, groups)
+    return _from_columns(table, names, groups, notes)
 
 
 def _bad_cell(path: Path, names: list[str], wanted: list[str]) -> str | None:
@@ -82,7 +93,13 @@ def _bad_cell(path: Path, names: list[str], wanted: list[str]) -> str | None:
     return "has a header and no samples" if sample < 0 else None
 
 
-def read_parquet(path: Path, columns: Mapping[str, str], currents: bool) -> Raw:
+def read_parquet(
+    path: Path,
+    columns: Mapping[str, str],
+    currents: bool,
+    joints: Sequence[str] = (),
+    n: int | None = None,
+) -> Raw:
     """Read a Parquet table; arguments and errors as for `read_csv`."""
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -90,7 +107,8 @@ def read_parquet(path: Path, columns: Mapping[str, str], currents: bool) -> Raw:
     try:
         with pq.ParquetFile(path) as file:
             schema = file.schema_arrow
-            names = _renamed(path, [name.strip() for name in schema.names], columns)
+            stripped = [name.strip() for name in schema.names]
+            names, notes = _renamed(path, stripped, columns, joints, n, currents)
             groups = _groups(path, names, currents)
             wanted = ["t", *(name for group in groups.values() for name in group)]
             for name in wanted:
@@ -103,20 +121,33 @@ def read_parquet(path: Path, columns: Mapping[str, str], currents: bool) -> Raw:
     except (pa.ArrowException, OSError, ValueError) as error:
         what = f"{path}: is not a readable Parquet file: {error}"
         raise LogError(one_line(f"{what}; accepted: a Parquet table of {COLUMNS}")) from error
-    return _from_columns(table, names, groups)
+    return _from_columns(table, names, groups, notes)
 
 
-def _renamed(path: Path, names: list[str], columns: Mapping[str, str]) -> list[str]:
-    """Return the names of a file's columns as ours; one that another takes the name of is lost."""
+def _renamed(
+    path: Path,
+    names: list[str],
+    columns: Mapping[str, str],
+    joints: Sequence[str],
+    n: int | None,
+    currents: bool,
+) -> tuple[list[str], tuple[str, ...]]:
+    """Return the names of a file's columns as ours, and which were matched by themselves.
+
+    One that another takes the name of is lost.
+    """
+    patterns = {ours: theirs for ours, theirs in columns.items() if "*" in theirs and ours != "t"}
+    columns = {ours: theirs for ours, theirs in columns.items() if ours not in patterns}
     for ours, theirs in columns.items():
         if ours != "t" and NUMBERED.fullmatch(ours) is None:
             refuse(path, f"--columns {ours}={theirs}: a table has one column a joint", COLUMNS)
         if theirs not in names:
             refuse(path, f"there is no column {theirs!r} (--columns {ours})", _found(names))
     ours_of = {theirs: ours for ours, theirs in columns.items()}
-    return [
+    given = [
         ours_of.get(name, f"{name} (of the file)" if name in columns else name) for name in names
     ]
+    return matched(path, given, patterns, joints, n, currents)
 
 
 def _found(names: Sequence[str]) -> str:
@@ -140,7 +171,8 @@ def _groups(path: Path, names: list[str], currents: bool) -> dict[str, list[str]
         if role == "tau1" and not present and numbers["i"]:
             _refuse_currents(path)
         if not present:
-            refuse(path, f"there is no column {role} among {_found(names)}", COLUMNS)
+            how = f'{COLUMNS}, or --columns "{_PATTERN[role]}"'
+            refuse(path, f"there is no column {role} among {_found(names)}", how)
     if not currents or (numbers["tau"] and len(numbers["i"]) != len(numbers["q"])):
         del numbers["i"]
     groups = {}
@@ -162,7 +194,9 @@ def _refuse_currents(path: Path) -> NoReturn:
     )
 
 
-def _from_columns(table: Any, names: list[str], groups: dict[str, list[str]]) -> Raw:
+def _from_columns(
+    table: Any, names: list[str], groups: dict[str, list[str]], notes: tuple[str, ...]
+) -> Raw:
     def stack(role: str) -> FloatArray | None:
         columns = [table[name].to_numpy().astype(np.float64) for name in groups.get(role, ())]
         return np.column_stack(columns) if columns else None
@@ -177,10 +211,17 @@ def _from_columns(table: Any, names: list[str], groups: dict[str, list[str]]) ->
         tau=stack("tau"),
         i=stack("i"),
         ignored=tuple(name for name in names if name not in used),
+        notes=notes,
     )
 
 
-def read_npz(path: Path, columns: Mapping[str, str], currents: bool) -> Raw:
+def read_npz(
+    path: Path,
+    columns: Mapping[str, str],
+    currents: bool,
+    _joints: Sequence[str] = (),
+    _n: int | None = None,
+) -> Raw:
     """Read what numpy.savez wrote; arguments and errors as for `read_csv`."""
     if not zipfile.is_zipfile(path):
         refuse(path, "is not an NPZ archive", f"what numpy.savez writes, with {KEYS}")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from symgen.data.columns import another_number
 from symgen.data.drive import joint_side
 from symgen.data.log import Log, cut, read_log
 from symgen.data.raw import Reading, refuse
@@ -50,15 +51,13 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
         LogError: it cannot be read, has another number of joints, or torques that no robot has.
     """
     reading = reading or Reading()
+    names = [joint.name for joint in robot.movable]
     if isinstance(source, Log):
         log = source
         if log.q.shape[1] != robot.n:
-            raise LogError(
-                f"{log.name}: the log has {log.q.shape[1]} joints, the robot has {robot.n}"
-            )
+            refuse(log.name, *another_number(log.q.shape[1], robot.n, names))
         log = log if robot.drive is None else joint_side(log, robot.drive)
     else:
-        names = [joint.name for joint in robot.movable]
         log = read_log(source, sigma=robot.sigma, drive=robot.drive, reading=reading, names=names)
     _require_within(log, robot)
     log = cut(log, reading.start, reading.until)

@@ -20,6 +20,7 @@ from symgen.estimation.values import (
     Trace,
     Whiteness,
 )
+from symgen.files import html_table
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -187,6 +188,20 @@ class Estimate:
     alternatives: tuple[Alternative, ...] = ()
     uses: tuple[Use, ...] = ()
     headline: str = ""
+
+    def __repr__(self) -> str:
+        """Return robot, model, method and verdict."""
+        return (
+            f"<Estimate of {self.robot}: {len(self.parameters)} parameters by {self.model} and "
+            f"{self.method}, {self.verdict}>"
+        )
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (p.name, f"{p.value:.5g}", f"{p.std:.2g}", f"{p.relative_std_percent:.1f}", p.unit)
+            for p in self.parameters
+        ]
+        return html_table(repr(self), ("parameter", "value", "std", "std %", "unit"), rows)
 
     @property
     def X(self) -> FloatArray:

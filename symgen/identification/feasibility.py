@@ -21,6 +21,7 @@ from symgen.codegen.model import Model
 from symgen.errors import ParameterError
 from symgen.identification.bodies import pseudo_inertia
 from symgen.identification.conic import Cone, minimise, triangle_vector
+from symgen.identification.parameters import regrouping
 from symgen.identification.verdict import POSITIVE
 from symgen.robot.types import Robot
 
@@ -66,18 +67,12 @@ class Feasibility:
         self.parameters = base.parameters
         self.names = [p.name for p in base.standard]
         self.prefix = {p.name: p.prefix for p in base.standard}
-        place = {name: i for i, name in enumerate(self.names)}
         self.X = np.array(X, dtype=float)
         if self.X.shape != (len(base.parameters),) or not np.isfinite(self.X).all():
             raise ParameterError(
                 f"{self.robot}: X is not {len(base.parameters)} finite base parameters"
             )
-        numbers = model.robot.values()
-        self.G = np.zeros((len(self.X), len(self.names)))
-        for row, p in enumerate(base.parameters):
-            self.G[row, p.index] = 1.0
-            for c, name in p.terms:
-                self.G[row, place[name]] = float(c.subs(numbers).evalf(30))
+        self.G = regrouping(model)
         self.heads = [p.index for p in base.parameters]
         self.free = sorted(set(range(len(self.names))) - set(self.heads))
         first = [i for i, p in enumerate(base.standard) if p.prefix == names.LINK[0]]
@@ -149,21 +144,21 @@ class Feasibility:
         cones = [
             Cone(
                 "semidefinite",
-                _MATRIX @ onto[link] - np.outer(_IDENTITY, t),
-                _MATRIX @ self.at[link],
+                MATRIX @ onto[link] - np.outer(IDENTITY, t),
+                MATRIX @ self.at[link],
             )
             for link in self.links
         ]
         cones += [Cone("nonnegative", onto[self.positive], self.at[self.positive])]
         trace = np.zeros((len(self.links), len(self.names)))
         for j, link in enumerate(self.links):
-            trace[j, link] = _IDENTITY @ _MATRIX
+            trace[j, link] = IDENTITY @ MATRIX
         cones += [
             Cone("nonnegative", -trace @ onto, _LARGEST - trace @ self.at),
             Cone("nonnegative", -t[None], np.array([_ENOUGH])),
         ]
         y, duals = minimise(np.zeros((len(t), len(t))), -t, cones)
-        return float(y[-1]), np.array([_IDENTITY @ z for z in duals[: len(self.links)]])
+        return float(y[-1]), np.array([IDENTITY @ z for z in duals[: len(self.links)]])
 
     def closest(self, prior: Mapping[str, float]) -> FloatArray:
         """Return the standard parameters s that give X and come closest to the prior."""
@@ -243,7 +238,7 @@ class Feasibility:
                     cones.append(Cone("exponential", e, np.array([0.0, 1.0, 0.0])))
             cones.append(Cone("semidefinite", E, np.zeros(36)))
             linear[at + 10 : at + 14] = -1.0
-            linear[link] = triangle_vector(self._reference(link, towards)) @ _MATRIX
+            linear[link] = triangle_vector(self._reference(link, towards)) @ MATRIX
         return cones, linear
 
     def _reference(self, link: list[int], towards: Mapping[str, float]) -> FloatArray:
@@ -257,15 +252,15 @@ class Feasibility:
     def _consistent(self, onto: FloatArray, at: FloatArray, floors: FloatArray) -> list[Cone]:
         """Return the cones of x = onto y + at: links as bodies, and what is never negative."""
         out = [
-            Cone("semidefinite", _MATRIX @ onto[link], _MATRIX @ at[link] - floor * _IDENTITY)
+            Cone("semidefinite", MATRIX @ onto[link], MATRIX @ at[link] - floor * IDENTITY)
             for link, floor in zip(self.links, floors, strict=True)
         ]
         return [*out, Cone("nonnegative", onto[self.positive], at[self.positive])]
 
 
 #: The pseudo-inertia of ten link parameters as a vector of the solver, and the unit matrix.
-_MATRIX = np.array([triangle_vector(pseudo_inertia(unit)) for unit in np.eye(len(names.LINK))]).T
-_IDENTITY = triangle_vector(np.eye(4))
+MATRIX = np.array([triangle_vector(pseudo_inertia(unit)) for unit in np.eye(len(names.LINK))]).T
+IDENTITY = triangle_vector(np.eye(4))
 
 
 def _block(P: FloatArray, L: FloatArray) -> FloatArray:

@@ -19,6 +19,7 @@ from symgen.files import load_json
 from symgen.identification.estimate import READ
 from symgen.robot.foreign import read_imported
 from symgen.robot.imported import FORMATS
+from symgen.robot.types import Robot
 
 FloatArray = NDArray[np.float64]
 
@@ -78,10 +79,7 @@ def cad_parameters(path: Path, model: Model) -> dict[str, float]:
     found = read_imported(path)
     if not found.parameters:
         raise ParameterError(f"{path}: it holds no values of parameters")
-    theirs, ours = found.robot.with_values(), model.robot.with_values()
-    keys = ("sigma", "antecedent", "gamma", "b", "alpha", "d", "theta", "r")
-    tables = [[[getattr(j, key) for key in keys] for j in r.joints] for r in (theirs, ours)]
-    if tables[0] != tables[1]:
+    if not same_frames(found.robot, model.robot):
         raise ParameterError(
             f"{path}: its frames are not those of {model.robot.name}; accepted: the file that the "
             "robot was imported from, and geometry as imported"
@@ -92,6 +90,35 @@ def cad_parameters(path: Path, model: Model) -> dict[str, float]:
         if not (p.inertial and p.prefix in names.LINK):
             values.setdefault(name, 0.0)
     return {name: value for name, value in values.items() if name in standard}
+
+
+def _undeclared(name: str, value: float, robot: Robot) -> bool:
+    """Whether a parameter is the 0 of a rotor or a friction that the robot has not.
+
+    Files that `import` wrote hold them, also where they were switched off in robot.toml since.
+    """
+    prefix = name.rstrip("0123456789")
+    number = name[len(prefix) :]
+    drive = prefix in (names.ROTOR, *names.FRICTION.values())
+    return drive and value == 0 and number in {str(joint.number) for joint in robot.joints}
+
+
+def same_frames(imported: Robot, robot: Robot) -> bool:
+    """Whether a robot has the frames of its file; joints of the file may be held still in it."""
+    theirs, ours = imported.with_values().joints, robot.with_values().joints
+    if len(theirs) != len(ours):
+        return False
+    for a, b in zip(theirs, ours, strict=True):
+        keys = ["antecedent", "gamma", "b", "alpha", "d"]
+        if a.sigma == b.sigma:
+            keys += ["sigma", "theta", "r"]
+        elif b.sigma == names.FIXED:  # it stands somewhere along its axis
+            keys.append("r" if a.sigma == names.REVOLUTE else "theta")
+        else:
+            return False
+        if any(getattr(a, key) != getattr(b, key) for key in keys):
+            return False
+    return True
 
 
 def _named(content: Any, path: Path, robot: str) -> dict[str, tuple[Any, Any]]:
@@ -114,6 +141,18 @@ def _named(content: Any, path: Path, robot: str) -> dict[str, tuple[Any, Any]]:
     return {name: (value, None) for name, value in table.items()}
 
 
+def regrouping(model: Model) -> FloatArray:
+    """Return G (p, s) of X = G s: from standard to base parameters, at the robot's lengths."""
+    base, numbers = model.base, model.robot.values()
+    place = {p.name: k for k, p in enumerate(base.standard)}
+    G = np.zeros((len(base.parameters), len(base.standard)))
+    for row, p in enumerate(base.parameters):
+        G[row, p.index] = 1.0
+        for c, name in p.terms:
+            G[row, place[name]] = float(c.subs(numbers).evalf(30))
+    return G
+
+
 def base_values(
     given: Mapping[str, Any], model: Model, where: str, partial: bool = False
 ) -> FloatArray:
@@ -134,6 +173,7 @@ def base_values(
             raise ParameterError(f"{where}: {name} is {value!r}; accepted: a finite number")
     base, numbers = model.base, model.robot.values()
     known = {p.name for p in base.standard} | set(base.names)
+    given = {k: v for k, v in given.items() if k in known or not _undeclared(k, v, model.robot)}
     unknown = sorted(set(given) - known)
     if unknown:
         raise ParameterError(

@@ -10,7 +10,7 @@ from symgen.robot.imported import FORMATS, Imported, read_text
 
 
 def read_imported(path: str | Path) -> Imported:
-    """Read a .urdf, or a .par of SYMORO.
+    """Read a .urdf, a .par of SYMORO, or an .xml of MuJoCo.
 
     Raises:
         RobotError: it cannot be read, or is not a robot that symgen can have.
@@ -31,6 +31,10 @@ def parse_imported(text: str, path: Path) -> Imported:
         from symgen.robot.par_io import import_par
 
         return import_par(text, str(path))
+    if path.suffix.lower() == ".xml":
+        from symgen.robot.mjcf_io import import_mjcf
+
+        return import_mjcf(path)
     from symgen.robot.urdf_io import import_urdf
 
     return import_urdf(text, str(path))

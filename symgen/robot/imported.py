@@ -10,7 +10,7 @@ from symgen.robot.expressions import shortened
 from symgen.robot.types import Robot
 
 #: Endings of the files of other programs.
-FORMATS = (".urdf", ".par")
+FORMATS = (".urdf", ".par", ".xml")
 _MAX_BYTES = 1_000_000
 _MAX_FOREIGN_BYTES = 20_000_000  # URDFs carry what is displayed, too
 

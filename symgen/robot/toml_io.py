@@ -54,7 +54,7 @@ def read_robot(source: str | Path) -> Robot:
         RobotError: there is no such robot, or the file is not a valid one.
     """
     accepted = (
-        f"accepted: a path to robot.toml, a .urdf, a .par, a generated package, or "
+        f"accepted: a path to robot.toml, a .urdf, a .par, an MJCF (.xml), a generated package, or "
         f"{', '.join(library())}"
     )
     if str(source) in library() and not Path(source).exists():

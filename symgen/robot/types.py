@@ -18,6 +18,7 @@ import sympy as sp
 
 from symgen import names
 from symgen.errors import RobotError
+from symgen.files import html_table
 from symgen.robot.effect import Effect
 from symgen.robot.sought import Sought
 
@@ -143,6 +144,15 @@ class Robot:
     effects: tuple[Effect, ...] = ()
     sought: tuple[Sought, ...] = ()
     drive: Drive | None = None
+
+    def __repr__(self) -> str:
+        """Return the name and how many joints move."""
+        return f"<Robot {self.name}: {self.n} of {len(self.joints)} joints movable>"
+
+    def _repr_html_(self) -> str:
+        from symgen.robot.table import HEADER, table_rows
+
+        return html_table(repr(self), HEADER, table_rows(self))
 
     @property
     def movable(self) -> tuple[Joint, ...]:

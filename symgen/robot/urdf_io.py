@@ -8,33 +8,28 @@ carries them, after all others, and keep the URDF's frames.
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen import names
 from symgen.errors import ParameterError
-from symgen.robot.denavit_hartenberg import Matrix
+from symgen.robot.body import Body
+from symgen.robot.denavit_hartenberg import Pose
 from symgen.robot.expressions import shortened
 from symgen.robot.imported import Imported, read_text
-from symgen.robot.recognition import context, number
 from symgen.robot.urdf_chain import Chain
 from symgen.robot.urdf_text import TENSOR, parse_urdf
-from symgen.robot.xml_text import Element
+from symgen.robot.xml_text import Element, parse_xml
 
-_CAVEAT = """<!-- The inertial values below were written by symgen. Measured motion determines
-     base parameters only, and base parameters do not determine link parameters: these are one
-     physically consistent member of the family that has them. -->
-"""
-
-
-class Body(NamedTuple):
-    """Mass [kg], centre of mass [m] and inertia about it [kg m2] of a link, in one frame."""
-
-    mass: float
-    centre: Sequence[float]
-    inertia: Sequence[Sequence[float]]
+FloatArray = NDArray[np.float64]
+CAVEAT = (
+    "<!-- written by symgen: base parameters do not determine link parameters; this is one link of "
+    "one robot that has them -->"
+)
 
 
 def import_urdf(text: str, where: str = "robot.urdf", exact: bool = True) -> Imported:
@@ -53,14 +48,16 @@ def import_urdf(text: str, where: str = "robot.urdf", exact: bool = True) -> Imp
 
 
 def updated_urdf(
-    source: str | Path, bodies: Mapping[int, Body], where: str = "robot.urdf", exact: bool = True
+    source: str | Path, bodies: Iterable[Body], where: str = "robot.urdf", exact: bool = True
 ) -> str:
     """Write link parameters into the <inertial> elements of a copy of a URDF.
 
+    A fixed link without <inertial> gets none: its body goes to the link that carries it.
+
     Args:
-        source: the text of the URDF, or its path; everything else in it stays as it is.
-        bodies: by joint number of the imported robot, the body behind that joint in frame j
-            (fixed joints included); links that are not named keep what they have.
+        source: the URDF as text, or its path; everything else in it stays as it is, to the byte.
+        bodies: links of the imported robot in the frames of their joints, as `link_parameters`
+            gives them (fixed joints included); links that are not named keep what they have.
         where: what error messages call a text.
         exact: as in `import_urdf`.
 
@@ -68,62 +65,120 @@ def updated_urdf(
         RobotError: the URDF cannot be read.
         ParameterError: there is no such joint, or a value is not finite.
     """
-    if isinstance(source, Path):
-        where = str(source)
-        source, _ = read_text(source, "accepted: a path to a .urdf")
-    urdf = parse_urdf(source, where)
-    chain = Chain(urdf, where, exact)
-    content = source.encode("utf-8")
-    edits: list[tuple[int, int, bytes]] = []
-    for joint, body in bodies.items():
-        if not 1 <= joint <= len(chain.order):
-            raise ParameterError(
-                f"{where}: there is no joint {joint}; accepted: 1 to {len(chain.order)}"
-            )
-        name = chain.order[joint - 1]
-        link = urdf.links[urdf.joints[name].child]
-        written = _inertial(_moved(body, chain, name, where))
-        edits.append(_edit(content, link.element, written))
-    for start, end, new in sorted(edits, reverse=True):
-        content = content[:start] + new + content[end:]
-    text = content.decode("utf-8")
-    head = re.match(r"\s*<\?xml[^>]*\?>\s*", text)
-    at = head.end() if head else 0
-    return text[:at] + _CAVEAT + text[at:]
-
-
-def _moved(body: Body, chain: Chain, name: str, where: str) -> Body:
-    """Return a body of frame j in the frame of the URDF's link."""
-    mass, centre, inertia = body
-    values = [mass, *centre, *(v for row in inertia for v in row)]
-    if len(values) != 13 or not all(math.isfinite(v) for v in values):
-        raise ParameterError(
-            f"{where}: joint {shortened(name)!r}: accepted: a mass, 3 coordinates of its centre "
-            "and a 3 x 3 inertia, all finite"
-        )
-    mpf = context().mpf
-    x, y, z = (mpf(float(v)) for v in centre)
-    rows: list[tuple[object, object, object]] = []
-    for row in inertia:
-        a, b, c = (mpf(float(v)) for v in row)
-        rows.append((a, b, c))
-    tensor: Matrix = (rows[0], rows[1], rows[2])
-    pose = chain.inside(name).inverse()
-    place = pose.point((x, y, z))
-    turned = pose.tensor(tensor)
-    return Body(
-        float(mass), [number(v) for v in place], [[number(v) for v in row] for row in turned]
+    text, where = _text(source, where)
+    urdf = parse_urdf(text, where)
+    found = written_bodies(Chain(urdf, where, exact), bodies, where)
+    return replaced_inertials(
+        text, [(urdf.links[link].element, _inertial(body)) for link, body in found.items()]
     )
+
+
+def written_bodies(chain: Chain, bodies: Iterable[Body], where: str) -> dict[str, Body]:
+    """Return what is to be written of links by their names, each in its link's frame.
+
+    Args:
+        chain: of the file.
+        bodies: links of the robot in the frames of their joints.
+        where: what error messages call the file.
+
+    Raises:
+        ParameterError: there is no such joint, or a value is not finite.
+    """
+    urdf, parts = chain.urdf, dict[str, list[Body]]()
+    for body in bodies:
+        if not 1 <= body.joint <= len(chain.order):
+            raise ParameterError(
+                f"{where}: there is no joint {body.joint}; accepted: 1 to {len(chain.order)}"
+            )
+        name = chain.order[body.joint - 1]
+        link = urdf.joints[name].child
+        _require_finite(body, f"{where}: joint {shortened(name)!r}")
+        while link != urdf.root and urdf.links[link].inertial is None:
+            if chain.above[link].sigma != names.FIXED:
+                break
+            link = chain.above[link].parent
+        empty = urdf.links[link].inertial is None and not body.mass and not np.any(body.inertia)
+        if link == urdf.root or empty:  # nothing moves it, or it is nothing
+            continue
+        pose = chain.link[link].inverse().times(chain.frame[name])
+        parts.setdefault(link, []).append(_moved(body, pose))
+    return {link: _joined(own) for link, own in parts.items()}
+
+
+def replaced_inertials(text: str, edits: Iterable[tuple[Element, Sequence[str]]]) -> str:
+    """Return a text with new lines in place of <inertial>, or inside, of some of its elements."""
+    content = text.encode("utf-8")
+    found = [_edit(content, element, lines) for element, lines in edits]
+    for start, end, new in sorted(found, reverse=True):
+        content = content[:start] + new + content[end:]
+    return content.decode("utf-8")
+
+
+def without_inertials(text: str, where: str = "robot.urdf") -> bytes:
+    """Return a URDF or MJCF without its <inertial> elements and blanks: all that is never written.
+
+    Raises:
+        RobotError: it is no XML.
+    """
+    content = text.encode("utf-8")
+    found, waiting = [], [parse_xml(text, where)]
+    while waiting:
+        element = waiting.pop()
+        found += element.all("inertial")
+        waiting += [child for child in element.children if child.tag != "inertial"]
+    for element in sorted(found, key=lambda e: e.start, reverse=True):
+        content = content[: element.start] + content[element.end :]
+    return re.sub(rb"></(link|body)>", b"/>", b"".join(content.split()))
+
+
+def _text(source: str | Path, where: str) -> tuple[str, str]:
+    """Return the text of a URDF and what messages call it; XML begins with <, a path does not."""
+    if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
+        return source, where
+    text, _ = read_text(source, "accepted: a path to a .urdf, or its text")
+    return text, str(source)
+
+
+def _require_finite(body: Body, place: str) -> None:
+    values = [np.asarray(v, dtype=float) for v in (body.mass, body.com, body.inertia)]
+    shapes = [v.shape for v in values]
+    if shapes != [(), (3,), (3, 3)] or not all(np.isfinite(v).all() for v in values):
+        raise ParameterError(
+            f"{place}: accepted: a mass, 3 coordinates of its centre and a 3 x 3 inertia, "
+            "all finite"
+        )
+
+
+def _moved(body: Body, pose: Pose) -> Body:
+    """Return a body of a frame in another, in which `pose` places it."""
+    R = np.array([[float(v) for v in axis] for axis in (pose.x, pose.y, pose.z)]).T
+    origin = np.array([float(v) for v in pose.origin])
+    inertia = np.asarray(body.inertia, dtype=float)
+    return Body(body.joint, float(body.mass), R @ body.com + origin, R @ inertia @ R.T)
+
+
+def _joined(bodies: Sequence[Body]) -> Body:
+    """Return bodies of one frame as one: I about the common centre, by Steiner's theorem."""
+    if len(bodies) == 1:
+        return bodies[0]
+    mass = sum(b.mass for b in bodies)
+    com = np.sum([b.mass * b.com for b in bodies], axis=0) / (mass or 1.0)
+    inertia = np.zeros((3, 3))
+    for b in bodies:
+        r = b.com - com
+        inertia += b.inertia + b.mass * (r @ r * np.eye(3) - np.outer(r, r))
+    return Body(bodies[0].joint, mass, com, inertia)
 
 
 def _inertial(body: Body) -> list[str]:
     upper = [(i, k) for i in range(3) for k in range(i, 3)]
     tensor = " ".join(
-        f'{key}="{body.inertia[i][k]!r}"' for key, (i, k) in zip(TENSOR, upper, strict=True)
+        f'{key}="{float(body.inertia[i, k])!r}"' for key, (i, k) in zip(TENSOR, upper, strict=True)
     )
     return [
         "<inertial>",
-        f'  <origin xyz="{" ".join(map(repr, body.centre))}" rpy="0 0 0"/>',
+        f"  {CAVEAT}",
+        f'  <origin xyz="{" ".join(repr(float(v)) for v in body.com)}" rpy="0 0 0"/>',
         f'  <mass value="{body.mass!r}"/>',
         f"  <inertia {tensor}/>",
         "</inertial>",
@@ -143,4 +198,4 @@ def _edit(content: bytes, link: Element, lines: Sequence[str]) -> tuple[int, int
     if link.close > link.inside or link.end > link.close:
         return link.inside, link.inside, new.encode()
     tag = content[link.start : link.inside].removesuffix(b"/>").rstrip()
-    return link.start, link.end, tag + f">{new}\n{indent}</link>".encode()
+    return link.start, link.end, tag + f">{new}\n{indent}</{link.tag}>".encode()

@@ -19,6 +19,7 @@ import sympy as sp
 
 from symgen import names
 from symgen.errors import SymgenError
+from symgen.files import html_table
 from symgen.robot.expressions import text
 from symgen.robot.types import Robot
 from symgen.symbolic.elimination import (
@@ -113,6 +114,14 @@ class BaseParameters:
     standard: tuple[Parameter, ...]
     no_effect: tuple[str, ...]
     proof: Proof
+
+    def __repr__(self) -> str:
+        """Return how many there are, and of how many standard ones."""
+        return f"<BaseParameters: {len(self.parameters)} of {len(self.standard)} standard ones>"
+
+    def _repr_html_(self) -> str:
+        rows = [(p.name, p.expression, p.unit) for p in self.parameters]
+        return html_table(repr(self), ("base parameter", "formula", "unit"), rows)
 
     @property
     def inertial(self) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 
@@ -62,6 +63,13 @@ def test_the_written_urdf_has_the_torques_of_the_estimate(tmp_path) -> None:
     written = (tmp_path / "out" / "two_link.urdf").read_text()
     assert "<!-- an arm -->" in written
     assert "do not determine" in written
+    assert _rest(written) == _rest(URDF)
+    again = tmp_path / "again.urdf"
+    again.write_text(URDF)
+    export = [sys.executable, "-m", "symgen", "export", str(tmp_path / "out"), "--to", str(again)]
+    done = subprocess.run(export, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert again.read_text() == written
     X = _cad(tmp_path / "out" / "estimate.json", model)
     np.testing.assert_allclose(X, true, atol=0.01 * np.abs(true).max())
     links = pin.buildModelFromXML(written)
@@ -76,6 +84,11 @@ def test_the_written_urdf_has_the_torques_of_the_estimate(tmp_path) -> None:
     np.testing.assert_allclose(rotors, np.broadcast_to(rotors[0], np.shape(rotors)), atol=1e-5)
     assert abs(rotors[0][0, 1]) < 1e-5
     assert np.diag(rotors[0]).min() > -1e-5
+
+
+def _rest(text: str) -> str:
+    """All of a URDF but its <inertial> elements."""
+    return re.sub(r"<inertial>.*?</inertial>", "", text, flags=re.DOTALL)
 
 
 def _cad(path, model) -> np.ndarray:

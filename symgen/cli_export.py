@@ -1,0 +1,44 @@
+"""The command `export`: identified link parameters in the robot's own file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from symgen.errors import PackageError
+from symgen.terminal import say
+
+_PATH = click.Path(path_type=Path)
+
+
+@click.command()
+@click.argument("estimate", type=_PATH)
+@click.option("--to", type=_PATH, required=True, help="The URDF or MJCF to write.")
+@click.option("--from", "source", type=_PATH, help="The robot's file; by default that of --to.")
+@click.option("--robot", help="The robot that was identified; default robot.toml by the estimate.")
+def export(estimate: Path, to: Path, source: Path | None, robot: str | None) -> int:
+    """Write the link parameters of ESTIMATE into the robot's URDF or MJCF, and nothing else.
+
+    Of all parameters that a robot can have and that give the identified ones, those nearest to the
+    file's own are taken.
+    """
+    from symgen.files import replace_file
+    from symgen.identification.robot_file import export as exported
+    from symgen.robot.imported import read_text
+    from symgen.robot.urdf_io import without_inertials
+
+    for path in {to, source or to}:
+        if path.suffix.lower() not in (".urdf", ".xml") or path.suffix != to.suffix:
+            raise click.UsageError(f"{path}: accepted: both end in .urdf, or both in .xml")
+    say("deriving the model, and finding link parameters")
+    text, said = exported(estimate, source or to, robot)
+    if to.exists():
+        old, _ = read_text(to, "accepted: a new file")
+        if without_inertials(old, str(to)) != without_inertials(text):
+            raise PackageError(f"{to}: exists, and is another robot's; accepted: a new file")
+    marked = (source or to).read_bytes().startswith(b"\xef\xbb\xbf")
+    replace_file(to, text.encode("utf-8-sig" if marked else "utf-8"))
+    click.echo(f"note: {said}")
+    click.echo(f"written: {to}")
+    return 0

@@ -1,0 +1,66 @@
+"""The command `payload`: what the arm carries."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from symgen.cli_reading import reading_options
+from symgen.terminal import print_payload, say
+
+if TYPE_CHECKING:
+    from symgen.data.raw import Reading
+
+
+@click.command()
+@click.argument("robot")
+@click.argument("logs", nargs=-1, required=True)
+@click.option("--parameters", help="Of the robot alone: estimate.json, or TOML [parameters].")
+@click.option("--without", multiple=True, help="A log without the load; may be repeated.")
+@click.option("--mass", type=float, help="Of the load, kg, where it was weighed.")
+@click.option("--gain", type=float, help="Std of the drives' gains, %; a part of every std.")
+@click.option(
+    "--cutoff", type=float, help="Of the filter of q and qd, Hz; by default it is chosen."
+)
+@reading_options
+@click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
+def payload(
+    robot: str,
+    logs: tuple[str, ...],
+    parameters: str | None,
+    without: tuple[str, ...],
+    mass: float | None,
+    gain: float | None,
+    cutoff: float | None,
+    reading: Reading,
+    into: Path,
+) -> int:
+    """Identify mass, centre of mass and inertia of what ROBOT carries in LOGS.
+
+    The robot alone is known by --parameters, or by logs --without the load, best of the same
+    motions: what they have in common cancels.
+    """
+    import symgen
+    from symgen.files import check_replaceable, write_folder
+    from symgen.identification.payload import MARKER
+    from symgen.payload_page import payload_files
+
+    check_replaceable(into, MARKER)
+    found = symgen.payload(
+        robot,
+        list(logs),
+        parameters=parameters,
+        without=list(without),
+        mass=mass,
+        gain=gain,
+        cutoff=cutoff,
+        reading=reading,
+        progress=say,
+    )
+    files = payload_files(found)
+    write_folder(into, files, MARKER)
+    print_payload(found)
+    click.echo(f"written: {', '.join(str(into / name) for name in files)}")
+    return 0

@@ -1,0 +1,395 @@
+"""payload: mass, centre of mass and inertia of what the arm carries, from logs with it.
+
+Link parameters s of a load that is fixed on the last moving link enter the base parameters as those
+of the link do, X = G s. With Y the torque regressor and G_n the columns of G of that link,
+
+    tau = Y X + (Y G_n) s
+
+is linear in s. Either the parameters X of the unloaded robot are given, and friction is taken anew
+from the logs with the load; or logs without the load are, and all is solved at once: friction and
+what the model misses, where both motions are alike, cancel (Khalil, Gautier, Lemoine 2007).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen import names
+from symgen.codegen.model import Model, derive
+from symgen.data.raw import Reading
+from symgen.errors import IdentificationError, ParameterError
+from symgen.estimation.band import Band
+from symgen.estimation.cutoff import choose_band
+from symgen.estimation.estimators import Wls
+from symgen.estimation.filtered import filtered
+from symgen.estimation.logs import (
+    Source,
+    in_one_band,
+    listed_logs,
+    open_samples,
+    require_logs,
+    require_other_data,
+)
+from symgen.estimation.recipe import JUDGING
+from symgen.estimation.regression import Solution
+from symgen.estimation.repairs import Repair
+from symgen.estimation.system import Equations, LinearSystem, torque_equations
+from symgen.identification.load import COM, LABELS, LoadEstimate, read_off, units
+from symgen.identification.parameters import read_parameters, regrouping
+from symgen.identification.reading import read_estimate
+from symgen.robot.toml_io import read_robot
+from symgen.robot.types import Robot
+from symgen.runtime.evaluator import load
+
+FloatArray = NDArray[np.float64]
+SCHEMA = "symgen.payload/1"
+MARKER = "payload.json"
+_TIED = 1e-7  # singular value, of scaled columns, of a direction that the logs do not determine
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A value with its standard deviation; both None where the logs do not determine it."""
+
+    value: float | None
+    std: float | None
+
+    def to_json(self) -> dict[str, float | None]:
+        """Return value and std."""
+        return {"value": self.value, "std": self.std}
+
+
+@dataclass(frozen=True)
+class Payload:
+    """What the arm carries, in the frame of a link.
+
+    Attributes:
+        robot: its name.
+        frame: number of the joint whose link carries the load, and in whose frame it is given.
+        mass: kg.
+        com: centre of mass (3), m.
+        inertia: XX XY XZ YY YZ ZZ about the centre of mass, kg m2; XY is the matrix entry.
+        identifiable: names of what the logs determine, of mass, cx cy cz, XX .. ZZ.
+        gain_uncertainty_percent: of the drives' gains, which is part of std; None: not given.
+        before, after: ||tau - model|| / ||tau|| of the logs with the load, without and with it in
+            the model.
+        method: in words.
+        band: the filters of the run.
+        notes: what was done, in words.
+        repairs: what was mended in the logs.
+    """
+
+    robot: str
+    frame: int
+    mass: Quantity
+    com: tuple[Quantity, ...]
+    inertia: tuple[Quantity, ...]
+    identifiable: tuple[str, ...]
+    gain_uncertainty_percent: float | None
+    before: float
+    after: float
+    method: str
+    band: Band
+    notes: tuple[str, ...]
+    repairs: tuple[Repair, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the content of payload.json."""
+        return {
+            "schema": SCHEMA,
+            "robot": self.robot,
+            "mass": self.mass.to_json(),
+            "com": [q.to_json() for q in self.com],
+            "inertia": [q.to_json() for q in self.inertia],
+            "frame": self.frame,
+            "identifiable": list(self.identifiable),
+            "gain_uncertainty_percent": self.gain_uncertainty_percent,
+            "residual": {"before": self.before, "after": self.after},
+            "method": self.method,
+            "band": self.band.to_json(),
+            "repairs": [r.to_json() for r in self.repairs],
+            "notes": list(self.notes),
+        }
+
+    def rows(self) -> list[tuple[str, Quantity, str]]:
+        """Return name, quantity and unit of every number."""
+        inertia = zip(names.INERTIA, self.inertia, strict=True)
+        return [
+            ("mass", self.mass, "kg"),
+            *((name, q, "m") for name, q in zip(COM, self.com, strict=True)),
+            *((name, q, "kg m2") for name, q in inertia),
+        ]
+
+
+def payload(
+    robot: Robot | str | Path,
+    logs: Sequence[Source] | Source,
+    *,
+    parameters: str | Path | None = None,
+    without: Sequence[Source] | Source = (),
+    mass: float | None = None,
+    gain: float | None = None,
+    cutoff: float | None = None,
+    reading: Reading | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Payload:
+    """Identify the load that a robot carries on its last moving link.
+
+    Args:
+        robot: a robot, a path or a library name.
+        logs: recorded with the load.
+        parameters: of the robot without it: estimate.json, or TOML with [parameters].
+        without: logs without the load, best of the same motions; X is then taken from them.
+        mass: of the load, kg, where it was weighed.
+        gain: standard deviation of the drives' gains, in percent: it scales masses and inertias.
+        cutoff: of the filter of positions and speeds, Hz; by default that of the estimate, or else
+            the one that suits the logs best.
+        reading: how logs are read, and what of them is left out.
+        progress: is told what is being done.
+
+    Raises:
+        LogError: a log cannot be read or belongs to another robot.
+        ParameterError: the parameters are another robot's, or a number is none.
+        IdentificationError: the logs do not show a load, or neither parameters nor logs without it
+            are given.
+    """
+    loaded, bare = listed_logs(logs), listed_logs(without)
+    require_logs(loaded)
+    if parameters is None and not bare:
+        raise IdentificationError(
+            "what the robot is without its load is not known; accepted: --parameters, or --without "
+            "with logs of the robot alone"
+        )
+    for name, value in (("--mass", mass), ("--gain", gain)):
+        if value is not None and not 0 < value < 1e6:
+            raise ParameterError(f"{name} {value:g}; accepted: a number above 0")
+    source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
+    if source.loaded:
+        raise ParameterError(
+            f"{source.name}: effects that hold the torque of the links are not separated from a "
+            "load; accepted: the robot without them"
+        )
+    repairs: list[Repair] = []
+    samples = []
+    for log in (*loaded, *bare):
+        progress(f"reading {getattr(log, 'name', log)}")
+        opened, done = open_samples(log, source, reading)
+        samples.append(opened)
+        repairs.extend(done)
+    require_other_data(samples, [])
+    progress("deriving and compiling the model")
+    model = derive(source, JUDGING)
+    evaluator = load(model)
+    samples, _, mended = in_one_band(samples, [])
+    known = _Known.read(parameters, model)
+    band = (known and known.band) or choose_band(evaluator, samples, cutoff)
+    if cutoff is not None:
+        band = replace(band, cutoff_hz=cutoff)
+    progress(f"band: {band.in_words()}")
+    equations = [torque_equations(evaluator, filtered(s, band)) for s in samples]
+    with_load = [e for own in equations[: len(loaded)] for e in own]
+    alone = [e for own in equations[len(loaded) :] for e in own]
+    link = source.payload or source.movable[-1].number
+    G = regrouping(model)[:, _columns(model, link)]
+    progress(f"solving {sum(len(e.y) for e in (*with_load, *alone))} equations")
+    if alone:
+        solved = _beside(model, with_load, alone, G, mass)
+        how = "logs with and without the load, solved at once"
+    else:
+        assert known is not None
+        solved = _against(model, with_load, known, G, mass)
+        how = "logs with the load against given parameters, friction taken anew"
+    found, before, after, notes = solved
+    return _payload(
+        source, link, found, mass, gain, before, after,
+        f"weighted least squares of torque: {how}", band,
+        (*(n for s in samples for n in s.notes), f"band: {band.in_words()}", *notes),
+        (*repairs, *mended),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Known:
+    """What is known of the robot alone: X (p,), its covariance, and the band it was found in."""
+
+    X: FloatArray
+    covariance: FloatArray | None
+    band: Band | None
+    notes: tuple[str, ...] = ()
+
+    @staticmethod
+    def read(path: str | Path | None, model: Model) -> _Known | None:
+        if path is None:
+            return None
+        path = Path(path)
+        path = path / "estimate.json" if path.is_dir() else path
+        X = read_parameters(path, model)
+        if path.suffix != ".json":
+            says = "std leaves out the errors of the given parameters: the file states none"
+            return _Known(X, None, None, (says,))
+        estimate = read_estimate(path)
+        same = tuple(p.name for p in estimate.parameters) == model.base.names
+        covariance = estimate.covariance if same and estimate.correlation.size else None
+        doubt = () if estimate.verdict == "trusted" else (f"{path}: a doubtful estimate",)
+        return _Known(X, covariance, estimate.band, doubt)
+
+
+def _columns(model: Model, link: int) -> list[int]:
+    """Return the places of the ten parameters of a link among the standard ones."""
+    place = {p.name: k for k, p in enumerate(model.base.standard)}
+    return [place[f"{prefix}{link}"] for prefix in names.LINK]
+
+
+Solved = tuple[LoadEstimate, float, float, tuple[str, ...]]
+
+
+def _basis(rows: Sequence[Equations], G: FloatArray, free: Sequence[int]) -> FloatArray:
+    """Return the directions (10, r) of the free parameters of a load that torques show.
+
+    In the units of a load of 0.1 m and 1 kg; the columns are orthonormal.
+    """
+    scaled = (G * units())[:, free]
+    R = np.linalg.qr(np.concatenate([e.W @ scaled for e in rows]), mode="r")
+    _, sizes, V = np.linalg.svd(R)
+    seen = V[sizes > _TIED * sizes[0]].T
+    out = np.zeros((10, seen.shape[1]))
+    out[list(free)] = seen
+    return out
+
+
+def _against(
+    model: Model, rows: Sequence[Equations], known: _Known, G: FloatArray, mass: float | None
+) -> Solved:
+    """Solve for the load and friction, with given inertial parameters of the robot."""
+    p, inertial = len(known.X), model.inertial
+    free = list(range(10 if mass is None else 9))
+    V = _basis(rows, G, free)
+    given = _given(mass)
+    load_columns = G * units() @ V
+    rub = np.eye(p)[:, inertial:]
+    labels = (*(f"load {k + 1}" for k in range(V.shape[1])), *model.base.names[inertial:])
+    # Friction as it was: what is left of it is solved for, so that its change has no say in s.
+    system = LinearSystem(
+        labels,
+        tuple(
+            replace(e, W=e.W @ np.hstack([load_columns, rub]), y=e.y - e.W @ (known.X + G @ given))
+            for e in rows
+        ),
+    )
+    solution = Wls().solve(system)
+    r = V.shape[1]
+    covariance = solution.covariance
+    if known.covariance is not None:
+        shift = _shift(system, rows, solution)[:, :inertial]
+        covariance = covariance + shift @ known.covariance[:inertial, :inertial] @ shift.T
+    after = _relative(rows, [e.y - e.W @ solution.X for e in system.logs])
+    before = _relative(rows, [e.y - e.W @ known.X for e in rows])
+    return _found(V, solution.X[:r], covariance[:r, :r], given), before, after, known.notes
+
+
+def _shift(system: LinearSystem, rows: Sequence[Equations], solution: Solution) -> FloatArray:
+    """Return the derivative of a weighted solution with the parameters taken off y, (k, p)."""
+    pairs = list(zip(solution.weights, system.logs, rows, strict=True))
+    normal = sum(w * w * e.W.T @ e.W for w, e, _ in pairs)
+    cross = sum(w * w * e.W.T @ row.W for w, e, row in pairs)
+    return -np.linalg.solve(np.asarray(normal), np.asarray(cross))
+
+
+def _beside(
+    model: Model,
+    rows: Sequence[Equations],
+    alone: Sequence[Equations],
+    G: FloatArray,
+    mass: float | None,
+) -> Solved:
+    """Solve for the robot and the load at once, from logs with and without it."""
+    free = list(range(10 if mass is None else 9))
+    V = _basis(rows, G, free)
+    r, p = V.shape[1], G.shape[0]
+    given = _given(mass)
+    both = np.hstack([G * units() @ V, np.eye(p)])
+    none = np.hstack([np.zeros((p, r)), np.eye(p)])
+    labels = (*(f"load {k + 1}" for k in range(r)), *model.base.names)
+    system = LinearSystem(
+        labels,
+        tuple(
+            [replace(e, W=e.W @ both, y=e.y - e.W @ (G @ given)) for e in rows]
+            + [replace(e, W=e.W @ none) for e in alone]
+        ),
+    )
+    solution = Wls().solve(system)
+    logs = system.logs[: len(rows)]
+    after = _relative(rows, [e.y - e.W @ solution.X for e in logs])
+    before = _relative(rows, [e.y - e.W @ solution.X[r:] for e in rows])
+    return _found(V, solution.X[:r], solution.covariance[:r, :r], given), before, after, ()
+
+
+def _given(mass: float | None) -> FloatArray:
+    """Return the part of s that is known: the mass, or nothing."""
+    out = np.zeros(10)
+    out[-1] = mass or 0.0
+    return out
+
+
+def _found(V: FloatArray, a: FloatArray, C: FloatArray, given: FloatArray) -> LoadEstimate:
+    """Return s = given + U V a with its covariance, U the units."""
+    onto = units()[:, None] * V
+    rest = np.linalg.svd(np.column_stack([V, given != 0]))
+    null = rest[0][:, np.linalg.matrix_rank(np.column_stack([V, given != 0])) :]
+    return LoadEstimate(given + onto @ a, onto @ C @ onto.T, null)
+
+
+def _relative(rows: Sequence[Equations], left: Sequence[FloatArray]) -> float:
+    """Return ||what is left|| over ||torque||, all joints stacked."""
+    size = np.sqrt(sum(float(e.y @ e.y) for e in rows))
+    return float(np.sqrt(sum(float(x @ x) for x in left)) / size)
+
+
+def _payload(
+    robot: Robot,
+    link: int,
+    found: LoadEstimate,
+    mass: float | None,
+    gain: float | None,
+    before: float,
+    after: float,
+    method: str,
+    band: Band,
+    notes: tuple[str, ...],
+    repairs: tuple[Repair, ...],
+) -> Payload:
+    """Return the load that exists nearest to what was found, with what is known of it."""
+    known = list(found.known())
+    if not known[0]:
+        raise IdentificationError(
+            f"the logs do not determine the mass of a load on link {link}; accepted: logs in which "
+            "it is turned against gravity, or --mass"
+        )
+    try:
+        body = found.nearest(mass)
+        if body is not found:
+            notes += ("of the loads that can exist, the most likely one is given",)
+    except ParameterError as error:
+        body = found
+        notes += (f"whether such a load can exist is not checked: {error}",)
+    values, std = read_off(body.s), found.std()
+    if mass is not None:
+        std[0] = 0.0
+    share = (gain or 0.0) / 100
+    scales = np.array([mass is None, 0, 0, 0, *[1] * 6])
+    std = np.hypot(std, share * scales * np.abs(values))
+    told = [
+        Quantity(float(v), float(s)) if k else Quantity(None, None)
+        for v, s, k in zip(values, std, known, strict=True)
+    ]
+    identifiable = tuple(name for name, k in zip(LABELS, known, strict=True) if k)
+    return Payload(
+        robot.name, link, told[0], tuple(told[1:4]), tuple(told[4:]), identifiable, gain, before,
+        after, method, band, notes, repairs,
+    )  # fmt: skip

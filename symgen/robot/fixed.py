@@ -1,0 +1,137 @@
+"""Joints held still: fingers of a gripper, or an axis that is locked while a log is recorded.
+
+A joint that is held at q0 keeps its number, its row of the table (q0 is added to theta or r) and
+its link; it has no variable, friction or rotor. Links behind it are carried by the joint before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from decimal import Decimal, InvalidOperation
+
+import sympy as sp
+
+from symgen import names
+from symgen.errors import ExpressionError, RobotError
+from symgen.robot import expressions
+from symgen.robot.expressions import shortened
+from symgen.robot.imported import Imported
+from symgen.robot.types import Joint, Limits, Robot, joint_variable
+
+_ACCEPTED = "NAME, which is held at 0, or NAME=VALUE in rad or m"
+_PER_JOINT = (names.ROTOR, *names.FRICTION.values())
+
+
+def with_fixed(found: Imported, fixed: Sequence[str]) -> Imported:
+    """Return a robot with some of its joints held still, and what follows them held, too.
+
+    Args:
+        found: the robot as its file has it.
+        fixed: "panda_finger_joint1", or "panda_finger_joint1=0.02": names or numbers of movable
+            joints, and where each stands, rad or m, 0 by default.
+
+    Raises:
+        RobotError: there is no such movable joint, a joint would stand outside its limits, none
+            would be left, or loops, couplings or effects of the robot involve one.
+    """
+    robot = found.robot
+    held: dict[int, sp.Expr] = {}
+    for text in fixed:
+        name, sign, value = text.rpartition("=") if "=" in text else (text, "", "0")
+        joint = _named(robot, name.strip(), text)
+        if joint.number in held:
+            raise RobotError(f"--fix {shortened(text)}: given twice; accepted: every joint once")
+        held[joint.number] = _value(value.strip(), text)
+        if not sign:
+            _require_zero(robot, joint, name)
+    if not held:
+        return found
+    if robot.loops or robot.couplings or robot.effects or robot.sought or robot.drive:
+        raise RobotError(
+            f"--fix: {robot.name} has loops, couplings, effects or a [drive]; accepted: sigma = 2 "
+            "in its robot.toml"
+        )
+    joints = tuple(_held(joint, held) for joint in robot.joints)
+    if not any(joint.movable for joint in joints):
+        raise RobotError(
+            f"--fix: no joint of {robot.name} would be movable; accepted: at least one"
+        )
+    still = [j.number for j, before in zip(joints, robot.joints, strict=True) if j != before]
+    kept = [k for k, joint in enumerate(robot.movable) if joint.number not in held]
+    lost = {f"{prefix}{number}" for prefix in _PER_JOINT for number in still}
+    return replace(
+        found,
+        robot=replace(robot, joints=joints, limits=_limits(robot.limits, kept)),
+        parameters=tuple(pair for pair in found.parameters if pair[0] not in lost),
+        notes=(*found.notes, *(_says(robot.joint(k), held.get(k)) for k in still)),
+    )
+
+
+def _named(robot: Robot, name: str, text: str) -> Joint:
+    """Return a movable joint by its name, or by its number."""
+    for joint in robot.movable:
+        if name in (joint.name, str(joint.number)):
+            return joint
+    known = ", ".join(shortened(j.name) or str(j.number) for j in robot.movable[:24])
+    raise RobotError(
+        f"--fix {shortened(text)}: {robot.name} has no such movable joint; accepted: of {known}"
+    )
+
+
+def _value(text: str, given: str) -> sp.Expr:
+    try:
+        return expressions.exact(Decimal(text))
+    except (InvalidOperation, ArithmeticError, ExpressionError, ValueError) as error:
+        raise RobotError(f"--fix {shortened(given)}: accepted: {_ACCEPTED}") from error
+
+
+def _require_zero(robot: Robot, joint: Joint, name: str) -> None:
+    """Refuse to hold a joint at a zero that its limits leave out."""
+    if robot.limits is None or robot.limits.position is None:
+        return
+    low, high = robot.limits.position[robot.movable.index(joint)]
+    if not low <= 0 <= high:
+        raise RobotError(
+            f"--fix {shortened(name)}: its zero lies outside its limits, {low:g} to {high:g}; "
+            f"accepted: --fix {shortened(name)}=VALUE"
+        )
+
+
+def _held(joint: Joint, held: dict[int, sp.Expr]) -> Joint:
+    """Return a joint with the variables of the held ones put in."""
+    q = held.get(joint.number)
+    if joint.follows is not None:
+        follows = sp.expand(
+            joint.follows.subs({joint_variable(number): at for number, at in held.items()})
+        )
+        if follows.free_symbols & {joint_variable(k) for k, _ in joint.shares}:
+            return replace(joint, follows=follows)
+        q = follows
+    if q is None:
+        return joint
+    key = "r" if joint.sigma == names.PRISMATIC else "theta"
+    return replace(
+        joint,
+        sigma=names.FIXED,
+        follows=None,
+        friction=(),
+        coulomb_width=0.0,
+        rotor_inertia=False,
+        **{key: getattr(joint, key) + q},
+    )
+
+
+def _limits(limits: Limits | None, kept: Sequence[int]) -> Limits | None:
+    if limits is None:
+        return None
+    columns = {
+        key: None if values is None else tuple(values[k] for k in kept)
+        for key, values in vars(limits).items()
+    }
+    return Limits(**columns)
+
+
+def _says(joint: Joint, at: sp.Expr | None) -> str:
+    name = shortened(joint.name) or str(joint.number)
+    return f"joint {name} is held" + (", as it follows one" if at is None else f" at {float(at):g}")

@@ -1,0 +1,267 @@
+"""MJCF, the format of MuJoCo, as the same tree of links and joints that a URDF is, and back.
+
+MuJoCo's own compiler reads the file: defaults, classes, included files, angles in degrees, and
+inertias from geometry mean what they mean there. It is optional: `pip install 'symgen[mjcf]'`.
+https://mujoco.readthedocs.io/en/stable/XMLreference.html
+
+A link's frame stands at the anchor of its body's last joint, with the axes of the body's frame; of
+bodies with several joints, links without mass stand between these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from symgen import names
+from symgen.errors import ParameterError, RobotError, plain
+from symgen.robot import expressions
+from symgen.robot.body import Body
+from symgen.robot.expressions import shortened
+from symgen.robot.imported import Imported, read_text
+from symgen.robot.urdf_chain import Chain
+from symgen.robot.urdf_io import CAVEAT, replaced_inertials, written_bodies
+from symgen.robot.urdf_text import Inertial, Link, Triple, Urdf, UrdfJoint
+from symgen.robot.xml_text import Element, parse_xml
+
+FloatArray = NDArray[np.float64]
+_ACCEPTED = "an MJCF of an arm on a fixed base"
+_DIGITS = 14
+_ZERO: Triple = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
+_FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # fullinertia
+
+
+def import_mjcf(path: Path) -> Imported:
+    """Read an MJCF as a robot, with the inertias of its bodies as standard parameters.
+
+    armature becomes IA, damping FV and frictionloss FS.
+
+    Raises:
+        RobotError: MuJoCo is not installed or refuses the file, or it is no robot that symgen can
+            have; one line names the fault.
+    """
+    tree = _Tree(path)
+    chain = Chain(tree.urdf, str(path), exact=True)
+    found = Imported(chain.robot(), tuple(chain.parameters()), tuple(chain.notes))
+    rotors = {f"{names.ROTOR}{chain.number[name]}": value for name, value in tree.armature.items()}
+    gravity = tuple(map(_exact, tree.model.opt.gravity))
+    if not any(gravity):
+        raise RobotError(f"{path}: gravity is zero; accepted: the gravity that the robot works in")
+    notes = (*found.notes, *tree.notes)
+    return replace(
+        found,
+        robot=replace(found.robot, gravity=gravity),
+        parameters=tuple((name, rotors.get(name, value)) for name, value in found.parameters),
+        notes=notes,
+    )
+
+
+def updated_mjcf(path: Path, bodies: Iterable[Body]) -> str:
+    """Return the text of an MJCF with link parameters in its <inertial> elements.
+
+    Args:
+        path: of the MJCF; everything else in it stays as it is, to the byte.
+        bodies: links of the imported robot in the frames of their joints.
+
+    Raises:
+        RobotError: the file cannot be read.
+        ParameterError: a body has no name, several joints, or stands in an included file.
+    """
+    text, _ = read_text(path, _ACCEPTED)
+    tree = _Tree(path)
+    chain = Chain(tree.urdf, str(path), exact=True)
+    places = _bodies(parse_xml(text, str(path)))
+    edits: list[tuple[Element, list[str]]] = []
+    for link, body in written_bodies(chain, bodies, str(path)).items():
+        if link not in places:
+            raise ParameterError(
+                f"{path}: there is no body of the name {plain(link)!r} in the file itself; "
+                "accepted: an MJCF whose bodies have names, one joint at most, and are not included"
+            )
+        com = np.asarray(body.com) + tree.shift[link]
+        values = " ".join(repr(float(body.inertia[pair])) for pair in _FULL)
+        centre = " ".join(repr(float(v)) for v in com)
+        line = f'<inertial pos="{centre}" mass="{body.mass!r}" fullinertia="{values}"/>'
+        edits.append((places[link], [CAVEAT, line]))
+    return replaced_inertials(text, edits)
+
+
+def _bodies(root: Element) -> dict[str, Element]:
+    """Return the bodies of a text by name."""
+    out: dict[str, Element] = {}
+    waiting = [root]
+    while waiting:
+        element = waiting.pop()
+        if element.tag == "body" and element.attributes.get("name"):
+            out[element.attributes["name"]] = element
+        waiting += element.children
+    return out
+
+
+class _Tree:
+    """A compiled MJCF as links and joints.
+
+    Attributes:
+        model: MuJoCo's.
+        urdf: the tree.
+        shift: where a link's frame stands in its body's, (3,) m.
+        armature: IA of the joints.
+        notes: what was left out.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.where = str(path)
+        self.model = _compiled(path)
+        self.shift: dict[str, FloatArray] = {}
+        self.armature: dict[str, float] = {}
+        self.notes: list[str] = []
+        self._links: dict[str, Link] = {}
+        self._joints: dict[str, UrdfJoint] = {}
+        m = self.model
+        self._body_names = [m.body(b).name or f"body{b}" for b in range(m.nbody)]
+        for b in range(m.nbody):
+            self._add(b)
+        if m.neq:
+            self.notes.append(f"{m.neq} equality constraints of the file are not read")
+        self.urdf = Urdf(_name(path), self._body_names[0], self._links, self._joints)
+
+    def _add(self, b: int) -> None:
+        """Add a body, with a link without mass for each joint before its last."""
+        m, name = self.model, self._body_names[b]
+        if b == 0:
+            self.shift[name] = np.zeros(3)
+            self._links[name] = Link(name, None, _nowhere())
+            return
+        parent = self._body_names[m.body_parentid[b]]
+        R = _matrix(m.body_quat[b])
+        at = np.array(m.body_pos[b]) - self.shift[parent]
+        first, count = int(m.body_jntadr[b]), int(m.body_jntnum[b])
+        before, xyz, rpy = parent, at, _rpy(R)
+        previous = np.zeros(3)
+        for k in range(first, first + count):
+            anchor = np.array(m.jnt_pos[k])
+            xyz = at + R @ anchor if k == first else anchor - previous
+            last = k == first + count - 1
+            link = name if last else f"{name}:{k}"
+            joint = self._joint(k, before, link, xyz, rpy)
+            self._joints[joint.name] = joint
+            if not last:
+                self._links[link] = Link(link, None, _nowhere())
+            before, rpy, previous = link, _ZERO, anchor
+        if count == 0:
+            joint = _fixed(f"{name}_fixed", parent, name, _triple(xyz), rpy)
+            self._joints[joint.name] = joint
+        self.shift[name] = previous
+        self._links[name] = Link(name, self._inertial(b, previous), _nowhere())
+
+    def _joint(self, k: int, parent: str, child: str, xyz: FloatArray, rpy: Triple) -> UrdfJoint:
+        m = self.model
+        name = m.joint(k).name or f"joint{k + 1}"
+        kinds = {2: names.PRISMATIC, 3: names.REVOLUTE}  # mjtJoint
+        sigma = kinds.get(int(m.jnt_type[k]))
+        if sigma is None:
+            kind = ("free", "ball")[int(m.jnt_type[k])]
+            raise RobotError(
+                f"{self.where}: joint {shortened(name)!r}: it is {kind}; accepted: hinge, slide"
+            )
+        zero = float(m.qpos0[m.jnt_qposadr[k]])
+        if zero != 0:
+            raise RobotError(
+                f"{self.where}: joint {shortened(name)!r}: its ref is {zero:g}; accepted: 0"
+            )
+        limit = {}
+        if m.jnt_limited[k]:
+            limit["lower"], limit["upper"] = map(float, m.jnt_range[k])
+        if m.jnt_actfrclimited[k]:
+            limit["effort"] = float(m.jnt_actfrcrange[k][1])
+        dof = int(m.jnt_dofadr[k])
+        self.armature[name] = float(m.dof_armature[dof])
+        damping, friction = float(m.dof_damping[dof].flat[0]), float(m.dof_frictionloss[dof])
+        return UrdfJoint(
+            name, sigma, parent, child, _triple(xyz), rpy, _triple(m.jnt_axis[k]), limit, damping,
+            friction, None,
+        )  # fmt: skip
+
+    def _inertial(self, b: int, shift: FloatArray) -> Inertial | None:
+        """Return the body's inertia in its link's frame; None of a body without mass."""
+        m = self.model
+        if m.body_mass[b] == 0:
+            return None
+        R = _matrix(m.body_iquat[b])
+        tensor = R @ np.diag(m.body_inertia[b]) @ R.T
+        values = tuple(_exact(tensor[i, k]) for i in range(3) for k in range(i, 3))
+        centre = np.array(m.body_ipos[b]) - shift
+        return Inertial(_triple(centre), _ZERO, _exact(m.body_mass[b]), values)
+
+
+def _compiled(path: Path) -> Any:
+    """Return MuJoCo's model of a file.
+
+    Raises:
+        RobotError: it is not installed, or refuses the file.
+    """
+    try:
+        import mujoco
+    except ImportError as error:
+        raise RobotError(
+            f"{path}: MuJoCo is not installed; accepted: after pip install 'symgen[mjcf]'"
+        ) from error
+    try:
+        return mujoco.MjModel.from_xml_path(str(path))
+    except (ValueError, OSError) as error:
+        said = plain(" ".join(str(error).split()))[:300]
+        raise RobotError(f"{path}: MuJoCo refuses it: {said}; accepted: {_ACCEPTED}") from error
+
+
+def _name(path: Path) -> str:
+    """Return the name that the file gives its model, or its own."""
+    text, _ = read_text(path, _ACCEPTED)
+    return parse_xml(text, str(path)).attributes.get("model", "") or path.stem
+
+
+def _fixed(name: str, parent: str, child: str, xyz: Triple, rpy: Triple) -> UrdfJoint:
+    axis = (sp.S.One, sp.S.Zero, sp.S.Zero)
+    return UrdfJoint(name, names.FIXED, parent, child, xyz, rpy, axis, {}, 0.0, 0.0, None)
+
+
+def _nowhere() -> Element:
+    return Element("body", {}, 0, 0)
+
+
+def _exact(value: float) -> sp.Rational:
+    """Return a double as the decimal that it is to fourteen digits: dust is left out."""
+    return expressions.exact(Decimal(repr(round(float(value), _DIGITS))))
+
+
+def _triple(values: Iterable[float]) -> Triple:
+    x, y, z = map(_exact, values)
+    return x, y, z
+
+
+def _matrix(quaternion: Iterable[float]) -> FloatArray:
+    """Return the rotation of a quaternion (w, x, y, z)."""
+    w, x, y, z = np.array(list(quaternion)) / np.linalg.norm(list(quaternion))
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def _rpy(R: FloatArray) -> Triple:
+    """Return roll, pitch, yaw of R = Rot(z, yaw) Rot(y, pitch) Rot(x, roll)."""
+    level = float(np.hypot(R[0, 0], R[1, 0]))
+    pitch = np.arctan2(-R[2, 0], level)
+    if level < 1e-9:  # only the sum or difference of roll and yaw shows
+        return _triple((0.0, pitch, np.arctan2(-R[0, 1], R[1, 1])))
+    roll, yaw = np.arctan2(R[2, 1], R[2, 2]), np.arctan2(R[1, 0], R[0, 0])
+    return _triple((roll, pitch, yaw))

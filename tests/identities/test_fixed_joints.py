@@ -1,0 +1,148 @@
+"""Joints of an imported robot that are held still: the rest moves as Pinocchio says it does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from oracles.urdf_arm import PinocchioUrdf
+from support_urdf import Ours
+
+from symgen.errors import LogError, RobotError
+from symgen.robot.fixed import with_fixed
+from symgen.robot.toml_io import parse_robot, read_robot
+from symgen.robot.toml_text import parameters_toml, robot_toml
+from symgen.robot.urdf_io import import_urdf
+
+ARM = """<robot name="gripper_arm">
+ <link name="base"/>
+ <link name="upper"><inertial><origin xyz="0.1 0.02 0.2"/><mass value="2.0"/>
+  <inertia ixx="0.05" ixy="0.001" ixz="0" iyy="0.06" iyz="0" izz="0.02"/></inertial></link>
+ <link name="lower"><inertial><origin xyz="0 0.01 0.15" rpy="0.1 0 0"/><mass value="1.2"/>
+  <inertia ixx="0.02" ixy="0" ixz="0.001" iyy="0.02" iyz="0" izz="0.005"/></inertial></link>
+ <link name="left"><inertial><origin xyz="0 0.03 0.02"/><mass value="0.2"/>
+  <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"/></inertial></link>
+ <link name="right"><inertial><origin xyz="0 0.01 0.02"/><mass value="0.3"/>
+  <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.002" iyz="0" izz="0.001"/></inertial></link>
+ <link name="tip"><inertial><origin xyz="0.01 0 0"/><mass value="0.1"/>
+  <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"/></inertial></link>
+ <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/>
+  <origin xyz="0 0 0.3" rpy="0 0.4 0"/><axis xyz="0 1 0"/>
+  <limit lower="-2" upper="2" effort="50" velocity="3"/></joint>
+ <joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/>
+  <origin xyz="0 0.05 0.4"/><axis xyz="1 0 0"/>
+  <limit lower="-2" upper="-0.1" effort="40" velocity="3"/></joint>
+ <joint name="finger" type="prismatic"><parent link="lower"/><child link="left"/>
+  <origin xyz="0 0 0.3"/><axis xyz="0 1 0"/>
+  <limit lower="0" upper="0.04" effort="20" velocity="0.2"/><dynamics friction="0.3"/></joint>
+ <joint name="other_finger" type="prismatic"><parent link="lower"/><child link="right"/>
+  <origin xyz="0 0 0.3"/><axis xyz="0 -1 0"/><mimic joint="finger" offset="0.005"/>
+  <limit lower="0" upper="0.05" effort="20" velocity="0.2"/></joint>
+ <joint name="nail" type="fixed"><parent link="left"/><child link="tip"/>
+  <origin xyz="0 0 0.05"/></joint>
+</robot>
+"""
+
+
+@pytest.mark.parametrize(("fix", "at"), [("finger", 0.0), ("finger=0.02", 0.02), ("3=0.04", 0.04)])
+def test_a_held_joint_and_its_follower_are_carried_along(fix: str, at: float) -> None:
+    held = with_fixed(import_urdf(ARM), [fix])
+    ours, pinocchio = Ours(held), PinocchioUrdf(ARM)
+    assert ours.names == ["shoulder", "elbow"]
+    states = ours.states(6)
+    tau = ours.torques(**states)
+    still = {"finger": 0.0, "other_finger": 0.0}
+    for i in range(6):
+        q, qd, qdd = (
+            dict(zip(ours.names, states[k][i], strict=True)) | still for k in ("q", "qd", "qdd")
+        )
+        want = pinocchio.torques(q | {"finger": at, "other_finger": at + 0.005}, qd, qdd)
+        np.testing.assert_allclose(tau[i], [want[n] for n in ours.names], rtol=1e-9, atol=1e-9)
+
+
+def test_limits_parameters_and_the_written_file_are_those_of_the_rest() -> None:
+    held = with_fixed(import_urdf(ARM), ["finger"])
+    assert held.robot.limits is not None
+    assert held.robot.limits.position == ((-2.0, 2.0), (-2.0, -0.1))
+    assert held.robot.limits.torque == (50.0, 40.0)
+    names = [name for name, _ in held.parameters]
+    assert {"M3", "M4", "FS1", "IA2"} <= set(names)
+    assert not {"IA3", "FS3", "FV3", "IA4"} & set(names)
+    assert parse_robot(robot_toml(held.robot)) == held.robot
+
+
+@pytest.mark.parametrize(
+    ("fix", "says"),
+    [
+        (["thumb"], "accepted: of shoulder, elbow, finger"),
+        (["finger=wide"], "NAME=VALUE in rad or m"),
+        (["finger=nan"], "NAME=VALUE in rad or m"),
+        (["finger", "3"], "given twice"),
+        (["elbow"], "--fix elbow=VALUE"),
+        (["other_finger"], "no such movable joint"),
+        (["shoulder", "elbow=-1", "finger"], "no joint of gripper_arm would be movable"),
+    ],
+)
+def test_what_cannot_be_held_is_refused_in_one_line(fix: list[str], says: str) -> None:
+    with pytest.raises(RobotError, match="--fix") as caught:
+        with_fixed(import_urdf(ARM), fix)
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_log_without_the_finger_names_it_and_the_command(tmp_path, command) -> None:
+    import symgen
+
+    arm, held, log = tmp_path / "arm.urdf", tmp_path / "robot.toml", tmp_path / "log.csv"
+    arm.write_text(ARM)
+    t = np.linspace(0, 1, 50)
+    table = np.column_stack([t, np.sin(t), np.cos(t), t, t])
+    np.savetxt(log, table, delimiter=",", header="t,q1,q2,tau1,tau2", comments="")
+    code, _, err = command("identify", arm, log, "--into", tmp_path / "out")
+    assert code == 2
+    assert "no column for finger" in err
+    assert f"symgen import {arm} --fix finger --into robot.toml" in err
+    made = symgen.make_log("made", t, table[:, 1:3], table[:, 3:])
+    with pytest.raises(LogError, match="--fix finger"):
+        symgen.identify(arm, made)
+    code, out, err = command("import", arm, "--fix", "finger=0.02", "--into", held)
+    assert (code, err) == (0, "")
+    assert "joint finger is held at 0.02" in out
+    assert "joint other_finger is held, as it follows one" in out
+    assert read_robot(held).n == 2
+    assert read_robot(held).joint(3).r.is_Rational  # exactly as it was written
+
+
+def test_inertias_of_the_file_are_a_prior_of_the_robot_with_held_joints(tmp_path) -> None:
+    import symgen
+    from symgen.identification.parameters import read_parameters
+
+    path = tmp_path / "arm.urdf"
+    path.write_text(ARM)
+    held = with_fixed(import_urdf(ARM), ["finger=0.02"])
+    model = symgen.derive(held.robot)
+    X = dict(zip(model.base.names, read_parameters(path, model), strict=True))
+    from_toml = tmp_path / "robot_parameters.toml"
+    from_toml.write_text(parameters_toml(held.parameters))
+    again = dict(zip(model.base.names, read_parameters(from_toml, model), strict=True))
+    assert again == X
+
+
+def test_zeros_of_rotors_that_a_robot_has_not_are_no_fault(tmp_path) -> None:
+    import symgen
+    from symgen.errors import ParameterError
+    from symgen.identification.parameters import read_parameters
+
+    imported = import_urdf(ARM)
+    values = tmp_path / "parameters.toml"
+    values.write_text(parameters_toml(imported.parameters))
+    bare = replace(
+        imported.robot,
+        joints=tuple(replace(j, rotor_inertia=False) for j in imported.robot.joints),
+    )
+    model = symgen.derive(bare)
+    assert np.isfinite(read_parameters(values, model)).all()
+    values.write_text(values.read_text().replace("IA1 = 0.0", "IA1 = 0.2"))
+    with pytest.raises(ParameterError, match="IA1 is no parameter"):
+        read_parameters(values, model)

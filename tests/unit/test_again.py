@@ -1,0 +1,56 @@
+"""The command to try next: what was typed, with an option changed, ready for a shell."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+
+import pytest
+
+from symgen.cli_reading import again
+
+TYPED = {
+    "an option is changed": (
+        ["identify", "a.toml", "l.csv", "--model", "energy", "--into", "out"],
+        "symgen identify a.toml l.csv --into out --model auto",
+    ),
+    "with an equals sign": (
+        ["identify", "--model=energy", "a.toml", "l.csv"],
+        "symgen identify a.toml l.csv --model auto",
+    ),
+    "blanks are quoted": (
+        ["identify", "my arm.toml", "l.csv", "--columns", "q=* pos"],
+        "symgen identify 'my arm.toml' l.csv --columns 'q=* pos' --model auto",
+    ),
+    "a file of that name stays": (["identify", "model", "l.csv"], "identify model l.csv --model"),
+}
+
+
+@pytest.mark.parametrize("case", TYPED)
+def test_the_command_is_what_was_typed_with_the_change(monkeypatch, case) -> None:
+    typed, expected = TYPED[case]
+    monkeypatch.setattr(sys, "argv", ["symgen", *typed])
+    line = again(model="auto")
+    assert expected in line
+    assert shlex.split(line)[-2:] == ["--model", "auto"]
+
+
+def test_a_doubtful_estimate_of_one_model_says_the_command_for_all(tmp_path, command) -> None:
+    import numpy as np
+
+    t = np.arange(0, 6, 0.01)
+    q = np.stack([0.4 * np.sin(2 * t), 0.3 * np.sin(3 * t)], 1)
+    tau = np.random.default_rng(1).standard_normal(q.shape)  # nothing to do with the motion
+    log = tmp_path / "log.csv"
+    table = np.column_stack([t, q, tau])
+    np.savetxt(log, table, delimiter=",", header="t,q1,q2,tau1,tau2", comments="")
+    into = tmp_path / "out"
+    asked = ["identify", "planar2r", log, "--model", "torque", "--into", into]
+    code, out, err = command(*asked)
+    assert code == 1, err
+    (line,) = [line for line in out.splitlines() if line.startswith("try: ") and "auto" in line]
+    words = shlex.split(line.removeprefix("try: symgen "))
+    code, out, err = command(*words)
+    assert code == 1, err
+    assert (tmp_path / "out-auto" / "estimate.json").is_file()
+    assert "try: " not in out

@@ -1,0 +1,102 @@
+"""What notebooks and debuggers show of robots, models and estimates."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+import symgen
+from symgen.identification.estimate import Estimate, ParameterEstimate, Residual
+
+
+class Cells(HTMLParser):
+    """Texts of the cells of a table, row by row; complains of tags that do not close."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.rows, self.open = [], []
+        self.feed(text)
+        assert not self.open
+
+    def handle_starttag(self, tag, _attrs):
+        self.open.append(tag)
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th"):
+            self.rows[-1].append("")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] in ("td", "th"):
+            self.rows[-1][-1] += data
+
+
+@pytest.fixture(scope="module")
+def model():
+    return symgen.derive("planar2r")
+
+
+def test_derive_takes_what_load_takes(model, tmp_path) -> None:
+    robot = symgen.read_robot("planar2r")
+    assert symgen.derive(robot) == model
+    path = tmp_path / "robot.toml"
+    path.write_text(symgen.robot_toml(robot))
+    assert symgen.derive(path) == model
+    assert symgen.derive(str(path)) == model
+    with pytest.raises(symgen.RobotError, match="no such file or library robot"):
+        symgen.derive("planar9r")
+
+
+def test_a_repr_is_one_short_line(model) -> None:
+    assert repr(model.robot) == "<Robot planar2r: 2 of 2 joints movable>"
+    assert repr(model) == "<Model planar2r: 2 joints, 4 base parameters>"
+    assert repr(model.base) == "<BaseParameters: 4 of 20 standard ones>"
+
+
+def test_tables_hold_what_the_values_say(model) -> None:
+    head, *rows = Cells(model.robot._repr_html_()).rows
+    assert [dict(zip(head, row, strict=True))["d"] for row in rows] == ["0", "L1"]
+    head, *rows = Cells(model._repr_html_()).rows
+    assert head == ["base parameter", "formula", "unit"]
+    assert [row[0] for row in rows] == list(model.base.names)
+    assert [row[2] for row in rows] == ["kg m2", "kg m2", "kg m", "kg m"]
+
+
+def test_names_of_a_file_are_no_markup(model) -> None:
+    first, second = model.robot.joints
+    named = replace(model.robot, joints=(replace(first, name="<script>x</script>"), second))
+    assert "<script>" not in named._repr_html_()
+    assert Cells(named._repr_html_()).rows[1][1] == "<script>x</script>"
+
+
+def test_latex_has_a_formula_for_each_parameter_and_balanced_braces(model) -> None:
+    text = model._repr_latex_()
+    assert text.startswith("$$\\begin{aligned}")
+    assert text.endswith("\\end{aligned}$$")
+    assert text.count("{") == text.count("}")
+    assert text.count("&") == len(model.base.parameters)
+    assert "ZZ_{1R} &= ZZ_1 + L_1^2 M_2" in text
+
+
+def test_an_estimate_shows_its_verdict_and_values() -> None:
+    parameters = (
+        ParameterEstimate("ZZ1R", "ZZ1 + M2", 1.25, 0.01, "kg m2"),
+        ParameterEstimate("MX2", "MX2", -0.5, 0.02, "kg m"),
+    )
+    fit = Residual(0.02)
+    estimate = Estimate(
+        "arm", ((1, "N m"),), "momentum", "wls", parameters, 3.0, fit, fit, None, None, 8.0, 0.2,
+        "doubtful", ("too short",), (), np.eye(2),
+    )  # fmt: skip
+    assert repr(estimate) == "<Estimate of arm: 2 parameters by momentum and wls, doubtful>"
+    head, *rows = Cells(estimate._repr_html_()).rows
+    assert head == ["parameter", "value", "std", "std %", "unit"]
+    assert rows == [
+        ["ZZ1R", "1.25", "0.01", "0.8", "kg m2"],
+        ["MX2", "-0.5", "0.02", "4.0", "kg m"],
+    ]

@@ -1,0 +1,160 @@
+"""Columns of recorders: what is matched by name, what is said of it, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from symgen.data.log import read_log
+from symgen.data.raw import Reading
+from symgen.errors import LogError
+
+N, JOINTS = 30, ("hip", "knee", "knee_2")
+T = 0.01 * np.arange(N)
+#: Every column has a number of its own, so that a swap shows.
+VALUES = {
+    role: np.column_stack([np.sin(T + k + 0.1 * j) for j in range(3)])
+    for k, role in enumerate(("q", "qd", "tau"))
+}
+
+
+@pytest.fixture
+def log_of(tmp_path):
+    """Write columns under names and read the log with three joints."""
+
+    def read(names: dict[str, str], extra=(), joints=JOINTS, suffix="csv", **options):
+        columns = {names["t"]: T}
+        for role, values in VALUES.items():
+            for j in range(len(values.T)):
+                if role in names:
+                    columns[names[role].format(name=JOINTS[j], k=j + 1, o=j)] = values[:, j]
+        columns = {**dict.fromkeys(extra, np.full(N, 7.0)), **columns}
+        path = tmp_path / f"log.{suffix}"
+        if suffix == "csv":
+            table = np.column_stack(list(columns.values()))
+            header = ",".join(columns)
+            np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.17g")
+        else:
+            import pyarrow as pa
+            import pyarrow.parquet as pq
+
+            pq.write_table(pa.table(columns), path)
+        options = {"sigma": (0, 0, 0)} | options
+        return read_log(path, names=joints, **options)
+
+    return read
+
+
+RECORDERS = {
+    "joint and word": {
+        "t": "time", "q": "{name}_position", "qd": "{name}_velocity", "tau": "{name}_effort",
+    },
+    "word and number": {"t": "timestamp", "q": "pos_{k}", "qd": "vel_{k}", "tau": "tau_{k}"},
+    "from zero": {"t": "t", "q": "q_{o}", "qd": "dq_{o}", "tau": "tau_J_{o}"},
+    "topics": {
+        "t": "time [s]", "q": "/js/{name}/position", "qd": "/js/{name}/velocity",
+        "tau": "/js/{name}/effort",
+    },
+    "arrays with units": {
+        "t": "Time (s)", "q": "position[{o}] [rad]", "qd": "velocity[{o}] [rad/s]",
+        "tau": "effort[{o}] [N m]",
+    },
+    "two numbers": {
+        "t": "t", "q": "robot1_joint{k}_pos", "qd": "robot1_joint{k}_vel", "tau": "torque{k}_1",
+    },
+    "speeds are missing": {"t": "stamp", "q": "{name}.pos", "tau": "{name}.torque"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+@pytest.mark.parametrize("case", RECORDERS)
+def test_columns_of_a_recorder_are_matched_and_said_in_one_line(log_of, case, suffix) -> None:
+    log = log_of(RECORDERS[case], extra=("hip_position_desired", "tau_d_1", "mode"), suffix=suffix)
+    np.testing.assert_array_equal(log.t, T)
+    np.testing.assert_array_equal(log.q, VALUES["q"])
+    np.testing.assert_array_equal(log.tau, VALUES["tau"])
+    if "qd" in RECORDERS[case]:
+        np.testing.assert_array_equal(log.qd, VALUES["qd"])
+    else:
+        assert log.qd is None
+    (line,) = log.notes
+    assert "columns by name" in line
+    assert "\n" not in line
+    assert "q = " in line
+    assert "tau = " in line
+    assert "mode" in log.ignored
+
+
+def test_the_line_tells_the_pattern_and_the_joints(log_of) -> None:
+    (line,) = log_of(RECORDERS["joint and word"]).notes
+    assert line == (
+        "log.csv: columns by name: t = time, q = *_position, qd = *_velocity, tau = *_effort; "
+        "* = hip, knee, knee_2"
+    )
+    (line,) = log_of(RECORDERS["from zero"]).notes
+    assert line.endswith("q = q_*, qd = dq_*, tau = tau_J_*; * = 0 to 2")
+
+
+def test_names_of_the_robot_choose_among_the_joints_of_a_log(log_of) -> None:
+    names = {"t": "time", "q": "{name}_position", "tau": "{name}_effort"}
+    log = log_of(names, joints=("knee_2", "hip"), sigma=(0, 0))
+    np.testing.assert_array_equal(log.q, VALUES["q"][:, [2, 0]])
+    np.testing.assert_array_equal(log.tau, VALUES["tau"][:, [2, 0]])
+
+
+def test_a_log_with_our_own_names_is_read_as_before(log_of) -> None:
+    ours = {"t": "t", "q": "q{k}", "tau": "tau{k}"}
+    log = log_of(ours, extra=("hip_velocity", "knee_velocity", "knee_2_velocity", "time"))
+    assert log.qd is None
+    assert log.notes == ()
+    assert {"hip_velocity", "time"} <= set(log.ignored)
+
+
+def test_a_pattern_chooses_where_two_would_do(log_of) -> None:
+    names = RECORDERS["joint and word"]
+    twice = [f"{j}_position_raw" for j in JOINTS]
+    with pytest.raises(LogError, match="q may be") as caught:
+        log_of(names, extra=twice)
+    assert '--columns "q=*_position' in str(caught.value)
+    log = log_of(names, extra=twice, reading=Reading(columns={"q": "*_position"}))
+    np.testing.assert_array_equal(log.q, VALUES["q"])
+    np.testing.assert_array_equal(log.tau, VALUES["tau"])
+    log = log_of(names, extra=twice, reading=Reading(columns={"q": "*_position_raw"}))
+    assert (log.q == 7).all()
+    log = log_of(RECORDERS["from zero"], reading=Reading(columns={"tau": "tau_J_*"}))
+    np.testing.assert_array_equal(log.tau, VALUES["tau"])
+
+
+REFUSED = {
+    "a finger has no column": (
+        {"joints": (*JOINTS, "finger"), "sigma": (0, 0, 0, 1)},
+        {}, "no column for finger", "symgen import FILE --fix finger --into robot.toml",
+    ),
+    "two times": ({"extra": ("stamp",)}, {}, "stamp and time are times", '--columns "t=stamp"'),
+    "degrees": ({}, {"q": "{name}_position_deg"}, "no column q1", '--columns "q=*_NAME"'),
+    "milliseconds": ({}, {"t": "time_ms"}, "no column t", '--columns "t=NAME"'),
+    "what was asked": ({}, {"tau": "{name}_effort_cmd"}, "no column tau1", "--columns"),
+    "two roles in a name": ({}, {"tau": "{name}_velocity_effort"}, "no column tau1", "--columns"),
+    "no such pattern": (
+        {"reading": Reading(columns={"q": "*_angle"})}, {}, "--columns q=*_angle", "hip_position",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_is_unclear_is_refused_with_what_helps(log_of, case) -> None:
+    options, names, *says = REFUSED[case]
+    with pytest.raises(LogError) as caught:
+        log_of(RECORDERS["joint and word"] | names, **options)
+    for words in says:
+        assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_robot_with_one_joint_needs_no_number(tmp_path) -> None:
+    path = tmp_path / "log.csv"
+    table = np.column_stack([T, VALUES["q"][:, 0], VALUES["tau"][:, 0]])
+    np.savetxt(path, table, delimiter=",", header="time,position,effort", comments="", fmt="%.17g")
+    log = read_log(path, 1)
+    np.testing.assert_array_equal(log.q, VALUES["q"][:, :1])
+    np.testing.assert_array_equal(log.tau, VALUES["tau"][:, :1])

@@ -1,0 +1,140 @@
+"""export: link parameters in the robot's own file, with a finger held and a frame without mass."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import symgen
+from symgen.robot.urdf_io import updated_urdf
+
+pytest.importorskip("clarabel", reason="Clarabel is not installed")
+pytest.importorskip("pinocchio", reason="Pinocchio (pin) is not installed")
+
+URDF = """<?xml version="1.0"?>
+<!-- an arm with a gripper -->
+<robot name="gripper_arm">
+  <material name="grey"><color rgba="0.5 0.5 0.5 1"/></material>
+  <link name="base"><inertial><mass value="9"/>
+    <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+  <link name="upper"><inertial><origin xyz="0.1 0.02 0.2"/><mass value="2.0"/>
+    <inertia ixx="0.05" ixy="0.001" ixz="0" iyy="0.06" iyz="0" izz="0.02"/></inertial>
+    <visual><geometry><sphere radius="0.1"/></geometry></visual></link>
+  <link name="lower"><inertial><origin xyz="0 0.01 0.15" rpy="0.1 0 0"/><mass value="1.2"/>
+    <inertia ixx="0.02" ixy="0" ixz="0.001" iyy="0.02" iyz="0" izz="0.005"/></inertial></link>
+  <link name="flange"/>
+  <link name="finger_link"><inertial><origin xyz="0 0.03 0.02"/><mass value="0.2"/>
+    <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"/></inertial></link>
+  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/>
+    <origin xyz="0 0 0.3" rpy="0 0.4 0"/><axis xyz="0 1 0"/>
+    <limit lower="-2" upper="2" effort="50" velocity="3"/></joint>
+  <joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/>
+    <origin xyz="0 0.05 0.4"/><axis xyz="1 0 0"/>
+    <limit lower="-2" upper="2" effort="40" velocity="3"/></joint>
+  <joint name="flange_joint" type="fixed"><parent link="lower"/><child link="flange"/>
+    <origin xyz="0 0 0.3" rpy="0.3 0 0.5"/></joint>
+  <joint name="finger" type="prismatic"><parent link="flange"/><child link="finger_link"/>
+    <axis xyz="0 1 0"/><limit lower="0" upper="0.04" effort="20" velocity="0.2"/></joint>
+</robot>
+"""
+HELD = 0.03
+
+
+def weights(pin, text: str, q: np.ndarray) -> np.ndarray:
+    """Torques of gravity and mass matrices of a URDF whose finger stands at HELD, by Pinocchio."""
+    model = pin.buildModelFromXML(text)
+    model.armature[:] = 0
+    data = model.createData()
+    out = []
+    for row in q:
+        at = np.append(row, HELD)
+        out.append(np.append(pin.computeGeneralizedGravity(model, data, at)[:2],
+                             np.triu(pin.crba(model, data, at))[:2, :2]))  # fmt: skip
+    return np.array(out)
+
+
+@pytest.fixture(scope="module")
+def identified(tmp_path_factory):
+    """A folder with the robot, its URDF and an estimate that is 20 % heavier than the URDF."""
+    from symgen.identification.estimate import Estimate, ParameterEstimate, Residual
+    from symgen.identification.parameters import read_parameters
+    from symgen.robot.fixed import with_fixed
+    from symgen.robot.urdf_io import import_urdf
+
+    folder = tmp_path_factory.mktemp("identified")
+    (folder / "arm.urdf").write_text(URDF)
+    robot = with_fixed(import_urdf(URDF), [f"finger={HELD}"]).robot
+    # A URDF has no rotors: without them in the model, all that is identified goes into its links.
+    joints = tuple(replace(joint, rotor_inertia=False) for joint in robot.joints)
+    robot = replace(robot, joints=joints)
+    (folder / "robot.toml").write_text(symgen.robot_toml(robot))
+    model = symgen.derive(robot)
+    X = 1.2 * read_parameters(folder / "arm.urdf", model)
+    parameters = tuple(
+        ParameterEstimate(p.name, p.expression, float(x), 0.01, p.unit)
+        for p, x in zip(model.base.parameters, X, strict=True)
+    )
+    fit = Residual(0.02)
+    estimate = Estimate(
+        robot.name, ((1, "N m"), (2, "N m")), "momentum", "wls", parameters, 3.0, fit, fit, None,
+        None, 8.0, 0.2, "trusted", (), (), np.eye(len(X)),
+    )  # fmt: skip
+    (folder / "estimate.json").write_text(json.dumps(estimate.to_json()))
+    return folder
+
+
+def test_the_written_file_moves_as_the_estimate_and_is_else_the_same(
+    identified, tmp_path, command
+) -> None:
+    from oracles.pinocchio_arm import load_pinocchio
+
+    to = tmp_path / "out.urdf"
+    source = identified / "arm.urdf"
+    code, out, err = command("export", identified, "--from", source, "--to", to)
+    assert code == 0, err
+    assert "base parameters do not determine link parameters" in out
+    new = to.read_text()
+    assert re.sub(r"<inertial>.*?</inertial>", "", new, flags=re.DOTALL) == re.sub(
+        r"<inertial>.*?</inertial>", "", URDF, flags=re.DOTALL
+    )
+    assert '<mass value="9"/>' in new  # the base is not seen
+    assert '<link name="flange"/>' in new  # a frame stays a frame
+    pin = load_pinocchio()
+    q = np.random.default_rng(3).uniform(-1.5, 1.5, (5, 2))
+    np.testing.assert_allclose(weights(pin, new, q), 1.2 * weights(pin, URDF, q), rtol=1e-6)
+    first = to.read_bytes()
+    assert command("export", identified, "--from", source, "--to", to)[0] == 0
+    assert to.read_bytes() == first
+
+
+def test_link_parameters_go_into_a_urdf_as_they_are(identified) -> None:
+    robot = symgen.read_robot(identified / "robot.toml")
+    model = symgen.derive(robot)
+    links = symgen.link_parameters(model, symgen.read_estimate(identified).X)
+    from_path = updated_urdf(str(identified / "arm.urdf"), links.bodies)
+    assert from_path == updated_urdf(URDF, links.bodies)
+    assert from_path != URDF
+
+
+REFUSED = {
+    "another robot's file": ("other.urdf", "no such file"),
+    "another name": ("arm.txt", "both end in .urdf, or both in .xml"),
+    "a file of somebody": ("mine.urdf", "exists, and is another robot's"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_written_is_refused(identified, tmp_path, command, case) -> None:
+    name, says = REFUSED[case]
+    (tmp_path / "mine.urdf").write_text('<robot name="mine"><link name="a"/></robot>')
+    asked = ["export", identified, "--to", tmp_path / name]
+    if name == "mine.urdf":
+        asked += ["--from", identified / "arm.urdf"]
+    code, _, err = command(*asked)
+    assert code == 2
+    assert says in err
+    assert "mine" in (tmp_path / "mine.urdf").read_text()

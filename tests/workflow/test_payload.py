@@ -1,0 +1,291 @@
+"""payload: a load that Pinocchio's arm carries, with friction and noise, by every way to it."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from functools import cache
+
+import numpy as np
+import pytest
+
+import symgen
+from symgen.identification.load import LABELS
+
+pytest.importorskip("pinocchio", reason="Pinocchio (PyPI: pin) is not installed")
+pytest.importorskip("clarabel", reason="Clarabel is not installed")
+
+N, STEP = 6, 0.005
+TABLE = {
+    "sigma": [0] * N,
+    "alpha": [0, -math.pi / 2, 0, -math.pi / 2, math.pi / 2, -math.pi / 2],
+    "d": [0, 0, 0.43, 0, 0, 0],
+    "r": [0, 0.2, 0, 0.43, 0, 0],
+}
+MASS, COM = 2.5, np.array([0.03, -0.02, 0.11])
+INERTIA = np.array([[0.012, 0.001, -0.0005], [0.001, 0.010, 0.0008], [-0.0005, 0.0008, 0.006]])
+TRUE = np.array([MASS, *COM, *INERTIA[np.triu_indices(3)]])
+NOISE = np.array([0.4, 0.4, 0.3, 0.1, 0.1, 0.08])  # N m
+FS, FV = np.array([4, 5, 3, 1, 0.8, 0.6]), np.array([6, 7, 4, 1.5, 1.2, 0.9])
+
+
+def standard(mass: float, com: np.ndarray, inertia: np.ndarray) -> np.ndarray:
+    """XX XY XZ YY YZ ZZ MX MY MZ M about the origin."""
+    about = inertia + mass * (com @ com * np.eye(3) - np.outer(com, com))
+    return np.array([*about[np.triu_indices(3)], *(mass * com), mass])
+
+
+LINKS = np.array(
+    [
+        standard(m, np.array(c), np.diag(i))
+        for m, c, i in (
+            (12, (0, 0, -0.1), (0.2, 0.2, 0.1)),
+            (10, (0.2, 0, 0.05), (0.05, 0.25, 0.25)),
+            (6, (0.02, -0.05, 0), (0.06, 0.03, 0.06)),
+            (3, (0, 0.01, -0.05), (0.015, 0.012, 0.008)),
+            (1.5, (0, -0.02, 0), (0.003, 0.003, 0.002)),
+            (0.6, (0.002, 0, 0.03), (0.0006, 0.0006, 0.0004)),
+        )
+    ]
+)
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory):
+    from oracles.random_arms import to_toml
+    from oracles.transforms import Arm
+
+    path = tmp_path_factory.mktemp("payload") / "robot.toml"
+    text = to_toml(Arm.from_table(TABLE), "arm", ("coulomb", "viscous"), False)
+    path.write_text(text)
+    return path
+
+
+@cache
+def moved(motion: int, carries: bool, seconds: float):
+    """Stamps, true motion (a sum of sines) and torque of links and rotors without friction."""
+    from oracles.pinocchio_arm import PinocchioArm
+    from oracles.transforms import Arm
+
+    links = LINKS.copy()
+    links[-1] += carries * standard(MASS, COM, INERTIA)
+    arm = PinocchioArm(Arm.from_table(TABLE), links)
+    t = np.arange(0, seconds, STEP)
+    own = np.random.default_rng(100 + motion)
+    w = 2 * np.pi * own.uniform(0.1, 0.9, (4, N))
+    phase, size = own.uniform(0, 6, (4, N)), own.uniform(0.15, 0.5, (4, N))
+    q = np.array([np.sum(size * np.sin(w * s + phase), axis=0) for s in t])
+    qd = np.array([np.sum(size * w * np.cos(w * s + phase), axis=0) for s in t])
+    qdd = np.array([np.sum(-size * w**2 * np.sin(w * s + phase), axis=0) for s in t])
+    return t, q, qd, np.array([arm.inverse_dynamics(*x) for x in zip(q, qd, qdd, strict=True)])
+
+
+def recorded(seed: int, carries: bool, motion: int = 0, seconds: float = 16.0):
+    """A log of the arm: q with the noise of encoders, torque with friction and its own noise."""
+    t, q, qd, tau = moved(motion, carries, seconds)
+    rng = np.random.default_rng(seed)
+    q = q + 1e-5 * rng.standard_normal(q.shape)
+    tau = tau + FS * np.sign(qd) + FV * qd + NOISE * rng.standard_normal(tau.shape)
+    return symgen.make_log(f"log {seed}", t, q, tau)
+
+
+def quantities(found) -> tuple[np.ndarray, np.ndarray]:
+    pairs = [(q.value, q.std) for _, q, _ in found.rows()]
+    return np.array([v for v, _ in pairs]), np.array([s for _, s in pairs])
+
+
+@pytest.fixture(scope="module")
+def parameters(robot):
+    """An estimate.json of the arm alone, from two other motions."""
+    estimate = symgen.identify(
+        robot, [recorded(1, False, 1), recorded(2, False, 2)], model="torque"
+    )
+    path = robot.with_name("estimate.json")
+    path.write_text(json.dumps(estimate.to_json()))
+    return path
+
+
+WAYS = {
+    "against parameters": lambda p: {"parameters": p},
+    "beside logs without it": lambda _: {"without": [recorded(11, False)]},
+    "beside logs of other motions": lambda _: {"without": [recorded(12, False, 3)]},
+    "with a known mass": lambda p: {"parameters": p, "mass": MASS},
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_simulated_load_is_found(robot, parameters, way) -> None:
+    found = symgen.payload(robot, recorded(21, True), **WAYS[way](parameters))
+    values, std = quantities(found)
+    assert abs(values[0] / MASS - 1) < 0.015
+    assert np.abs(values[1:4] - COM).max() < 0.005
+    assert (np.abs(values - TRUE) <= 4 * std + 1e-12).all(), (values - TRUE) / std
+    assert std[0] < 0.02 * MASS
+    assert found.identifiable == LABELS
+    assert found.frame == N
+    assert found.after < 0.5 * found.before
+    assert np.linalg.eigvalsh(_pseudo(values))[0] > 0
+
+
+def _pseudo(values: np.ndarray) -> np.ndarray:
+    """Density-weighted second moments of a load about its centre: positive of what exists."""
+    xx, xy, xz, yy, yz, zz = values[4:]
+    J = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return np.trace(J) / 2 * np.eye(3) - J
+
+
+def test_what_std_leaves_out_is_said(robot, parameters, tmp_path) -> None:
+    estimate = json.loads(parameters.read_text())
+    values = [f"{p['name']} = {p['value']!r}" for p in estimate["parameters"]]
+    (tmp_path / "p.toml").write_text("\n".join(["[parameters]", *values]))
+    log = recorded(23, True)
+    known = symgen.payload(robot, log, parameters=parameters)
+    bare = symgen.payload(robot, log, parameters=tmp_path / "p.toml", cutoff=known.band.cutoff_hz)
+    assert any("errors of the given parameters" in note for note in bare.notes)
+    assert not any("errors of the given" in note or "doubtful" in note for note in known.notes)
+    assert bare.mass.std < known.mass.std
+    estimate["verdict"] = "doubtful"
+    (tmp_path / "doubtful.json").write_text(json.dumps(estimate))
+    found = symgen.payload(robot, log, parameters=tmp_path / "doubtful.json")
+    assert any("doubtful" in note for note in found.notes)
+
+
+def test_friction_that_changed_since_has_no_say(robot, parameters, monkeypatch) -> None:
+    before = symgen.payload(robot, recorded(22, True), parameters=parameters)
+    monkeypatch.setitem(globals(), "FS", 1.3 * FS)
+    found = symgen.payload(robot, recorded(22, True), parameters=parameters)
+    assert abs(found.mass.value / MASS - 1) < 0.015
+    assert found.after < 1.05 * before.after
+
+
+def test_intervals_hold_the_truth(robot, parameters, tmp_path) -> None:
+    """A sample by default; `test_intervals_over_300_runs` counts."""
+    inside, _ = _coverage(robot, parameters, tmp_path, 12, "against parameters")
+    assert inside.mean() > 0.85
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", ["against parameters", "beside logs without it"])
+def test_intervals_over_300_runs(robot, parameters, tmp_path, way) -> None:
+    runs = int(os.environ.get("SYMGEN_RUNS", "300"))
+    inside, mass = _coverage(robot, parameters, tmp_path, runs, way)
+    shares = inside.mean(axis=0)
+    print(way, dict(zip(LABELS, np.round(100 * shares, 1), strict=True)), "%")
+    print("worst error of the mass:", f"{100 * np.abs(mass / MASS - 1).max():.2f} %")
+    assert (np.abs(mass / MASS - 1) < 0.015).all()
+    assert 0.92 <= shares.mean() <= 0.98
+    assert (shares > 0.92 - 3 * math.sqrt(0.95 * 0.05 / runs)).all()  # chance, run by run
+
+
+def _coverage(robot, parameters, folder, runs: int, way: str):
+    """Of every run whether intervals hold the truth, (runs, 10), and the mass.
+
+    Given parameters err in every run as their covariance says: about the truth, which an estimate
+    without noise in its logs has.
+    """
+    estimate = json.loads(parameters.read_text())
+    std = np.array([p["std"] for p in estimate["parameters"]])
+    factor = np.linalg.cholesky(np.array(estimate["correlation"]) * np.outer(std, std))
+    truth = _truth(robot)
+    inside, mass = [], []
+    for k in range(runs):
+        known: dict[str, object] = {"without": [recorded(5000 + k, False, k % 7)]}
+        if way == "against parameters":
+            drawn = truth + factor @ np.random.default_rng(9000 + k).standard_normal(len(std))
+            for p, x in zip(estimate["parameters"], drawn, strict=True):
+                p["value"] = float(x)
+            (folder / "drawn.json").write_text(json.dumps(estimate))
+            known = {"parameters": folder / "drawn.json"}
+        found = symgen.payload(robot, recorded(1000 + k, True, k % 7), **known)
+        values, deviation = quantities(found)
+        inside.append(np.abs(values - TRUE) <= 1.96 * deviation)
+        mass.append(values[0])
+    return np.array(inside), np.array(mass)
+
+
+def _truth(robot) -> np.ndarray:
+    """The arm's base parameters: least squares of Pinocchio's torques in random states."""
+    from oracles.pinocchio_arm import PinocchioArm
+    from oracles.transforms import Arm
+
+    model = symgen.derive(robot, ("torque_regressor",))
+    arm = PinocchioArm(Arm.from_table(TABLE), LINKS)
+    q, qd, qdd = np.random.default_rng(7).uniform(-2, 2, (3, 400, N))
+    tau = np.array([arm.inverse_dynamics(*x) for x in zip(q, qd, qdd, strict=True)])
+    tau += FS * np.sign(qd) + FV * qd
+    W = symgen.load(model)["torque_regressor"](q, qd, qdd)
+    return np.linalg.lstsq(W.reshape(400 * N, -1), tau.ravel(), rcond=None)[0]
+
+
+def test_what_the_motion_does_not_show_has_no_value() -> None:
+    """A planar arm across gravity's axis sees mass and centre in its plane, and not beside it."""
+    robot = symgen.read_robot("planar2r")
+    t = np.arange(0, 12, 0.01)
+    q = np.stack([np.sin(1.3 * t) + 0.4 * np.sin(3 * t), np.cos(1.9 * t)], 1)
+    qd = np.stack([1.3 * np.cos(1.3 * t) + 1.2 * np.cos(3 * t), -1.9 * np.sin(1.9 * t)], 1)
+    qdd = np.stack([-1.69 * np.sin(1.3 * t) - 3.6 * np.sin(3 * t), -3.61 * np.cos(1.9 * t)], 1)
+    inverse = symgen.load(symgen.derive(robot, "all"))["inverse_dynamics"]
+    X = np.array([3.5, 0.06, 0.124, 0.006])
+    # A point mass of 2 kg at (0.3, 0) of link 2: ZZ2 grows by 0.18, MX2 by 0.6, ZZ1R by 2 L1^2.
+    loaded = X + np.array([0.5, 0.18, 0.6, 0.0])
+    noise = 0.01 * np.random.default_rng(5).standard_normal((2, *q.shape))
+    alone = symgen.make_log("alone", t, q, inverse(q, qd, qdd, X) + noise[0], qd)
+    carried = symgen.make_log("carried", t, q, inverse(q, qd, qdd, loaded) + noise[1], qd)
+    found = symgen.payload(robot, carried, without=alone)
+    assert set(found.identifiable) == {"mass", "cx", "cy", "ZZ"}
+    assert abs(found.mass.value - 2.0) < 0.03
+    assert abs(found.com[0].value - 0.3) < 0.005
+    assert found.com[2].value is None
+    assert found.inertia[0].value is None
+
+
+def test_the_command_writes_the_contract(robot, parameters, tmp_path, command) -> None:
+    path = tmp_path / "carried.csv"
+    log = recorded(31, True)
+    header = ",".join(["t", *(f"q{j}" for j in range(1, 7)), *(f"tau{j}" for j in range(1, 7))])
+    table = np.column_stack([log.t, log.q, log.tau])
+    np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.9g")
+    into = tmp_path / "load"
+    asked = ["payload", robot, path, "--parameters", parameters, "--gain", 2, "--into", into]
+    code, out, err = command(*asked)
+    assert code == 0, err
+    assert "mass" in out
+    content = json.loads((into / "payload.json").read_text())
+    assert content["schema"] == "symgen.payload/1"
+    assert set(content["mass"]) == {"value", "std"}
+    assert abs(content["mass"]["value"] / MASS - 1) < 0.015
+    assert content["mass"]["std"] > 0.02 * MASS
+    assert [len(content[key]) for key in ("com", "inertia")] == [3, 6]
+    assert content["frame"] == N
+    assert content["gain_uncertainty_percent"] == 2
+    assert content["residual"]["after"] < content["residual"]["before"]
+    page = (into / "report.html").read_text()
+    assert "Payload of arm" in page
+    assert "http" not in page.replace("http-equiv", "")
+    again = tmp_path / "again.html"
+    code, reported, _ = command("report", into, "--into", again)
+    assert code == 0
+    assert again.read_text() == page
+    assert reported.splitlines()[:-1] == out.splitlines()[:-1]  # but for what was written
+    del content["inertia"][0]
+    (into / "payload.json").write_text(json.dumps(content))
+    code, _, err = command("report", into)
+    assert code == 2
+    assert "damaged" in err
+
+
+REFUSED = {
+    "neither": ({}, "--without"),
+    "a mass below 0": ({"mass": -1.0, "parameters": "x.toml"}, "--mass -1"),
+    "no such parameters": ({"parameters": "nowhere.toml"}, "cannot be read"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_answered_is_refused(robot, case) -> None:
+    options, says = REFUSED[case]
+    with pytest.raises(symgen.SymgenError) as caught:
+        symgen.payload(robot, recorded(41, True, seconds=4.0), **options)
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)
