@@ -6,8 +6,10 @@ last, as it needs the model's fit.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -23,14 +25,18 @@ from symgen.diagnosis.diagnosis import (
 from symgen.diagnosis.evidence import Evidence, Scene, evidence
 from symgen.diagnosis.sanity import SENSOR, Fault, motion_faults
 from symgen.diagnosis.torque_sanity import SATURATION, saturations, torque_faults
+from symgen.estimation.channel_faults import Fault as ChannelFault
+from symgen.estimation.channel_faults import channel_faults
 from symgen.estimation.repairs import Repair
 from symgen.names import PRISMATIC, REVOLUTE, unit
 from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
+GAIN = "drive_gain_error"
 _WORDS = {
     SENSOR: "qd{0} = (1 + GV{0})*dq{0}(t - LV{0})/dt + OV{0}",
+    GAIN: "tau{0} = (1 + G{0})*model{0}",
     SATURATION: "min(max(tau{0}, -limit{0}), limit{0})",
 }
 
@@ -57,7 +63,37 @@ def check(
     if found:
         base = evidence(evaluator, corrected(found, base.scenes))
     wrong = _pooled(torque_faults(evaluator, train, base))
+    wrong = wrong or _channels(evaluator, base.scenes, [s for _, s in others])
     return (*found, *(wrong or saturations(evaluator, base)))
+
+
+def _channels(
+    evaluator: Evaluator, train: Sequence[Scene], held: Sequence[Scene]
+) -> tuple[Fault, ...]:
+    """Return what the model shows of the channels, as identify sees it."""
+    robot = evaluator.model.robot
+    if robot.loaded:
+        return ()
+    logs, other = ([replace(s.log, q=s.q, qd=s.qd) for s in group] for group in (train, held))
+    out = []
+    for f in channel_faults(evaluator, logs, other):
+        if f.undone is None:  # a delay is a candidate beside the physics
+            break
+        name = f.kind
+        parameters: tuple[FoundParameter, ...] = ()
+        if f.kind == "gain":
+            number = robot.movable[f.joints[0]].number
+            name = GAIN
+            parameters = (FoundParameter(f"G{number}", f.value - 1, math.nan, ""),)
+        out.append(Fault(name, f.joints, f.channel, parameters, f.says, partial(_undone, f)))
+    return tuple(out)
+
+
+def _undone(fault: ChannelFault, s: Scene) -> Scene:
+    assert fault.undone is not None
+    log = replace(s.log, q=s.q, qd=s.qd, samples=replace(s.log.samples, tau=s.tau))
+    log = fault.undone(log)
+    return replace(s, log=log, q=log.q, qd=log.qd, qdd=log.qdd, tau=log.tau)
 
 
 def _pooled(faults: Iterable[Fault]) -> tuple[Fault, ...]:
@@ -173,17 +209,23 @@ def _values(
             yield FoundParameter(f"{name}{number}", float(x), float(std), word)
 
 
-def with_chain(diagnosis: Diagnosis, named: Sequence[FoundEffect], before: Gap) -> Diagnosis:
+def with_chain(
+    diagnosis: Diagnosis,
+    named: Sequence[FoundEffect],
+    before: Gap,
+    share: float = 0.0,
+    says: Sequence[str] = (),
+) -> Diagnosis:
     """Return a diagnosis with the faults of the measuring chain that were repaired before it.
 
     Args:
         diagnosis: of the repaired logs.
         named: the faults, as effects.
         before: the gap before they were repaired.
+        share: of the square of the gap that undoing the faults without a name closes.
+        says: these, in words.
     """
-    if not named:
-        return diagnosis
-    chain = max(e.gap_reduction for e in named)
+    chain = max([share, *(e.gap_reduction for e in named)])
     physics = max((e.gap_reduction for e in diagnosis.effects), default=0.0)
     verdict = diagnosis.verdict
     if chain >= physics * (1 - chain):
@@ -192,7 +234,14 @@ def with_chain(diagnosis: Diagnosis, named: Sequence[FoundEffect], before: Gap) 
         verdict = "explained"
     effects = sorted((*named, *diagnosis.effects), key=lambda e: -e.gap_reduction)
     after = diagnosis.after if diagnosis.after.total <= before.total else before
-    return replace(diagnosis, verdict=verdict, effects=tuple(effects), before=before, after=after)
+    return replace(
+        diagnosis,
+        verdict=verdict,
+        effects=tuple(effects),
+        advice=(*says, *diagnosis.advice),
+        before=before,
+        after=after,
+    )
 
 
 def _numbers(fault: Fault, robot: Robot) -> tuple[int, ...]:

@@ -244,7 +244,7 @@ def _stuck_motion(robot: Robot, samples: Samples, s: Scene) -> list[Fault]:
         for channel, x, should, speed in pairs:
             if np.sqrt(np.mean(speed[:, j] ** 2)) <= _STILL * _fastest(speed):
                 continue
-            span = frozen(x[:, j], should[:, j], np.ones(len(x), dtype=bool))
+            span = frozen(x[:, j], should[:, j], s.free[:, j])
             if span is not None:
                 name = f"{channel}{joint.number}"
                 fixed = _derived((j,)) if channel == "qd" else None

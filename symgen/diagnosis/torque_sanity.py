@@ -1,8 +1,9 @@
 """The sanity gate's second half: torques, looked at with little model.
 
-The equations of one joint alone tell whether its torque has the right sign and belongs to it:
-friction dissipates and inertia is positive; a motion in degrees fits no gravity; a torque that
-stays at its largest value where the model asks for more is cut by a limit.
+The equations of one joint alone tell whether its torque has the right sign: friction dissipates and
+inertia is positive; a torque that stays at its largest value where the model asks for more is cut
+by a limit. What the model of the whole arm tells of channels is in
+`symgen.estimation.channel_faults`.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from symgen.data.signals import Samples
 from symgen.diagnosis.diagnosis import FoundParameter
-from symgen.diagnosis.evidence import Evidence, Scene, evidence, least_squares, regressor, solved
+from symgen.diagnosis.evidence import Evidence, Scene, least_squares, regressor, solved
 from symgen.diagnosis.sanity import (
     Fault,
     covariance_of,
@@ -26,7 +27,6 @@ from symgen.diagnosis.sanity import (
     step_fault,
     stuck,
 )
-from symgen.names import REVOLUTE
 from symgen.robot.effect import unit
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
@@ -34,7 +34,7 @@ from symgen.runtime.evaluator import Evaluator
 FloatArray = NDArray[np.float64]
 SATURATION = "saturation"
 SIGMAS = 5.0
-HALF = 0.5  # a hypothesis about channels must halve the residual
+HALF = 0.5  # of a jump of a torque: what its residual keeps
 _FLAT = 2.0  # times the channel's noise: how flat the top of a cut torque is
 _AT_LIMIT = 3.0  # times the noise: how near to the limit a torque is that is cut
 _LEAST = 100  # samples in which a limit is looked for
@@ -60,16 +60,18 @@ def torque_faults(evaluator: Evaluator, samples: Sequence[Samples], base: Eviden
         out += _stuck_torques(robot, log, s, model)
     taken = {j for fault in out for j in fault.joints}
     joints = [j for j in moving(base.scenes[0]) if j not in taken]
-    signs = [j for j in joints if _reversed(evaluator, base, j)]
-    out += _swapped(robot, base, [j for j in joints if j not in signs])
-    for j in signs:
-        number = robot.movable[j].number
-        says = (
-            f"tau{number}: with this sign the joint's friction would give energy and its inertia "
-            f"would be negative: change the sign of tau{number}"
-        )
-        out.append(Fault("sign", (j,), f"tau{number}", (), says))
-    out = out or _degrees(evaluator, base)
+    signs = {j: _reversed(evaluator, base, j) for j in joints}
+    for j, (mass, loss) in signs.items():
+        if mass and loss:
+            number = robot.movable[j].number
+            says = (
+                f"tau{number}: with this sign the joint's friction would give energy and its "
+                f"inertia would be negative: change the sign of tau{number}"
+            )
+            out.append(Fault("sign", (j,), f"tau{number}", (), says))
+    if signs and all(loss and not mass for mass, loss in signs.values()):
+        says = "t: friction would give energy at every joint: time runs backwards in these logs"
+        out.append(Fault("time", (), "t", (), says))
     if out:  # a model that is fitted to wrong channels says nothing about jumps
         return out
     for (log, s), model in zip(logs, models, strict=True):
@@ -80,6 +82,7 @@ def torque_faults(evaluator: Evaluator, samples: Sequence[Samples], base: Eviden
 def _stuck_torques(robot: Robot, samples: Samples, s: Scene, model: FloatArray) -> list[Fault]:
     out = []
     moves = np.abs(s.qd) > 0.1 * np.sqrt(np.mean(s.qd**2, axis=0))  # friction at rest is anything
+    moves &= s.free
     for j in moving(s):
         x = samples.tau[:, j]
         top = 0.999 * float(np.abs(x).max())
@@ -123,33 +126,8 @@ def _stays(before: FloatArray, after: FloatArray, x: FloatArray, i: int) -> bool
     return float(np.mean(after) - np.mean(before)) / float(x[i + 1] - x[i]) > HALF
 
 
-def _alone(base: Evidence, j: int, equations: int) -> tuple[FloatArray, FloatArray, float]:
-    """Fit the torque of joint j to the equations of a joint: rows, parameters, residual's RMS."""
-    rows = base.moves[:, equations] > 0
-    W, y = base.W[rows, equations], base.y[rows, j]
-    X = least_squares(W, y)
-    return W, X, float(np.sqrt(np.mean((y - W @ X) ** 2)))
-
-
-def _swapped(robot: Robot, base: Evidence, joints: Sequence[int]) -> list[Fault]:
-    """Find pairs of torques that fit the equations of each other's joint much better."""
-    left = {(j, k): _alone(base, j, k)[2] for j in joints for k in joints}
-    out = []
-    for j in joints:
-        for k in joints:
-            cross = max(left[j, k] / left[j, j], left[k, j] / left[k, k]) if j < k else math.inf
-            if cross < HALF:
-                a, b = robot.movable[j].number, robot.movable[k].number
-                says = (
-                    f"tau{a} fits the equations of joint {b}, and tau{b} those of joint {a}: swap "
-                    f"the two channels (of torque, or of motion)"
-                )
-                out.append(Fault("swapped", (j, k), f"tau{a}, tau{b}", (), says))
-    return out
-
-
-def _reversed(evaluator: Evaluator, base: Evidence, j: int) -> bool:
-    """Whether a joint's own equations give a negative inertia and friction that gives energy."""
+def _reversed(evaluator: Evaluator, base: Evidence, j: int) -> tuple[bool, bool]:
+    """Whether a joint's own equations give a negative inertia, and friction that gives energy."""
     q = np.concatenate([s.q[s.kept] for s in base.scenes])
     qd = np.concatenate([s.qd[s.kept] for s in base.scenes])
     rows = base.moves[:, j] > 0
@@ -171,31 +149,12 @@ def _reversed(evaluator: Evaluator, base: Evidence, j: int) -> bool:
     A = W / scale
     x = least_squares(A, y)
     covariance = covariance_of(A, y - A @ x)
+    found = []
     for part in (mass, loss):
         g = part[:, used].mean(axis=0) / scale
-        if float(g @ x) > -SIGMAS * math.sqrt(max(float(g @ covariance @ g), 0.0)) or not g.any():
-            return False
-    return True
-
-
-def _degrees(evaluator: Evaluator, base: Evidence) -> list[Fault]:
-    """Find a motion in degrees: the model fits it at least twice as well in radians."""
-    robot = evaluator.model.robot
-    revolute = np.array([joint.sigma == REVOLUTE for joint in robot.movable])
-    scale = np.where(revolute, math.pi / 180, 1.0)
-    if not np.any(base.gap() > 0.3):
-        return []
-    scenes = [replace(s, q=s.q * scale, qd=s.qd * scale, qdd=s.qdd * scale) for s in base.scenes]
-    other = evidence(evaluator, scenes)
-    before, after = float(np.mean(base.gap() ** 2)), float(np.mean(other.gap() ** 2))
-    if after > HALF**2 * before:
-        return []
-    says = "q: the model fits positions in degrees: multiply q and qd by pi/180"
-
-    def radians(s: Scene) -> Scene:
-        return replace(s, q=s.q * scale, qd=s.qd * scale, qdd=s.qdd * scale)
-
-    return [Fault("units", (), "q", (), says, radians)]
+        least = -SIGMAS * math.sqrt(max(float(g @ covariance @ g), 0.0))
+        found.append(bool(g.any()) and float(g @ x) <= least)
+    return found[0], found[1]
 
 
 def saturations(evaluator: Evaluator, base: Evidence) -> list[Fault]:

@@ -103,6 +103,8 @@ def diagnose(
     fitted = study.base if given is None else evidence(evaluator, train)
     faults = check(evaluator, fitted, look.train, later)
     named: list[FoundEffect] = []
+    says: tuple[str, ...] = ()
+    closes = 0.0
     if any(f.corrected is None for f in faults):  # nothing can be said until it is recorded again
         try:
             found = judged(faults, plain(study, notes), plain(study, notes))
@@ -113,9 +115,12 @@ def diagnose(
     if faults:
         fixed = studied(evaluator, corrected(faults, train), corrected(faults, held), given)
         repaired = judged(faults, plain(study, notes), plain(fixed, notes))
-        if _share(repaired.before, repaired.after) >= _CLOSES:
+        share = _share(repaired.before, repaired.after)
+        if share >= _CLOSES:
             named, study = list(repaired.effects), fixed
             notes += tuple(f"repaired: {f.says}" for f in faults)
+            says = tuple(f.says for f in faults if f.name not in definitions())
+            closes = share if says else 0.0
     if look.unmended is not None:
         as_measured = replace(band, velocity="measured")
         raw_train, raw_held, _ = _scenes(look.unmended, as_measured)
@@ -131,9 +136,10 @@ def diagnose(
         selection = with_unnamed(selection, source, study.base, study.noise(), progress)
     progress("deriving, compiling and identifying the extended model")
     whole = conclude(study, selection, (*notes, *resting([*look.train, *look.held], source)))
-    if named:
+    if named or says:
         before = raw if raw is not None else plain(first, notes).before
-        whole = with_chain(whole, named, before if given is None else whole.before)
+        before = before if given is None else whole.before
+        whole = with_chain(whole, named, before, closes, says)
     return _with_left_out(replace(whole, repairs=look.repairs), source)
 
 

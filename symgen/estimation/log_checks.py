@@ -7,6 +7,7 @@ robot moves. No equation touches what is masked. What the model shows of the cha
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +17,7 @@ from symgen.data.log import Log
 from symgen.data.mask import Bools, Mask, on_grid
 from symgen.data.raw import read_only
 from symgen.data.signals import Samples, differentiate, lowpass
+from symgen.data.spline import interpolated
 from symgen.estimation.repairs import Repair
 
 FloatArray = NDArray[np.float64]
@@ -25,6 +27,8 @@ _RUN = 3  # times the runs of other values, at least
 #: A channel is stuck for at least so many samples, and so many times the length of its other runs.
 _STUCK, _LONGER = 20, 10.0
 _DEAD = 0.5  # of the log
+#: A position that was stuck jumps by so many times its largest usual step.
+_LEAVES = 3.0
 #: Speed of a robot that moves, of the RMS over the log.
 _MOVES = 0.1
 
@@ -49,14 +53,22 @@ def masked_faults(log: Log, samples: Samples) -> tuple[Samples, tuple[Repair, ..
             done.append(Repair(log.name, f"tau{j + 1}", fault, int(flat.sum()), "masked", value))
     qd = samples.qd if len(samples.t) == len(log.t) else _on(samples, log)
     moves = np.abs(qd) > _MOVES * np.sqrt(np.mean(qd**2, axis=0))
-    qd_fixed = None
+    qd_fixed, q_fixed = None, samples.q.copy()
+    frozen = stuck_rows(log)
+    if frozen.any():
+        joint |= frozen[:, None]
+        whole |= frozen
+        count = int(frozen.sum())
+        done.append(Repair(log.name, "all", "stuck", count, "masked, for all joints"))
+        at = on_grid(frozen[:, None], log.t, samples.t)[:, 0]
+        bridged(q_fixed, samples.t, at, range(log.q.shape[1]))
     for key in ("q", "qd", "tau"):
         x = getattr(log, key)
         for j in range(0 if x is None else x.shape[1]):
             others = moves[:, j] if key == "qd" else np.delete(moves, j, axis=1).any(axis=1)
             if key == "tau" or x.shape[1] == 1:
                 others = moves.any(axis=1)
-            stuck = stuck_runs(x[:, j], others, key != "tau")
+            stuck = stuck_runs(x[:, j], others, key != "tau") & ~frozen
             if not stuck.any() or stuck.mean() > _DEAD:
                 continue  # a channel without a signal is not mended by a mask
             count = int(stuck.sum())
@@ -66,6 +78,7 @@ def masked_faults(log: Log, samples: Samples) -> tuple[Samples, tuple[Repair, ..
             elif key == "q":
                 joint |= stuck[:, None]
                 whole |= stuck
+                bridged(q_fixed, samples.t, on_grid(stuck[:, None], log.t, samples.t)[:, 0], [j])
                 what = "masked, for all joints"
             else:
                 qd_fixed = samples.qd.copy() if qd_fixed is None else qd_fixed
@@ -76,6 +89,8 @@ def masked_faults(log: Log, samples: Samples) -> tuple[Samples, tuple[Repair, ..
             done.append(Repair(log.name, f"{key}{j + 1}", "stuck", count, what))
     if qd_fixed is not None:
         samples = replace(samples, qd=read_only(qd_fixed))
+    if whole.any():
+        samples = replace(samples, q=read_only(q_fixed))
     if joint.any():
         whole |= joint.any(axis=1)
         mask = Mask(
@@ -86,6 +101,32 @@ def masked_faults(log: Log, samples: Samples) -> tuple[Samples, tuple[Repair, ..
             mask = Mask(mask.joint | old.joint, mask.robot | old.robot)
         samples = replace(samples, mask=mask)
     return samples, tuple(done)
+
+
+def stuck_rows(log: Log) -> Bools:
+    """Return where a recorder is stuck: all channels keep their values, and a position then jumps.
+
+    A robot at rest goes on from where it stood.
+    """
+    columns = np.column_stack([x for x in (log.q, log.qd, log.tau) if x is not None])
+    same = np.concatenate([[False], (columns[1:] == columns[:-1]).all(axis=1), [False]])
+    edges = np.flatnonzero(np.diff(same.astype(np.int8)))
+    steps = np.abs(np.diff(log.q, axis=0))
+    usual = np.array([np.percentile(s[s > 0], 99) if (s > 0).any() else np.inf for s in steps.T])
+    out = np.zeros(len(log.t), dtype=bool)
+    for start, end in zip(edges[::2], edges[1::2], strict=True):
+        if end - start + 1 < _STUCK or end >= len(steps):
+            continue
+        if (steps[end] > _LEAVES * usual).any():
+            out[start : end + 1] = True
+    return out if out.mean() <= _DEAD else np.zeros(len(log.t), dtype=bool)
+
+
+def bridged(q: FloatArray, t: FloatArray, at: Bools, joints: Iterable[int]) -> None:
+    """Draw positions, in place, over a time in which they were not seen, so that none jumps."""
+    good = ~at
+    for j in joints:
+        q[at, j] = interpolated(t[good], q[good, j])(t[at])
 
 
 def _on(samples: Samples, log: Log) -> FloatArray:
@@ -161,7 +202,7 @@ def stuck_runs(x: FloatArray, others: Bools, jumps: bool) -> Bools:
             steps[end] if end < len(steps) else 0.0,
             steps[start - 1] if start > 0 else 0.0,
         )
-        if jumps and leaves <= 3.0 * largest:
+        if jumps and leaves <= _LEAVES * largest:
             continue
         out[int(start) : int(end) + 1] = True
     return out

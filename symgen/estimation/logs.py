@@ -14,7 +14,7 @@ from symgen.data.log import Log, cut, read_log
 from symgen.data.raw import Reading, refuse
 from symgen.data.signals import Samples, sampled
 from symgen.errors import LogError
-from symgen.estimation.band import comparison_band
+from symgen.estimation.band import LOWEST, comparison_band
 from symgen.estimation.log_checks import masked_faults
 from symgen.estimation.masking import masked
 from symgen.estimation.repairs import Repair, repaired
@@ -87,6 +87,16 @@ def _require_within(log: Log, robot: Robot) -> None:
             refuse(log.name, what, drive if log.mapped else "rad or m, within [limits]")
 
 
+def _require_rate(log: Log) -> None:
+    """Refuse stamps between which a robot moves unseen: in milliseconds, say."""
+    step = float(np.median(np.diff(log.t)))
+    if step > 0.5 / LOWEST:
+        raise LogError(
+            f"{log.name}: a sample every {step:.4g} s; accepted: t in seconds, at "
+            f"{2 * LOWEST:g} Hz and more (where t is in milliseconds, divide it by 1000)"
+        )
+
+
 def open_samples(
     source: Source, robot: Robot, reading: Reading | None = None, *, mask_faults: bool = True
 ) -> tuple[Samples, tuple[Repair, ...]]:
@@ -99,10 +109,12 @@ def open_samples(
         mask_faults: whether torques that are cut off and channels that are stuck are masked.
 
     Raises:
-        LogError: `open_log` or `sampled` refuse the log, or a joint has next to nothing left.
+        LogError: `open_log` or `sampled` refuse the log, its rate is below 4 Hz, or a joint has
+            next to nothing left.
     """
     reading = reading or Reading()
     log, repairs = repaired(open_log(source, robot, reading), robot.sigma)
+    _require_rate(log)
     samples, masked_too = masked_faults(log, sampled(log)) if mask_faults else (sampled(log), ())
     if reading.mask:
         samples = masked(samples, log, robot, reading.mask)

@@ -19,6 +19,7 @@ from symgen import names
 from symgen.data.log import Log
 from symgen.data.raw import read_only
 from symgen.data.signals import GAP, STEP_TOLERANCE
+from symgen.data.spline import interpolated
 
 FloatArray = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -30,6 +31,12 @@ _NEAR = 8  # samples around a jump that it is compared with
 #: More repeated rows than chance would give, by this factor, and at least so many.
 _CHANCE, _FEW = 5.0, 3
 _NORMAL = 1.4826
+#: What is done about a fault that no repair takes away.
+LEFT = "left as it is"
+#: A channel is held where so many runs of one value hold so much of the log.
+_HELD_RUNS, _HELD = 20, 0.9
+#: Steps of a channel that are worth a word, over its spread: encoders have 14 bits a turn and more.
+_COARSE = {"q": 2e-3, "qd": 0.05, "tau": 0.05}
 #: Jumps meet where this many pairs are expected; a signal with more jumps than so is one of jumps.
 _MEET, _MANY, _PASSES = 0.1, 0.05, 4
 
@@ -84,6 +91,9 @@ def repaired(log: Log, sigma: Sequence[int]) -> tuple[Log, tuple[Repair, ...]]:
     done += found
     log, found = _without_jumps(log)
     done += found
+    log, found = _released(log)
+    done += found
+    done += _coarse(log)
     log, found = _on_its_clock(log, ticks)
     return log, (*done, *found)
 
@@ -219,6 +229,61 @@ def _outstanding(x: FloatArray, together: int, others: int) -> NDArray[np.int64]
         if r[k] > _AROUND * float(np.sort(near)[-1 - others]):
             out.append(int(k))
     return np.array(out, dtype=np.int64)
+
+
+def held_for(x: FloatArray) -> int:
+    """Return how many samples a channel holds every value, where it is read anew at such a pace.
+
+    At least nine tenths of the samples stand in runs of one value of that length, within a sample;
+    1 where it is not held. A coarse channel keeps its values for as long as the motion wants.
+    """
+    first = np.flatnonzero(np.concatenate([[True], x[1:] != x[:-1]]))
+    lengths = np.diff(np.concatenate([first, [len(x)]]))
+    if len(first) < _HELD_RUNS:
+        return 1
+    k = round(float(np.median(np.repeat(lengths, lengths))))
+    like = np.abs(lengths - k) <= 1
+    return k if k > 1 and lengths[like].sum() >= _HELD * len(x) else 1
+
+
+def _released(log: Log) -> tuple[Log, list[Repair]]:
+    """Draw channels that are held between their readings through these readings."""
+    done: list[Repair] = []
+    arrays: dict[str, Any] = {}
+    for key in ("q", "qd", "tau"):
+        x = getattr(log, key)
+        if x is None:
+            continue
+        fixed = x.copy()
+        for j in range(x.shape[1]):
+            k = held_for(x[:, j])
+            if k == 1:
+                continue
+            read = np.concatenate([[True], x[1:, j] != x[:-1, j]])
+            at = log.t[read]
+            inside = log.t <= at[-1]
+            fixed[inside, j] = interpolated(at, x[read, j])(log.t[inside])
+            fault = f"read anew every {k} samples only"
+            what = "drawn through its readings"
+            done.append(Repair(log.name, f"{key}{j + 1}", fault, len(x), what))
+        arrays[key] = read_only(fixed)
+    return (replace(log, **arrays) if done else log), done
+
+
+def _coarse(log: Log) -> list[Repair]:
+    """Say which channels come in steps that count beside their motion."""
+    out = []
+    for key, least in _COARSE.items():
+        x = getattr(log, key)
+        for j in range(0 if x is None else x.shape[1]):
+            levels = np.unique(x[:, j])
+            if not 2 < len(levels) < len(x) / 20:
+                continue
+            step, size = float(np.median(np.diff(levels))), float(np.std(x[:, j]))
+            if step > least * size:
+                fault = f"comes in steps of {step:.3g}, {100 * step / size:.2g} % of its spread"
+                out.append(Repair(log.name, f"{key}{j + 1}", fault, len(x), LEFT))
+    return out
 
 
 def _on_its_clock(log: Log, ticks: FloatArray) -> tuple[Log, list[Repair]]:

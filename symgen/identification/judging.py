@@ -16,7 +16,7 @@ from symgen.estimation.fit import fit
 from symgen.estimation.logs import digest
 from symgen.estimation.recipe import Recipe
 from symgen.estimation.regression import Solution
-from symgen.estimation.repairs import Repair
+from symgen.estimation.repairs import LEFT, Repair
 from symgen.estimation.values import Contrast
 from symgen.identification.alternatives import disagreement
 from symgen.identification.estimate import (
@@ -98,6 +98,7 @@ def judged(
             seen,
             elsewhere,
             (*faults, *verdicts.driving_friction(parameters), *((turned,) if turned else ())),
+            tuple(f"{r.log}: {r.channel} {r.fault}" for r in run.repairs if r.done == LEFT),
         ),
         verdicts.parameters_use(
             parameters, physical, (*((bias,) if bias else ()), *disagreement(found))

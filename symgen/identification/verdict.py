@@ -72,7 +72,13 @@ class Verdict:
         return "doubtful" if self.reasons else "trusted"
 
 
-def prediction_use(train: Fit, held: Fit, elsewhere: float, faults: Sequence[str]) -> Use:
+def prediction_use(
+    train: Fit,
+    held: Fit,
+    elsewhere: float,
+    faults: Sequence[str],
+    suspects: Sequence[str] = (),
+) -> Use:
     """Judge the torque on held-out motion.
 
     Args:
@@ -80,6 +86,7 @@ def prediction_use(train: Fit, held: Fit, elsewhere: float, faults: Sequence[str
         held: of data that the estimate never saw.
         elsewhere: torque error on other motions in the same range, from `error_elsewhere`.
         faults: of the logs that matter and could not be mended.
+        suspects: what was seen in the logs and left; the reason, where the torque is unexplained.
     """
     reasons = list(faults)
     said, own = held.residual.relative, train.residual.relative
@@ -91,6 +98,8 @@ def prediction_use(train: Fit, held: Fit, elsewhere: float, faults: Sequence[str
     if bad:
         listed = ", ".join(f"{j} ({100 * r:.3g} %)" for j, r in bad)
         reasons.append(f"the torque of held-out motion is unexplained at movable joints {listed}")
+    if said > RESIDUAL or bad:
+        reasons += suspects
     if said > max(OVERFIT * own, NEGLIGIBLE):
         reasons.append(
             f"overfit: the torque error on held-out motion is {100 * said:.3g} %, "
