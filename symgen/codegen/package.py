@@ -368,7 +368,7 @@ class _Writer:
             percent=example.PERCENT,
             better=example.BETTER,
             share=example.SHARE,
-            rubs=any(j.friction for j in self.model.robot.joints),
+            **example.facts(self.model, self.kernels),
             **example.parameters(self.model, "f" if self.dtype == "float" else ""),
         )
 
