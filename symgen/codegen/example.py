@@ -33,7 +33,9 @@ SHARE = 0.8
 
 
 def programs(model: Model, kernels: Sequence[Kernel], *, identifier: bool) -> tuple[str, ...]:
-    """Return the programs that a package with these kernels has; effects suit the controller alone.
+    """Return the programs that a package with these kernels has.
+
+    Effects suit the controller alone, gravity as an input none.
 
     Args:
         model: from `derive`.
@@ -41,6 +43,8 @@ def programs(model: Model, kernels: Sequence[Kernel], *, identifier: bool) -> tu
         identifier: whether it is in the package.
     """
     written = {k.name for k in kernels}
+    if model.robot.gravity_input:
+        return ()
     return tuple(
         name
         for name, needs in PROGRAMS.items()
