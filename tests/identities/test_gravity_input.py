@@ -35,6 +35,7 @@ NEED = (
     "generalized_momentum",
     "inverse_dynamics_derivatives",
     "forward_dynamics_derivatives",
+    "all_terms",
 )
 TILTED = ((0.0, 0.0, -9.81), (9.81, 0.0, 0.0), (1.7, -3.1, 8.2), (0.0, 0.0, 0.0))
 
