@@ -119,7 +119,11 @@ def _calls(package: Path, reaches: Sequence[float]) -> str:
                 size = (
                     given["shape"][0] if given["name"] != "X" else len(manifest["base_parameters"])
                 )
-                values = _point(given["name"], size, reach, draw)
+                values = (
+                    _parameters(manifest)
+                    if given["name"] == "X"
+                    else [draw.uniform(-reach, reach) for _ in range(size)]
+                )
                 listed = ", ".join(f"({name}_real){v!r}" for v in values)
                 lines.append(f"        static {name}_real {given['name']}[] = {{ {listed} }};")
             known = [given["name"] for given in kernel["inputs"]]
@@ -139,7 +143,7 @@ def _calls(package: Path, reaches: Sequence[float]) -> str:
     return "\n".join([*lines, "    return 0;", "}", ""])
 
 
-def _point(name: str, size: int, reach: float, draw: random.Random) -> Sequence[float]:
-    if name == "X":  # any robot will do: a mass matrix that is none stops forward dynamics early
-        return [1.0] * size
-    return [draw.uniform(-reach, reach) for _ in range(size)]
+def _parameters(manifest: Any) -> Sequence[float]:
+    """Return X of a robot that can exist: one that cannot stops kernels with a status early."""
+    points = manifest["verification"]["points"].get("forward_dynamics")
+    return points[0]["X"] if points else [1.0] * len(manifest["base_parameters"])

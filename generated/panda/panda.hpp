@@ -364,6 +364,28 @@ public:
         return J_out;
     }
 
+    /* mass_matrix, bias_torque, gravity_torque, jacobian and frames in one call, which turns each angle once
+     * M: 7, 7
+     * h: 7
+     * tau: 7
+     * J_out: 6, 7
+     * T_out: 7, 4, 4
+     */
+    static void all_terms(input<7> q, input<7> qd, input<parameters> X, output<49> M, output<7> h, output<7> tau, output<42> J_out, output<112> T_out) noexcept
+    {
+        panda_all_terms(q.data(), qd.data(), X.data(), M.data(), h.data(), tau.data(), J_out.data(), T_out.data());
+    }
+    [[nodiscard]] static std::tuple<std::array<real, 49>, std::array<real, 7>, std::array<real, 7>, std::array<real, 42>, std::array<real, 112>> all_terms(input<7> q, input<7> qd, input<parameters> X) noexcept
+    {
+        std::array<real, 49> M;
+        std::array<real, 7> h;
+        std::array<real, 7> tau;
+        std::array<real, 42> J_out;
+        std::array<real, 112> T_out;
+        all_terms(q, qd, X, M, h, tau, J_out, T_out);
+        return { M, h, tau, J_out, T_out };
+    }
+
     /* columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols
      * out: 7, 62
      */
@@ -472,6 +494,24 @@ public:
             return std::nullopt;
         }
         return x;
+    }
+
+    /* M = L D L' with ones on the diagonal of L and zeros below it; for projections solve with L from its last row; nonzero, or empty: it has none
+     * L_out: 7, 7
+     * D_out: 7
+     */
+    static int mass_matrix_factor(input<7> q, input<parameters> X, output<49> L_out, output<7> D_out) noexcept
+    {
+        return panda_mass_matrix_factor(q.data(), X.data(), L_out.data(), D_out.data());
+    }
+    [[nodiscard]] static std::optional<std::tuple<std::array<real, 49>, std::array<real, 7>>> mass_matrix_factor(input<7> q, input<parameters> X) noexcept
+    {
+        std::array<real, 49> L_out;
+        std::array<real, 7> D_out;
+        if (mass_matrix_factor(q, X, L_out, D_out) != 0) {
+            return std::nullopt;
+        }
+        return std::make_tuple(L_out, D_out);
     }
 
     /* Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning

@@ -184,6 +184,22 @@ void planar2r_frames_batch(size_t N, const double *q, double *T_out);
 void planar2r_jacobian(const double q[2], double J_out[12]);
 void planar2r_jacobian_batch(size_t N, const double *q, double *J_out);
 
+/* mass_matrix, bias_torque, gravity_torque, jacobian and frames in one call, which turns each
+ * angle once
+ * q: (2,)
+ * qd: (2,)
+ * X: (4,)
+ * M: (2, 2)
+ * h: (2,)
+ * tau: (2,)
+ * J_out: (6, 2)
+ * T_out: (2, 4, 4)
+ */
+void planar2r_all_terms(const double q[2], const double qd[2], const double X[4], double M[4],
+    double h[2], double tau[2], double J_out[12], double T_out[32]);
+void planar2r_all_terms_batch(size_t N, const double *q, const double *qd, const double *X, double
+    *M, double *h, double *tau, double *J_out, double *T_out);
+
 /* columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols
  * q: (2,)
  * qd: (2,)
@@ -266,6 +282,18 @@ int planar2r_solve_mass_matrix(const double q[2], const double b[2], const doubl
     x[2]);
 int planar2r_solve_mass_matrix_batch(size_t N, const double *q, const double *b, const double *X,
     double *x);
+
+/* M = L D L' with ones on the diagonal of L and zeros below it; for projections solve with L from
+ * its last row
+ * q: (2,)
+ * X: (4,)
+ * L_out: (2, 2)
+ * D_out: (2,)
+ */
+int planar2r_mass_matrix_factor(const double q[2], const double X[4], double L_out[4], double
+    D_out[2]);
+int planar2r_mass_matrix_factor_batch(size_t N, const double *q, const double *X, double *L_out,
+    double *D_out);
 
 /* Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning
  * q: (2,)

@@ -278,6 +278,28 @@ public:
         return J_out;
     }
 
+    /* mass_matrix, bias_torque, gravity_torque, jacobian and frames in one call, which turns each angle once
+     * M: 2, 2
+     * h: 2
+     * tau: 2
+     * J_out: 6, 2
+     * T_out: 2, 4, 4
+     */
+    static void all_terms(input<2> q, input<2> qd, input<parameters> X, output<4> M, output<2> h, output<2> tau, output<12> J_out, output<32> T_out) noexcept
+    {
+        planar2r_all_terms(q.data(), qd.data(), X.data(), M.data(), h.data(), tau.data(), J_out.data(), T_out.data());
+    }
+    [[nodiscard]] static std::tuple<std::array<real, 4>, std::array<real, 2>, std::array<real, 2>, std::array<real, 12>, std::array<real, 32>> all_terms(input<2> q, input<2> qd, input<parameters> X) noexcept
+    {
+        std::array<real, 4> M;
+        std::array<real, 2> h;
+        std::array<real, 2> tau;
+        std::array<real, 12> J_out;
+        std::array<real, 32> T_out;
+        all_terms(q, qd, X, M, h, tau, J_out, T_out);
+        return { M, h, tau, J_out, T_out };
+    }
+
     /* columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols
      * out: 2, 4
      */
@@ -386,6 +408,24 @@ public:
             return std::nullopt;
         }
         return x;
+    }
+
+    /* M = L D L' with ones on the diagonal of L and zeros below it; for projections solve with L from its last row; nonzero, or empty: it has none
+     * L_out: 2, 2
+     * D_out: 2
+     */
+    static int mass_matrix_factor(input<2> q, input<parameters> X, output<4> L_out, output<2> D_out) noexcept
+    {
+        return planar2r_mass_matrix_factor(q.data(), X.data(), L_out.data(), D_out.data());
+    }
+    [[nodiscard]] static std::optional<std::tuple<std::array<real, 4>, std::array<real, 2>>> mass_matrix_factor(input<2> q, input<parameters> X) noexcept
+    {
+        std::array<real, 4> L_out;
+        std::array<real, 2> D_out;
+        if (mass_matrix_factor(q, X, L_out, D_out) != 0) {
+            return std::nullopt;
+        }
+        return std::make_tuple(L_out, D_out);
     }
 
     /* Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning

@@ -354,6 +354,28 @@ public:
         return J_out;
     }
 
+    /* mass_matrix, bias_torque, gravity_torque, jacobian and frames in one call, which turns each angle once
+     * M: 6, 6
+     * h: 6
+     * tau: 6
+     * J_out: 6, 6
+     * T_out: 6, 4, 4
+     */
+    static void all_terms(input<6> q, input<6> qd, input<parameters> X, output<36> M, output<6> h, output<6> tau, output<36> J_out, output<96> T_out) noexcept
+    {
+        puma560_all_terms(q.data(), qd.data(), X.data(), M.data(), h.data(), tau.data(), J_out.data(), T_out.data());
+    }
+    [[nodiscard]] static std::tuple<std::array<real, 36>, std::array<real, 6>, std::array<real, 6>, std::array<real, 36>, std::array<real, 96>> all_terms(input<6> q, input<6> qd, input<parameters> X) noexcept
+    {
+        std::array<real, 36> M;
+        std::array<real, 6> h;
+        std::array<real, 6> tau;
+        std::array<real, 36> J_out;
+        std::array<real, 96> T_out;
+        all_terms(q, qd, X, M, h, tau, J_out, T_out);
+        return { M, h, tau, J_out, T_out };
+    }
+
     /* columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols
      * out: 6, 52
      */
@@ -462,6 +484,24 @@ public:
             return std::nullopt;
         }
         return x;
+    }
+
+    /* M = L D L' with ones on the diagonal of L and zeros below it; for projections solve with L from its last row; nonzero, or empty: it has none
+     * L_out: 6, 6
+     * D_out: 6
+     */
+    static int mass_matrix_factor(input<6> q, input<parameters> X, output<36> L_out, output<6> D_out) noexcept
+    {
+        return puma560_mass_matrix_factor(q.data(), X.data(), L_out.data(), D_out.data());
+    }
+    [[nodiscard]] static std::optional<std::tuple<std::array<real, 36>, std::array<real, 6>>> mass_matrix_factor(input<6> q, input<parameters> X) noexcept
+    {
+        std::array<real, 36> L_out;
+        std::array<real, 6> D_out;
+        if (mass_matrix_factor(q, X, L_out, D_out) != 0) {
+            return std::nullopt;
+        }
+        return std::make_tuple(L_out, D_out);
     }
 
     /* Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning

@@ -308,6 +308,22 @@ void rx90_frames_batch(size_t N, const double *q, double *T_out);
 void rx90_jacobian(const double q[6], double J_out[36]);
 void rx90_jacobian_batch(size_t N, const double *q, double *J_out);
 
+/* mass_matrix, bias_torque, gravity_torque, jacobian and frames in one call, which turns each
+ * angle once
+ * q: (6,)
+ * qd: (6,)
+ * X: (52,)
+ * M: (6, 6)
+ * h: (6,)
+ * tau: (6,)
+ * J_out: (6, 6)
+ * T_out: (6, 4, 4)
+ */
+void rx90_all_terms(const double q[6], const double qd[6], const double X[52], double M[36], double
+    h[6], double tau[6], double J_out[36], double T_out[96]);
+void rx90_all_terms_batch(size_t N, const double *q, const double *qd, const double *X, double *M,
+    double *h, double *tau, double *J_out, double *T_out);
+
 /* columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols
  * q: (6,)
  * qd: (6,)
@@ -392,6 +408,18 @@ int rx90_forward_dynamics_derivatives_batch(size_t N, const double *q, const dou
 int rx90_solve_mass_matrix(const double q[6], const double b[6], const double X[40], double x[6]);
 int rx90_solve_mass_matrix_batch(size_t N, const double *q, const double *b, const double *X, double
     *x);
+
+/* M = L D L' with ones on the diagonal of L and zeros below it; for projections solve with L from
+ * its last row
+ * q: (6,)
+ * X: (40,)
+ * L_out: (6, 6)
+ * D_out: (6,)
+ */
+int rx90_mass_matrix_factor(const double q[6], const double X[40], double L_out[36], double
+    D_out[6]);
+int rx90_mass_matrix_factor_batch(size_t N, const double *q, const double *X, double *L_out, double
+    *D_out);
 
 /* Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning
  * q: (6,)

@@ -316,6 +316,22 @@ void twin_frames_batch(size_t N, const double *q, double *T_out);
 void twin_jacobian(const double q[7], double J_out[42]);
 void twin_jacobian_batch(size_t N, const double *q, double *J_out);
 
+/* mass_matrix, bias_torque, gravity_torque, jacobian and frames in one call, which turns each
+ * angle once
+ * q: (7,)
+ * qd: (7,)
+ * X: (58,)
+ * M: (7, 7)
+ * h: (7,)
+ * tau: (7,)
+ * J_out: (6, 7)
+ * T_out: (7, 4, 4)
+ */
+void twin_all_terms(const double q[7], const double qd[7], const double X[58], double M[49], double
+    h[7], double tau[7], double J_out[42], double T_out[112]);
+void twin_all_terms_batch(size_t N, const double *q, const double *qd, const double *X, double *M,
+    double *h, double *tau, double *J_out, double *T_out);
+
 /* columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols
  * q: (7,)
  * qd: (7,)
@@ -400,6 +416,18 @@ int twin_forward_dynamics_derivatives_batch(size_t N, const double *q, const dou
 int twin_solve_mass_matrix(const double q[7], const double b[7], const double X[44], double x[7]);
 int twin_solve_mass_matrix_batch(size_t N, const double *q, const double *b, const double *X, double
     *x);
+
+/* M = L D L' with ones on the diagonal of L and zeros below it; for projections solve with L from
+ * its last row
+ * q: (7,)
+ * X: (44,)
+ * L_out: (7, 7)
+ * D_out: (7,)
+ */
+int twin_mass_matrix_factor(const double q[7], const double X[44], double L_out[49], double
+    D_out[7]);
+int twin_mass_matrix_factor_batch(size_t N, const double *q, const double *X, double *L_out, double
+    *D_out);
 
 /* Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning
  * q: (7,)

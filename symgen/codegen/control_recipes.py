@@ -89,6 +89,20 @@ def _solve_mass_matrix(s: Subject) -> Kernel:
     return Kernel("solve_mass_matrix", doc, tape, (Output("x", (s.robot.n,)),), len(pivots))
 
 
+def _mass_matrix_factor(s: Subject) -> Kernel:
+    p = dynamics.plant(s.robot, s.base)
+    L, D = forward.mass_matrix_factor(p)
+    n = s.robot.n
+    return Kernel(
+        "mass_matrix_factor",
+        "M = L D L' with ones on the diagonal of L and zeros below it; for projections solve with "
+        "L from its last row",
+        p.close(("q",), [*dynamics.dense(L, s.numbers), *D, *D], inertial=True),
+        (Output("L_out", (n, n)), Output("D_out", (n,))),
+        n,
+    )
+
+
 def _link_jacobian(s: Subject) -> Kernel:
     return Kernel(
         "link_jacobian",
@@ -157,6 +171,7 @@ RECIPES: dict[str, Recipe] = {
     "inverse_dynamics_derivatives": _inverse_dynamics_derivatives,
     "forward_dynamics_derivatives": _forward_dynamics_derivatives,
     "solve_mass_matrix": _solve_mass_matrix,
+    "mass_matrix_factor": _mass_matrix_factor,
     "link_jacobian": _link_jacobian,
     "link_drift": _link_drift,
     "base_parameters": _base_parameters,

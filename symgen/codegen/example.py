@@ -14,6 +14,15 @@ PROGRAMS = {
     "controller": {"inverse_dynamics", "forward_dynamics", "mass_matrix"},
     "observer": {"inverse_dynamics", "forward_dynamics", "mass_matrix", "coriolis", "bias_torque"},
     "gravity": {"forward_dynamics", "bias_torque"},
+    "adaptive": {"slotine_li_regressor", "forward_dynamics", "mass_matrix"},
+    "impedance": {
+        "add_body",
+        "bias_torque",
+        "forward_dynamics",
+        "frames",
+        "gravity_torque",
+        "link_jacobian",
+    },
 }
 #: How wrong every mass, inertia and friction of the programs is, in percent.
 PERCENT = 5
@@ -24,7 +33,9 @@ SHARE = 0.8
 
 
 def programs(model: Model, kernels: Sequence[Kernel], *, identifier: bool) -> tuple[str, ...]:
-    """Return the programs that a package with these kernels has; effects suit the controller alone.
+    """Return the programs that a package with these kernels has.
+
+    Effects suit the controller alone, gravity as an input none.
 
     Args:
         model: from `derive`.
@@ -32,11 +43,29 @@ def programs(model: Model, kernels: Sequence[Kernel], *, identifier: bool) -> tu
         identifier: whether it is in the package.
     """
     written = {k.name for k in kernels}
+    if model.robot.gravity_input:
+        return ()
     return tuple(
         name
         for name, needs in PROGRAMS.items()
         if written >= needs and (identifier if name == "controller" else not model.robot.effects)
     )
+
+
+def facts(model: Model, kernels: Sequence[Kernel]) -> dict[str, int | bool]:
+    """Return what programs are told of the robot: its links, the last that moves, what acts on it.
+
+    Args:
+        model: from `derive`.
+        kernels: those of the package.
+    """
+    weight = [k.tape.outputs for k in kernels if k.name == "gravity_torque"]
+    return {
+        "links": len(model.robot.joints),
+        "link": model.robot.movable[-1].number,
+        "rubs": any(j.friction for j in model.robot.joints),
+        "falls": any(torque != 0 for torques in weight for torque in torques),
+    }
 
 
 def parameters(model: Model, suffix: str) -> dict[str, list[str]]:

@@ -27,12 +27,7 @@ from symgen.codegen.model import Model
 from symgen.codegen.parts import in_parts
 from symgen.codegen.prototypes import arguments, declarations
 from symgen.codegen.targets import BACKENDS, backends
-from symgen.codegen.verification import (
-    DIGITS,
-    POINTS,
-    TOLERANCE,
-    verification,
-)
+from symgen.codegen.verification import DIGITS, POINTS, TOLERANCE, verification
 from symgen.errors import PackageError
 from symgen.files import rendered, templates, write_folder
 from symgen.robot.expressions import text
@@ -95,7 +90,7 @@ def generate(
         if name not in known:
             raise PackageError(f"kernel {name!r}; accepted: {', '.join(known)}")
     chosen = tuple(k for k in model.kernels if kernels is None or k.name in kernels)
-    added = backends(target, chosen)
+    added = backends(target, chosen, model.robot)
     name = default_prefix(model.robot.name, dtype) if prefix is None else prefix
     if not is_robot_name(name):
         raise PackageError(f"prefix {name!r}; accepted: a C identifier that hides no header of C")
@@ -167,7 +162,9 @@ class _Writer:
         return SourceTree(self.name, dict(sorted(files.items())))
 
     def render(self, template: str, **data: Any) -> str:
-        return rendered(f"c/{template}", name=self.name, robot=self.model.robot.name, **data)
+        robot = self.model.robot
+        known = {"name": self.name, "robot": robot.name, "gravity_input": robot.gravity_input}
+        return rendered(f"c/{template}", **known, **data)
 
     @property
     def version(self) -> str:
@@ -185,8 +182,8 @@ class _Writer:
         """Return the runtime's parts whose kernels are written: every column of their model."""
         written = {k.name for k in self.kernels}
         rubs = len(self.model.base.parameters) > self.model.inertial
-        if self.model.robot.loaded:  # not linear in X
-            return ()
+        if self.model.robot.loaded or self.model.robot.gravity_input:
+            return ()  # not linear in X, or not a function of q and qd
 
         def complete(kernel: str, friction: str) -> bool:
             return {kernel, *([friction] if rubs else [])} <= written
@@ -337,6 +334,7 @@ class _Writer:
                 for j, torque in e.torque
             ],
             "gravity": "[" + ", ".join(text(g) for g in robot.gravity) + "]",
+            "identifier": bool(self.runtime()),
             "geometry": [{"name": n, "value": text(v)} for n, v in robot.geometry],
             "base": base_table(self.model),
             "no_effect": ", ".join(base.no_effect) or "none",
@@ -368,7 +366,7 @@ class _Writer:
             percent=example.PERCENT,
             better=example.BETTER,
             share=example.SHARE,
-            rubs=any(j.friction for j in self.model.robot.joints),
+            **example.facts(self.model, self.kernels),
             **example.parameters(self.model, "f" if self.dtype == "float" else ""),
         )
 

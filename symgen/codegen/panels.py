@@ -13,7 +13,7 @@ from typing import Any
 import sympy as sp
 
 from symgen.codegen.c_printer import Printer
-from symgen.codegen.kernels import LINK, SCALARS, Kernel
+from symgen.codegen.kernels import LINK, SCALARS, SHARED, Kernel
 from symgen.codegen.model import Model
 from symgen.files import rendered, templates
 
@@ -35,7 +35,8 @@ def panel_sources(model: Model, kernel: Kernel) -> dict[str, bytes]:
     printer = _PanelPrinter(kernel, geometry, model.robot.values())
     body = printer.function().body
     arguments: list[dict[str, Any]] = [
-        {"name": a, "size": len(symbols), "shared": a == "X"} for a, symbols in kernel.tape.inputs
+        {"name": a, "size": len(symbols), "shared": a in SHARED}
+        for a, symbols in kernel.tape.inputs
     ]
     outputs: list[dict[str, Any]] = [{"name": o.name, "size": o.size} for o in kernel.outputs]
     read = [f"const {'double' if a['shared'] else 'lanes'} *{a['name']}" for a in arguments]
@@ -81,7 +82,7 @@ class _PanelPrinter(Printer):
         self.value = "lanes"
         self.zeros: list[str] = []
         self.status = "0"
-        sampled = {s for name, symbols in self.tape.inputs if name != "X" for s in symbols}
+        sampled = {s for name, symbols in self.tape.inputs if name not in SHARED for s in symbols}
         for symbol, expr in self.tape.steps:
             if expr.free_symbols & sampled:
                 sampled.add(symbol)

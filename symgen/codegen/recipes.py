@@ -9,6 +9,7 @@ from symgen.codegen import control_recipes
 from symgen.codegen.control_recipes import Recipe
 from symgen.codegen.kernels import Kernel, Output, Subject, rows
 from symgen.symbolic import dynamics, forward, friction, placement, regressor
+from symgen.symbolic.joined import joined
 
 
 def _energy_regressor(s: Subject) -> Kernel:
@@ -156,6 +157,19 @@ def _jacobian(s: Subject) -> Kernel:
     return Kernel("jacobian", doc, tape, (Output("J_out", (6, s.robot.n)),))
 
 
+def _all_terms(s: Subject) -> Kernel:
+    parts = [
+        recipe(s) for recipe in (_mass_matrix, _bias_torque, _gravity_torque, _jacobian, _frames)
+    ]
+    return Kernel(
+        "all_terms",
+        "mass_matrix, bias_torque, gravity_torque, jacobian and frames in one call, which turns "
+        "each angle once",
+        joined(s.robot, [k.tape for k in parts], ("q", "qd", "X")),
+        tuple(output for k in parts for output in k.outputs),
+    )
+
+
 RECIPES: dict[str, Recipe] = {
     "energy_regressor": _energy_regressor,
     "friction_power": _friction_power,
@@ -172,6 +186,7 @@ RECIPES: dict[str, Recipe] = {
     "energy": _energy,
     "frames": _frames,
     "jacobian": _jacobian,
+    "all_terms": _all_terms,
     **control_recipes.RECIPES,
 }
 #: Kernels over standard parameters, which a package has on request.

@@ -18,7 +18,7 @@ from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import Model
 from symgen.codegen.tex_printer import TexPrinter, Words, broken, escaped, subscript
 from symgen.files import rendered
-from symgen.robot.types import Joint, joint_variable
+from symgen.robot.types import Joint, joint_variable, require_gravity
 from symgen.symbolic.base_parameters import BaseParameter, bound
 from symgen.symbolic.friction import torque_tape
 from symgen.symbolic.kinematics import variables
@@ -55,7 +55,11 @@ def tex_document(model: Model, kernels: Sequence[Kernel]) -> str:
     Args:
         model: from `derive`.
         kernels: those of its kernels whose formulas may be printed.
+
+    Raises:
+        RobotError: gravity is an input.
     """
+    require_gravity(model.robot, "a LaTeX document")
     return rendered("tex/model.tex", **_Document(model, kernels).data())
 
 

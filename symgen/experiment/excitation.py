@@ -25,7 +25,7 @@ from symgen.experiment.space import space
 from symgen.experiment.trajectory import SMOOTH, basis
 from symgen.identification.verdict import WINDOWS
 from symgen.robot.toml_io import read_robot
-from symgen.robot.types import Robot
+from symgen.robot.types import Robot, require_gravity
 
 #: Condition number above which runs determine nothing: refused.
 SINGULAR = 1e5
@@ -99,6 +99,7 @@ def excite(
     clock = Clock(budget)
     _require_settings(model, criterion, window, rate, budget, searches, iterations, runs)
     source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
+    require_gravity(source, "an excitation")
     require_model(source, model)
     limits = bounds(source, position, velocity, acceleration, jerk, torque)
     kinds = _kinds(kind, source.n, limits)

@@ -22,7 +22,7 @@ from symgen.experiment.reference import Reference, from_log, reference_of, torqu
 from symgen.experiment.simulation import Simulation
 from symgen.identification.parameters import base_values, read_parameters
 from symgen.robot.toml_io import read_robot
-from symgen.robot.types import Robot
+from symgen.robot.types import Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator, load
 
 FloatArray = NDArray[np.float64]
@@ -363,6 +363,7 @@ def _loaded(
     else:
         evaluator = None
         source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
+    require_gravity(source, "a simulation")
     if evaluator is None:
         progress("deriving and compiling the model")
         model = derive(source, KERNELS)

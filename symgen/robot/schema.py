@@ -6,7 +6,16 @@ import re
 from decimal import Decimal
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, PlainValidator, StrictBool, ValidationError
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    PlainValidator,
+    StrictBool,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+)
 
 from symgen.errors import RobotError
 
@@ -118,10 +127,16 @@ class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=False, arbitrary_types_allowed=True)
 
 
+def _gravity(value: object, three: ValidatorFunctionWrapHandler) -> Any:
+    return value if value == "input" else three(value)
+
+
 class RobotTable(_Table):
     name: str
     convention: Literal["modified-dh"] = "modified-dh"
-    gravity: tuple[Scalar, Scalar, Scalar] = (0, 0, Decimal("-9.81"))
+    gravity: Annotated[
+        tuple[Scalar, Scalar, Scalar] | Literal["input"], WrapValidator(_gravity)
+    ] = (0, 0, Decimal("-9.81"))
 
 
 class JointTable(_Table):

@@ -30,7 +30,16 @@ from symgen.robot.identifiers import (
 )
 from symgen.robot.imported import FORMATS, read_text
 from symgen.robot.sought import Sought, read_effects
-from symgen.robot.types import MAX_RATIO, Coupling, Joint, Limits, Loop, Robot, joint_variable
+from symgen.robot.types import (
+    GRAVITY_INPUT,
+    MAX_RATIO,
+    Coupling,
+    Joint,
+    Limits,
+    Loop,
+    Robot,
+    joint_variable,
+)
 
 if TYPE_CHECKING:
     from symgen.robot.schema import JointTable, RobotFile
@@ -122,9 +131,12 @@ class _Reader:
             j if table.follows is None else self.following(j, table, movable)
             for j, table in zip(joints, file.joint, strict=True)
         )
-        gravity = tuple(
-            self.expression(g, "robot, key 'gravity'", self.geometry) for g in file.robot.gravity
-        )
+        gravity: tuple[sp.Expr, ...] = GRAVITY_INPUT
+        if file.robot.gravity != "input":
+            gravity = tuple(
+                self.expression(g, "robot, key 'gravity'", self.geometry)
+                for g in file.robot.gravity
+            )
         effects, sought = self.effects(file, movable)
         robot = Robot(
             name=name,

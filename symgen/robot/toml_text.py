@@ -32,7 +32,9 @@ def robot_toml(robot: Robot) -> str:
         "[robot]",
         f'name = "{robot.name}"',
         'convention = "modified-dh"',
-        f"gravity = [{', '.join(scalar(g) for g in robot.gravity)}]",
+        'gravity = "input"'
+        if robot.gravity_input
+        else f"gravity = [{', '.join(scalar(g) for g in robot.gravity)}]",
     ]
     if robot.geometry:
         out += ["", "[geometry]", *(f"{key} = {scalar(v)}" for key, v in robot.geometry)]

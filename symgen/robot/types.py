@@ -23,6 +23,12 @@ from symgen.robot.effect import Effect
 from symgen.robot.sought import Sought
 
 _VARIABLE = re.compile(r"q\d+")
+#: Gravity in frame 0 where it is an input of the kernels; no length of a file can have such a name.
+GRAVITY_INPUT = (
+    sp.Symbol("X_g1", real=True),
+    sp.Symbol("X_g2", real=True),
+    sp.Symbol("X_g3", real=True),
+)
 #: Largest factor by which a revolute joint follows another: it makes rounding as much larger.
 MAX_RATIO = 200
 
@@ -105,6 +111,23 @@ class Limits:
     torque: tuple[float, ...] | None = None
 
 
+def require_gravity(robot: Robot, what: str) -> None:
+    """Refuse a robot whose gravity is an input.
+
+    Args:
+        robot: the mechanism.
+        what: cannot have it.
+
+    Raises:
+        RobotError: the robot's gravity is an input.
+    """
+    if robot.gravity_input:
+        raise RobotError(
+            f'robot {robot.name!r}: gravity = "input" has no place in {what}; accepted: three '
+            "numbers there"
+        )
+
+
 @dataclass(frozen=True)
 class Drive:
     """Gears and motors between the sensors of a log and the joints: q_motor = N q_joint.
@@ -128,6 +151,7 @@ class Drive:
 class Robot:
     """A mechanism: joints in file order, gravity in frame 0 [m/s2], named lengths and angles.
 
+    `gravity` is GRAVITY_INPUT where it comes with every call.
     `geometry` holds pairs (name, exact value); the names stay symbols in the joints' expressions.
     `payload` is the number of the joint whose link carries a load, or None. `sought` are effects to
     be searched in logs; a robot with any has no model until they are found or left out.
@@ -158,6 +182,11 @@ class Robot:
     def movable(self) -> tuple[Joint, ...]:
         """The joints with a variable of their own, in file order, as in arrays and log columns."""
         return tuple(joint for joint in self.joints if joint.movable)
+
+    @property
+    def gravity_input(self) -> bool:
+        """Whether gravity is an input of every kernel that needs it, for tilted mountings."""
+        return self.gravity == GRAVITY_INPUT
 
     @property
     def loaded(self) -> bool:

@@ -43,6 +43,11 @@ class Bound:
 def checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArray], int | None]:
     """Return the inputs as C-contiguous arrays, and N for a batch (None for one sample)."""
     expected = kernel.tape.inputs
+    if len(inputs) == len(expected) - 1 and expected[-1][0] == "g":
+        raise ParameterError(
+            f"{kernel.name}: gravity is an input of this robot; accepted: g behind the other "
+            "arrays, or a robot file whose gravity is three numbers"
+        )
     if len(inputs) != len(expected):
         raise ParameterError(
             f"{kernel.name} takes {len(expected)} arrays ({', '.join(n for n, _ in expected)}), "
@@ -62,9 +67,15 @@ def checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArra
             arrays[i] = array.reshape(1)
         elif name == "X" and array.ndim == 1 and len(array) >= len(symbols):
             arrays[i] = array[: len(symbols)]
+        elif name == "g" and array.shape == (len(symbols),):
+            pass
         elif name == "X":
             raise ParameterError(
                 f"{kernel.name}: X has shape {array.shape}; accepted: ({len(symbols)},) or longer"
+            )
+        elif name == "g":
+            raise ParameterError(
+                f"{kernel.name}: g has shape {array.shape}; accepted: (3,), for all samples"
             )
         elif array.ndim not in (1, 2) or array.shape != (*lead, len(symbols)):
             raise ParameterError(

@@ -15,7 +15,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.kernels import SHARED, Kernel
 from symgen.codegen.model import Model
 from symgen.codegen.package import generate
 from symgen.codegen.panels import panel_sources
@@ -89,7 +89,7 @@ class Panels:
                 it and doing so is faster on these buffers: some machines gain half, some lose.
         """
         inputs = tuple(
-            np.zeros(len(symbols) if name == "X" else (count, len(symbols)))
+            np.zeros(len(symbols) if name in SHARED else (count, len(symbols)))
             for name, symbols in self.kernel.tape.inputs
         )
         blocks = -(-count // self.width)

@@ -13,6 +13,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -28,7 +29,7 @@ from symgen.symbolic.elimination import (
     ExactRow,
     NeedsValuesError,
 )
-from symgen.symbolic.energy import energy_tape
+from symgen.symbolic.energy import energy_tape, state_columns
 from symgen.symbolic.guard import require_floats_agree
 from symgen.symbolic.lifting import lifted
 from symgen.symbolic.modular import (
@@ -293,14 +294,12 @@ class _Columns:
 
     def _differences(self, field: PrimeField) -> Residues:
         count = len(self.names) + _MARGIN
-        q = [
-            field.joint_angle(count, self.parts)
-            if j.sigma == names.REVOLUTE
-            else field.numbers(count)
-            for j in self.robot.movable
-        ]
-        qd = [field.numbers(count) for _ in self.robot.movable]
-        columns = list(self.energy.run(field, {"q": q, "qd": qd}))
+        state = self._state(field, count)
+        q, rest = state["q"], {}
+        if self.robot.gravity_input:
+            rest = self._state(field, 1)
+            state["g"] = [field.numbers(count) for _ in range(3)]
+        columns = list(state_columns(self.energy, field, state, rest))
         index = {j.number: i for i, j in enumerate(self.robot.movable)}
         for p in self.state:
             if not p.inertial:
@@ -308,6 +307,16 @@ class _Columns:
                 columns.append(getattr(variable, "number", variable))
         h = np.stack([np.broadcast_to(np.asarray(c, dtype=np.int64), (count,)) for c in columns], 1)
         return (h[1:] - h[:1]) % field.p
+
+    def _state(self, field: PrimeField, count: int) -> dict[str, list[Any]]:
+        """Draw joint variables and speeds of some points."""
+        q = [
+            field.joint_angle(count, self.parts)
+            if j.sigma == names.REVOLUTE
+            else field.numbers(count)
+            for j in self.robot.movable
+        ]
+        return {"q": q, "qd": [field.numbers(count) for _ in self.robot.movable]}
 
     def select(self, samples: Sequence[_Sample]) -> _Selection:
         """Keep the first independent columns, from the base to the tips.

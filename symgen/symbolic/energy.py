@@ -12,6 +12,9 @@ u = qd_j + ratio qd_k has u^2/2; a payload has the columns of its link.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 import sympy as sp
 
 from symgen import names
@@ -19,7 +22,7 @@ from symgen.robot.types import Robot
 from symgen.symbolic.friction import builder, drive_speed, speeds
 from symgen.symbolic.kinematics import Frame, frames, gravity, steps, variables
 from symgen.symbolic.parameters import standard_parameters
-from symgen.symbolic.tape import Tape, TapeBuilder
+from symgen.symbolic.tape import Arithmetic, Tape, TapeBuilder
 
 _HALF = sp.Rational(1, 2)
 
@@ -76,6 +79,29 @@ def separate_tape(robot: Robot) -> Tape:
         potential.append(at_rest)
     inputs = [("q", variable.q), ("qd", variable.qd)]
     return tape.tape(inputs, [*kinetic, *potential])
+
+
+def state_columns(
+    energy: Tape,
+    arithmetic: Arithmetic,
+    state: Mapping[str, Sequence[Any]],
+    rest: Mapping[str, Sequence[Any]],
+) -> list[Any]:
+    """Return energy columns h(x), up to constants of the state x = (q, qd).
+
+    Where gravity is an input, a constant may depend on it: h(x, g) - h(x0, g) then.
+
+    Args:
+        energy: tape of some columns.
+        arithmetic: the number system.
+        state: entries of q and qd, and of g where it is an input.
+        rest: those of x0.
+    """
+    here = energy.run(arithmetic, state)
+    if "g" not in state:
+        return here
+    there = energy.run(arithmetic, {**rest, "g": state["g"]})
+    return [arithmetic.sub(a, b) for a, b in zip(here, there, strict=True)]
 
 
 def half_square(v: sp.Expr, name: str, tape: TapeBuilder) -> sp.Expr:

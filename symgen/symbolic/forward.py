@@ -74,6 +74,15 @@ def solve_mass_matrix(p: Plant) -> tuple[list[sp.Expr], list[sp.Expr]]:
     return [x[k] for k in p.numbers], list(factor.pivots)
 
 
+def mass_matrix_factor(p: Plant) -> tuple[Rows, list[sp.Expr]]:
+    """Return (L, D) of M = L D L^T, entries of L that are not zero by rows; D positive or none."""
+    factor = factored(p, mass_matrix(p))
+    rows: Rows = {j: {j: sp.S.One} for j in p.numbers}
+    for (k, i), value in factor.low.items():
+        rows[i][k] = value
+    return rows, list(reversed(factor.pivots))
+
+
 @dataclass(frozen=True)
 class Factor:
     """M = L^T D L with ones on the diagonal of L.

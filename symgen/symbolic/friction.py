@@ -39,7 +39,7 @@ class _Drive:
 def builder(robot: Robot, symbols: tuple[sp.Symbol, ...]) -> TapeBuilder:
     """Return an empty tape on which names of the file and of the variables are taken."""
     taken = {name for name, _ in robot.geometry} | {s.name for s in symbols}
-    return TapeBuilder(taken | ARGUMENTS)
+    return TapeBuilder(taken | ARGUMENTS, [("g", robot.gravity)] if robot.gravity_input else [])
 
 
 def drive_speed(coupling: Coupling, speed: Mapping[int, sp.Expr], tape: TapeBuilder) -> sp.Expr:

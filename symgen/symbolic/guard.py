@@ -17,6 +17,7 @@ from symgen import names
 from symgen.errors import SymgenError
 from symgen.robot.types import Robot
 from symgen.symbolic.elimination import ExactRow
+from symgen.symbolic.energy import state_columns
 from symgen.symbolic.parameters import Parameter
 from symgen.symbolic.tape import Numbers, Tape
 
@@ -30,7 +31,7 @@ _ERROR = 1e-6
 def require_floats_agree(
     robot: Robot,
     energy: Tape,
-    state: Sequence[Parameter],
+    parameters: Sequence[Parameter],
     kept: Sequence[int],
     rows: Mapping[str, ExactRow],
 ) -> None:
@@ -39,23 +40,27 @@ def require_floats_agree(
     Args:
         robot: the mechanism, with the file's values.
         energy: tape of the energy columns.
-        state: the parameters with a column of the state.
+        parameters: those with a column of the state.
         kept: positions of the base parameters among them.
         rows: the relation of every other one.
     """
     values = robot.values()
-    count = len(state) + _MARGIN
-    draw = np.random.default_rng(len(state))
+    count = len(parameters) + _MARGIN
+    draw = np.random.default_rng(len(parameters))
     span = [np.pi if j.sigma == names.REVOLUTE else 1.0 for j in robot.movable]
     q = [draw.uniform(-s, s, count) for s in span]
     qd = [draw.uniform(-2, 2, count) for _ in span]
     functions = {"sin": np.sin, "cos": np.cos}
-    out: list[Any] = energy.run(Numbers(values, functions), {"q": q, "qd": qd})
+    state: dict[str, list[Any]] = {"q": q, "qd": qd}
+    rest = {key: [x[:1] for x in entries] for key, entries in state.items()}
+    if robot.gravity_input:
+        state["g"] = [draw.uniform(-10, 10, count) for _ in range(3)]
+    out = state_columns(energy, Numbers(values, functions), state, rest)
     index = {j.number: i for i, j in enumerate(robot.movable)}
-    out += [q[index[p.joint]] for p in state if not p.inertial]
+    out += [q[index[p.joint]] for p in parameters if not p.inertial]
     W = np.stack([np.broadcast_to(np.asarray(c, dtype=float), (count,)) for c in out], axis=1)
     W = W[1:] - W[0]
-    column = {p.name: W[:, i] for i, p in enumerate(state)}
+    column = {p.name: W[:, i] for i, p in enumerate(parameters)}
     size = max(1.0, float(np.abs(W).max(initial=0.0)))
     for name, row in rows.items():
         parts = [_float(c.value, values) * column[n] for n, c in row.items()]

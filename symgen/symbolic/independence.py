@@ -43,6 +43,8 @@ def require_new_columns(robot: Robot, base: BaseParameters) -> None:
         name: [draw.uniform(-s * size, s * size, count) for s in span]
         for name, size in (("q", 1.0), ("qd", 1.0), ("qdd", 2.0))
     }
+    if robot.gravity_input:
+        inputs["g"] = [draw.uniform(-10, 10, count) for _ in range(3)]
     for variables in inputs.values():
         for x in variables:
             x[0] = 0.0  # where logarithms and quotients have their poles

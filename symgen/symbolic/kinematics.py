@@ -148,7 +148,9 @@ def _step(joint: Joint, q: sp.Expr, qd: sp.Expr, rate: sp.Expr, tape: TapeBuilde
 
 
 def gravity(robot: Robot, tape: TapeBuilder) -> Vector:
-    """Return the acceleration of gravity in frame 0, as constants of the tape."""
+    """Return the acceleration of gravity in frame 0, as constants or input of the tape."""
+    if robot.gravity_input:
+        return robot.gravity
     x, y, z = (tape.constant(f"g{a}", g) for a, g in zip("xyz", robot.gravity, strict=True))
     return (x, y, z)
 

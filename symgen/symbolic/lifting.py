@@ -20,6 +20,7 @@ from symgen import names
 from symgen.errors import SymgenError
 from symgen.robot.types import Robot
 from symgen.symbolic.elimination import NeedsValuesError
+from symgen.symbolic.energy import state_columns
 from symgen.symbolic.parameters import Parameter
 from symgen.symbolic.tape import Numbers, Tape
 
@@ -58,10 +59,11 @@ def lifted(
     for attempt in range(_TRIES):
         arithmetic = _Exact(halves, following=len(robot.moving) > robot.n)
         draw = random.Random(f"lift {attempt}")
-        rows = []
+        rows, rest = [], _state(robot, *_point(robot, random.Random("rest"))[:2])
         for _ in range(len(support) + 3 + attempt):
             q, qd, number = _point(robot, draw)
-            energies = dict(zip(inertial, tape.run(arithmetic, {"q": q, "qd": qd}), strict=True))
+            found = state_columns(tape, arithmetic, _state(robot, q, qd, draw), rest)
+            energies = dict(zip(inertial, found, strict=True))
             rows.append([energies[i] if i in energies else number[state[i].joint] for i in support])
         matrix = sp.Matrix([[a - b for a, b in zip(row, rows[0], strict=True)] for row in rows[1:]])
         vector = _null_vector(matrix)
@@ -111,11 +113,13 @@ def _numbers(
     functions = {"sin": context.sin, "cos": context.cos}
     arithmetic = Numbers({}, functions, lambda value: context.mpf(str(value)), digits=2 * _DIGITS)
     draw = random.Random("numbers")
-    rows = []
+    half = [context.mpf(1) / 2 for _ in robot.movable]
+    rows, rest = [], _state(robot, half, half)
     for _ in range(len(support) + 3):
         q = [context.mpf(draw.randrange(-3000, 3000)) / 1000 for _ in robot.movable]
         qd = [context.mpf(draw.randrange(-3000, 3000)) / 1000 for _ in robot.movable]
-        energies = dict(zip(inertial, tape.run(arithmetic, {"q": q, "qd": qd}), strict=True))
+        found = state_columns(tape, arithmetic, _state(robot, q, qd, draw), rest)
+        energies = dict(zip(inertial, found, strict=True))
         number = {j.number: value for j, value in zip(robot.movable, q, strict=True)}
         rows.append([energies[i] if i in energies else number[state[i].joint] for i in support])
     matrix = [[a - b for a, b in zip(row, rows[0], strict=True)] for row in rows[1:]]
@@ -173,6 +177,15 @@ def _point(robot: Robot, draw: random.Random) -> tuple[list[Any], list[Any], dic
         else:
             q.append(value)
     return q, [sp.Integer(draw.randrange(-3, 4)) for _ in robot.movable], number
+
+
+def _state(
+    robot: Robot, q: list[Any], qd: list[Any], draw: random.Random | None = None
+) -> dict[str, list[Any]]:
+    """Return a state as the tape takes it, with a random gravity where that is an input."""
+    if draw is None or not robot.gravity_input:
+        return {"q": q, "qd": qd}
+    return {"q": q, "qd": qd, "g": [sp.Integer(draw.randrange(-9, 10)) for _ in range(3)]}
 
 
 class _Exact:

@@ -8,7 +8,7 @@ NumPy, CasADi and arithmetic modulo a prime run it through `Tape.run`. Nothing i
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -243,9 +243,19 @@ class _Compiler:
 
 
 class TapeBuilder:
-    """Names the steps of a derivation; the only mutable thing in it, and gone when it is done."""
+    """Names the steps of a derivation; the only mutable thing in it, and gone when it is done.
 
-    def __init__(self, reserved: Iterable[str] = ()) -> None:
+    Args:
+        reserved: names that no step may have.
+        last: inputs that come last where the derivation has read them.
+    """
+
+    def __init__(
+        self,
+        reserved: Iterable[str] = (),
+        last: Sequence[tuple[str, tuple[sp.Symbol, ...]]] = (),
+    ) -> None:
+        self._last = tuple(last)
         self._constants: dict[sp.Expr, sp.Symbol] = {}
         self._steps: dict[sp.Expr, sp.Symbol] = {}
         self._taken = set(reserved)
@@ -293,12 +303,15 @@ class TapeBuilder:
         self, inputs: Iterable[tuple[str, Sequence[sp.Symbol]]], outputs: Sequence[sp.Expr]
     ) -> Tape:
         """Close the derivation: return its tape, without dead steps."""
-        return Tape(
+        tape = Tape(
             tuple((name, tuple(symbols)) for name, symbols in inputs),
             tuple((s, e) for e, s in self._constants.items()),
             tuple((s, e) for e, s in self._steps.items()),
             tuple(outputs),
         ).keep(range(len(outputs)))
+        read = {s for e in (*tape.outputs, *(e for _, e in tape.steps)) for s in e.free_symbols}
+        last = tuple(group for group in self._last if read.intersection(group[1]))
+        return replace(tape, inputs=(*tape.inputs, *last))
 
 
 class Numbers:

@@ -13,7 +13,7 @@
  * angles are large. Near 1e3 rad an angle itself is known to 6e-5 rad only.
 {% endif %}
  * Arrays are row-major; outputs may not overlap inputs, nor each other.
- * The _batch forms take N samples and a leading sample axis on every array; X is shared, and a
+ * The _batch forms take N samples and a leading sample axis on every array; X{{ " and g are" if gravity_input else " is" }} shared, and a
  * status is the bitwise or of those of all samples. Statuses need NaN: do not use -ffast-math.
  */
 #ifndef {{ name }}_MODEL_H

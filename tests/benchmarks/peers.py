@@ -66,23 +66,32 @@ def pinocchio_model(robot: symgen.Robot) -> tuple[Any, Any] | None:
 
 def pinocchio_cxx(folder: Path, flags: tuple[str, ...]) -> ctypes.CDLL | str:
     """Compile the loops over Pinocchio in C++ with symgen's flags, or say in words why not."""
-    site = Path(sysconfig.get_path("purelib"))
-    sites = [site, *(Path(p) for p in __import__("sys").path if p.endswith("site-packages"))]
-    for place in sites:
-        prefix, eigen = place / "cmeel.prefix", place / "casadi" / "include" / "eigen3"
-        if (prefix / "include" / "pinocchio").is_dir() and eigen.is_dir():
-            break
-    else:
-        return "the headers of Pinocchio (pin) or of Eigen (casadi) are not here"
-    command = ["g++", "-std=c++17", "-O2", "-DNDEBUG", "-w", "-shared", "-fPIC", *flags, str(LOOPS)]
-    command += ["-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS"]
-    command += ["-DBOOST_FUSION_INVOKE_MAX_ARITY=10", "-DFUSION_MAX_VECTOR_SIZE=10"]
-    command += [f"-I{prefix / 'include'}", f"-I{eigen}", "-o", "pin.so"]
+    headers = pinocchio_headers()
+    if isinstance(headers, str):
+        return headers
+    command = ["g++", *headers, "-shared", "-fPIC", *flags, str(LOOPS), "-o", "pin.so"]
     try:
         subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=600)
         return ctypes.CDLL(str(folder / "pin.so"))
     except (subprocess.SubprocessError, OSError) as error:
         return f"g++ failed on Pinocchio's headers: {str(error)[:80]}"
+
+
+def pinocchio_headers() -> list[str] | str:
+    """Options of g++ for Pinocchio's headers, or in words why there are none."""
+    site = Path(sysconfig.get_path("purelib"))
+    sites = [site, *(Path(p) for p in __import__("sys").path if p.endswith("site-packages"))]
+    for place in sites:
+        prefix, eigen = place / "cmeel.prefix", place / "casadi" / "include" / "eigen3"
+        eigen = eigen if eigen.is_dir() else Path("/usr/include/eigen3")
+        if (prefix / "include" / "pinocchio").is_dir() and eigen.is_dir():
+            break
+    else:
+        return "the headers of Pinocchio (pin) or of Eigen (casadi) are not here"
+    limits = ["-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS"]
+    limits += ["-DBOOST_FUSION_INVOKE_MAX_ARITY=12", "-DFUSION_MAX_VECTOR_SIZE=12"]
+    include = [f"-I{prefix / 'include'}", f"-I{eigen}"]
+    return ["-std=c++17", "-O2", "-DNDEBUG", "-w", *limits, *include]
 
 
 def begin_cxx(library: ctypes.CDLL, arm: Any) -> None:

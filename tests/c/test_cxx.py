@@ -112,7 +112,7 @@ def every_kernel(package: Path) -> str:
             lines.append(f"        {name}_real {key}_c[{size}];")
             lines.append(f"        std::array<{name}_real, {size}> {key}_a{{}};")
         inputs = ", ".join(given)
-        guarded = kernel["name"].startswith(("forward_dynamics", "solve"))
+        guarded = kernel["name"].startswith(("forward_dynamics", "solve", "mass_matrix_factor"))
         add = "differ += " if guarded else ""
         for suffix, owner in (("_c", f"{name}_"), ("_a", f"{name}_robot::")):
             written = ", ".join(f"{key}{suffix}" for key in sizes)

@@ -135,6 +135,62 @@ def test_gravity_compensation_says_no_with_half_the_weight(
 
 
 @needs_cc
+@pytest.mark.parametrize(("name", "dtype"), CASES)
+def test_adaptive_control_tracks_better_and_better_and_learns_the_parameters(
+    name: str, dtype: str, complete: Packages, tmp_path: Path
+) -> None:
+    figures = ran(complete(name, dtype), "adaptive", tmp_path)
+    assert 1e-4 < figures["begin"] < 5e-3  # rad: neither perfect nor lost
+    assert 1e-6 < figures["end"] < figures["begin"] / 3
+    assert 0.01 < figures["distance"] < 0.5  # of that of the parameters assumed
+
+
+@needs_cc
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("X[i] += (real)DT", "X[i] += 0"),
+        ("X[i] += (real)DT", "X[i] -= (real)DT"),
+        ("qdr[j] = r.qd[j] + L * e;", "qdr[j] = x.qd[j];"),
+    ],
+    ids=["learns-nothing", "learns-the-opposite", "no-feedback"],
+)
+def test_adaptive_control_says_no(
+    before: str, after: str, complete: Packages, tmp_path: Path
+) -> None:
+    with pytest.raises(AssertionError, match="distance: "):
+        ran(complete("puma560", "double"), "adaptive", tmp_path, (before, after))
+
+
+@needs_cc
+@pytest.mark.parametrize(("name", "dtype"), CASES)
+def test_the_tool_is_as_stiff_as_it_should_be_with_every_body_told(
+    name: str, dtype: str, complete: Packages, tmp_path: Path
+) -> None:
+    figures = ran(complete(name, dtype), "impedance", tmp_path)
+    assert figures["off F/K"] < 0.15
+    assert 1e-5 < figures["told"] < 2e-3  # m
+    if name != "planar2r":  # its axes are vertical
+        assert figures["not told"] > 5 * figures["told"]
+
+
+@needs_cc
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("if (told != 0)", "if (told == 0)"),
+        ("LINK, point, J)", "1, point, J)"),
+        ("K[i / 3] * e;", "2 * K[i / 3] * e;"),
+        ("add_body(X, LINK, BODY[b].mass,", "add_body(X, LINK, BODY[b].mass / 2,"),
+    ],
+    ids=["told-the-other", "another-link", "too-stiff", "half-the-mass"],
+)
+def test_the_tool_says_no(before: str, after: str, complete: Packages, tmp_path: Path) -> None:
+    with pytest.raises(AssertionError, match="off F/K: "):
+        ran(complete("puma560", "double"), "impedance", tmp_path, (before, after))
+
+
+@needs_cc
 def test_the_readme_says_how_to_build_and_run_it(complete: Packages, tmp_path: Path) -> None:
     package = complete("planar2r", "double")
     text = (package / "README.md").read_text()
@@ -156,7 +212,7 @@ def test_every_kernel_and_the_example_are_free_of_warnings_as_c99_and_cxx11(
     package = complete(name, dtype)
     flags = STRICT_CXX if compiler.endswith("++") else STRICT
     programs = sorted((package / "example").glob("*.c"))
-    assert len(programs) == 3
+    assert len(programs) == 5
     files = [*c_files(package, check=True), *programs]
     run([compiler, *flags, "-fsyntax-only", f"-I{package}", *files], tmp_path)
 

@@ -74,9 +74,9 @@ def test_cmake_builds_the_examples_on_request_and_ctest_runs_all(complete, tmp_p
     run(["cmake", "-S", package, "-B", "build", "-Dplanar2r_EXAMPLE=ON"], tmp_path)
     run(["cmake", "--build", "build"], tmp_path)
     printed = run(["ctest", "--test-dir", "build"], tmp_path)
-    for program in ("controller", "observer", "gravity", "check"):
+    for program in ("controller", "observer", "gravity", "adaptive", "impedance", "check"):
         assert f"planar2r_{program}" in printed
-    assert "tests passed, 0 tests failed out of 4" in printed
+    assert "tests passed, 0 tests failed out of 6" in printed
     assert {f.name for f in package.glob("*_controller.c")}.isdisjoint(
         f.name for f in c_files(package)
     )

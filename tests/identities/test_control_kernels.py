@@ -32,6 +32,8 @@ KERNELS = (
     "inverse_dynamics_derivatives",
     "forward_dynamics_derivatives",
     "solve_mass_matrix",
+    "mass_matrix_factor",
+    "all_terms",
     "link_jacobian",
     "link_drift",
     "base_parameters",
@@ -39,7 +41,8 @@ KERNELS = (
     "standard_energy_regressor",
     "standard_torque_regressor",
 )
-OLD = ("inverse_dynamics", "mass_matrix", "gravity_torque", "forward_dynamics", "torque_regressor")
+OLD = ("inverse_dynamics", "forward_dynamics", "torque_regressor")
+TERMS = ("mass_matrix", "bias_torque", "gravity_torque", "jacobian", "frames")
 
 
 class Case:
@@ -57,7 +60,7 @@ class Case:
             words = ", ".join(f'"{word}"' for word in self.friction)
             text = chosen.text.replace('["coulomb", "viscous"]', f"[{words}]")
             self.robot, self.flags = parsed(text), chosen.rotors()
-        self.model = symgen.derive(self.robot, (*OLD, *KERNELS, "energy_regressor"))
+        self.model = symgen.derive(self.robot, (*OLD, *TERMS, *KERNELS, "energy_regressor"))
         self.evaluator = symgen.load(self.model, backend="casadi")
         self.links, self.rotors = random_parameters(self.arm, seed)
         draw = np.random.default_rng(seed)
@@ -224,6 +227,40 @@ def test_derivatives_of_forward_dynamics_are_slopes_with_50_digits(seed: int) ->
 def test_mass_matrix_is_solved(seed: int) -> None:
     c = case(seed)
     _close(c.mass(c.q) @ c("solve_mass_matrix", c.q, c.b, c.X), c.b)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_factor_gives_the_mass_matrix_and_its_projections(seed: int) -> None:
+    c = case(seed)
+    L, D = c("mass_matrix_factor", c.q, c.X)
+    mass = c.mass(c.q)
+    _close(L @ np.diag(D) @ L.T, mass, 1e-12)
+    assert np.array_equal(np.diag(L), np.ones(len(D)))
+    assert not np.tril(L, -1).any()
+    assert (D > 0).all()
+    J = c("jacobian", c.q)
+    y = np.zeros_like(J.T)
+    for i in reversed(range(len(D))):  # L y = J', then J M^-1 J' = y' D^-1 y
+        y[i] = J.T[i] - L[i, i + 1 :] @ y[i + 1 :]
+    _close(y.T @ (y / D[:, None]), J @ np.linalg.solve(mass, J.T), 1e-9)
+    with pytest.raises(symgen.SymgenError, match="mass_matrix_factor: the mass matrix is not pos"):
+        c("mass_matrix_factor", c.q, -c.X)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_all_terms_are_those_of_pinocchio_and_each_angle_is_turned_once(seed: int) -> None:
+    c = case(seed)
+    M, h, g, J, T = c("all_terms", c.q, c.qd, c.bare)
+    _close(M, c.mass(c.q))
+    _close(g, c.weight(c.q))
+    _close(h, christoffel(c) @ c.qd + c.weight(c.q), 1e-7)
+    _close(T, world_transforms(c.arm, c.G @ c.q + c.c))
+    _close(J, c("jacobian", c.q))
+    _close(c("all_terms", c.q, c.qd, c.X)[1], c("bias_torque", c.q, c.qd, c.X))
+    together = c.model.kernel("all_terms").tape.operations
+    parts = [c.model.kernel(name).tape.operations for name in TERMS]
+    assert together.sincos == max(p.sincos for p in parts)
+    assert together.mul + together.add <= sum(p.mul + p.add for p in parts)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

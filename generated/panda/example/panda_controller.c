@@ -22,9 +22,9 @@ static const double DT = 1e-3; /* s */
 static const real KP = 900;    /* 1/s2, of the error of position: both poles at 30 rad/s */
 static const real KD = 60;     /* 1/s, of the error of speed */
 
-/* The parameters X of the simulated robot, and as the controller has them: every mass, inertia and
- * friction 5 % wrong. */
-static const real ACTUAL[] = {
+/* The parameters X of the simulated robot, to which a program may add, and as the controller has them:
+ * every mass, inertia and friction 5 % wrong. */
+static real ACTUAL[] = {
     1.27608,
     1.200704,
     -0.038493,

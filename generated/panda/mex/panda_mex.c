@@ -19,7 +19,7 @@ typedef struct {
         int shared; /* nonzero: one for all samples */
     } input[5];
     size_t outputs;
-    size_t shape[3][3]; /* 0 for an index that an array does not have */
+    size_t shape[5][3]; /* 0 for an index that an array does not have */
 } kernel;
 
 static const kernel kernels[] = {
@@ -38,6 +38,7 @@ static const kernel kernels[] = {
     { "energy", 3, { { "q", 7, 0 }, { "qd", 7, 0 }, { "X", 62, 1 }, }, 2, { { 1, 0, 0 }, { 1, 0, 0 }, } },
     { "frames", 1, { { "q", 7, 0 }, }, 1, { { 7, 4, 4 }, } },
     { "jacobian", 1, { { "q", 7, 0 }, }, 1, { { 6, 7, 0 }, } },
+    { "all_terms", 3, { { "q", 7, 0 }, { "qd", 7, 0 }, { "X", 62, 1 }, }, 5, { { 7, 7, 0 }, { 7, 0, 0 }, { 7, 0, 0 }, { 6, 7, 0 }, { 7, 4, 4 }, } },
     { "slotine_li_regressor", 4, { { "q", 7, 0 }, { "qd", 7, 0 }, { "qdr", 7, 0 }, { "qddr", 7, 0 }, }, 1, { { 7, 62, 0 }, } },
     { "slotine_li_torque", 5, { { "q", 7, 0 }, { "qd", 7, 0 }, { "qdr", 7, 0 }, { "qddr", 7, 0 }, { "X", 62, 1 }, }, 1, { { 7, 0, 0 }, } },
     { "generalized_momentum", 3, { { "q", 7, 0 }, { "qd", 7, 0 }, { "X", 62, 1 }, }, 2, { { 7, 0, 0 }, { 7, 0, 0 }, } },
@@ -45,6 +46,7 @@ static const kernel kernels[] = {
     { "inverse_dynamics_derivatives", 4, { { "q", 7, 0 }, { "qd", 7, 0 }, { "qdd", 7, 0 }, { "X", 62, 1 }, }, 2, { { 7, 7, 0 }, { 7, 7, 0 }, } },
     { "forward_dynamics_derivatives", 4, { { "q", 7, 0 }, { "qd", 7, 0 }, { "tau", 7, 0 }, { "X", 62, 1 }, }, 3, { { 7, 7, 0 }, { 7, 7, 0 }, { 7, 7, 0 }, } },
     { "solve_mass_matrix", 3, { { "q", 7, 0 }, { "b", 7, 0 }, { "X", 62, 1 }, }, 1, { { 7, 0, 0 }, } },
+    { "mass_matrix_factor", 2, { { "q", 7, 0 }, { "X", 62, 1 }, }, 2, { { 7, 7, 0 }, { 7, 0, 0 }, } },
     { "link_jacobian", 3, { { "q", 7, 0 }, { "link", 1, 1 }, { "point", 3, 0 }, }, 1, { { 6, 7, 0 }, } },
     { "link_drift", 4, { { "q", 7, 0 }, { "qd", 7, 0 }, { "link", 1, 1 }, { "point", 3, 0 }, }, 1, { { 6, 0, 0 }, } },
     { "base_parameters", 1, { { "standard", 91, 1 }, }, 1, { { 62, 0, 0 }, } },
@@ -102,34 +104,39 @@ static int call(size_t index, panda_real in[][91], panda_real out[][434])
         panda_jacobian(in[0], out[0]);
         break;
     case 15:
-        panda_slotine_li_regressor(in[0], in[1], in[2], in[3], out[0]);
+        panda_all_terms(in[0], in[1], in[2], out[0], out[1], out[2], out[3], out[4]);
         break;
     case 16:
-        panda_slotine_li_torque(in[0], in[1], in[2], in[3], in[4], out[0]);
+        panda_slotine_li_regressor(in[0], in[1], in[2], in[3], out[0]);
         break;
     case 17:
-        panda_generalized_momentum(in[0], in[1], in[2], out[0], out[1]);
+        panda_slotine_li_torque(in[0], in[1], in[2], in[3], in[4], out[0]);
         break;
     case 18:
-        panda_friction(in[0], in[1], out[0]);
+        panda_generalized_momentum(in[0], in[1], in[2], out[0], out[1]);
         break;
     case 19:
-        panda_inverse_dynamics_derivatives(in[0], in[1], in[2], in[3], out[0], out[1]);
+        panda_friction(in[0], in[1], out[0]);
         break;
     case 20:
-        return panda_forward_dynamics_derivatives(in[0], in[1], in[2], in[3], out[0], out[1], out[2]);
+        panda_inverse_dynamics_derivatives(in[0], in[1], in[2], in[3], out[0], out[1]);
+        break;
     case 21:
-        return panda_solve_mass_matrix(in[0], in[1], in[2], out[0]);
+        return panda_forward_dynamics_derivatives(in[0], in[1], in[2], in[3], out[0], out[1], out[2]);
     case 22:
+        return panda_solve_mass_matrix(in[0], in[1], in[2], out[0]);
+    case 23:
+        return panda_mass_matrix_factor(in[0], in[1], out[0], out[1]);
+    case 24:
         panda_link_jacobian(in[0], (size_t)in[1][0], in[2], out[0]);
         break;
-    case 23:
+    case 25:
         panda_link_drift(in[0], in[1], (size_t)in[2][0], in[3], out[0]);
         break;
-    case 24:
+    case 26:
         panda_base_parameters(in[0], out[0]);
         break;
-    case 25:
+    case 27:
         (void)memcpy(out[0], in[0], 62 * sizeof in[0][0]);
         panda_add_body(out[0], (size_t)in[1][0], in[2][0], in[3], in[4]);
         break;
@@ -147,7 +154,7 @@ static size_t find(const mxArray *word)
             return i;
         }
     }
-    mexErrMsgIdAndTxt("panda:kernel", "kernel %s; accepted: energy_regressor, friction_power, friction_torque, power_regressor, momentum_regressor, torque_regressor, inverse_dynamics, mass_matrix, gravity_torque, coriolis, bias_torque, forward_dynamics, energy, frames, jacobian, slotine_li_regressor, slotine_li_torque, generalized_momentum, friction, inverse_dynamics_derivatives, forward_dynamics_derivatives, solve_mass_matrix, link_jacobian, link_drift, base_parameters, add_body",
+    mexErrMsgIdAndTxt("panda:kernel", "kernel %s; accepted: energy_regressor, friction_power, friction_torque, power_regressor, momentum_regressor, torque_regressor, inverse_dynamics, mass_matrix, gravity_torque, coriolis, bias_torque, forward_dynamics, energy, frames, jacobian, all_terms, slotine_li_regressor, slotine_li_torque, generalized_momentum, friction, inverse_dynamics_derivatives, forward_dynamics_derivatives, solve_mass_matrix, mass_matrix_factor, link_jacobian, link_drift, base_parameters, add_body",
         text != NULL ? text : "is no text");
     return 0;
 }
@@ -214,7 +221,7 @@ static void store(const panda_real *from, const size_t *shape, size_t sample, si
 void mexFunction(int nlhs, mxArray *plhs[], int nrhs, const mxArray *prhs[])
 {
     panda_real in[5][91];
-    panda_real out[3][434];
+    panda_real out[5][434];
     const double *from[5];
     size_t rows[5];
     const size_t index = find(nrhs > 0 ? prhs[0] : NULL);

@@ -19,7 +19,7 @@ typedef struct {
         int shared; /* nonzero: one for all samples */
     } input[5];
     size_t outputs;
-    size_t shape[3][3]; /* 0 for an index that an array does not have */
+    size_t shape[5][3]; /* 0 for an index that an array does not have */
 } kernel;
 
 static const kernel kernels[] = {
@@ -36,6 +36,7 @@ static const kernel kernels[] = {
     { "energy", 3, { { "q", 2, 0 }, { "qd", 2, 0 }, { "X", 4, 1 }, }, 2, { { 1, 0, 0 }, { 1, 0, 0 }, } },
     { "frames", 1, { { "q", 2, 0 }, }, 1, { { 2, 4, 4 }, } },
     { "jacobian", 1, { { "q", 2, 0 }, }, 1, { { 6, 2, 0 }, } },
+    { "all_terms", 3, { { "q", 2, 0 }, { "qd", 2, 0 }, { "X", 4, 1 }, }, 5, { { 2, 2, 0 }, { 2, 0, 0 }, { 2, 0, 0 }, { 6, 2, 0 }, { 2, 4, 4 }, } },
     { "slotine_li_regressor", 4, { { "q", 2, 0 }, { "qd", 2, 0 }, { "qdr", 2, 0 }, { "qddr", 2, 0 }, }, 1, { { 2, 4, 0 }, } },
     { "slotine_li_torque", 5, { { "q", 2, 0 }, { "qd", 2, 0 }, { "qdr", 2, 0 }, { "qddr", 2, 0 }, { "X", 4, 1 }, }, 1, { { 2, 0, 0 }, } },
     { "generalized_momentum", 3, { { "q", 2, 0 }, { "qd", 2, 0 }, { "X", 4, 1 }, }, 2, { { 2, 0, 0 }, { 2, 0, 0 }, } },
@@ -43,6 +44,7 @@ static const kernel kernels[] = {
     { "inverse_dynamics_derivatives", 4, { { "q", 2, 0 }, { "qd", 2, 0 }, { "qdd", 2, 0 }, { "X", 4, 1 }, }, 2, { { 2, 2, 0 }, { 2, 2, 0 }, } },
     { "forward_dynamics_derivatives", 4, { { "q", 2, 0 }, { "qd", 2, 0 }, { "tau", 2, 0 }, { "X", 4, 1 }, }, 3, { { 2, 2, 0 }, { 2, 2, 0 }, { 2, 2, 0 }, } },
     { "solve_mass_matrix", 3, { { "q", 2, 0 }, { "b", 2, 0 }, { "X", 4, 1 }, }, 1, { { 2, 0, 0 }, } },
+    { "mass_matrix_factor", 2, { { "q", 2, 0 }, { "X", 4, 1 }, }, 2, { { 2, 2, 0 }, { 2, 0, 0 }, } },
     { "link_jacobian", 3, { { "q", 2, 0 }, { "link", 1, 1 }, { "point", 3, 0 }, }, 1, { { 6, 2, 0 }, } },
     { "link_drift", 4, { { "q", 2, 0 }, { "qd", 2, 0 }, { "link", 1, 1 }, { "point", 3, 0 }, }, 1, { { 6, 0, 0 }, } },
     { "base_parameters", 1, { { "standard", 20, 1 }, }, 1, { { 4, 0, 0 }, } },
@@ -94,34 +96,39 @@ static int call(size_t index, planar2r_real in[][20], planar2r_real out[][32])
         planar2r_jacobian(in[0], out[0]);
         break;
     case 13:
-        planar2r_slotine_li_regressor(in[0], in[1], in[2], in[3], out[0]);
+        planar2r_all_terms(in[0], in[1], in[2], out[0], out[1], out[2], out[3], out[4]);
         break;
     case 14:
-        planar2r_slotine_li_torque(in[0], in[1], in[2], in[3], in[4], out[0]);
+        planar2r_slotine_li_regressor(in[0], in[1], in[2], in[3], out[0]);
         break;
     case 15:
-        planar2r_generalized_momentum(in[0], in[1], in[2], out[0], out[1]);
+        planar2r_slotine_li_torque(in[0], in[1], in[2], in[3], in[4], out[0]);
         break;
     case 16:
-        planar2r_friction(in[0], in[1], out[0]);
+        planar2r_generalized_momentum(in[0], in[1], in[2], out[0], out[1]);
         break;
     case 17:
-        planar2r_inverse_dynamics_derivatives(in[0], in[1], in[2], in[3], out[0], out[1]);
+        planar2r_friction(in[0], in[1], out[0]);
         break;
     case 18:
-        return planar2r_forward_dynamics_derivatives(in[0], in[1], in[2], in[3], out[0], out[1], out[2]);
+        planar2r_inverse_dynamics_derivatives(in[0], in[1], in[2], in[3], out[0], out[1]);
+        break;
     case 19:
-        return planar2r_solve_mass_matrix(in[0], in[1], in[2], out[0]);
+        return planar2r_forward_dynamics_derivatives(in[0], in[1], in[2], in[3], out[0], out[1], out[2]);
     case 20:
+        return planar2r_solve_mass_matrix(in[0], in[1], in[2], out[0]);
+    case 21:
+        return planar2r_mass_matrix_factor(in[0], in[1], out[0], out[1]);
+    case 22:
         planar2r_link_jacobian(in[0], (size_t)in[1][0], in[2], out[0]);
         break;
-    case 21:
+    case 23:
         planar2r_link_drift(in[0], in[1], (size_t)in[2][0], in[3], out[0]);
         break;
-    case 22:
+    case 24:
         planar2r_base_parameters(in[0], out[0]);
         break;
-    case 23:
+    case 25:
         (void)memcpy(out[0], in[0], 4 * sizeof in[0][0]);
         planar2r_add_body(out[0], (size_t)in[1][0], in[2][0], in[3], in[4]);
         break;
@@ -139,7 +146,7 @@ static size_t find(const mxArray *word)
             return i;
         }
     }
-    mexErrMsgIdAndTxt("planar2r:kernel", "kernel %s; accepted: energy_regressor, power_regressor, momentum_regressor, torque_regressor, inverse_dynamics, mass_matrix, gravity_torque, coriolis, bias_torque, forward_dynamics, energy, frames, jacobian, slotine_li_regressor, slotine_li_torque, generalized_momentum, friction, inverse_dynamics_derivatives, forward_dynamics_derivatives, solve_mass_matrix, link_jacobian, link_drift, base_parameters, add_body",
+    mexErrMsgIdAndTxt("planar2r:kernel", "kernel %s; accepted: energy_regressor, power_regressor, momentum_regressor, torque_regressor, inverse_dynamics, mass_matrix, gravity_torque, coriolis, bias_torque, forward_dynamics, energy, frames, jacobian, all_terms, slotine_li_regressor, slotine_li_torque, generalized_momentum, friction, inverse_dynamics_derivatives, forward_dynamics_derivatives, solve_mass_matrix, mass_matrix_factor, link_jacobian, link_drift, base_parameters, add_body",
         text != NULL ? text : "is no text");
     return 0;
 }
@@ -206,7 +213,7 @@ static void store(const planar2r_real *from, const size_t *shape, size_t sample,
 void mexFunction(int nlhs, mxArray *plhs[], int nrhs, const mxArray *prhs[])
 {
     planar2r_real in[5][20];
-    planar2r_real out[3][32];
+    planar2r_real out[5][32];
     const double *from[5];
     size_t rows[5];
     const size_t index = find(nrhs > 0 ? prhs[0] : NULL);

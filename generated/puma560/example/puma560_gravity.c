@@ -21,9 +21,9 @@ static const double DT = 1e-3; /* s */
 static const real SHARE = (real)0.8; /* of the friction, where it is compensated */
 static const real PUSH = 8;              /* of a hand, N m or N on each joint in turn */
 
-/* The parameters X of the simulated robot, and as the controller has them: every mass, inertia and
- * friction 5 % wrong. */
-static const real ACTUAL[] = {
+/* The parameters X of the simulated robot, to which a program may add, and as the controller has them:
+ * every mass, inertia and friction 5 % wrong. */
+static real ACTUAL[] = {
     3.604273,
     -1.700236,
     -0.038493,

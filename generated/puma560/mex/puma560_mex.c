@@ -19,7 +19,7 @@ typedef struct {
         int shared; /* nonzero: one for all samples */
     } input[5];
     size_t outputs;
-    size_t shape[3][3]; /* 0 for an index that an array does not have */
+    size_t shape[5][3]; /* 0 for an index that an array does not have */
 } kernel;
 
 static const kernel kernels[] = {
@@ -38,6 +38,7 @@ static const kernel kernels[] = {
     { "energy", 3, { { "q", 6, 0 }, { "qd", 6, 0 }, { "X", 52, 1 }, }, 2, { { 1, 0, 0 }, { 1, 0, 0 }, } },
     { "frames", 1, { { "q", 6, 0 }, }, 1, { { 6, 4, 4 }, } },
     { "jacobian", 1, { { "q", 6, 0 }, }, 1, { { 6, 6, 0 }, } },
+    { "all_terms", 3, { { "q", 6, 0 }, { "qd", 6, 0 }, { "X", 52, 1 }, }, 5, { { 6, 6, 0 }, { 6, 0, 0 }, { 6, 0, 0 }, { 6, 6, 0 }, { 6, 4, 4 }, } },
     { "slotine_li_regressor", 4, { { "q", 6, 0 }, { "qd", 6, 0 }, { "qdr", 6, 0 }, { "qddr", 6, 0 }, }, 1, { { 6, 52, 0 }, } },
     { "slotine_li_torque", 5, { { "q", 6, 0 }, { "qd", 6, 0 }, { "qdr", 6, 0 }, { "qddr", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 0, 0 }, } },
     { "generalized_momentum", 3, { { "q", 6, 0 }, { "qd", 6, 0 }, { "X", 52, 1 }, }, 2, { { 6, 0, 0 }, { 6, 0, 0 }, } },
@@ -45,6 +46,7 @@ static const kernel kernels[] = {
     { "inverse_dynamics_derivatives", 4, { { "q", 6, 0 }, { "qd", 6, 0 }, { "qdd", 6, 0 }, { "X", 52, 1 }, }, 2, { { 6, 6, 0 }, { 6, 6, 0 }, } },
     { "forward_dynamics_derivatives", 4, { { "q", 6, 0 }, { "qd", 6, 0 }, { "tau", 6, 0 }, { "X", 52, 1 }, }, 3, { { 6, 6, 0 }, { 6, 6, 0 }, { 6, 6, 0 }, } },
     { "solve_mass_matrix", 3, { { "q", 6, 0 }, { "b", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 0, 0 }, } },
+    { "mass_matrix_factor", 2, { { "q", 6, 0 }, { "X", 52, 1 }, }, 2, { { 6, 6, 0 }, { 6, 0, 0 }, } },
     { "link_jacobian", 3, { { "q", 6, 0 }, { "link", 1, 1 }, { "point", 3, 0 }, }, 1, { { 6, 6, 0 }, } },
     { "link_drift", 4, { { "q", 6, 0 }, { "qd", 6, 0 }, { "link", 1, 1 }, { "point", 3, 0 }, }, 1, { { 6, 0, 0 }, } },
     { "base_parameters", 1, { { "standard", 78, 1 }, }, 1, { { 52, 0, 0 }, } },
@@ -102,34 +104,39 @@ static int call(size_t index, puma560_real in[][78], puma560_real out[][312])
         puma560_jacobian(in[0], out[0]);
         break;
     case 15:
-        puma560_slotine_li_regressor(in[0], in[1], in[2], in[3], out[0]);
+        puma560_all_terms(in[0], in[1], in[2], out[0], out[1], out[2], out[3], out[4]);
         break;
     case 16:
-        puma560_slotine_li_torque(in[0], in[1], in[2], in[3], in[4], out[0]);
+        puma560_slotine_li_regressor(in[0], in[1], in[2], in[3], out[0]);
         break;
     case 17:
-        puma560_generalized_momentum(in[0], in[1], in[2], out[0], out[1]);
+        puma560_slotine_li_torque(in[0], in[1], in[2], in[3], in[4], out[0]);
         break;
     case 18:
-        puma560_friction(in[0], in[1], out[0]);
+        puma560_generalized_momentum(in[0], in[1], in[2], out[0], out[1]);
         break;
     case 19:
-        puma560_inverse_dynamics_derivatives(in[0], in[1], in[2], in[3], out[0], out[1]);
+        puma560_friction(in[0], in[1], out[0]);
         break;
     case 20:
-        return puma560_forward_dynamics_derivatives(in[0], in[1], in[2], in[3], out[0], out[1], out[2]);
+        puma560_inverse_dynamics_derivatives(in[0], in[1], in[2], in[3], out[0], out[1]);
+        break;
     case 21:
-        return puma560_solve_mass_matrix(in[0], in[1], in[2], out[0]);
+        return puma560_forward_dynamics_derivatives(in[0], in[1], in[2], in[3], out[0], out[1], out[2]);
     case 22:
+        return puma560_solve_mass_matrix(in[0], in[1], in[2], out[0]);
+    case 23:
+        return puma560_mass_matrix_factor(in[0], in[1], out[0], out[1]);
+    case 24:
         puma560_link_jacobian(in[0], (size_t)in[1][0], in[2], out[0]);
         break;
-    case 23:
+    case 25:
         puma560_link_drift(in[0], in[1], (size_t)in[2][0], in[3], out[0]);
         break;
-    case 24:
+    case 26:
         puma560_base_parameters(in[0], out[0]);
         break;
-    case 25:
+    case 27:
         (void)memcpy(out[0], in[0], 52 * sizeof in[0][0]);
         puma560_add_body(out[0], (size_t)in[1][0], in[2][0], in[3], in[4]);
         break;
@@ -147,7 +154,7 @@ static size_t find(const mxArray *word)
             return i;
         }
     }
-    mexErrMsgIdAndTxt("puma560:kernel", "kernel %s; accepted: energy_regressor, friction_power, friction_torque, power_regressor, momentum_regressor, torque_regressor, inverse_dynamics, mass_matrix, gravity_torque, coriolis, bias_torque, forward_dynamics, energy, frames, jacobian, slotine_li_regressor, slotine_li_torque, generalized_momentum, friction, inverse_dynamics_derivatives, forward_dynamics_derivatives, solve_mass_matrix, link_jacobian, link_drift, base_parameters, add_body",
+    mexErrMsgIdAndTxt("puma560:kernel", "kernel %s; accepted: energy_regressor, friction_power, friction_torque, power_regressor, momentum_regressor, torque_regressor, inverse_dynamics, mass_matrix, gravity_torque, coriolis, bias_torque, forward_dynamics, energy, frames, jacobian, all_terms, slotine_li_regressor, slotine_li_torque, generalized_momentum, friction, inverse_dynamics_derivatives, forward_dynamics_derivatives, solve_mass_matrix, mass_matrix_factor, link_jacobian, link_drift, base_parameters, add_body",
         text != NULL ? text : "is no text");
     return 0;
 }
@@ -214,7 +221,7 @@ static void store(const puma560_real *from, const size_t *shape, size_t sample, 
 void mexFunction(int nlhs, mxArray *plhs[], int nrhs, const mxArray *prhs[])
 {
     puma560_real in[5][78];
-    puma560_real out[3][312];
+    puma560_real out[5][312];
     const double *from[5];
     size_t rows[5];
     const size_t index = find(nrhs > 0 ? prhs[0] : NULL);

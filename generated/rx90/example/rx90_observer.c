@@ -22,9 +22,9 @@ static const real KP = 900, KD = 60; /* 1/s2 and 1/s, of the errors of position 
 static const real K = 200;           /* 1/s, of the observer */
 static const real PUSH = 15, LEVEL = 8; /* N m, or N */
 
-/* The parameters X of the simulated robot, and as the controller has them: every mass, inertia and
- * friction 5 % wrong. */
-static const real ACTUAL[] = {
+/* The parameters X of the simulated robot, to which a program may add, and as the controller has them:
+ * every mass, inertia and friction 5 % wrong. */
+static real ACTUAL[] = {
     3.321055,
     -1.851154,
     -0.038493,

@@ -14,7 +14,10 @@ from symgen.files import rendered
 
 def possible(model: Model, kernels: Sequence[Kernel]) -> bool:
     """Whether a package with these kernels has what the example calls, and a smooth model."""
-    return not model.robot.effects and "inverse_dynamics" in {k.name for k in kernels}
+    robot = model.robot
+    if robot.effects or robot.gravity_input:
+        return False
+    return "inverse_dynamics" in {k.name for k in kernels}
 
 
 def program(name: str, model: Model) -> str:

@@ -1,6 +1,6 @@
-/* The parameters X of the simulated robot, and as the controller has them: every mass, inertia and
- * friction {{ percent }} % wrong. */
-static const real ACTUAL[] = {
+/* The parameters X of the simulated robot, to which a program may add, and as the controller has them:
+ * every mass, inertia and friction {{ percent }} % wrong. */
+static real ACTUAL[] = {
 {% for value in actual %}
     {{ value }},
 {% endfor %}

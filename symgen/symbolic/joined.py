@@ -1,0 +1,33 @@
+"""Several tapes as one, which does once what they do alike."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sympy as sp
+
+from symgen.robot.types import Robot
+from symgen.symbolic.friction import builder
+from symgen.symbolic.tape import Tape
+
+
+def joined(robot: Robot, tapes: Sequence[Tape], inputs: Sequence[str]) -> Tape:
+    """Return one tape with the outputs of all, one after the other.
+
+    Args:
+        robot: what they were derived from.
+        tapes: in the order of their outputs.
+        inputs: their order; of one that differs in length between tapes, the longest is taken.
+    """
+    longest: dict[str, tuple[sp.Symbol, ...]] = {}
+    for tape in tapes:
+        for name, symbols in tape.inputs:
+            longest[name] = max(longest.get(name, ()), symbols, key=len)
+    whole = builder(robot, tuple(s for symbols in longest.values() for s in symbols))
+    outputs: list[sp.Expr] = []
+    for tape in tapes:
+        known = {symbol: whole.constant(symbol.name, value) for symbol, value in tape.constants}
+        for symbol, expr in tape.steps:
+            known[symbol] = whole.name(symbol.name, expr.xreplace(known))
+        outputs += [sp.sympify(output).xreplace(known) for output in tape.outputs]
+    return whole.tape([(name, longest[name]) for name in inputs], outputs)
