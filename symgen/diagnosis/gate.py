@@ -24,7 +24,7 @@ from symgen.diagnosis.diagnosis import (
 )
 from symgen.diagnosis.evidence import Evidence, Scene, evidence
 from symgen.diagnosis.sanity import SENSOR, Fault, motion_faults
-from symgen.diagnosis.torque_sanity import SATURATION, saturations, torque_faults
+from symgen.diagnosis.torque_sanity import SATURATION, saturations, torque_faults, torque_jumps
 from symgen.estimation.channel_faults import Fault as ChannelFault
 from symgen.estimation.channel_faults import channel_faults
 from symgen.estimation.repairs import Repair
@@ -64,6 +64,7 @@ def check(
         base = evidence(evaluator, corrected(found, base.scenes))
     wrong = _pooled(torque_faults(evaluator, train, base))
     wrong = wrong or _channels(evaluator, base.scenes, [s for _, s in others])
+    wrong = wrong or _pooled(torque_jumps(evaluator, train, base))
     return (*found, *(wrong or saturations(evaluator, base)))
 
 

@@ -315,9 +315,11 @@ def _swapped(log: FilteredLog, j: int, k: int, keys: Sequence[str]) -> FilteredL
     return _changed(log, keys, lambda x: np.ascontiguousarray(x[:, order]))
 
 
-def _multiplied(log: FilteredLog, j: int, factor: float, keys: Sequence[str]) -> FilteredLog:
+def _multiplied(
+    log: FilteredLog, joints: Sequence[int], factor: float, keys: Sequence[str]
+) -> FilteredLog:
     scale = np.ones(log.q.shape[1])
-    scale[j] = factor
+    scale[list(joints)] = factor
     return _changed(log, keys, lambda x: x * scale)
 
 
@@ -367,12 +369,13 @@ def _hypotheses(evaluator: Evaluator) -> Iterator[Fault]:
             yield Fault(names, says, 1.0, "exchange", (j, k), 0.0, undone)
         for j in range(len(joints)):
             names = ", ".join(f"{key}{j + 1}" for key in keys)
-            undone = partial(_multiplied, j=j, factor=-1.0, keys=keys)
+            undone = partial(_multiplied, joints=(j,), factor=-1.0, keys=keys)
             says = f"{names} have the other sign"
             yield Fault(names, says, 1.0, "sign", (j,), -1.0, undone)
-    for j, joint in enumerate(joints):
-        if joint.sigma == REVOLUTE:
-            names, factor = f"q{j + 1}, qd{j + 1}", np.pi / 180
-            undone = partial(_multiplied, j=j, factor=factor, keys=motion)
-            says = f"{names} are in degrees"
-            yield Fault(names, says, 1.0, "units", (j,), 1 / factor, undone)
+    turning = [j for j, joint in enumerate(joints) if joint.sigma == REVOLUTE]
+    factor = np.pi / 180
+    for group in ([turning] if len(turning) > 1 else []) + [[j] for j in turning]:
+        names = "q, qd" if len(group) > 1 else f"q{group[0] + 1}, qd{group[0] + 1}"
+        undone = partial(_multiplied, joints=tuple(group), factor=factor, keys=motion)
+        says = f"{names} are in degrees: multiply them by pi/180"
+        yield Fault(names, says, 1.0, "units", tuple(group), 1 / factor, undone)

@@ -368,3 +368,14 @@ def _rational(value: sp.Rational) -> str:
 def _parenthesised(out: str, compound: bool, level: int, value: sp.Rational) -> str:
     needs = (level > 1 and ("/" in out or value < 0)) or (level > 0 and "/" in out and value < 0)
     return f"({out})" if needs and compound else out
+
+
+def snapped(angle: sp.Expr) -> sp.Expr:
+    """Turn a decimal that is k pi/24 to its last digit into that fraction of pi."""
+    if not angle.is_Rational or angle.is_zero:
+        return angle
+    value = float(angle)
+    k = round(value * 24 / math.pi)
+    if 0 < abs(k) <= 96 and abs(value - k * math.pi / 24) <= 5e-16 * max(1.0, abs(value)):
+        return sp.pi * sp.Rational(k, 24)
+    return angle

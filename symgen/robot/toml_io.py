@@ -20,7 +20,7 @@ from symgen.robot.builtin import library, library_text
 from symgen.robot.closure import require_closed
 from symgen.robot.drive import drive_from_table
 from symgen.robot.effect import Effect
-from symgen.robot.expressions import shortened
+from symgen.robot.expressions import shortened, snapped
 from symgen.robot.foreign import parse_imported
 from symgen.robot.identifiers import (
     MAX_NAME,
@@ -122,7 +122,7 @@ class _Reader:
                 raise self.fail(
                     f"geometry, key {shortened(key)!r}: reserved, or not a C identifier"
                 )
-            self.geometry[key] = _snapped(self.expression(value, f"geometry, key {key!r}", ()))
+            self.geometry[key] = snapped(self.expression(value, f"geometry, key {key!r}", ()))
         joints = tuple(self.joint(number, table) for number, table in enumerate(file.joint, 1))
         movable = [j for j, table in zip(joints, file.joint, strict=True) if self.own(j, table)]
         if not movable:
@@ -191,22 +191,22 @@ class _Reader:
     def angle(self, expr: sp.Expr, place: str) -> sp.Expr:
         """Snap decimals that are fractions of pi; refuse what cannot be an angle in rad."""
         plain = sp.radsimp(expr) if expr.has(sp.Pow) else expr
-        snapped = sp.Add(*(_snapped(term) for term in sp.Add.make_args(plain)))
-        value = float(self.at_values(snapped).evalf(30))
+        exact = sp.Add(*(snapped(term) for term in sp.Add.make_args(plain)))
+        value = float(self.at_values(exact).evalf(30))
         if abs(value) > _MAX_TURN:
             raise self.fail(
                 f"{place}: {value:.6g} rad is more than two turns; accepted: angles in rad, "
                 "not in degrees"
             )
-        for term in sp.Add.make_args(sp.expand(snapped)):
+        for term in sp.Add.make_args(sp.expand(exact)):
             number, base = term.as_coeff_Mul()
             if base is sp.pi and number.q > _MAX_DENOMINATOR:
                 raise self.fail(
                     f"{place}: {expressions.text(term)}; accepted: fractions of pi with a "
                     f"denominator of at most {_MAX_DENOMINATOR}"
                 )
-        self.warn_near_fraction(snapped, value, place)
-        return snapped
+        self.warn_near_fraction(exact, value, place)
+        return exact
 
     def joint(self, number: int, table: JointTable) -> Joint:
         antecedent = number - 1 if table.antecedent is None else table.antecedent
@@ -395,14 +395,3 @@ class _Reader:
             acceleration=None if table.acceleration is None else tuple(table.acceleration),
             torque=None if table.torque is None else tuple(table.torque),
         )
-
-
-def _snapped(angle: sp.Expr) -> sp.Expr:
-    """Turn a decimal that is k pi/24 to its last digit into that fraction of pi."""
-    if not angle.is_Rational or angle.is_zero:
-        return angle
-    value = float(angle)
-    k = round(value * 24 / math.pi)
-    if 0 < abs(k) <= 96 and abs(value - k * math.pi / 24) <= 5e-16 * max(1.0, abs(value)):
-        return sp.pi * sp.Rational(k, 24)
-    return angle

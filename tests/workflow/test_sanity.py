@@ -117,7 +117,7 @@ def _late(t: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 WRONG = {
     "swapped speeds": ("qd", "swapped", "qd1", lambda _, x: _swap(x, 0, 1)),
-    "swapped torques": ("tau", "swapped", "tau1, tau2", lambda _, x: _swap(x, 0, 1)),
+    "swapped torques": ("tau", "exchange", "tau1, tau2", lambda _, x: _swap(x, 0, 1)),
     "dead speed": ("qd", "stuck", "qd2", lambda t, x: _column(x, 1, 0 * t)),
     "dead position": ("q", "stuck", "q2", lambda t, x: _column(x, 1, 0 * t + x[0, 1])),
     "dead torque": ("tau", "stuck", "tau2", lambda t, x: _column(x, 1, 0 * t + 1.0)),
@@ -156,7 +156,7 @@ def test_a_whole_motion_in_degrees_is_named() -> None:
     sigma = [1, 1, 1]  # the reader refuses so large angles
     wrong = make_log("train.csv", log["t"], small["q"], log["tau"], small["qd"], sigma=sigma)
     found = faults(s, wrong)
-    assert [(f.name, f.channel) for f in found] == [("units", "q")]
+    assert [(f.name, f.channel) for f in found] == [("units", "q, qd")]
 
 
 def test_exchanged_speeds_are_replaced_and_named() -> None:

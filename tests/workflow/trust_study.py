@@ -44,6 +44,9 @@ FAULTY = 0.2
 #: Of trusted estimates, with an error above TOO_FAR times what is said, at most FALSE; of runs in
 #: which nothing is missing and the best reaches GOOD, estimates within NEAR of the best: trusted.
 TOO_FAR, FALSE, GOOD, NEAR, TRUSTED = 1.5, 0.03, 0.15, 1.3, 0.9
+#: What the figure file keeps of a run.
+KEPT = ("seed", "missing", "arm", "motion", "top_hz", "faults", "verdict", "model", "said", "true",
+        "best", "best_by", "crashed")  # fmt: skip
 KERNELS = ("torque_regressor", "momentum_regressor")
 
 
@@ -253,9 +256,7 @@ def line(row: dict[str, Any]) -> str:
 def text(rows: list[dict[str, Any]], settings: dict[str, Any]) -> str:
     """JSON with a line for each run; six digits."""
     short = json.loads(json.dumps(rows), parse_float=lambda x: float(f"{float(x):.6g}"))
-    for row in short:
-        row.pop("identify_s", None)
-        row["reasons"] = [reason[:120] for reason in row.get("reasons", [])]
+    short = [{key: row[key] for key in KEPT if key in row} for row in short]
     finished = [row for row in short if "crashed" not in row]
     head = json.dumps(settings | {"summary": summary(finished)}, indent=1)[1:-2]
     return "{" + head + ',\n "rows": [\n' + ",\n".join(json.dumps(row) for row in short) + "\n]}\n"
