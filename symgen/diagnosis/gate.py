@@ -25,8 +25,8 @@ from symgen.diagnosis.diagnosis import (
 from symgen.diagnosis.evidence import Evidence, Scene, evidence
 from symgen.diagnosis.sanity import SENSOR, Fault, motion_faults
 from symgen.diagnosis.torque_sanity import SATURATION, saturations, torque_faults, torque_jumps
-from symgen.estimation.channel_faults import Fault as ChannelFault
 from symgen.estimation.channel_faults import channel_faults
+from symgen.estimation.channels import Fault as ChannelFault
 from symgen.estimation.repairs import Repair
 from symgen.names import PRISMATIC, REVOLUTE, unit
 from symgen.robot.effect import definitions

@@ -10,11 +10,10 @@ others.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,9 +29,9 @@ from symgen.estimation.blocks import (
     solve_gram,
     summary,
 )
+from symgen.estimation.channels import Fault, hypotheses, rescaled, swapped
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.system import Equations, torque_equations
-from symgen.names import REVOLUTE
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
@@ -44,31 +43,9 @@ _GAIN = 0.03
 #: such a fault leaves so much of the error, at most.
 _LOUD, _LOUDER, _EXCHANGED = 0.1, 0.2, 0.7
 _STD = 3.0
+_STATES = 200
 _MOST = 3  # faults that are undone, one after the other
 _SAMPLES = 30_000  # of all logs together, in which faults of the motion are looked for
-
-
-@dataclass(frozen=True, eq=False)
-class Fault:
-    """A fault of channels that the model shows.
-
-    Attributes:
-        channel: "tau3", "tau2, tau4", "q3, qd3", or "tau" for all joints.
-        says: in words, with the value.
-        left: error on folds left out with the fault undone, over that as it is.
-        kind: gain, sign, exchange, units or delay.
-        joints: positions of the joints.
-        value: factor, or delay in s.
-        undone: gives a log without it; None where that takes the samples, as for a delay.
-    """
-
-    channel: str
-    says: str
-    left: float
-    kind: str
-    joints: tuple[int, ...]
-    value: float
-    undone: Callable[[FilteredLog], FilteredLog] | None = None
 
 
 def channel_faults(
@@ -110,7 +87,32 @@ def _largest(
         found += _exchanged(case, train[1], other[1])
     if error > _LOUDER:
         found += _turned_motion(evaluator, logs, held)
-    return min(found, key=lambda f: f.left, default=None)
+    for fault in sorted(found, key=lambda f: f.left):
+        if fault.kind != "sign" or _inertia_is_positive(evaluator, logs, fault):
+            return fault
+    return None
+
+
+def _inertia_is_positive(evaluator: Evaluator, logs: Sequence[FilteredLog], fault: Fault) -> bool:
+    """Whether the fit to logs without the fault has positive mean inertias about the joints.
+
+    Where nothing but the sign of X tells which joints are turned, this is what a robot can be.
+    """
+    assert fault.undone is not None
+    right = [fault.undone(log) for log in logs]
+    n = right[0].q.shape[1]
+    X = summary(placed([torque_equations(evaluator, log) for log in right]), n).fit()
+    q = np.concatenate([log.q[log.kept] for log in right])
+    q = np.ascontiguousarray(q[:: max(1, len(q) // _STATES)])
+    regressor, zero = evaluator["torque_regressor"], np.zeros_like(q)
+    still = np.asarray(regressor(q, zero, zero))[:, :, : len(X)] @ X
+    for j in range(n):
+        one = zero.copy()
+        one[:, j] = 1.0
+        moved = np.asarray(regressor(q, zero, one))[:, :, : len(X)] @ X
+        if float(np.mean((moved - still)[:, j])) < 0:
+            return False
+    return True
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,20 +228,14 @@ def _factor(case: _Case, j: int) -> list[Fault]:
     if best < 0:
         says = f"tau{j + 1} has the other sign"
         return [
-            Fault(f"tau{j + 1}", says, share, "sign", (j,), best, partial(_rescaled, j=j, g=-1.0))
+            Fault(f"tau{j + 1}", says, share, "sign", (j,), best, partial(rescaled, j=j, g=-1.0))
         ]
     says = (
         f"tau{j + 1} is {best:.3g} times what the other joints ask for (torque constant, gear "
         "ratio or unit)"
     )
-    undone = partial(_rescaled, j=j, g=best)
+    undone = partial(rescaled, j=j, g=best)
     return [Fault(f"tau{j + 1}", says, share, "gain", (j,), best, undone)]
-
-
-def _rescaled(log: FilteredLog, j: int, g: float) -> FilteredLog:
-    tau = log.tau.copy()
-    tau[:, j] /= g
-    return replace(log, samples=replace(log.samples, tau=tau))
 
 
 def _fitted_factor(base: Blocks, j: int) -> float:
@@ -284,7 +280,7 @@ def _exchanged(
         left, _ = case.left(_turned(equations, j, k), other)
         if left < _EXCHANGED:
             says = f"tau{j + 1} and tau{k + 1} stand in each other's place"
-            channel, undone = f"tau{j + 1}, tau{k + 1}", partial(_swapped, j=j, k=k, keys=("tau",))
+            channel, undone = f"tau{j + 1}, tau{k + 1}", partial(swapped, j=j, k=k, keys=("tau",))
             out.append(Fault(channel, says, left, "exchange", (j, k), 0.0, undone))
     return out
 
@@ -298,29 +294,6 @@ def _turned(equations: Sequence[tuple[Equations, ...]], j: int, k: int) -> Block
         for log in equations
     ]
     return summary(placed(turned), len(equations[0]))
-
-
-def _changed(
-    log: FilteredLog, keys: Sequence[str], change: Callable[[FloatArray], FloatArray]
-) -> FilteredLog:
-    """Return a log with some channels changed, in the band and as they were sampled."""
-    arrays: dict[str, Any] = {key: change(getattr(log.samples, key)) for key in keys}
-    motion: dict[str, Any] = {key: change(getattr(log, key)) for key in keys if key != "tau"}
-    return replace(log, samples=replace(log.samples, **arrays), **motion)
-
-
-def _swapped(log: FilteredLog, j: int, k: int, keys: Sequence[str]) -> FilteredLog:
-    order = np.arange(log.q.shape[1])
-    order[[j, k]] = k, j
-    return _changed(log, keys, lambda x: np.ascontiguousarray(x[:, order]))
-
-
-def _multiplied(
-    log: FilteredLog, joints: Sequence[int], factor: float, keys: Sequence[str]
-) -> FilteredLog:
-    scale = np.ones(log.q.shape[1])
-    scale[list(joints)] = factor
-    return _changed(log, keys, lambda x: x * scale)
 
 
 def _turned_motion(
@@ -337,7 +310,7 @@ def _turned_motion(
     case = _case(equations(logs), equations(held))
     n = len(case.base.size)
     out = []
-    for fault in _hypotheses(evaluator):
+    for fault in hypotheses(evaluator):
         assert fault.undone is not None
         train = [torque_equations(evaluator, fault.undone(log)) for log in logs]
         other = [torque_equations(evaluator, fault.undone(log)) for log in held]
@@ -355,27 +328,3 @@ def _short(logs: Sequence[FilteredLog]) -> list[FilteredLog]:
         return list(logs)
     cut = [log.samples.cut(slice(0, len(log.t) * _SAMPLES // total)) for log in logs]
     return [filtered(s, log.band) for s, log in zip(cut, logs, strict=True)]
-
-
-def _hypotheses(evaluator: Evaluator) -> Iterator[Fault]:
-    """Yield the faults of the motion that are tried."""
-    joints = evaluator.model.robot.movable
-    motion, whole = ("q", "qd"), ("q", "qd", "tau")
-    for keys in (motion, whole):
-        for j, k in combinations(range(len(joints)), 2):
-            names = ", ".join(f"{key}{i + 1}" for i in (j, k) for key in keys)
-            says = f"{names}: joints {j + 1} and {k + 1} stand in each other's place"
-            undone = partial(_swapped, j=j, k=k, keys=keys)
-            yield Fault(names, says, 1.0, "exchange", (j, k), 0.0, undone)
-        for j in range(len(joints)):
-            names = ", ".join(f"{key}{j + 1}" for key in keys)
-            undone = partial(_multiplied, joints=(j,), factor=-1.0, keys=keys)
-            says = f"{names} have the other sign"
-            yield Fault(names, says, 1.0, "sign", (j,), -1.0, undone)
-    turning = [j for j, joint in enumerate(joints) if joint.sigma == REVOLUTE]
-    factor = np.pi / 180
-    for group in ([turning] if len(turning) > 1 else []) + [[j] for j in turning]:
-        names = "q, qd" if len(group) > 1 else f"q{group[0] + 1}, qd{group[0] + 1}"
-        undone = partial(_multiplied, joints=tuple(group), factor=factor, keys=motion)
-        says = f"{names} are in degrees: multiply them by pi/180"
-        yield Fault(names, says, 1.0, "units", tuple(group), 1 / factor, undone)

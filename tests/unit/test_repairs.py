@@ -1,0 +1,107 @@
+"""Faults of recorders, sample by sample: on signals whose truth is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import symgen
+from symgen.data.log import make_log
+from symgen.estimation.log_checks import cut_off, stuck_rows
+from symgen.estimation.logs import open_samples
+from symgen.estimation.repairs import held_for, jumps, repaired
+from symgen.names import REVOLUTE
+
+STEP = 1e-3
+T = np.arange(8000) * STEP
+ARM = '[robot]\nname = "arm"\n[[joint]]\nfriction = ["coulomb", "viscous"]\n'
+
+
+def _motion(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """q, qd and a torque with steps of friction and noise, (N, 1) each."""
+    draw = np.random.default_rng(seed)
+    f, phase = draw.uniform(0.2, 1.5, 4), draw.uniform(0, 6, 4)
+    q = sum(0.3 * np.sin(2 * np.pi * a * T + b) for a, b in zip(f, phase, strict=True))
+    qd = np.gradient(q, STEP)
+    tau = 0.8 * np.gradient(qd, STEP) + 2 * np.sign(qd) + 0.5 * qd + draw.normal(0, 0.1, len(T))
+    return q[:, None], qd[:, None], tau[:, None]
+
+
+def _log(q, qd, tau, t=T):
+    return make_log("log", t, q, tau, qd)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("share", [0.001, 0.02])
+def test_jumps_are_found_also_where_they_are_many_and_a_clean_signal_has_none(seed, share) -> None:
+    draw = np.random.default_rng(100 + seed)
+    for x in _motion(seed):
+        x = x[:, 0]
+        assert len(jumps(x)) == 0
+        at = np.flatnonzero(draw.random(len(x)) < share)
+        at = at[(at > 10) & (at < len(x) - 10)]
+        spoiled = x.copy()
+        size = draw.uniform(1, 10, len(at)) * draw.choice([-1, 1], len(at))
+        spoiled[at] += size * x.std()
+        found = jumps(spoiled)
+        assert len(np.intersect1d(found, at)) >= 0.9 * len(at)
+        # A sample beside a jump may go with it: what counts is what is left on the line between.
+        good = np.setdiff1d(np.arange(len(x)), found)
+        left = np.interp(np.arange(len(x)), good, spoiled[good]) - x
+        assert np.abs(left[np.setdiff1d(found, at)]).max(initial=0.0) < x.std()
+        assert np.sqrt(np.mean(left**2)) < 0.35 * np.sqrt(np.mean((spoiled - x) ** 2))
+
+
+@pytest.mark.parametrize("k", [2, 5, 20])
+def test_a_channel_that_is_held_is_drawn_through_its_readings(k: int) -> None:
+    q, qd, tau = _motion(1)
+    held = q[(np.arange(len(T)) // k) * k]
+    assert held_for(held[:, 0]) == k
+    assert held_for(q[:, 0]) == 1
+    log, repairs = repaired(_log(held, qd, tau), (REVOLUTE,))
+    assert [(r.channel, r.fault) for r in repairs] == [("q1", f"read anew every {k} samples only")]
+    inner = slice(2 * k, -2 * k)
+    assert np.abs(log.q - q)[inner].max() < 0.01 * np.abs(held - q)[inner].max()
+
+
+def test_a_coarse_channel_is_not_held_and_is_told() -> None:
+    q, qd, tau = _motion(2)
+    coarse = np.round(q / 0.05) * 0.05
+    assert held_for(coarse[:, 0]) == 1
+    assert not cut_off(coarse[:, 0]).any()
+    _, repairs = repaired(_log(coarse, qd, tau), (REVOLUTE,))
+    assert [(r.channel, r.done) for r in repairs] == [("q1", "left as it is")]
+    assert "steps of 0.05" in repairs[0].fault
+    fine = np.round(q / 1e-4) * 1e-4  # an encoder of 16 bits
+    assert repaired(_log(fine, qd, tau), (REVOLUTE,))[1] == ()
+
+
+@pytest.mark.parametrize("k", [1, 10])
+def test_a_held_torque_is_not_cut_off_and_a_cut_one_is(k: int) -> None:
+    tau = _motion(3)[2][(np.arange(len(T)) // k) * k, 0]
+    assert not cut_off(tau).any()
+    limit = 0.6 * np.abs(tau).max()
+    flat = np.clip(tau, -limit, limit)
+    assert cut_off(flat).sum() == (np.abs(flat) == limit).sum() > 0
+
+
+def test_a_recorder_that_is_stuck_is_masked_and_a_robot_at_rest_is_not() -> None:
+    q, qd, tau = _motion(4)
+    span = slice(3000, 4200)
+    stuck = [x.copy() for x in (q, qd, tau)]
+    for x in stuck:
+        x[span] = x[span.start]
+    assert np.flatnonzero(stuck_rows(_log(*stuck)))[[0, -1]].tolist() == [3000, 4199]
+    samples, repairs = open_samples(_log(*stuck), symgen.parse_robot(ARM))
+    assert [(r.channel, r.fault, r.samples) for r in repairs] == [("all", "stuck", 1200)]
+    assert samples.mask is not None
+    assert samples.mask.joint[span].all()
+    # The position is drawn over the gap: no step is left that a derivative would blow up.
+    assert np.abs(np.diff(samples.q, axis=0)).max() < 2 * np.abs(np.diff(q, axis=0)).max()
+    rest = [np.concatenate([x[:4000], np.repeat(x[3999:4000], 4000, axis=0)]) for x in (q, qd, tau)]
+    assert not stuck_rows(_log(*rest)).any()
+
+
+def test_stamps_in_milliseconds_are_refused_with_the_way_out() -> None:
+    with pytest.raises(symgen.LogError, match="divide it by 1000"):
+        open_samples(_log(*_motion(5), t=1e3 * T), symgen.parse_robot(ARM))
