@@ -71,11 +71,14 @@ def alternatives(
     Raises:
         IdentificationError: no model's equations fit these logs; the reason of the first.
     """
-    torques = _summary([torque_equations(evaluator, log) for log in train], 0.0, weights)
+    compared = [torque_equations(evaluator, log) for log in train]
+    torques = _summary(compared, 0.0, weights)
     fitted, lost = [], {}
     for recipe in recipes:
         try:
-            equations = [recipe.equations(evaluator, log) for log in train]
+            equations = compared
+            if recipe.model != "torque":
+                equations = [recipe.equations(evaluator, log) for log in train]
             for log, own in zip(train, equations, strict=True):
                 if log.mask is not None:
                     require_left(log.name, own)
