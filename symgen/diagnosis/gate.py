@@ -34,6 +34,8 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 GAIN = "drive_gain_error"
+#: A factor of a torque from which it is of another unit or gear; below, it is a candidate.
+_ANOTHER = 1.5
 _WORDS = {
     SENSOR: "qd{0} = (1 + GV{0})*dq{0}(t - LV{0})/dt + OV{0}",
     GAIN: "tau{0} = (1 + G{0})*model{0}",
@@ -78,7 +80,8 @@ def _channels(
     logs, other = ([replace(s.log, q=s.q, qd=s.qd) for s in group] for group in (train, held))
     out = []
     for f in channel_faults(evaluator, logs, other):
-        if f.undone is None:  # a delay is a candidate beside the physics
+        mild = f.kind == "gain" and 1 / _ANOTHER < f.value < _ANOTHER
+        if f.undone is None or mild:  # these are candidates beside the physics
             break
         name = f.kind
         parameters: tuple[FoundParameter, ...] = ()
