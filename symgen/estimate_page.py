@@ -137,7 +137,7 @@ def _choice_sections(estimate: Estimate) -> list[Section]:
         uses = tuple(
             (use.name, "yes" if use.ok else "no", "; ".join(use.reasons)) for use in estimate.uses
         )
-        table = Table(("use", "", "what speaks against it"), uses, ("name", "name", "name"))
+        table = Table(("use", "", "what speaks against it"), uses, ("name", "name", "words"))
         out.append(Section("What it may be used for", (), table=table))
     if len(estimate.alternatives) > 1:
         text = (
@@ -163,31 +163,34 @@ def _choice_sections(estimate: Estimate) -> list[Section]:
             "apart from the chosen",
             "",
         )
-        styles = ("name", "number", "number", "number", "name", "name")
+        styles = ("name", "number", "number", "number", "words", "words")
         out.append(Section("Models", (text,), table=Table(header, models, styles)))
     if estimate.repairs:
         mended = tuple(
             (r.log, r.channel, r.fault, str(r.samples), r.done) for r in estimate.repairs
         )
         columns = ("log", "channel", "fault", "samples", "what was done")
-        kinds = ("name", "name", "name", "number", "name")
+        kinds = ("name", "name", "words", "number", "words")
         out.append(Section("Repairs", (), table=Table(columns, mended, kinds)))
     return out
 
 
 def _fit_table(estimate: Estimate) -> Table:
-    """One row for training, one for validation; columns: each total, then its joints."""
+    """A row for all joints together and one for each; columns: training and validation."""
     pairs = [(f"{estimate.model} (fitted)", estimate.train, estimate.validation)]
     if estimate.torque_train is not None and estimate.torque_validation is not None:
         torque = (estimate.torque_train, estimate.torque_validation)
         if torque != (estimate.train, estimate.validation):
             pairs.append(("torque", *torque))
-    header, rows = ["data"], [["training"], ["validation"]]
+    header, count = [""], 1 + max(len(p.per_joint or ()) for _, *both in pairs for p in both)
+    labels = ("all", *(f"joint {number}" for number, _ in estimate.joints))
+    rows = [[label] for label in labels[:count]]
     for label, *both in pairs:
-        joints = min(len(residual.per_joint or ()) for residual in both)
-        header += [label, *(f"joint {number}" for number, _ in estimate.joints[:joints])]
-        for row, residual in zip(rows, both, strict=True):
-            row += map(percent, (residual.relative, *(residual.per_joint or ())[:joints]))
+        for data, residual in zip(("training", "validation"), both, strict=True):
+            header.append(f"{label}, {data}")
+            own = (residual.relative, *(residual.per_joint or ()))
+            for row, value in zip(rows, (*map(percent, own), *[""] * count), strict=False):
+                row.append(value)
     styles = ("name", *("number",) * (len(header) - 1))
     return Table(tuple(header), tuple(map(tuple, rows)), styles)
 

@@ -22,7 +22,7 @@ class Table:
     Attributes:
         header: one text a column.
         rows: one text a column in each.
-        styles: "text", "number" or "formula" for each column; empty: all text.
+        styles: "text", "number", "name", "words" or "formula" for each column; empty: all text.
         flagged: indices of the rows to point out.
     """
 

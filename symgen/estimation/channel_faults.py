@@ -94,7 +94,7 @@ def _largest(
 
 
 def _inertia_is_positive(evaluator: Evaluator, logs: Sequence[FilteredLog], fault: Fault) -> bool:
-    """Whether the fit to logs without the fault has positive mean inertias about the joints.
+    """Whether the fit to logs without the fault has positive mean inertias about its joints.
 
     Where nothing but the sign of X tells which joints are turned, this is what a robot can be.
     """
@@ -106,7 +106,7 @@ def _inertia_is_positive(evaluator: Evaluator, logs: Sequence[FilteredLog], faul
     q = np.ascontiguousarray(q[:: max(1, len(q) // _STATES)])
     regressor, zero = evaluator["torque_regressor"], np.zeros_like(q)
     still = np.asarray(regressor(q, zero, zero))[:, :, : len(X)] @ X
-    for j in range(n):
+    for j in fault.joints:
         one = zero.copy()
         one[:, j] = 1.0
         moved = np.asarray(regressor(q, zero, one))[:, :, : len(X)] @ X
