@@ -28,16 +28,18 @@ from symgen.diagnosis.torque_sanity import SATURATION, saturations, torque_fault
 from symgen.estimation.channel_faults import channel_faults
 from symgen.estimation.channels import Fault as ChannelFault
 from symgen.estimation.repairs import Repair
+from symgen.estimation.speeds import shifted
 from symgen.names import PRISMATIC, REVOLUTE, unit
 from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-GAIN = "drive_gain_error"
+GAIN, DELAY = "drive_gain_error", "time_delay"
 #: A factor of a torque from which it is of another unit or gear; below, it is a candidate.
 _ANOTHER = 1.5
 _WORDS = {
     SENSOR: "qd{0} = (1 + GV{0})*dq{0}(t - LV{0})/dt + OV{0}",
+    DELAY: "tau(t) = model(t - DT)",
     GAIN: "tau{0} = (1 + G{0})*model{0}",
     SATURATION: "min(max(tau{0}, -limit{0}), limit{0})",
 }
@@ -81,10 +83,12 @@ def _channels(
     out = []
     for f in channel_faults(evaluator, logs, other):
         mild = f.kind == "gain" and 1 / _ANOTHER < f.value < _ANOTHER
-        if f.undone is None or mild:  # these are candidates beside the physics
+        if mild:  # a candidate beside the physics
             break
         name = f.kind
         parameters: tuple[FoundParameter, ...] = ()
+        if f.kind == "delay":
+            name, parameters = DELAY, (FoundParameter("DT", f.value, math.nan, "s"),)
         if f.kind == "gain":
             number = robot.movable[f.joints[0]].number
             name = GAIN
@@ -94,7 +98,9 @@ def _channels(
 
 
 def _undone(fault: ChannelFault, s: Scene) -> Scene:
-    assert fault.undone is not None
+    if fault.undone is None:  # a delay
+        samples = shifted(replace(s.log.samples, tau=s.tau), fault.value)
+        return replace(s, log=replace(s.log, samples=samples), tau=samples.tau)
     log = replace(s.log, q=s.q, qd=s.qd, samples=replace(s.log.samples, tau=s.tau))
     log = fault.undone(log)
     return replace(s, log=log, q=log.q, qd=log.qd, qdd=log.qdd, tau=log.tau)
@@ -254,12 +260,13 @@ def _numbers(fault: Fault, robot: Robot) -> tuple[int, ...]:
 
 def _effect(fault: Fault, robot: Robot, before: Gap, after: Gap) -> FoundEffect:
     number = robot.movable[fault.joints[0]].number
+    whole = fault.name == DELAY
     # The wrong speed of one joint is felt in the torques of others.
     joints = fault.joints if fault.name == SATURATION else range(robot.n)
     was, left = (sum(g.per_joint[j] ** 2 for j in joints) for g in (before, after))
     return FoundEffect(
         name=fault.name,
-        joints=_numbers(fault, robot),
+        joints=() if whole else _numbers(fault, robot),
         parameters=fault.parameters,
         expression=_WORDS[fault.name].format(number),
         p_value=fault.p_value,
