@@ -44,10 +44,11 @@ class Mask:
 
     def near(self, reach: int) -> Bools:
         """Return (N, n) whether a masked sample of the joint is at most `reach` samples away."""
-        return np.column_stack([_touched(column, reach) for column in self.joint.T])
+        return np.column_stack([touched(column, reach) for column in self.joint.T])
 
 
-def _touched(masked: Bools, reach: int) -> Bools:
+def touched(masked: Bools, reach: int) -> Bools:
+    """Return (N,) whether a masked sample is at most `reach` samples away."""
     count = np.concatenate([[0], np.cumsum(masked)])
     at = np.arange(len(masked))
     low, high = np.maximum(at - reach, 0), np.minimum(at + reach + 1, len(masked))
@@ -126,11 +127,16 @@ def _stuck(x: FloatArray) -> Bools:
 
 def _runs(flags: Bools, least: int) -> Bools:
     """Return the flags that stand in runs of at least `least`."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
     out = np.zeros(len(flags), dtype=bool)
-    for start, end in edges.reshape(-1, 2):
+    for start, end in spans(flags):
         out[start:end] = end - start >= least
     return out
+
+
+def spans(flags: Bools) -> NDArray[np.intp]:
+    """Return where flags stand in a row: (k, 2) first, and behind the last."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
+    return edges.reshape(-1, 2)
 
 
 def on_grid(masked: Bools, t: FloatArray, grid: FloatArray) -> Bools:

@@ -30,7 +30,7 @@ from symgen.diagnosis.floor import noise_floor
 from symgen.diagnosis.found import coefficients, found_effects, numbers
 from symgen.diagnosis.given import changed
 from symgen.diagnosis.portrait import places
-from symgen.diagnosis.refine import settled_constants, slopes
+from symgen.diagnosis.refine import all_slopes, settled_constants
 from symgen.diagnosis.search import MEASURING, Selection
 from symgen.diagnosis.select import Score
 from symgen.diagnosis.study import KERNELS, Study, model_torque, torque_at
@@ -216,11 +216,8 @@ def _std(
     along them stand in the covariance (the linearised model of nonlinear least squares).
     """
     covariance = solution.covariance
-    at, values, loose = study.base.W.shape[2], study.beside(settled).X, []
-    for s in settled:
-        own = values[at : at + s.candidate.size]
-        loose.append(slopes(s, own, lambda c: c.seen(study.base, torques)))
-        at += s.candidate.size
+    values = study.beside(settled).X[study.base.W.shape[2] :]
+    loose = all_slopes(settled, values, lambda c: c.seen(study.base, torques))
     known = [columns for columns in loose if columns is not None]
     if known:
         count = sum(next(iter(columns.values())).shape[1] for columns in known)

@@ -24,11 +24,16 @@ from symgen.diagnosis.diagnosis import (
 )
 from symgen.diagnosis.evidence import Evidence, Scene, evidence
 from symgen.diagnosis.sanity import SENSOR, Fault, motion_faults
-from symgen.diagnosis.torque_sanity import SATURATION, saturations, torque_faults, torque_jumps
+from symgen.diagnosis.torque_sanity import (
+    SATURATION,
+    modelled,
+    saturations,
+    torque_faults,
+    torque_jumps,
+)
 from symgen.estimation.channel_faults import channel_faults
 from symgen.estimation.channels import Fault as ChannelFault
 from symgen.estimation.repairs import Repair
-from symgen.estimation.speeds import shifted
 from symgen.names import PRISMATIC, REVOLUTE, unit
 from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
@@ -66,9 +71,10 @@ def check(
         return found
     if found:
         base = evidence(evaluator, corrected(found, base.scenes))
-    wrong = _pooled(torque_faults(evaluator, train, base))
+    models = modelled(evaluator, base)
+    wrong = _pooled(torque_faults(evaluator, train, base, models))
     wrong = wrong or _channels(evaluator, base.scenes, [s for _, s in others])
-    wrong = wrong or _pooled(torque_jumps(evaluator, train, base))
+    wrong = wrong or _pooled(torque_jumps(robot, train, base, models))
     return (*found, *(wrong or saturations(evaluator, base)))
 
 
@@ -98,11 +104,8 @@ def _channels(
 
 
 def _undone(fault: ChannelFault, s: Scene) -> Scene:
-    if fault.undone is None:  # a delay
-        samples = shifted(replace(s.log.samples, tau=s.tau), fault.value)
-        return replace(s, log=replace(s.log, samples=samples), tau=samples.tau)
-    log = replace(s.log, q=s.q, qd=s.qd, samples=replace(s.log.samples, tau=s.tau))
-    log = fault.undone(log)
+    seen = replace(s.log, q=s.q, qd=s.qd, samples=replace(s.log.samples, tau=s.tau))
+    log = fault.undone(seen)
     return replace(s, log=log, q=log.q, qd=log.qd, qdd=log.qdd, tau=log.tau)
 
 
@@ -167,6 +170,11 @@ def judged(faults: Sequence[Fault], before: Diagnosis, after: Diagnosis) -> Diag
     )
 
 
+def closed(before: Gap, after: Gap) -> float:
+    """Return the share of the square of a gap that is closed."""
+    return 1 - (after.total / before.total) ** 2 if before.total else 0.0
+
+
 def mended(
     repairs: Sequence[Repair], robot: Robot, raw: Gap, now: Gap, least: float
 ) -> list[FoundEffect]:
@@ -178,7 +186,7 @@ def mended(
         raw, now: gap of the logs as they were recorded, and as they are mended.
         least: share of the square of the gap that has to be closed.
     """
-    share = 1 - (now.total / raw.total) ** 2 if raw.total else 0.0
+    share = closed(raw, now)
     if share < least:
         return []
     groups: dict[str, list[Repair]] = {}

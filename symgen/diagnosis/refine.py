@@ -91,6 +91,17 @@ def slopes(score: Score, coefficients: FloatArray, seen: Seen) -> Columns | None
     return {j: np.column_stack(columns) for j, columns in found.items()}
 
 
+def all_slopes(
+    accepted: Sequence[Score], coefficients: FloatArray, seen: Seen
+) -> list[Columns | None]:
+    """Return `slopes` of each effect; the coefficients of all stand one after the other."""
+    out, at = [], 0
+    for s in accepted:
+        out.append(slopes(s, coefficients[at : at + s.candidate.size], seen))
+        at += s.candidate.size
+    return out
+
+
 def settled_constants(base: Evidence, accepted: Sequence[Score], seen: Seen) -> Sequence[Score]:
     """Move the constants of all effects together to the least squares of the whole model.
 
@@ -103,16 +114,13 @@ def settled_constants(base: Evidence, accepted: Sequence[Score], seen: Seen) -> 
     for _ in range(_ROUNDS):
         now = base.with_columns(s.columns for s in accepted)
         sigma = now.sigma if sigma is None else sigma
-        at, moved = p, []
-        for s in accepted:
-            moved.append(slopes(s, now.X[at : at + s.candidate.size], seen))
-            at += s.candidate.size
+        moved = all_slopes(accepted, now.X[p:], seen)
         if not any(moved):
             return accepted
         both = base.with_columns(
             [*(s.columns for s in accepted), *(m for m in moved if m is not None)]
         )
-        step, least = both.X[at:], _squares(now, sigma)
+        step, least = both.X[len(now.X) :], _squares(now, sigma)
         for _ in range(_HALVINGS):
             trial = _stepped(accepted, moved, step, seen)
             if _squares(base.with_columns(s.columns for s in trial), sigma) < least:

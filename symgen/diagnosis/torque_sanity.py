@@ -44,19 +44,28 @@ _SIGNIFICANCE = 0.001
 _CUT = 0.01  # least gain, of the joint's sum of squares
 
 
-def torque_faults(evaluator: Evaluator, samples: Sequence[Samples], base: Evidence) -> list[Fault]:
+def modelled(evaluator: Evaluator, base: Evidence) -> list[FloatArray]:
+    """Return the model's torque in the band along every training log, (N, n)."""
+    return [s.smooth(regressor(evaluator, s, base.X) @ base.X) for s in base.scenes]
+
+
+def torque_faults(
+    evaluator: Evaluator,
+    samples: Sequence[Samples],
+    base: Evidence,
+    models: Sequence[FloatArray],
+) -> list[Fault]:
     """Look at the torques of the training logs, with the equations of each joint alone.
 
     Args:
         evaluator: the compiled model.
         samples: the logs, unfiltered.
         base: the model's evidence on the same logs.
+        models: its torques there.
     """
     robot = evaluator.model.robot
-    logs = list(zip(samples, base.scenes, strict=True))
-    models = [s.smooth(regressor(evaluator, s, base.X) @ base.X) for s in base.scenes]
     out: list[Fault] = []
-    for (log, s), model in zip(logs, models, strict=True):
+    for log, s, model in zip(samples, base.scenes, models, strict=True):
         out += _stuck_torques(robot, log, s, model)
     taken = {j for fault in out for j in fault.joints}
     joints = [j for j in moving(base.scenes[0]) if j not in taken]
@@ -75,18 +84,20 @@ def torque_faults(evaluator: Evaluator, samples: Sequence[Samples], base: Eviden
     return out
 
 
-def torque_jumps(evaluator: Evaluator, samples: Sequence[Samples], base: Evidence) -> list[Fault]:
+def torque_jumps(
+    robot: Robot, samples: Sequence[Samples], base: Evidence, models: Sequence[FloatArray]
+) -> list[Fault]:
     """Find steps of torques that the model does not ask for, once all channels are in order.
 
     Args:
-        evaluator: the compiled model.
+        robot: the robot.
         samples: the logs, unfiltered.
         base: the model's evidence on the same logs.
+        models: its torques there.
     """
     out = []
-    for log, s in zip(samples, base.scenes, strict=True):
-        model = s.smooth(regressor(evaluator, s, base.X) @ base.X)
-        out += _jumping_torques(evaluator.model.robot, log, s, model)
+    for log, s, model in zip(samples, base.scenes, models, strict=True):
+        out += _jumping_torques(robot, log, s, model)
     return out
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from itertools import chain
 from pathlib import Path
 
@@ -15,9 +16,9 @@ from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.diagnosis.candidates import candidates
 from symgen.diagnosis.conclusion import conclude, plain
-from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap
+from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect
 from symgen.diagnosis.evidence import Scene, evidence, scene
-from symgen.diagnosis.gate import check, corrected, judged, mended, with_chain
+from symgen.diagnosis.gate import check, closed, corrected, judged, mended, with_chain
 from symgen.diagnosis.search import Search
 from symgen.diagnosis.special import special_candidates
 from symgen.diagnosis.study import KERNELS, studied
@@ -30,6 +31,7 @@ from symgen.estimation.logs import (
     Source,
     in_one_band,
     listed_logs,
+    open_logs,
     open_samples,
     require_logs,
     require_other_data,
@@ -98,6 +100,7 @@ def diagnose(
     band = band if cutoff is None else replace(band, cutoff_hz=cutoff)
     train, held, notes = _scenes(look, band)
     study = studied(evaluator, train, held, given)
+    declared = cache(partial(plain, study, notes))  # as the logs are; most runs do not ask
     progress("checking the logs")
     later = [*zip(look.held, held, strict=False)]
     fitted = study.base if given is None else evidence(evaluator, train)
@@ -107,15 +110,15 @@ def diagnose(
     closes = 0.0
     if any(f.corrected is None for f in faults):  # nothing can be said until it is recorded again
         try:
-            found = judged(faults, plain(study, notes), plain(study, notes))
+            found = judged(faults, declared(), declared())
             return _with_left_out(found, source)
         except IdentificationError as error:  # a dead channel leaves nothing to identify
             raise IdentificationError(f"{faults[0].says} ({error})") from error
-    first, raw = study, None
+    raw = None
     if faults:
         fixed = studied(evaluator, corrected(faults, train), corrected(faults, held), given)
-        repaired = judged(faults, plain(study, notes), plain(fixed, notes))
-        share = _share(repaired.before, repaired.after)
+        repaired = judged(faults, declared(), plain(fixed, notes))
+        share = closed(repaired.before, repaired.after)
         if share >= _CLOSES:
             named, study = list(repaired.effects), fixed
             notes += tuple(f"repaired: {f.says}" for f in faults)
@@ -125,8 +128,7 @@ def diagnose(
         as_measured = replace(band, velocity="measured")
         raw_train, raw_held, _ = _scenes(look.unmended, as_measured)
         raw = plain(studied(evaluator, raw_train, raw_held, given), notes).before
-        before = plain(first, notes).before
-        named += mended(look.repairs, source, raw, before, _CLOSES)
+        named += mended(look.repairs, source, raw, declared().before, _CLOSES)
     pool = chain.from_iterable(
         make(source, study.base, effects, given=given is not None)
         for make in (candidates, special_candidates)
@@ -137,15 +139,10 @@ def diagnose(
     progress("deriving, compiling and identifying the extended model")
     whole = conclude(study, selection, (*notes, *resting([*look.train, *look.held], source)))
     if named or says:
-        before = raw if raw is not None else plain(first, notes).before
+        before = raw if raw is not None else declared().before
         before = before if given is None else whole.before
         whole = with_chain(whole, named, before, closes, says)
     return _with_left_out(replace(whole, repairs=look.repairs), source)
-
-
-def _share(before: Gap, after: Gap) -> float:
-    """Return the share of the square of a gap that is closed."""
-    return 1 - (after.total / before.total) ** 2 if before.total else 0.0
 
 
 def _with_left_out(diagnosis: Diagnosis, robot: Robot) -> Diagnosis:
@@ -178,16 +175,8 @@ def _look(
 ) -> _Look:
     """Read and mend the logs."""
     require_logs(listed_logs(logs))
-    done: list[Repair] = []
-
-    def read(source: Source) -> Samples:
-        progress(f"reading {getattr(source, 'name', source)}")
-        samples, repairs = open_samples(source, robot, reading)
-        done.extend(repairs)
-        return samples
-
     sources = listed_logs(logs), listed_logs(validation)
-    train, held = ([read(s) for s in group] for group in sources)
+    (train, held), done = open_logs(sources, robot, reading, progress)
     require_other_data(train, held)
     raw = None
     plain = [train, held]

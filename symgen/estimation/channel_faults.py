@@ -10,7 +10,7 @@ others.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
@@ -29,7 +29,7 @@ from symgen.estimation.blocks import (
     solve_gram,
     summary,
 )
-from symgen.estimation.channels import Fault, hypotheses, rescaled, swapped
+from symgen.estimation.channels import Fault, earlier, hypotheses, multiplied, swapped
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.system import Equations, torque_equations
 from symgen.runtime.evaluator import Evaluator
@@ -64,7 +64,7 @@ def channel_faults(
         if found is None or any((found.kind, found.joints) == (f.kind, f.joints) for f in out):
             break
         out.append(found)
-        if found.undone is None:
+        if found.kind == "delay":  # all else is looked at again without it
             break
         logs, held = ([found.undone(log) for log in group] for group in (logs, held))
     return tuple(out)
@@ -74,17 +74,16 @@ def _largest(
     evaluator: Evaluator, logs: Sequence[FilteredLog], held: Sequence[FilteredLog]
 ) -> Fault | None:
     """Return the fault that explains most."""
-    train = logs, [torque_equations(evaluator, log) for log in logs]
-    other = held, [torque_equations(evaluator, log) for log in held]
-    case = _case(train, other)
+    equations, other = (_equations(evaluator, group) for group in (logs, held))
+    case = _case(equations, other)
     error = held_out_error(case.own)
     if error == 0.0:
         return None
     n = len(case.base.size)
-    found = _late(case, train, other)
+    found = _late(case, (logs, equations), (held, other))
     found += [f for j in range(n) for f in _factor(case, j)]
     if error > _LOUD:
-        found += _exchanged(case, train[1], other[1])
+        found += _exchanged(case, equations, other)
     if error > _LOUDER:
         found += _turned_motion(evaluator, logs, held)
     for fault in sorted(found, key=lambda f: f.left):
@@ -98,10 +97,9 @@ def _inertia_is_positive(evaluator: Evaluator, logs: Sequence[FilteredLog], faul
 
     Where nothing but the sign of X tells which joints are turned, this is what a robot can be.
     """
-    assert fault.undone is not None
     right = [fault.undone(log) for log in logs]
     n = right[0].q.shape[1]
-    X = summary(placed([torque_equations(evaluator, log) for log in right]), n).fit()
+    X = summary(placed(_equations(evaluator, right)), n).fit()
     q = np.concatenate([log.q[log.kept] for log in right])
     q = np.ascontiguousarray(q[:: max(1, len(q) // _STATES)])
     regressor, zero = evaluator["torque_regressor"], np.zeros_like(q)
@@ -130,34 +128,41 @@ class _Case:
     own: FloatArray
 
     def left(
-        self, train: Blocks, held: Blocks | None, sure: Bools | None = None
+        self, train: Blocks, held: Callable[[], Blocks], sure: Bools | None = None
     ) -> tuple[float, float]:
         """Return what undoing a fault leaves, see `_left`; 1 where other logs do not confirm it.
 
         Args:
-            train, held: the summaries with the fault undone.
+            train: summary of the training logs with the fault undone.
+            held: gives that of the validation logs, where there are any; not asked in vain.
             sure: joints whose gain is known to be no chance; None to see that from the blocks.
         """
         share, together = _left(self.own, block_errors(train, train), sure)
-        if share > _CLEARER or self.other is None or held is None:
+        if share > _CLEARER or self.other is None:
             return share, together
+        right = held()
         before, X = _shares(self.other, self.base.fit()), train.fit()
         # The fault may be one of the training logs alone.
-        plain = [] if held.grams.shape != self.other.grams.shape else [_shares(self.other, X)]
-        for after in (_shares(held, X), *plain):
+        plain = [] if right.grams.shape != self.other.grams.shape else [_shares(self.other, X)]
+        for after in (_shares(right, X), *plain):
             ratio = after / np.where(before > 0, before, np.inf)
             if ratio.mean() < 1 and np.sqrt(ratio.min()) <= _CLEARER:
                 return share, together
         return 1.0, 1.0
 
 
-_Logs = tuple[Sequence[FilteredLog], Sequence[tuple[Equations, ...]]]
+_Rows = Sequence[tuple[Equations, ...]]
+_Logs = tuple[Sequence[FilteredLog], _Rows]
 
 
-def _case(train: _Logs, held: _Logs) -> _Case:
-    n = len(train[1][0])
-    base = summary(placed(train[1]), n)
-    other = summary(placed(held[1]), n) if held[1] else None
+def _equations(evaluator: Evaluator, logs: Iterable[FilteredLog]) -> _Rows:
+    return [torque_equations(evaluator, log) for log in logs]
+
+
+def _case(equations: _Rows, held: _Rows) -> _Case:
+    n = len(equations[0])
+    base = summary(placed(equations), n)
+    other = summary(placed(held), n) if held else None
     return _Case(base, other, block_errors(base, base))
 
 
@@ -191,15 +196,16 @@ def _late(case: _Case, train: _Logs, held: _Logs) -> list[Fault]:
     apart = np.array([blocks.fit([k])[-1] for k in range(BLOCKS)])
     std = np.sqrt((BLOCKS - 1) * np.mean((apart - apart.mean()) ** 2))  # the jackknife's
     sure = None if abs(delay) <= _STD * std else np.ones(len(case.base.size), dtype=bool)
-    best, left = case.left(blocks, _with_delay(*held) if held[1] else None, sure)
+    best, left = case.left(blocks, lambda: _with_delay(*held), sure)
     if max(best, left) > _CLEARER:  # it is common to all joints, or none
         return []
     word = "late" if delay > 0 else "early"
     says = f"the torques of all joints are {1e3 * abs(delay):.2g} ms {word} against the motion"
-    return [Fault("tau", says, left, "delay", tuple(range(len(case.base.size))), delay)]
+    joints, undone = tuple(range(len(case.base.size))), partial(earlier, delay=delay)
+    return [Fault("tau", says, left, "delay", joints, delay, undone)]
 
 
-def _with_delay(logs: Sequence[FilteredLog], equations: Sequence[tuple[Equations, ...]]) -> Blocks:
+def _with_delay(logs: Sequence[FilteredLog], equations: _Rows) -> Blocks:
     """Summarise tau = W X - delay dtau/dt."""
     extended = []
     for log, rows in zip(logs, equations, strict=True):
@@ -214,27 +220,25 @@ def _with_delay(logs: Sequence[FilteredLog], equations: Sequence[tuple[Equations
 
 def _factor(case: _Case, j: int) -> list[Fault]:
     """Find a torque that fits better with another factor, beside those of the other joints."""
-    base = case.base
+    base, other = case.base, case.other
     if len(base.size) == 1:
         return []
 
     best = _fitted_factor(base, j)
     if not 1e-6 < abs(best) < 1e6:
         return []
-    held = None if case.other is None else _scaled(case.other, j, best)
-    share, _ = case.left(_scaled(base, j, best), held)
+    share, _ = case.left(_scaled(base, j, best), lambda: _scaled(other or base, j, best))
     if share > _CLEARER or abs(best - 1) < _GAIN:
         return []
     if best < 0:
         says = f"tau{j + 1} has the other sign"
-        return [
-            Fault(f"tau{j + 1}", says, share, "sign", (j,), best, partial(rescaled, j=j, g=-1.0))
-        ]
+        undone = partial(multiplied, joints=(j,), factor=-1.0, keys=("tau",))
+        return [Fault(f"tau{j + 1}", says, share, "sign", (j,), best, undone)]
     says = (
         f"tau{j + 1} is {best:.3g} times what the other joints ask for (torque constant, gear "
         "ratio or unit)"
     )
-    undone = partial(rescaled, j=j, g=best)
+    undone = partial(multiplied, joints=(j,), factor=1 / best, keys=("tau",))
     return [Fault(f"tau{j + 1}", says, share, "gain", (j,), best, undone)]
 
 
@@ -267,8 +271,8 @@ def _scaled(base: Blocks, j: int, g: float) -> Blocks:
 
 def _exchanged(
     case: _Case,
-    equations: Sequence[tuple[Equations, ...]],
-    held: Sequence[tuple[Equations, ...]],
+    equations: _Rows,
+    held: _Rows,
 ) -> list[Fault]:
     """Find two joints whose torques stand in each other's channel."""
     n = len(equations[0])
@@ -276,8 +280,7 @@ def _exchanged(
         return []  # masks differ from joint to joint
     out = []
     for j, k in combinations(range(n), 2):
-        other = _turned(held, j, k) if held else None
-        left, _ = case.left(_turned(equations, j, k), other)
+        left, _ = case.left(_turned(equations, j, k), partial(_turned, held, j, k))
         if left < _EXCHANGED:
             says = f"tau{j + 1} and tau{k + 1} stand in each other's place"
             channel, undone = f"tau{j + 1}, tau{k + 1}", partial(swapped, j=j, k=k, keys=("tau",))
@@ -285,7 +288,7 @@ def _exchanged(
     return out
 
 
-def _turned(equations: Sequence[tuple[Equations, ...]], j: int, k: int) -> Blocks:
+def _turned(equations: _Rows, j: int, k: int) -> Blocks:
     """Summarise the equations with the torques of two joints exchanged."""
     turned = [
         tuple(
@@ -303,19 +306,15 @@ def _turned_motion(
     if any(log.mask is not None for log in (*logs, *held)):
         return []
     logs, held = _short(logs), _short(held)
+    case = _case(_equations(evaluator, logs), _equations(evaluator, held))
 
-    def equations(group: Sequence[FilteredLog]) -> _Logs:
-        return group, [torque_equations(evaluator, log) for log in group]
+    def right(fault: Fault, group: Sequence[FilteredLog]) -> Blocks:
+        rows = _equations(evaluator, map(fault.undone, group))
+        return summary(placed(rows), len(case.base.size))
 
-    case = _case(equations(logs), equations(held))
-    n = len(case.base.size)
     out = []
     for fault in hypotheses(evaluator):
-        assert fault.undone is not None
-        train = [torque_equations(evaluator, fault.undone(log)) for log in logs]
-        other = [torque_equations(evaluator, fault.undone(log)) for log in held]
-        after = summary(placed(other), n) if other else None
-        left, _ = case.left(summary(placed(train), n), after)
+        left, _ = case.left(right(fault, logs), partial(right, fault, held))
         if left < _EXCHANGED:
             out.append(replace(fault, left=left))
     return out

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.speeds import shifted
 from symgen.names import REVOLUTE
 from symgen.runtime.evaluator import Evaluator
 
@@ -29,7 +30,7 @@ class Fault:
         kind: gain, sign, exchange, units or delay.
         joints: positions of the joints.
         value: factor, or delay in s.
-        undone: gives a log without it; None where that takes the samples, as for a delay.
+        undone: gives a log without it.
     """
 
     channel: str
@@ -38,14 +39,12 @@ class Fault:
     kind: str
     joints: tuple[int, ...]
     value: float
-    undone: Callable[[FilteredLog], FilteredLog] | None = None
+    undone: Callable[[FilteredLog], FilteredLog]
 
 
-def rescaled(log: FilteredLog, j: int, g: float) -> FilteredLog:
-    """Return a log with the torque of a joint divided by g."""
-    tau = log.tau.copy()
-    tau[:, j] /= g
-    return replace(log, samples=replace(log.samples, tau=tau))
+def earlier(log: FilteredLog, delay: float) -> FilteredLog:
+    """Return a log whose torques were measured `delay` s earlier."""
+    return replace(log, samples=shifted(log.samples, delay))
 
 
 def swapped(log: FilteredLog, j: int, k: int, keys: Sequence[str]) -> FilteredLog:

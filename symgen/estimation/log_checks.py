@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.log import Log
-from symgen.data.mask import Bools, Mask, on_grid
+from symgen.data.mask import Bools, Mask, on_grid, spans
 from symgen.data.raw import read_only
 from symgen.data.signals import Samples, differentiate, lowpass
 from symgen.data.spline import interpolated
-from symgen.estimation.repairs import Repair
+from symgen.estimation.repairs import Repair, runs
 
 FloatArray = NDArray[np.float64]
 #: A torque is cut off where it is so often at its extreme, and so many times as often as below.
@@ -109,12 +109,10 @@ def stuck_rows(log: Log) -> Bools:
     A robot at rest goes on from where it stood.
     """
     columns = np.column_stack([x for x in (log.q, log.qd, log.tau) if x is not None])
-    same = np.concatenate([[False], (columns[1:] == columns[:-1]).all(axis=1), [False]])
-    edges = np.flatnonzero(np.diff(same.astype(np.int8)))
     steps = np.abs(np.diff(log.q, axis=0))
     usual = np.array([np.percentile(s[s > 0], 99) if (s > 0).any() else np.inf for s in steps.T])
     out = np.zeros(len(log.t), dtype=bool)
-    for start, end in zip(edges[::2], edges[1::2], strict=True):
+    for start, end in spans((columns[1:] == columns[:-1]).all(axis=1)):
         if end - start + 1 < _STUCK or end >= len(steps):
             continue
         if (steps[end] > _LEAVES * usual).any():
@@ -147,8 +145,7 @@ def cut_off(x: FloatArray) -> Bools:
     channel that is held for some samples, or is coarse, keeps other values as long.
     """
     out = np.zeros(len(x), dtype=bool)
-    first = np.flatnonzero(np.concatenate([[True], x[1:] != x[:-1]]))
-    lengths = np.diff(np.concatenate([first, [len(x)]]))
+    first, lengths = runs(x)
     for side in (1.0, -1.0):
         y = side * x
         top = float(y.max())
@@ -164,16 +161,9 @@ def cut_off(x: FloatArray) -> Bools:
         others = lengths[~at[first]]
         usual = float(np.percentile(others, 90)) if len(others) else 1.0
         piled = count >= _FLAT * usual and count > _PILED * max(below, 1)
-        if piled and _runs_of(at) >= _RUN * usual:
+        if piled and int(np.diff(spans(at)).max()) >= _RUN * usual:
             out |= at
     return out
-
-
-def _runs_of(flags: Bools) -> int:
-    """Return the length of the longest run."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
-    lengths = edges[1::2] - edges[::2]
-    return int(lengths.max(initial=0))
 
 
 def stuck_runs(x: FloatArray, others: Bools, jumps: bool) -> Bools:
@@ -185,9 +175,7 @@ def stuck_runs(x: FloatArray, others: Bools, jumps: bool) -> Bools:
         jumps: whether the value has to jump away from where it was stuck, as a position does.
     """
     out = np.zeros(len(x), dtype=bool)
-    same = np.concatenate([[False], x[1:] == x[:-1], [False]])
-    edges = np.flatnonzero(np.diff(same.astype(np.int8)))
-    starts, ends = edges[::2], edges[1::2]
+    starts, ends = spans(x[1:] == x[:-1]).T
     if len(starts) == 0:
         return out
     lengths = ends - starts + 1

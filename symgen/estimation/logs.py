@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -119,6 +119,28 @@ def open_samples(
     if reading.mask:
         samples = masked(samples, log, robot, reading.mask)
     return samples, (*repairs, *masked_too)
+
+
+def open_logs(
+    groups: Sequence[Sequence[Source]],
+    robot: Robot,
+    reading: Reading | None,
+    progress: Callable[[str], None],
+) -> tuple[list[list[Samples]], list[Repair]]:
+    """Open the training logs, the validation logs, and so on, each told as `open_samples` does.
+
+    Raises:
+        LogError: as `open_samples`.
+    """
+    done: list[Repair] = []
+
+    def opened(source: Source) -> Samples:
+        progress(f"reading {getattr(source, 'name', source)}")
+        samples, repairs = open_samples(source, robot, reading)
+        done.extend(repairs)
+        return samples
+
+    return [[opened(source) for source in group] for group in groups], done
 
 
 def in_one_band(

@@ -17,12 +17,14 @@ from numpy.typing import NDArray
 
 from symgen import names
 from symgen.data.log import Log
+from symgen.data.mask import Bools, spans
 from symgen.data.raw import read_only
 from symgen.data.signals import GAP, STEP_TOLERANCE
 from symgen.data.spline import interpolated
 
 FloatArray = NDArray[np.float64]
-Bools = NDArray[np.bool_]
+#: A channel as it is mended, what was wrong, how many samples were touched, and what was done.
+_Mended = tuple[FloatArray, str, int, str]
 #: A clock is taken where it leaves so much of the disagreement that the stamps leave, at most.
 _CLOCK = 0.8
 #: A jump is so many times the scatter of its channel, and so many times what is around it.
@@ -122,8 +124,7 @@ def repeated_rows(log: Log) -> Bools:
     chance = float(np.prod(same.mean(axis=0))) * len(same)
     if whole.sum() <= _CHANCE * chance + _FEW:
         return out
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], whole.astype(np.int8), [0]])))
-    for start, end in edges.reshape(-1, 2):
+    for start, end in spans(whole):
         if end - start < GAP - 1:
             out[start + 1 : end + 1] = True
     return out
@@ -151,6 +152,21 @@ def _turned_back(log: Log, sigma: Sequence[int]) -> tuple[Log, list[Repair]]:
 
 def _without_jumps(log: Log) -> tuple[Log, list[Repair]]:
     """Put single samples that jump, or two, on the line between their neighbours."""
+
+    def mended(x: FloatArray) -> _Mended | None:
+        at = jumps(x)
+        if len(at) == 0:
+            return None
+        done = "put on the line between their neighbours"
+        return _bridged(x, at), "single samples that jump", len(at), done
+
+    return _each_channel(log, mended)
+
+
+def _each_channel(
+    log: Log, mended: Callable[[FloatArray], _Mended | None]
+) -> tuple[Log, list[Repair]]:
+    """Mend every channel of a log that has to be."""
     done: list[Repair] = []
     arrays: dict[str, Any] = {}
     for key in ("q", "qd", "tau"):
@@ -159,21 +175,20 @@ def _without_jumps(log: Log) -> tuple[Log, list[Repair]]:
             continue
         fixed = x.copy()
         for j in range(x.shape[1]):
-            at = jumps(x[:, j])
-            if len(at):
-                good = np.setdiff1d(np.arange(len(x)), at)
-                fixed[at, j] = np.interp(at, good, x[good, j])
-                done.append(
-                    Repair(
-                        log.name,
-                        f"{key}{j + 1}",
-                        "single samples that jump",
-                        len(at),
-                        "put on the line between their neighbours",
-                    )
-                )
+            found = mended(x[:, j])
+            if found is not None:
+                fixed[:, j], fault, count, what = found
+                done.append(Repair(log.name, f"{key}{j + 1}", fault, count, what))
         arrays[key] = read_only(fixed)
     return (replace(log, **arrays) if done else log), done
+
+
+def _bridged(x: FloatArray, at: NDArray[np.int64]) -> FloatArray:
+    """Return a signal with some samples on the line between those around."""
+    good = np.setdiff1d(np.arange(len(x)), at)
+    out = x.copy()
+    out[at] = np.interp(at, good, x[good])
+    return out
 
 
 def jumps(x: FloatArray) -> NDArray[np.int64]:
@@ -186,15 +201,13 @@ def jumps(x: FloatArray) -> NDArray[np.int64]:
     looked for, and where there are so many that two meet by chance, two in a row.
     """
     found: set[int] = set()
-    x, numbers = x.copy(), np.arange(len(x))
     for _ in range(_PASSES):
         meet = len(found) ** 2 > _MEET * len(x)
         more = _outstanding(x, 2 if meet else 1, 1 if found else 0)
         if len(more) == 0:
             break
         found.update(map(int, more))
-        good = np.setdiff1d(numbers, more)
-        x[more] = np.interp(more, good, x[good])
+        x = _bridged(x, more)
         if len(found) > _MANY * len(x):  # this is the signal
             return np.zeros(0, dtype=np.int64)
     return np.array(sorted(found), dtype=np.int64)
@@ -231,14 +244,19 @@ def _outstanding(x: FloatArray, together: int, others: int) -> NDArray[np.int64]
     return np.array(out, dtype=np.int64)
 
 
+def runs(x: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return where a signal takes a value, and for how many samples it keeps it."""
+    first = np.flatnonzero(np.concatenate([[True], x[1:] != x[:-1]]))
+    return first, np.diff(np.concatenate([first, [len(x)]]))
+
+
 def held_for(x: FloatArray) -> int:
     """Return how many samples a channel holds every value, where it is read anew at such a pace.
 
     At least nine tenths of the samples stand in runs of one value of that length, within a sample;
     1 where it is not held. A coarse channel keeps its values for as long as the motion wants.
     """
-    first = np.flatnonzero(np.concatenate([[True], x[1:] != x[:-1]]))
-    lengths = np.diff(np.concatenate([first, [len(x)]]))
+    first, lengths = runs(x)
     if len(first) < _HELD_RUNS:
         return 1
     k = round(float(np.median(np.repeat(lengths, lengths))))
@@ -248,26 +266,18 @@ def held_for(x: FloatArray) -> int:
 
 def _released(log: Log) -> tuple[Log, list[Repair]]:
     """Draw channels that are held between their readings through these readings."""
-    done: list[Repair] = []
-    arrays: dict[str, Any] = {}
-    for key in ("q", "qd", "tau"):
-        x = getattr(log, key)
-        if x is None:
-            continue
-        fixed = x.copy()
-        for j in range(x.shape[1]):
-            k = held_for(x[:, j])
-            if k == 1:
-                continue
-            read = np.concatenate([[True], x[1:, j] != x[:-1, j]])
-            at = log.t[read]
-            inside = log.t <= at[-1]
-            fixed[inside, j] = interpolated(at, x[read, j])(log.t[inside])
-            fault = f"read anew every {k} samples only"
-            what = "drawn through its readings"
-            done.append(Repair(log.name, f"{key}{j + 1}", fault, len(x), what))
-        arrays[key] = read_only(fixed)
-    return (replace(log, **arrays) if done else log), done
+
+    def mended(x: FloatArray) -> _Mended | None:
+        k = held_for(x)
+        if k == 1:
+            return None
+        first, _ = runs(x)
+        inside = log.t <= log.t[first[-1]]
+        out = x.copy()
+        out[inside] = interpolated(log.t[first], x[first])(log.t[inside])
+        return out, f"read anew every {k} samples only", len(x), "drawn through its readings"
+
+    return _each_channel(log, mended)
 
 
 def _coarse(log: Log) -> list[Repair]:

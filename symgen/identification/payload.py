@@ -32,7 +32,7 @@ from symgen.estimation.logs import (
     Source,
     in_one_band,
     listed_logs,
-    open_samples,
+    open_logs,
     require_logs,
     require_other_data,
 )
@@ -175,13 +175,7 @@ def payload(
             f"{source.name}: effects that hold the torque of the links are not separated from a "
             "load; accepted: the robot without them"
         )
-    repairs: list[Repair] = []
-    samples = []
-    for log in (*loaded, *bare):
-        progress(f"reading {getattr(log, 'name', log)}")
-        opened, done = open_samples(log, source, reading)
-        samples.append(opened)
-        repairs.extend(done)
+    (samples,), repairs = open_logs(((*loaded, *bare),), source, reading, progress)
     require_other_data(samples, [])
     progress("deriving and compiling the model")
     model = derive(source, JUDGING)

@@ -27,14 +27,13 @@ from symgen.estimation.logs import (
     Source,
     in_one_band,
     listed_logs,
-    open_samples,
+    open_logs,
     require_logs,
     require_other_data,
 )
 from symgen.estimation.masking import require_left
 from symgen.estimation.recipe import NEEDED, Recipe
 from symgen.estimation.repairs import Repair
-from symgen.estimation.speeds import shifted
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.identification.alternatives import alternatives
 from symgen.identification.estimate import (
@@ -153,12 +152,11 @@ def _checked(run: Run) -> tuple[Run, tuple[str, ...]]:
         late = next((f for f in faults if f.kind == "delay"), None)
         if late is None:
             break
-        delay = late.value
         done = Repair("all logs", "tau", late.says, sum(len(s.t) for s in run.logs), "shifted")
         run = replace(
             run,
-            train=tuple(filtered(shifted(log.samples, delay), run.band) for log in run.train),
-            held=tuple(filtered(shifted(log.samples, delay), run.band) for log in run.held),
+            train=tuple(map(late.undone, run.train)),
+            held=tuple(map(late.undone, run.held)),
             repairs=(*run.repairs, done),
         )
     return run, tuple(f.says for f in faults if f.kind != "delay")
@@ -200,16 +198,7 @@ def _look(
     progress: Callable[[str], None],
 ) -> tuple[list[Samples], list[Samples], list[Repair]]:
     """Read and mend every log; without a validation log, hold out the end of each."""
-    repairs: list[Repair] = []
-
-    def read(source: Source) -> Samples:
-        progress(f"reading {getattr(source, 'name', source)}")
-        samples, done = open_samples(source, robot, reading)
-        repairs.extend(done)
-        return samples
-
-    train = [read(source) for source in logs]
-    held = [read(source) for source in validation]
+    (train, held), repairs = open_logs((logs, validation), robot, reading, progress)
     require_other_data(train, held)
     if held:
         return train, held, repairs

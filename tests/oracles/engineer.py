@@ -42,19 +42,22 @@ def even(t: np.ndarray, q: np.ndarray, qd: np.ndarray | None, tau: np.ndarray) -
     return Even(rate, x[:, :n], None if qd is None else x[:, 2 * n :], x[:, n : 2 * n])
 
 
-def read(path: str | Path) -> Even:
-    """Read an .npz, or a .csv with a header."""
+def channels(path: str | Path) -> tuple[np.ndarray, ...]:
+    """t, q, qd (None where not measured) and tau of an .npz, or of a .csv with a header."""
     if Path(path).suffix == ".npz":
         with np.load(path) as file:
-            return even(file["t"], file["q"], file.get("qd"), file["tau"])
+            return file["t"], file["q"], file.get("qd"), file["tau"]
     with open(path) as file:
         names = file.readline().strip().split(",")
-    table, stems = (
-        np.loadtxt(path, delimiter=",", skiprows=1),
-        [c.rstrip("0123456789") for c in names],
-    )
+    table = np.loadtxt(path, delimiter=",", skiprows=1)
+    stems = [c.rstrip("0123456789") for c in names]
     q, qd, tau = (table[:, [s == key for s in stems]] for key in ("q", "qd", "tau"))
-    return even(table[:, names.index("t")], q, qd if qd.size else None, tau)
+    return table[:, names.index("t")], q, qd if qd.size else None, tau
+
+
+def read(path: str | Path) -> Even:
+    """A log at an even rate."""
+    return even(*channels(path))
 
 
 def lowpass(x: np.ndarray, rate: float, cutoff: float) -> np.ndarray:

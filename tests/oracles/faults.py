@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,12 @@ class Log:
     def step(self) -> float:
         """Median step of the stamps, s."""
         return float(np.median(np.diff(self.t)))
+
+    def save(self, path: Path) -> Path:
+        """Write it as .npz."""
+        speeds = {} if self.qd is None else {"qd": self.qd}
+        np.savez(path, t=self.t, q=self.q, tau=self.tau, **speeds)
+        return path
 
     def rows(self, index: np.ndarray) -> Log:
         """Samples by their index."""

@@ -32,25 +32,14 @@ from support import data_folder
 WRONG, TENTH, STD, BLOCKS = 0.05, 0.9, 3.0, 20
 
 
-def read(path: Path) -> Log:
-    """A log of the data folder as the generators take it."""
-    if path.suffix == ".npz":
-        with np.load(path) as file:
-            return Log(file["t"], file["q"], file.get("qd"), file["tau"])
-    names = path.open().readline().strip().split(",")
-    table = np.loadtxt(path, delimiter=",", skiprows=1)
-    stems = [name.rstrip("0123456789") for name in names]
-    q, qd, tau = (table[:, [s == key for s in stems]] for key in ("q", "qd", "tau"))
-    return Log(table[:, names.index("t")], q, qd if qd.size else None, tau)
-
-
 @cache
 def logs_of(robot: str) -> tuple[Path, Log, Log]:
     """robot.toml, training and validation log."""
     folder = data_folder() / robot
     ends = ".npz" if (folder / "train.npz").exists() else ".csv"
     toml = folder / "robot.toml"
-    return toml, read(folder / f"train{ends}"), read(folder / f"test{ends}")
+    train, test = (Log(*engineer.channels(folder / f"{name}{ends}")) for name in ("train", "test"))
+    return toml, train, test
 
 
 @cache
@@ -61,13 +50,6 @@ def kernel(toml: Path) -> Any:
     return symgen.load(symgen.derive(symgen.read_robot(toml), ("torque_regressor",)))[
         "torque_regressor"
     ]
-
-
-def save(log: Log, path: Path) -> Path:
-    """Write a log as .npz."""
-    arrays = {"t": log.t, "q": log.q, "tau": log.tau}
-    np.savez(path, **arrays, **({} if log.qd is None else {"qd": log.qd}))
-    return path
 
 
 def equations(
@@ -135,7 +117,7 @@ def attempt(robot: str, fault: str, seed: int) -> dict[str, Any]:
         row["visible"] = True
     with tempfile.TemporaryDirectory() as folder:
         paths = [
-            save(log, Path(folder) / f"{name}.npz")
+            log.save(Path(folder) / f"{name}.npz")
             for name, log in (("train", bad_train), ("validation", bad_test))
         ]
         try:

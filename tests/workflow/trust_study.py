@@ -34,7 +34,6 @@ from scipy.integrate import cumulative_simpson
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from oracles import clean_runs, engineer
-from oracles.faults import Log
 
 CHOSEN_ON, REPORTED_ON = 10_000, 20_000
 CUTOFFS = (2.0, 3.0, 5.0, 8.0, 15.0, 30.0)  # Hz
@@ -58,13 +57,6 @@ def evaluator(robot_toml: str) -> Any:
     return symgen.load(symgen.derive(symgen.parse_robot(robot_toml, "run"), KERNELS))
 
 
-def save(log: Log, path: Path) -> Path:
-    """Write a log as .npz."""
-    arrays = {"t": log.t, "q": log.q, "tau": log.tau}
-    np.savez(path, **arrays, **({} if log.qd is None else {"qd": log.qd}))
-    return path
-
-
 def identified(run: clean_runs.Run, **options: Any) -> dict[str, Any]:
     """The estimate that a user gets from the run's files, as JSON has it."""
     import symgen
@@ -72,8 +64,8 @@ def identified(run: clean_runs.Run, **options: Any) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         robot = Path(folder) / "robot.toml"
         robot.write_text(run.robot_toml, "utf-8")
-        train = save(run.train, Path(folder) / "train.npz")
-        validation = save(run.validation, Path(folder) / "validation.npz")
+        train = run.train.save(Path(folder) / "train.npz")
+        validation = run.validation.save(Path(folder) / "validation.npz")
         content = symgen.identify(robot, [train], validation=[validation], **options).to_json()
     return dict(json.loads(content) if isinstance(content, str) else content)
 
