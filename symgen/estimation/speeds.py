@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.data.mask import Bools, touched
 from symgen.data.raw import read_only
 from symgen.data.signals import Samples, differentiate, lowpass
 from symgen.estimation.band import OPEN
@@ -26,7 +28,8 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
     """Shift and rescale measured speeds that are late or scaled against dq/dt; replace wrong ones.
 
     In a band somewhat wider than the comparison band, least squares
-    qd = g (v - delay a) + offset with v = dq/dt and a its derivative.
+    qd = g (v - delay a) + offset with v = dq/dt and a its derivative; what is masked for the robot,
+    a position that is stuck say, is not compared.
 
     Args:
         samples: a log on uniform steps, with measured speeds.
@@ -37,16 +40,17 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
     step = samples.step
     band = min(_SLOPES * comparison_hz, 0.5 * OPEN / step)
     qd = samples.qd.copy()
+    seen = _compared(samples, band)
     found: list[_Speed] = []
     done: list[Repair] = []
     for j in range(qd.shape[1]):
         q = lowpass(samples.q[:, j], step, band)
         v = differentiate(q, step)
         w = lowpass(qd[:, j], step, band)
-        size = float(v @ v)
+        size = float(v[seen] @ v[seen])
         if size <= 1e-24 * len(v):
             continue
-        speed = _speed(j, v, differentiate(v, step), w, step, 0.25 / comparison_hz)
+        speed = _speed(j, v, differentiate(v, step), w, step, 0.25 / comparison_hz, seen)
         if speed is None:
             qd[:, j] = v
             done.append(_replaced(samples, j, "it does not follow dq/dt"))
@@ -58,6 +62,13 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
     if not done:
         return samples, ()
     return replace(samples, qd=read_only(qd)), tuple(done)
+
+
+def _compared(samples: Samples, band: float) -> Bools:
+    """Return the samples that a filter of that band keeps clear of what is masked, (N,)."""
+    if samples.mask is None or not samples.mask.robot.any():
+        return np.ones(len(samples.t), dtype=bool)
+    return ~touched(samples.mask.robot, math.ceil(1 / (band * samples.step)))
 
 
 @dataclass(frozen=True)
@@ -77,21 +88,27 @@ class _Speed:
 
 
 def _speed(
-    j: int, v: FloatArray, a: FloatArray, w: FloatArray, step: float, longest: float
+    j: int,
+    v: FloatArray,
+    a: FloatArray,
+    w: FloatArray,
+    step: float,
+    longest: float,
+    seen: Bools,
 ) -> _Speed | None:
-    """Compare a measured speed w with v = dq/dt; None where it does not follow it.
+    """Compare a measured speed w with v = dq/dt where it is seen; None if it does not follow it.
 
     Delay, then gain, then offset are taken where each of them leaves at most four fifths of the
     square of the disagreement.
     """
-    delay = 0.0
+    delay, v, a = 0.0, v[seen], a[seen]
     for _ in range(3):
-        moved = _shifted(w, delay, step)
+        moved = _shifted(w, delay, step)[seen]
         g, d, _ = np.linalg.lstsq(np.column_stack([v, a, np.ones(len(v))]), moved, rcond=None)[0]
         if g == 0 or abs(delay - d / g) > longest:
             break
         delay -= float(d / g)
-    moved = _shifted(w, delay, step)
+    moved, w = _shifted(w, delay, step)[seen], w[seen]
     level, own = moved - moved.mean(), v - v.mean()
     spread = float(np.sqrt((own @ own) * (level @ level)))
     if spread == 0.0 or float(own @ level) < _FOLLOWS * spread:

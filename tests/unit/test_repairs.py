@@ -10,6 +10,7 @@ from symgen.data.log import make_log
 from symgen.estimation.log_checks import cut_off, stuck_rows
 from symgen.estimation.logs import open_samples
 from symgen.estimation.repairs import held_for, jumps, repaired
+from symgen.estimation.speeds import mended_speeds
 from symgen.names import REVOLUTE
 
 STEP = 1e-3
@@ -100,6 +101,17 @@ def test_a_recorder_that_is_stuck_is_masked_and_a_robot_at_rest_is_not() -> None
     assert np.abs(np.diff(samples.q, axis=0)).max() < 2 * np.abs(np.diff(q, axis=0)).max()
     rest = [np.concatenate([x[:4000], np.repeat(x[3999:4000], 4000, axis=0)]) for x in (q, qd, tau)]
     assert not stuck_rows(_log(*rest)).any()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_speeds_are_not_blamed_where_the_position_is_stuck(seed: int) -> None:
+    q, qd, tau = _motion(seed)
+    q[2000:4200] = q[2000]
+    samples, repairs = open_samples(_log(q, qd, tau), symgen.parse_robot(ARM))
+    assert [(r.channel, r.fault) for r in repairs] == [("q1", "stuck")]
+    mended, more = mended_speeds(samples, 5.0)
+    assert not more
+    assert np.array_equal(mended.qd, samples.qd)
 
 
 def test_stamps_in_milliseconds_are_refused_with_the_way_out() -> None:
