@@ -131,7 +131,8 @@ def _jumping_torques(robot: Robot, samples: Samples, s: Scene, model: FloatArray
         jump = [
             i
             for first, i, last in spans
-            if np.all(s.qd[i - 2 : i + 4, j] * s.qd[i, j] > 0)
+            if s.free[i : i + 2, j].all()  # a repair may end in a step
+            and np.all(s.qd[i - 2 : i + 4, j] * s.qd[i, j] > 0)
             and _stays(left[first : i - wide // 4, j], left[i + wide // 4 : last, j], x, i)
             and _stays(left[i - wide : i - wide // 4, j], left[i + wide // 4 : i + wide, j], x, i)
         ]

@@ -27,7 +27,7 @@ class Fault:
         channel: "tau3", "tau2, tau4", "q3, qd3", or "tau" for all joints.
         says: in words, with the value.
         left: error on folds left out with the fault undone, over that as it is.
-        kind: gain, sign, exchange, units or delay.
+        kind: gain, sign, exchange, units, ratio or delay.
         joints: positions of the joints.
         value: factor, or delay in s.
         undone: gives a log without it.
@@ -61,6 +61,22 @@ def multiplied(
     scale = np.ones(log.q.shape[1])
     scale[list(joints)] = factor
     return _changed(log, keys, lambda x: x * scale)
+
+
+def geared(log: FilteredLog, j: int, ratio: float) -> FilteredLog:
+    """Return a log with the motion of a joint times a factor, its torque over it."""
+    return multiplied(multiplied(log, (j,), ratio, ("q", "qd")), (j,), 1 / ratio, ("tau",))
+
+
+def gear_ratio(j: int, ratio: float) -> Fault:
+    """Return the fault that a joint was recorded through another gear ratio."""
+    number = j + 1
+    names = f"q{number}, qd{number}, tau{number}"
+    says = (
+        f"{names}: the gear ratio of joint {number} is off by a factor {ratio:.3g} (positions "
+        "times it, torque over it)"
+    )
+    return Fault(names, says, 1.0, "ratio", (j,), ratio, partial(geared, j=j, ratio=ratio))
 
 
 def _changed(

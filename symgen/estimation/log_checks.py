@@ -68,7 +68,8 @@ def masked_faults(log: Log, samples: Samples) -> tuple[Samples, tuple[Repair, ..
             others = moves[:, j] if key == "qd" else np.delete(moves, j, axis=1).any(axis=1)
             if key == "tau" or x.shape[1] == 1:
                 others = moves.any(axis=1)
-            stuck = stuck_runs(x[:, j], others, key != "tau") & ~frozen
+            told = frozen | joint[:, j] if key == "tau" else frozen
+            stuck = stuck_runs(x[:, j], others, key != "tau") & ~told
             if not stuck.any() or stuck.mean() > _DEAD:
                 continue  # a channel without a signal is not mended by a mask
             count = int(stuck.sum())

@@ -29,6 +29,14 @@ def _swap(*keys: str) -> Callable[[Channels], None]:
     return spoil
 
 
+def _geared(ratio: float, j: int) -> Callable[[Channels], None]:
+    def spoil(x: Channels) -> None:
+        for key, factor in (("q", 1 / ratio), ("qd", 1 / ratio), ("tau", ratio)):
+            _times(factor, j, key)(x)
+
+    return spoil
+
+
 def _times(factor: float, j: int, *keys: str) -> Callable[[Channels], None]:
     def spoil(x: Channels) -> None:
         for key in keys:
@@ -48,6 +56,7 @@ FAULTS = {
     "a torque turned": (_times(-1.0, 1, "tau"), ("2",), "the other sign"),
     "a torque scaled": (_times(1.6, 1, "tau"), ("tau2",), "times what the other joints ask"),
     "a torque in N mm": (_times(1e3, 0, "tau"), ("tau1",), "times what the other joints ask"),
+    "another gear ratio": (_geared(1.6, 1), ("q2", "tau2"), "gear ratio of joint 2 is off by a"),
     "a motion in degrees": (_times(180 / np.pi, 1, "q", "qd"), ("q2", "qd2"), "degrees"),
 }
 

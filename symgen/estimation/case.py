@@ -1,0 +1,101 @@
+"""A fault of channels is judged: what is left of the error of the torques when it is undone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.data.mask import Bools
+from symgen.estimation.blocks import (
+    Blocks,
+    block_errors,
+    placed,
+    residual_squares,
+    summary,
+)
+from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.system import Equations, torque_equations
+from symgen.runtime.evaluator import Evaluator
+
+FloatArray = NDArray[np.float64]
+Rows = Sequence[tuple[Equations, ...]]
+#: A fault is named where undoing it leaves so much of the error on folds left out, at most.
+CLEARER = 0.9
+STD = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """Torques as they are recorded.
+
+    Attributes:
+        base: summary of the training logs.
+        other: of the validation logs, or None.
+        own: what `block_errors` are for the training logs.
+    """
+
+    base: Blocks
+    other: Blocks | None
+    own: FloatArray
+
+    def left(
+        self, train: Blocks, held: Callable[[], Blocks], sure: Bools | None = None
+    ) -> tuple[float, float]:
+        """Return what undoing a fault leaves; 1 where other logs do not confirm it.
+
+        Args:
+            train: summary of the training logs with the fault undone.
+            held: gives that of the validation logs, where there are any; not asked in vain.
+            sure: joints whose gain is known to be no chance; None to see that from the blocks.
+        """
+        share, together = what_is_left(self.own, block_errors(train, train), sure)
+        if share > CLEARER or self.other is None:
+            return share, together
+        right = held()
+        before, X = _shares(self.other, self.base.fit()), train.fit()
+        # The fault may be one of the training logs alone.
+        plain = [] if right.grams.shape != self.other.grams.shape else [_shares(self.other, X)]
+        for after in (_shares(right, X), *plain):
+            ratio = after / np.where(before > 0, before, np.inf)
+            if ratio.mean() < 1 and np.sqrt(ratio.min()) <= CLEARER:
+                return share, together
+        return 1.0, 1.0
+
+
+def equations_of(evaluator: Evaluator, logs: Iterable[FilteredLog]) -> Rows:
+    return [torque_equations(evaluator, log) for log in logs]
+
+
+def case_of(equations: Rows, held: Rows) -> Case:
+    n = len(equations[0])
+    base = summary(placed(equations), n)
+    other = summary(placed(held), n) if held else None
+    return Case(base, other, block_errors(base, base))
+
+
+def _shares(blocks: Blocks, X: FloatArray) -> FloatArray:
+    """Return ||y - W X||^2 / ||y||^2 by joint, (m,)."""
+    grams = blocks.grams.sum(axis=0)
+    measured = grams[:, -1, -1]
+    return residual_squares(grams, X) / np.where(measured > 0, measured, np.inf)
+
+
+def what_is_left(
+    own: FloatArray, other: FloatArray, sure: Bools | None = None
+) -> tuple[float, float]:
+    """Return what is left of the error of the joint that gains most, and of all; 1 for chance.
+
+    All joints together, each in units of its own error, must gain; as must the torques themselves.
+    """
+    whole, rest = own.sum(axis=0), other.sum(axis=0)
+    scale = 1 / np.where(whole > 0, whole, np.inf)
+    together = float(np.sqrt((rest * scale).sum() / max((whole * scale).sum(), 1e-300)))
+    if together >= 1.0 or rest.sum() >= whole.sum():
+        return 1.0, 1.0
+    gained = own - other
+    deviation = gained.std(axis=0, ddof=1) * np.sqrt(len(gained))
+    sure = gained.sum(axis=0) > STD * deviation if sure is None else sure
+    return float(np.sqrt(rest * scale)[sure & (whole > 0)].min(initial=1.0)), together

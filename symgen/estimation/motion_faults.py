@@ -1,0 +1,119 @@
+"""Faults of the motion that the model shows: exchanged, turned, in degrees, another gear ratio."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.estimation.blocks import Blocks, block_errors, held_out_error, placed, summary
+from symgen.estimation.case import CLEARER, Case, case_of, equations_of, what_is_left
+from symgen.estimation.channels import Fault, gear_ratio, multiplied
+from symgen.estimation.filtered import FilteredLog, filtered
+from symgen.runtime.evaluator import Evaluator
+
+FloatArray = NDArray[np.float64]
+#: Such a fault leaves so much of the error, at most.
+EXCHANGED = 0.7
+#: Logarithms of gear ratios that are tried first, and how near they are found.
+_LOGARITHMS, _NEAR = tuple(0.27 * k for k in range(-3, 4)), 0.01
+_SLIGHT = 1e-4  # of a gear ratio, for its derivative
+_SAMPLES = 30_000  # of all logs together, on which faults are tried
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """Logs, no longer than needed, on which faults of the motion are tried."""
+
+    evaluator: Evaluator
+    logs: Sequence[FilteredLog]
+    held: Sequence[FilteredLog]
+    case: Case
+
+    def right(self, fault: Fault, group: Sequence[FilteredLog]) -> Blocks:
+        """Summarise logs without a fault."""
+        rows = equations_of(self.evaluator, map(fault.undone, group))
+        return summary(placed(rows), len(self.case.base.size))
+
+    def error(self, fault: Fault) -> float:
+        """Return the error on folds left out of the training logs without it."""
+        blocks = self.right(fault, self.logs)
+        return held_out_error(block_errors(blocks, blocks))
+
+    def judged(self, faults: Iterable[Fault]) -> list[Fault]:
+        """Return the faults that leave little when they are undone."""
+        found = []
+        for fault in faults:
+            left, _ = self.case.left(
+                self.right(fault, self.logs), partial(self.right, fault, self.held)
+            )
+            if left < EXCHANGED:
+                found.append(replace(fault, left=left))
+        return found
+
+
+def trial_of(
+    evaluator: Evaluator, logs: Sequence[FilteredLog], held: Sequence[FilteredLog]
+) -> Trial:
+    logs, held = _short(logs), _short(held)
+    case = case_of(equations_of(evaluator, logs), equations_of(evaluator, held))
+    return Trial(evaluator, logs, held, case)
+
+
+def geared_joints(trial: Trial) -> list[Fault]:
+    """Find joints that were recorded through another gear ratio."""
+    joints = range(len(trial.case.base.size))
+    found = (_fitted_ratio(j, trial.error) for j in joints if _another_ratio_helps(trial, j))
+    return trial.judged(found)
+
+
+def _another_ratio_helps(trial: Trial, j: int) -> bool:
+    """Whether the error falls where the gear ratio of a joint changes from 1, to first order.
+
+    tau = W X + delta (d/dr tau(r q, r qd, r qdd) + tau_j e_j), differences for d/dr.
+    """
+    case, regressor = trial.case, trial.evaluator["torque_regressor"]
+    X, extended = case.base.fit(), []
+    p = len(X)
+
+    def modelled(log: FilteredLog) -> FloatArray:
+        def torque(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+            return np.asarray(np.asarray(regressor(q, qd, qdd))[:, :, :p] @ X)
+
+        return np.concatenate([x for _, x in log.modelled(torque)])
+
+    for log, rows in zip(trial.logs, equations_of(trial.evaluator, trial.logs), strict=True):
+        turned = multiplied(log, (j,), 1 + _SLIGHT, ("q", "qd"))
+        slope = (modelled(turned) - modelled(log)) / _SLIGHT
+        slope[:, j] += log.measured[:, j]
+        longer = []
+        for i, e in enumerate(rows):
+            d = slope[:, i] if log.mask is None else slope[log.free[:, i], i]
+            longer.append(replace(e, W=np.column_stack([e.W, d]), Z=None))
+        extended.append(tuple(longer))
+    blocks = summary(placed(extended), len(case.base.size))
+    return what_is_left(case.own, block_errors(blocks, blocks))[0] <= CLEARER
+
+
+def _fitted_ratio(j: int, error: Callable[[Fault], float]) -> Fault:
+    """Return the gear ratio of a joint that leaves the smallest error on folds left out."""
+    tried = {x: error(gear_ratio(j, math.exp(x))) for x in _LOGARITHMS}
+    apart = _LOGARITHMS[1] - _LOGARITHMS[0]
+    while apart > _NEAR:
+        apart /= 2
+        best = min(tried, key=lambda x: tried[x])
+        tried |= {x: error(gear_ratio(j, math.exp(x))) for x in (best - apart, best + apart)}
+    return gear_ratio(j, math.exp(min(tried, key=lambda x: tried[x])))
+
+
+def _short(logs: Sequence[FilteredLog]) -> list[FilteredLog]:
+    """Return the logs, or the first part of each where they are long."""
+    total = sum(len(log.t) for log in logs)
+    if total <= _SAMPLES:
+        return list(logs)
+    cut = [log.samples.cut(slice(0, len(log.t) * _SAMPLES // total)) for log in logs]
+    return [filtered(s, log.band) for s, log in zip(cut, logs, strict=True)]
