@@ -2,28 +2,32 @@
 
 A cutoff too low bends the motion, one too high lets the noise of accelerations into the regressor.
 Neither is known beforehand, and both show in the same number: the error in torque, in a comparison
-band that is the same for all, on folds of the training logs that were left out of the fit.
+band that is the same for all, on folds of the training logs that were left out of the fit; joints
+weigh alike, each in units of the error that it has at the best. The noise of the torque is the same
+in all of these errors, so that they are compared block by block of time: as good as the best are
+cutoffs whose errors are above its own by one standard deviation of the difference, at most (the
+rule of one standard error of Breiman et al. 1984, section 3.4.3).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 from symgen.data.signals import Samples, require_cutoff
 from symgen.estimation.band import OPEN, Band, comparison_band
-from symgen.estimation.blocks import FOLDS, block_errors, held_out_error, placed, summary
+from symgen.estimation.blocks import FOLDS, block_errors, placed, summary
 from symgen.estimation.filtered import filtered
 from symgen.estimation.masking import require_left
 from symgen.estimation.system import torque_equations
 from symgen.runtime.evaluator import Evaluator
 
+FloatArray = NDArray[np.float64]
 #: Cutoffs that are tried, in comparison bands.
 CUTOFFS = (0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
-#: Derived speeds are taken where they leave an error smaller by this share.
-_BETTER = 0.02
-#: Errors that differ by less are as good as each other.
-_AS_GOOD = 0.01
 _SAMPLES = 120_000  # of all logs together, that the scan looks at
 
 
@@ -52,46 +56,44 @@ def choose_band(
     measured = not any(s.velocity_derived for s in logs)
     velocity = "measured" if measured else "derived"
     start = Band(rate, cutoff or rate / 2, comparison_band(logs), velocity)
-    seen = _sample(logs)
-    tried: dict[tuple[float, str], float] = {}
-
-    def error(hz: float, velocity: str) -> float:
-        if (hz, velocity) not in tried:
-            band = replace(start, cutoff_hz=hz, velocity=velocity)
-            tried[hz, velocity] = _error(evaluator, seen, band)
-        return tried[hz, velocity]
-
-    best = start.cutoff_hz
+    grid = [start.cutoff_hz]
     if cutoff is None:
         grid = [c * start.comparison_hz for c in CUTOFFS]
         grid = [hz for hz in grid if hz < OPEN * rate]
-        grid += [best] if len(grid) < len(CUTOFFS) else []  # no filter, where the rate is low
-        best = _middle(grid, lambda hz: error(hz, start.velocity))
-    chosen = (best, start.velocity)
-    if measured and not own_speeds:
-        near = [best] if cutoff is not None else [best / 1.4, best, 1.4 * best]
-        lowest = CUTOFFS[0] * start.comparison_hz
-        near = [hz for hz in near if lowest <= hz < OPEN * rate] or [best]
-        other = _middle(near, lambda hz: error(hz, "derived"))
-        own = error(*chosen) if cutoff is not None else tried[chosen]
-        if error(other, "derived") < (1 - _BETTER) * own:
-            chosen = (other, "derived")
-    return replace(start, cutoff_hz=chosen[0], velocity=chosen[1])
+        grid += [start.cutoff_hz] if len(grid) < len(CUTOFFS) else []  # no filter: the rate is low
+    kinds = [velocity] if own_speeds or not measured else ["measured", "derived"]
+    if len(grid) == len(kinds) == 1:
+        return start
+    seen = _sample(logs)
+    bands = [[replace(start, cutoff_hz=hz, velocity=kind) for hz in grid] for kind in kinds]
+    errors = np.stack([[_errors(evaluator, seen, band) for band in same] for same in bands])
+    whole = errors.sum(axis=2)  # (kinds, C, m)
+    best = whole.sum(axis=2)
+    least = whole[np.unravel_index(best.argmin(), best.shape)]
+    errors = (errors / np.where(least > 0, least, np.inf)).sum(axis=3)
+    middle = [_middle(same) for same in errors]
+    k = int(np.argmin([same[i].sum() for same, i in zip(errors, middle, strict=True)]))
+    return bands[k][middle[k]]
 
 
-def _middle(cutoffs: Sequence[float], error: Callable[[float], float]) -> float:
-    """Return the middle of the cutoffs around the best whose errors are as good as its own.
+def _middle(errors: FloatArray) -> int:
+    """Return the middle of the cutoffs around the best that are as good as it.
 
     The motion is bent below them, and noise comes in above.
+
+    Args:
+        errors: (C, B) squared errors by cutoff and block.
     """
-    errors = [error(hz) for hz in cutoffs]
-    low = high = errors.index(min(errors))
-    good = (1 + _AS_GOOD) * errors[low]
-    while low > 0 and errors[low - 1] <= good:
+    best = int(errors.sum(axis=1).argmin())
+    more = errors - errors[best]
+    std = np.sqrt(more.shape[1]) * more.std(axis=1, ddof=1)
+    good = more.sum(axis=1) <= std
+    low = high = best
+    while low > 0 and good[low - 1]:
         low -= 1
-    while high < len(errors) - 1 and errors[high + 1] <= good:
+    while high < len(good) - 1 and good[high + 1]:
         high += 1
-    return cutoffs[(low + high) // 2]
+    return (low + high) // 2
 
 
 def _sample(logs: Sequence[Samples]) -> list[Samples]:
@@ -109,8 +111,11 @@ def _sample(logs: Sequence[Samples]) -> list[Samples]:
     return out
 
 
-def _error(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> float:
-    """Return the error of weighted least squares of the torque equations on folds left out."""
+def _errors(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> FloatArray:
+    """Return the squared errors of weighted least squares of the torque equations, (B, m).
+
+    Of the blocks of folds that were left out, by joint.
+    """
     found = []
     for s in logs:
         equations = torque_equations(evaluator, filtered(s, band))
@@ -118,4 +123,4 @@ def _error(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> float:
             require_left(s.name, equations)
         found.append(equations)
     torques = summary(placed(found), logs[0].q.shape[1])
-    return held_out_error(block_errors(torques, torques))
+    return block_errors(torques, torques)

@@ -1,6 +1,6 @@
 """How far "trusted" can be trusted: simulated runs, with what an estimate says and what is true.
 
-    python tests/workflow/trust_study.py --runs 300 --seed 20000 --out figures.json --workers 2
+    python tests/workflow/trust_study.py --runs 300 --seed 30000 --out figures.json --workers 2
 
 Runs are drawn by tests/oracles/clean_runs.py: arms, motions, instruments; four in ten of the
 robots have effects that robot.toml leaves out, one in five of the logs light faults of instruments.
@@ -35,7 +35,7 @@ from scipy.integrate import cumulative_simpson
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from oracles import clean_runs, engineer
 
-CHOSEN_ON, REPORTED_ON = 10_000, 20_000
+CHOSEN_ON, REPORTED_ON = 10_000, 30_000
 CUTOFFS = (2.0, 3.0, 5.0, 8.0, 15.0, 30.0)  # Hz
 WINDOWS = (0.1, 0.2, 0.5)  # s
 RATE = 250.0  # Hz, about, of filtered motion
