@@ -22,7 +22,7 @@ EXCHANGED = 0.7
 #: Logarithms of gear ratios that are tried first, and how near they are found.
 _LOGARITHMS, _NEAR = tuple(0.27 * k for k in range(-3, 4)), 0.01
 _SLIGHT = 1e-4  # of a gear ratio, for its derivative
-_SAMPLES = 30_000  # of all logs together, on which faults are tried
+_NODES = 8_000  # of all logs together, at which faults are tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,9 +111,9 @@ def _fitted_ratio(j: int, error: Callable[[Fault], float]) -> Fault:
 
 
 def _short(logs: Sequence[FilteredLog]) -> list[FilteredLog]:
-    """Return the logs, or the first part of each where they are long."""
-    total = sum(len(log.t) for log in logs)
-    if total <= _SAMPLES:
+    """Return the logs, or the first part of each where models are evaluated at many nodes."""
+    total = sum(log.rows.nodes for log in logs)
+    if total <= _NODES:
         return list(logs)
-    cut = [log.samples.cut(slice(0, len(log.t) * _SAMPLES // total)) for log in logs]
+    cut = [log.samples.cut(slice(0, len(log.t) * _NODES // total)) for log in logs]
     return [filtered(s, log.band) for s, log in zip(cut, logs, strict=True)]

@@ -198,7 +198,9 @@ def jumps(x: FloatArray) -> NDArray[np.int64]:
     of friction at a reversal (Hampel 1974). It counts where |r_k| is 12 times the scatter of
     x_k - (x_(k-1) + x_(k+1))/2 (median absolute deviation, or the last digit), which knows how the
     signal bends, and 4 times all around. Where there are some, others that stood in their shade are
-    looked for, and where there are so many that two meet by chance, two in a row.
+    looked for, and where there are so many that two meet by chance, two in a row. It leaves its
+    neighbours on both sides to the same hand: the corner at which a torque falls from braking to
+    standstill does not.
     """
     found: set[int] = set()
     for _ in range(_PASSES):
@@ -239,9 +241,28 @@ def _outstanding(x: FloatArray, together: int, others: int) -> NDArray[np.int64]
         low, high = max(k - _NEAR, 0), min(k + _NEAR + 1, len(x))
         first, end = max(k - together + 1, 0), k + together
         near = np.concatenate([r[low:first], r[end:high]])
+        if _there_and_back(x, int(k), together) < r[k] / 2:
+            continue  # the corner of a signal that goes on elsewhere
         if r[k] > _AROUND * float(np.sort(near)[-1 - others]):
             out.append(int(k))
     return np.array(out, dtype=np.int64)
+
+
+def _there_and_back(x: FloatArray, k: int, together: int) -> float:
+    """Return by how much a sample stands out of both sides to the same hand.
+
+    Of what a side leads to: its nearest sample, or the line through two, whichever is nearer.
+    """
+    sides = []
+    for way in (-1, 1):
+        found = []
+        for s in range(1, together + 1):
+            last, before = x[k + way * s], x[k + way * (s + 1)]
+            away = x[k] - np.array([last, last + s * (last - before)])
+            found.append(float(away[np.argmin(np.abs(away))]))
+        sides.append(max(found, key=abs))
+    left, right = sides
+    return min(abs(left), abs(right)) if left * right > 0 else 0.0
 
 
 def runs(x: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

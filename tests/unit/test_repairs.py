@@ -53,6 +53,20 @@ def test_jumps_are_found_also_where_they_are_many_and_a_clean_signal_has_none(se
         assert np.sqrt(np.mean(left**2)) < 0.35 * np.sqrt(np.mean((spoiled - x) ** 2))
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_the_end_of_braking_is_no_jump(seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    ramps = [np.linspace(0, draw.uniform(-9, 9), draw.integers(5, 60)) for _ in range(30)]
+    rests = [np.zeros(draw.integers(40, 200)) for _ in range(30)]
+    tau = np.concatenate([x for pair in zip(rests, ramps, strict=True) for x in pair])
+    tau += draw.normal(0, 0.01, len(tau))
+    assert jumps(tau).tolist() == []
+    middle = len(rests[0]) + len(ramps[0]) + len(rests[1]) // 2
+    spoiled = tau.copy()
+    spoiled[middle] += 6.0
+    assert jumps(spoiled).tolist() == [middle]
+
+
 @pytest.mark.parametrize("k", [2, 5, 20])
 def test_a_channel_that_is_held_is_drawn_through_its_readings(k: int) -> None:
     q, qd, tau = _motion(1)
