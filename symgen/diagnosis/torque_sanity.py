@@ -15,6 +15,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.data.mask import at_rest
 from symgen.data.signals import Samples
 from symgen.diagnosis.diagnosis import FoundParameter
 from symgen.diagnosis.evidence import Evidence, Scene, least_squares, regressor, solved
@@ -74,8 +75,8 @@ def torque_faults(
         if mass and loss:
             number = robot.movable[j].number
             says = (
-                f"tau{number}: with this sign the joint's friction would give energy and its "
-                f"inertia would be negative: change the sign of tau{number}"
+                f"tau{number}, or q{number} and qd{number}: with this sign the friction of joint "
+                f"{number} would give energy and its inertia would be negative: change the sign"
             )
             out.append(Fault("sign", (j,), f"tau{number}", (), says))
     if signs and all(loss and not mass for mass, loss in signs.values()):
@@ -118,11 +119,12 @@ def _stuck_torques(robot: Robot, samples: Samples, s: Scene, model: FloatArray) 
 def _jumping_torques(robot: Robot, samples: Samples, s: Scene, model: FloatArray) -> list[Fault]:
     """Find steps of a torque that the residual keeps until the next one.
 
-    A drive may give a jump, which moves the robot, and friction jumps at a reversal; a sensor's
-    step stays in the residual.
+    A drive may give a jump, which moves the robot, and friction jumps where a motion starts, ends
+    or turns; a sensor's step stays in the residual.
     """
     out = []
     left = s.smooth(s.tau) - model
+    rests, _ = at_rest(s.qd, s.step, robot.sigma)
     wide = int(2 / (s.band * s.step)) if s.band else 5
     for j in moving(s):
         x, at = samples.tau[:, j], jumped(samples.tau[:, j])
@@ -133,6 +135,7 @@ def _jumping_torques(robot: Robot, samples: Samples, s: Scene, model: FloatArray
             for first, i, last in spans
             if s.free[i : i + 2, j].all()  # a repair may end in a step
             and np.all(s.qd[i - 2 : i + 4, j] * s.qd[i, j] > 0)
+            and not rests[max(i - wide // 4, 0) : i + wide // 4, j].any()
             and _stays(left[first : i - wide // 4, j], left[i + wide // 4 : last, j], x, i)
             and _stays(left[i - wide : i - wide // 4, j], left[i + wide // 4 : i + wide, j], x, i)
         ]

@@ -13,7 +13,6 @@ from symgen.estimation.blocks import (
     Blocks,
     block_errors,
     placed,
-    residual_squares,
     summary,
 )
 from symgen.estimation.filtered import FilteredLog
@@ -51,16 +50,23 @@ class Case:
             held: gives that of the validation logs, where there are any; not asked in vain.
             sure: joints whose gain is known to be no chance; None to see that from the blocks.
         """
-        share, together = what_is_left(self.own, block_errors(train, train), sure)
-        if share > CLEARER or self.other is None:
+        after = block_errors(train, train)
+        share, together = what_is_left(self.own, after, sure)
+        if self.other is None:
             return share, together
+        # Where few blocks of the training logs hold the gain, those of other logs may be sure.
+        unsure = share > CLEARER and sure is None
+        if unsure:
+            share, together = what_is_left(self.own, after, np.ones(self.own.shape[1], dtype=bool))
+        if share > CLEARER:
+            return 1.0, 1.0
         right = held()
         before, X = _shares(self.other, self.base.fit()), train.fit()
         # The fault may be one of the training logs alone.
         plain = [] if right.grams.shape != self.other.grams.shape else [_shares(self.other, X)]
-        for after in (_shares(right, X), *plain):
-            ratio = after / np.where(before > 0, before, np.inf)
-            if ratio.mean() < 1 and np.sqrt(ratio.min()) <= CLEARER:
+        for now in (_shares(right, X), *plain):
+            found = what_is_left(before, now, None if unsure else np.ones(len(before[0]), bool))
+            if found[0] <= CLEARER:
                 return share, together
         return 1.0, 1.0
 
@@ -77,10 +83,10 @@ def case_of(equations: Rows, held: Rows) -> Case:
 
 
 def _shares(blocks: Blocks, X: FloatArray) -> FloatArray:
-    """Return ||y - W X||^2 / ||y||^2 by joint, (m,)."""
-    grams = blocks.grams.sum(axis=0)
-    measured = grams[:, -1, -1]
-    return residual_squares(grams, X) / np.where(measured > 0, measured, np.inf)
+    """Return ||y - W X||^2 of every block over ||y||^2 of all of them, by joint, (B, m)."""
+    measured = blocks.grams[:, :, -1, -1].sum(axis=0)
+    errors = np.stack([blocks.errors([b], X) for b in range(len(blocks.grams))])
+    return np.asarray(errors / np.where(measured > 0, measured, np.inf))
 
 
 def what_is_left(

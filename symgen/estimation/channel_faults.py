@@ -10,7 +10,7 @@ largest first: a wrong torque of one joint is felt in the fit of others.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import combinations
@@ -45,6 +45,8 @@ _Logs = tuple[Sequence[FilteredLog], Rows]
 _GAIN = 0.03
 #: Exchanges of torques are tried where the error is above this, faults of the motion above that.
 _LOUD, _LOUDER = 0.1, 0.2
+_ALIKE = 1.05  # errors that are left
+_NONE = 1e-6  # of a factor: nothing
 _STATES = 200
 _MOST = 3  # faults that are undone, one after the other
 
@@ -91,8 +93,15 @@ def _largest(
         found += trial.judged(hypotheses(evaluator))
     for fault in sorted(found, key=lambda f: f.left):
         if fault.kind != "sign" or _inertia_is_positive(evaluator, logs, fault):
-            return fault
+            return _with_others(fault, found)
     return None
+
+
+def _with_others(fault: Fault, found: Sequence[Fault]) -> Fault:
+    """Name gains of other joints that explain as much: of two joints, either can be meant."""
+    same = (f for f in found if f is not fault and f.kind == fault.kind == "gain")
+    others = [f"{f.channel} {f.value:.3g} times" for f in same if f.left <= _ALIKE * fault.left]
+    return replace(fault, says=f"{fault.says}, or {' or '.join(others)}") if others else fault
 
 
 def _inertia_is_positive(evaluator: Evaluator, logs: Sequence[FilteredLog], fault: Fault) -> bool:
@@ -151,8 +160,8 @@ def _factor(case: Case, j: int) -> list[Fault]:
     if len(base.size) == 1:
         return []
 
-    best = _fitted_factor(base, j)
-    if not 1e-6 < abs(best) < 1e6:
+    best = min(_fitted_factors(base, j), key=lambda g: _error(_scaled(base, j, g)))
+    if not _NONE < abs(best) < 1 / _NONE:
         return []
     share, _ = case.left(_scaled(base, j, best), lambda: _scaled(other or base, j, best))
     if share > CLEARER or abs(best - 1) < _GAIN:
@@ -169,24 +178,33 @@ def _factor(case: Case, j: int) -> list[Fault]:
     return [Fault(f"tau{j + 1}", says, share, "gain", (j,), best, undone)]
 
 
-def _fitted_factor(base: Blocks, j: int) -> float:
-    """Return g with tau_j / g = W_j X, where the other joints say what X is.
+def _error(blocks: Blocks) -> float:
+    """Return the share of the torques that a fit leaves, all joints together."""
+    left = residual_squares(blocks.grams.sum(axis=0), blocks.fit())
+    return float(np.sum(left / np.maximum(blocks.size**2 * blocks.rows.sum(axis=0), 1e-300)))
 
-    Weighted least squares of X and 1/g together: y_j stands on the side of the unknowns.
+
+def _fitted_factors(base: Blocks, j: int) -> Iterator[float]:
+    """Yield g with tau_j / g = W_j X, where the other joints say what X is.
+
+    Weighted least squares of X and 1/g together: y_j stands on the side of the unknowns. Joints
+    weigh by what a fit leaves of them, or, as a wrong torque can spoil that of another joint, by
+    the size of their torques.
     """
     grams, rows = base.grams.sum(axis=0), np.maximum(base.rows.sum(axis=0), 1.0)
     left = residual_squares(grams, base.fit()) / rows
-    weight = 1 / np.maximum(left, 1e-12 * base.size**2)
-    weight[j] = 1 / base.size[j] ** 2
     p = grams.shape[-1] - 1
-    whole = np.zeros((p + 2, p + 2))  # X, 1/g, and what the other joints measured
-    for i, (gram, w) in enumerate(zip(grams, weight, strict=True)):
-        own = np.arange(p + 2) != (p + 1 if i == j else p)
-        signs = np.ones(p + 1)
-        signs[-1] = -1.0 if i == j else 1.0
-        whole[np.ix_(own, own)] += w * gram * np.outer(signs, signs)
-    inverse = float(solve_gram(whole)[-1])
-    return 1 / inverse if inverse else np.inf
+    for variance in (np.maximum(left, 1e-12 * base.size**2), base.size**2):
+        weight = 1 / variance
+        weight[j] = 1 / base.size[j] ** 2
+        whole = np.zeros((p + 2, p + 2))  # X, 1/g, and what the other joints measured
+        for i, (gram, w) in enumerate(zip(grams, weight, strict=True)):
+            own = np.arange(p + 2) != (p + 1 if i == j else p)
+            signs = np.ones(p + 1)
+            signs[-1] = -1.0 if i == j else 1.0
+            whole[np.ix_(own, own)] += w * gram * np.outer(signs, signs)
+        inverse = float(solve_gram(whole)[-1])
+        yield 1 / inverse if abs(inverse) > _NONE else 1 / _NONE
 
 
 def _scaled(base: Blocks, j: int, g: float) -> Blocks:

@@ -21,26 +21,21 @@ from symgen.data.mask import Bools, spans
 from symgen.data.raw import read_only
 from symgen.data.signals import GAP, STEP_TOLERANCE
 from symgen.data.spline import interpolated
+from symgen.estimation.jumps import jumps, without
 
 FloatArray = NDArray[np.float64]
 #: A channel as it is mended, what was wrong, how many samples were touched, and what was done.
 _Mended = tuple[FloatArray, str, int, str]
 #: A clock is taken where it leaves so much of the disagreement that the stamps leave, at most.
 _CLOCK = 0.8
-#: A jump is so many times the scatter of its channel, and so many times what is around it.
-_JUMP, _AROUND = 12.0, 4.0
-_NEAR = 8  # samples around a jump that it is compared with
 #: More repeated rows than chance would give, by this factor, and at least so many.
 _CHANCE, _FEW = 5.0, 3
-_NORMAL = 1.4826
 #: What is done about a fault that no repair takes away.
 LEFT = "left as it is"
 #: A channel is held where so many runs of one value hold so much of the log.
-_HELD_RUNS, _HELD = 20, 0.9
+_HELD_RUNS, _HELD, _PACED = 20, 0.9, 0.4
 #: Steps of a channel that are worth a word, over its spread: encoders have 14 bits a turn and more.
 _COARSE = {"q": 2e-3, "qd": 0.05, "tau": 0.05}
-#: Jumps meet where this many pairs are expected; a signal with more jumps than so is one of jumps.
-_MEET, _MANY, _PASSES = 0.1, 0.05, 4
 
 
 @dataclass(frozen=True)
@@ -158,7 +153,7 @@ def _without_jumps(log: Log) -> tuple[Log, list[Repair]]:
         if len(at) == 0:
             return None
         done = "put on the line between their neighbours"
-        return _bridged(x, at), "single samples that jump", len(at), done
+        return without(x, at), "single samples that jump", len(at), done
 
     return _each_channel(log, mended)
 
@@ -183,88 +178,6 @@ def _each_channel(
     return (replace(log, **arrays) if done else log), done
 
 
-def _bridged(x: FloatArray, at: NDArray[np.int64]) -> FloatArray:
-    """Return a signal with some samples on the line between those around."""
-    good = np.setdiff1d(np.arange(len(x)), at)
-    out = x.copy()
-    out[at] = np.interp(at, good, x[good])
-    return out
-
-
-def jumps(x: FloatArray) -> NDArray[np.int64]:
-    """Return the numbers of single samples that stand out of their neighbours.
-
-    r_k = x_k - median(x_(k-3) .. x_(k+3)) of a jump is the jump, and next to nothing at a step, as
-    of friction at a reversal (Hampel 1974). It counts where |r_k| is 12 times the scatter of
-    x_k - (x_(k-1) + x_(k+1))/2 (median absolute deviation, or the last digit), which knows how the
-    signal bends, and 4 times all around. Where there are some, others that stood in their shade are
-    looked for, and where there are so many that two meet by chance, two in a row. It leaves its
-    neighbours on both sides to the same hand: the corner at which a torque falls from braking to
-    standstill does not.
-    """
-    found: set[int] = set()
-    for _ in range(_PASSES):
-        meet = len(found) ** 2 > _MEET * len(x)
-        more = _outstanding(x, 2 if meet else 1, 1 if found else 0)
-        if len(more) == 0:
-            break
-        found.update(map(int, more))
-        x = _bridged(x, more)
-        if len(found) > _MANY * len(x):  # this is the signal
-            return np.zeros(0, dtype=np.int64)
-    return np.array(sorted(found), dtype=np.int64)
-
-
-def _outstanding(x: FloatArray, together: int, others: int) -> NDArray[np.int64]:
-    """Return the samples that stand out of those around.
-
-    Args:
-        x: the signal.
-        together: that may stand out in a row.
-        others: jumps that may be near.
-    """
-    none = np.zeros(0, dtype=np.int64)
-    if len(x) < 2 * _NEAR:
-        return none
-    size = np.abs(x[1:-1] - (x[:-2] + x[2:]) / 2)
-    steps = np.abs(np.diff(x))
-    digit = float(np.min(steps[steps > 0], initial=np.inf))
-    scatter = _NORMAL * float(np.median(size))
-    least = _JUMP * max(scatter, digit if np.isfinite(digit) else 0.0)
-    if least == 0.0 or size.max() <= least / 2:
-        return none
-    windows = np.lib.stride_tricks.sliding_window_view
-    r: FloatArray = np.zeros(len(x))
-    r[3:-3] = np.abs(x[3:-3] - np.median(windows(x, 7), axis=1))
-    out: list[int] = []
-    for k in np.flatnonzero(r > least):
-        low, high = max(k - _NEAR, 0), min(k + _NEAR + 1, len(x))
-        first, end = max(k - together + 1, 0), k + together
-        near = np.concatenate([r[low:first], r[end:high]])
-        if _there_and_back(x, int(k), together) < r[k] / 2:
-            continue  # the corner of a signal that goes on elsewhere
-        if r[k] > _AROUND * float(np.sort(near)[-1 - others]):
-            out.append(int(k))
-    return np.array(out, dtype=np.int64)
-
-
-def _there_and_back(x: FloatArray, k: int, together: int) -> float:
-    """Return by how much a sample stands out of both sides to the same hand.
-
-    Of what a side leads to: its nearest sample, or the line through two, whichever is nearer.
-    """
-    sides = []
-    for way in (-1, 1):
-        found = []
-        for s in range(1, together + 1):
-            last, before = x[k + way * s], x[k + way * (s + 1)]
-            away = x[k] - np.array([last, last + s * (last - before)])
-            found.append(float(away[np.argmin(np.abs(away))]))
-        sides.append(max(found, key=abs))
-    left, right = sides
-    return min(abs(left), abs(right)) if left * right > 0 else 0.0
-
-
 def runs(x: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return where a signal takes a value, and for how many samples it keeps it."""
     first = np.flatnonzero(np.concatenate([[True], x[1:] != x[:-1]]))
@@ -274,15 +187,17 @@ def runs(x: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 def held_for(x: FloatArray) -> int:
     """Return how many samples a channel holds every value, where it is read anew at such a pace.
 
-    At least nine tenths of the samples stand in runs of one value of that length, within a sample;
-    1 where it is not held. A coarse channel keeps its values for as long as the motion wants.
+    Two fifths of its runs of one value are of that length, and nine tenths within a sample of it;
+    1 where it is not held. Longer ones, of a robot at rest, are left out. A coarse channel keeps
+    its values for as long as the motion wants.
     """
-    first, lengths = runs(x)
-    if len(first) < _HELD_RUNS:
+    _, lengths = runs(x)
+    k = round(float(np.median(lengths)))
+    short = lengths[lengths <= 2 * k + 1]
+    if k == 1 or len(short) < _HELD_RUNS:
         return 1
-    k = round(float(np.median(np.repeat(lengths, lengths))))
-    like = np.abs(lengths - k) <= 1
-    return k if k > 1 and lengths[like].sum() >= _HELD * len(x) else 1
+    paced = np.mean(short == k) >= _PACED and np.mean(np.abs(short - k) <= 1) >= _HELD
+    return k if paced else 1
 
 
 def _released(log: Log) -> tuple[Log, list[Repair]]:
@@ -307,14 +222,21 @@ def _coarse(log: Log) -> list[Repair]:
     for key, least in _COARSE.items():
         x = getattr(log, key)
         for j in range(0 if x is None else x.shape[1]):
-            levels = np.unique(x[:, j])
-            if not 2 < len(levels) < len(x) / 20:
-                continue
-            step, size = float(np.median(np.diff(levels))), float(np.std(x[:, j]))
+            step, size = _quantum(x[:, j]), float(np.std(x[:, j]))
             if step > least * size:
                 fault = f"comes in steps of {step:.3g}, {100 * step / size:.2g} % of its spread"
                 out.append(Repair(log.name, f"{key}{j + 1}", fault, len(x), LEFT))
     return out
+
+
+def _quantum(x: FloatArray) -> float:
+    """Return the step in which a signal comes, 0 where it comes in none."""
+    apart = np.diff(np.unique(x))
+    if not 1 < len(apart) < len(x) / 2:
+        return 0.0
+    step = float(np.median(apart[apart <= 1.5 * apart.min()]))  # printed digits scatter
+    off = np.abs(apart / step - np.round(apart / step))
+    return step if np.mean(off < 0.05) >= _HELD else 0.0
 
 
 def _on_its_clock(log: Log, ticks: FloatArray) -> tuple[Log, list[Repair]]:

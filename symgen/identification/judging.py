@@ -27,6 +27,7 @@ from symgen.identification.estimate import (
     ParameterEstimate,
 )
 from symgen.identification.physical import consistency
+from symgen.identification.plausibility import implausible
 from symgen.identification.signs import wrong_sign
 from symgen.identification.solving import Method, convergence, moved_by_window
 from symgen.identification.validation import Part, energy_balances, model_traces, residual
@@ -124,6 +125,7 @@ def judged(
     if any(p.equations[0].weight != 1.0 for p in train):
         listed = ", ".join(f"{p.equations[0].weight:g}" for p in train)
         notes += (f"squared residuals of the logs are weighed by {listed}",)
+    notes += tuple(filter(None, (implausible(evaluator, run.train, X),)))
     moved = moved_by_window(evaluator, train, method, recipe, X, std)
     if moved:
         notes += (

@@ -188,9 +188,14 @@ def driving_friction(parameters: Sequence[ParameterEstimate]) -> tuple[str, ...]
     if not out:
         return ()
     return (
-        f"friction would drive the robot: {', '.join(out)} negative beyond doubt; the sign of tau "
-        "or of q of these joints, or time itself, runs the other way",
+        f"friction would drive the robot at {_joints(out)}: {', '.join(out)} negative beyond "
+        "doubt; the sign of tau or of q of these joints, or time itself, runs the other way",
     )
+
+
+def _joints(names: Sequence[str]) -> str:
+    numbers = list(dict.fromkeys(name[2:] for name in names))
+    return f"joint{'s' if len(numbers) > 1 else ''} {', '.join(numbers)}"
 
 
 def negative_parameters(parameters: Sequence[ParameterEstimate]) -> list[str]:

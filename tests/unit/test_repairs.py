@@ -7,9 +7,10 @@ import pytest
 
 import symgen
 from symgen.data.log import make_log
+from symgen.estimation.jumps import jumps
 from symgen.estimation.log_checks import cut_off, stuck_rows
 from symgen.estimation.logs import open_samples
-from symgen.estimation.repairs import held_for, jumps, repaired
+from symgen.estimation.repairs import held_for, repaired
 from symgen.estimation.speeds import mended_speeds
 from symgen.names import REVOLUTE
 

@@ -107,3 +107,17 @@ def test_sound_channels_are_not_blamed(tmp_path: Path) -> None:
     estimate = symgen.identify("planar2r", train, validation=test)
     assert (estimate.verdict, estimate.repairs) == ("trusted", ())
     assert diagnose("planar2r", train, validation=test).verdict == "consistent"
+
+
+@pytest.mark.parametrize(
+    ("factor", "says"), [(1.0, ""), (1e3, "kg at least"), (1e-3, "kg at most")]
+)
+def test_what_no_robot_weighs_is_noted(factor: float, says: str, tmp_path: Path) -> None:
+    def spoil(x: Channels) -> None:
+        x["tau"] = factor * x["tau"]
+
+    train, test = _logs(tmp_path, spoil)
+    notes = symgen.identify("planar2r", train, validation=test).to_json()["notes"]
+    found = [note for note in notes if "look at the units" in note]
+    assert len(found) == bool(says)
+    assert all(says in note for note in found)
