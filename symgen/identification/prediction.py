@@ -39,6 +39,8 @@ from symgen.runtime.evaluator import load
 
 FloatArray = NDArray[np.float64]
 SCHEMA = "symgen.prediction/2"
+#: Whose error is that of the one band that it states, instead of a comparison band.
+OLDER = "symgen.prediction/1"
 MARKER, CURVES = "prediction.json", "prediction.csv"
 
 
@@ -169,7 +171,7 @@ def read_prediction(path: str | Path) -> Prediction:
     """
     path = Path(path)
     file = path / MARKER if path.is_dir() else path
-    content = read_json(file, SCHEMA)
+    content = read_json(file, SCHEMA, OLDER)
     try:
         error = content["torque_error"]
         joints = tuple((int(j["number"]), str(j["unit"])) for j in content["joints"])
@@ -179,19 +181,31 @@ def read_prediction(path: str | Path) -> Prediction:
         t, measured, predicted, kinetic, potential = np.split(rows, np.cumsum([1, n, n, 1]), axis=1)
         if potential.shape[1] != 1 or not np.isfinite(rows).all():
             raise ValueError("columns")
+        older = content["schema"] == OLDER
         return Prediction(
             str(content["robot"]),
             Trace(str(content["log"]), "validation", "torque", t[:, 0], measured, predicted),
             Residual(number(error["relative"]), tuple(map(number, error["per_joint"]))),
             kinetic[:, 0],
             potential[:, 0],
-            read_band(content["band"]),
+            _older_band(content["band_hz"], t[:, 0]) if older else read_band(content["band"]),
             tuple(map(str, content["notes"])),
             joints,
-            tuple(map(read_repair, content["repairs"])),
+            () if older else tuple(map(read_repair, content["repairs"])),
         )
     except (OSError, KeyError, TypeError, ValueError) as error:
         raise ParameterError(
             f"{file}: damaged, or {CURVES} beside it is ({type(error).__name__}); accepted: both "
             "as predict writes them"
         ) from error
+
+
+def _older_band(band_hz: float | None, t: FloatArray) -> Band:
+    """Return the one low-pass of an older prediction; None where no filter was needed."""
+    if len(t) < 2 or not (np.diff(t) > 0).all():
+        raise ValueError("t")
+    rate = float(1 / np.median(np.diff(t)))
+    cutoff = rate / 2 if band_hz is None else number(band_hz)
+    if not 0 < cutoff < np.inf:
+        raise ValueError("band_hz")
+    return Band(rate, cutoff, cutoff, "measured")

@@ -1,0 +1,66 @@
+"""Results that older commands wrote are read by newer ones: a file of every schema, as written.
+
+schemas/KIND-VERSION holds them; curves are cut after a few samples, rejections after three.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from support import PROJECT
+
+from symgen.results import read_result
+
+WRITTEN = Path(__file__).with_name("schemas")
+RESULTS = [p for p in sorted(WRITTEN.iterdir()) if not p.name.startswith("manifest")]
+#: What nothing reads again.
+ONLY_WRITTEN = {"symgen.trajectory/1", "symgen.demo/1", "symgen.comparison/1"}
+
+
+def _content(folder: Path) -> dict[str, object]:
+    kind = folder.name.split("-")[0]
+    return dict(json.loads((folder / f"{kind}.json").read_text("utf-8")))
+
+
+@pytest.mark.parametrize("folder", RESULTS, ids=lambda p: p.name)
+def test_a_result_of_every_schema_is_read_and_printed(folder, command):
+    kind, version = folder.name.split("-")[:2]
+    content = _content(folder)
+    assert content["schema"] == f"symgen.{kind}/{version}"
+    result = read_result(folder)
+    assert result.robot == "planar2r"
+    code, out, err = command("report", folder)
+    assert (code, err) == (0, "")
+    # The numbers of the file are those that are printed.
+    if kind == "estimate":
+        assert [(p.name, p.value) for p in result.parameters] == [
+            (p["name"], p["value"]) for p in content["parameters"]
+        ]
+        said = [f"{p['value']:.5g}" for p in content["parameters"]]
+    elif kind == "prediction":
+        assert result.error.relative == content["torque_error"]["relative"]
+        said = [f"{100 * x:.3g}" for x in content["torque_error"]["per_joint"]]
+    elif kind == "diagnosis":
+        said = [content["verdict"], *(e["name"] for e in content["effects"])]
+    else:
+        said = [f"{content['mass']['value']:.5g}"[:4]]
+    for text in said:
+        assert text in out
+
+
+def test_an_estimate_of_any_version_gives_parameters(command, tmp_path):
+    for folder in RESULTS:
+        if folder.name.startswith("estimate"):
+            arguments = ("--parameters", folder / "estimate.json", "--duration", "1")
+            into = tmp_path / f"{folder.name}.csv"
+            code, _, err = command("simulate", "planar2r", *arguments, "--into", into)
+            assert code == 0, err
+
+
+def test_every_schema_that_the_code_names_has_a_file_here():
+    code = "".join(p.read_text("utf-8") for p in (PROJECT / "symgen").rglob("*.py"))
+    named = set(re.findall(r"symgen\.[a-z]+/[0-9]+", code))
+    assert named - ONLY_WRITTEN == {str(_content(p)["schema"]) for p in WRITTEN.iterdir()}
