@@ -3,7 +3,8 @@
     python fuzzing.py READER FOLDER FIRST COUNT
 
 The seed files of a reader are in FOLDER/seeds. Input k is a function of READER and k alone, so that
-a fault is seen again with FIRST = k and COUNT = 1. Prints one JSON list of faults, [k, what].
+a fault is seen again with FIRST = k and COUNT = 1. Prints one JSON object: "faults" as [k, what],
+how many inputs were "refused" in a line, the "slowest" in s, and the "memory" of the process in MB.
 """
 
 from __future__ import annotations
@@ -16,8 +17,11 @@ import random
 import re
 import signal
 import sys
+import time
 import traceback
 import warnings
+import zipfile
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -46,8 +50,31 @@ _NUMBER = re.compile(rb"-?[0-9]+(?:\.[0-9]+)?(?:[eE][-+]?[0-9]+)?")
 
 
 def mutated(seeds: list[bytes], draw: random.Random) -> bytes:
-    """Return one of the seeds with one to six places spoiled."""
-    data = bytearray(draw.choice(seeds))
+    """Return one of the seeds with one to six places spoiled; of a ZIP, inside, half the times."""
+    seed = draw.choice(seeds)
+    if seed.startswith(b"PK") and draw.random() < 0.5:  # behind the checksums of the archive
+        return _repacked(seed, draw)
+    return _spoiled(seed, seeds, draw)
+
+
+def _repacked(seed: bytes, draw: random.Random) -> bytes:
+    """Return an archive with one of its files spoiled, and now and then gone or named anew."""
+    file = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(seed)) as old, zipfile.ZipFile(file, "w") as new:
+        names = old.namelist()
+        chosen = draw.choice(names)
+        for name in names:
+            content, called = old.read(name), name
+            if name == chosen:
+                content = _spoiled(content, [old.read(n) for n in names], draw)
+                called = draw.choice((name, name, name, name, draw.choice(names), "x"))
+            if draw.random() > 0.02 and called not in new.namelist():
+                new.writestr(called, content)
+    return file.getvalue()
+
+
+def _spoiled(seed: bytes, seeds: list[bytes], draw: random.Random) -> bytes:
+    data = bytearray(seed)
     if draw.random() < 0.5:  # other numbers alone: what is behind the grammar
         for _ in range(draw.choice((1, 1, 2, 4))):
             found = list(_NUMBER.finditer(data))
@@ -115,19 +142,57 @@ def read_log(path: Path) -> None:
             raise AssertionError("a name that a terminal obeys")
 
 
-def read_estimate(path: Path) -> None:
-    """Read an estimate and print it."""
-    from symgen.results import read_result
+def read_map(path: Path) -> None:
+    """Read names of columns, and the log beside it by them."""
+    from symgen.data.columns import columns_from
+    from symgen.data.log import read_log
+    from symgen.data.raw import Reading
+
+    log = read_log(path.with_name("log.csv"), reading=Reading(columns=columns_from(str(path))))
+    _finite(log.t, log.q, log.qd, log.tau)
+
+
+def read_motion(path: Path) -> None:
+    """Read a motion that simulate follows."""
+    from symgen.data.plain import read_columns
+
+    t, found = read_columns(path, ("q",), ("qd", "qdd"), "a motion")
+    _finite(t, *found.values())
+    if {len(array) for array in found.values()} != {len(t)}:
+        raise AssertionError("a motion of unequal lengths")
+
+
+def read_result(path: Path) -> None:
+    """Read a result and print it; of one in 200, make the page."""
+    from symgen.results import read_result, result_page
     from symgen.terminal import print_result
 
-    estimate: Any = read_result(path)
-    _finite(estimate.X, estimate.condition_number)
+    result: Any = read_result(path)
+    _finite(getattr(result, "X", None), getattr(result, "condition_number", None))
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
-        print_result(estimate, path)
+        print_result(result, path)
     out.getvalue().encode()
     if "\x1b" in out.getvalue():
         raise AssertionError("an escape in the output")
+    if zlib.crc32(path.read_bytes()) % 200 == 0:
+        page = result_page(result)
+        page.encode()
+        if "<x/>" in page:
+            raise AssertionError("a name is HTML of the page")
+
+
+def read_beside(path: Path) -> None:
+    """Read the result that a table of curves belongs to."""
+    from symgen.identification.prediction import read_prediction
+    from symgen.identification.reading import read_estimate
+
+    if path.suffix == ".npz":
+        found = read_estimate(path.parent)
+        _finite(*(array for x in found.traces for array in (x.t, x.measured, x.predicted)))
+    else:
+        prediction = read_prediction(path.parent)
+        _finite(prediction.torque.t, prediction.torque.measured, prediction.kinetic)
 
 
 def read_parameters(path: Path, model: list[Any] = []) -> None:  # noqa: B006  (derived once)
@@ -140,23 +205,42 @@ def read_parameters(path: Path, model: list[Any] = []) -> None:  # noqa: B006  (
     _finite(read_parameters(path, model[0]))
 
 
+def read_package(path: Path) -> None:
+    """Look at a package as what replaces it does, and as what checks it does."""
+    from symgen.files import check_replaceable
+    from symgen.runtime.check import _manifest, _prefix
+
+    check_replaceable(path.parent, path.name)
+    _prefix(_manifest(path.parent)["options"])
+
+
 #: Reader: name of the file that it gets, and what reads it.
 READERS: dict[str, tuple[str, Callable[[Path], None]]] = {
     "toml": ("robot.toml", read_robot),
     "urdf": ("robot.urdf", read_robot),
     "par": ("robot.par", read_robot),
+    "mjcf": ("robot.xml", read_robot),
     "csv": ("log.csv", read_log),
     "npz": ("log.npz", read_log),
     "parquet": ("log.parquet", read_log),
     "mcap": ("log.mcap", read_log),
     "db3": ("bag/bag.db3", read_log),
-    "estimate": ("estimate.json", read_estimate),
+    "columns": ("map/columns.toml", read_map),
+    "motion": ("motion.csv", read_motion),
+    "estimate": ("estimate.json", read_result),
+    "curves": ("estimate/curves.npz", read_beside),
+    "diagnosis": ("diagnosis/diagnosis.json", read_result),
+    "prediction": ("prediction/prediction.json", read_result),
+    "predicted": ("predicted/prediction.csv", read_beside),
+    "payload": ("payload.json", read_result),
     "parameters": ("parameters.toml", read_parameters),
+    "values": ("values.json", read_parameters),
+    "package": ("package/manifest.json", read_package),
 }
 
 
 def fault_of(read: Callable[[Path], None], path: Path) -> str | None:
-    """Return what is wrong with how a file is read, None where nothing is."""
+    """Return what is wrong with how a file is read; "" where it is refused, None where not."""
     from symgen.errors import SymgenError, plain
 
     def late(*_: object) -> None:
@@ -170,6 +254,7 @@ def fault_of(read: Callable[[Path], None], path: Path) -> str | None:
         text = str(error)
         if plain(text) != text or not text or len(text) > LONGEST:
             return f"a message that is not one plain line: {text[:200]!r}"
+        return ""
     except Exception as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
         text = f"{type(error).__name__}: {str(error)[:100]}"
@@ -194,14 +279,20 @@ def main() -> None:
     for seed in seeds:  # what is spoiled must be good
         place.write_bytes(seed)
         read(place)
-    faults = []
+    faults: list[list[object]] = []
+    refused, slowest = 0, 0.0
     for k in range(first, first + count):
         (folder / "last").write_text(str(k))
         place.write_bytes(mutated(seeds, random.Random(f"{reader} {k}")))
+        begun = time.monotonic()
         fault = fault_of(read, place)
-        if fault is not None:
+        slowest = max(slowest, time.monotonic() - begun)
+        if fault:
             faults.append([k, fault])
-    print(json.dumps(faults))
+        refused += fault == ""
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    done = {"faults": faults, "refused": refused, "slowest": slowest, "memory": memory}
+    print(json.dumps(done))
 
 
 if __name__ == "__main__":

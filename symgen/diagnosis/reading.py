@@ -43,7 +43,8 @@ def read_diagnosis(path: str | Path) -> Diagnosis:
         band = content["cutoff_hz"]
         joints = tuple(j.number for j in extended.movable)
         before, after, floor = (_gap(gap[key]) for key in ("before", "after", "noise_floor"))
-        if content["verdict"] not in VERDICTS or len(before.per_joint) != len(joints):
+        lengths = {len(g.per_joint) for g in (before, after, floor)}
+        if content["verdict"] not in VERDICTS or lengths != {len(joints)}:
             raise ValueError("verdict or joints")
         return Diagnosis(
             robot=str(content["robot"]),

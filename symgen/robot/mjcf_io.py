@@ -176,6 +176,11 @@ class _Tree:
             raise RobotError(
                 f"{self.where}: joint {shortened(name)!r}: its ref is {zero:g}; accepted: 0"
             )
+        if not abs(np.linalg.norm(m.jnt_axis[k]) - 1) < 1e-6:  # as of numbers beyond 1e154
+            raise RobotError(
+                f"{self.where}: joint {shortened(name)!r}: its axis has no direction; accepted: "
+                "three finite numbers, not all 0"
+            )
         limit = {}
         if m.jnt_limited[k]:
             limit["lower"], limit["upper"] = map(float, m.jnt_range[k])
@@ -213,11 +218,14 @@ def _compiled(path: Path) -> Any:
         raise RobotError(
             f"{path}: MuJoCo is not installed; accepted: after pip install 'symgen[mjcf]'"
         ) from error
+    mujoco.set_mju_user_warning(lambda _: None)  # or it prints, and writes MUJOCO_LOG.TXT
     try:
         return mujoco.MjModel.from_xml_path(str(path))
     except (ValueError, OSError) as error:
         said = plain(" ".join(str(error).split()))[:300]
         raise RobotError(f"{path}: MuJoCo refuses it: {said}; accepted: {_ACCEPTED}") from error
+    finally:
+        mujoco.set_mju_user_warning(None)
 
 
 def _name(path: Path) -> str:

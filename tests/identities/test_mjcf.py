@@ -138,6 +138,7 @@ REFUSED = {
                         "it is ball"),
     "no MJCF": ("<worldbody>", "<worldbodies>", "MuJoCo refuses it"),
     "another zero": ('axis="1 0 0" pos', 'axis="1 0 0" ref="10" pos', "its ref is"),
+    "an axis without a direction": ('axis="1 0 0" pos', 'axis="1e300 0 0" pos', "no direction"),
     "no gravity": ('gravity="0 0.5 -9.7"', 'gravity="0 0 0"', "gravity is zero"),
 }  # fmt: skip
 
@@ -152,3 +153,19 @@ def test_what_is_no_arm_is_refused_in_one_line(arm, case) -> None:
     with pytest.raises(RobotError, match=says) as caught:
         read_imported(arm)
     assert "\n" not in str(caught.value)
+
+
+def test_what_mujoco_warns_of_is_written_nowhere(arm, tmp_path, monkeypatch, capfd) -> None:
+    """By itself it prints, and writes MUJOCO_LOG.TXT into the folder where one stands."""
+    text = MJCF.replace('pos="0.1 0.02 0.2" mass="2"', 'pos="0.1 0.02 4e9" mass="2"')
+    text = text.replace("1.2", "1e-9").replace('armature="0.1"', "")
+    arm.write_text(text)
+    monkeypatch.chdir(tmp_path)
+    before = set(tmp_path.iterdir())
+    mujoco.MjModel.from_xml_path(str(arm))
+    assert (tmp_path / "MUJOCO_LOG.TXT").exists()  # the file is one that MuJoCo warns of
+    (tmp_path / "MUJOCO_LOG.TXT").unlink()
+    capfd.readouterr()
+    read_imported(arm)
+    assert set(tmp_path.iterdir()) == before
+    assert capfd.readouterr() == ("", "")

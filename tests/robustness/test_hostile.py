@@ -6,6 +6,7 @@ import io
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -107,6 +108,35 @@ def test_a_number_that_is_none_is_no_parameter(command, tmp_path, number):
     one_line(code, messages(err), "a finite number")
 
 
+#: An array in the file of curves: the header of its numbers, or a number that is none.
+CURVES = {
+    "a header that is no expression": lambda x: x.replace(b"(30, 1)", b"(30, 1 "),
+    "a number too large for a size": lambda x: x.replace(b"(30, 1)", b"(30, " + b"9" * 30 + b")"),
+    "not a number": lambda x: x[:-4] + np.float32(np.nan).tobytes(),
+}
+
+
+@pytest.mark.parametrize("fault", CURVES)
+def test_damaged_curves_are_a_line(report, tmp_path, fault):
+    with zipfile.ZipFile(tmp_path / "curves.npz", "w") as archive:
+        for name, array in _traces(np.arange(30.0)).items():
+            file = io.BytesIO()
+            np.save(file, array)
+            spoiled = CURVES[fault](file.getvalue()) if name == "trace0_predicted" else None
+            assert spoiled != file.getvalue()
+            archive.writestr(f"{name}.npy", spoiled or file.getvalue())
+    code, _, lines = report(json.dumps(ESTIMATE))
+    one_line(code, lines, "curves.npz: damaged")
+
+
+def _traces(t):
+    trace = {"log": "log.csv", "kind": "train", "quantity": "torque", "spacing": 1}
+    index = json.dumps({"traces": [trace], "balances": []}).encode()
+    values = t.astype(np.float32)[:, None]
+    arrays = {"trace0_t": t, "trace0_measured": values, "trace0_predicted": values}
+    return {"index": np.frombuffer(index, np.uint8), **arrays}
+
+
 def test_lone_surrogates_in_json_are_shown_as_text(report):
     text = json.dumps({**ESTIMATE, "notes": ["PLACE"], "reasons": ["PLACE"]})
     code, out, lines = report(text.replace("PLACE", r"\ud800 bad"))
@@ -120,6 +150,19 @@ def test_lone_surrogates_in_json_are_shown_as_text(report):
 def test_lags_and_bands_of_whiteness_of_unequal_length_are_damage(report, spoiled):
     code, _, lines = report(json.dumps({**ESTIMATE, "whiteness": [{**WHITE, **spoiled}]}))
     one_line(code, lines, "damaged")
+
+
+@pytest.mark.parametrize("gap", ["before", "after", "noise_floor"])
+@pytest.mark.parametrize("joints", [[0.1], [0.1] * 3])
+def test_a_gap_of_another_number_of_joints_is_damage(command, tmp_path, gap, joints):
+    written = PROJECT / "tests" / "reference" / "schemas" / "diagnosis-1-effect"
+    shutil.copytree(written, tmp_path / "diagnosis")
+    path = tmp_path / "diagnosis" / "diagnosis.json"
+    content = json.loads(path.read_text())
+    content["gap"][gap]["per_joint"] = joints
+    path.write_text(json.dumps(content))
+    code, _, err = command("report", tmp_path / "diagnosis")
+    one_line(code, messages(err), "damaged")
 
 
 def test_json_that_is_nested_or_no_json_is_a_value_or_recursion_error():
