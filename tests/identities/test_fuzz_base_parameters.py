@@ -99,16 +99,6 @@ def test_every_robot_with_named_lengths() -> None:
     assert certain >= 0.9 * NAMED
 
 
-def test_the_figures_say_what_was_covered() -> None:
-    figures = json.loads(FIGURES.read_text("utf-8"))
-    certain = [r for r in figures["open"] if r["oracle"] >= 0]
-    assert len(certain) >= 1000
-    assert all(r["count"] == r["oracle"] for r in certain)
-    assert sum(r["prismatic"] > 0 for r in certain) >= 500
-    assert sum(r["roots"] > 1 for r in certain) >= 200
-    assert len([r for r in figures["following"] if r["oracle"] >= 0]) >= 190
-
-
 @pytest.mark.parametrize("start", range(4))
 def test_named_lengths_times_roots_and_fractions(start: int) -> None:
     for seed in range(start, NAMED, 75):
@@ -131,8 +121,17 @@ def test_a_prismatic_joint_at_a_named_length_times_a_root(angle: str, length: st
 
 @pytest.mark.parametrize("start", range(4))
 def test_a_sample_again(start: int) -> None:
+    """And the figures, with the sample as it comes out today, say what was covered."""
     figures = json.loads(FIGURES.read_text("utf-8"))
     for seed in range(7 * start, OPEN, 131):
-        assert _open(seed) == figures["open"][seed], seed
+        again = _open(seed)
+        assert again == figures["open"][seed], seed
+        figures["open"][seed] = again
     for seed in range(start, FOLLOWING, 67):
         assert _following(seed) == figures["following"][seed], seed
+    certain = [r for r in figures["open"] if r["oracle"] >= 0]
+    assert len(certain) >= 1000
+    assert all(r["count"] == r["oracle"] for r in certain)
+    assert sum(r["prismatic"] > 0 for r in certain) >= 500
+    assert sum(r["roots"] > 1 for r in certain) >= 200
+    assert len([r for r in figures["following"] if r["oracle"] >= 0]) >= 190

@@ -1,7 +1,7 @@
 """How often a diagnosis is right, on logs in which an effect is hidden, and on clean ones.
 
 The long suite (-m slow -s) diagnoses every case and writes diagnose_figures.json; the default one
-diagnoses a few again and reads the sums.
+diagnoses a few again and puts them into the sums.
 """
 
 from __future__ import annotations
@@ -105,10 +105,16 @@ def _text(sums: dict[str, Any], rows: list[dict[str, Any]]) -> str:
     return f'{{"summary": {json.dumps(sums, indent=1)},\n"cases": [\n{lines}\n]}}\n'
 
 
+@pytest.fixture(scope="module")
+def again() -> dict[str, dict[str, Any]]:
+    """Sampled cases, diagnosed again."""
+    return {name: run(SPECS[name]) for name in SAMPLE}
+
+
 @pytest.mark.parametrize("name", SAMPLE)
-def test_a_diagnosis_says_what_the_calibration_says(name: str) -> None:
+def test_a_diagnosis_says_what_the_calibration_says(again: dict[str, Any], name: str) -> None:
     (kept,) = (row for row in _figures()["cases"] if row["id"] == name)
-    row = run(SPECS[name])
+    row = again[name]
     assert right_first(row) or not row["truth"]
     assert false_effects(row) == 0
     assert _named(row) == _named(kept)
@@ -116,10 +122,20 @@ def test_a_diagnosis_says_what_the_calibration_says(name: str) -> None:
     assert row["after"] <= row["before"]
 
 
-def test_the_sums_are_those_of_the_cases() -> None:
+def test_the_sums_are_those_of_the_cases(again: dict[str, Any]) -> None:
+    """With the sampled ones as they come out today; the gaps of these are of another band."""
     figures = _figures()
-    assert summary(figures["cases"]) == figures["summary"]
     assert {row["id"] for row in figures["cases"]} <= set(SPECS)
+    kept = figures["cases"]
+    assert summary(kept) == figures["summary"]
+    assert _counts(summary([again.get(row["id"], row) for row in kept])) == _counts(summary(kept))
+
+
+def _counts(sums: Any) -> Any:
+    """Return the integers of a tree of sums."""
+    if isinstance(sums, dict):
+        return {key: _counts(value) for key, value in sums.items()}
+    return sums if isinstance(sums, int) else None
 
 
 def test_a_case_counts_as_right_only_where_name_and_joint_are() -> None:

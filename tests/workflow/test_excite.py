@@ -421,6 +421,15 @@ def test_the_tx40_keeps_all_limits_and_its_goal(name: str) -> None:
     assert case["condition"][case["case"].get("model", "energy")] <= goal(case)
 
 
+@pytest.mark.parametrize("name", ["torque, one run", "energy, one run"])
+def test_a_search_for_the_tx40_begins_as_its_figures_do_and_gains(name: str) -> None:
+    case = figures()["cases"][name]
+    few = case["case"] | {"iterations": 5, "searches": 1, "budget": 3600.0}
+    plan = symgen.excite("tx40", **figures()["limits"], **few)
+    assert plan.start == pytest.approx(case["start"], rel=0.03)
+    assert plan.condition < 0.6 * plan.start
+
+
 @pytest.mark.parametrize("name", figures()["cases"])
 def test_the_tx40s_energy_condition_is_that_of_plain_transforms(name: str) -> None:
     case = figures()["cases"][name]

@@ -47,21 +47,29 @@ def test_trusted_means_trusted() -> None:
     assert trust_study.reached(sums)
 
 
+@pytest.fixture(scope="module")
+def again() -> dict[int, dict[str, Any]]:
+    """Sampled runs of the study, taken again."""
+    rows = {k: trust_study.attempt(trust_study.REPORTED_ON + k) for k in SAMPLED}
+    print(*map(trust_study.line, rows.values()), sep="\n")
+    return rows
+
+
 @pytest.mark.parametrize("place", SAMPLED)
-def test_a_run_of_the_study_comes_out_again(place: int) -> None:
-    kept = _figures()["rows"][place]
-    row = trust_study.attempt(trust_study.REPORTED_ON + place)
-    print(trust_study.line(row))
+def test_a_run_of_the_study_comes_out_again(again: dict[int, Any], place: int) -> None:
+    kept, row = _figures()["rows"][place], again[place]
     assert row["verdict"] == kept["verdict"]
     for key in ("said", "true", "best"):
         assert row[key] == pytest.approx(kept[key], rel=0.02)
 
 
-def test_the_figures_that_are_reached() -> None:
+def test_the_figures_that_are_reached(again: dict[int, Any]) -> None:
+    """Of the runs of the study, with the sampled ones as they come out today."""
     figures = _figures()
     assert len(figures["rows"]) == RUNS
-    sums = trust_study.summary(figures["rows"])
-    assert sums == pytest.approx(figures["summary"], rel=1e-4, nan_ok=True)
+    rows = [again.get(k, row) for k, row in enumerate(figures["rows"])]
+    sums = trust_study.summary(rows)
+    assert sums == pytest.approx(figures["summary"], rel=0.02, nan_ok=True)
     assert sums["share_of_deserving"] >= trust_study.TRUSTED
     if sums["share_of_trusted"] > trust_study.FALSE:
         share = 100 * sums["share_of_trusted"]
