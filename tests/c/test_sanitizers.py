@@ -44,6 +44,7 @@ HARNESS = """
 
 #define N NAME_JOINTS
 #define P NAME_PARAMETERS
+#define MOST 12 /* samples of a log */
 
 typedef struct { const uint8_t *at; size_t left; } input;
 
@@ -135,7 +136,32 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
             if (!failed) { /* the twin never sees what is refused */
                 require(NAME_identifier_step(before, q, qd, tau, dt) == 0);
                 samples++;
+                if (mode == NAME_WINDOW_START && (NAME_identifier_status(state) & NAME_OUTLIER)) {
+                    samples = 0; /* it has begun anew */
+                }
             }
+            break;
+        }
+        case 4: { /* a log at once is its samples one by one */
+            NAME_real t[MOST], Q[MOST * N], QD[MOST * N], TAU[MOST * N];
+            const size_t count = byte(&in) % (MOST + 1);
+            (void)(numbers(&in, t, MOST) & numbers(&in, Q, MOST * N) & numbers(&in, QD, MOST * N)
+                   & numbers(&in, TAU, MOST * N));
+            const int stopped = NAME_identifier_run(state, count, t, Q, QD, TAU);
+            int refused_at = 0;
+            NAME_identifier_restart(before);
+            for (size_t k = 0; k < count && refused_at == 0; k++) {
+                const NAME_real dt = k > 0 ? t[k] - t[k - 1] : 0;
+                if ((k == 0 && !isfinite(t[0])) ||
+                    NAME_identifier_step(before, Q + k * N, QD + k * N, TAU + k * N, dt) != 0) {
+                    refused_at = (int)k + 1;
+                }
+            }
+            require(stopped == refused_at);
+            require(NAME_identifier_status(state) == NAME_identifier_status(before));
+            samples = 0;
+            NAME_identifier_restart(state);
+            NAME_identifier_restart(before);
             break;
         }
         case 5: {
@@ -150,6 +176,11 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         case 6: {
             const int finite = numbers(&in, row, P);
             NAME_least_squares copy = other;
+            NAME_real innovation = 7, leverage = 7;
+            if (NAME_least_squares_foresee(&other, row, 1, &innovation, &leverage) != 0) {
+                require(innovation == 7 && leverage == 7);
+            }
+            require(memcmp(&copy, &other, sizeof copy) == 0);
             const int failed = NAME_least_squares_update(&other, row, number(&in));
             require(finite || failed);
             if (failed) {

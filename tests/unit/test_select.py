@@ -1,0 +1,259 @@
+"""The rule by which an effect is taken, on equations that are made up: each clause by itself."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from symgen.diagnosis.evidence import Evidence
+from symgen.diagnosis.select import judge, project, quick_gain
+
+K, N, P = 400, 2, 3
+
+
+def candidate(kind: str = "linear", sign: str = "", change: bool = False, m: int = 1) -> Any:
+    definition = SimpleNamespace(kind=kind, sign=sign, linear={f"c{k}": "" for k in range(m)})
+    return SimpleNamespace(definition=definition, change=change)
+
+
+def evidence(y: np.ndarray, W: np.ndarray, sigma=(1.0, 1.0), moves=None) -> Evidence:
+    """Equations whose model is fitted by plain least squares, rows weighed by 1/sigma."""
+    moves = np.ones((K, N)) if moves is None else moves
+    weight = moves / np.array(sigma)
+    X = np.linalg.lstsq(
+        (W * weight[:, :, None]).reshape(K * N, -1), (y * weight).ravel(), rcond=None
+    )[0]
+    block = np.arange(K) * 20 // K
+    scenes: Any = (SimpleNamespace(measured=y),)
+    return Evidence(scenes, W, y, X, np.array(sigma), moves, block)
+
+
+@pytest.fixture
+def draw() -> np.random.Generator:
+    return np.random.default_rng(7)
+
+
+@pytest.fixture
+def parts(draw):
+    """Regressor, parameters, noise, and a column that the model cannot say."""
+    W = draw.normal(size=(K, N, P))
+    return W, np.array([1.0, -2.0, 0.5]), draw.normal(size=(K, N)), draw.normal(size=(K, 1))
+
+
+def rss(columns: np.ndarray, y: np.ndarray, weight: np.ndarray) -> float:
+    """Sum of squares that least squares leaves."""
+    A, b = (columns * weight[:, :, None]).reshape(K * N, -1), (y * weight).ravel()
+    return float(np.sum((b - A @ np.linalg.lstsq(A, b, rcond=None)[0]) ** 2))
+
+
+def both(W: np.ndarray, columns: dict[int, np.ndarray]) -> np.ndarray:
+    wide = np.zeros((K, N, next(iter(columns.values())).shape[1]))
+    for j, c in columns.items():
+        wide[:, j] = c
+    return np.concatenate([W, wide], axis=2)
+
+
+@pytest.mark.parametrize("joints", [(0,), (1,), (0, 1)])
+@pytest.mark.parametrize("sigma", [(1.0, 1.0), (0.2, 3.0)])
+def test_the_gain_is_what_least_squares_gains_by_the_columns(parts, draw, joints, sigma):
+    W, X, noise, _ = parts
+    columns = {j: draw.normal(size=(K, 2)) for j in joints}
+    moves = (draw.random((K, N)) > 0.2).astype(float)
+    y = W @ X + noise * sigma
+    for j, c in columns.items():
+        y[:, j] += sigma[j] * c @ [0.6, -0.4]
+    e = evidence(y, W, sigma, moves)
+    weight = moves / np.array(sigma)
+    own = np.sum(e.residual[:, list(joints)] ** 2)
+    wanted = (rss(W, y, weight) - rss(both(W, columns), y, weight)) / own
+    assert quick_gain(e, columns) == pytest.approx(wanted, rel=1e-6)
+    score = judge(e, candidate(m=2), columns, 1)
+    assert score.gain == pytest.approx(wanted, rel=1e-6)
+    # Coefficients of both together, and the share of the whole gap in units of the torque.
+    A = (both(W, columns) * weight[:, :, None]).reshape(K * N, -1)
+    X_all = np.linalg.lstsq(A, (y * weight).ravel(), rcond=None)[0]
+    np.testing.assert_allclose(score.coefficients, X_all[P:], rtol=1e-6)
+    share = (np.array(sigma) / np.sqrt(np.mean(y**2, axis=0))) ** 2
+    after = moves * (y - both(W, columns) @ X_all) / sigma
+    closes = 1 - np.sum(after**2, axis=0) @ share / (np.sum(e.residual**2, axis=0) @ share)
+    assert score.closes == pytest.approx(closes, rel=1e-6)
+    assert score.fault == "" or "whole gap" in score.fault
+    np.testing.assert_allclose(score.explained, e.residual - after, atol=1e-9)
+
+
+def test_of_an_effect_that_is_not_there_p_is_even_and_std_that_of_the_estimates(draw):
+    W = draw.normal(size=(K, N, P))
+    ps, z, small = [], [], 0
+    for _ in range(300):
+        column = draw.normal(size=(K, 1))
+        e = evidence(W @ np.ones(P) + draw.normal(size=(K, N)), W)
+        score = judge(e, candidate(), {0: column}, 1)
+        ps.append(score.p_value)
+        z.append(score.coefficients[0] / score.std[0])
+        small += "explains" in score.fault
+    # Robust errors are the larger of two: p is even, or a little too large, never too small.
+    assert stats.kstest(ps, "uniform", alternative="greater").pvalue > 0.001
+    assert 0.4 < np.median(ps) < 0.75
+    assert 0.75 < np.std(z) < 1.1
+    assert small > 290
+
+
+def test_several_coefficients_are_tested_together(draw, parts):
+    W, X, noise, _ = parts
+    columns = {0: draw.normal(size=(K, 3))}
+    y = W @ X + noise
+    y[:, 0] += columns[0] @ [0.15, 0.15, 0.15]
+    e = evidence(y, W)
+    found = judge(e, candidate(m=3), columns, 1)
+    white = (found.coefficients / found.std) ** 2
+    # The columns are nearly orthogonal: the F test is of the mean of three squares.
+    expected = stats.f.sf(white.sum() / 3 * (20 - 3) / (20 - 1), 3, 20 - 3)
+    assert np.log(found.p_value) == pytest.approx(np.log(expected), rel=0.25)
+
+
+def test_correlated_residuals_widen_the_std(draw, parts):
+    W, X, _, _ = parts
+    slow = np.repeat(draw.normal(size=(K // 10, N)), 10, axis=0)
+    column = np.repeat(draw.normal(size=(K // 10, 1)), 10, axis=0)
+    found = [
+        judge(evidence(W @ X + e, W), candidate(), {0: column}, 1).std[0]
+        for e in (slow, draw.permutation(slow))
+    ]
+    assert found[0] > 2 * found[1]
+
+
+def test_what_the_model_says_itself_is_absorbed(parts):
+    W, X, noise, column = parts
+    e = evidence(W @ X + noise, W)
+    said = {j: W[:, j] @ [[1.0], [2.0], [0.0]] for j in range(N)}
+    score = judge(e, candidate(), said, 1)
+    assert score.fault == "the model absorbs it"
+    assert (score.gain, score.coefficients.tolist(), score.std.tolist()) == (0, [0], [0])
+    assert quick_gain(e, said) == 0
+    # Of five per cent of it, no more than that counts as its own.
+    nearly = {j: said[j] + 0.02 * column for j in range(N)}
+    assert judge(e, candidate(), nearly, 1).fault == "the model absorbs it"
+    clearly = {j: said[j] + 0.4 * column for j in range(N)}
+    assert project(e, clearly).directions.shape == (1, 1)
+
+
+def test_coefficients_that_share_a_direction_with_the_model_are_not_known(parts, draw):
+    W, X, noise, column = parts
+    e = evidence(W @ X + noise, W)
+    said = [W[:, j] @ [[1.0], [2.0], [0.0]] for j in range(N)]
+    free = draw.normal(size=(K, 1))
+    p = project(e, {j: np.hstack([free, said[j] + column, column]) for j in range(N)})
+    assert p.directions.shape == (3, 2)
+    assert p.known.tolist() == [True, False, False]
+
+
+def effect(size: float, parts, joint: int = 0) -> tuple[Evidence, dict[int, np.ndarray]]:
+    """Equations with an effect of so many standard deviations of the noise on a joint."""
+    W, X, noise, column = parts
+    y = W @ X + noise
+    y[:, joint] += size * column[:, 0]
+    return evidence(y, W), {joint: column}
+
+
+# Of a column of unit size the gain is size^2 / (1 + size^2).
+@pytest.mark.parametrize(
+    ("kind", "size", "says"),
+    [
+        ("linear", 0.08, "needed: 2 %"),
+        ("linear", 0.7, ""),
+        ("model", 0.4, "needed: 20 %"),
+        ("model", 0.8, ""),
+        ("log", 0.8, "needed: 50 %"),
+        ("log", 1.3, ""),
+    ],
+)
+def test_what_belongs_to_the_chain_has_to_explain_more(parts, kind, size, says):
+    e, columns = effect(size, parts)
+    score = judge(e, candidate(kind), columns, 1)
+    assert says in score.fault
+    assert bool(says) == bool(score.fault)
+
+
+@pytest.mark.parametrize(("other", "waits"), [(1.0, False), (40.0, True)])
+def test_what_closes_little_of_the_whole_gap_waits(parts, other, waits):
+    W, X, noise, column = parts
+    y = W @ X + noise * [1.0, other]
+    y[:, 0] += 0.8 * column[:, 0]
+    score = judge(evidence(y, W, (1.0, other)), candidate(), {0: column}, 1)
+    assert ("of the whole gap; needed: 5 %" in score.fault) == waits
+    assert (score.closes < 1 - 0.95**2) == waits
+
+
+def test_every_candidate_that_was_tried_counts_in_its_significance(parts):
+    e, columns = effect(0.55, parts)
+    p = judge(e, candidate(), columns, 1).p_value
+    assert 0 < p < 1e-5
+    few, many = int(0.0009 / p), int(0.0011 / p) + 1
+    assert judge(e, candidate(), columns, few).fault == ""
+    assert f"{many} candidates were tried" in judge(e, candidate(), columns, many).fault
+
+
+@pytest.mark.parametrize("sign", ["positive", ""])
+@pytest.mark.parametrize("change", [False, True])
+@pytest.mark.parametrize("size", [0.8, -0.8])
+def test_a_coefficient_that_must_be_positive_is(parts, sign, change, size):
+    e, columns = effect(size, parts)
+    fault = judge(e, candidate(sign=sign, change=change), columns, 1).fault
+    wrong = sign == "positive" and not change and size < 0
+    assert fault == ("its coefficient has the wrong sign" if wrong else "")
+
+
+def test_one_positive_coefficient_is_enough_and_one_negative_too_much(parts, draw):
+    W, X, noise, column = parts
+    other = draw.normal(size=(K, 1))
+    for sizes, wrong in (((0.8, 0.0), False), ((0.8, -0.8), True), ((0.0, -0.8), True)):
+        y = W @ X + noise
+        y[:, 0] += np.hstack([column, other]) @ sizes
+        fault = judge(
+            evidence(y, W), candidate(sign="positive", m=2), {0: np.hstack([column, other])}, 1
+        ).fault
+        assert ("wrong sign" in fault) == wrong, sizes
+
+
+def test_a_torque_larger_than_the_torque_itself_is_none(parts):
+    W, _, noise, column = parts
+    # Two columns that nearly cancel: each one's share is far beyond what was measured.
+    y = 0.01 * noise
+    nearly = W[:, :, 0] + 0.06 * column
+    columns = {j: nearly[:, [j]] for j in range(N)}
+    y += 0.06 * column
+    y -= 0.0
+    e = evidence(y, W)
+    score = judge(e, candidate(), columns, 1)
+    size = np.sqrt(np.mean((nearly * score.coefficients[0]) ** 2, axis=0))
+    assert (size > 3 * np.sqrt(np.mean(y**2, axis=0))).any()
+    assert score.fault == "its torque would be larger than the torque itself"
+
+
+@pytest.mark.parametrize("fold", range(5))
+def test_each_fold_must_fit_better_with_it(parts, fold):
+    """In one fifth of the time the effect has the other sign: that fold is named."""
+    W, X, noise, column = parts
+    acting = np.cumsum(column[:, 0] ** 2)
+    at = np.minimum((5 * acting / acting[-1]).astype(int), 4) == fold
+    y = W @ X + 0.3 * noise
+    y[:, 1] += np.where(at, -0.4, 1.0) * column[:, 0]
+    e = evidence(y, W)
+    score = judge(e, candidate(), {1: column}, 1)
+    assert score.fault == f"the fit of held-out fold {fold + 1} is not better with it"
+
+
+def test_rows_at_rest_have_no_say(parts):
+    e, columns = effect(0.8, parts)
+    W, moves = e.W, np.ones((K, N))
+    moves[::3, 0] = moves[1::4, 1] = 0
+    still = evidence(e.y, W, moves=moves)
+    wrong = evidence(np.where(moves > 0, e.y, e.y + 50.0), W, moves=moves)
+    a, b = (judge(x, candidate(), columns, 1) for x in (still, wrong))
+    for name in ("coefficients", "std", "gain", "p_value"):
+        assert getattr(a, name) == pytest.approx(getattr(b, name), rel=1e-9)
+    assert a.fault == b.fault == ""
