@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 
 from symgen.diagnosis.evidence import Evidence
-from symgen.diagnosis.select import judge, project, quick_gain
+from symgen.diagnosis.select import _worse_fold, judge, project, quick_gain
 
 K, N, P = 400, 2, 3
 
@@ -186,6 +186,8 @@ def test_what_closes_little_of_the_whole_gap_waits(parts, other, waits):
     score = judge(evidence(y, W, (1.0, other)), candidate(), {0: column}, 1)
     assert ("of the whole gap; needed: 5 %" in score.fault) == waits
     assert (score.closes < 1 - 0.95**2) == waits
+    if waits:
+        assert f"closes {100 * (1 - np.sqrt(1 - score.closes)):.2g} %" in score.fault
 
 
 def test_every_candidate_that_was_tried_counts_in_its_significance(parts):
@@ -217,6 +219,19 @@ def test_one_positive_coefficient_is_enough_and_one_negative_too_much(parts, dra
             evidence(y, W), candidate(sign="positive", m=2), {0: np.hstack([column, other])}, 1
         ).fault
         assert ("wrong sign" in fault) == wrong, sizes
+
+
+@pytest.mark.parametrize(("stds", "wrong"), [(-1.8, False), (-2.2, True)])
+def test_a_negative_coefficient_counts_from_two_std(parts, draw, stds, wrong):
+    e, first = effect(0.8, parts)
+    columns = {0: np.hstack([first[0], draw.normal(size=(K, 1))])}
+    score = judge(e, candidate(m=2), columns, 1)
+    # What the columns say already moves their coefficients, and no residual.
+    y = e.y.copy()
+    y[:, 0] += (stds * score.std[1] - score.coefficients[1]) * columns[0][:, 1]
+    moved = judge(evidence(y, e.W), candidate(sign="positive", m=2), columns, 1)
+    assert moved.coefficients[1] / moved.std[1] == pytest.approx(stds, rel=1e-6)
+    assert ("wrong sign" in moved.fault) == wrong
 
 
 def test_a_torque_larger_than_the_torque_itself_is_none(parts):
@@ -257,3 +272,47 @@ def test_rows_at_rest_have_no_say(parts):
     for name in ("coefficients", "std", "gain", "p_value"):
         assert getattr(a, name) == pytest.approx(getattr(b, name), rel=1e-9)
     assert a.fault == b.fault == ""
+
+
+@pytest.mark.parametrize("joints", [(0,), (0, 1)])
+def test_folds_are_those_of_cross_validation_by_hand(joints):
+    """The first fold whose joints fit no better, or none; effects are weak: a near thing."""
+    answers = []
+    for seed in range(40):
+        rng = np.random.default_rng([seed, len(joints)])
+        W = rng.normal(size=(K, N, P)) * [1.0, 30.0, 0.1]
+        sigma = np.array([0.5, 2.0])
+        moves = (rng.random((K, N)) > 0.1).astype(float)
+        columns = {j: rng.normal(size=(K, 2)) * np.linspace(0.5, 2, K)[:, None] for j in joints}
+        y = W @ [1.0, 0.1, 5.0] + sigma * rng.normal(size=(K, N))
+        for j, c in columns.items():
+            y[:, j] += 0.12 * sigma[j] * c @ [1.0, -1.0]
+        e = evidence(y, W, sigma, moves)
+        p = project(e, columns)
+        answers.append(_worse_fold(e, p, list(joints)))
+        assert answers[-1] == _by_hand(W, y, columns, moves / sigma, joints), seed
+    assert {0, 1, 2, 3} <= set(answers)
+
+
+def _by_hand(W, y, columns, weight, joints) -> int:
+    """Fit on four fifths, with and without the columns, and compare on the fifth."""
+    wide = both(W, columns) * weight[:, :, None]
+    rest, b = wide[:, :, :P], y * weight
+    inside = rest.reshape(K * N, P)
+    own = wide[:, :, P:].reshape(K * N, -1)
+    own = own - inside @ np.linalg.lstsq(inside, own, rcond=None)[0]
+    # It acts where, in orthonormal combinations, it is what the model cannot say.
+    left, _, _ = np.linalg.svd(own, full_matrices=False)
+    acting = np.cumsum(np.sum(left.reshape(K, N, -1) ** 2, axis=(1, 2)))
+    fold = np.minimum((5 * acting / acting[-1]).astype(int), 4)
+    for f in range(5):
+        train, test = fold != f, fold == f
+        errors = []
+        for A in (rest, wide):
+            n = A.shape[2]
+            x = np.linalg.lstsq(A[train].reshape(-1, n), b[train].ravel(), rcond=None)[0]
+            at = list(joints)
+            errors.append(np.sum((b[test][:, at] - A[test][:, at] @ x) ** 2))
+        if errors[1] >= errors[0]:
+            return f + 1
+    return 0
