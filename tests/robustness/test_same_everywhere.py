@@ -1,12 +1,20 @@
-"""Same input, same bytes and same numbers, whatever the hash seed and the process."""
+"""Same bytes, whatever hash seed and process; same numbers, whatever compiler, flags, threads."""
 
 from __future__ import annotations
 
+import json
+import math
 import os
+import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
+import pytest
 from support import PROJECT
+from support_commands import PARAMETERS
 
 #: Everything that has an order: named lengths times roots, a tree, a coupling, effects, a payload.
 ROBOT = """
@@ -77,3 +85,101 @@ def test_bytes_and_estimates_are_the_same_across_hash_seeds_and_processes():
     assert '"rich_energy.casadi"' in first
     assert '"rich.tex"' in first
     assert first == second
+
+
+#: Compiler ("" for the machine's), flags, and threads of the linear algebra.
+MACHINES = [
+    pytest.param("", "native", "2", id="native, two threads"),
+    pytest.param("", "plain", "1", marks=pytest.mark.slow, id="plain"),
+    *(
+        pytest.param(cc, flags, threads, marks=pytest.mark.slow, id=f"{cc} {flags} {threads}")
+        for cc, flags, threads in (
+            ("gcc", "fma", "1"),
+            ("gcc", "avx2", "1"),
+            ("gcc", "native-straight", "2"),
+            ("clang", "plain", "1"),
+            ("clang", "native", "1"),
+        )
+    ),
+]
+COMMANDS = {
+    "est": "identify planar2r log.csv --into est",
+    "prediction": "predict planar2r log.csv --parameters p.toml --into prediction",
+    "diagnosis": "diagnose planar2r log.csv --into diagnosis",
+}
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """A simulated log with noise, as CSV."""
+    folder = tmp_path_factory.mktemp("log")
+    (folder / "p.toml").write_text(PARAMETERS)
+    options = "--duration 4 --rate 250 --torque-noise-percent 2 --position-noise 1e-5"
+    _run(folder, f"simulate planar2r --parameters p.toml {options} --into log.csv", {})
+    return (folder / "log.csv").read_bytes()
+
+
+@pytest.fixture(scope="module")
+def first(log: bytes, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """What the commands write where there is no compiler: CasADi computes."""
+    return _written(log, tmp_path_factory.mktemp("first"), {"SYMGEN_CC": "none"})
+
+
+def _run(folder: Path, words: str, change: dict[str, str]) -> None:
+    environment = {**os.environ, "PYTHONPATH": str(PROJECT), **change}
+    done = subprocess.run(
+        [sys.executable, "-m", "symgen", *words.split()],
+        cwd=folder, capture_output=True, text=True, env=environment,
+    )  # fmt: skip
+    assert done.returncode in (0, 1), done.stderr
+
+
+def _written(log: bytes, folder: Path, change: dict[str, str]) -> Any:
+    (folder / "log.csv").write_bytes(log)
+    (folder / "p.toml").write_text(PARAMETERS)
+    out = {}
+    for kind, words in COMMANDS.items():
+        _run(folder, words, change)
+        (file,) = (folder / kind).glob("*.json")
+        out[kind] = json.loads(file.read_text("utf-8"))
+    return out
+
+
+#: What names the machine, and digests of files with every digit of a number: of bytes, not values.
+NOT_VALUES = ("backend", "digests")
+
+
+def _apart(a: Any, b: Any, where: str = "") -> Iterator[str]:
+    """Yield the places at which two contents differ; numbers, by more than 1e-8 of their size."""
+    if isinstance(a, dict) and isinstance(b, dict):
+        for key in sorted({*a, *b} - {*NOT_VALUES}):
+            yield from _apart(a.get(key), b.get(key), f"{where}.{key}")
+    elif isinstance(a, list) and isinstance(b, list) and len(a) == len(b):
+        for k, (x, y) in enumerate(zip(a, b, strict=True)):
+            yield from _apart(x, y, f"{where}[{k}]")
+    elif isinstance(a, float) and isinstance(b, float):
+        if not math.isclose(a, b, rel_tol=1e-8, abs_tol=1e-12):
+            yield f"{where}: {a!r} and {b!r}"
+    elif a != b:
+        yield f"{where}: {a!r} and {b!r}"
+
+
+def test_numbers_apart_are_seen():
+    assert list(_apart({"a": [1.0, {"b": 2.0}]}, {"a": [1.0 + 1e-10, {"b": 2.0}]})) == []
+    assert list(_apart({"a": [1.0, {"b": 2.0}]}, {"a": [1.0, {"b": 2.0 + 1e-6}]})) == [
+        ".a[1].b: 2.0 and 2.000001"
+    ]
+    assert len(list(_apart({"a": [1.0], "c": "x"}, {"a": [1.0, 2.0], "c": "y"}))) == 2
+
+
+@pytest.mark.parametrize(("cc", "flags", "threads"), MACHINES)
+def test_results_are_the_same_numbers_whatever_compiler_flags_and_threads(
+    log, first, cc, flags, threads, tmp_path
+):
+    if shutil.which(cc or "cc") is None:
+        pytest.skip(f"{cc or 'cc'} is not on this machine")
+    change = {"SYMGEN_FLAGS": flags, "OPENBLAS_NUM_THREADS": threads}
+    change |= {"SYMGEN_CC": cc} if cc else {}
+    change["SYMGEN_CACHE"] = str(tmp_path / "cache")
+    found = _written(log, tmp_path, change)
+    assert list(_apart(first, found)) == []
