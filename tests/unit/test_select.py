@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -102,6 +103,29 @@ def test_of_an_effect_that_is_not_there_p_is_even_and_std_that_of_the_estimates(
     assert small > 290
 
 
+@pytest.mark.parametrize("unit", [1e-9, 1e5])
+def test_the_unit_of_a_column_changes_its_coefficient_alone(parts, draw, unit):
+    e, columns = effect(0.8, parts)
+    columns = {0: np.hstack([columns[0], draw.normal(size=(K, 1))])}
+    other = {0: columns[0] * [unit, 1.0]}
+    a, b = (judge(e, candidate(m=2), c, 1) for c in (columns, other))
+    np.testing.assert_allclose(b.coefficients * [unit, 1.0], a.coefficients, rtol=1e-6)
+    np.testing.assert_allclose(b.std * [unit, 1.0], a.std, rtol=1e-6)
+    assert (b.gain, b.p_value) == pytest.approx((a.gain, a.p_value), rel=1e-6)
+    assert quick_gain(e, other) == pytest.approx(quick_gain(e, columns), rel=1e-6)
+    assert project(e, other).known.tolist() == project(e, columns).known.tolist() == [True, True]
+
+
+@pytest.mark.parametrize("blocks", [20, 2])
+def test_one_coefficient_is_tested_by_t_with_a_block_less_than_there_are(parts, blocks):
+    e, columns = effect(0.2, parts)
+    e = replace(e, block=np.arange(K) * blocks // K)
+    score = judge(e, candidate(), columns, 1)
+    z = abs(score.coefficients[0] / score.std[0])
+    assert z > 1
+    assert score.p_value == pytest.approx(2 * stats.t.sf(z, blocks - 1), rel=1e-9)
+
+
 def test_several_coefficients_are_tested_together(draw, parts):
     W, X, noise, _ = parts
     columns = {0: draw.normal(size=(K, 3))}
@@ -138,7 +162,9 @@ def test_what_the_model_says_itself_is_absorbed(parts):
     nearly = {j: said[j] + 0.02 * column for j in range(N)}
     assert judge(e, candidate(), nearly, 1).fault == "the model absorbs it"
     clearly = {j: said[j] + 0.4 * column for j in range(N)}
-    assert project(e, clearly).directions.shape == (1, 1)
+    half = project(e, clearly)
+    assert half.directions.shape == (1, 1)
+    assert half.known.tolist() == [True]  # absorbed in part, but in no other direction
 
 
 def test_coefficients_that_share_a_direction_with_the_model_are_not_known(parts, draw):
@@ -234,19 +260,16 @@ def test_a_negative_coefficient_counts_from_two_std(parts, draw, stds, wrong):
     assert ("wrong sign" in moved.fault) == wrong
 
 
-def test_a_torque_larger_than_the_torque_itself_is_none(parts):
+@pytest.mark.parametrize(("share", "larger"), [(0.06, True), (0.25, True), (0.5, False)])
+def test_a_torque_larger_than_the_torque_itself_is_none(parts, share, larger):
+    """Columns that the model nearly says: the part that it cannot say is all that was measured."""
     W, _, noise, column = parts
-    # Two columns that nearly cancel: each one's share is far beyond what was measured.
-    y = 0.01 * noise
-    nearly = W[:, :, 0] + 0.06 * column
-    columns = {j: nearly[:, [j]] for j in range(N)}
-    y += 0.06 * column
-    y -= 0.0
-    e = evidence(y, W)
+    columns = {j: W[:, [j], 0] + share * column for j in range(N)}
+    e = evidence(0.01 * noise + share * column, W, (0.01, 0.01))
     score = judge(e, candidate(), columns, 1)
-    size = np.sqrt(np.mean((nearly * score.coefficients[0]) ** 2, axis=0))
-    assert (size > 3 * np.sqrt(np.mean(y**2, axis=0))).any()
-    assert score.fault == "its torque would be larger than the torque itself"
+    assert score.coefficients == pytest.approx([1], rel=0.1)
+    assert (np.sqrt(1 + share**2) > 3 * share) == larger
+    assert score.fault == ("its torque would be larger than the torque itself" if larger else "")
 
 
 @pytest.mark.parametrize("fold", range(5))
