@@ -7,3 +7,4 @@ URDF = """<robot name="one"><link name="a"/><link name="b"><inertial><mass value
 <limit effort="1" velocity="1" lower="-1" upper="1"/></joint></robot>
 """
 LIMITS = "--position 1 --velocity 2 --acceleration 8 --torque 100".split()
+LOADED = "[parameters]\nZZ1R = 4.0\nZZ2 = 0.24\nMX2 = 0.724\nMY2 = 0.006\n"  # 2 kg at 0.3 m

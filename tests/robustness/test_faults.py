@@ -4,7 +4,7 @@ A few kills of every command by default; 200 over all commands, on purpose:
 
     pytest -m slow tests/robustness/test_faults.py
 
-SYMGEN_KILLS sets their number.
+SYMGEN_KILLS sets their number. The long run writes fault_figures.json.
 """
 
 from __future__ import annotations
@@ -17,16 +17,18 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from support import messages
-from support_commands import LIMITS, PARAMETERS, URDF
+from support_commands import LIMITS, LOADED, PARAMETERS, URDF
 
 import symgen
 from symgen.results import read_result
 
+FIGURES = Path(__file__).with_name("fault_figures.json")
 KILLS = int(os.environ.get("SYMGEN_KILLS", "200"))
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals and limits of POSIX")
 
@@ -48,13 +50,16 @@ COMMANDS: dict[str, tuple[list[str], str, Callable[[Path], object]]] = {
     "identify": (["planar2r", "log.csv"], "out", read_result),
     "predict": (["planar2r", "log.csv", "--parameters", "p.toml"], "out", read_result),
     "diagnose": (["planar2r", "log.csv"], "out", read_result),
+    "payload": (["planar2r", "loaded.csv", "--parameters", "p.toml"], "out", read_result),
+    "export": (["arm-est", "--from", "arm.urdf"], "out.urdf", symgen.read_robot),
     "report": (["est"], "out.html", lambda p: _whole(p)),
     "demo": (["--runs", "20"], "out", lambda p: _whole(p / "demo.html")),
 }
 
 #: Beside the commands that a default test takes.
 SLOW = [
-    pytest.param(c, marks=pytest.mark.slow) for c in ("generate", "simulate", "predict", "report")
+    pytest.param(c, marks=pytest.mark.slow)
+    for c in ("generate", "simulate", "predict", "payload", "export", "report")
 ]
 
 
@@ -70,11 +75,17 @@ def _whole(path: Path) -> None:
     assert text.rstrip().endswith("</html>") if path.suffix == ".html" else text.endswith("\n")
 
 
+def line(command: str, into: str) -> list[str]:
+    """Return the words that run a command, which writes `into`."""
+    arguments, _, _ = COMMANDS[command]
+    option = "--to" if command == "export" else "--into"
+    return [sys.executable, "-m", "symgen", command, *arguments, option, into]
+
+
 def start(world: Path, command: str, into: str, **options: object) -> subprocess.Popen[str]:
     """Start a command that writes `into`, in a session of its own."""
-    arguments, _, _ = COMMANDS[command]
     return subprocess.Popen(
-        [sys.executable, "-m", "symgen", command, *arguments, "--into", into],
+        line(command, into),
         cwd=world,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -90,19 +101,49 @@ def finished(job: subprocess.Popen[str]) -> tuple[int, str, list[str]]:
     return job.returncode, out, messages(err)
 
 
+#: What some commands read beside that, and how it is made.
+BEFORE = {
+    "payload": [("simulate", "planar2r --parameters loaded.toml --duration 4 --into loaded.csv")],
+    "export": [
+        ("import", "arm.urdf --into arm.toml"),
+        ("simulate", "arm.toml --parameters arm_parameters.toml --duration 4 --into arm.csv"),
+        ("identify", "arm.toml arm.csv --into arm-est"),
+    ],
+}
+
+
+def run(folder: Path, command: str, words: str) -> None:
+    """Run a command that has an answer."""
+    script = [sys.executable, "-m", "symgen", command, *words.split()]
+    done = subprocess.run(script, cwd=folder, capture_output=True, text=True)
+    assert done.returncode in (0, 1), done.stderr
+
+
 @pytest.fixture(scope="module")
-def world(tmp_path_factory: pytest.TempPathFactory):
-    """A folder with a log, an estimate and a URDF, and a cache of compiled models of its own."""
+def common(tmp_path_factory: pytest.TempPathFactory):
+    """A folder with a log, an estimate and URDFs, and a cache of compiled models of its own."""
     folder = tmp_path_factory.mktemp("world")
     patch = pytest.MonkeyPatch()
     patch.setenv("SYMGEN_CACHE", str(tmp_path_factory.mktemp("cache") / "symgen"))
     (folder / "p.toml").write_text(PARAMETERS)
+    (folder / "loaded.toml").write_text(LOADED)
     (folder / "one.urdf").write_text(URDF)
-    for command, into in (("simulate", "log.csv"), ("identify", "est")):
-        code, _, said = finished(start(folder, command, into))
-        assert code in (0, 1), said
+    (folder / "arm.urdf").write_text(URDF.replace('"one"', '"arm"').replace('ort="1"', 'ort="9"'))
+    run(folder, "simulate", "planar2r --parameters p.toml --duration 4 --into log.csv")
+    run(folder, "identify", "planar2r log.csv --into est")
     yield folder
     patch.undo()
+
+
+@pytest.fixture
+def world(common: Path, request: pytest.FixtureRequest) -> Path:
+    """The folder, with what the test's command reads."""
+    parameters = getattr(request.node, "callspec", None)
+    steps = BEFORE.get(parameters and parameters.params.get("command"), [])
+    for command, words in steps:
+        if not (common / words.split()[-1]).exists():
+            run(common, command, words)
+    return common
 
 
 def state(folder: Path) -> dict[str, bytes]:
@@ -114,14 +155,20 @@ def state(folder: Path) -> dict[str, bytes]:
     }
 
 
-def _killed(world: Path, command: str, after: float) -> None:
-    """Kill a command after so many seconds: what it was to write is absent or whole."""
+def _killed(world: Path, command: str, after: float) -> str:
+    """Kill a command after so many seconds: what it was to write is absent or whole.
+
+    Returns:
+        "finished" before it was killed, or what it left: "whole" or "absent".
+    """
     _, into, read = COMMANDS[command]
     before = state(world)
     job = start(world, command, into)
+    end = "finished"
     try:
         job.wait(after)
     except subprocess.TimeoutExpired:
+        end = "absent"
         os.killpg(job.pid, signal.SIGKILL)
     job.communicate()
     now = state(world)
@@ -132,6 +179,8 @@ def _killed(world: Path, command: str, after: float) -> None:
     assert roots <= {into, "out.json", "one_parameters.toml"}
     if written:
         read(world / into)
+        end = end if end == "finished" else "whole"
+    return end
 
 
 def _clear(world: Path) -> None:
@@ -139,21 +188,28 @@ def _clear(world: Path) -> None:
         shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
 
 
-def _kills(world: Path, command: str, count: int, seed: int) -> None:
+def _kills(world: Path, command: str, count: int, seed: int) -> Counter[str]:
+    """Kill a command so often at random moments; return how often it left what.
+
+    What had finished before is no kill, and is tried again, up to three times as often in all.
+    """
     _clear(world)
     begun = time.monotonic()
     code, _, said = finished(start(world, command, COMMANDS[command][1]))
     lasts = time.monotonic() - begun
     assert code in (0, 1), said
     draw = random.Random(f"{command} {seed}")
-    for _ in range(count):
-        _clear(world)
-        _killed(world, command, lasts * draw.random())
+    ends: Counter[str] = Counter()
+    for _ in range(3 * count):
+        if ends.total() - ends["finished"] < count:
+            _clear(world)
+            ends[_killed(world, command, lasts * draw.random())] += 1
     _clear(world)
     code, _, said = finished(start(world, command, COMMANDS[command][1]))
     assert code in (0, 1), said
     COMMANDS[command][2](world / COMMANDS[command][1])
     _clear(world)
+    return ends
 
 
 @pytest.mark.parametrize("command", ["identify", *SLOW])
@@ -164,7 +220,11 @@ def test_a_killed_command_leaves_nothing_half_written(world, command):
 @pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
 def test_200_kills_leave_nothing_half_written(world, command):
-    _kills(world, command, -(-KILLS // len(COMMANDS)), 1)
+    ends = _kills(world, command, -(-KILLS // len(COMMANDS)), 1)
+    figures = json.loads(FIGURES.read_text("utf-8")) if FIGURES.exists() else {}
+    figures[command] = {"kills": ends.total() - ends["finished"], **dict(sorted(ends.items()))}
+    lines = ",\n".join(f" {json.dumps(k)}: {json.dumps(v)}" for k, v in sorted(figures.items()))
+    FIGURES.write_text(f"{{\n{lines}\n}}\n", "utf-8")
 
 
 @pytest.mark.slow
@@ -189,11 +249,11 @@ def test_interrupted_at_any_time_is_a_line(world, command):
 
 
 def small_disk() -> None:
-    """Let files grow to 3 kB and no further, as a disk that is full does."""
+    """Let files grow to 300 bytes and no further, as a disk that is full does."""
     import resource
 
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (300, 300))
 
 
 @pytest.mark.parametrize("command", ["identify", *SLOW])
@@ -209,6 +269,47 @@ def test_a_full_disk_is_a_line_and_leaves_nothing(world, command):
     assert said[0].startswith("symgen: error: ")
     assert state(world) == before
     assert set(world.iterdir()) == hidden
+
+
+#: In a mount of its own, which goes with it: a disk of 64 kB with so many bytes left.
+FULL = """
+mount -t tmpfs -o size=64k none "$1" || exit 77
+head -c 65536 /dev/zero > "$1/filler" 2>/dev/null
+truncate -s -"$2" "$1/filler"
+shift 2
+"$@"
+code=$?
+ls -A "$DISK" >&3
+exit $code
+"""
+
+
+@pytest.mark.skipif(shutil.which("unshare") is None, reason="no unshare on this machine")
+@pytest.mark.parametrize("left", [0, 4096])
+@pytest.mark.parametrize("command", ["identify", *SLOW])
+def test_a_disk_without_room_is_a_line_and_leaves_nothing(world, tmp_path, command, left):
+    if command == "export" and left:
+        pytest.skip("there is room for what it writes")
+    disk, listing = tmp_path / "disk", tmp_path / "listing"
+    disk.mkdir()
+    words = line(command, str(disk / COMMANDS[command][1]))
+    script = ["unshare", "-m", "sh", "-c", FULL, "sh", disk, str(left), *words]
+    with listing.open("w") as file:
+        done = subprocess.run(
+            script,
+            cwd=world,
+            capture_output=True,
+            text=True,
+            env={**os.environ, "DISK": str(disk)},
+            preexec_fn=lambda: os.dup2(file.fileno(), 3),
+            pass_fds=(3, file.fileno()),
+        )
+    said = messages(done.stderr)
+    if "unshare" in done.stderr or done.returncode == 77:
+        pytest.skip(f"no mount of its own: {said[-1]}")
+    assert (done.returncode, len(said)) == (2, 1), said
+    assert "No space left on device" in said[0]
+    assert listing.read_text().split() == ["filler"]
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="no folder that even root cannot write")
@@ -267,7 +368,11 @@ print(evaluator.energy_regressor([0.1, 0.2], [1.0, 0.0])[0])
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler (cc) on this machine")
 @pytest.mark.parametrize("jobs", [pytest.param(4), pytest.param(20, marks=pytest.mark.slow)])
 def test_builds_at_once_all_succeed_and_leave_one_module(jobs, tmp_path):
-    environment = {**os.environ, "SYMGEN_CACHE": str(tmp_path / "cache")}
+    environment = {
+        **os.environ,
+        "SYMGEN_CACHE": str(tmp_path / "cache"),
+        "SYMGEN_FLAGS": "plain",  # or each would race six sets of flags first
+    }
     started = [
         subprocess.Popen(
             [sys.executable, "-c", BUILD],
