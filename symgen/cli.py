@@ -142,7 +142,10 @@ def _worst(errors: Sequence[tuple[str, str, float]], backend: str) -> str:
 @click.argument("logs", nargs=-1, required=True)
 @click.option("--validation", multiple=True, help="A log to judge by; may be repeated.")
 @click.option(
-    "--model", default="auto", show_default=True, help="auto, energy, momentum or torque."
+    "--model",
+    default="auto",
+    show_default=True,
+    help="auto, energy, momentum or torque; or static: rows are still poses.",
 )
 @click.option(
     "--method",

@@ -136,7 +136,8 @@ def measured_and_predicted(estimate: Estimate, quantity: str | None = None) -> F
         name, unit = named[0 if alone else row - 1]
         label = (quantity, "residual")[row - 1] if alone else name
         figure.update_yaxes(title=f"{label}, {unit}", row=row, col=1)
-    figure.update_xaxes(title="time, s", row=rows, col=1)
+    across = "number of the pose" if estimate.model == "static" else "time, s"
+    figure.update_xaxes(title=across, row=rows, col=1)
     figure.update_yaxes(zeroline=True)
     choose_log(figure, traces, 3 * columns)
     height = 560 if alone else 150 + 165 * columns

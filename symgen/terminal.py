@@ -130,8 +130,8 @@ def print_estimate(estimate: Estimate) -> None:
             (
                 p.name,
                 f"{p.value:.5g}",
-                f"{p.std:.2g}",
-                f"{p.relative_std_percent:.1f}",
+                f"{p.std:.2g}" if math.isfinite(p.std) else "-",
+                f"{p.relative_std_percent:.1f}" if math.isfinite(p.std) else "-",
                 *(values[k] for _, values in others),
                 p.unit,
                 p.expression,

@@ -118,10 +118,10 @@ def read_log(
         else:
             own = len(sigma) if sigma is not None else n
             read = readers[path.suffix.lower()]
-            raw = read(path, reading.columns, currents, names, own)
+            raw = read(path, reading.columns, currents, names, own, reading.poses)
     except (OSError, ValueError, csv.Error) as error:
         raise LogError(one_line(f"{path}: cannot be read: {error}; accepted: {_FILES}")) from error
-    return _checked(str(path), path.name, raw, n, sigma, drive, names)
+    return _checked(str(path), path.name, raw, n, sigma, drive, names, reading.poses)
 
 
 def make_log(
@@ -193,6 +193,7 @@ def _checked(
     sigma: Sequence[int] | None,
     drive: Drive | None,
     names: Sequence[str] = (),
+    poses: bool = False,
 ) -> Log:
     if sigma is not None and n is not None and len(sigma) != n:
         raise ValueError(f"sigma has {len(sigma)} entries for {n} joints")
@@ -226,7 +227,7 @@ def _checked(
     revolute = [j for j in range(joints) if sigma is None or sigma[j] != PRISMATIC]
     log = Log(name, t, q, qd, tau, raw.ignored, current, raw.notes)
     log = log if drive is None else joint_side(log, drive)
-    _require_radians(file, t, log.q, log.qd, revolute)
+    _require_radians(file, t, log.q, None if poses else log.qd, revolute)
     return log
 
 

@@ -37,6 +37,8 @@ class Reading:
         topic: of the messages in a bag, "" where only one topic has joint states.
         start, until: the part of each log that is used, in s of its column t, None for all.
         mask: what no equation may touch, any of "rest" and "saturation".
+        poses: whether rows are still poses: t is not needed and not used, and qd is the direction
+            in which each joint moved last.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -45,6 +47,7 @@ class Reading:
     start: float | None = None
     until: float | None = None
     mask: tuple[str, ...] = ()
+    poses: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what no log could be read with.

@@ -28,6 +28,7 @@ def read_csv(
     currents: bool,
     joints: Sequence[str] = (),
     n: int | None = None,
+    poses: bool = False,
 ) -> Raw:
     """Read a CSV with a header.
 
@@ -37,6 +38,7 @@ def read_csv(
         currents: whether currents i1.. are read, and may stand in place of torques.
         joints: what the robot calls its movable joints.
         n: their number, None where it is not known.
+        poses: whether rows are still poses, which need no t: their number is taken for it.
 
     Raises:
         LogError: the file is not a table of numbers with the columns of a log.
@@ -54,8 +56,8 @@ def read_csv(
         raise LogError(f"{path}: is not a text file; accepted: CSV in UTF-8") from error
     stripped = [name.strip() for name in header]
     names, notes = _renamed(path, stripped, columns, joints, n, currents)
-    groups = _groups(path, names, currents)
-    wanted = ["t", *(name for group in groups.values() for name in group)]
+    groups = _groups(path, names, currents, poses)
+    wanted = [name for group in groups.values() for name in group]
     try:
         table = pacsv.read_csv(
             path,
@@ -99,6 +101,7 @@ def read_parquet(
     currents: bool,
     joints: Sequence[str] = (),
     n: int | None = None,
+    poses: bool = False,
 ) -> Raw:
     """Read a Parquet table; arguments and errors as for `read_csv`."""
     import pyarrow as pa
@@ -109,8 +112,8 @@ def read_parquet(
             schema = file.schema_arrow
             stripped = [name.strip() for name in schema.names]
             names, notes = _renamed(path, stripped, columns, joints, n, currents)
-            groups = _groups(path, names, currents)
-            wanted = ["t", *(name for group in groups.values() for name in group)]
+            groups = _groups(path, names, currents, poses)
+            wanted = [name for group in groups.values() for name in group]
             for name in wanted:
                 kind = schema.types[names.index(name)]
                 if not (pa.types.is_integer(kind) or pa.types.is_floating(kind)):
@@ -156,8 +159,10 @@ def _found(names: Sequence[str]) -> str:
     return (", ".join(named[:12]) + (", .." if len(named) > 12 else "")) or "none"
 
 
-def _groups(path: Path, names: list[str], currents: bool) -> dict[str, list[str]]:
-    """Sort the names of columns into {"q": [q1, ..], "qd": [..], "tau": [..]}, by number."""
+def _groups(
+    path: Path, names: list[str], currents: bool, poses: bool = False
+) -> dict[str, list[str]]:
+    """Sort the names of columns into {"t": [t], "q": [q1, ..], "qd": [..], ..}, by number."""
     named = [name for name in names if name]
     name, count = Counter(named).most_common(1)[0] if named else ("", 0)
     if count > 1:
@@ -167,7 +172,7 @@ def _groups(path: Path, names: list[str], currents: bool) -> dict[str, list[str]
         if match := NUMBERED.fullmatch(name):
             numbers[match[1]].append(int(match[2]))
     measured = numbers["tau"] or (numbers["i"] if currents else [])
-    for role, present in (("t", "t" in named), ("q1", numbers["q"]), ("tau1", measured)):
+    for role, present in (("t", poses or "t" in named), ("q1", numbers["q"]), ("tau1", measured)):
         if role == "tau1" and not present and numbers["i"]:
             _refuse_currents(path)
         if not present:
@@ -175,7 +180,7 @@ def _groups(path: Path, names: list[str], currents: bool) -> dict[str, list[str]
             refuse(path, f"there is no column {role} among {_found(names)}", how)
     if not currents or (numbers["tau"] and len(numbers["i"]) != len(numbers["q"])):
         del numbers["i"]
-    groups = {}
+    groups = {"t": [] if poses else ["t"]}
     for role in numbers:
         have = sorted(numbers[role])
         if have != list(range(1, len(have) + 1)):
@@ -201,11 +206,11 @@ def _from_columns(
         columns = [table[name].to_numpy().astype(np.float64) for name in groups.get(role, ())]
         return np.column_stack(columns) if columns else None
 
-    used = {"t", *(name for group in groups.values() for name in group)}
+    used = {name for group in groups.values() for name in group}
     q = stack("q")
     assert q is not None  # _groups has seen to it
     return Raw(
-        t=table["t"].to_numpy(),
+        t=table["t"].to_numpy() if groups["t"] else np.arange(len(q)),
         q=q,
         qd=stack("qd"),
         tau=stack("tau"),
@@ -221,11 +226,12 @@ def read_npz(
     currents: bool,
     _joints: Sequence[str] = (),
     _n: int | None = None,
+    poses: bool = False,
 ) -> Raw:
     """Read what numpy.savez wrote; arguments and errors as for `read_csv`."""
     if not zipfile.is_zipfile(path):
         refuse(path, "is not an NPZ archive", f"what numpy.savez writes, with {KEYS}")
-    roles = ("t", "q", "qd", "tau", *(("i",) if currents else ()))
+    roles = (*(() if poses else ("t",)), "q", "qd", "tau", *(("i",) if currents else ()))
     for ours, theirs in columns.items():
         if ours not in ROLES:
             refuse(path, f"--columns {ours}={theirs}: an NPZ has one array for all joints", KEYS)
@@ -247,10 +253,12 @@ def read_npz(
             refuse(path, f"there is no array {theirs!r} (--columns {ours})", _found(keys))
     if "tau" not in arrays and "i" not in arrays and "i" in keys:
         _refuse_currents(path)
+    if poses and "q" in arrays:
+        arrays["t"] = np.arange(len(np.atleast_1d(arrays["q"])))
     for role in ("t", "q", "tau"):
         if role not in arrays and not (role == "tau" and "i" in arrays):
             refuse(path, f"there is no array {stored[role]} among {_found(keys)}", KEYS)
-    used = {stored[role] for role in arrays}
+    used = {stored[role] for role in arrays if role in stored}
     return Raw(
         arrays["t"],
         arrays["q"],

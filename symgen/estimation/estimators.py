@@ -182,7 +182,7 @@ class Prior:
             else:  # the spread of y begins
                 rss = [float(np.sum(f[:, -1] ** 2)) for f in parts]
             weights = inverse_deviation(np.sqrt(np.array(rss) / [len(e.y) for e in system.logs]))
-            counted = weights / np.sqrt([e.correlation for e in system.logs])
+            counted = weights / np.sqrt([max(e.correlation, 1) for e in system.logs])
             X, scale, R = merged([*parts, own], np.append(counted, 1.0), system.names)
         return _with_prior(system, X, scale, R, counted, 1 / self.std**2)
 

@@ -17,6 +17,7 @@ FloatArray = NDArray[np.float64]
 SINGULAR = 1e-8
 #: Bartlett's weights end after so many times the rows that overlap.
 LAGS = 8
+_FULL = 0.99  # leverage of a row that alone determines a parameter
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +148,7 @@ def robust_covariance(
         stretches += len(s) / lag
     b = 1 / max(stretches, 1.0)
     wider = 1 + (2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
-    m = sum(len(e.y) / e.correlation for e in system.logs)
+    m = sum(len(e.y) / max(e.correlation, 1) for e in system.logs)
     factor = wider**2 * m / max(m - len(bread), 1.0)
     out: FloatArray = factor * (bread @ meat @ bread.T)
     return out
@@ -174,8 +175,22 @@ def least_squares_solution(
         (np.square(w) * (e.y - e.W @ X))[:, None] * (e.W / scale)
         for w, e in zip(weights, system.logs, strict=True)
     ]
+    scores = [
+        s if e.correlation else s / (1 - _leverage(w, e.W / scale @ inverse))[:, None]
+        for s, w, e in zip(scores, weights, system.logs, strict=True)
+    ]
     covariance = robust_covariance(system, inverse @ inverse.T, scores) / np.outer(scale, scale)
     return Solution(X, covariance, condition(R), tuple(float(np.mean(w)) for w in weights))
+
+
+def _leverage(weight: float | FloatArray, rows: FloatArray) -> FloatArray:
+    """Return h of weighted rows W R^-1: how much of its own residual each one takes away.
+
+    Rows that are no series are few, and scores over 1 - h make up for it (MacKinnon and White
+    1985, HC3).
+    """
+    h = np.square(weight) * np.einsum("ka,ka->k", rows, rows)
+    return np.asarray(np.minimum(h, _FULL))
 
 
 def precision(

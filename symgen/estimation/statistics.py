@@ -22,3 +22,10 @@ def student_quantile(tail: float, degrees: int) -> float:
     from scipy.special import stdtrit
 
     return float(stdtrit(degrees, 1 - tail))
+
+
+def binomial_tail(count: int, trials: int, chance: float) -> float:
+    """Return the probability of so many hits or more in some trials of a chance."""
+    from scipy.special import bdtrc
+
+    return 1.0 if count <= 0 else float(bdtrc(count - 1, trials, chance))

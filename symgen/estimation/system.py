@@ -42,7 +42,8 @@ _FINE = 20  # nodes of a window, at least, where the log has so many
 class Equations:
     """Equations of one log: W (K, p), y (K,), t (K,) end of each window (or the sample) in s.
 
-    `correlation` is the number of rows that share samples: overlapping windows. `joint` is the
+    `correlation` is the number of rows that share samples: overlapping windows; 0 for rows that are
+    no series at all, as still poses are. `joint` is the
     position of the joint whose equations these are, None for energy. y is in J, N m s or N m.
     `Z` are instruments, (K, p): the same rows along a motion that is free of the noise in W.
     `weight` is that of the log's squared residuals beside those of others.

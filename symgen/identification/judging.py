@@ -170,9 +170,8 @@ def judged(
     )
 
 
-def _provenance(
-    evaluator: Evaluator, method: Method, train: Sequence[Part], held: Sequence[Part]
-) -> tuple[tuple[str, str], ...]:
+def own_provenance(evaluator: Evaluator) -> list[tuple[str, str]]:
+    """Return what made an estimate: symgen's version, the backend, and the robot's digest."""
     from importlib.metadata import PackageNotFoundError, version
 
     try:
@@ -180,11 +179,13 @@ def _provenance(
     except PackageNotFoundError:
         own = "unknown"
     robot = hashlib.sha256(robot_toml(evaluator.model.robot).encode()).hexdigest()
-    out = [
-        ("symgen", own),
-        ("backend", evaluator.backend),
-        (ROBOT_DIGEST, robot),
-    ]
+    return [("symgen", own), ("backend", evaluator.backend), (ROBOT_DIGEST, robot)]
+
+
+def _provenance(
+    evaluator: Evaluator, method: Method, train: Sequence[Part], held: Sequence[Part]
+) -> tuple[tuple[str, str], ...]:
+    out = own_provenance(evaluator)
     if method.name == "recursive":
         out.append(("forgetting", f"{method.forgetting:g}"))
     if method.prior is not None:

@@ -48,7 +48,8 @@ SIGNIFICANT = 3.0
 #: Relative standard deviation up to which a parameter is known, in percent.
 KNOWN = 30.0
 _BEYOND_DOUBT = 7.0  # standard deviations
-_STATES, _SEED = 500, 1988
+#: States that are drawn to look at a model elsewhere, and their seed.
+STATES, SEED = 500, 1988
 _FARTHER = "symgen excite writes a motion that shows them"
 
 
@@ -134,20 +135,20 @@ def error_elsewhere(
         logs: the training logs.
         covariance: of X, (p, p).
     """
-    draw = np.random.default_rng(_SEED)
+    draw = np.random.default_rng(SEED)
     q, qd, qdd, tau = (
         np.concatenate([getattr(log, key)[log.kept] for log in logs])
         if key != "measured"
         else np.concatenate([log.measured for log in logs])
         for key in ("q", "qd", "qdd", "measured")
     )
-    rows = draw.integers(len(q), size=(_STATES, q.shape[1]))
+    rows = draw.integers(len(q), size=(STATES, q.shape[1]))
     joints = np.arange(q.shape[1])
     W = evaluator["torque_regressor"](
         *(np.ascontiguousarray(x[rows, joints]) for x in (q, qd, qdd))
     )
     linear = W.shape[2]
-    spread = np.einsum("kja,ab,kjb->", W, covariance[:linear, :linear], W) / _STATES
+    spread = np.einsum("kja,ab,kjb->", W, covariance[:linear, :linear], W) / STATES
     size = float(np.mean(np.sum(tau**2, axis=1)))
     return float(np.sqrt(max(spread, 0.0) / max(size, 1e-300)))
 
@@ -220,11 +221,11 @@ def simulation_use(
     The mass matrix has to be positive definite at positions of the logs, and at positions whose
     joints are drawn from them independently; coefficients of friction must not be negative.
     """
-    draw = np.random.default_rng(_SEED)
+    draw = np.random.default_rng(SEED)
     q = np.concatenate([log.q[log.kept] for log in logs])
-    rows = draw.integers(len(q), size=(_STATES, q.shape[1]))
+    rows = draw.integers(len(q), size=(STATES, q.shape[1]))
     mixed = q[rows, np.arange(q.shape[1])]
-    seen = q[:: max(1, len(q) // _STATES)]
+    seen = q[:: max(1, len(q) // STATES)]
     at = np.ascontiguousarray(np.concatenate([seen, mixed]))
     n = q.shape[1]
     M = np.empty((len(at), n, n))

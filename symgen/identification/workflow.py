@@ -44,6 +44,8 @@ from symgen.identification.instruments import instrumented
 from symgen.identification.judging import Run, judged
 from symgen.identification.prior import read_prior
 from symgen.identification.solving import Method, settled, solved
+from symgen.identification.static import KERNELS, STATIC, identify_poses
+from symgen.identification.static import METHODS as POSE_METHODS
 from symgen.identification.validation import Part
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -51,7 +53,7 @@ from symgen.runtime.evaluator import Evaluator, load
 
 FloatArray = NDArray[np.float64]
 AUTO = "auto"
-MODELS = (AUTO, *NEEDED)
+MODELS = (AUTO, *NEEDED, STATIC)
 #: Methods for which logs can be given weights.
 WEIGHED = ("wls", "ols")
 _HELD_OUT = 0.2
@@ -83,7 +85,8 @@ def identify(
         validation: logs to judge by; without any, the last fifth of each log is held out.
         model: "energy", the model of Gautier and Khalil; "momentum", n equations a window;
             "torque", with filtered accelerations; or "auto", all three, of which the one is taken
-            that leaves the smallest torque error on folds of the training logs left out of its fit.
+            that leaves the smallest torque error on folds of the training logs left out of its fit;
+            or "static": rows are still poses, see `symgen.identification.static`.
         method: an estimator, such as `symgen.Wls()`, or its name: "wls" (each log and joint weighed
             by its own residual), "ols", "huber", "tls", "iv", "ridge", "essential"; "consistent"
             (parameters that a robot can have); or "recursive" (the C core, sample by sample).
@@ -120,6 +123,17 @@ def identify(
         )
     require_logs(sources)
     source = _robot(robot)
+    if model == STATIC:
+        evaluator = load(derive(source, KERNELS))
+        return identify_poses(
+            evaluator,
+            sources,
+            listed_logs(validation),
+            _of_poses(chosen, prior, shares, evaluator),
+            chosen.name + (" with prior" if prior is not None else ""),
+            reading,
+            progress,
+        )
     recipes = _recipes(source, model, window, chosen)
     train, held, repairs = _look(source, sources, listed_logs(validation), reading, progress)
     progress("deriving and compiling the model")
@@ -141,6 +155,20 @@ def identify(
     )
     run, faults = _checked(run)
     return _solve(run, recipes, chosen, shares, motions, faults, progress)
+
+
+def _of_poses(
+    method: Method, prior: str | Path | None, shares: Sequence[float], evaluator: Evaluator
+) -> Estimator:
+    """Return the estimator of still poses; refuse what has no meaning for them."""
+    if method.name not in POSE_METHODS or any(s != 1.0 for s in shares):
+        raise IdentificationError(
+            f"model static with method {method.name} or weights; accepted: "
+            f"{', '.join(POSE_METHODS)}, without --weights"
+        )
+    if prior is not None:
+        method = replace(method, prior=read_prior(prior, evaluator.model))
+    return method.estimator(evaluator)
 
 
 def _checked(run: Run) -> tuple[Run, tuple[str, ...]]:

@@ -1,0 +1,383 @@
+"""identify --model static: gravity, offsets, springs and friction bounds from still poses.
+
+Poses are solved as torques are, weighed joint by joint (`symgen.estimation.poses`). What friction
+holds in a pose is anything within its bound, so it is the noise of these equations, and the bound
+of a joint is read off its size:
+
+    bound = m + sqrt(3) s,    s^2 = sum of e^2 / sum of (1 - h)
+
+with m the part along the direction of approach, where the table tells it, e the residuals and h
+their leverage. It is exact where friction is as likely anywhere in a range [a, bound] of the
+direction, and [-bound, bound] where no direction is told. Its variance is that of the quadratic
+form e'e for such a law, whose fourth moment is 9/5 s^4:
+
+    var s^2 = s^4 [2 v - 6/5 sum of (1 - h)^2] / v^2,    v = sum of (1 - h)
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+import symgen.identification.verdict as verdicts
+from symgen import names
+from symgen.data.raw import Reading
+from symgen.data.signals import Samples
+from symgen.errors import IdentificationError, LogError
+from symgen.estimation.estimators import Estimator, Huber, Ols, Prior, Wls
+from symgen.estimation.logs import Source, digest, require_other_data
+from symgen.estimation.poses import (
+    Shown,
+    coulomb_columns,
+    open_poses,
+    pose_columns,
+    pose_equations,
+)
+from symgen.estimation.regression import Solution
+from symgen.estimation.statistics import binomial_tail
+from symgen.estimation.system import LinearSystem
+from symgen.estimation.values import Residual, Trace
+from symgen.identification.estimate import (
+    LOG_DIGEST,
+    Consistency,
+    Estimate,
+    ParameterEstimate,
+    Use,
+)
+from symgen.identification.judging import own_provenance
+from symgen.runtime.evaluator import Evaluator
+
+FloatArray = NDArray[np.float64]
+STATIC = "static"
+METHODS = (Wls.name, Ols.name, Huber.name)
+KERNELS = ("torque_regressor", "inverse_dynamics")
+_HELD_OUT, _FEWEST = 0.2, 3
+_NORMAL = 1.96
+#: Of the torques held out this share may lie outside the bounds; more, by chance, at this level.
+_OUTSIDE, _LEVEL = 0.05, 0.01
+_EXCLUDES = (
+    "what the model misses of position, which is taken for friction; friction bounds hold where it "
+    "is as likely anywhere within them"
+)
+
+
+def identify_poses(
+    evaluator: Evaluator,
+    tables: Sequence[Source],
+    validation: Sequence[Source],
+    estimator: Estimator,
+    label: str,
+    reading: Reading | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Estimate:
+    """Identify what still poses show.
+
+    Args:
+        evaluator: the compiled model, with `KERNELS`.
+        tables: of poses, to identify from.
+        validation: to judge by; without any, the last fifth of each table is held out.
+        estimator: one of METHODS.
+        label: of the method.
+        reading: how tables are read.
+        progress: is told what is being done.
+
+    Raises:
+        LogError: a table cannot be read, is another robot's, or too short.
+        IdentificationError: the robot has effects that standstill does not separate, or the poses
+            determine nothing.
+    """
+    robot = evaluator.model.robot
+    if robot.loaded:
+        raise IdentificationError(
+            f"model static: {robot.name} has effects that hold the torque of its links; accepted: "
+            "model torque"
+        )
+    progress(f"reading {', '.join(str(getattr(s, 'name', s)) for s in tables)}")
+    train = [open_poses(s, robot, reading) for s in tables]
+    held = [open_poses(s, robot, reading) for s in validation]
+    require_other_data(train, held)
+    given = bool(held)
+    if not given:
+        pairs = [_split(s) for s in train]
+        train, held = [a for a, _ in pairs], [b for _, b in pairs]
+    equations = [e for s in train for e in pose_equations(evaluator, s)]
+    shown = Shown.by(equations)
+    system = shown.system(evaluator.model.base.names, equations)
+    progress(f"solving {len(system.y)} equations for {len(system.names)} parameters")
+    solution = _within(estimator, shown).solve(system)
+    bounds = friction_bounds(evaluator, system, solution, shown)
+    return _judged(evaluator, train, held, shown, solution, bounds, label, given)
+
+
+def _within(estimator: Estimator, shown: Shown) -> Estimator:
+    """Cut a prior down to the parameters that poses show."""
+    prior = getattr(estimator, "prior", estimator)
+    if not isinstance(prior, Prior):
+        return estimator
+    at = list(shown.kept)
+    return Prior(prior.mean[at], prior.std[at])
+
+
+def _split(poses: Samples) -> tuple[Samples, Samples]:
+    """Hold out the last fifth of a table."""
+    late = round(len(poses.t) * _HELD_OUT)
+    if late < _FEWEST:
+        raise LogError(
+            f"{poses.name}: {len(poses.t)} poses are too few to hold out a fifth; accepted: "
+            f"{math.ceil(_FEWEST / _HELD_OUT)} and more, or a second table for validation"
+        )
+    cut = len(poses.t) - late
+    last = poses.cut(slice(cut, None))
+    name = f"{poses.name} (last fifth)"
+    return poses.cut(slice(None, cut)), replace(last, name=name, notes=())
+
+
+@dataclass(frozen=True)
+class FrictionBound:
+    """What holds a joint: friction lies within -value to value, N m or N.
+
+    Attributes:
+        value, std: of the bound.
+        toward: the part along the direction of approach, 0 where none is told.
+        toward_std: of it.
+    """
+
+    value: float
+    std: float
+    toward: float = 0.0
+    toward_std: float = 0.0
+
+
+def friction_bounds(
+    evaluator: Evaluator, system: LinearSystem, solution: Solution, shown: Shown
+) -> tuple[FrictionBound, ...]:
+    """Return the friction bound of every movable joint; see the head of this file."""
+    pairs = list(zip(system.logs, solution.weights, strict=True))
+    normal = sum(w * w * e.W.T @ e.W for e, w in pairs)
+    A = np.linalg.pinv(np.asarray(normal), hermitian=True)
+    columns = coulomb_columns(evaluator)
+    out = []
+    for j in range(evaluator.model.robot.n):
+        own = [(e, w) for e, w in pairs if e.joint == j]
+        left = np.concatenate([e.y - e.W @ solution.X for e, _ in own])
+        free = np.concatenate([1 - w * w * np.einsum("ka,ab,kb->k", e.W, A, e.W) for e, w in own])
+        v = max(float(free.sum()), 1.0)
+        s = math.sqrt(float(left @ left) / v)
+        relative = math.sqrt(max(2 * v - 1.2 * float(free @ free), 0.0)) / v / 2
+        m = m_std = 0.0
+        if columns.get(j) in shown.kept:
+            k = shown.kept.index(columns[j])
+            m, m_std = float(solution.X[k]), math.sqrt(max(float(solution.covariance[k, k]), 0.0))
+        spread = math.sqrt(3) * s
+        out.append(FrictionBound(m + spread, math.hypot(m_std, spread * relative), m, m_std))
+    return tuple(out)
+
+
+def _judged(
+    evaluator: Evaluator,
+    train: Sequence[Samples],
+    held: Sequence[Samples],
+    shown: Shown,
+    solution: Solution,
+    bounds: Sequence[FrictionBound],
+    label: str,
+    given: bool,
+) -> Estimate:
+    """Return the estimate with its fit and its verdict."""
+    base, robot = evaluator.model.base, evaluator.model.robot
+    p = len(base.parameters)
+    X, std, C = np.zeros(p), np.full(p, math.nan), np.zeros((p, p))
+    at = list(shown.kept)
+    X[at], C[np.ix_(at, at)] = solution.X, solution.covariance
+    known = list(shown.known)
+    std[known] = np.sqrt(np.maximum(np.diag(C)[known], 0))
+    for j, k in coulomb_columns(evaluator).items():
+        X[k], std[k] = bounds[j].value, bounds[j].std
+        C[k, k] = std[k] ** 2
+    size = np.sqrt(np.maximum(np.diag(C), 0))
+    outside = np.where(size > 0, size, 1)
+    parameters = tuple(
+        ParameterEstimate(b.name, b.expression, float(x), float(s), b.unit)
+        for b, x, s in zip(base.parameters, X, std, strict=True)
+    )
+    found = tuple(p for p in parameters if math.isfinite(p.std))
+    traces = [_trace(evaluator, s, X, kind) for kind, part in (("train", train),
+              ("validation", held)) for s in part]  # fmt: skip
+    own, seen = (_residual([t for t in traces if t.kind == kind]) for kind in
+                 ("train", "validation"))  # fmt: skip
+    prediction = Use("prediction", (
+        *_beyond_bounds(evaluator, held, shown, solution, bounds),
+        *_unexplained(seen, "poses held out"),
+        *_elsewhere(evaluator, train, C, bounds),
+        *_turned(bounds),
+    ))  # fmt: skip
+    use = verdicts.parameters_use(found, Consistency(None, None, ""), ())
+    uses = (prediction, use, Use("simulation", ("standstill shows no inertia",)))
+    beside = [f"{len(use.known)} of the {len(found)} parameters that standstill shows are known"]
+    beside += use.reasons
+    headline = f"trusted for torque at standstill, within friction; {'; '.join(beside)}"
+    if not prediction.ok:
+        headline = f"doubtful: {'; '.join(prediction.reasons)}"
+    return Estimate(
+        robot=robot.name,
+        joints=tuple((j.number, names.unit("FS", j.sigma)) for j in robot.movable),
+        model=STATIC,
+        method=label,
+        parameters=parameters,
+        condition_number=solution.condition_number,
+        train=own,
+        validation=seen,
+        torque_train=own,
+        torque_validation=seen,
+        cutoff_hz=None,
+        window_s=None,
+        verdict="trusted" if prediction.ok else "doubtful",
+        reasons=prediction.reasons,
+        notes=(*(n for s in (*train, *held) for n in s.notes),
+               *_notes(evaluator, train, shown, bounds, given), *solution.notes),
+        correlation=C / np.outer(outside, outside),
+        traces=tuple(traces),
+        provenance=_provenance(evaluator, train, held),
+        physical=Consistency(None, None, "not checked: standstill shows no inertia"),
+        excludes=_EXCLUDES,
+        uses=uses,
+        headline=headline,
+    )  # fmt: skip
+
+
+def _trace(evaluator: Evaluator, poses: Samples, X: FloatArray, kind: str) -> Trace:
+    """Return measured torque beside that of gravity, offsets and springs: kernels at rest."""
+    zero = np.zeros_like(poses.q)
+    torque = evaluator["inverse_dynamics"](np.ascontiguousarray(poses.q), zero, zero, X)
+    return Trace(poses.name, kind, "torque", poses.t, poses.tau, torque, 0)
+
+
+def _residual(traces: Sequence[Trace]) -> Residual:
+    """Return ||tau - model|| / ||tau||, in all and by joint."""
+    measured = np.concatenate([t.measured for t in traces])
+    left = measured - np.concatenate([t.predicted for t in traces])
+    size = np.linalg.norm(measured, axis=0)
+    joints = np.linalg.norm(left, axis=0) / np.where(size > 0, size, np.inf)
+    total = float(np.linalg.norm(left) / max(float(np.linalg.norm(size)), 1e-300))
+    return Residual(total, tuple(map(float, joints)))
+
+
+def _beyond_bounds(
+    evaluator: Evaluator,
+    held: Sequence[Samples],
+    shown: Shown,
+    solution: Solution,
+    bounds: Sequence[FrictionBound],
+) -> tuple[str, ...]:
+    """Say where torques held out lie outside the friction that was found, beyond chance."""
+    columns, at = coulomb_columns(evaluator), list(shown.kept)
+    hidden = [at.index(k) for k in columns.values() if k in at]
+    out = []
+    for j, bound in enumerate(bounds):
+        beyond = rows = 0
+        for s in held:
+            W = pose_columns(evaluator, s.q, s.qd)[:, j, at]
+            W[:, hidden] = 0  # all that friction does is within the bound
+            error = np.abs(s.tau[:, j] - W @ solution.X)
+            spread = np.einsum("ka,ab,kb->k", W, solution.covariance, W)
+            limit = bound.value + _NORMAL * np.sqrt(spread + bound.std**2)
+            beyond, rows = beyond + int(np.sum(error > limit)), rows + len(error)
+        if binomial_tail(beyond, rows, _OUTSIDE) < _LEVEL / len(bounds):
+            number = evaluator.model.robot.movable[j].number
+            out.append(
+                f"joint {number}: {beyond} of {rows} torques held out lie outside the friction "
+                f"bound of {bound.value:.3g}: the model misses something of position"
+            )
+    return tuple(out)
+
+
+def _unexplained(seen: Residual, what: str) -> tuple[str, ...]:
+    if seen.relative <= verdicts.RESIDUAL:
+        return ()
+    return (
+        f"{100 * seen.relative:.3g} % of the torque of {what} is left to friction: what the model "
+        "misses would hide in it",
+    )
+
+
+def _elsewhere(
+    evaluator: Evaluator,
+    train: Sequence[Samples],
+    C: FloatArray,
+    bounds: Sequence[FrictionBound],
+) -> tuple[str, ...]:
+    """Say where poses elsewhere in the same range would be predicted worse than friction leaves."""
+    q = np.concatenate([s.q for s in train])
+    draw = np.random.default_rng(verdicts.SEED)
+    mixed = q[draw.integers(len(q), size=(verdicts.STATES, q.shape[1])), np.arange(q.shape[1])]
+    W = pose_columns(evaluator, mixed, np.zeros_like(mixed))
+    spread = np.sqrt(np.einsum("kja,ab,kjb->j", W, C, W) / len(W))
+    bad = [j for j, b in enumerate(bounds) if spread[j] > max(b.value, 0.0) and spread[j] > 0]
+    if not bad:
+        return ()
+    numbers = ", ".join(str(evaluator.model.robot.movable[j].number) for j in bad)
+    return (
+        f"the poses do not carry their parameters: poses elsewhere in the same range would have "
+        f"larger errors than friction leaves at joints {numbers}; record more, farther apart",
+    )
+
+
+def _turned(bounds: Sequence[FrictionBound]) -> tuple[str, ...]:
+    bad = [j for j, b in enumerate(bounds) if b.toward < -verdicts.SIGNIFICANT * b.toward_std < 0]
+    if not bad:
+        return ()
+    numbers = ", ".join(str(j + 1) for j in bad)
+    return (
+        f"friction helps the last motion at movable joints {numbers}: the sign of tau, or of qd, "
+        "is the other way",
+    )
+
+
+def _notes(
+    evaluator: Evaluator,
+    train: Sequence[Samples],
+    shown: Shown,
+    bounds: Sequence[FrictionBound],
+    given: bool,
+) -> tuple[str, ...]:
+    """Say what was identified from what, and what standstill leaves open."""
+    every = evaluator.model.base.names
+    columns = coulomb_columns(evaluator)
+    told = any((s.qd != 0).any() for s in train)
+    out = [
+        f"{sum(len(s.t) for s in train)} still poses; "
+        + (
+            "qd is taken as the direction of each joint's last motion"
+            if told
+            else "no direction of approach is told (columns qd1.., of which the sign counts)"
+        )
+    ]
+    open_ = [n for k, n in enumerate(every) if k not in shown.known and k not in columns.values()]
+    if open_:
+        out.append(f"standstill does not determine {', '.join(open_)}")
+    tied = [every[k] for k in shown.kept if k not in shown.known]
+    if tied:
+        out.append(f"{', '.join(tied)} stand for all that looks like them at standstill")
+    rest = [
+        f"{j.number} ({b.value:.3g})"
+        for k, (j, b) in enumerate(zip(evaluator.model.robot.movable, bounds, strict=True))
+        if k not in columns
+    ]
+    if rest:
+        out.append(f"joints without declared friction hold torques within, N m: {', '.join(rest)}")
+    if not given:
+        out.append("no validation table is given: the last fifth of each table is held out")
+    return tuple(out)
+
+
+def _provenance(
+    evaluator: Evaluator, train: Sequence[Samples], held: Sequence[Samples]
+) -> tuple[tuple[str, str], ...]:
+    out = own_provenance(evaluator)
+    for kind, part in (("train", train), ("validation", held)):
+        out += [(f"{kind} {s.name}, {LOG_DIGEST}", digest(s)) for s in part]
+    return tuple(out)
