@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.estimation.repairs import Repair
+from symgen.files import html_table
 from symgen.robot.types import Robot
 
 FloatArray = NDArray[np.float64]
@@ -188,6 +189,27 @@ class Diagnosis:
     declared: Robot | None = None
     values: tuple[float, ...] = ()
     repairs: tuple[Repair, ...] = ()
+
+    def __repr__(self) -> str:
+        """Return robot, verdict and the gap before and after."""
+        return (
+            f"<Diagnosis of {self.robot}: {self.verdict}, torque error "
+            f"{100 * self.before.total:.3g} % to {100 * self.after.total:.3g} %>"
+        )
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (
+                e.name,
+                ", ".join(map(str, e.joints)) or "all",
+                e.expression,
+                ", ".join(f"{p.name} = {p.value:.4g} {p.unit}" for p in e.parameters),
+                f"{100 * e.gap_reduction:.0f} %",
+            )
+            for e in self.effects
+        ]
+        header = ("effect", "joints", "torque on the joint", "found", "closes")
+        return html_table(repr(self), header, rows)
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of diagnosis.json."""

@@ -197,7 +197,13 @@ def compare(a: Estimate | str | Path, b: Estimate | str | Path) -> Comparison:
 
 def _notes(a: Estimate, b: Estimate, shared: tuple[str, ...]) -> tuple[str, ...]:
     """Return what limits a comparison: data in common, other robot files, errors without std."""
+    alike = sorted(set(_names(a)) & set(_names(b)) - set(shared))
     notes = ["the difference in standard deviations assumes that the two used independent data"]
+    if alike:
+        notes.append(
+            f"both used a log named {', '.join(alike)}, or a part of it: if it is one file, they "
+            "are not independent"
+        )
     if shared:
         notes.append(
             f"they are not independent: both used {', '.join(shared)}; the standard deviation of a "
@@ -228,6 +234,11 @@ def _logs(estimate: Estimate) -> dict[str, str]:
         for key, value in estimate.provenance
         if key.startswith(start) and key.endswith(end)
     }
+
+
+def _names(estimate: Estimate) -> list[str]:
+    """Return the names of the files that an estimate was trained on, whole or a part of them."""
+    return [name.removesuffix(" (last fifth)") for name in _logs(estimate).values()]
 
 
 def _finite(value: float) -> float | None:

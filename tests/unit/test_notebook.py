@@ -83,6 +83,23 @@ def test_latex_has_a_formula_for_each_parameter_and_balanced_braces(model) -> No
     assert "ZZ_{1R} &= ZZ_1 + L_1^2 M_2" in text
 
 
+def test_a_diagnosis_shows_its_verdict_and_effects(model) -> None:
+    from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter, Gap
+
+    spring = FoundEffect(
+        "gravity_spring", (2,), (FoundParameter("K2", 12.1, 0.4, "N m/rad"),), "-K2*(q2 - c)",
+        1e-9, 0.8,
+    )  # fmt: skip
+    gaps = (Gap((0.31, 0.31)), Gap((0.04, 0.04)), Gap((0.03, 0.03)))
+    found = Diagnosis(
+        "arm", "explained", 8.0, *gaps, (), (spring,), (), (), (), model.robot, (1, 2)
+    )
+    assert repr(found) == "<Diagnosis of arm: explained, torque error 31 % to 4 %>"
+    head, row = Cells(found._repr_html_()).rows
+    assert head == ["effect", "joints", "torque on the joint", "found", "closes"]
+    assert row == ["gravity_spring", "2", "-K2*(q2 - c)", "K2 = 12.1 N m/rad", "80 %"]
+
+
 def test_an_estimate_shows_its_verdict_and_values() -> None:
     parameters = (
         ParameterEstimate("ZZ1R", "ZZ1 + M2", 1.25, 0.01, "kg m2"),

@@ -162,6 +162,16 @@ def test_common_logs_and_other_robot_files_are_said() -> None:
     assert "their robot files differ" in notes[2]
 
 
+def test_a_part_of_one_log_is_not_called_independent_of_the_whole() -> None:
+    def of(digest: str) -> Estimate:
+        log = ("train x.csv, sha256 of samples", digest)
+        return small(("A", "A", 1.0, 0.1), provenance=(log,))
+
+    notes = symgen.compare(of("first four fifths"), of("all of it")).notes
+    assert "both used a log named x.csv" in notes[1]
+    assert "not independent" in notes[1]
+
+
 def test_estimates_of_independent_noise_agree(estimates) -> None:
     found = symgen.compare(*estimates)
     assert found.verdict == "agree"
