@@ -2,12 +2,15 @@
 
 With N the matrix of gear ratios and K the torque constants of [drive]:
 
-    q_motor = N q_joint        tau_joint = N' tau_motor        tau_motor = K i
+    q_motor = N q_joint        tau_joint = g N' tau_motor        tau_motor = K i
 
-The second is the first with the power that both sides share: qd_motor' tau_motor = qd_joint'
-tau_joint (Siciliano et al., Robotics, 2009, sec. 5.1). Friction and rotor inertia are then seen at
-the joint: IA = N^2 times that of the rotor. Positions of motors are zero where those of the joints
-are.
+with g the gains of [drive] that a known load was calibrated with (symgen payload --calibrate), 1
+where there are none.
+
+For g = 1 the second is the first with the power that both sides share: qd_motor' tau_motor =
+qd_joint' tau_joint (Siciliano et al., Robotics, 2009, sec. 5.1). Friction and rotor inertia are
+then seen at the joint: IA = N^2 times that of the rotor. Positions of motors are zero where those
+of the joints are.
 """
 
 from __future__ import annotations
@@ -71,6 +74,9 @@ def joint_side(log: Log, drive: Drive) -> Log:
             f"{log.name}: tau is that of the motor currents i1.. by the torque constants and "
             f"ratios of [drive]{beside}"
         )
+    if drive.gain is not None:
+        tau = read_only(np.asarray(tau) * drive.gain)
+        notes.append(f"{log.name}: torques were multiplied by the gains of [drive]")
     return replace(log, q=q, qd=qd, tau=tau, notes=(*log.notes, *notes), mapped=True)
 
 
@@ -89,6 +95,8 @@ def motor_side(log: Log, drive: Drive) -> Log:
     if drive.position_side == "motor":
         q = read_only(q @ N.T)
         qd = None if qd is None else read_only(qd @ N.T)
+    if tau is not None and drive.gain is not None:
+        tau = read_only(tau / drive.gain)
     if tau is not None and drive.torque_constant is not None:
         current = read_only(np.linalg.solve(N.T, tau.T).T / drive.torque_constant)
         tau = None

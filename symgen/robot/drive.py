@@ -33,16 +33,19 @@ def drive_from_table(
     if table is None:
         return None
     accepted = f"one number for each of the {n} movable joints"
-    if table.ratio is None and table.torque_constant is None:
-        raise fail("drive: declares nothing; accepted: ratio, torque_constant or both")
+    if not table.model_fields_set:
+        raise fail("drive: declares nothing; accepted: ratio, torque_constant, gain or side")
     ratio = [1.0] * n if table.ratio is None else table.ratio
     if len(ratio) != n:
         raise fail(
             f"drive, key 'ratio': {len(ratio)} entries; accepted: {accepted}, or a {n} x {n} matrix"
         )
-    constant = table.torque_constant
-    if constant is not None and len(constant) != n:
-        raise fail(f"drive, key 'torque_constant': {len(constant)} entries; accepted: {accepted}")
+    for key in ("torque_constant", "gain", "gain_std"):
+        given = getattr(table, key)
+        if given is not None and len(given) != n:
+            raise fail(f"drive, key {key!r}: {len(given)} entries; accepted: {accepted}")
+    constant, gain, std = table.torque_constant, table.gain, table.gain_std
+    side = "joint" if table.side == "link" else "motor"
     matrix = np.array(ratio) if isinstance(ratio[0], list) else np.diag(ratio)
     sizes = np.linalg.norm(matrix, axis=1)
     if not sizes.all() or np.linalg.cond(matrix / sizes[:, None]) > MAX_CONDITION:
@@ -53,8 +56,10 @@ def drive_from_table(
     return Drive(
         ratio=tuple(tuple(map(float, row)) for row in matrix),
         torque_constant=None if constant is None else tuple(constant),
-        position_side=table.position_side,
-        torque_side=table.torque_side,
+        position_side=table.position_side or side,
+        torque_side=table.torque_side or side,
+        gain=None if gain is None else tuple(gain),
+        gain_std=None if std is None else tuple(std),
     )
 
 
@@ -66,6 +71,9 @@ def drive_toml(drive: Drive) -> list[str]:
     lines = ["[drive]", f"ratio = {ratio}"]
     if drive.torque_constant is not None:
         lines.append(f"torque_constant = {list(drive.torque_constant)}")
+    for key in ("gain", "gain_std"):
+        if getattr(drive, key) is not None:
+            lines.append(f"{key} = {list(getattr(drive, key))}")
     for key in ("position_side", "torque_side"):
         if getattr(drive, key) != "motor":
             lines.append(f'{key} = "{getattr(drive, key)}"')

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from decimal import Decimal, InvalidOperation
+from typing import Any
 
 import sympy as sp
 
@@ -17,6 +18,7 @@ from symgen.errors import ExpressionError, RobotError
 from symgen.robot import expressions
 from symgen.robot.expressions import shortened
 from symgen.robot.imported import Imported
+from symgen.robot.limits import OF_JOINTS
 from symgen.robot.types import Joint, Limits, Robot, joint_variable
 
 _ACCEPTED = "NAME, which is held at 0, or NAME=VALUE in rad or m"
@@ -125,11 +127,12 @@ def _held(joint: Joint, held: dict[int, sp.Expr]) -> Joint:
 def _limits(limits: Limits | None, kept: Sequence[int]) -> Limits | None:
     if limits is None:
         return None
-    columns = {
+    given = {key: getattr(limits, key) for key in OF_JOINTS}
+    columns: dict[str, Any] = {
         key: None if values is None else tuple(values[k] for k in kept)
-        for key, values in vars(limits).items()
+        for key, values in given.items()
     }
-    return Limits(**columns)
+    return replace(limits, **columns)
 
 
 def _says(joint: Joint, at: sp.Expr | None) -> str:

@@ -176,18 +176,27 @@ class EffectTable(_Table):
     nonlinear: dict[str, Constant] = Field(default_factory=dict)
 
 
+Range = tuple[Finite, Finite]
+
+
 class LimitsTable(_Table):
     position: list[tuple[Finite, Finite]] | None = None
     velocity: list[Positive] | None = None
     acceleration: list[Positive] | None = None
     torque: list[Positive] | None = None
+    floor: Finite | None = None
+    boxes: list[tuple[Range, Range, Range]] = Field(default_factory=list)
+    tool: tuple[Finite, Finite, Finite] | None = None
 
 
 class DriveTable(_Table):
     ratio: Annotated[Any, PlainValidator(_gears)] = None
     torque_constant: list[Annotated[float, PlainValidator(_factor)]] | None = None
-    position_side: Literal["motor", "joint"] = "motor"
-    torque_side: Literal["motor", "joint"] = "motor"
+    gain: list[Annotated[float, PlainValidator(_factor)]] | None = None
+    gain_std: list[Positive] | None = None
+    side: Literal["motor", "link"] = "motor"
+    position_side: Literal["motor", "joint"] | None = None
+    torque_side: Literal["motor", "joint"] | None = None
 
 
 class RobotFile(_Table):

@@ -29,13 +29,13 @@ from symgen.robot.identifiers import (
     is_robot_name,
 )
 from symgen.robot.imported import FORMATS, read_text
+from symgen.robot.limits import limits_from_table
 from symgen.robot.sought import Sought, read_effects
 from symgen.robot.types import (
     GRAVITY_INPUT,
     MAX_RATIO,
     Coupling,
     Joint,
-    Limits,
     Loop,
     Robot,
     joint_variable,
@@ -123,7 +123,8 @@ class _Reader:
                     f"geometry, key {shortened(key)!r}: reserved, or not a C identifier"
                 )
             self.geometry[key] = snapped(self.expression(value, f"geometry, key {key!r}", ()))
-        joints = tuple(self.joint(number, table) for number, table in enumerate(file.joint, 1))
+        rotors = file.drive is None or file.drive.side == "motor"
+        joints = tuple(self.joint(k, table, rotors) for k, table in enumerate(file.joint, 1))
         movable = [j for j, table in zip(joints, file.joint, strict=True) if self.own(j, table)]
         if not movable:
             raise self.fail("no joint is movable; accepted: at least one sigma of 0 or 1")
@@ -145,7 +146,7 @@ class _Reader:
             geometry=tuple(self.geometry.items()),
             couplings=self.couplings(file, joints),
             payload=self.payload(file, joints),
-            limits=self.limits(file, len(movable)),
+            limits=limits_from_table(file.limits, len(movable), self.fail),
             loops=tuple(Loop(*table.cut) for table in file.loop),
             effects=effects,
             sought=sought,
@@ -208,7 +209,7 @@ class _Reader:
         self.warn_near_fraction(exact, value, place)
         return exact
 
-    def joint(self, number: int, table: JointTable) -> Joint:
+    def joint(self, number: int, table: JointTable, rotors: bool) -> Joint:
         antecedent = number - 1 if table.antecedent is None else table.antecedent
         if antecedent >= number:
             raise self.fail(
@@ -216,6 +217,7 @@ class _Reader:
                 f"accepted: 0 (the base) to {number - 1}"
             )
         fixed = table.sigma == names.FIXED
+        rotor = rotors if table.rotor_inertia is None else table.rotor_inertia
         for key in ("friction", "rotor_inertia", "coulomb_width"):
             if fixed and getattr(table, key):
                 raise self.fail(f"joint {number}, key {key!r}: a fixed joint (sigma 2) has none")
@@ -235,7 +237,7 @@ class _Reader:
             antecedent=antecedent,
             friction=() if plain else tuple(w for w in names.FRICTION if w in friction),
             coulomb_width=float(table.coulomb_width),
-            rotor_inertia=not plain and table.rotor_inertia is not False,
+            rotor_inertia=not plain and rotor,
             name=table.name,
             **values,
         )
@@ -374,24 +376,3 @@ class _Reader:
         if file.payload.joint > len(joints):
             raise self.fail(f"payload, key 'joint': there is no joint {file.payload.joint}")
         return file.payload.joint
-
-    def limits(self, file: RobotFile, n: int) -> Limits | None:
-        if file.limits is None:
-            return None
-        table = file.limits
-        for key in ("position", "velocity", "acceleration", "torque"):
-            values = getattr(table, key)
-            if values is not None and len(values) != n:
-                raise self.fail(
-                    f"limits, key {key!r}: {len(values)} entries; accepted: one for each of "
-                    f"the {n} movable joints"
-                )
-        for low, high in table.position or ():
-            if low >= high:
-                raise self.fail(f"limits, key 'position': [{low}, {high}] is empty")
-        return Limits(
-            position=None if table.position is None else tuple(table.position),
-            velocity=None if table.velocity is None else tuple(table.velocity),
-            acceleration=None if table.acceleration is None else tuple(table.acceleration),
-            torque=None if table.torque is None else tuple(table.torque),
-        )

@@ -11,6 +11,7 @@ import sympy as sp
 from symgen import names
 from symgen.robot import expressions
 from symgen.robot.drive import drive_toml
+from symgen.robot.limits import limits_toml
 from symgen.robot.types import Robot
 
 
@@ -24,9 +25,6 @@ def robot_toml(robot: Robot) -> str:
         except ArithmeticError:
             plain = False
         return written if plain else f'"{written}"'
-
-    def plain_list(values: tuple[object, ...]) -> str:
-        return "[" + ", ".join(str(list(v) if isinstance(v, tuple) else v) for v in values) + "]"
 
     out = [
         "[robot]",
@@ -81,11 +79,7 @@ def robot_toml(robot: Robot) -> str:
             )
             out.append(f"nonlinear = {{ {constants} }}")
     if robot.limits is not None:
-        out += ["", "[limits]"]
-        for key in ("position", "velocity", "acceleration", "torque"):
-            values = getattr(robot.limits, key)
-            if values is not None:
-                out.append(f"{key} = {plain_list(values)}")
+        out += ["", *limits_toml(robot.limits)]
     if robot.drive is not None:
         out += ["", *drive_toml(robot.drive)]
     return "\n".join(out) + "\n"

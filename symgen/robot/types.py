@@ -103,12 +103,26 @@ class Loop:
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of the movable joints: rad or m, rad/s, rad/s2, N m (or per metre)."""
+    """Limits of the movable joints: rad or m, rad/s, rad/s2, N m (or per metre); and the cell.
+
+    Attributes:
+        floor: height in frame 0, m, above which every link frame that moves, and the tool, stay.
+        boxes: in frame 0, m, which they stay out of: x, y and z from low to high.
+        tool: of the robot, in the frame of its last link, m; None for none.
+    """
 
     position: tuple[tuple[float, float], ...] | None = None
     velocity: tuple[float, ...] | None = None
     acceleration: tuple[float, ...] | None = None
     torque: tuple[float, ...] | None = None
+    floor: float | None = None
+    boxes: tuple[tuple[tuple[float, float], ...], ...] = ()
+    tool: tuple[float, float, float] | None = None
+
+    @property
+    def cell(self) -> bool:
+        """Whether there is a floor or a box to keep away from."""
+        return self.floor is not None or bool(self.boxes)
 
 
 def require_gravity(robot: Robot, what: str) -> None:
@@ -139,12 +153,25 @@ class Drive:
         torque_constant: (n,) K in N m/A on the motor side, None where logs have torques.
         position_side: the side of q and qd in logs, "motor" or "joint".
         torque_side: the side of tau in logs; currents are always those of the motors.
+        gain: (n,) what torques of the joint side are multiplied with: torque over what the log
+            makes of it, None where it is taken as it is.
+        gain_std: (n,) its standard deviation.
     """
 
     ratio: tuple[tuple[float, ...], ...]
     torque_constant: tuple[float, ...] | None = None
     position_side: str = "motor"
     torque_side: str = "motor"
+    gain: tuple[float, ...] | None = None
+    gain_std: tuple[float, ...] | None = None
+
+    @property
+    def gain_uncertainty_percent(self) -> float | None:
+        """Standard deviation of the least known gain over its value, in percent; None: unknown."""
+        if self.gain_std is None:
+            return None
+        gain = self.gain or (1.0,) * len(self.gain_std)
+        return 100 * max(s / abs(g) for s, g in zip(self.gain_std, gain, strict=True))
 
 
 @dataclass(frozen=True)

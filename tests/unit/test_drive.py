@@ -137,11 +137,33 @@ def test_the_torques_of_the_ur10e_come_back_from_its_currents():
 @pytest.mark.parametrize(
     "text",
     ["ratio = [100, -80.5]\ntorque_constant = [0.1, 0.2]", "ratio = [[100, 0], [3.25, 50]]",
+     "gain = [1.02, 0.97]\ngain_std = [0.01, 0.02]", 'side = "link"',
      'ratio = [1e3, 2]\nposition_side = "joint"\ntorque_side = "joint"'],
 )  # fmt: skip
 def test_a_drive_is_written_back_as_it_was_read(text):
     robot = symgen.parse_robot(f"{TWO}[drive]\n{text}\n")
     assert symgen.parse_robot(symgen.robot_toml(robot)) == robot
+
+
+def test_a_sensor_on_the_link_side_sees_no_rotor():
+    """rotor_inertia = true beside it is kept: a word of its own stands above the default."""
+    linked = symgen.parse_robot(f'{TWO}[drive]\nside = "link"\n')
+    assert not any(joint.rotor_inertia for joint in linked.joints)
+    assert linked.drive.torque_side == linked.drive.position_side == "joint"
+    assert all(joint.rotor_inertia for joint in symgen.parse_robot(TWO).joints)
+    own = TWO.replace("[[joint]]", "[[joint]]\nrotor_inertia = true", 1)
+    kept = symgen.parse_robot(f'{own}[drive]\nside = "link"\n')
+    assert [joint.rotor_inertia for joint in kept.joints] == [True, False]
+
+
+def test_gains_multiply_torques_and_go_back():
+    drive = drive_of("ratio = [100, 50]\ngain = [1.1, 0.9]\ngain_std = [0.022, 0.009]")
+    log = make_log("a", T, 10 * Q, Q)
+    seen = joint_side(log, drive)
+    np.testing.assert_allclose(seen.tau, Q * [110, 45])
+    assert "gains of [drive]" in seen.notes[-1]
+    np.testing.assert_allclose(motor_side(seen, drive).tau, Q)
+    assert drive.gain_uncertainty_percent == pytest.approx(2.0)
 
 
 BAD = {
