@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 @click.option("--mass", type=float, help="Of the load, kg, where it was weighed.")
 @click.option("--gain", type=float, help="Std of the drives' gains, %; a part of every std.")
 @click.option(
+    "--calibrate", is_flag=True, help="Find the drives' gains too, by --mass and --without."
+)
+@click.option("--model", default="torque", help="torque; or static: rows are still poses.")
+@click.option(
     "--cutoff", type=float, help="Of the filter of q and qd, Hz; by default it is chosen."
 )
 @reading_options
@@ -33,6 +37,8 @@ def payload(
     without: tuple[str, ...],
     mass: float | None,
     gain: float | None,
+    calibrate: bool,
+    model: str,
     cutoff: float | None,
     reading: Reading,
     into: Path,
@@ -40,11 +46,13 @@ def payload(
     """Identify mass, centre of mass and inertia of what ROBOT carries in LOGS.
 
     The robot alone is known by --parameters, or by logs --without the load, best of the same
-    motions: what they have in common cancels.
+    motions: what they have in common cancels. A load of known --mass calibrates the drives: their
+    gains are written into [drive] of a robot.toml beside the result, which later runs then use.
     """
     import symgen
     from symgen.files import check_replaceable, write_folder
-    from symgen.identification.payload import MARKER
+    from symgen.identification.gains import with_gains
+    from symgen.identification.payload_result import MARKER
     from symgen.payload_page import payload_files
 
     check_replaceable(into, MARKER)
@@ -55,11 +63,15 @@ def payload(
         without=list(without),
         mass=mass,
         gain=gain,
+        calibrate=calibrate,
+        model=model,
         cutoff=cutoff,
         reading=reading,
         progress=say,
     )
     files = payload_files(found)
+    if calibrate:
+        files["robot.toml"] = with_gains(symgen.read_robot(robot), found).encode()
     write_folder(into, files, MARKER)
     print_payload(found)
     click.echo(f"written: {', '.join(str(into / name) for name in files)}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from symgen.identification.payload import MARKER, Payload
+from symgen.identification.payload_result import MARKER, Payload
 from symgen.report import Section, Table, number, page, percent
 
 

@@ -9,16 +9,16 @@ from pathlib import Path
 from symgen.diagnosis import reading as diagnosis_reading
 from symgen.diagnosis.diagnosis import Diagnosis
 from symgen.errors import ParameterError
-from symgen.identification import payload, payload_reading, prediction, reading
+from symgen.identification import payload_reading, payload_result, prediction, reading
 from symgen.identification.comparison import Comparison
 from symgen.identification.estimate import Estimate
 
-Result = Estimate | Diagnosis | prediction.Prediction | payload.Payload
+Result = Estimate | Diagnosis | prediction.Prediction | payload_result.Payload
 _READERS: dict[str, Callable[[Path], Result]] = {
     reading.MARKER: reading.read_estimate,
     diagnosis_reading.MARKER: diagnosis_reading.read_diagnosis,
     prediction.MARKER: prediction.read_prediction,
-    payload.MARKER: payload_reading.read_payload,
+    payload_result.MARKER: payload_reading.read_payload,
 }
 
 
@@ -61,6 +61,6 @@ def result_page(result: Result | Comparison) -> str:
     if isinstance(result, Diagnosis):
         told = "Figures over time are on the page that diagnose wrote: its folder holds no curves."
         return diagnosis_page(replace(result, notes=(*result.notes, told)))
-    if isinstance(result, payload.Payload):
+    if isinstance(result, payload_result.Payload):
         return payload_page(result)
     return prediction_page(result)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from symgen.experiment.simulation import Simulation
     from symgen.identification.comparison import Comparison
     from symgen.identification.estimate import Estimate
-    from symgen.identification.payload import Payload
+    from symgen.identification.payload_result import Payload
     from symgen.identification.prediction import Prediction
     from symgen.results import Result
     from symgen.robot.types import Robot
@@ -308,7 +308,7 @@ def print_result(result: Result, path: Path) -> bool:
     """
     from symgen.diagnosis.diagnosis import Diagnosis
     from symgen.identification.estimate import Estimate
-    from symgen.identification.payload import Payload
+    from symgen.identification.payload_result import Payload
 
     if isinstance(result, Estimate):
         print_estimate(result)

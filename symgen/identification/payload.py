@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,106 +24,31 @@ from symgen.codegen.model import Model, derive
 from symgen.data.raw import Reading
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
-from symgen.estimation.cutoff import choose_band
 from symgen.estimation.estimators import Wls
-from symgen.estimation.filtered import filtered
 from symgen.estimation.logs import (
     Source,
-    in_one_band,
     listed_logs,
-    open_logs,
     require_logs,
-    require_other_data,
 )
+from symgen.estimation.poses import Shown
 from symgen.estimation.recipe import JUDGING
 from symgen.estimation.regression import Solution
 from symgen.estimation.repairs import Repair
-from symgen.estimation.system import Equations, LinearSystem, torque_equations
-from symgen.identification.load import COM, LABELS, LoadEstimate, read_off, units
+from symgen.estimation.system import Equations, LinearSystem
+from symgen.identification.gains import calibrated
+from symgen.identification.load import LABELS, LoadEstimate, read_off, units
 from symgen.identification.parameters import read_parameters, regrouping
+from symgen.identification.payload_logs import still_poses, torques
+from symgen.identification.payload_result import Payload, Quantity
 from symgen.identification.reading import read_estimate
+from symgen.identification.static import STATIC
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import load
 
 FloatArray = NDArray[np.float64]
-SCHEMA = "symgen.payload/1"
-MARKER = "payload.json"
+MODELS = ("torque", STATIC)
 _TIED = 1e-7  # singular value, of scaled columns, of a direction that the logs do not determine
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """A value with its standard deviation; both None where the logs do not determine it."""
-
-    value: float | None
-    std: float | None
-
-    def to_json(self) -> dict[str, float | None]:
-        """Return value and std."""
-        return {"value": self.value, "std": self.std}
-
-
-@dataclass(frozen=True)
-class Payload:
-    """What the arm carries, in the frame of a link.
-
-    Attributes:
-        robot: its name.
-        frame: number of the joint whose link carries the load, and in whose frame it is given.
-        mass: kg.
-        com: centre of mass (3), m.
-        inertia: XX XY XZ YY YZ ZZ about the centre of mass, kg m2; XY is the matrix entry.
-        identifiable: names of what the logs determine, of mass, cx cy cz, XX .. ZZ.
-        gain_uncertainty_percent: of the drives' gains, which is part of std; None: not given.
-        before, after: ||tau - model|| / ||tau|| of the logs with the load, without and with it in
-            the model.
-        method: in words.
-        band: the filters of the run.
-        notes: what was done, in words.
-        repairs: what was mended in the logs.
-    """
-
-    robot: str
-    frame: int
-    mass: Quantity
-    com: tuple[Quantity, ...]
-    inertia: tuple[Quantity, ...]
-    identifiable: tuple[str, ...]
-    gain_uncertainty_percent: float | None
-    before: float
-    after: float
-    method: str
-    band: Band
-    notes: tuple[str, ...]
-    repairs: tuple[Repair, ...]
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the content of payload.json."""
-        return {
-            "schema": SCHEMA,
-            "robot": self.robot,
-            "mass": self.mass.to_json(),
-            "com": [q.to_json() for q in self.com],
-            "inertia": [q.to_json() for q in self.inertia],
-            "frame": self.frame,
-            "identifiable": list(self.identifiable),
-            "gain_uncertainty_percent": self.gain_uncertainty_percent,
-            "residual": {"before": self.before, "after": self.after},
-            "method": self.method,
-            "band": self.band.to_json(),
-            "repairs": [r.to_json() for r in self.repairs],
-            "notes": list(self.notes),
-        }
-
-    def rows(self) -> list[tuple[str, Quantity, str]]:
-        """Return name, quantity and unit of every number."""
-        inertia = zip(names.INERTIA, self.inertia, strict=True)
-        return [
-            ("mass", self.mass, "kg"),
-            *((name, q, "m") for name, q in zip(COM, self.com, strict=True)),
-            *((name, q, "kg m2") for name, q in inertia),
-        ]
 
 
 def payload(
@@ -135,6 +59,8 @@ def payload(
     without: Sequence[Source] | Source = (),
     mass: float | None = None,
     gain: float | None = None,
+    calibrate: bool = False,
+    model: str = "torque",
     cutoff: float | None = None,
     reading: Reading | None = None,
     progress: Callable[[str], None] = lambda _: None,
@@ -147,7 +73,11 @@ def payload(
         parameters: of the robot without it: estimate.json, or TOML with [parameters].
         without: logs without the load, best of the same motions; X is then taken from them.
         mass: of the load, kg, where it was weighed.
-        gain: standard deviation of the drives' gains, in percent: it scales masses and inertias.
+        gain: standard deviation of the drives' gains, in percent: it scales masses and inertias;
+            by default that of [drive], where it states one.
+        calibrate: whether the load, whose mass is known, tells the gains of the drives, from logs
+            with it and without; see `symgen.identification.gains`.
+        model: "torque"; or "static", where the rows of the logs are still poses.
         cutoff: of the filter of positions and speeds, Hz; by default that of the estimate, or else
             the one that suits the logs best.
         reading: how logs are read, and what of them is left out.
@@ -166,6 +96,12 @@ def payload(
             "what the robot is without its load is not known; accepted: --parameters, or --without "
             "with logs of the robot alone"
         )
+    if calibrate and (mass is None or not bare):
+        raise IdentificationError("--calibrate: accepted: with --mass and --without")
+    if calibrate and model == STATIC:
+        raise IdentificationError("--calibrate with --model static: accepted: logs of motions")
+    if model not in MODELS:
+        raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
     for name, value in (("--mass", mass), ("--gain", gain)):
         if value is not None and not 0 < value < 1e6:
             raise ParameterError(f"{name} {value:g}; accepted: a number above 0")
@@ -175,37 +111,43 @@ def payload(
             f"{source.name}: effects that hold the torque of the links are not separated from a "
             "load; accepted: the robot without them"
         )
-    (samples,), repairs = open_logs(((*loaded, *bare),), source, reading, progress)
-    require_other_data(samples, [])
+    if gain is None and source.drive is not None and not calibrate:
+        gain = source.drive.gain_uncertainty_percent
     progress("deriving and compiling the model")
-    model = derive(source, JUDGING)
-    evaluator = load(model)
-    samples, _, mended = in_one_band(samples, [])
-    known = _Known.read(parameters, model)
-    band = (known and known.band) or choose_band(evaluator, samples, cutoff)
-    if cutoff is not None:
-        band = replace(band, cutoff_hz=cutoff)
-    progress(f"band: {band.in_words()}")
-    equations = [torque_equations(evaluator, filtered(s, band)) for s in samples]
-    with_load = [e for own in equations[: len(loaded)] for e in own]
-    alone = [e for own in equations[len(loaded) :] for e in own]
+    derived = derive(source, JUDGING)
+    known = _Known.read(parameters, derived, model == STATIC)
+    read = still_poses if model == STATIC else torques
+    seen = read(
+        load(derived),
+        [*loaded, *bare],
+        reading,
+        cutoff,
+        None if known is None else known.band,
+        progress,
+    )
+    with_load = [e for own in seen.equations[: len(loaded)] for e in own]
+    alone = [e for own in seen.equations[len(loaded) :] for e in own]
     link = source.payload or source.movable[-1].number
-    G = regrouping(model)[:, _columns(model, link)]
+    G = regrouping(derived)[:, _columns(derived, link)]
     progress(f"solving {sum(len(e.y) for e in (*with_load, *alone))} equations")
-    if alone:
-        solved = _beside(model, with_load, alone, G, mass)
+    gains: tuple[Quantity, ...] = ()
+    if calibrate:
+        solved, gains = _calibrated(derived, with_load, alone, G, mass)
+        how = "logs with and without the load, and the drives' gains, solved at once"
+    elif alone:
+        solved = _beside(derived, with_load, alone, G, mass)
         how = "logs with and without the load, solved at once"
     else:
         assert known is not None
-        solved = _against(model, with_load, known, G, mass)
+        solved = _against(derived, with_load, known, G, mass)
         how = "logs with the load against given parameters, friction taken anew"
     found, before, after, notes = solved
-    return _payload(
+    what = "of torque at standstill" if model == STATIC else "of torque"
+    result = _payload(
         source, link, found, mass, gain, before, after,
-        f"weighted least squares of torque: {how}", band,
-        (*(n for s in samples for n in s.notes), f"band: {band.in_words()}", *notes),
-        (*repairs, *mended),
+        f"weighted least squares {what}: {how}", seen.band, (*seen.notes, *notes), seen.repairs,
     )  # fmt: skip
+    return replace(result, gains=gains)
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,7 +160,7 @@ class _Known:
     notes: tuple[str, ...] = ()
 
     @staticmethod
-    def read(path: str | Path | None, model: Model) -> _Known | None:
+    def read(path: str | Path | None, model: Model, still: bool) -> _Known | None:
         if path is None:
             return None
         path = Path(path)
@@ -230,6 +172,13 @@ class _Known:
         estimate = read_estimate(path)
         same = tuple(p.name for p in estimate.parameters) == model.base.names
         covariance = estimate.covariance if same and estimate.correlation.size else None
+        if covariance is not None and not np.isfinite(covariance).all():
+            if not still:
+                raise ParameterError(
+                    f"{path}: it does not determine all parameters; accepted: an estimate from "
+                    "motions, or --model static with tables of still poses"
+                )
+            covariance = np.where(np.isfinite(covariance), covariance, 0.0)  # seen in no pose
         doubt = () if estimate.verdict == "trusted" else (f"{path}: a doubtful estimate",)
         return _Known(X, covariance, estimate.band, doubt)
 
@@ -266,8 +215,12 @@ def _against(
     V = _basis(rows, G, free)
     given = _given(mass)
     load_columns = G * units() @ V
-    rub = np.eye(p)[:, inertial:]
-    labels = (*(f"load {k + 1}" for k in range(V.shape[1])), *model.base.names[inertial:])
+    rubbing = [k for k in Shown.by(rows).kept if k >= inertial]
+    rub = np.eye(p)[:, rubbing]
+    labels = (
+        *(f"load {k + 1}" for k in range(V.shape[1])),
+        *(model.base.names[k] for k in rubbing),
+    )
     # Friction as it was: what is left of it is solved for, so that its change has no say in s.
     system = LinearSystem(
         labels,
@@ -307,9 +260,11 @@ def _beside(
     V = _basis(rows, G, free)
     r, p = V.shape[1], G.shape[0]
     given = _given(mass)
-    both = np.hstack([G * units() @ V, np.eye(p)])
-    none = np.hstack([np.zeros((p, r)), np.eye(p)])
-    labels = (*(f"load {k + 1}" for k in range(r)), *model.base.names)
+    kept = list(Shown.by([*rows, *alone]).kept)
+    own = np.eye(p)[:, kept]
+    both = np.hstack([G * units() @ V, own])
+    none = np.hstack([np.zeros((p, r)), own])
+    labels = (*(f"load {k + 1}" for k in range(r)), *(model.base.names[k] for k in kept))
     system = LinearSystem(
         labels,
         tuple(
@@ -320,8 +275,24 @@ def _beside(
     solution = Wls().solve(system)
     logs = system.logs[: len(rows)]
     after = _relative(rows, [e.y - e.W @ solution.X for e in logs])
-    before = _relative(rows, [e.y - e.W @ solution.X[r:] for e in rows])
+    before = _relative(rows, [e.y - e.W @ own @ solution.X[r:] for e in rows])
     return _found(V, solution.X[:r], solution.covariance[:r, :r], given), before, after, ()
+
+
+def _calibrated(
+    model: Model,
+    rows: Sequence[Equations],
+    alone: Sequence[Equations],
+    G: FloatArray,
+    mass: float | None,
+) -> tuple[Solved, tuple[Quantity, ...]]:
+    """Solve for the drives' gains too, from a load whose mass is known."""
+    V, given = _basis(rows, G, range(9)), _given(mass)
+    found = calibrated(model.base.names, rows, alone, G * units() @ V, G @ given)
+    before = _beside(model, rows, alone, G, mass)[1]
+    told = tuple(Quantity(float(g), float(s)) for g, s in zip(found.gain, found.std, strict=True))
+    after = _relative(rows, found.left)
+    return (_found(V, found.a, found.covariance, given), before, after, ()), told
 
 
 def _given(mass: float | None) -> FloatArray:
@@ -354,7 +325,7 @@ def _payload(
     before: float,
     after: float,
     method: str,
-    band: Band,
+    band: Band | None,
     notes: tuple[str, ...],
     repairs: tuple[Repair, ...],
 ) -> Payload:

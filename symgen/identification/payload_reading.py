@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from symgen.errors import ParameterError
-from symgen.identification.payload import MARKER, SCHEMA, Payload, Quantity
+from symgen.identification.payload_result import MARKER, SCHEMA, Payload, Quantity
 from symgen.identification.reading import number, read_band, read_json, read_repair
 
 
@@ -37,7 +37,8 @@ def read_payload(path: str | Path) -> Payload:
             before=number(content["residual"]["before"]),
             after=number(content["residual"]["after"]),
             method=str(content["method"]),
-            band=read_band(content["band"]),
+            band=None if content["band"] is None else read_band(content["band"]),
+            gains=tuple(map(_quantity, content.get("gains", ()))),
             notes=tuple(map(str, content["notes"])),
             repairs=tuple(map(read_repair, content["repairs"])),
         )
