@@ -44,20 +44,27 @@ from symgen.terminal import print_plan, say
 @click.option("--searches", default=4, show_default=True, help="Random starts to improve.")
 @click.option("--iterations", default=500, show_default=True, help="Of IPOPT, for each start.")
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="Of the starts.")
+@click.option("--to", default="csv", show_default=True, help="Beside the CSV: ros or urscript.")
 @click.option("--into", type=click.Path(path_type=Path), required=True, help="The CSV to write.")
-def excite(robot: str, into: Path, **options: Any) -> int:
+def excite(robot: str, into: Path, to: str, **options: Any) -> int:
     """Find runs within limits from which the parameters of ROBOT can be identified.
 
     Limits are one number for all joints or one for each, separated by commas; without them those
-    of the robot's [limits] hold. Ctrl-C ends the search with the best that it has.
+    of the robot's [limits] hold, and its floor and boxes, from which the frames of the links and
+    the tool stay away. Runs start and end at rest. --to ros adds a JointTrajectory as YAML and as
+    a bag, --to urscript a program, each with a slow approach. Ctrl-C ends the search with the best
+    that it has.
     """
     import symgen
+    from symgen.experiment.formats import FORMATS, exported
     from symgen.experiment.plan import paths
     from symgen.files import check_new, write_files
 
     if into.suffix != ".csv":
         raise click.UsageError(f"--into {into}: accepted: a path that ends in .csv")
     source = symgen.read_robot(robot)
+    if to not in FORMATS:
+        raise click.UsageError(f"--to {to}: accepted: {', '.join(FORMATS)}")
     files = paths(into, options["runs"])
     for path in files:
         check_new(path)
@@ -68,9 +75,10 @@ def excite(robot: str, into: Path, **options: Any) -> int:
     kinds = tuple(options["kind"].split(","))
     options["kind"] = kinds[0] if len(kinds) == 1 else kinds
     plan = symgen.excite(source, progress=say, **options)
-    write_files(plan.to_files(into).items())
+    found = exported(plan, source, into, to)
+    write_files(found.items())
     print_plan(plan)
-    click.echo(f"written: {', '.join(map(str, files))}")
+    click.echo(f"written: {', '.join(map(str, found))}")
     return 0 if plan.good else 1
 
 

@@ -246,3 +246,49 @@ def _array(path: Path, role: str, field: str, rows: list[FloatArray]) -> FloatAr
 
 def _when(m: _Message) -> str:
     return f"the message of {m.stamp * 1e-9:.6f} s"
+
+
+def trajectory_bag(
+    names: Sequence[str],
+    motion: tuple[FloatArray, ...],
+    delay: float,
+) -> bytes:
+    """Return an MCAP file with one trajectory_msgs/msg/JointTrajectory on /joint_trajectory.
+
+    Args:
+        names: of the joints.
+        motion: time from the start (N,), s, and q, qd, qdd, (N, n) each.
+        delay: before the first point, s.
+
+    Raises:
+        LogError: rosbags is missing.
+    """
+    import tempfile
+
+    t, q, qd, qdd = motion
+    try:
+        from rosbags.rosbag2 import StoragePlugin, Writer
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError as error:
+        raise LogError("writing bags needs rosbags: pip install 'symgen[ros]'") from error
+    store = get_typestore(Stores.ROS2_JAZZY)
+    kind = "trajectory_msgs/msg/JointTrajectory"
+    message, point, header, time, duration = (
+        store.types[name]
+        for name in (
+            kind, "trajectory_msgs/msg/JointTrajectoryPoint", "std_msgs/msg/Header",
+            "builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration",
+        )
+    )  # fmt: skip
+    stamps = [divmod(round((s + delay) * 1e9), 10**9) for s in t]
+    points = [
+        point(*rows, np.zeros(0), duration(*stamp))
+        for *rows, stamp in zip(q, qd, qdd, stamps, strict=True)
+    ]
+    with tempfile.TemporaryDirectory() as folder:
+        bag = Path(folder) / "bag"
+        with Writer(bag, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+            connection = writer.add_connection("/joint_trajectory", kind, typestore=store)
+            content = message(header(time(0, 0), ""), list(names), points)
+            writer.write(connection, 1, store.serialize_cdr(content, kind))
+        return next(bag.glob("*.mcap")).read_bytes()

@@ -16,8 +16,9 @@ import numpy as np
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.recipe import require_model
 from symgen.experiment.bounds import Bounds, bounds
+from symgen.experiment.cell import KINDS
 from symgen.experiment.criterion import CRITERIA, FloatArray
-from symgen.experiment.judge import MODELS, Found, Judge, judge
+from symgen.experiment.judge import MODELS, SHRUNK, Found, Judge, judge
 from symgen.experiment.objective import Objective, smooth_robot
 from symgen.experiment.plan import Plan, binding_text
 from symgen.experiment.search import Clock, Program
@@ -130,7 +131,7 @@ def excite(
                 better = best is None or _value(found, criterion) < _value(best, criterion)
                 if found.keeps and better:
                     best = found.beginning(before)
-            shown = "none keeps the torques" if best is None else f"best {best.text}"
+            shown = "none keeps its limits" if best is None else f"best {best.text}"
             progress(f"{clock.elapsed:5.1f} s  search {k + 1}: reaches {after.text}; {shown}")
     if best is None:
         raise _too_much_torque(source.name, closest)
@@ -217,7 +218,13 @@ def _durations(
 
 def _too_much_torque(name: str, closest: Found | None) -> IdentificationError:
     assert closest is not None
-    use = max((u for u in closest.uses if u.limit == "torque"), key=lambda u: u.share)
+    use = max((u for u in closest.uses if u.limit in SHRUNK), key=lambda u: u.share)
+    if use.limit in KINDS:
+        return IdentificationError(
+            f"{name}: no motion that was tried keeps clear of the {use.limit}: the frame of joint "
+            f"{use.joint} comes {-use.extreme:.3g} m too far; accepted: a range of positions whose "
+            "middle is clear of floor and boxes, smaller ranges, or another cell in [limits]"
+        )
     return IdentificationError(
         f"{name}: no motion that was tried keeps the torque of joint {use.joint}: it needs "
         f"{abs(use.extreme):.4g}, allowed {abs(use.allowed):.4g}; accepted: a higher limit, "

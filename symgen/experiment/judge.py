@@ -17,6 +17,7 @@ from symgen.estimation.filtered import unfiltered
 from symgen.estimation.recipe import NEEDED, Recipe
 from symgen.estimation.system import Equations
 from symgen.experiment.bounds import Bounds, Torque, Use, uses, worst
+from symgen.experiment.cell import KERNEL, KINDS, Cell
 from symgen.experiment.criterion import FloatArray, condition_number, log_determinant
 from symgen.experiment.plan import Plan
 from symgen.experiment.space import Space
@@ -26,14 +27,17 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 
 MODELS = tuple(NEEDED)
-_SHRINK = 0.9  # of a motion with too much torque, again and again
-_SMALLEST = 0.5
+_SHRINK = 0.9  # of a motion with too much torque or too near to the cell, again and again
+SHRUNK = ("torque", *KINDS)  # limits that are kept so
+_SMALLEST, _SMALLEST_IN_CELL = 0.5, 0.25
+_SLOW = 0.1  # of the allowed speeds, in the approach
+_PEAK = 1.875  # of the mean speed of a motion of degree five from rest to rest
 _HALVINGS = 5  # of the last step
 
 
 def _within(found: Sequence[Use]) -> bool:
-    """Whether the torques are within their limits."""
-    return all(u.share <= 1 for u in found if u.limit == "torque")
+    """Whether the torques are within their limits, and the cell is kept clear."""
+    return all(u.share <= 1 for u in found if u.limit in SHRUNK)
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,12 +52,12 @@ class Found:
 
     @property
     def excess(self) -> float:
-        """Largest share of a torque limit that is used."""
-        return max((u.share for u in self.uses if u.limit == "torque"), default=0.0)
+        """Largest share that is used of a limit of torque, or of the cell."""
+        return max((u.share for u in self.uses if u.limit in SHRUNK), default=0.0)
 
     @property
     def keeps(self) -> bool:
-        """Whether the torques are within their limits; the other limits always are."""
+        """Whether torques and cell are within their limits; the other limits always are."""
         return _within(self.uses)
 
     @property
@@ -77,6 +81,13 @@ class Judge:
     limits: Bounds
     prior: FloatArray | None
     notes: tuple[str, ...]
+    cell: Cell | None = None
+
+    @property
+    def approach(self) -> float:
+        """s, in which the farthest way between positions takes a tenth of the allowed speeds."""
+        way = (self.limits.high - self.limits.low) / (_SLOW * self.limits.rates[0])
+        return float(math.ceil(_PEAK * way.max()))
 
     @property
     def model(self) -> Model:
@@ -116,12 +127,13 @@ class Judge:
         """Return a motion that keeps its limits, and what it is worth.
 
         Joints are shrunk about the centre as far as their own limits ask for, all of them together
-        as far as the torques do.
+        as far as the torques and the cell do.
         """
         z = choices.fitted(z, self.limits)
         runs, found = self._used(choices, z)
         factor, too_much = 1.0, 1.0
-        while not _within(found) and factor > _SMALLEST:
+        smallest = _SMALLEST if self.cell is None else _SMALLEST_IN_CELL
+        while not _within(found) and factor > smallest:
             too_much, factor = factor, _SHRINK * factor
             runs, found = self._used(choices, factor * z)
         for _ in range(_HALVINGS if too_much > factor and _within(found) else 0):
@@ -139,7 +151,10 @@ class Judge:
     ) -> tuple[tuple[Trajectory, ...], tuple[Use, ...]]:
         """Return the runs of z, and how much of every limit they take."""
         runs = choices.trajectories(z)
-        found = worst([u for r in runs for u in uses(self.limits, r, self.torque)])
+        every = [u for r in runs for u in uses(self.limits, r, self.torque)]
+        if self.cell is not None:
+            every += [u for r in runs for u in self.cell.uses(r)]
+        found = worst(every)
         return runs, tuple(found.values())
 
     def plan(self, best: Found, searches: tuple[int, int], stopped: str) -> Plan:
@@ -166,6 +181,7 @@ class Judge:
             searches=searches,
             stopped=stopped,
             notes=self.notes,
+            approach=self.approach,
         )
 
 
@@ -193,6 +209,8 @@ def judge(
         ParameterError: limits of torque without a prior model, or the other way round.
     """
     kernels = dict.fromkeys(k for m in MODELS for k in Recipe(m, window).all_kernels)
+    fenced = robot.limits is not None and robot.limits.cell
+    kernels |= {KERNEL: None} if fenced else {}
     model = derive(robot, tuple(kernels))
     limited = bool(np.isfinite(limits.torque).any())
     notes: tuple[str, ...] = ()
@@ -209,4 +227,6 @@ def judge(
     if parameters is None and limited:
         notes = ("limits of torque are not looked at: that needs --parameters of a prior model",)
     prior = None if parameters is None else read_parameters(parameters, model)
-    return Judge(load(model), name, window, rate, limits, prior, notes)
+    evaluator = load(model)
+    cell = Cell(evaluator, robot.limits) if fenced and robot.limits is not None else None
+    return Judge(evaluator, name, window, rate, limits, prior, notes, cell)

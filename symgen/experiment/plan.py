@@ -35,6 +35,7 @@ class Plan:
         searches: how many searches ended, of how many.
         stopped: what ended the last one: "done", "budget" or "interrupted".
         notes: what else is to be said.
+        approach: s, in which the farthest way to the start takes a tenth of the allowed speeds.
     """
 
     robot: str
@@ -51,6 +52,7 @@ class Plan:
     searches: tuple[int, int]
     stopped: str
     notes: tuple[str, ...] = ()
+    approach: float = 10.0
 
     @property
     def condition(self) -> float:
@@ -124,6 +126,7 @@ class Plan:
                 for u in self.uses
             ],
             "independent_equations": self.independent,
+            "approach_s": self.approach,
             "searches": list(self.searches),
             "stopped": self.stopped,
             "warnings": [*self.warnings, *self.other_models],
