@@ -1,6 +1,7 @@
 """A new user's path: a URDF with fingers and a recorder's CSV, six commands, a trusted model.
 
-The first command is what everybody tries; each refusal names the next one.
+The commands are those of the quick start, read from its page. The first is what everybody tries;
+each refusal names the next one.
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ import re
 
 import numpy as np
 import pytest
+from documented import DOCS, blocks
+from support import PROJECT
 
 pytest.importorskip("pinocchio", reason="Pinocchio (PyPI: pin) is not installed")
 pytest.importorskip("clarabel", reason="Clarabel is not installed")
@@ -29,28 +32,25 @@ def test_six_commands_from_a_urdf_and_a_log_to_a_trusted_model(
     (tmp_path / "train.csv").write_text(gripper_arm.recorded(moves, 1))
     (tmp_path / "test.csv").write_text(gripper_arm.recorded(moves, 2))
     (tmp_path / "carried.csv").write_text(gripper_arm.recorded(gripper_arm.urdf(HEAVIER, TOOL), 3))
-    done = 0
+    lines = _quick_start()
+    assert len(lines) == 6
 
     def run(line: str, expected: int = 0) -> str:
-        nonlocal done
-        done += 1
-        code, out, err = command(*line.split())
+        code, out, err = command(*line.split()[1:])
         assert code == expected, err
         return out + err
 
-    logs = "train.csv --validation test.csv"
-    said = run(f"identify panda.urdf {logs} --into result", expected=2)
-    helps = re.search(r"symgen (import panda.urdf --fix \S+ --into robot.toml)", said)
+    said = run(lines[0], expected=2)
+    helps = re.search(r"symgen import panda.urdf --fix \S+ --into robot.toml", said)
     assert helps is not None, said
-    run(helps[1])
-    said = run(f"identify robot.toml {logs} --into result")
+    assert lines[1] == helps[0]
+    run(lines[1])
+    said = run(lines[2])
     assert "columns by name: t = time, q = *_position, qd = *_velocity, tau = *_effort" in said
     assert "stamps jitter" in said
     assert "verdict: trusted" in said
-    run("generate robot.toml --target c --into generated/panda")
-    run("export result --from panda.urdf --to identified.urdf")
-    run("payload robot.toml carried.csv --parameters result --into load")
-    assert done <= 6
+    for line in lines[3:]:
+        run(line)
 
     estimate = json.loads((tmp_path / "result" / "estimate.json").read_text())
     assert estimate["verdict"] == "trusted"
@@ -65,6 +65,14 @@ def test_six_commands_from_a_urdf_and_a_log_to_a_trusted_model(
     want, new, maker = (_weights(pin, t) for t in (moves, written, gripper_arm.urdf()))
     assert np.abs(new - want).max() < 0.02 * np.abs(want).max()
     assert np.abs(maker - want).max() > 0.1 * np.abs(want).max()  # what was to be learned
+
+
+def _quick_start() -> list[str]:
+    """Return the commands of the page, which are those of the README."""
+    page = DOCS / "quick-start.md"
+    block = next(b for b in blocks(page) if b.elsewhere.endswith("test_new_user.py"))
+    assert block.code in (PROJECT / "README.md").read_text("utf-8")
+    return block.code.splitlines()
 
 
 def _weights(pin, text: str) -> np.ndarray:

@@ -1,0 +1,66 @@
+"""What the documentation adds to MkDocs: scripts that are pages, and equations without a network.
+
+Used by .mkdocs.yml, and by tests/docs, which run what the pages show.
+"""
+
+from __future__ import annotations
+
+import html
+from pathlib import Path
+from typing import Any
+
+DOCS = Path(__file__).parent
+
+
+def literate(script: Path) -> str:
+    """Return a script as a page: its docstring, comments at the margin as text, code as code.
+
+    What the script prints stands in the file of the same name that ends in .txt; tests compare it.
+    """
+    head, _, rest = script.read_text("utf-8").removeprefix('"""').partition('"""\n')
+    out, code = ["# " + head.strip()], list[str]()
+
+    def flush() -> None:
+        block = "\n".join(code).strip("\n")
+        if block:
+            out.append(f"```python\n{block}\n```")
+        code.clear()
+
+    for part in rest.split("\n\n"):
+        lines = part.strip("\n").splitlines()
+        if lines and all(line.startswith("#") for line in lines):
+            flush()
+            out.append("\n".join(line.removeprefix("#").removeprefix(" ") for line in lines))
+        else:
+            code += [part, ""]
+    flush()
+    said = script.with_suffix(".txt").read_text("utf-8")
+    out.append(f"It prints:\n\n```text\n{said}```")
+    out.append(f"This page is the script `docs/examples/{script.name}`; tests run it.")
+    return "\n\n".join(out) + "\n"
+
+
+def equation(source: str, *_: Any, **__: Any) -> str:
+    """Return an equation in LaTeX as MathML, which browsers draw by themselves."""
+    from latex2mathml.converter import convert
+
+    rows = (convert(line, display="block") for line in source.strip().split("\n\n"))
+    return f'<div class="equation" title="{html.escape(source.strip())}">{"".join(rows)}</div>'
+
+
+def on_config(config: Any) -> Any:
+    """Let ```math hold equations, and put the threat model, whatever its file is called, in."""
+    fence = {"name": "math", "class": "math", "format": equation}
+    config.mdx_configs.setdefault("pymdownx.superfences", {})["custom_fences"] = [fence]
+    config.nav.extend({"Threat model": p.name} for p in sorted(DOCS.glob("threat?model.md")))
+    return config
+
+
+def on_files(files: Any, config: Any) -> Any:
+    """Add a page for every script in docs/examples."""
+    from mkdocs.structure.files import File
+
+    for script in sorted((DOCS / "examples").glob("*.py")):
+        name = f"examples/{script.stem}.md"
+        files.append(File.generated(config, name, content=literate(script)))
+    return files

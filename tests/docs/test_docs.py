@@ -1,0 +1,127 @@
+"""The documentation builds without a warning, and what its pages show runs as they say."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from documented import EXAMPLES, PAGES, SHOWN, Block, blocks, shell
+from support import PROJECT
+from workshop import furnish, house
+
+_NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]\d+)?")
+_RUN = [p for p in PAGES if any(b.kind not in SHOWN and not b.elsewhere for b in blocks(p))]
+_SLOW_EXAMPLES = {"hidden_spring", "motion_and_load"}
+
+
+def test_the_documentation_builds_without_a_warning(tmp_path: Path) -> None:
+    if importlib.util.find_spec("mkdocs") is None or importlib.util.find_spec("material") is None:
+        pytest.skip("mkdocs-material is not installed (pip install -e '.[docs]')")
+    done = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "-f", ".mkdocs.yml",
+         "--site-dir", str(tmp_path / "site")],
+        cwd=PROJECT, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    for page in ("index.html", "reference.html", "examples/two_links.html"):
+        text = (tmp_path / "site" / page).read_text("utf-8")
+        assert not re.search(r'(?:src|href)="(?:https?:)?//(?!squidfunk)', text), page
+    assert "<math" in (tmp_path / "site" / "method.html").read_text("utf-8")
+
+
+@pytest.fixture(scope="module")
+def workshop(tmp_path_factory) -> Path:
+    """An arm, its logs and its estimate: made once, copied for every page."""
+    folder = tmp_path_factory.mktemp("workshop")
+    furnish(folder)
+    return folder
+
+
+@pytest.mark.parametrize("page", _RUN, ids=lambda p: p.stem)
+def test_blocks_run(page: Path, workshop: Path, tmp_path: Path, monkeypatch) -> None:
+    _run(page, [b for b in blocks(page) if not b.slow], workshop, tmp_path / "here", monkeypatch)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "page", [p for p in _RUN if any(b.slow for b in blocks(p))], ids=lambda p: p.stem
+)
+def test_slow_blocks_run_too(page: Path, workshop: Path, tmp_path: Path, monkeypatch) -> None:
+    _run(page, list(blocks(page)), workshop, tmp_path / "here", monkeypatch)
+
+
+def _run(page: Path, found: list[Block], workshop: Path, folder: Path, monkeypatch) -> None:
+    """Run the blocks of a page in their order, in one folder; Python's share their names."""
+    shutil.copytree(workshop, folder)
+    if page.stem == "contributing":
+        house(folder)
+    monkeypatch.chdir(folder)
+    names: dict[str, object] = {"__name__": "__main__"}
+    for block in found:
+        where = f"{page.name}:{block.line}"
+        if block.kind in SHOWN or block.elsewhere or block.missing:
+            continue
+        if block.file:
+            (folder / block.file).write_text(block.code, encoding="utf-8")
+        elif block.kind == "sh":
+            done = shell(block.code, folder)
+            said = f"{where}\n{done.stdout}{done.stderr}"
+            assert done.returncode == block.code_expected, said
+        elif block.kind == "python":
+            exec(compile(block.code, where, "exec", dont_inherit=True), names)
+        else:
+            pytest.fail(f"{where}: a block of {block.kind} that is neither a file nor run")
+
+
+@pytest.mark.parametrize(
+    "script",
+    [
+        pytest.param(p, marks=[pytest.mark.slow] * (p.stem in _SLOW_EXAMPLES), id=p.stem)
+        for p in EXAMPLES
+    ],
+)
+def test_an_example_prints_what_its_page_shows(script: Path, tmp_path: Path) -> None:
+    """The same words, and every number within a fiftieth of what the page shows."""
+    done = shell(f"python {script}", tmp_path)
+    assert done.returncode == 0, done.stderr
+    shown = script.with_suffix(".txt").read_text("utf-8")
+    assert _NUMBER.sub("#", done.stdout).split() == _NUMBER.sub("#", shown).split(), done.stdout
+    pairs = zip(_NUMBER.findall(done.stdout), _NUMBER.findall(shown), strict=True)
+    for got, want in pairs:
+        digit = 10.0 ** -len(want.partition(".")[2])
+        assert abs(float(got) - float(want)) <= abs(float(want)) / 50 + 1.01 * digit, (got, want)
+
+
+def test_every_page_is_in_the_table_of_contents() -> None:
+    told = (PROJECT / ".mkdocs.yml").read_text("utf-8")
+    for page in (PROJECT / "docs").glob("*.md"):
+        assert page.name in told or page.stem.replace("_", "-") == "threat-model", page
+
+
+def test_pictures_are_what_their_scripts_draw(tmp_path: Path) -> None:
+    for script in sorted((PROJECT / "docs" / "pictures").glob("*.py")):
+        copy = tmp_path / script.name
+        copy.write_text(script.read_text("utf-8"), encoding="utf-8")
+        assert shell(f"python {copy}", tmp_path).returncode == 0
+        drawn = copy.with_suffix(".svg").read_text("utf-8")
+        assert drawn == script.with_suffix(".svg").read_text("utf-8"), script.name
+
+
+def test_links_of_the_readme_lead_somewhere() -> None:
+    text = (PROJECT / "README.md").read_text("utf-8")
+    for target in re.findall(r"\]\(([^)#]+)[^)]*\)", text) + re.findall(r'src="([^"]+)"', text):
+        assert (PROJECT / target).exists(), target
+
+
+def test_install_and_test_commands_are_those_of_ci() -> None:
+    ci = (PROJECT / ".ci" / "run").read_text("utf-8").replace("[test,docs]", "[test]")
+    readme = (PROJECT / "README.md").read_text("utf-8")
+    start, test = (b.code.strip() for b in blocks(PROJECT / "README.md") if ".venv" in b.code)
+    assert test in ci
+    assert start in (PROJECT / "docs" / "index.md").read_text("utf-8")
+    assert start in readme
