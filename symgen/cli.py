@@ -201,7 +201,7 @@ def identify(
         progress=say,
     )
     say("writing the report")
-    files = estimate_files(estimate) | {"robot.toml": symgen.robot_toml(source).encode()}
+    files = estimate_files(estimate, source)
     said = ""
     if robot.endswith(".urdf"):
         from symgen.identification.robot_file import identified_file

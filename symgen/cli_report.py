@@ -22,7 +22,7 @@ def report(folder: Path, other: Path | None, into: Path | None) -> int:
     import symgen
     from symgen.files import check_new, write_files
     from symgen.identification.comparison import Comparison
-    from symgen.results import read_result, result_page
+    from symgen.results import read_result, result_page, result_robot
 
     if into is not None:
         if into.suffix != ".html":
@@ -30,7 +30,7 @@ def report(folder: Path, other: Path | None, into: Path | None) -> int:
         check_new(into)
     result = read_result(folder) if other is None else symgen.compare(folder, other)
     if into is not None:
-        write_files([(into, result_page(result).encode())])
+        write_files([(into, result_page(result, result_robot(folder)).encode())])
     if isinstance(result, Comparison):
         print_comparison(result)
         good = result.verdict == "agree"

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from symgen import parameter_plots
 from symgen.estimation.values import Residual
+from symgen.folded import folded
 from symgen.identification.comparison import Comparison
 from symgen.identification.estimate import Estimate
 from symgen.report import Banner, Section, Table, counted, drawn, number, page, percent
@@ -76,7 +77,7 @@ def _sections(comparison: Comparison) -> list[Section]:
             number(p.b.std, 3),
             ("▲ " if p.moved else "") + number(p.sigmas, 3),
             p.a.unit,
-            p.a.expression,
+            folded(p.a.expression),
         )
         for p in comparison.parameters
     )

@@ -27,7 +27,7 @@ from symgen.diagnosis.words import (
     undeclared,
 )
 from symgen.errors import SymgenError
-from symgen.report import Banner, Section, Table, drawn, number, page
+from symgen.report import Banner, Section, Table, drawn, frames_section, number, page
 from symgen.robot.toml_text import parameters_toml, robot_toml
 
 
@@ -97,17 +97,12 @@ def _banner(diagnosis: Diagnosis) -> Banner:
 
 
 def _sections(diagnosis: Diagnosis, motion: Replay | None) -> list[Section]:
-    text = (
-        "RMS of measured minus modelled torque over RMS of measured torque, in the band of the "
-        "motion. The noise floor is what noise of torque, position and speed alone leaves there."
-    )
-    done = work(diagnosis.curves)
-    if done is not None:
-        text += (
-            f" As energy, over windows of {done.window:g} s, the model leaves "
-            f"{percent(done.before)} of the work before and {percent(done.after)} after."
-        )
-    sections = [drawn("Gap", text, diagnosis_plots.gaps(diagnosis), _gap_table(diagnosis))]
+    sections = []
+    figure = diagnosis_plots.residuals(diagnosis)
+    if figure is not None:
+        text = "Measured minus modelled torque in the motion's band, on data the search never saw."
+        sections.append(drawn("What is left", text, figure))
+    sections += [_gap_section(diagnosis), *_repair_sections(diagnosis)]
     if diagnosis.effects:
         text = (
             "An effect is a torque on the joint. Values come from the logs, identified with all "
@@ -124,15 +119,18 @@ def _sections(diagnosis: Diagnosis, motion: Replay | None) -> list[Section]:
         sections.append(Section("What to do", advice))
     figure = diagnosis_plots.torques(diagnosis)
     if figure is not None:
-        text = "Measured, by the model as it was, and with the effects; all in the motion's band."
+        found = "with the effects that were found" if diagnosis.effects else "as it is"
+        text = f"Measured, and by the model {found}; both in the motion's band."
         sections.append(drawn("Torque", text, figure))
     if motion is not None:
         sections.append(_motion_section(diagnosis, motion))
     figure = diagnosis_plots.portraits(diagnosis)
     if figure is not None:
-        text = (
-            "Measured minus modelled torque before, and on top of it what the found effects "
-            "changed. Where black covers blue nothing is left."
+        text = "Measured minus modelled torque before" + (
+            ", and on top of it what the found effects changed. Where black covers blue nothing is "
+            "left."
+            if diagnosis.effects
+            else ", against speed and position: a shape in it is what no effect explains."
         )
         sections.append(drawn("Portraits of the residual", text, figure))
     if diagnosis.rejected:
@@ -145,7 +143,31 @@ def _sections(diagnosis: Diagnosis, motion: Replay | None) -> list[Section]:
     if diagnosis.parameters:
         text = "All parameters of the extended robot; parameters.toml holds them."
         sections.append(Section("Parameters", (text,), _parameter_table(diagnosis.parameters)))
-    return sections
+    return [*sections, frames_section(diagnosis.extended)]
+
+
+def _gap_section(diagnosis: Diagnosis) -> Section:
+    text = (
+        "RMS of measured minus modelled torque over RMS of measured torque, in the band of the "
+        "motion. The noise floor is what noise of torque, position and speed alone leaves there."
+    )
+    done = work(diagnosis.curves)
+    if done is not None:
+        text += (
+            f" As energy, over windows of {done.window:g} s, the model leaves "
+            f"{percent(done.before)} of the work before and {percent(done.after)} after."
+        )
+    return drawn("Gap", text, diagnosis_plots.gaps(diagnosis), _gap_table(diagnosis))
+
+
+def _repair_sections(diagnosis: Diagnosis) -> list[Section]:
+    if not diagnosis.repairs:
+        return []
+    rows = [(r.channel, r.log, r.fault, str(r.samples), r.done) for r in diagnosis.repairs]
+    header = ("channel", "log", "fault", "samples", "what was done")
+    table = Table(header, tuple(rows), ("name", "text", "words", "number", "words"))
+    text = "Mended before anything else was looked for; the search went on behind it."
+    return [Section("Repairs", (text,), table)]
 
 
 def _motion_section(diagnosis: Diagnosis, motion: Replay) -> Section:

@@ -29,55 +29,84 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 _DOTS = 600  # of a portrait
-_SPREAD = 20.0  # largest over smallest bar from which the axis is logarithmic
 _UNITS = {names.REVOLUTE: ("N m", "rad"), names.PRISMATIC: ("N", "m")}
 
 
 def gaps(diagnosis: Diagnosis) -> Figure:
-    """Draw the gap of every joint, and of all, before and after, beside the noise floor."""
+    """Draw the gap of every joint, and of all, before and after, beside the noise floor.
+
+    The axis begins at zero; a button makes it logarithmic.
+    """
     labels = [*(f"joint {number}" for number in diagnosis.joints), "all"]
     figure, seen = empty(), []
-    for name, gap, colour in (
-        ("before", diagnosis.before, ORANGE),
-        ("after", diagnosis.after, BLUE),
-        ("noise floor", diagnosis.floor, GREEN),
+    for name, gap, colour, hatch in (
+        ("before", diagnosis.before, ORANGE, "/"),
+        ("after", diagnosis.after, BLUE, ""),
+        ("noise floor", diagnosis.floor, GREEN, "."),
     ):
         values = 100 * np.array([*gap.per_joint, gap.total])
         seen.append(values[np.isfinite(values) & (values > 0)])
         hover = f"%{{x}}, {name}: %{{y:.3g}} %<extra></extra>"
-        figure.add_bar(x=labels, y=values, name=name, marker_color=colour, hovertemplate=hover)
+        marker = {"color": colour, "pattern": {"shape": hatch}}
+        figure.add_bar(x=labels, y=values, name=name, marker=marker, hovertemplate=hover)
     drawn = np.concatenate(seen)
-    wide = drawn.size > 0 and drawn.max() > _SPREAD * drawn.min()
-    if wide:
-        limits = np.log10([0.5 * drawn.min(), 1.4 * drawn.max()])
-        ticks = {"dtick": "D2", "tickformat": "~g"}
-        figure.update_yaxes(type="log", range=list(limits), **ticks)
-    figure.update_yaxes(title="gap, % of measured torque")
+    if drawn.size:
+        limits = np.log10([0.5 * drawn.min(), 1.4 * drawn.max()]).tolist()
+        scales = (
+            ("linear", {"yaxis.type": "linear", "yaxis.range": [0, 1.05 * drawn.max()]}),
+            ("logarithmic", {"yaxis.type": "log", "yaxis.range": limits}),
+        )
+        buttons = [{"label": name, "method": "relayout", "args": [axis]} for name, axis in scales]
+        place = {"x": 0, "xanchor": "left", "y": 1, "yanchor": "bottom", "pad": {"b": 8}}
+        menu = {"buttons": buttons, "type": "buttons", "direction": "right", "bgcolor": "#ffffff"}
+        figure.update_layout(updatemenus=[{**menu, **place}])
+    figure.update_yaxes(title="gap, % of measured torque", rangemode="tozero")
     figure.update_xaxes(title="joint", showgrid=False)
     figure.update_layout(barmode="group", bargap=0.25, bargroupgap=0.05)
     return styled(figure, "Gap", 400, min_width=80 * len(labels))
 
 
+def residuals(diagnosis: Diagnosis) -> Figure | None:
+    """Draw what the models before and after leave of the torque of every joint over time."""
+    shown = [c for c in diagnosis.curves if len(c.t)]
+    if not shown:
+        return None
+    figure, found = _rows(diagnosis, 1, 130), bool(diagnosis.effects)
+    for c in shown:
+        for j in range(len(diagnosis.joints)):
+            kinds = [("before", c.before, ORANGE, 2.5)] + [("after", c.after, INK, 1.0)] * found
+            for name, modelled, colour, width in kinds:
+                line = {"color": colour, "width": width}
+                once = {"legendgroup": name, "showlegend": j == 0}
+                left = c.measured[:, j] - modelled[:, j]
+                figure.add_trace(curve(c.t, left, name, line, **once), row=j + 1, col=1)
+    for j, (number, (torque, _)) in enumerate(_units(diagnosis)):
+        figure.update_yaxes(title=f"joint {number}, {torque}", row=j + 1, col=1)
+    figure.update_xaxes(title="time, s", row=len(diagnosis.joints), col=1)
+    figure.update_yaxes(zeroline=True)
+    _choose(figure, shown, (1 + found) * len(diagnosis.joints))
+    return styled(figure, "What is left", 150 + 130 * len(diagnosis.joints))
+
+
 def torques(diagnosis: Diagnosis) -> Figure | None:
-    """Draw the torque of every joint over time: measured, and by the model before and after."""
+    """Draw the torque of every joint over time: measured, and by the model with what was found."""
     shown = [c for c in diagnosis.curves if len(c.t)]
     if not shown:
         return None
     figure = _rows(diagnosis, 1, 165)
+    last = "after" if diagnosis.effects else "before"
+    kinds = (("measured", SKY, 4.0), (last, INK, 1.2))
     for c in shown:
         for j in range(len(diagnosis.joints)):
-            for name, values, colour, width in (
-                ("measured", c.measured, SKY, 4.0),
-                ("before", c.before, ORANGE, 1.2),
-                ("after", c.after, INK, 1.2),
-            ):
+            for name, colour, width in kinds:
+                values = getattr(c, name)
                 line = {"color": colour, "width": width}
                 once = {"legendgroup": name, "showlegend": j == 0}
                 figure.add_trace(curve(c.t, values[:, j], name, line, **once), row=j + 1, col=1)
     for j, (number, (torque, _)) in enumerate(_units(diagnosis)):
         figure.update_yaxes(title=f"joint {number}, {torque}", row=j + 1, col=1)
     figure.update_xaxes(title="time, s", row=len(diagnosis.joints), col=1)
-    _choose(figure, shown, 3 * len(diagnosis.joints))
+    _choose(figure, shown, len(kinds) * len(diagnosis.joints))
     return styled(figure, "Torque", 150 + 165 * len(diagnosis.joints))
 
 
@@ -99,14 +128,16 @@ def motion(diagnosis: Diagnosis, replay: Replay) -> Figure:
 
 
 def portraits(diagnosis: Diagnosis) -> Figure | None:
-    """Draw the residual of every joint before, against velocity, position and time.
+    """Draw the residual of every joint before, against velocity and position.
 
-    On top of it stands what the effects changed: the model after minus the model before.
+    On top of it stands what the effects changed, where there are any: the model after minus the
+    model before.
     """
     shown = [c for c in diagnosis.curves if len(c.t)]
     if not shown:
         return None
-    figure = _rows(diagnosis, 3, 210)
+    figure = _rows(diagnosis, 2, 210)
+    count = 2 if diagnosis.effects else 1
     for c in shown:
         some = np.unique(np.linspace(0, len(c.t) - 1, _DOTS).astype(int))
         for j in range(len(diagnosis.joints)):
@@ -115,25 +146,17 @@ def portraits(diagnosis: Diagnosis) -> Figure | None:
                 for name, values, colour, size in (
                     ("residual before", residual, SKY, 5),
                     ("found effects", fitted, INK, 3),
-                ):
+                )[:count]:
                     dots = _dots(x[some], values[some], name, colour, size)
                     dots.update(showlegend=j == 0 and column == 1)
                     figure.add_trace(dots, row=j + 1, col=column)
-            for name, values, colour, width in (
-                ("residual before", residual, SKY, 2.0),
-                ("found effects", fitted, INK, 1.2),
-            ):
-                line = {"color": colour, "width": width}
-                once = {"legendgroup": name, "showlegend": False}
-                figure.add_trace(curve(c.t, values, name, line, **once), row=j + 1, col=3)
     for j, (number, (torque, position)) in enumerate(_units(diagnosis)):
         figure.update_yaxes(title=f"joint {number}, {torque}", row=j + 1, col=1)
         for column, label in ((1, f"speed, {position}/s"), (2, f"position, {position}")):
             figure.update_xaxes(title={"text": label, "standoff": 2}, row=j + 1, col=column)
-        figure.update_xaxes(title={"text": "time, s", "standoff": 2}, row=j + 1, col=3)
-    _choose(figure, shown, 6 * len(diagnosis.joints))
+    _choose(figure, shown, 2 * count * len(diagnosis.joints))
     figure.update_layout(legend={"itemsizing": "constant"})
-    return styled(figure, "Residual", 150 + 210 * len(diagnosis.joints), min_width=760)
+    return styled(figure, "Residual", 150 + 210 * len(diagnosis.joints), min_width=520)
 
 
 def _rows(diagnosis: Diagnosis, columns: int, height: int) -> Figure:

@@ -9,15 +9,29 @@ import numpy as np
 
 from symgen import parameter_plots, plots, residual_plots
 from symgen.files import json_text
+from symgen.folded import folded
 from symgen.identification.curves import FILE, curves_npz
 from symgen.identification.estimate import Estimate, ParameterEstimate
 from symgen.identification.export import values_header
 from symgen.identification.reading import MARKER
 from symgen.identification.whiteness import LEVEL, in_words
-from symgen.report import Banner, Section, Table, counted, drawn, number, page, percent
+from symgen.report import (
+    Banner,
+    Section,
+    Table,
+    counted,
+    drawn,
+    frames_section,
+    number,
+    page,
+    percent,
+)
+from symgen.robot.toml_text import robot_toml
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
+
+    from symgen.robot.types import Robot
 
 _SPECTRUM = {
     "energy": "A window of length T passes white noise with notches at multiples of 1/T. A peak "
@@ -25,32 +39,43 @@ _SPECTRUM = {
     "torque": "Both torques have passed the same low-pass (see Notes). A peak below its cutoff is "
     "motion that the model does not explain.",
 }
+_FORMULAS = "Formulas"
 #: Correlation from which two parameters are named as hardly told apart by the data.
 TIED = 0.9
 
 
-def estimate_files(estimate: Estimate) -> dict[str, bytes]:
+def estimate_files(estimate: Estimate, robot: Robot | None = None) -> dict[str, bytes]:
     """Return what `identify` writes into its folder.
 
+    Args:
+        estimate: what was found.
+        robot: what was identified, for its drawing and its file.
+
     Returns:
-        estimate.json, NAME_values.h, report.html, and curves.npz, what the page is drawn from.
+        estimate.json, NAME_values.h, report.html, curves.npz, what the page is drawn from, and
+        robot.toml where the robot is given.
     """
-    return {
+    files = {
         MARKER: (json_text(estimate.to_json()) + "\n").encode(),
         f"{estimate.robot}_values.h": values_header(estimate).encode(),
-        "report.html": estimate_page(estimate).encode(),
+        "report.html": estimate_page(estimate, robot).encode(),
         FILE: curves_npz(estimate),
     }
+    return files if robot is None else files | {"robot.toml": robot_toml(robot).encode()}
 
 
-def estimate_page(estimate: Estimate) -> str:
-    """Return the page of an identification: verdict, fit, parameters, figures, provenance."""
+def estimate_page(estimate: Estimate, robot: Robot | None = None) -> str:
+    """Return the page: verdict, torque, uses, parameters, the robot, what is left, provenance."""
     count = len(estimate.parameters)
     lead = (
         f"{counted(count, 'base parameter')} of the robot {estimate.robot}, identified with the "
         f"{estimate.model} model by the method {estimate.method}.",
     )
-    return page(f"Identification of {estimate.robot}", lead, _sections(estimate), _banner(estimate))
+    sections = _sections(estimate)
+    if robot is not None:  # before what explains the numbers
+        place = next(k for k, s in enumerate(sections) if s.heading == _FORMULAS) + 1
+        sections.insert(place, frames_section(robot))
+    return page(f"Identification of {estimate.robot}", lead, sections, _banner(estimate))
 
 
 def _banner(estimate: Estimate) -> Banner:
@@ -83,17 +108,18 @@ def _banner(estimate: Estimate) -> Banner:
 
 
 def _sections(estimate: Estimate) -> list[Section]:
+    choice = _choice_sections(estimate)
     sections = [
-        Section(
-            "Fit",
-            ("Relative residual ‖y - W X‖ / ‖y‖. Validation data were not used to estimate.",),
-            table=_fit_table(estimate),
-        ),
-        *_choice_sections(estimate),
+        _fit_section(estimate),
+        *choice[:1],
         _parameter_section(estimate),
-        _values_section(estimate),
+        _formula_section(estimate),
+        *choice[1:],
+        *_values_sections(estimate),
     ]
     for quantity in dict.fromkeys(t.quantity for t in estimate.traces):
+        if quantity == "torque":
+            continue
         figure = plots.measured_and_predicted(estimate, quantity)
         if figure is not None:
             text = "The list above the plot chooses the log; validation stands on a tinted ground."
@@ -110,7 +136,8 @@ def _sections(estimate: Estimate) -> list[Section]:
     if course is not None:
         text = (
             "Each estimate over its final value, as data come in: a line that still moves at the "
-            "end needs more data. Weak parameters start hidden; click on the legend."
+            f"end needs more data. At first the {plots.COURSES} are drawn that moved most in the "
+            "second half, weak ones apart; a click on the legend shows others."
         )
         sections.append(drawn("Convergence", text, course))
     for quantity in dict.fromkeys(t.quantity for t in estimate.traces):
@@ -128,6 +155,16 @@ def _sections(estimate: Estimate) -> list[Section]:
         sections.append(Section("Notes", estimate.notes))
     sections.append(Section("Provenance", table=_provenance(estimate)))
     return sections
+
+
+def _fit_section(estimate: Estimate) -> Section:
+    """Measured beside predicted torque, and how far apart they are."""
+    text = "Relative residual ‖y - W X‖ / ‖y‖. Validation data were not used to estimate."
+    figure = plots.measured_and_predicted(estimate, "torque")
+    if figure is None:
+        return Section("Fit", (text,), table=_fit_table(estimate))
+    told = "The list above the plot chooses the log; validation stands on a tinted ground. " + text
+    return drawn("Measured and predicted torque", told, figure, _fit_table(estimate))
 
 
 def _choice_sections(estimate: Estimate) -> list[Section]:
@@ -211,14 +248,13 @@ def _parameter_section(estimate: Estimate) -> Section:
             number(p.std, 4),
             ("▲ " if k in weak else "") + number(p.relative_std_percent, 4),
             p.unit,
-            p.expression,
         )
         for k, p in enumerate(found)
     )
     table = Table(
-        ("name", "value", "std", "std, %", "unit", "formula"),
+        ("name", "value", "std", "std, %", "unit"),
         rows,
-        ("name", "number", "number", "number", "unit", "formula"),
+        ("name", "number", "number", "number", "unit"),
         weak,
     )
     texts = (
@@ -229,25 +265,33 @@ def _parameter_section(estimate: Estimate) -> Section:
     return Section("Parameters", texts, table, plots.parameters(estimate))
 
 
-def _values_section(estimate: Estimate) -> Section:
+def _formula_section(estimate: Estimate) -> Section:
+    """What each parameter is, equal factors once."""
+    rows = tuple((p.name, folded(p.expression)) for p in estimate.parameters)
+    text = "Each base parameter in the standard parameters of the links; M3 + ... + M7 is a sum."
+    return Section(_FORMULAS, (text,), Table(("name", "formula"), rows, ("name", "formula")))
+
+
+def _values_sections(estimate: Estimate) -> list[Section]:
     """The same parameters by their prior and by other methods, and the tests of bias."""
-    known = estimate.prior
+    known, tests = estimate.prior, bias_tests(estimate)
     others = [] if known is None else [(known, "prior")]
     others += [(other, f"by {other.method}") for other in estimate.comparison]
+    if not others:
+        return [Section("Bias", tests)] if tests else []
     texts = (
         "Each value over the estimate's own, with 2 std to either side: 1 is the estimate. "
         "Weak parameters are pale, and their bars may leave the plot; a value of zero is left out.",
-    ) + bias_tests(estimate)
+        *tests,
+    )
     figure = parameter_plots.values(estimate)
-    if not others:
-        return replace(drawn("Values with error bars", "", figure), text=texts)
-    header, styles = ["name", estimate.method, "std"], ["name", "number", "number"]
+    header, styles = ["name"], ["name"]
     for _, label in others:
         header += [label, "std", "apart, std"]
         styles += ["number"] * 3
     rows = []
     for k, p in enumerate(estimate.parameters):
-        row = [p.name, number(p.value), number(p.std, 3)]
+        row = [p.name]
         for other, _ in others:
             x, std = float(other.X[k]), float(other.std[k])
             apart = (x - p.value) / std if std > 0 else float("nan")
@@ -258,7 +302,7 @@ def _values_section(estimate: Estimate) -> Section:
     )
     section = drawn(f"Values beside {told}", "", figure)
     table = Table(tuple(header), tuple(rows), tuple(styles))
-    return replace(section, text=texts, table=table)
+    return [replace(section, text=texts, table=table)]
 
 
 def bias_tests(estimate: Estimate) -> tuple[str, ...]:

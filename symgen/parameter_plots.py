@@ -95,8 +95,8 @@ def _drawn(names: Sequence[str], units: Sequence[str], sources: Sequence[_Source
         for chosen, opacity in ((given & ~weak, 1.0), (given & weak, 0.25)):
             at = np.flatnonzero(chosen).tolist()
             hover = [
-                f"<b>{plain(names[i])}</b> by {label}: {source.values[i]:.5g} ± "
-                f"{2 * source.std[i]:.3g} {plain(units[i])} (2 std)"
+                f"{plain(names[i])} by {label}: {source.values[i]:.5g} ± "
+                f"{2 * source.std[i]:.3g} {plain(units[i])}"
                 for i in at
             ]
             spread = {"array": np.nan_to_num(bar[at]), "thickness": 1.3, "width": 3}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from symgen.identification.payload_result import MARKER, Payload
-from symgen.report import Section, Table, number, page, percent
+from symgen.report import Banner, Section, Table, number, page, percent
 
 
 def payload_files(found: Payload) -> dict[str, bytes]:
@@ -38,4 +38,12 @@ def payload_page(found: Payload) -> str:
     sections = [Section("Load", (), table), Section("Fit", (text,), fit)]
     if found.notes:
         sections.append(Section("Notes", found.notes))
-    return page(f"Payload of {found.robot}", lead, sections)
+    mass = found.mass
+    told = "The mass is not determined" if mass.value is None else f"{number(mass.value, 4)} kg"
+    if mass.value is not None and mass.std is not None:
+        told += f" ± {number(2 * mass.std, 2)} kg"
+    text = (
+        f"With the load the model leaves {percent(found.after, 3)} of the torque, without it "
+        f"{percent(found.before, 3)}; ± is twice the standard deviation."
+    )
+    return page(f"Payload of {found.robot}", lead, sections, Banner("plain", told, text))

@@ -28,7 +28,8 @@ COLOURS = (BLUE, ORANGE, GREEN, "#CC79A7", "#E69F00", SKY, "#4D4D4D")
 DASHES = ("solid", "dash", "dot", "dashdot")
 VALIDATION_GROUND = "#fdf8e8"  # behind curves that the estimate never saw
 
-POINTS = 2000  # that a curve is drawn with at most
+COURSES = 8  # parameters whose convergence is drawn at first
+POINTS = 1800  # that a curve is drawn with at most: three for two pixels of a wide page
 #: Relative standard deviation, in percent, from which a parameter counts as weak.
 WEAK_PERCENT = 30.0
 
@@ -128,6 +129,8 @@ def measured_and_predicted(estimate: Estimate, quantity: str | None = None) -> F
                 ("residual", residual, ORANGE, 1.0),
             ):
                 style = {"color": colour, "width": width}
+                if name == "residual" and not alone:  # told from the others without colour
+                    style["dash"] = "dot"
                 once = {"legendgroup": name, "showlegend": column == 0}
                 line = curve(trace.t, values[:, column], name, style, **once)
                 row = (2 if name == "residual" else 1) if alone else column + 1
@@ -147,20 +150,25 @@ def measured_and_predicted(estimate: Estimate, quantity: str | None = None) -> F
 def convergence(estimate: Estimate) -> Figure | None:
     """Draw the recursive estimate over the data seen, each parameter relative to its final value.
 
-    Weak parameters start hidden, a click on the legend shows them; one that ends at zero is absent.
+    Those are drawn at first that moved most in the second half, weak ones apart; a click on the
+    legend shows others. One that ends at zero is absent.
     """
     course = estimate.convergence
     if course is None or not len(course.t):
         return None
-    weak = [not p.relative_std_percent <= WEAK_PERCENT for p in estimate.parameters]
-    figure = empty()
+    final = course.values[-1]
+    known = np.array([p.relative_std_percent <= WEAK_PERCENT for p in estimate.parameters])
+    late = course.values[len(course.t) // 2 :]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        moved = np.nan_to_num(np.nanmax(np.abs(late / final - 1), axis=0), nan=0.0, posinf=0.0)
+    first = set(np.argsort(-np.where(known, moved, -1.0), kind="stable")[:COURSES].tolist())
+    figure, every = empty(), slice(1 - len(course.t) % 2, None, 2)  # the last is among them
     for k, parameter in enumerate(estimate.parameters):
-        final = float(course.values[-1, k])
-        if not final or not np.isfinite(final):
+        if not final[k] or not np.isfinite(final[k]):
             continue
-        hidden = weak[k] and not all(weak)
-        line = curve(course.t, course.values[:, k] / final, parameter.name, line_style(k))
-        figure.add_trace(line.update(visible="legendonly" if hidden else True))
+        ratio = course.values[every, k] / final[k]
+        line = curve(course.t[every], ratio, parameter.name, line_style(k))
+        figure.add_trace(line.update(visible=True if k in first else "legendonly"))
     figure.update_xaxes(title="data seen, s")
     figure.update_yaxes(title="estimate / final value", range=[-0.1, 2.1])
     styled(figure, "Recursive estimate", 460)
@@ -202,7 +210,7 @@ def lines(
     panel = Panel("", x, series, ylabel)
     figure = line_grid([panel], title=title, xlabel=xlabel, panel_height=height - 130)
     figure.update_yaxes(type="log" if log_y else "linear")
-    return figure.update_layout(margin={"t": 52}, meta={"min_width": 0})
+    return figure.update_layout(margin={"t": 52})
 
 
 def line_grid(
@@ -249,8 +257,10 @@ def line_grid(
         figure.update_yaxes(title=plain(panel.ylabel), title_standoff=4, **place)
     figure.update_layout(showlegend=len(told) > 1)
     figure.update_annotations(font={"size": 12})
-    styled(figure, plain(title), height, min_width=270 * columns)
-    return figure.update_layout(margin={"t": 78})
+    styled(figure, plain(title), height)
+    # panels side by side need their room on a phone, too
+    meta = {"min_width": 240 * columns if columns > 1 else 0, "grid": columns > 1}
+    return figure.update_layout(margin={"t": 78}, meta=meta)
 
 
 def thin(x: FloatArray, y: FloatArray, points: int = POINTS) -> tuple[Any, Any]:
@@ -335,17 +345,23 @@ def curve(x: FloatArray, y: FloatArray, name: str, line: dict[str, Any], **optio
 
 
 def styled(figure: Figure, title: str, height: int, min_width: int = 0) -> Figure:
-    """The one look of all figures; `min_width` in pixels is kept for the page in layout.meta."""
+    """The one look of all figures; `min_width` in pixels is kept for the page in layout.meta.
+
+    A page narrower than 600 pixels takes no notice of it, but for figures of which it says "grid".
+    """
     axis = {"gridcolor": "#e6e8eb", "linecolor": GREY, "showline": True, "automargin": True}
     ticks = {"ticks": "outside", "tickcolor": GREY, "ticklen": 4, "hoverformat": ".5g"}
-    figure.update_xaxes(zeroline=False, **axis, **ticks)
-    figure.update_yaxes(zerolinecolor="#b8bec5", **axis, **ticks)
+    # once for all axes, not once for each
+    every = {
+        "xaxis": {"zeroline": False, **axis, **ticks},
+        "yaxis": {"zerolinecolor": "#b8bec5", **axis, **ticks},
+    }
+    figure.layout.template = {"layout": every}  # and nothing of plotly's own
     top = 84 if figure.layout.updatemenus else 52
     legend = figure.layout.showlegend is not False
     head = {"x": 0, "xref": "paper", "y": 1, "yref": "container", "yanchor": "top"}
     below = {"orientation": "h", "x": 0.5, "xanchor": "center", "y": 0, "yanchor": "bottom"}
     return figure.update_layout(
-        template="none",
         title={"text": title, "font": {"size": 15}, "pad": {"t": 14}, **head},
         font={"family": "system-ui, 'Segoe UI', Helvetica, Arial, sans-serif", "color": INK},
         paper_bgcolor="#ffffff",

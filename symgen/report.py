@@ -10,9 +10,17 @@ import numpy as np
 from markupsafe import Markup
 
 from symgen.files import rendered
+from symgen.robot.table import HEADER, table_rows
+from symgen.robot_drawing import drawing
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
+
+    from symgen.robot.types import Robot
+
+
+#: Columns of numbers that fit side by side on a phone.
+_NARROW = 5
 
 
 @dataclass(frozen=True)
@@ -34,12 +42,13 @@ class Table:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading with paragraphs, then a figure, then a table."""
+    """A heading with paragraphs, then a figure or a picture (SVG of our own), then a table."""
 
     heading: str
     text: tuple[str, ...] = ()
     table: Table | None = None
     figure: Figure | None = None
+    picture: str = ""
 
 
 @dataclass(frozen=True)
@@ -47,7 +56,7 @@ class Banner:
     """What the reader must see first.
 
     Attributes:
-        tone: "good", "warn" or "bad": the colour.
+        tone: "good", "warn", "bad", or "plain" where there is no verdict: the colour.
         verdict: one or two words.
         text: what it means, in a sentence.
         reasons: why.
@@ -81,6 +90,7 @@ def page(
         title=title,
         lead=lead,
         banner=banner,
+        pictures=any(section.picture for section in sections),
         sections=[_view(k, section) for k, section in enumerate(sections, 1)],
         plotly=_plotly_js() if any_figure else None,
     )
@@ -107,6 +117,19 @@ def drawn(heading: str, text: str, figure: Figure, table: Table | None = None) -
     return Section(heading, (text,), table, figure)
 
 
+def frames_section(robot: Robot) -> Section:
+    """The frames of a robot as its Denavit-Hartenberg table has them."""
+    text = (
+        "The table with all joints at zero: axes z as lines, x dashed; revolute joints are "
+        "circles, prismatic ones squares, each with the number of its frame."
+    )
+    rows = tuple(row[:-1] if not any(j.follows for j in robot.joints) else row
+                 for row in table_rows(robot))  # fmt: skip
+    header = HEADER[: len(rows[0])]
+    table = Table(header, rows, ("name", *("text",) * (len(header) - 1)))
+    return Section("The robot", (text,), table, picture=drawing(robot))
+
+
 def counted(count: int, noun: str) -> str:
     """Return "1 pair", "2 pairs"."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
@@ -120,11 +143,13 @@ def _view(place: int, section: Section) -> dict[str, Any]:
         "text": section.text,
         "table": None,
         "figure": None,
+        "picture": Markup(section.picture),
     }
     if section.table is not None:
         table = section.table
         styles = table.styles or ("text",) * len(table.header)
         view["table"] = {
+            "wide": len(styles) > _NARROW or bool({"words", "formula"} & set(styles)),
             "header": list(zip(styles, table.header, strict=True)),
             "rows": [
                 {"flagged": k in table.flagged, "cells": list(zip(styles, row, strict=True))}
@@ -133,12 +158,12 @@ def _view(place: int, section: Section) -> dict[str, Any]:
         }
     if section.figure is not None:
         layout = section.figure.layout
+        meta = layout.meta if isinstance(layout.meta, dict) else {}
         view["figure"] = {
             "id": f"figure{place}",
             "height": int(layout.height or 450),
-            "min_width": int(layout.meta.get("min_width", 0))
-            if isinstance(layout.meta, dict)
-            else 0,
+            "min_width": int(meta.get("min_width", 0)),
+            "grid": bool(meta.get("grid", False)),
             "json": _script_safe(section.figure),
         }
     return view

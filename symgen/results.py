@@ -8,10 +8,12 @@ from pathlib import Path
 
 from symgen.diagnosis import reading as diagnosis_reading
 from symgen.diagnosis.diagnosis import Diagnosis
-from symgen.errors import ParameterError
+from symgen.errors import ParameterError, SymgenError
 from symgen.identification import payload_reading, payload_result, prediction, reading
 from symgen.identification.comparison import Comparison
 from symgen.identification.estimate import Estimate
+from symgen.robot.toml_io import read_robot
+from symgen.robot.types import Robot
 
 Result = Estimate | Diagnosis | prediction.Prediction | payload_result.Payload
 _READERS: dict[str, Callable[[Path], Result]] = {
@@ -46,8 +48,17 @@ def read_result(path: str | Path) -> Result:
     return _READERS[found[0]](path / found[0])
 
 
-def result_page(result: Result | Comparison) -> str:
-    """Return the HTML page of a result."""
+def result_robot(path: Path) -> Robot | None:
+    """Return the robot that stands in a folder of results, None where there is none to be read."""
+    file = (path if path.is_dir() else path.parent) / "robot.toml"
+    try:
+        return read_robot(file)
+    except SymgenError:
+        return None
+
+
+def result_page(result: Result | Comparison, robot: Robot | None = None) -> str:
+    """Return the HTML page of a result; the robot, where it is known, is drawn."""
     from symgen.comparison_page import comparison_page
     from symgen.diagnosis_page import diagnosis_page
     from symgen.estimate_page import estimate_page
@@ -57,7 +68,7 @@ def result_page(result: Result | Comparison) -> str:
     if isinstance(result, Comparison):
         return comparison_page(result)
     if isinstance(result, Estimate):
-        return estimate_page(result)
+        return estimate_page(result, robot)
     if isinstance(result, Diagnosis):
         told = "Figures over time are on the page that diagnose wrote: its folder holds no curves."
         return diagnosis_page(replace(result, notes=(*result.notes, told)))

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 from dataclasses import dataclass
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -45,6 +47,50 @@ class Page(HTMLParser):
             self.text += data
 
 
+WIDTHS = (1400, 800, 390)
+#: Whatever stands outside the window, or outside its own box, is clipped; figures may be moved.
+_MEASURE = """<script>addEventListener("load", () => setTimeout(() => {
+  const said = [], name = (e) => e.tagName + "." + e.className + " " + e.textContent.slice(0, 40);
+  for (const e of document.querySelectorAll("main *")) {
+    if (e.closest(".plot, .scroll:has(.plot), script")) continue;
+    const box = e.getBoundingClientRect();
+    if (box.width && (box.right > innerWidth + 1 || box.left < -1)) said.push("out: " + name(e));
+    if (e.matches(".scroll, td, th, dd, p") && e.clientWidth && e.scrollWidth > e.clientWidth + 1)
+      said.push("cut: " + name(e));
+  }
+  for (const plot of document.querySelectorAll(".plot")) {
+    const box = plot.getBoundingClientRect();
+    if (!plot.matches(".grid") && innerWidth < 600 && box.right > innerWidth + 1)
+      said.push("wide: " + plot.id);
+    for (const text of plot.querySelectorAll(".gtitle, .xtitle, .ytitle, .legendtext")) {
+      const own = text.getBoundingClientRect();
+      if (own.width && (own.right > box.right + 1 || own.left < box.left - 1))
+        said.push("title: " + text.textContent);
+    }
+  }
+  parent.postMessage(JSON.stringify([innerWidth, said]), "*");
+}, 400));</script>"""
+
+
+def clipped(html: str, folder: Path) -> dict[int, list[str]]:
+    """Return what a browser shows only a part of, by the width of the window in pixels."""
+    (folder / "seen.html").write_text(html.replace("</body>", _MEASURE + "</body>"), "utf-8")
+    frames = "".join(  # a window cannot be as narrow as a phone, a frame can
+        f"<iframe src='seen.html' style='border:0;width:{width}px;height:900px'></iframe>"
+        for width in WIDTHS
+    )
+    page = (
+        f"<body>{frames}<script>const all = []; addEventListener('message', (e) => {{"
+        "all.push(JSON.parse(e.data)); document.body.dataset.said = JSON.stringify(all)})</script>"
+    )
+    dom = visit(page, folder, "--window-size=1500,900").dom
+    found = re.search(r'data-said="([^"]*)"', dom)
+    assert found, dom[:2000]
+    answer = {int(width): list(said) for width, said in json.loads(unescape(found[1]))}
+    assert set(answer) == set(WIDTHS), answer
+    return answer
+
+
 @dataclass(frozen=True)
 class Visit:
     """What a browser did with a page: its elements after the scripts, messages, requests."""
@@ -54,20 +100,20 @@ class Visit:
     requests: tuple[str, ...]
 
 
-def visit(html: str, folder: Path) -> Visit:
-    """Open `html` from a file in a browser that can reach no host."""
+def visit(html: str, folder: Path, *more: str) -> Visit:
+    """Open `html` from a file in a browser that can reach no host, with more options of it."""
     assert BROWSER is not None
     page, log = folder / "page.html", folder / "net.json"
     page.write_text(html, encoding="utf-8")
     options = (
         *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
         *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
-        *("--host-resolver-rules=MAP * ~NOTFOUND", "--virtual-time-budget=3000"),
+        *("--host-resolver-rules=MAP * ~NOTFOUND", "--virtual-time-budget=5000"),
         *("--enable-logging=stderr", "--v=0", f"--log-net-log={log}"),
-        *(f"--user-data-dir={folder / 'profile'}", "--dump-dom"),
+        *(f"--user-data-dir={folder / 'profile'}", "--dump-dom", *more),
     )
     done = subprocess.run(
-        [BROWSER, *options, page.as_uri()], capture_output=True, text=True, timeout=60, check=True
+        [BROWSER, *options, page.as_uri()], capture_output=True, text=True, timeout=180, check=True
     )
     # What the browser itself asks for (clock, updates) has no origin; a page's request has one.
     requests = [

@@ -27,6 +27,8 @@ def furnish(folder: Path) -> None:
     robot_page = DOCS / "own-robot.md"
     arm = next(b.code for b in blocks(robot_page) if b.file == "arm.toml")
     (folder / "arm.toml").write_text(arm)
+    drive = "[drive]\ntorque_constant = [1.0, 1.0]\n"
+    (folder / "geared.toml").write_text(f"{arm}\n{drive}")
     robot = symgen.read_robot(folder / "arm.toml")
     model = symgen.derive(robot, ("inverse_dynamics",))
     names, dynamics = model.base.names, symgen.load(model)
@@ -71,7 +73,7 @@ def furnish(folder: Path) -> None:
     from symgen.estimate_page import estimate_files
 
     (folder / "result").mkdir()
-    for path, content in estimate_files(estimate).items():
+    for path, content in estimate_files(estimate, robot).items():
         (folder / "result" / path).write_bytes(content)
     (folder / "panda.urdf").write_text(gripper_arm.urdf())
     (folder / "ur5.urdf").write_text(URDF)

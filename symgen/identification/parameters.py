@@ -57,6 +57,7 @@ def read_named(path: Path, robot: str) -> dict[str, tuple[Any, Any]]:
     Raises:
         ParameterError: the file cannot be read, or is an estimate of another robot than `robot`.
     """
+    path = path / "estimate.json" if path.is_dir() else path  # the folder that identify wrote
     try:
         text = path.read_text(encoding="utf-8-sig")
         content = load_json(text) if path.suffix == ".json" else tomllib.loads(text)

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import BROWSER, HOSTILE, Page, visit
+from browser import BROWSER, HOSTILE, Page, clipped, visit
+from plotly.offline import get_plotlyjs
 
 import symgen
 from symgen import diagnosis_plots
@@ -26,6 +27,7 @@ from symgen.diagnosis.diagnosis import (
 from symgen.diagnosis.reading import read_diagnosis
 from symgen.diagnosis.replay import Replay
 from symgen.diagnosis_page import MARKER, diagnosis_files, diagnosis_page
+from symgen.estimation.repairs import Repair
 from symgen.files import write_folder
 
 
@@ -102,7 +104,7 @@ def test_page_holds_the_motion_under_measured_torques_where_there_is_one(html: s
     assert heading not in Page(html).text
     for words in ("0.0200", "0.00100", "on again.csv", "does not hold: torque_ripple"):
         assert words in page.text, words
-    figure = page.figures[2]
+    figure = page.figures[3]
     assert [c["name"] for c in figure["data"]] == ["before", "after"] * 2
     axes = [v["title"]["text"] for k, v in figure["layout"].items()
             if "axis" in k and v.get("title", {}).get("text")]  # fmt: skip
@@ -137,7 +139,7 @@ def test_every_verdict_is_a_sentence(verdict: str, words: str) -> None:
 def test_page_is_self_contained(html: str) -> None:
     page = Page(html)
     assert html.count("* plotly.js v") == 1
-    assert len(page.figures) == 3
+    assert len(page.figures) == 4
     for _, attrs in page.tags:
         assert "src" not in attrs
         assert (attrs.get("href") or "#").startswith(("#", "data:"))
@@ -145,14 +147,15 @@ def test_page_is_self_contained(html: str) -> None:
 
 
 def test_each_choice_shows_one_log_and_axes_have_units(html: str) -> None:
-    for figure in Page(html).figures[1:]:
+    left, _, *others = Page(html).figures
+    for figure in (left, *others):
         buttons = figure["layout"]["updatemenus"][0]["buttons"]
         assert [b["label"] for b in buttons] == ["test.csv (validation)", "again.csv (validation)"]
         shown = [sum(b["args"][0]["visible"]) for b in buttons]
         assert shown[0] == shown[1] == len(figure["data"]) / 2
         axes = [v["title"]["text"] for k, v in figure["layout"].items()
                 if "axis" in k and v.get("title", {}).get("text")]  # fmt: skip
-        assert {"joint 1, N m", "joint 2, N m", "time, s"} <= set(axes)
+        assert {"joint 1, N m", "joint 2, N m"} <= set(axes)
 
 
 def test_portrait_of_a_found_effect_lies_on_the_residual() -> None:
@@ -161,6 +164,49 @@ def test_portrait_of_a_found_effect_lies_on_the_residual() -> None:
     # joint 2 against its position: the spring of the synthetic log, 0.8 q
     drawn = [c for c in figure.data if c.name == "found effects" and c.mode == "markers"]
     assert any(np.allclose(c.y, 0.8 * np.asarray(c.x), atol=1e-5) for c in drawn)
+
+
+def test_the_gap_begins_at_zero_and_is_logarithmic_on_request() -> None:
+    figure = diagnosis_plots.gaps(synthetic())
+    assert figure.layout.yaxis.type != "log"
+    assert figure.layout.yaxis.rangemode == "tozero"
+    linear, logarithmic = figure.layout.updatemenus[0].buttons
+    assert linear.args[0]["yaxis.range"][0] == 0
+    assert logarithmic.args[0]["yaxis.type"] == "log"
+    assert len({bar.marker.pattern.shape for bar in figure.data}) == 3  # told without colour
+
+
+def test_nothing_is_drawn_as_found_where_nothing_was(html: str) -> None:
+    bare = replace(synthetic(), verdict="unexplained", effects=())
+    page = Page(diagnosis_page(bare))
+    names = {c["name"] for figure in page.figures for c in figure["data"]}
+    assert "found effects" not in names
+    left, _, torque, portrait = page.figures
+    assert {c["name"] for c in left["data"]} == {"before"}
+    assert {c["name"] for c in torque["data"]} == {"measured", "before"}
+    assert {c["name"] for c in portrait["data"]} == {"residual before"}
+    assert "black" not in page.text
+    drawn = [c["name"] for c in Page(html).figures[0]["data"]]
+    assert drawn == ["before", "after"] * 4
+
+
+def test_repairs_stand_on_the_page() -> None:
+    mended = replace(synthetic(), repairs=(Repair("a.csv", "qd2", "1.8 ms late", 400, "shifted"),))
+    page = Page(diagnosis_page(mended))
+    for words in ("Repairs", "qd2", "1.8 ms late", "400", "shifted"):
+        assert words in page.text, words
+
+
+def test_the_page_is_no_larger_than_it_was() -> None:
+    """356,176 bytes beside plotly.js before what is left stood on top."""
+    html = diagnosis_page(synthetic(), moved())
+    assert len(html.encode()) - len(get_plotlyjs().encode()) <= 356_176
+
+
+@pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
+def test_nothing_is_clipped_on_a_wide_screen_a_narrow_one_and_a_phone(tmp_path: Path) -> None:
+    html = diagnosis_page(synthetic(), moved())
+    assert clipped(html, tmp_path) == {1400: [], 800: [], 390: []}
 
 
 def test_hostile_names_add_no_element() -> None:
@@ -228,8 +274,8 @@ def test_files_of_another_robot_are_replaced_and_what_is_not_ours_stays(tmp_path
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
 def test_browser_draws_every_figure_in_silence(tmp_path: Path) -> None:
     seen = visit(diagnosis_page(synthetic(HOSTILE, HOSTILE), moved(HOSTILE)), tmp_path)
-    figures = re.findall(r'<div id="(figure\d+)"', seen.dom)
-    assert len(figures) == 4
+    figures = re.findall(r'<div[^>]* id="(figure\d+)"', seen.dom)
+    assert len(figures) == 5
     for name in figures:
         assert 'class="main-svg"' in seen.dom.split(f'id="{name}"', 1)[1][:2000], name
     assert seen.console == ()

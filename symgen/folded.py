@@ -1,0 +1,67 @@
+"""Formulas of regrouped parameters as people read them: equal factors once, runs cut short."""
+
+from __future__ import annotations
+
+import re
+from itertools import groupby
+
+_NAME = re.compile(r"([A-Z]+)(\d+)")
+
+
+def folded(formula: str) -> str:
+    """Return a sum with terms of one factor put together: "0.1*(M3 + ... + M7)".
+
+    The terms keep the order of their first; what is no sum of products stays as it is.
+
+    Args:
+        formula: such as "ZZ1 + IA1 + 0.1*M3 + 0.1*M4 + 0.1*M5".
+    """
+    sums: dict[str, list[tuple[str, str]]] = {}
+    for sign, term in _terms(formula):
+        factor, _, name = term.rpartition("*")
+        if not factor or not _NAME.fullmatch(name):  # it stands alone
+            factor, name = term, ""
+        sums.setdefault(factor, []).append((sign, name))
+    parts = []
+    for factor, members in sums.items():
+        (first, name), *more = members
+        if more and name:
+            inner = [("+" if sign == first else "-", n) for sign, n in members]
+            name = f"({_joined(inner)})"
+        parts.append((first, f"{factor}*{name}" if name else factor))
+    return _joined(parts)
+
+
+def _terms(formula: str) -> list[tuple[str, str]]:
+    """Return sign and text of the terms of a sum, as they stand outside parentheses."""
+    out, depth, at, sign = list[tuple[str, str]](), 0, 0, "+"
+    if formula.startswith("-"):
+        sign, at = "-", 1
+    for k, letter in enumerate(formula):
+        depth += (letter == "(") - (letter == ")")
+        if depth == 0 and formula[k : k + 3] in (" + ", " - "):
+            out.append((sign, formula[at:k]))
+            sign, at = formula[k + 1], k + 3
+    return [*out, (sign, formula[at:])]
+
+
+def _run(members: list[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Cut runs short: M3, M4, M5, M6 of one sign become M3, ..., M6; three are no run."""
+    out: list[tuple[str, str]] = []
+
+    def key(entry: tuple[int, tuple[str, str]]) -> tuple[str, str, int]:
+        place, (sign, name) = entry
+        found = _NAME.fullmatch(name)
+        return (sign, found[1], place - int(found[2])) if found else (sign, name, place)
+
+    for (sign, _, _), group in groupby(enumerate(members), key):
+        names = [name for _, (_, name) in group]
+        if len(names) > 3:
+            names = [names[0], "...", names[-1]]
+        out += [(sign, name) for name in names]
+    return out
+
+
+def _joined(members: list[tuple[str, str]]) -> str:
+    (first, name), *rest = _run(members)
+    return ("-" if first == "-" else "") + name + "".join(f" {sign} {n}" for sign, n in rest)

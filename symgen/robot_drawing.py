@@ -1,0 +1,108 @@
+"""A drawing of a robot's frames from its Denavit-Hartenberg table, as SVG that stands in a page."""
+
+from __future__ import annotations
+
+import html
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen import names
+from symgen.robot.types import Joint, Robot
+
+FloatArray = NDArray[np.float64]
+_ROOM, _MARGIN = np.array([540.0, 320.0]), 52.0  # pixels
+#: From x, y, z of frame 0 to right and up on the paper: x to the right, seen from above.
+_VIEW = np.array([[0.91, 0.42, 0.0], [-0.18, 0.38, 0.91]])
+_AXES = ((0, "x", "6 4"), (2, "z", ""))
+_NEAR = 14.0  # pixels within which two origins are drawn as one
+
+
+def frames(robot: Robot) -> list[FloatArray]:
+    """Return the frames of all joints in frame 0, (4, 4) each, all joints at zero."""
+    values = dict(robot.geometry)
+
+    def number(expr: Any) -> float:
+        return float(expr.subs({s: values[s.name] for s in expr.free_symbols}))
+
+    def screw(axis: int, angle: Any, distance: Any) -> FloatArray:
+        c, s, out = np.cos(number(angle)), np.sin(number(angle)), np.eye(4)
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        out[[i, i, j, j], [i, j, i, j]] = c, -s, s, c
+        out[axis, 3] = number(distance)
+        return out
+
+    found: list[FloatArray] = []
+    for joint in robot.joints:
+        before = found[joint.antecedent - 1] if joint.antecedent else np.eye(4)
+        turn, slide = _at_zero(joint)
+        own = screw(2, joint.gamma, joint.b) @ screw(0, joint.alpha, joint.d)
+        found.append(before @ own @ screw(2, turn, slide))
+    return found
+
+
+def _at_zero(joint: Joint) -> tuple[Any, Any]:
+    """Return theta and r of a joint where all variables are zero."""
+    turned = joint.sigma == names.REVOLUTE
+    return (
+        joint.theta + (joint.offset if turned else 0),
+        joint.r + (0 if turned else joint.offset),
+    )
+
+
+def drawing(robot: Robot) -> str:
+    """Return the SVG: links as lines, joints as circles and squares, axes x and z of each frame."""
+    placed = [np.eye(4), *frames(robot)]
+    flat = np.array([_VIEW @ T[:3, 3] for T in placed])
+    low, size = flat.min(axis=0), np.ptp(flat, axis=0)
+    scale = float(min(_ROOM / np.maximum(size, 1e-9))) if size.max() > 1e-9 else 1.0
+    wide, high = scale * size + 2 * _MARGIN
+
+    def paper(point: FloatArray) -> FloatArray:
+        x, y = scale * (point - low) + _MARGIN
+        return np.array([x, high - y])
+
+    at = [paper(point) for point in flat]
+    out = [
+        f'<svg class="robot" viewBox="0 0 {wide:.0f} {high:.0f}" width="{wide:.0f}" role="img" '
+        f'aria-label="Frames of {html.escape(robot.name)}">'
+    ]
+    for joint, end in zip(robot.joints, at[1:], strict=True):
+        out.append(_line(at[joint.antecedent], end, "link"))
+    for place, T in zip(at, placed, strict=True):
+        for axis, _, dash in _AXES:
+            along = _VIEW @ T[:3, axis]
+            tip = place + 30 * np.array([along[0], -along[1]])
+            out.append(_line(place, tip, f"axis {'xz'[axis > 0]}", dash))
+    for joint, place in zip(robot.joints, at[1:], strict=True):
+        x, y = place
+        if joint.sigma == names.REVOLUTE:
+            out.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6"/>')
+        elif joint.sigma == names.PRISMATIC:
+            out.append(f'<rect x="{x - 6:.1f}" y="{y - 6:.1f}" width="12" height="12"/>')
+    out += [_label(*near) for near in _together(at)]
+    return "\n".join([*out, "</svg>"])
+
+
+def _line(start: FloatArray, end: FloatArray, kind: str, dash: str = "") -> str:
+    (x1, y1), (x2, y2) = start, end
+    dashed = f' stroke-dasharray="{dash}"' if dash else ""
+    return f'<path class="{kind}"{dashed} d="M{x1:.1f} {y1:.1f}L{x2:.1f} {y2:.1f}"/>'
+
+
+def _together(at: list[FloatArray]) -> list[tuple[FloatArray, list[int]]]:
+    """Return origins with the numbers of the frames that stand there."""
+    out: list[tuple[FloatArray, list[int]]] = []
+    for number, place in enumerate(at):
+        near = next((e for e in out if np.hypot(*(e[0] - place)) < _NEAR), None)
+        if near is None:
+            out.append((place, [number]))
+        else:
+            near[1].append(number)
+    return out
+
+
+def _label(place: FloatArray, numbers: list[int]) -> str:
+    text = ", ".join(map(str, numbers))
+    return f'<text x="{place[0] + 10:.1f}" y="{place[1] + 18:.1f}">{text}</text>'
