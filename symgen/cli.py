@@ -21,7 +21,16 @@ from symgen.cli_excite import excite
 from symgen.cli_export import export
 from symgen.cli_generate import generate
 from symgen.cli_payload import payload
-from symgen.cli_reading import again, listed, numbers, reading_options
+from symgen.cli_reading import (
+    again,
+    diagnosing,
+    effect_names,
+    listed,
+    numbers,
+    one_of,
+    reading_options,
+    robot_names,
+)
 from symgen.cli_report import doctor, report
 from symgen.cli_simulate import simulate
 from symgen.errors import SymgenError, SymgenWarning
@@ -32,8 +41,17 @@ from symgen.terminal import (
     print_robot,
     print_text,
     say,
+    stages,
     table,
 )
+
+#: What a shell sets to ask for completion.
+COMPLETE = "_SYMGEN_COMPLETE"
+#: First word of what a command says, and the part of its time that has passed then.
+_IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0.5,
+                "solving": 0.7, "judging": 0.75, "writing": 0.85}  # fmt: skip
+_DIAGNOSING = {"reading": 0.02, "deriving": 0.05, "checking": 0.12, "trying": 0.2,
+               "looking": 0.6, "writing": 0.85}  # fmt: skip
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading
@@ -138,20 +156,24 @@ def _worst(errors: Sequence[tuple[str, str, float]], backend: str) -> str:
 
 
 @cli.command()
-@click.argument("robot")
-@click.argument("logs", nargs=-1, required=True)
+@click.argument("robot", shell_complete=robot_names)
+@click.argument("logs", nargs=-1, required=True, type=click.Path())
 @click.option("--validation", multiple=True, help="A log to judge by; may be repeated.")
 @click.option(
     "--model",
     default="auto",
     show_default=True,
     help="auto, energy, momentum or torque; or static: rows are still poses.",
+    shell_complete=one_of("auto", "energy", "momentum", "torque", "static"),
 )
 @click.option(
     "--method",
     default="wls",
     show_default=True,
     help="wls, ols, huber, tls, iv, ridge, essential, consistent or recursive.",
+    shell_complete=one_of(
+        "wls", "ols", "huber", "tls", "iv", "ridge", "essential", "consistent", "recursive"
+    ),
 )
 @click.option("--window", default=0.2, show_default=True, help="Length of the windows, s.")
 @click.option(
@@ -185,23 +207,24 @@ def identify(
 
     check_replaceable(into, "estimate.json")
     source = symgen.read_robot(robot)
-    estimate = symgen.identify(
-        source,
-        list(logs),
-        validation=list(validation),
-        model=model,
-        method=method,
-        window=window,
-        cutoff=cutoff,
-        prior=prior,
-        forgetting=forgetting,
-        commanded=list(commanded),
-        reading=reading,
-        weights=numbers("--weights", weights),
-        progress=say,
-    )
-    say("writing the report")
-    files = estimate_files(estimate, source)
+    with stages(_IDENTIFYING) as told:
+        estimate = symgen.identify(
+            source,
+            list(logs),
+            validation=list(validation),
+            model=model,
+            method=method,
+            window=window,
+            cutoff=cutoff,
+            prior=prior,
+            forgetting=forgetting,
+            commanded=list(commanded),
+            reading=reading,
+            weights=numbers("--weights", weights),
+            progress=told,
+        )
+        told("writing the report")
+        files = estimate_files(estimate, source)
     said = ""
     if robot.endswith(".urdf"):
         from symgen.identification.robot_file import identified_file
@@ -216,6 +239,8 @@ def identify(
     trusted = estimate.verdict == "trusted"
     if model != "auto" and not trusted:
         click.echo(f"try: {again(model='auto', into=f'{into}-auto')}")
+    if model == "auto" and not trusted:
+        click.echo(f"try: {diagnosing(robot, logs, validation, f'{into}-why')}")
     if estimate.physical.feasible is False and method == "wls" and trusted:
         click.echo(f"try: {again(method='consistent', into=f'{into}-consistent')}")
     if said:
@@ -225,8 +250,8 @@ def identify(
 
 
 @cli.command()
-@click.argument("robot")
-@click.argument("log")
+@click.argument("robot", shell_complete=robot_names)
+@click.argument("log", type=click.Path())
 @click.option("--parameters", required=True, help="estimate.json, or TOML with [parameters].")
 @click.option(
     "--cutoff", type=float, help="Of the filter of q and qd, Hz; by default it is chosen."
@@ -250,8 +275,8 @@ def predict(
 
 
 @cli.command()
-@click.argument("robot")
-@click.argument("logs", nargs=-1, required=True)
+@click.argument("robot", shell_complete=robot_names)
+@click.argument("logs", nargs=-1, required=True, type=click.Path())
 @click.option("--validation", multiple=True, help="A log to show the gap on; may be repeated.")
 @click.option("--parameters", help="Given ones, not identified again: what has changed since?")
 @click.option("--effects", help="Comma-separated names to try; default all (symgen explain).")
@@ -276,18 +301,19 @@ def diagnose(
     from symgen.files import check_replaceable, write_folder
 
     check_replaceable(into, MARKER)
-    diagnosis = symgen.diagnose(
-        robot,
-        list(logs),
-        validation=list(validation),
-        parameters=parameters,
-        effects=None if effects is None else listed(effects),
-        cutoff=cutoff,
-        reading=reading,
-        progress=say,
-    )
-    say("writing the page and the extended model")
-    files = diagnosis_files(diagnosis)
+    with stages(_DIAGNOSING) as told:
+        diagnosis = symgen.diagnose(
+            robot,
+            list(logs),
+            validation=list(validation),
+            parameters=parameters,
+            effects=None if effects is None else listed(effects),
+            cutoff=cutoff,
+            reading=reading,
+            progress=told,
+        )
+        told("writing the page and the extended model")
+        files = diagnosis_files(diagnosis)
     write_folder(into, files, MARKER)
     print_diagnosis(diagnosis, into)
     names = "diagnosis.json, report.html, robot.toml, parameters.toml, generated/"
@@ -296,7 +322,7 @@ def diagnose(
 
 
 @cli.command()
-@click.argument("effect", required=False)
+@click.argument("effect", required=False, shell_complete=effect_names)
 def explain(effect: str | None) -> None:
     """Tell what EFFECT is, its formula, what it looks like and how to declare it."""
     from symgen.explain import explained, listed
@@ -382,6 +408,10 @@ def main() -> None:
 
 def _run(arguments: list[str]) -> int:
     """Run one subcommand and return its exit code; errors pass through as exceptions."""
+    if instruction := os.environ.get(COMPLETE):
+        from click.shell_completion import shell_complete
+
+        return shell_complete(cli, {}, "symgen", COMPLETE, instruction)
     try:
         with cli.make_context("symgen", arguments, max_content_width=100) as context:
             return int(cli.invoke(context) or 0)

@@ -7,13 +7,13 @@ from typing import Any
 
 import click
 
-from symgen.cli_reading import listed
+from symgen.cli_reading import listed, robot_names
 from symgen.errors import ParameterError
 from symgen.terminal import print_plan, say
 
 
 @click.command()
-@click.argument("robot")
+@click.argument("robot", shell_complete=robot_names)
 @click.option("--model", default="energy", show_default=True, help="energy, momentum or torque.")
 @click.option("--position", help="Limits LOW:HIGH or HALF (-HALF to HALF), rad or m.")
 @click.option("--velocity", help="Largest speeds, rad/s or m/s.")

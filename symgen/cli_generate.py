@@ -6,12 +6,12 @@ from pathlib import Path
 
 import click
 
-from symgen.cli_reading import listed
+from symgen.cli_reading import listed, robot_names
 from symgen.terminal import print_model, say
 
 
 @click.command()
-@click.argument("robot")
+@click.argument("robot", shell_complete=robot_names)
 @click.option("--into", type=click.Path(path_type=Path), help="Folder; default generated/NAME.")
 @click.option("--target", default="all", show_default=True, help="c, casadi, fmu, mex or all.")
 @click.option("--dtype", default="double", show_default=True, help="double or float, of the C.")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from symgen.cli_reading import reading_options
+from symgen.cli_reading import reading_options, robot_names
 from symgen.terminal import print_payload, say
 
 if TYPE_CHECKING:
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("robot")
-@click.argument("logs", nargs=-1, required=True)
+@click.argument("robot", shell_complete=robot_names)
+@click.argument("logs", nargs=-1, required=True, type=click.Path())
 @click.option("--parameters", help="Of the robot alone: estimate.json, or TOML [parameters].")
 @click.option("--without", multiple=True, help="A log without the load; may be repeated.")
 @click.option("--mass", type=float, help="Of the load, kg, where it was weighed.")

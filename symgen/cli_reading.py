@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import reduce, wraps
+from pathlib import Path
 from typing import Any
 
 import click
@@ -73,6 +74,35 @@ def again(**changed: str) -> str:
         elif not sign:
             next(words, None)
     return shlex.join([*kept, *(part for key in changed for part in (f"--{key}", changed[key]))])
+
+
+def diagnosing(robot: str, logs: Sequence[str], validation: Sequence[str], into: str) -> str:
+    """Return the command that tells why a model is doubtful, for the shell."""
+    held = [part for log in validation for part in ("--validation", log)]
+    return shlex.join(["symgen", "diagnose", robot, *logs, *held, "--into", into])
+
+
+def robot_names(_context: Any, _parameter: Any, incomplete: str) -> list[Any]:
+    """Complete ROBOT: built-in robots and robot files here, else what the shell knows of files."""
+    from click.shell_completion import CompletionItem
+
+    from symgen.robot.builtin import library
+
+    files = sorted(p.name for p in Path().iterdir() if p.suffix in (".toml", ".urdf", ".par"))
+    known = [name for name in (*files, *library()) if name.startswith(incomplete)]
+    return list(map(CompletionItem, known)) or [CompletionItem(incomplete, type="file")]
+
+
+def one_of(*words: str) -> Callable[..., list[str]]:
+    """Return what completes an option that takes one of these words."""
+    return lambda _context, _parameter, incomplete: [w for w in words if w.startswith(incomplete)]
+
+
+def effect_names(_context: Any, _parameter: Any, incomplete: str) -> list[str]:
+    """Complete EFFECT: those of the library."""
+    from symgen.robot.effect import definitions
+
+    return [name for name in definitions() if name.startswith(incomplete)]
 
 
 def listed(text: str | None) -> tuple[str, ...]:

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import click
 
+from symgen.cli_reading import robot_names
 from symgen.terminal import meter, print_simulation, say
 
 
 @click.command()
-@click.argument("robot")
+@click.argument("robot", shell_complete=robot_names)
 @click.option("--parameters", required=True, help="estimate.json, or TOML with [parameters].")
 @click.option("--trajectory", help="CSV with t, q1.. to follow; default a Fourier series.")
 @click.option("--torque", help="CSV with t, tau1.. to play instead of a controller.")

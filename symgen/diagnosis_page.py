@@ -115,8 +115,8 @@ def _sections(diagnosis: Diagnosis, motion: Replay | None) -> list[Section]:
         sections.append(Section("Not told apart", (text,), _alike_table(tied)))
     told = {tie(effect) for effect in tied}
     advice = tuple(line for line in diagnosis.advice if line not in told) + undeclared(diagnosis)
-    if advice:
-        sections.append(Section("What to do", advice))
+    if advice or diagnosis.effects:
+        sections.append(Section("What to do", advice + _actions(diagnosis)))
     figure = diagnosis_plots.torques(diagnosis)
     if figure is not None:
         found = "with the effects that were found" if diagnosis.effects else "as it is"
@@ -144,6 +144,22 @@ def _sections(diagnosis: Diagnosis, motion: Replay | None) -> list[Section]:
         text = "All parameters of the extended robot; parameters.toml holds them."
         sections.append(Section("Parameters", (text,), _parameter_table(diagnosis.parameters)))
     return [*sections, frames_section(diagnosis.extended)]
+
+
+def _actions(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """The commands that come next."""
+    out = []
+    if any(effect.indistinguishable_from for effect in diagnosis.effects):
+        out.append(
+            "symgen excite robot.toml --into motion.csv writes a motion over the whole [limits]; "
+            "record it, and diagnose again with both logs."
+        )
+    if any(effect.declared for effect in diagnosis.effects):
+        out.append(
+            "symgen identify robot.toml LOG --into result, with the robot.toml beside this page, "
+            "which declares what was found."
+        )
+    return tuple(out)
 
 
 def _gap_section(diagnosis: Diagnosis) -> Section:

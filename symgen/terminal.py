@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,8 @@ import click
 
 if TYPE_CHECKING:
     from symgen.diagnosis.diagnosis import Diagnosis
+    from symgen.estimation.band import Band
+    from symgen.estimation.repairs import Repair
     from symgen.experiment.plan import Plan
     from symgen.experiment.simulation import Simulation
     from symgen.identification.comparison import Comparison
@@ -97,28 +99,89 @@ def print_simulation(done: Simulation) -> None:
 
 @contextmanager
 def meter(label: str) -> Iterator[Callable[[float], None]]:
-    """Yield what shows the part of a long job that is done, as a bar on a terminal's stderr."""
+    """Yield what shows the part of a long job that is done, as a bar on a terminal's stderr.
+
+    The bar comes when the job has taken 2 s, and says how long it still takes.
+    """
+    with _bar() as (bar, task, advance):
+        bar.update(task, description=label)
+        yield advance
+
+
+@contextmanager
+def stages(shares: Mapping[str, float]) -> Iterator[Callable[[str], None]]:
+    """Yield a `say` that moves a bar as well, by what has been done when each stage begins.
+
+    Args:
+        shares: the first word of a message, and the part of the time before it, as measured on
+            logs of real robots; a message that is not among them leaves the bar where it is.
+    """
+    with _bar() as (bar, task, advance):
+
+        def told(message: str) -> None:
+            say(message)
+            share = shares.get(message.split(maxsplit=1)[0].rstrip(":"), 0.0)
+            if share > bar.tasks[0].completed:
+                advance(share)
+            bar.update(task, description=message)
+
+        yield told
+
+
+@contextmanager
+def _bar() -> Iterator[tuple[Any, Any, Callable[[float], None]]]:
+    """Yield a bar with the time left, its task, and what sets the part that is done."""
     from rich.console import Console
-    from rich.progress import Progress
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.table import Column
 
     console = Console(stderr=True)
     begun = time.monotonic()
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(label, total=1.0, visible=False)
+    columns = (
+        TextColumn("{task.description}", table_column=Column(ratio=1, no_wrap=True)),
+        BarColumn(bar_width=20),
+        TimeElapsedColumn(),
+        TextColumn("{task.fields[left]}"),
+    )
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as bar:
+        task = bar.add_task("", total=1.0, visible=False, left="")
 
         def advance(part: float) -> None:
             now = time.monotonic() - begun
-            bar.update(task, completed=part, visible=now > _LONG)
+            bar.update(task, completed=part, visible=now > _LONG, left=_left(now, part))
 
-        yield advance
+        yield bar, task, advance
+
+
+def _left(elapsed: float, part: float) -> str:
+    """Return how long a job still takes whose `part` was done in `elapsed` s; at first nothing."""
+    if not 0.02 < part < 1:
+        return ""
+    left = elapsed * (1 - part) / part
+    return f"about {left:.0f} s left" if left < 90 else f"about {left / 60:.0f} min left"
+
+
+def _print_run(band: Band | None, repairs: Sequence[Repair]) -> None:
+    """Print in a line what was done to the logs: band, cutoff, speeds, and repairs; then each."""
+    said = "no band" if band is None else band.in_words()
+    channels = ", ".join(dict.fromkeys(f"{r.channel} of {r.log}" for r in repairs))
+    click.echo(f"run: {said}; repaired: {channels or 'nothing'}")
+    for repair in repairs:
+        click.echo(f"repair: {repair.in_words}")
+
+
+def _print_notes(notes: Sequence[str]) -> None:
+    for note in notes:
+        if not note.startswith("band: "):  # that stands in the line of the run
+            click.echo(f"note: {note}")
 
 
 def print_estimate(estimate: Estimate) -> None:
     """Print the parameters, what they leave unexplained, and the verdict."""
-    for note in estimate.notes:
-        click.echo(f"note: {note}")
-    for repair in estimate.repairs:
-        click.echo(f"repair: {repair.in_words}")
+    _print_run(estimate.band, estimate.repairs)
+    _print_notes(estimate.notes)
     others = [(f"by {c.method}", [f"{x:.5g}" for x in c.X]) for c in estimate.comparison]
     if estimate.prior is not None:
         pairs = zip(estimate.prior.X, estimate.prior.std, strict=True)
@@ -235,10 +298,8 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path) -> None:
 
 def print_prediction(prediction: Prediction) -> None:
     """Print how far the predicted torque is from the measured one."""
-    for note in prediction.notes:
-        click.echo(f"note: {note}")
-    for repair in prediction.repairs:
-        click.echo(f"repair: {repair.in_words}")
+    _print_run(prediction.band, prediction.repairs)
+    _print_notes(prediction.notes)
     joints = ", ".join(f"{100 * r:.3g}" for r in prediction.error.per_joint or ())
     click.echo(
         f"error of torque per joint: {joints} %; in all {100 * prediction.error.relative:.3g} %"
@@ -247,10 +308,8 @@ def print_prediction(prediction: Prediction) -> None:
 
 def print_payload(found: Payload) -> None:
     """Print a load with its precision, and how well it explains the logs."""
-    for note in found.notes:
-        click.echo(f"note: {note}")
-    for repair in found.repairs:
-        click.echo(f"repair: {repair.in_words}")
+    _print_run(found.band, found.repairs)
+    _print_notes(found.notes)
     rows = [
         (name, "not determined" if q.value is None else f"{q.value:.5g}",
          "" if q.std is None else f"{q.std:.2g}", unit)

@@ -190,6 +190,14 @@ def test_nothing_is_drawn_as_found_where_nothing_was(html: str) -> None:
     assert drawn == ["before", "after"] * 4
 
 
+def test_advice_is_a_command(html: str) -> None:
+    text = Page(html).text
+    assert "symgen excite robot.toml --into motion.csv" in text  # two effects look alike
+    assert "symgen identify robot.toml LOG --into result" in text
+    bare = Page(diagnosis_page(replace(synthetic(), effects=(), advice=())))
+    assert "What to do" not in bare.text
+
+
 def test_repairs_stand_on_the_page() -> None:
     mended = replace(synthetic(), repairs=(Repair("a.csv", "qd2", "1.8 ms late", 400, "shifted"),))
     page = Page(diagnosis_page(mended))

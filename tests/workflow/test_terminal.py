@@ -1,0 +1,95 @@
+"""The terminal: completion in bash, a bar with the time left, one line a run, commands to try."""
+
+from __future__ import annotations
+
+import io
+import re
+import shlex
+import shutil
+import sys
+
+import pytest
+from documented import shell
+
+from symgen import terminal
+from symgen.cli_reading import diagnosing
+
+BASH = shutil.which("bash")
+
+
+@pytest.mark.skipif(BASH is None, reason="bash is not on PATH")
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        ("symgen di", {"diagnose"}),
+        ("symgen identify --meth", {"--method"}),
+        ("symgen identify pan", {"panda", "pan.urdf"}),
+        ("symgen identify panda --method e", {"essential"}),
+        ("symgen explain gravity_", {"gravity_spring"}),
+    ],
+)
+def test_bash_completes(typed: str, offered: set[str], tmp_path) -> None:
+    """As bash does it: the function that the script registers, with the words that were typed."""
+    words = typed.split()
+    script = f"""
+_SYMGEN_COMPLETE=bash_source symgen > symgen.bash
+source symgen.bash
+touch pan.urdf
+complete -p symgen | grep -q _symgen_completion
+COMP_WORDS=({shlex.join(words)}); COMP_CWORD={len(words) - 1}; COMPREPLY=()
+_symgen_completion symgen {shlex.quote(words[-1])} {shlex.quote(words[-2])} || true
+printf '%s\\n' "${{COMPREPLY[@]}}"
+"""
+    done = shell(script, tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert offered <= set(done.stdout.split()), done.stdout + done.stderr
+
+
+def test_the_time_left_is_that_of_a_steady_job() -> None:
+    assert terminal._left(5.0, 0.25) == "about 15 s left"
+    assert terminal._left(600.0, 0.5) == "about 10 min left"
+    assert terminal._left(5.0, 0.0) == ""
+    assert terminal._left(5.0, 1.0) == ""
+
+
+def test_a_bar_comes_after_two_seconds_on_a_terminal_and_never_in_a_file(monkeypatch) -> None:
+    class Screen(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    def shown(stream: io.StringIO, seconds: float) -> str:
+        clock = iter([0.0, *[seconds] * 99])
+        monkeypatch.setattr(terminal.time, "monotonic", lambda: next(clock))
+        monkeypatch.setattr(sys, "stderr", stream)
+        monkeypatch.setenv("TERM", "xterm")
+        monkeypatch.setenv("COLUMNS", "120")
+        with terminal.stages({"solving": 0.5}) as told:
+            told("solving 12 equations")
+        return stream.getvalue()
+
+    assert "about 8 s left" in shown(Screen(), 8.0)
+    assert "left" not in shown(Screen(), 1.0)
+    assert "left" not in shown(io.StringIO(), 8.0)
+
+
+def test_a_command_to_try_is_whole_and_safe_for_the_shell() -> None:
+    line = diagnosing("my arm.toml", ["a.csv", "b c.csv"], ["v.csv"], "out-why")
+    assert shlex.split(line) == [
+        "symgen", "diagnose", "my arm.toml", "a.csv", "b c.csv", "--validation", "v.csv",
+        "--into", "out-why",
+    ]  # fmt: skip
+
+
+def test_a_run_says_band_cutoff_speeds_and_repairs_in_one_line(capsys) -> None:
+    from symgen.estimation.band import Band
+    from symgen.estimation.repairs import Repair
+
+    mended = Repair("a.csv", "qd2", "1.8 ms late", 400, "shifted")
+    terminal._print_run(Band(500.0, 12.5, 3.5, "measured"), (mended, mended))
+    first, *rest = capsys.readouterr().out.splitlines()
+    assert re.match(
+        r"run: 500 Hz, positions and speeds below 12.5 Hz, torques compared below 3.5 Hz, "
+        r"speeds measured; repaired: qd2 of a.csv$",
+        first,
+    )
+    assert len(rest) == 2
