@@ -9,7 +9,8 @@ import click
 
 from symgen.cli_reading import listed, robot_names
 from symgen.errors import ParameterError
-from symgen.terminal import print_plan, say
+from symgen.terminal import print_plan
+from symgen.terminal_progress import say
 
 
 @click.command()

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from symgen.errors import PackageError
-from symgen.terminal import say
+from symgen.terminal_progress import say
 
 _PATH = click.Path(path_type=Path)
 

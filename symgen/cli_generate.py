@@ -7,7 +7,8 @@ from pathlib import Path
 import click
 
 from symgen.cli_reading import listed, robot_names
-from symgen.terminal import print_model, say
+from symgen.terminal import print_model
+from symgen.terminal_progress import say
 
 
 @click.command()

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import click
 
 from symgen.cli_reading import reading_options, robot_names
-from symgen.terminal import print_payload, say
+from symgen.terminal import print_payload
+from symgen.terminal_progress import say
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading

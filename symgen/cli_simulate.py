@@ -7,7 +7,8 @@ from pathlib import Path
 import click
 
 from symgen.cli_reading import robot_names
-from symgen.terminal import meter, print_simulation, say
+from symgen.terminal import print_simulation
+from symgen.terminal_progress import meter, say
 
 
 @click.command()

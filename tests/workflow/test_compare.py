@@ -401,7 +401,7 @@ def test_missing_pandas_is_said_in_a_line(estimates, monkeypatch) -> None:
 
 def _drawn(html: str, figures: int, folder: Path) -> None:
     seen = visit(html, folder)
-    names = re.findall(r'<div id="(figure\d+)"', seen.dom)
+    names = re.findall(r'<div[^>]* id="(figure\d+)"', seen.dom)
     assert len(names) == figures
     for name in names:
         assert 'class="main-svg"' in seen.dom.split(f'id="{name}"', 1)[1][:2000], name

@@ -1,0 +1,113 @@
+"""The command `identify`: parameters from logs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from symgen.cli_reading import again, diagnosing, numbers, one_of, reading_options, robot_names
+from symgen.terminal import print_estimate
+from symgen.terminal_progress import stages
+
+if TYPE_CHECKING:
+    from symgen.data.raw import Reading
+
+#: First word of what is said, and the part of the time that has passed then.
+_IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0.5,
+                "solving": 0.7, "judging": 0.75, "writing": 0.85}  # fmt: skip
+
+
+@click.command()
+@click.argument("robot", shell_complete=robot_names)
+@click.argument("logs", nargs=-1, required=True, type=click.Path())
+@click.option("--validation", multiple=True, help="A log to judge by; may be repeated.")
+@click.option(
+    "--model",
+    default="auto",
+    show_default=True,
+    help="auto, energy, momentum or torque; or static: rows are still poses.",
+    shell_complete=one_of("auto", "energy", "momentum", "torque", "static"),
+)
+@click.option(
+    "--method",
+    default="wls",
+    show_default=True,
+    help="wls, ols, huber, tls, iv, ridge, essential, consistent or recursive.",
+    shell_complete=one_of(
+        "wls", "ols", "huber", "tls", "iv", "ridge", "essential", "consistent", "recursive"
+    ),
+)
+@click.option("--window", default=0.2, show_default=True, help="Length of the windows, s.")
+@click.option(
+    "--cutoff", type=float, help="Of the filter of q and qd, Hz; by default it is chosen."
+)
+@click.option("--prior", help="estimate.json, TOML or .urdf to pull wls and consistent towards.")
+@click.option("--forgetting", default=1.0, help="Weight of the past, of method recursive.")
+@click.option("--commanded", multiple=True, help="Commanded motion of each log, for method iv.")
+@click.option("--weights", help="Of the logs' squared residuals, one each: 1,0.5,..")
+@reading_options
+@click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
+def identify(
+    robot: str,
+    logs: tuple[str, ...],
+    validation: tuple[str, ...],
+    model: str,
+    method: str,
+    window: float,
+    cutoff: float | None,
+    prior: str | None,
+    forgetting: float,
+    commanded: tuple[str, ...],
+    weights: str | None,
+    reading: Reading,
+    into: Path,
+) -> int:
+    """Identify the parameters of ROBOT from LOGS (CSV, Parquet, NPZ, MCAP or ROS 2 bags)."""
+    import symgen
+    from symgen.estimate_page import estimate_files
+    from symgen.files import check_replaceable, write_folder
+
+    check_replaceable(into, "estimate.json")
+    source = symgen.read_robot(robot)
+    with stages(_IDENTIFYING) as told:
+        estimate = symgen.identify(
+            source,
+            list(logs),
+            validation=list(validation),
+            model=model,
+            method=method,
+            window=window,
+            cutoff=cutoff,
+            prior=prior,
+            forgetting=forgetting,
+            commanded=list(commanded),
+            reading=reading,
+            weights=numbers("--weights", weights),
+            progress=told,
+        )
+        told("writing the report")
+        files = estimate_files(estimate, source)
+    said = ""
+    if robot.endswith(".urdf"):
+        from symgen.identification.robot_file import identified_file
+
+        try:
+            text, said = identified_file(robot, estimate)
+            files[f"{estimate.robot}.urdf"] = text.encode()
+        except symgen.ParameterError as error:
+            said = f"no URDF is written: {error}"
+    write_folder(into, files, "estimate.json")
+    print_estimate(estimate)
+    trusted = estimate.verdict == "trusted"
+    if model != "auto" and not trusted:
+        click.echo(f"try: {again(model='auto', into=f'{into}-auto')}")
+    if model == "auto" and not trusted:
+        click.echo(f"try: {diagnosing(robot, logs, validation, f'{into}-why')}")
+    if estimate.physical.feasible is False and method == "wls" and trusted:
+        click.echo(f"try: {again(method='consistent', into=f'{into}-consistent')}")
+    if said:
+        click.echo(f"note: {said}")
+    click.echo(f"written: {', '.join(str(into / name) for name in files)}")
+    return 0 if trusted else 1
