@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
+from symgen.estimation.fold import summaries, triangle
 from symgen.estimation.regression import (
     Solution,
-    factors,
     log_weights,
     require_rows,
     robust_covariance,
-    triangle,
 )
 from symgen.estimation.system import LinearSystem
 
@@ -52,9 +51,10 @@ class TotalLeastSquares:
         """Solve by QR and SVD of [W y], each log weighed as in weighted least squares."""
         require_rows(system)
         p = len(system.names)
-        parts = factors(system)
-        weights, X, scale, _ = log_weights(system, parts, _PASSES)
-        whole = triangle(np.concatenate([w * f for w, f in zip(weights, parts, strict=True)]))
+        parts = summaries(system)
+        weights, X, scale, _ = log_weights(parts, system.names, _PASSES)
+        rows = [w * s.factor for w, s in zip(weights, parts, strict=True)]
+        whole = triangle(np.concatenate(rows))
         noise = self._noise(scale, float(np.linalg.norm(whole[:, p])), p)
         X = _smallest(whole, noise)
         C = noise**2

@@ -10,16 +10,14 @@ from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
 from symgen.estimation.estimators import NOISE_BIAS, Wls
+from symgen.estimation.fold import LAGS, bartlett, triangle
 from symgen.estimation.regression import (
-    LAGS,
     Solution,
-    bartlett,
     condition,
     factors,
     least_squares_solution,
     merged,
     require_rows,
-    triangle,
 )
 from symgen.estimation.statistics import f_tail
 from symgen.estimation.system import LinearSystem

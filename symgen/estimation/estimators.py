@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
+from symgen.estimation.fold import summaries
 from symgen.estimation.regression import (
     Solution,
     condition,
@@ -80,7 +81,7 @@ class Wls:
 
 def _weighted(system: LinearSystem, passes: int) -> Solution:
     require_rows(system)
-    weights, X, scale, R = log_weights(system, factors(system), passes)
+    weights, X, scale, R = log_weights(summaries(system), system.names, passes)
     return least_squares_solution(system, X, scale, R, [float(w) for w in weights])
 
 
@@ -206,9 +207,10 @@ class Ridge:
         require_rows(system)
         if self.strength is not None and not self.strength >= 0:
             raise IdentificationError(f"ridge strength {self.strength:g}; accepted: 0 or above")
-        parts = factors(system)
-        weights, X, scale, _ = log_weights(system, parts, PASSES)
-        rss = [float(np.sum((f[:, -1] - f[:, :-1] @ X) ** 2)) for f in parts]
+        own_logs = summaries(system)
+        parts = [s.factor for s in own_logs]
+        weights, X, scale, _ = log_weights(own_logs, system.names, PASSES)
+        rss = [s.rss(X) for s in own_logs]
         rows, p = sum(len(e.y) for e in system.logs), len(X)
         sigma = np.sqrt(float(weights**2 @ rss) / (rows - p))
         strength = self.strength

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
 from symgen.estimation.estimators import PASSES, Wls
+from symgen.estimation.fold import triangle
 from symgen.estimation.regression import (
     SINGULAR,
     Solution,
@@ -30,7 +31,6 @@ from symgen.estimation.regression import (
     inverse_deviation,
     require_rows,
     robust_covariance,
-    triangle,
     undetermined,
 )
 from symgen.estimation.statistics import f_tail

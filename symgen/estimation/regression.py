@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
+from symgen.estimation.fold import Summary, bartlett, scores, summaries, triangle
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.values import Contrast, Endogeneity
 
 FloatArray = NDArray[np.float64]
 #: Singular values of the scaled regressor under this share of the largest are zero.
 SINGULAR = 1e-8
-#: Bartlett's weights end after so many times the rows that overlap.
-LAGS = 8
+_AT_ONCE = 64  # factors that are merged together
 _FULL = 0.99  # leverage of a row that alone determines a parameter
 
 
@@ -61,14 +62,15 @@ def factors(system: LinearSystem, weights: Sequence[FloatArray] | None = None) -
         system: the equations.
         weights: of the rows, (K,) a log.
     """
+    if weights is None:
+        return [s.factor for s in summaries(system)]
     rows = [np.column_stack([e.W, e.y]) for e in system.logs]
-    if weights is not None:
-        rows = [w[:, None] * r for w, r in zip(weights, rows, strict=True)]
+    rows = [w[:, None] * r for w, r in zip(weights, rows, strict=True)]
     return [triangle(r) for r in rows]
 
 
 def merged(
-    parts: Sequence[FloatArray], weights: FloatArray, names: tuple[str, ...]
+    parts: Iterable[FloatArray], weights: FloatArray, names: tuple[str, ...]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Merge weighted factors of [W y] and solve.
 
@@ -84,7 +86,10 @@ def merged(
         IdentificationError: the data do not determine the parameters; the message says which.
     """
     p = len(names)
-    whole = triangle(np.concatenate([w * f for w, f in zip(weights, parts, strict=True)]))
+    whole: FloatArray = np.zeros((0, p + 1))
+    weighed = (w * f for w, f in zip(weights, parts, strict=True))
+    while group := list(islice(weighed, _AT_ONCE)):
+        whole = triangle(np.concatenate([whole, *group]))
     scale = column_norms(whole[:, :p])
     R = whole[:p, :p] / scale
     lost = undetermined(R, names)
@@ -95,27 +100,26 @@ def merged(
 
 
 def log_weights(
-    system: LinearSystem, parts: Sequence[FloatArray], passes: int
+    parts: Sequence[Summary], names: tuple[str, ...], passes: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Weigh each log by the standard deviation of its own residual, iterated; and as it is given.
 
     Args:
-        system: the equations.
-        parts: their triangular factors, from `factors`.
+        parts: the summaries of the logs; gone through once a pass.
+        names: of the columns.
         passes: how often the weights are taken anew; 0 for equal weights.
 
     Returns:
         The weights (1/sigma, one a log, times the root of the one it was given), and what `merged`
         gives with them.
     """
-    own = np.sqrt([e.weight for e in system.logs])
+    own = np.sqrt([s.weight for s in parts])
     weights = own
-    X, scale, R = merged(parts, weights, system.names)
+    X, scale, R = merged((s.factor for s in parts), weights, names)
     for _ in range(passes if len(parts) > 1 else 0):
-        rss = [float(np.sum((f[:, -1] - f[:, :-1] @ X) ** 2)) for f in parts]
-        sigma = np.sqrt(np.array(rss) / [len(e.y) for e in system.logs])
+        sigma = np.sqrt([s.rss(X) / s.rows for s in parts])
         weights = own * inverse_deviation(sigma)
-        X, scale, R = merged(parts, weights, system.names)
+        X, scale, R = merged((s.factor for s in parts), weights, names)
     return weights, X, scale, R
 
 
@@ -128,7 +132,22 @@ def inverse_deviation(sigma: FloatArray) -> FloatArray:
 def robust_covariance(
     system: LinearSystem, bread: FloatArray, scores: Sequence[FloatArray]
 ) -> FloatArray:
-    """Return the sandwich covariance (p, p), robust to correlated residuals (Newey and West 1987).
+    """Return the sandwich covariance (p, p), robust to correlated residuals, see `sandwich`.
+
+    Args:
+        system: whose logs the scores belong to.
+        bread: A (p, p), inverse derivative of the estimating equations sum s_i(X) = 0.
+        scores: s_i, (K, p) a log.
+    """
+    counts = [Summary(e.W[:0], len(e.y), e.correlation) for e in system.logs]
+    meat = np.zeros_like(bread)
+    for s, count in zip(scores, counts, strict=True):
+        meat += bartlett(s, count.lag)
+    return sandwich(bread, meat, counts)
+
+
+def sandwich(bread: FloatArray, meat: FloatArray, parts: Iterable[Summary]) -> FloatArray:
+    """Return the covariance (p, p), robust to correlated residuals (Newey and West 1987).
 
         cov = c f^2 A [sum over logs, lags k of b_k s_i s_(i+k)'] A',    c = m/(m - p)
 
@@ -137,18 +156,16 @@ def robust_covariance(
     itself is uncertain where few independent stretches are summed.
 
     Args:
-        system: whose logs the scores belong to.
         bread: A (p, p), inverse derivative of the estimating equations sum s_i(X) = 0.
-        scores: s_i, (K, p) a log.
+        meat: what is in the brackets, (p, p).
+        parts: the logs, of which rows and lags count.
     """
-    meat, stretches = np.zeros_like(bread), 0.0
-    for s, e in zip(scores, system.logs, strict=True):
-        lag = max(1, min(LAGS * e.correlation, len(s) // 4))
-        meat += bartlett(s, lag)
-        stretches += len(s) / lag
+    stretches = m = 0.0
+    for part in parts:
+        stretches += part.rows / part.lag
+        m += part.rows / max(part.correlation, 1)
     b = 1 / max(stretches, 1.0)
     wider = 1 + (2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
-    m = sum(len(e.y) / max(e.correlation, 1) for e in system.logs)
     factor = wider**2 * m / max(m - len(bread), 1.0)
     out: FloatArray = factor * (bread @ meat @ bread.T)
     return out
@@ -171,15 +188,12 @@ def least_squares_solution(
         weights: of each log: a number, or one a row.
     """
     inverse = np.linalg.inv(R)
-    scores = [
-        (np.square(w) * (e.y - e.W @ X))[:, None] * (e.W / scale)
-        for w, e in zip(weights, system.logs, strict=True)
-    ]
-    scores = [
+    rows = [scores(e, X, scale, w) for w, e in zip(weights, system.logs, strict=True)]
+    rows = [
         s if e.correlation else s / (1 - _leverage(w, e.W / scale @ inverse))[:, None]
-        for s, w, e in zip(scores, weights, system.logs, strict=True)
+        for s, w, e in zip(rows, weights, system.logs, strict=True)
     ]
-    covariance = robust_covariance(system, inverse @ inverse.T, scores) / np.outer(scale, scale)
+    covariance = robust_covariance(system, inverse @ inverse.T, rows) / np.outer(scale, scale)
     return Solution(X, covariance, condition(R), tuple(float(np.mean(w)) for w in weights))
 
 
@@ -215,12 +229,6 @@ def condition(R: FloatArray) -> float:
     return float(singular[0] / singular[-1])
 
 
-def triangle(rows: FloatArray) -> FloatArray:
-    """Return the triangular factor R of rows = Q R."""
-    R: FloatArray = np.asarray(np.linalg.qr(rows, mode="r"))
-    return R
-
-
 def column_norms(R: FloatArray) -> FloatArray:
     """Return the norms of the columns; 1 for a column that is zero."""
     norms: FloatArray = np.linalg.norm(R, axis=0)
@@ -245,12 +253,3 @@ def undetermined(R: FloatArray, names: tuple[str, ...]) -> str:
         f"the information matrix is singular: these data do not determine {what} "
         f"({len(null)} of {len(names)} combinations of parameters have no effect on them)"
     )
-
-
-def bartlett(scores: FloatArray, lag: int) -> FloatArray:
-    """Return the long-run covariance sum of scores (K, p): overlapping sums over `lag` rows."""
-    zeros = np.zeros((lag, scores.shape[1]))
-    total = np.cumsum(np.concatenate([zeros, scores, zeros]), axis=0)
-    sums = total[lag:] - total[:-lag]
-    meat: FloatArray = sums.T @ sums / lag
-    return meat

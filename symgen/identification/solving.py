@@ -15,6 +15,7 @@ from symgen.estimation.batch import ESTIMATORS, METHODS
 from symgen.estimation.errors_in_variables import TotalLeastSquares
 from symgen.estimation.estimators import NOISE_BIAS, Estimator, Prior, Wls
 from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.fold import triangle
 from symgen.estimation.instrumental import InstrumentalVariables, bias_of_least_squares
 from symgen.estimation.masking import unmasked_pieces
 from symgen.estimation.recipe import Recipe, require_model
@@ -22,7 +23,6 @@ from symgen.estimation.regression import (
     Solution,
     column_norms,
     precision,
-    triangle,
     undetermined,
 )
 from symgen.estimation.system import LinearSystem

@@ -1,0 +1,120 @@
+"""What equations leave behind for least squares: summaries that merge, in any order and grouping.
+
+    equations of a chunk  ->  Summary (triangle R of [W y], rows)   -> merged by log and joint
+    merged summaries      ->  weights, X                            (regression.log_weights)
+    X, equations again    ->  sums of scores over `lag` rows        -> added up
+    sums                  ->  covariance of X                       (regression.sandwich)
+
+A log in memory is folded as one chunk. One that is read piece by piece gives the same numbers, as
+its chunks bring the rows before their own with them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.estimation.system import Equations, LinearSystem
+
+FloatArray = NDArray[np.float64]
+#: Bartlett's weights end after so many times the rows that overlap.
+LAGS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Summary:
+    """The equations of one joint of a log, or of some chunks of it.
+
+    Attributes:
+        factor: triangular R of [W y] = Q R, (k, p + 1) with k at most p + 1; without the log's
+            weight.
+        rows: number of equations.
+        correlation: rows that share samples.
+        weight: of the log's squared residuals beside those of others.
+    """
+
+    factor: FloatArray
+    rows: int
+    correlation: int = 1
+    weight: float = 1.0
+
+    def __add__(self, other: Summary) -> Summary:
+        """Return the summary of both, which are of one joint of one log."""
+        factor = triangle(np.concatenate([self.factor, other.factor]))
+        return Summary(factor, self.rows + other.rows, self.correlation, self.weight)
+
+    @property
+    def lag(self) -> int:
+        """Rows over which scores are summed."""
+        return max(1, min(LAGS * self.correlation, self.rows // 4))
+
+    @property
+    def square(self) -> float:
+        """Sum of the squares of y."""
+        return float(np.sum(self.factor[:, -1] ** 2))
+
+    def rss(self, X: FloatArray) -> float:
+        """Return the sum of the squares of y - W X."""
+        return float(np.sum((self.factor[:, -1] - self.factor[:, :-1] @ X) ** 2))
+
+
+def summarised(e: Equations) -> Summary:
+    """Return the summary of equations."""
+    factor = triangle(np.column_stack([e.W, e.y]))
+    return Summary(factor, len(e.y), e.correlation, e.weight)
+
+
+def summaries(system: LinearSystem) -> list[Summary]:
+    """Return the summary of every log."""
+    return [summarised(e) for e in system.logs]
+
+
+def merged_tree(parts: Sequence[Summary]) -> Summary:
+    """Merge the summaries of the chunks of one log, neighbours first, halves last."""
+    if len(parts) == 1:
+        return parts[0]
+    half = len(parts) // 2
+    return merged_tree(parts[:half]) + merged_tree(parts[half:])
+
+
+def triangle(rows: FloatArray) -> FloatArray:
+    """Return the triangular factor R of rows = Q R."""
+    R: FloatArray = np.asarray(np.linalg.qr(rows, mode="r"))
+    return R
+
+
+def scores(
+    e: Equations, X: FloatArray, scale: FloatArray, weight: float | FloatArray
+) -> FloatArray:
+    """Return w^2 (y - W X) W / scale of every row, (K, p).
+
+    Args:
+        e: the equations.
+        X: (p,) at which they are taken.
+        scale: (p,) norms of the weighted columns.
+        weight: of the rows: a number, or (K,).
+    """
+    out: FloatArray = (np.square(weight) * (e.y - e.W @ X))[:, None] * (e.W / scale)
+    return out
+
+
+def bartlett(scores: FloatArray, lag: int, lead: int = 0, ended: bool = True) -> FloatArray:
+    """Return the long-run covariance sum of scores (K, p): overlapping sums over `lag` rows.
+
+    Args:
+        scores: of consecutive rows of a log.
+        lag: rows of a sum.
+        lead: rows before those that are this chunk's own: sums that end in them are another's.
+        ended: whether the log ends with these rows.
+    """
+    before, after = (
+        np.zeros((lag, scores.shape[1])),
+        np.zeros((lag if ended else 0, scores.shape[1])),
+    )
+    total = np.cumsum(np.concatenate([before, scores, after]), axis=0)
+    sums = (total[lag:] - total[:-lag])[lead:]
+    meat: FloatArray = sums.T @ sums / lag
+    return meat
