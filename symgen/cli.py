@@ -22,12 +22,7 @@ from symgen.cli_export import export
 from symgen.cli_generate import generate
 from symgen.cli_identify import identify
 from symgen.cli_payload import payload
-from symgen.cli_reading import (
-    effect_names,
-    listed,
-    reading_options,
-    robot_names,
-)
+from symgen.cli_reading import effect_names, listed, reading_options, robot_names
 from symgen.cli_report import doctor, report
 from symgen.cli_simulate import simulate
 from symgen.errors import SymgenError, SymgenWarning

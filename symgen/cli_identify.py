@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from symgen.cli_reading import again, diagnosing, numbers, one_of, reading_options, robot_names
+from symgen.cli_workers import worker_options
 from symgen.terminal import print_estimate
 from symgen.terminal_progress import stages
 
@@ -47,6 +49,10 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
 @click.option("--forgetting", default=1.0, help="Weight of the past, of method recursive.")
 @click.option("--commanded", multiple=True, help="Commanded motion of each log, for method iv.")
 @click.option("--weights", help="Of the logs' squared residuals, one each: 1,0.5,..")
+@worker_options
+@click.option(
+    "--work", type=click.Path(path_type=Path), help="Where a run that breaks off is kept."
+)
 @reading_options
 @click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
 def identify(
@@ -61,16 +67,30 @@ def identify(
     forgetting: float,
     commanded: tuple[str, ...],
     weights: str | None,
+    workers: int | None,
+    scheduler: str | None,
+    work: Path | None,
     reading: Reading,
     into: Path,
 ) -> int:
-    """Identify the parameters of ROBOT from LOGS (CSV, Parquet, NPZ, MCAP or ROS 2 bags)."""
+    """Identify the parameters of ROBOT from LOGS (CSV, Parquet, NPZ, MCAP or ROS 2 bags).
+
+    Where LOGS is a pattern in quotes ('logs/*.parquet'), a folder or a URL, and with --workers,
+    --scheduler or --work, a chunk at a time is in memory. The same command again goes on with a run
+    that was interrupted.
+    """
     import symgen
     from symgen.estimate_page import estimate_files
     from symgen.files import check_replaceable, write_folder
+    from symgen.identification.parts import is_long
 
     check_replaceable(into, "estimate.json")
     source = symgen.read_robot(robot)
+    kept = None
+    spread = workers is not None or scheduler is not None
+    if work is None and (spread or is_long([*logs, *validation], model != "auto")):
+        # Beside the results: the same command again goes on from there.
+        work = kept = into.absolute().with_name(f".{into.name}-work")
     with stages(_IDENTIFYING) as told:
         estimate = symgen.identify(
             source,
@@ -85,6 +105,9 @@ def identify(
             commanded=list(commanded),
             reading=reading,
             weights=numbers("--weights", weights),
+            workers=workers,
+            scheduler=scheduler,
+            work=work,
             progress=told,
         )
         told("writing the report")
@@ -99,6 +122,8 @@ def identify(
         except symgen.ParameterError as error:
             said = f"no URDF is written: {error}"
     write_folder(into, files, "estimate.json")
+    if kept is not None:
+        shutil.rmtree(kept, ignore_errors=True)
     print_estimate(estimate)
     trusted = estimate.verdict == "trusted"
     if model != "auto" and not trusted:

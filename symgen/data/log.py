@@ -34,6 +34,8 @@ MIN_SAMPLES = 10
 #: A revolute joint that travels further than this, in rad, is taken to be written in degrees.
 MAX_RANGE = 50.0
 
+#: Readers of tables by the end of a name.
+READERS = {".csv": read_csv, ".parquet": read_parquet, ".npz": read_npz}
 _DEGREES = 180.0 / np.pi
 _FILES = "a .csv, .parquet, .npz, .mcap or .db3 file, or the folder of a ROS 2 bag"
 
@@ -102,7 +104,6 @@ def read_log(
     """
     path = Path(path)
     reading = reading or Reading()
-    readers = {".csv": read_csv, ".parquet": read_parquet, ".npz": read_npz}
     currents = drive is not None and drive.torque_constant is not None
     try:
         if path.is_dir() and not is_bag(path):
@@ -111,17 +112,17 @@ def read_log(
             refuse(path, "there is no such file", _FILES)
         if is_bag(path):
             raw = read_bag(path, reading, names, currents)
-        elif path.suffix.lower() not in readers:
+        elif path.suffix.lower() not in READERS:
             refuse(path, f"the extension {path.suffix!r} is not known", _FILES)
         elif path.stat().st_size == 0:
             refuse(path, "the file is empty", COLUMNS)
         else:
             own = len(sigma) if sigma is not None else n
-            read = readers[path.suffix.lower()]
+            read = READERS[path.suffix.lower()]
             raw = read(path, reading.columns, currents, names, own, reading.poses)
     except (OSError, ValueError, csv.Error) as error:
         raise LogError(one_line(f"{path}: cannot be read: {error}; accepted: {_FILES}")) from error
-    return _checked(str(path), path.name, raw, n, sigma, drive, names, reading.poses)
+    return checked(str(path), path.name, raw, n, sigma, drive, names, reading.poses)
 
 
 def make_log(
@@ -158,7 +159,7 @@ def make_log(
         raw = Raw(np.asarray(t), np.asarray(q), speed, torque, motor)
     except ValueError as error:
         raise LogError(one_line(f"{name}: {error}; accepted: {KEYS}")) from error
-    return _checked(name, name, raw, n, sigma, drive)
+    return checked(name, name, raw, n, sigma, drive)
 
 
 def cut(log: Log, start: float | None, until: float | None) -> Log:
@@ -185,7 +186,7 @@ def cut(log: Log, start: float | None, until: float | None) -> Log:
     return replace(log, t=t, q=q, qd=qd, tau=tau, current=current, notes=(*log.notes, note))
 
 
-def _checked(
+def checked(
     file: str,
     name: str,
     raw: Raw,
@@ -195,6 +196,17 @@ def _checked(
     names: Sequence[str] = (),
     poses: bool = False,
 ) -> Log:
+    """Return what a file held as a log on the joint side, or refuse it; see `read_log`.
+
+    Args:
+        file: what messages call it.
+        name: of the log.
+        raw: what it held.
+        n, sigma, drive, names: of the robot.
+
+    Raises:
+        LogError: it is none.
+    """
     if sigma is not None and n is not None and len(sigma) != n:
         raise ValueError(f"sigma has {len(sigma)} entries for {n} joints")
     n = len(sigma) if sigma is not None else n

@@ -101,16 +101,21 @@ def prepare(log: Log, cutoff: float | None = None, *, wide: float = 1.0) -> Samp
     return Samples(log.name, t, q, qd, tau, step, used, tuple(notes), derived)
 
 
-def sampled(log: Log) -> Samples:
+def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
     """Give a log uniform steps, and filter nothing: the band of a run does that.
 
     Where speeds were not measured, `qd` is the derivative of positions below 10 Hz, which is good
     enough to tell rest from motion; equations derive their own.
 
+    Args:
+        log: the measured log.
+        clock: first stamp and step, s, of the longer log that this one is a chunk of; it is put on
+            that clock's ticks where it is resampled, and has its step.
+
     Raises:
         LogError: a gap in time, or currents in place of torques.
     """
-    t, q, qd, tau, step, notes = _evenly(log)
+    t, q, qd, tau, step, notes = _evenly(log, clock)
     derived = qd is None
     if qd is None:
         slow = lowpass(q, step, _SLOW) if can_filter(_SLOW, step) else q
@@ -121,7 +126,7 @@ def sampled(log: Log) -> Samples:
 
 
 def _evenly(
-    log: Log,
+    log: Log, clock: tuple[float, float] | None = None
 ) -> tuple[FloatArray, FloatArray, FloatArray | None, FloatArray, float, list[str]]:
     """Return t, q, qd, tau of a log in uniform steps, the step, and what was done in words."""
     t, q, qd, tau = log.t, log.q, log.qd, log.tau
@@ -144,9 +149,13 @@ def _evenly(
     count = len(t)
     if off.any() and off.mean() < _MISSING:  # a clock that ticks, and rows that are missing
         count = round((t[-1] - t[0]) / median) + 1
-    step = float((t[-1] - t[0]) / (count - 1))
+    step = float((t[-1] - t[0]) / (count - 1)) if clock is None else clock[1]
     if off.any():
         grid = np.linspace(t[0], t[-1], count)
+        if clock is not None:
+            ticks = (t[[0, -1]] - clock[0]) / step
+            first, last = math.ceil(ticks[0] - 1e-6), math.floor(ticks[1] + 1e-6)
+            grid = np.clip(clock[0] + step * np.arange(first, last + 1), t[0], t[-1])
         q, tau = interpolated(t, q)(grid), interpolated(t, tau)(grid)
         qd = None if qd is None else interpolated(t, qd)(grid)
         t = grid

@@ -110,14 +110,10 @@ def read_parquet(
     try:
         with pq.ParquetFile(path) as file:
             schema = file.schema_arrow
-            stripped = [name.strip() for name in schema.names]
-            names, notes = _renamed(path, stripped, columns, joints, n, currents)
-            groups = _groups(path, names, currents, poses)
+            names, groups, notes = assigned(
+                path, schema.names, schema.types, columns, currents, joints, n, poses
+            )
             wanted = [name for group in groups.values() for name in group]
-            for name in wanted:
-                kind = schema.types[names.index(name)]
-                if not (pa.types.is_integer(kind) or pa.types.is_floating(kind)):
-                    refuse(path, f"column {name} holds {kind}", "floats or integers")
             stored = [schema.names[names.index(name)] for name in wanted]
             require_size(path, 8 * file.metadata.num_rows * len(wanted))
             table = file.read(columns=stored).select(stored).rename_columns(wanted)
@@ -125,6 +121,42 @@ def read_parquet(
         what = f"{path}: is not a readable Parquet file: {error}"
         raise LogError(one_line(f"{what}; accepted: a Parquet table of {COLUMNS}")) from error
     return _from_columns(table, names, groups, notes)
+
+
+def assigned(
+    path: Path,
+    stored: Sequence[str],
+    types: Sequence[Any],
+    columns: Mapping[str, str],
+    currents: bool,
+    joints: Sequence[str],
+    n: int | None,
+    poses: bool = False,
+) -> tuple[list[str], dict[str, list[str]], tuple[str, ...]]:
+    """Return what the columns of a Parquet table are.
+
+    Args:
+        path: the file.
+        stored: names of its columns.
+        types: their types, of pyarrow.
+        columns, currents, joints, n, poses: as for `read_csv`.
+
+    Returns:
+        Our names in the order of `stored`, those of every role, and notes.
+
+    Raises:
+        LogError: a column is missing or holds no numbers.
+    """
+    import pyarrow as pa
+
+    stripped = [name.strip() for name in stored]
+    names, notes = _renamed(path, stripped, columns, joints, n, currents)
+    groups = _groups(path, names, currents, poses)
+    for name in (name for group in groups.values() for name in group):
+        kind = types[names.index(name)]
+        if not (pa.types.is_integer(kind) or pa.types.is_floating(kind)):
+            refuse(path, f"column {name} holds {kind}", "floats or integers")
+    return names, groups, notes
 
 
 def _renamed(

@@ -70,10 +70,7 @@ class FilteredLog:
     @property
     def stride(self) -> int:
         """Samples from one node to the next: the motion is smooth between them."""
-        if not self.band.filters(self.step):
-            return 1
-        highest = max(self.band.cutoff_hz, self.band.comparison_hz)
-        return max(1, int(1 / (_NODES * highest * self.step)))
+        return stride_of(self.band, self.step)
 
     @cached_property
     def rows(self) -> Decimation:
@@ -140,6 +137,14 @@ class FilteredLog:
         if self.rows.cutoff is not None:
             left = lowpass(left, self.step, self.rows.cutoff)
         return np.asarray(left[self.kept] > _HARDLY)
+
+
+def stride_of(band: Band, step: float) -> int:
+    """Return the samples from one node to the next of logs of a step in a band."""
+    if not band.filters(step):
+        return 1
+    highest = max(band.cutoff_hz, band.comparison_hz)
+    return max(1, int(1 / (_NODES * highest * step)))
 
 
 def _weighed(x: FloatArray, weight: FloatArray) -> FloatArray:

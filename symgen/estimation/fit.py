@@ -83,9 +83,21 @@ def fit(
     return out
 
 
-def of_torque(log: FilteredLog, torque: FloatArray, kind: str = "validation") -> Fit:
-    """Compare a torque at the kept samples of a log, (K, n), with the measured one there."""
-    free = log.free
+def of_torque(
+    log: FilteredLog,
+    torque: FloatArray,
+    kind: str = "validation",
+    own: NDArray[np.bool_] | None = None,
+) -> Fit:
+    """Compare a torque at the kept samples of a log, (K, n), with the measured one there.
+
+    Args:
+        log: in the band of the run.
+        torque: of the model.
+        kind: of the log: "train" or "validation".
+        own: (K,) the samples that count, where the log is a chunk of a longer one; None for all.
+    """
+    free = log.free if own is None else log.free & own[:, None]
     apart = round(MEMORY * PER_PERIOD) if log.rows.cutoff is not None else 1
     trace = Trace(
         log.name,

@@ -98,7 +98,12 @@ def _require_rate(log: Log) -> None:
 
 
 def open_samples(
-    source: Source, robot: Robot, reading: Reading | None = None, *, mask_faults: bool = True
+    source: Source,
+    robot: Robot,
+    reading: Reading | None = None,
+    *,
+    mask_faults: bool = True,
+    clock: tuple[float, float] | None = None,
 ) -> tuple[Samples, tuple[Repair, ...]]:
     """Open a log, mend what shows sample by sample, give it uniform steps, a speed, and a mask.
 
@@ -107,6 +112,7 @@ def open_samples(
         robot: the log's robot, with its drive and its limits of torque.
         reading: how the log is read, and what is masked.
         mask_faults: whether torques that are cut off and channels that are stuck are masked.
+        clock: of the log that this one is a chunk of, see `sampled`.
 
     Raises:
         LogError: `open_log` or `sampled` refuse the log, its rate is below 4 Hz, or a joint has
@@ -115,7 +121,8 @@ def open_samples(
     reading = reading or Reading()
     log, repairs = repaired(open_log(source, robot, reading), robot.sigma)
     _require_rate(log)
-    samples, masked_too = masked_faults(log, sampled(log)) if mask_faults else (sampled(log), ())
+    samples = sampled(log, clock)
+    samples, masked_too = masked_faults(log, samples) if mask_faults else (samples, ())
     if reading.mask:
         samples = masked(samples, log, robot, reading.mask)
     return samples, (*repairs, *masked_too)

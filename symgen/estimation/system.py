@@ -88,7 +88,7 @@ class LinearSystem:
 
 
 @dataclass(frozen=True)
-class _Windows:
+class Windows:
     """Sliding windows of a log, in nodes.
 
     Attributes:
@@ -102,8 +102,8 @@ class _Windows:
     hop: int
 
 
-def _windows(log: FilteredLog, window: float) -> _Windows:
-    """Place windows, which end at every tenth part of their length.
+def _windows(log: FilteredLog, window: float) -> Windows:
+    """Place the windows of a log.
 
     Raises:
         IdentificationError: the window does not fit the log.
@@ -118,9 +118,21 @@ def _windows(log: FilteredLog, window: float) -> _Windows:
         raise IdentificationError(
             f"{log.name}: a window of {window:g} s is shorter than half a sample ({log.step:g} s)"
         )
-    stride = min(log.stride, max(1, steps // _FINE))
+    return windows(log.step, log.stride, window)
+
+
+def windows(step: float, stride: int, window: float) -> Windows:
+    """Place windows, which end at every tenth part of their length.
+
+    Args:
+        step: of the log, s.
+        stride: samples from node to node, at most.
+        window: their length, s.
+    """
+    steps = max(1, round(window / step))
+    stride = min(stride, max(1, steps // _FINE))
     nodes = max(1, round(steps / stride))
-    return _Windows(stride, nodes, max(1, nodes // _OVERLAP))
+    return Windows(stride, nodes, max(1, nodes // _OVERLAP))
 
 
 def _chunks(nodes: int, steps: int, hop: int) -> Iterator[tuple[slice, slice]]:

@@ -7,17 +7,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 import symgen.identification.verdict as verdicts
 from symgen import names
 from symgen.estimation.band import Band
 from symgen.estimation.filtered import FilteredLog
-from symgen.estimation.fit import fit
+from symgen.estimation.fit import Fit, fit
 from symgen.estimation.logs import digest
 from symgen.estimation.recipe import Recipe
 from symgen.estimation.regression import Solution
 from symgen.estimation.repairs import LEFT, Repair
-from symgen.estimation.values import Contrast
+from symgen.estimation.values import Contrast, Residual
 from symgen.identification.alternatives import disagreement
 from symgen.identification.estimate import (
     LOG_DIGEST,
@@ -35,6 +36,7 @@ from symgen.identification.whiteness import whiteness
 from symgen.robot.toml_text import robot_toml
 from symgen.runtime.evaluator import Evaluator
 
+FloatArray = NDArray[np.float64]
 _PLENTY = 10  # independent equations for each parameter
 
 
@@ -55,6 +57,36 @@ class Run:
         return (*self.train, *self.held)
 
 
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """How a solution fits all equations and torques, those of the logs of a run or of more.
+
+    Attributes:
+        train: residual of the equations of the training logs.
+        held: of the validation logs.
+        own: torques of the training logs.
+        seen: of the validation logs.
+        windows: number of independent equations.
+    """
+
+    train: Residual
+    held: Residual
+    own: Fit
+    seen: Fit
+    windows: float
+
+
+def outcome(
+    run: Run, recipe: Recipe, X: FloatArray, train: Sequence[Part], held: Sequence[Part]
+) -> Outcome:
+    """Return how X fits the logs of a run; arguments as for `judged`."""
+    own, seen = fit(run.evaluator, run.train, X, "train"), fit(run.evaluator, run.held, X)
+    windows = sum(len(e.y) / e.correlation for p in train for e in p.equations)
+    if recipe.model == "torque":
+        return Outcome(own.residual, seen.residual, own, seen, windows)
+    return Outcome(residual(train, X), residual(held, X), own, seen, windows)
+
+
 def judged(
     run: Run,
     recipe: Recipe,
@@ -65,6 +97,7 @@ def judged(
     faults: tuple[str, ...],
     train: Sequence[Part],
     held: Sequence[Part],
+    known: Outcome | None = None,
 ) -> Estimate:
     """Return the estimate that a solution is, with its fit, its verdict, and what is drawn of it.
 
@@ -77,21 +110,19 @@ def judged(
         found: the models that were fitted, the chosen one first.
         faults: of the torques, in words.
         train, held: the logs with their equations.
+        known: how the solution fits all logs, where those of the run are a sample of them.
     """
     evaluator, X = run.evaluator, solution.X
+    out = outcome(run, recipe, X, train, held) if known is None else known
     base = evaluator.model.base
     std = np.sqrt(np.maximum(np.diag(solution.covariance), 0))
     parameters = tuple(
         ParameterEstimate(b.name, b.expression, float(x), float(s), b.unit)
         for b, x, s in zip(base.parameters, X, std, strict=True)
     )
-    own, seen = fit(evaluator, run.train, X, "train"), fit(evaluator, run.held, X)
-    windows = sum(len(e.y) / e.correlation for p in train for e in p.equations)
+    own, seen = out.own, out.seen
     physical = consistency(evaluator.model, X, solution.covariance)
-    train_residual, held_residual = own.residual, seen.residual
-    if recipe.model != "torque":
-        train_residual, held_residual = residual(train, X), residual(held, X)
-    turned = wrong_sign(evaluator, train, recipe, train_residual.relative)
+    turned = wrong_sign(evaluator, train, recipe, out.train.relative)
     elsewhere = verdicts.error_elsewhere(evaluator, run.train, solution.covariance)
     verdict = verdicts.verdict(
         verdicts.prediction_use(
@@ -111,9 +142,9 @@ def judged(
     notes += (f"band: {run.band.in_words()}",)
     if not run.given:
         notes += ("no validation log is given: the last fifth of each log is held out",)
-    if windows < _PLENTY * len(parameters):
+    if out.windows < _PLENTY * len(parameters):
         notes += (
-            f"{windows:.0f} independent equations for {len(parameters)} parameters: under "
+            f"{out.windows:.0f} independent equations for {len(parameters)} parameters: under "
             f"{_PLENTY} each, the intervals tend to be short",
         )
     notes += solution.notes
@@ -134,7 +165,7 @@ def judged(
         )
     traces = tuple(trace for p in (*train, *held) for trace in model_traces(p, X))
     traces += own.traces + seen.traces
-    outside, known = np.where(std > 0, std, 1), method.prior
+    outside, prior = np.where(std > 0, std, 1), method.prior
     return Estimate(
         robot=evaluator.model.robot.name,
         joints=tuple((j.number, names.unit("FS", j.sigma)) for j in evaluator.model.robot.movable),
@@ -142,8 +173,8 @@ def judged(
         method=method.label,
         parameters=parameters,
         condition_number=solution.condition_number,
-        train=train_residual,
-        validation=held_residual,
+        train=out.train,
+        validation=out.held,
         torque_train=own.residual,
         torque_validation=seen.residual,
         cutoff_hz=run.band.cutoff_hz,
@@ -159,7 +190,7 @@ def judged(
         excludes=method.excludes,
         endogeneity=solution.endogeneity,
         comparison=solution.comparison,
-        prior=None if known is None else Contrast("prior", known.mean, known.std),
+        prior=None if prior is None else Contrast("prior", prior.mean, prior.std),
         balances=energy_balances(evaluator, (*train, *held), X),
         whiteness=whiteness(traces),
         band=run.band,

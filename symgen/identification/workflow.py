@@ -14,15 +14,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-import symgen.identification.verdict as verdicts
 from symgen.codegen.model import derive
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
+from symgen.distributed import executor
 from symgen.errors import IdentificationError, LogError
-from symgen.estimation.channel_faults import channel_faults
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.estimators import Estimator
-from symgen.estimation.filtered import FilteredLog, filtered
+from symgen.estimation.filtered import filtered
 from symgen.estimation.logs import (
     Source,
     in_one_band,
@@ -31,22 +30,25 @@ from symgen.estimation.logs import (
     require_logs,
     require_other_data,
 )
-from symgen.estimation.masking import require_left
 from symgen.estimation.recipe import NEEDED, Recipe
 from symgen.estimation.repairs import Repair
-from symgen.estimation.system import Equations, LinearSystem
-from symgen.identification.alternatives import alternatives
+from symgen.identification.case import (
+    HELD_OUT,
+    checked_run,
+    chosen_case,
+    determined,
+    require_condition,
+)
 from symgen.identification.estimate import (
-    Alternative,
     Estimate,
 )
-from symgen.identification.instruments import instrumented
 from symgen.identification.judging import Run, judged
+from symgen.identification.out_of_core import identify_data_set
+from symgen.identification.parts import is_long, paths_of
 from symgen.identification.prior import read_prior
-from symgen.identification.solving import Method, settled, solved
+from symgen.identification.solving import Method, solved
 from symgen.identification.static import KERNELS, STATIC, identify_poses
 from symgen.identification.static import METHODS as POSE_METHODS
-from symgen.identification.validation import Part
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
@@ -56,8 +58,6 @@ AUTO = "auto"
 MODELS = (AUTO, *NEEDED, STATIC)
 #: Methods for which logs can be given weights.
 WEIGHED = ("wls", "ols")
-_HELD_OUT = 0.2
-_SHIFTS = 3  # of torques that are late
 _FEWEST = 10  # samples held out
 
 
@@ -75,9 +75,16 @@ def identify(
     commanded: Sequence[Source] | Source = (),
     reading: Reading | None = None,
     weights: Sequence[float] | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    work: str | Path | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Estimate:
     """Identify a robot's base parameters from measured logs.
+
+    Logs that are a data set (a pattern, a folder, a URL), or for which workers or a work folder are
+    given, or Parquet files of a given model that are long, are read chunk by chunk, see
+    `symgen.identification.out_of_core`.
 
     Args:
         robot: a robot, a path or library name, or a loaded evaluator.
@@ -100,6 +107,9 @@ def identify(
             iv; by default they come from the encoders, where speeds were measured too.
         reading: how logs are read, and what of them is left out of the equations.
         weights: one a log, of its squared residuals; by default all alike. For wls and ols.
+        workers: processes that read and fold chunks; needs Dask from two on.
+        scheduler: address of a Dask scheduler whose workers do it.
+        work: folder in which a run that is interrupted keeps what is finished.
         progress: is told what is being done.
 
     Returns:
@@ -135,6 +145,26 @@ def identify(
             progress,
         )
     recipes = _recipes(source, model, window, chosen)
+    spread = workers is not None or scheduler is not None or work is not None
+    given = listed_logs(validation)
+    if spread or is_long([*sources, *given], model != AUTO):
+        refused = {"weights": weights, "prior": prior, "commanded": motions}
+        for name, value in refused.items():
+            if value:
+                raise IdentificationError(f"{name} on a data set; accepted: none there")
+        with executor(workers, scheduler) as by:
+            return identify_data_set(
+                source,
+                paths_of(sources),
+                paths_of(given),
+                recipes,
+                chosen,
+                by=by,
+                cutoff=cutoff,
+                reading=reading,
+                work=None if work is None else Path(work),
+                progress=progress,
+            )
     train, held, repairs = _look(source, sources, listed_logs(validation), reading, progress)
     progress("deriving and compiling the model")
     evaluator = _loaded(robot, source, recipes)
@@ -153,7 +183,7 @@ def identify(
         (*repairs, *more),
         bool(listed_logs(validation)),
     )
-    run, faults = _checked(run)
+    run, faults, _ = checked_run(run)
     return _solve(run, recipes, chosen, shares, motions, faults, progress)
 
 
@@ -169,25 +199,6 @@ def _of_poses(
     if prior is not None:
         method = replace(method, prior=read_prior(prior, evaluator.model))
     return method.estimator(evaluator)
-
-
-def _checked(run: Run) -> tuple[Run, tuple[str, ...]]:
-    """Look at the torques by the model; shift them where they are late, say what is left."""
-    if run.evaluator.model.robot.loaded:
-        return run, ()
-    for _ in range(_SHIFTS):
-        faults = channel_faults(run.evaluator, run.train, run.held)
-        late = next((f for f in faults if f.kind == "delay"), None)
-        if late is None:
-            break
-        done = Repair("all logs", "tau", late.says, sum(len(s.t) for s in run.logs), "shifted")
-        run = replace(
-            run,
-            train=tuple(map(late.undone, run.train)),
-            held=tuple(map(late.undone, run.held)),
-            repairs=(*run.repairs, done),
-        )
-    return run, tuple(f.says for f in faults if f.kind != "delay")
 
 
 def _robot(robot: Robot | str | Path | Evaluator) -> Robot:
@@ -236,7 +247,7 @@ def _look(
 
 def _split(s: Samples) -> tuple[Samples, Samples]:
     """Hold out the last fifth."""
-    cut = int(len(s.t) * (1 - _HELD_OUT))
+    cut = int(len(s.t) * (1 - HELD_OUT))
     if len(s.t) - cut < _FEWEST:
         raise LogError(
             f"{s.name}: too short to hold out its last fifth, {len(s.t) - cut} samples; "
@@ -270,68 +281,13 @@ def _solve(
     progress: Callable[[str], None],
 ) -> Estimate:
     """Fit the models, take the one that predicts best, and judge it."""
-    evaluator = run.evaluator
-    found: tuple[Alternative, ...] = ()
-    fault = verdicts.motion_fault([log.samples for log in run.train])
-    if evaluator.model.robot.loaded:
-        progress("settling the effects that hold the model's torque")
-        recipe = settled(evaluator, run.train, recipes[0])
-        equations = [recipe.equations(evaluator, log) for log in run.train]
-    else:
-        progress(f"fitting {', '.join(r.model for r in recipes)}")
-        try:
-            found, fitted = alternatives(evaluator, run.train, run.held, recipes, shares)
-        except IdentificationError as error:
-            raise IdentificationError(f"{error}; {fault}" if fault else str(error)) from error
-        recipe = next(r for r in recipes if r.model == found[0].model)
-        equations = fitted[recipe.model]
-    train = [
-        _part(log, own, recipe, weight)
-        for log, own, weight in zip(run.train, equations, shares, strict=True)
-    ]
-    train = [
-        instrumented(evaluator, part, recipe, motions[k] if motions else None)
-        if method.name == "iv" or method.is_tested(part.log)
-        else part
-        for k, part in enumerate(train)
-    ]
-    held = [_held(run, log, recipe) for log in run.held]
-    system = LinearSystem(evaluator.model.base.names, tuple(e for p in train for e in p.equations))
+    case = chosen_case(run, recipes, method, shares, motions, progress)
+    system, fault = case.system, case.fault
     progress(f"solving {len(system.y)} equations for {len(system.names)} parameters")
-    try:
-        solution, bias = solved(evaluator, system, train, method, recipe)
-    except IdentificationError as error:
-        raise IdentificationError(f"{error}; {fault}" if fault else str(error)) from error
-    except np.linalg.LinAlgError as error:
-        raise IdentificationError(
-            "the information matrix is singular: these data do not determine the parameters"
-            + (f"; {fault}" if fault else "")
-        ) from error
-    if fault and solution.condition_number > verdicts.PROPORTIONAL_CONDITION:
-        raise IdentificationError(
-            f"these data do not determine the parameters: {fault} (condition number "
-            f"{solution.condition_number:.3g})"
-        )
+    with determined(fault):
+        solution, bias = solved(run.evaluator, system, case.train, method, case.recipe)
+    require_condition(solution, fault)
     progress("judging")
-    return judged(run, recipe, method, solution, bias, found, faults, train, held)
-
-
-def _part(
-    log: FilteredLog, equations: tuple[Equations, ...], recipe: Recipe, weight: float
-) -> Part:
-    """Return a training log with its equations, weighed as it was asked for."""
-    if log.mask is not None:
-        require_left(log.name, equations)
-    return Part("train", log, tuple(replace(e, weight=weight) for e in equations), recipe.model)
-
-
-def _held(run: Run, log: FilteredLog, recipe: Recipe) -> Part:
-    """Return a validation log with its equations."""
-    try:
-        equations = recipe.equations(run.evaluator, log)
-    except IdentificationError as error:
-        what = "; accepted: a longer log, or a second one for validation"
-        raise LogError(f"{error}{what}") from error
-    if log.mask is not None:
-        require_left(log.name, equations)
-    return Part("validation", log, equations, recipe.model)
+    return judged(
+        run, case.recipe, method, solution, bias, case.found, faults, case.train, case.held
+    )

@@ -18,7 +18,8 @@ DOORS = {
     "jinja2": ("files",),
     "casadi": ("codegen/casadi_model", "experiment/search", "runtime/confined"),
     "cffi": ("runtime/build",),
-    "pyarrow": ("data/tables",),
+    "pyarrow": ("data/tables", "data/dataset"),
+    "fsspec": ("data/dataset",),
     "rosbags": ("data/bags",),
     "mujoco": ("robot/mjcf_io",),
     # Clarabel takes its matrices as SciPy's.
@@ -47,7 +48,7 @@ DOORS = {
     "rich": ("terminal",),
 }
 HEAVY = {"sympy", "numpy", "scipy", "casadi", "plotly", "pyarrow", "jinja2", "cffi", "pydantic",
-         "clarabel", "pandas", "rosbags", "mujoco"}  # fmt: skip
+         "clarabel", "pandas", "rosbags", "mujoco", "dask", "distributed", "fsspec"}  # fmt: skip
 
 
 def _run(*command: str) -> None:

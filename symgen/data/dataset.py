@@ -1,0 +1,356 @@
+"""Logs as a data set: many files, or long ones, of which a part is in memory at a time.
+
+A source is a path, a pattern (`logs/*.parquet`), a folder, or a URL of fsspec. Parquet is read row
+group by row group, once in every pass; CSV and NPZ are read whole, file by file.
+"""
+
+from __future__ import annotations
+
+import glob
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.data.bags import is_bag
+from symgen.data.log import READERS, Log, checked
+from symgen.data.raw import Raw, Reading, one_line, refuse
+from symgen.data.signals import GAP
+from symgen.data.tables import COLUMNS, assigned
+from symgen.errors import LogError
+
+if TYPE_CHECKING:
+    from symgen.robot.types import Robot
+
+FloatArray = NDArray[np.float64]
+_SUFFIXES = (".parquet", ".csv", ".npz")
+_ACCEPTED = "Parquet, CSV or NPZ files, a folder of them, a pattern such as 'logs/*.parquet', a URL"
+_BATCH = 1 << 15  # rows that are decoded at once
+_BUFFER = 1 << 20  # bytes of a column that are read at once
+
+
+def is_remote(source: str) -> bool:
+    """Whether a source is a URL."""
+    return "://" in source
+
+
+def is_data_set(source: object) -> bool:
+    """Whether a source names a data set: a pattern, a folder that is no bag, or a URL."""
+    if not isinstance(source, (str, Path)):
+        return False
+    name = str(source)
+    if is_remote(name):
+        return True
+    path = Path(name)
+    if path.is_dir():
+        return not is_bag(path)
+    return glob.has_magic(name) and not path.exists()
+
+
+def listed_files(sources: Sequence[str | Path]) -> list[str]:
+    """Return the files of a data set, in the order of the sources, each source sorted.
+
+    Raises:
+        LogError: a source has no file, or one of another kind.
+    """
+    out: list[str] = []
+    for source in sources:
+        found = _remote(str(source)) if is_remote(str(source)) else _local(str(source))
+        known = [name for name in found if name.lower().endswith(_SUFFIXES)]
+        if not known:
+            refuse(str(source), "no file of a log is there", _ACCEPTED)
+        out += sorted(known)
+    twice = sorted({name for name in out if out.count(name) > 1})
+    if twice:
+        refuse(twice[0], "is given twice", "each file once")
+    return out
+
+
+def _local(source: str) -> list[str]:
+    path = Path(source)
+    if path.is_dir():
+        return [str(p) for p in path.rglob("*") if p.is_file()]
+    return glob.glob(source, recursive=True) if not path.exists() else [source]
+
+
+def _remote(source: str) -> list[str]:
+    system, path = _file_system(source)
+    try:
+        if glob.has_magic(path):
+            found = system.glob(path)
+        else:
+            found = system.find(path) if system.isdir(path) else [path]
+    except (OSError, ValueError) as error:
+        raise LogError(one_line(f"{source}: cannot be listed: {error}")) from error
+    return [str(system.unstrip_protocol(name)) for name in found]
+
+
+def _file_system(url: str) -> tuple[Any, str]:
+    try:
+        from fsspec.core import url_to_fs
+    except ImportError as error:
+        raise LogError(f"{url}: URLs need fsspec: pip install symgen[dask]") from error
+    try:
+        system, path = url_to_fs(url)
+    except (ImportError, ValueError) as error:
+        raise LogError(one_line(f"{url}: {error}")) from error
+    return system, str(path)
+
+
+def opened(name: str) -> BinaryIO:
+    """Open a file of a data set.
+
+    Raises:
+        LogError: it cannot be opened.
+    """
+    try:
+        if is_remote(name):
+            system, path = _file_system(name)
+            return cast(BinaryIO, system.open(path, "rb"))
+        return Path(name).open("rb")
+    except OSError as error:
+        raise LogError(one_line(f"{name}: cannot be read: {error}")) from error
+
+
+def identity(name: str) -> str:
+    """Return what tells that a file is the one of an earlier run: size and time of change."""
+    if is_remote(name):
+        system, path = _file_system(name)
+        try:
+            about = system.info(path)
+        except OSError as error:
+            raise LogError(one_line(f"{name}: cannot be read: {error}")) from error
+        keys = ("size", "mtime", "created", "etag", "ETag", "LastModified")
+        return " ".join(f"{key}={about[key]}" for key in keys if about.get(key) is not None)
+    about = os.stat(name)
+    return f"size={about.st_size} mtime={about.st_mtime_ns}"
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Rows of a file between which no time is missing.
+
+    Attributes:
+        file: name or URL.
+        name: of the log.
+        rows: first row, and the one behind the last.
+        times: of its first and last row, s.
+        step: sampling step, s.
+        measured: whether the file has speeds.
+    """
+
+    file: str
+    name: str
+    rows: tuple[int, int]
+    times: tuple[float, float]
+    step: float
+    measured: bool
+
+    @property
+    def count(self) -> int:
+        """Number of rows."""
+        return self.rows[1] - self.rows[0]
+
+
+@dataclass(frozen=True)
+class DataSet:
+    """Where logs lie, and how they are read.
+
+    Attributes:
+        robot: whose columns they have.
+        reading: names of columns; times and masks.
+    """
+
+    robot: Robot
+    reading: Reading = field(default_factory=Reading)
+
+    def stretches(self, name: str) -> list[Stretch]:
+        """Return the stretches of a file, by its column of time alone.
+
+        Raises:
+            LogError: it cannot be read, or time decreases.
+        """
+        edges: list[int] = []  # first rows of stretches
+        times: list[tuple[float, float]] = []  # of their first and last rows
+        row, median, last = 0, 0.0, -np.inf
+        low, high = self.reading.start, self.reading.until
+        for t in self._times(name):
+            steps = np.diff(t, prepend=last)
+            if not np.isfinite(t).all() or (steps <= 0).any():
+                k = int(np.argmax(~(np.isfinite(t) & (steps > 0))))
+                what = f"column t, sample {row + k}: {t[k]:.9g} s"
+                refuse(name, what, "finite, strictly increasing time in s")
+            if median == 0.0 and len(t) > 1:
+                median = float(np.median(steps[1:]))
+            cuts = np.flatnonzero(steps > GAP * median)
+            for begin, end in zip([0, *cuts], [*cuts, len(t)], strict=True):
+                if begin == end:
+                    continue
+                if begin in cuts or not edges:
+                    edges.append(row + int(begin))
+                    times.append((float(t[begin]), float(t[end - 1])))
+                else:
+                    times[-1] = (times[-1][0], float(t[end - 1]))
+            row, last = row + len(t), float(t[-1])
+        out = []
+        measured = self.measures_speed(name)
+        for k, (first, span) in enumerate(zip(edges, times, strict=True)):
+            count = (edges[k + 1] if k + 1 < len(edges) else row) - first
+            step = (span[1] - span[0]) / (count - 1) if count > 1 else median
+            log = name.rsplit("/", 1)[-1]
+            log = log if len(edges) == 1 else f"{log}, stretch {k + 1}"
+            out.append(Stretch(name, log, (first, first + count), span, step, measured))
+        if low is not None or high is not None:
+            out = [s for s in (_within(s, low, high) for s in out) if s.count > 0]
+        return out
+
+    def _times(self, name: str) -> Iterator[FloatArray]:
+        """Yield the column of time, piece by piece."""
+        if not name.lower().endswith(".parquet"):
+            yield np.asarray(self._whole(name).t, dtype=np.float64)
+            return
+        with opened(name) as file, _parquet(name, file) as table:
+            names, _, _ = self._columns(name, table)
+            stored = table.schema_arrow.names[names.index("t")]
+            for batch in table.iter_batches(_BATCH, columns=[stored], use_threads=False):
+                if batch.num_rows:
+                    yield batch.column(0).to_numpy(zero_copy_only=False).astype(np.float64)
+
+    def measures_speed(self, name: str) -> bool:
+        """Whether a file has speeds."""
+        if not name.lower().endswith(".parquet"):
+            return self._whole(name).qd is not None
+        with opened(name) as file, _parquet(name, file) as table:
+            return bool(self._columns(name, table)[1].get("qd"))
+
+    def logs(self, name: str, spans: Sequence[tuple[int, int]], label: str) -> Iterator[Log]:
+        """Yield rows of a file as logs on the joint side, each row read once.
+
+        Args:
+            name: of the file.
+            spans: first row and the one behind the last of each, both increasing; they may overlap.
+            label: name of the log.
+
+        Raises:
+            LogError: the file cannot be read, or the rows are refused as those of a log.
+        """
+        robot = self.robot
+        joints = [joint.name for joint in robot.movable]
+        for (first, last), raw in zip(spans, self._raw(name, spans), strict=True):
+            where = f"{name}, rows {first} to {last}"
+            yield checked(where, label, raw, None, robot.sigma, robot.drive, joints)
+
+    def _raw(self, name: str, spans: Sequence[tuple[int, int]]) -> Iterator[Raw]:
+        if name.lower().endswith(".parquet"):
+            yield from self._streamed(name, spans)
+            return
+        whole = self._whole(name)
+        for first, last in spans:
+            yield _rows(whole, slice(first, last))
+
+    def _whole(self, name: str) -> Raw:
+        """Read a CSV or an NPZ."""
+        path = Path(name)
+        if is_remote(name):
+            refuse(name, "is a CSV or NPZ at a URL", "Parquet at a URL, other files on a disk")
+        suffix = path.suffix.lower()
+        if suffix not in READERS:
+            refuse(name, f"the extension {suffix!r} is not known", _ACCEPTED)
+        names = [joint.name for joint in self.robot.movable]
+        try:
+            return READERS[suffix](path, self.reading.columns, self._currents, names, self.robot.n)
+        except (OSError, ValueError) as error:
+            raise LogError(one_line(f"{name}: cannot be read: {error}")) from error
+
+    @property
+    def _currents(self) -> bool:
+        drive = self.robot.drive
+        return drive is not None and drive.torque_constant is not None
+
+    def _columns(
+        self, name: str, table: Any
+    ) -> tuple[list[str], Mapping[str, list[str]], tuple[str, ...]]:
+        joints = [joint.name for joint in self.robot.movable]
+        columns, n = self.reading.columns, self.robot.n
+        schema = table.schema_arrow
+        return assigned(Path(name), schema.names, schema.types, columns, self._currents, joints, n)
+
+    def _streamed(self, name: str, spans: Sequence[tuple[int, int]]) -> Iterator[Raw]:
+        """Yield spans of a Parquet file, decoding the row groups that hold them once."""
+        with opened(name) as file, _parquet(name, file) as table:
+            names, groups, notes = self._columns(name, table)
+            wanted = [column for group in groups.values() for column in group]
+            stored = [table.schema_arrow.names[names.index(column)] for column in wanted]
+            about = table.metadata
+            ends = np.cumsum([about.row_group(k).num_rows for k in range(about.num_row_groups)])
+            first_group = int(np.searchsorted(ends, spans[0][0], side="right"))
+            last_group = int(np.searchsorted(ends, spans[-1][1] - 1, side="right"))
+            row = int(ends[first_group - 1]) if first_group else 0
+            batches = table.iter_batches(
+                _BATCH,
+                row_groups=list(range(first_group, last_group + 1)),
+                columns=stored,
+                use_threads=False,
+            )
+            held: list[tuple[int, FloatArray]] = []  # first row of each, (k, columns)
+            for first, last in spans:
+                held = [part for part in held if part[0] + len(part[1]) > first]
+                while row < last:
+                    batch = next(batches, None)
+                    if batch is None:
+                        refuse(name, f"ends before row {last}", "a file that does not change")
+                    values = {c: batch.column(c).to_numpy(zero_copy_only=False) for c in stored}
+                    if row + batch.num_rows > first:
+                        held.append((row, np.column_stack([values[c] for c in stored])))
+                    row += batch.num_rows
+                rows = np.concatenate([x[max(first - r, 0) : max(last - r, 0)] for r, x in held])
+                at = {column: k for k, column in enumerate(wanted)}
+                found = {
+                    role: rows[:, [at[column] for column in group]] if group else None
+                    for role, group in groups.items()
+                }
+                q = found["q"]
+                assert q is not None  # `assigned` has seen to it
+                yield Raw(
+                    rows[:, 0], q, found.get("qd"), found.get("tau"), found.get("i"), (), notes
+                )
+
+
+def _within(s: Stretch, low: float | None, high: float | None) -> Stretch:
+    """Return the rows of a stretch between two times, by its step."""
+    first, last = s.rows
+    if low is not None and low > s.times[0]:
+        first = s.rows[0] + int(np.ceil((low - s.times[0]) / s.step - 1e-6))
+    if high is not None and high < s.times[1]:
+        last = s.rows[0] + int(np.floor((high - s.times[0]) / s.step + 1e-6)) + 1
+    first, last = min(first, s.rows[1]), max(last, first)
+    times = tuple(s.times[0] + s.step * (k - s.rows[0]) for k in (first, last - 1))
+    return Stretch(s.file, s.name, (first, last), (times[0], times[1]), s.step, s.measured)
+
+
+def _rows(raw: Raw, span: slice) -> Raw:
+    arrays = (None if x is None else x[span] for x in (raw.t, raw.q, raw.qd, raw.tau, raw.i))
+    t, q, qd, tau, i = arrays
+    assert t is not None
+    assert q is not None
+    return Raw(t, q, qd, tau, i, raw.ignored, raw.notes)
+
+
+def _parquet(name: str, file: BinaryIO) -> Any:
+    """Open a Parquet table for reading by pieces.
+
+    Raises:
+        LogError: it is none.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        return pq.ParquetFile(file, pre_buffer=False, buffer_size=_BUFFER)
+    except (pa.ArrowException, OSError, ValueError) as error:
+        what = f"{name}: is not a readable Parquet file: {error}"
+        raise LogError(one_line(f"{what}; accepted: a Parquet table of {COLUMNS}")) from error

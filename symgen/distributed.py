@@ -1,0 +1,224 @@
+"""Who does the work: this process, workers on this machine, or a Dask cluster; and what is kept.
+
+    items --executor--> result of each, as bytes --written whole--> work folder --> whoever merges
+
+Tasks are values that travel: source and settings, no compiled handle, no open file. Each result is
+a file named by the digest of all that it depends on: what an interrupted run has finished is found
+again, a task that ran twice, since its worker was killed, writes the same file twice, and nothing
+is counted twice. The only module that imports Dask.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from itertools import islice
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
+
+from symgen.errors import SymgenError
+
+Item = TypeVar("Item")
+_AHEAD = 3  # items a worker that are handed out at once
+_RETRIES = 3  # of an item whose workers die
+
+
+class Executor(Protocol):
+    """Who works."""
+
+    workers: int
+
+    def results(
+        self, task: Callable[[Item], bytes], items: Sequence[Item]
+    ) -> Iterator[tuple[int, bytes]]:
+        """Yield the number of an item and its result, as they are done."""
+
+
+class Serial:
+    """This process, one item after the other."""
+
+    workers = 1
+
+    def results(
+        self, task: Callable[[Item], bytes], items: Sequence[Item]
+    ) -> Iterator[tuple[int, bytes]]:
+        """Yield the number of an item and its result, in their order."""
+        for k, item in enumerate(items):
+            yield k, task(item)
+
+
+class OnDask:
+    """Workers of a Dask cluster; a killed one's items go to another."""
+
+    def __init__(self, client: Any) -> None:
+        """Take a client of the cluster."""
+        self._client = client
+        self.workers = max(1, len(client.scheduler_info(n_workers=-1)["workers"]))
+
+    def results(
+        self, task: Callable[[Item], bytes], items: Sequence[Item]
+    ) -> Iterator[tuple[int, bytes]]:
+        """Yield the number of an item and its result, as they are done."""
+        library: Any = importlib.import_module("distributed")
+        waiting, number = iter(enumerate(items)), dict[str, int]()
+
+        def submit(k: int, item: Item) -> Any:
+            # The task goes with each item: what one worker alone held would die with it.
+            future = self._client.submit(_call, task, item, pure=False, retries=_RETRIES)
+            number[future.key] = k
+            return future
+
+        pending = library.as_completed(
+            [submit(*pair) for pair in islice(waiting, _AHEAD * self.workers)]
+        )
+        for future in pending:
+            content = future.result()
+            k = number.pop(future.key)
+            future.release()
+            more = next(waiting, None)
+            if more is not None:
+                pending.add(submit(*more))
+            yield k, content
+
+
+def _call(task: Callable[[Item], bytes], item: Item) -> bytes:
+    return task(item)
+
+
+@contextmanager
+def executor(workers: int | None = None, scheduler: str | None = None) -> Iterator[Executor]:
+    """Give an executor, and end what was started for it.
+
+    Args:
+        workers: processes on this machine; None or 1 for this process alone.
+        scheduler: address of a Dask scheduler, which is used and left running.
+
+    Raises:
+        SymgenError: Dask is not installed, or no scheduler answers there.
+    """
+    if workers is not None and scheduler is not None:
+        raise SymgenError("--workers and --scheduler; accepted: one of them")
+    if workers is not None and workers < 1:
+        raise SymgenError(f"--workers {workers}; accepted: 1 or more")
+    if scheduler is None and workers in (None, 1):
+        yield Serial()
+        return
+    try:
+        library: Any = importlib.import_module("distributed")
+    except ImportError as error:
+        what = "--workers and --scheduler need Dask"
+        raise SymgenError(f"{what}; accepted: pip install symgen[dask]") from error
+    if scheduler is not None:
+        try:
+            client = library.Client(scheduler, timeout=10, set_as_default=False)
+        except (OSError, ValueError) as error:
+            what = " ".join(str(error).split())
+            raise SymgenError(
+                f"--scheduler {scheduler}: {what}; accepted: the address of a Dask scheduler, "
+                "tcp://HOST:8786"
+            ) from error
+        with client:
+            yield OnDask(client)
+        return
+    # Workers hold what one chunk needs, and are not restarted for it by a guess of their limit.
+    with (
+        library.LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            memory_limit=0,
+            dashboard_address=None,
+        ) as cluster,
+        library.Client(cluster, set_as_default=False) as client,
+    ):
+        yield OnDask(client)
+
+
+def digest(*parts: str | bytes) -> str:
+    """Return the SHA-256 of some texts, each with its length, in hexadecimal."""
+    sha = hashlib.sha256()
+    for part in parts:
+        content = part.encode() if isinstance(part, str) else part
+        sha.update(f"{len(content)}:".encode())
+        sha.update(content)
+    return sha.hexdigest()
+
+
+class WorkFolder:
+    """Results by key, each written whole or not at all."""
+
+    def __init__(self, folder: Path) -> None:
+        """Make the folder, where it is absent."""
+        self.folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def _file(self, key: str) -> Path:
+        return self.folder / f"{key}.npz"
+
+    def __contains__(self, key: str) -> bool:
+        return self._file(key).exists()
+
+    def write(self, key: str, content: bytes) -> None:
+        """Keep a result."""
+        handle, name = tempfile.mkstemp(prefix=".part-", dir=self.folder)
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(content)
+            os.replace(name, self._file(key))
+        except BaseException:
+            Path(name).unlink(missing_ok=True)
+            raise
+
+    def path(self, key: str) -> Path:
+        """Return where a result is kept."""
+        return self._file(key)
+
+    def remove(self) -> None:
+        """Remove the folder and all in it."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def finished(
+    by: Executor,
+    task: Callable[[Item], bytes],
+    items: Sequence[Item],
+    keys: Sequence[str],
+    folder: WorkFolder,
+    sizes: Sequence[int],
+    progress: Callable[[str], None] = lambda _: None,
+    what: str = "",
+) -> None:
+    """Work on all items whose results are not there.
+
+    Args:
+        by: who works.
+        task: from an item to its result.
+        items: what is worked on.
+        keys: of their results: digests of all that a result depends on.
+        folder: where results are kept.
+        sizes: samples of each item, for progress.
+        progress: is told how many samples a second are done, and the time left.
+        what: is done, in words.
+    """
+    left = [k for k, key in enumerate(keys) if key not in folder]
+    total, before = sum(sizes), sum(sizes) - sum(sizes[k] for k in left)
+    if before:
+        progress(f"{what}: {before:,} of {total:,} samples were finished before")
+    done, begin, told = 0, time.monotonic(), time.monotonic()
+    for k, content in by.results(task, [items[k] for k in left]):
+        folder.write(keys[left[k]], content)
+        done += sizes[left[k]]
+        now = time.monotonic()
+        if now - told > 1.0 or before + done == total:
+            rate, told = done / max(now - begin, 1e-9), now
+            remaining = (total - before - done) / max(rate, 1e-9)
+            progress(
+                f"{what}: {before + done:,} of {total:,} samples, {rate:,.0f} a second, "
+                f"{remaining:.0f} s left"
+            )

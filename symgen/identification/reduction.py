@@ -1,0 +1,229 @@
+"""What a worker does with a partition of a data set: the chunks of it, folded into a few matrices.
+
+First the equations, into triangles by log and joint; then, once X is known, the sums of scores that
+its covariance is made of, and the squared error of torque. The model travels as the text of its
+robot file and is compiled once a process, by its content; results travel as the bytes of an NPZ.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.codegen.model import derive
+from symgen.data.dataset import DataSet
+from symgen.data.raw import Reading
+from symgen.distributed import WorkFolder
+from symgen.estimation.fit import Fit
+from symgen.estimation.fold import Summary, bartlett, merged_tree, scores, summarised
+from symgen.estimation.partition import ChunkOfLog, Part, Partition, Settings, treated
+from symgen.estimation.repairs import Repair
+from symgen.estimation.values import Residual
+from symgen.robot.toml_io import parse_robot
+from symgen.runtime.evaluator import Evaluator, load
+
+FloatArray = NDArray[np.float64]
+
+
+@lru_cache(maxsize=4)
+def loaded(robot: str, kernels: tuple[str, ...]) -> Evaluator:
+    """Compile and load a model, once a process.
+
+    Args:
+        robot: text of its robot.toml.
+        kernels: names of its kernels.
+    """
+    return load(derive(parse_robot(robot, "robot.toml"), kernels))
+
+
+@dataclass(frozen=True)
+class Work:
+    """A partition with what is to be known of it.
+
+    Attributes:
+        partition: the chunks.
+        parts: the logs that they belong to, by number.
+        weights: by log and joint the weight of the equations and the rows that scores are summed
+            over; empty before X is known.
+    """
+
+    partition: Partition
+    parts: Mapping[int, Part]
+    weights: Mapping[tuple[int, int], tuple[float, int]]
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """How partitions are read and treated.
+
+    Attributes:
+        robot: text of its robot.toml.
+        kernels: of the model.
+        reading: how files are read.
+        settings: of the run.
+    """
+
+    robot: str
+    kernels: tuple[str, ...]
+    reading: Reading
+    settings: Settings
+
+    @property
+    def evaluator(self) -> Evaluator:
+        """The compiled model."""
+        return loaded(self.robot, self.kernels)
+
+    def chunks(self, work: Work) -> Iterator[tuple[int, str, ChunkOfLog, tuple[Repair, ...]]]:
+        """Yield number and kind of the log, its next chunk, and what was mended in it."""
+        robot = self.evaluator.model.robot
+        data, chunks = DataSet(robot, self.reading), work.partition.chunks
+        # A part begins anew where the one before was read to: rows in their order, part by part.
+        for number in dict.fromkeys(chunk.part for chunk in chunks):
+            own, part = [c for c in chunks if c.part == number], work.parts[number]
+            logs = data.logs(part.stretch.file, [c.rows for c in own], part.stretch.name)
+            for chunk, log in zip(own, logs, strict=True):
+                found, repairs = treated(
+                    log, chunk, part.stretch, robot, self.reading, self.settings
+                )
+                yield number, part.kind, found, repairs
+
+
+@dataclass(frozen=True)
+class EquationReduction(Reduction):
+    """Chunks to triangles of their equations."""
+
+    def __call__(self, work: Work) -> bytes:
+        """Return summaries by log and joint."""
+        found: dict[tuple[int, int], list[Summary]] = {}
+        mended: list[Repair] = []
+        for number, _, chunk, repairs in self.chunks(work):
+            mended += repairs
+            for j, e in enumerate(self.settings.recipe.equations(self.evaluator, chunk.log)):
+                found.setdefault((number, j), []).append(summarised(chunk.equations(e)))
+        arrays: dict[str, Any] = {"repairs": np.array(json.dumps(_told(mended)))}
+        for (number, j), parts in found.items():
+            whole = merged_tree(parts)
+            arrays[f"{number}.{j}"] = whole.factor
+            arrays[f"{number}.{j}.count"] = np.array([whole.rows, whole.correlation])
+        return _packed(arrays)
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorReduction(Reduction):
+    """Chunks to what a solution leaves of them.
+
+    Attributes:
+        X: the solution.
+        scale: norms of the weighted columns.
+    """
+
+    X: FloatArray
+    scale: FloatArray
+
+    def __call__(self, work: Work) -> bytes:
+        """Return the sums of scores, and by kind of log the squared error and size of torque."""
+        p, n = len(self.X), self.evaluator.model.robot.n
+        meat = np.zeros((p, p))
+        fits = {kind: Fit(np.zeros(n), np.zeros(n), ()) for kind in ("train", "validation")}
+        for number, kind, chunk, _ in self.chunks(work):
+            fits[kind] += chunk.fit(self.evaluator, self.X)
+            if kind != "train":
+                continue
+            for j, e in enumerate(self.settings.recipe.equations(self.evaluator, chunk.log)):
+                weight, lag = work.weights[number, j]
+                rows, lead = chunk.with_lead(e, lag)
+                s = scores(rows, self.X, self.scale, weight)
+                meat += bartlett(s, lag, lead, chunk.ended)
+        errors = {f"{kind}.error": fit.error for kind, fit in fits.items()}
+        return _packed({"meat": meat, **errors, **{f"{k}.size": f.size for k, f in fits.items()}})
+
+
+def _packed(arrays: Mapping[str, Any]) -> bytes:
+    file = io.BytesIO()
+    np.savez(file, **arrays)
+    return file.getvalue()
+
+
+def unpacked(folder: WorkFolder, key: str) -> dict[str, Any]:
+    """Return the arrays of a result."""
+    with np.load(folder.path(key), allow_pickle=False) as archive:
+        return {name: archive[name] for name in archive.files}
+
+
+def _told(repairs: Iterable[Repair]) -> list[Any]:
+    return [[r.log, r.channel, r.fault, r.samples, r.done] for r in merged_repairs(repairs)]
+
+
+def read_repairs(arrays: Mapping[str, Any]) -> list[Repair]:
+    """Return what was mended in a partition."""
+    return [Repair(*entry) for entry in json.loads(str(arrays["repairs"]))]
+
+
+def merged_repairs(repairs: Iterable[Repair]) -> list[Repair]:
+    """Return one repair for each log, channel and kind of fault: what chunks say of one fault.
+
+    A fault told with figures, which differ a little from chunk to chunk, is told with the first's.
+    """
+    out: dict[tuple[str, str, str, str], Repair] = {}
+    for r in repairs:
+        words = " ".join(word for word in r.fault.split() if not any(c.isdigit() for c in word))
+        key = (r.log, r.channel, words, r.done)
+        known = out.get(key)
+        out[key] = r if known is None else replace(known, samples=known.samples + r.samples)
+    return list(out.values())
+
+
+class Summaries(Sequence[Summary]):
+    """The summaries of logs and joints in a work folder, read one at a time."""
+
+    def __init__(self, folder: WorkFolder, places: Mapping[tuple[int, int], Sequence[str]]) -> None:
+        """Take the keys of the results that hold each log and joint."""
+        self._folder = folder
+        self.names = tuple(places)
+        self._places = tuple(places.values())
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __getitem__(self, k: Any) -> Any:
+        number, j = self.names[k]
+        parts = []
+        for key in self._places[k]:
+            with np.load(self._folder.path(key), allow_pickle=False) as archive:
+                rows, correlation = archive[f"{number}.{j}.count"]
+                parts.append(Summary(archive[f"{number}.{j}"], int(rows), int(correlation)))
+        return merged_tree(parts)
+
+
+class Chosen(Sequence[Summary]):
+    """Some of the summaries."""
+
+    def __init__(self, whole: Summaries, chosen: Sequence[int]) -> None:
+        """Take the numbers of those that count."""
+        self._whole, self._chosen = whole, list(chosen)
+
+    def __len__(self) -> int:
+        return len(self._chosen)
+
+    def __getitem__(self, k: int) -> Summary:  # type: ignore[override]
+        found: Summary = self._whole[self._chosen[k]]
+        return found
+
+    def residual(self, X: FloatArray, by_joint: bool) -> Residual:
+        """Return ||y - W X|| / ||y||, in all and by joint."""
+        errors: dict[int, float] = {}
+        sizes: dict[int, float] = {}
+        for k in self._chosen:
+            s, j = self._whole[k], self._whole.names[k][1]
+            errors[j] = errors.get(j, 0.0) + s.rss(X)
+            sizes[j] = sizes.get(j, 0.0) + s.square
+        each = tuple(float(np.sqrt(errors[j] / max(sizes[j], 1e-300))) for j in sorted(sizes))
+        whole = float(np.sqrt(sum(errors.values()) / max(sum(sizes.values()), 1e-300)))
+        return Residual(whole, each if by_joint else None)

@@ -1,0 +1,254 @@
+"""A data set that is read chunk by chunk gives what the same logs give in memory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from oracles import planar2r
+
+import symgen
+from symgen import distributed
+from symgen.data.dataset import DataSet, listed_files
+from symgen.estimation import partition
+from symgen.identification import out_of_core
+
+X = np.array([1.702, 0.05644, 0.15, 0.075])
+L1, FRICTION, STEP = 0.5, 0.3, 0.01
+#: Own rows of a chunk and of a partition: many of both in a log of some thousand samples.
+CHUNK, PARTITION = 900, 1800
+
+
+def motion(samples: int, seed: int = 0, start: float = 0.0) -> dict[str, np.ndarray]:
+    """Sines with noise on every channel, torques from the paper's closed form."""
+    rng = np.random.default_rng(seed)
+    t = start + STEP * np.arange(samples)
+    w, phase = rng.uniform(0.5, 6.0, (3, 2)), rng.uniform(0, 6, (3, 2))
+    angle = t[:, None, None] * w + phase
+    q, qd, qdd = (
+        (a * f(angle)).sum(axis=1) / 3 for a, f in ((1.0, np.sin), (w, np.cos), (-(w**2), np.sin))
+    )
+    tau = np.array([planar2r.inverse_dynamics(*s, X, L1) for s in zip(q, qd, qdd, strict=True)])
+    tau = tau + FRICTION * qd + 0.01 * rng.normal(size=tau.shape)
+    columns = {"t": t}
+    for name, x, noise in (("q", q, 1e-4), ("qd", qd, 1e-3), ("tau", tau, 0.0)):
+        for j in range(2):
+            columns[f"{name}{j + 1}"] = x[:, j] + noise * rng.normal(size=samples)
+    return columns
+
+
+def parquet(path: Path, columns: dict[str, np.ndarray], rows: int = 700) -> Path:
+    pq.write_table(pa.table(columns), path, row_group_size=rows)
+    return path
+
+
+@pytest.fixture
+def logs(tmp_path: Path) -> Path:
+    """A folder of two logs of 50 and 40 s."""
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    parquet(folder / "a.parquet", motion(5000, 1))
+    parquet(folder / "b.parquet", motion(4000, 2), rows=100_000)
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Chunks so small that these logs have many."""
+    cut = partial(partition.partitions, chunk=CHUNK, most=PARTITION)
+    monkeypatch.setattr(out_of_core, "partitions", cut)
+
+
+def robot() -> symgen.Robot:
+    return symgen.parse_robot(
+        '[robot]\nname = "p"\nconvention = "modified-dh"\ngravity = [0.0, 0.0, -9.81]\n'
+        '[[joint]]\nsigma = 0\nfriction = ["viscous"]\nrotor_inertia = false\n'
+        '[[joint]]\nsigma = 0\nd = 0.5\nfriction = ["viscous"]\nrotor_inertia = false\n',
+        "p",
+    )
+
+
+def same(a: symgen.Estimate, b: symgen.Estimate, within: float) -> None:
+    """Compare all numbers of two estimates."""
+    assert a.band == b.band
+    assert pytest.approx(a.X, rel=within) == b.X
+    assert [p.std for p in b.parameters] == pytest.approx([p.std for p in a.parameters], rel=within)
+    for key in ("train", "validation", "torque_train", "torque_validation"):
+        one, other = getattr(a, key), getattr(b, key)
+        assert other.relative == pytest.approx(one.relative, rel=within)
+        assert (other.per_joint or ()) == pytest.approx(one.per_joint or (), rel=within)
+    assert b.condition_number == pytest.approx(a.condition_number, rel=within)
+    assert np.abs(a.correlation - b.correlation).max() < within
+    assert (a.verdict, a.headline, a.repairs) == (b.verdict, b.headline, b.repairs)
+    assert a.notes == b.notes
+
+
+@pytest.mark.parametrize("model", ["momentum", "energy", "torque"])
+def test_a_data_set_gives_the_estimate_of_its_logs_in_memory(logs: Path, model: str) -> None:
+    files = sorted(logs.glob("*.parquet"))
+    memory = symgen.identify(robot(), files, model=model, window=0.3)
+    chunks = symgen.identify(robot(), str(logs / "*.parquet"), model=model, window=0.3)
+    assert memory.X[:4] == pytest.approx(X, rel=0.02)
+    same(memory, chunks, 1e-9)
+
+
+def test_derived_speeds_masks_and_a_validation_log_too(logs: Path, tmp_path: Path) -> None:
+    columns = motion(5000, 5)
+    for name in ("qd1", "qd2"):
+        del columns[name]
+    columns["tau1"] = np.clip(columns["tau1"], -1.2, 1.2)
+    train = parquet(tmp_path / "derived.parquet", columns)
+    held = logs / "b.parquet"
+    given = {"model": "momentum", "cutoff": 8.0, "validation": [held]}
+    memory = symgen.identify(robot(), train, **given)
+    same(memory, symgen.identify(robot(), train, workers=1, **given), 1e-9)
+
+
+def test_no_window_straddles_a_gap_and_stretches_are_logs(tmp_path: Path) -> None:
+    first, second = motion(3000, 1), motion(3000, 2, start=1000.0)
+    whole = {name: np.concatenate([first[name], second[name]]) for name in first}
+    one = parquet(tmp_path / "gap.parquet", whole)
+    two = [parquet(tmp_path / f"{k}.parquet", c) for k, c in enumerate((first, second))]
+    apart = symgen.identify(robot(), two, model="momentum")
+    gap = symgen.identify(robot(), one, model="momentum", workers=1)
+    assert pytest.approx(apart.X, rel=1e-9) == gap.X
+    assert gap.torque_validation.relative == pytest.approx(apart.torque_validation.relative)
+    with pytest.raises(symgen.LogError, match="split it there"):
+        symgen.identify(robot(), one, model="momentum")
+
+
+def test_each_row_is_the_own_of_one_chunk_and_is_decoded_once(
+    logs: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    covers: list[list[partition.Partition]] = []
+
+    def kept(*given):
+        covers.append(partition.partitions(*given, chunk=CHUNK, most=PARTITION))
+        return covers[-1]
+
+    monkeypatch.setattr(out_of_core, "partitions", kept)
+    symgen.identify(robot(), str(logs), model="momentum")
+    (cover,) = covers
+    seen = {name: np.zeros(count, int) for name, count in (("a", 5000), ("b", 4000))}
+    for part in cover:
+        for c in part.chunks:
+            seen[Path(part.file).stem][c.rows[0] + c.own[0] : c.rows[0] + c.own[1]] += 1
+    assert all((count == 1).all() for count in seen.values())
+    assert len(cover) > 4
+    assert max(len(part.chunks) for part in cover) > 1
+
+
+class BrokenError(Exception):
+    """What ends a run in these tests."""
+
+
+def test_an_interrupted_run_goes_on_from_what_was_finished(
+    logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    work, results = tmp_path / "work", distributed.Serial.results
+    whole = symgen.identify(robot(), str(logs), model="momentum")
+
+    def breaks(self, task: Callable, items) -> Iterator:
+        for k, found in enumerate(results(self, task, items)):
+            if k == 2:
+                raise BrokenError
+            yield found
+
+    monkeypatch.setattr(distributed.Serial, "results", breaks)
+    with pytest.raises(BrokenError):
+        symgen.identify(robot(), str(logs), model="momentum", work=work)
+    assert len(list(work.glob("*.npz"))) == 2
+    monkeypatch.setattr(distributed.Serial, "results", results)
+    said: list[str] = []
+    again = symgen.identify(robot(), str(logs), model="momentum", work=work, progress=said.append)
+    assert any("samples were finished before" in line for line in said)
+    assert any("a second" in line and "s left" in line for line in said)
+    assert again.X.tobytes() == whole.X.tobytes()
+    # other settings depend on nothing of it
+    said.clear()
+    symgen.identify(
+        robot(), str(logs), model="momentum", window=0.4, work=work, progress=said.append
+    )
+    assert not any("finished before" in line for line in said)
+
+
+def test_a_sample_stands_for_what_is_looked_at_in_memory(
+    logs: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = symgen.identify(robot(), str(logs), model="momentum", cutoff=5.0)
+    monkeypatch.setattr(out_of_core, "SAMPLE", 4000)
+    monkeypatch.setattr(out_of_core, "HELD_SAMPLE", 1500)
+    part = symgen.identify(robot(), str(logs), model="momentum", cutoff=5.0)
+    assert any("9,000 samples in 4 parts were folded" in note for note in part.notes)
+    if part.band == replace(whole.band):  # the fold is of all samples
+        assert pytest.approx(whole.X, rel=1e-9) == part.X
+    assert pytest.approx(whole.X, rel=1e-3) == part.X
+
+
+def test_csv_and_npz_in_a_folder_and_url_of_memory(tmp_path: Path) -> None:
+    fsspec = pytest.importorskip("fsspec")
+    columns = motion(3000, 3)
+    names = list(columns)
+    table = np.column_stack(list(columns.values()))
+    np.savetxt(tmp_path / "a.csv", table, "%.17g", ",", header=",".join(names), comments="")
+    arrays = {role: np.column_stack([columns[f"{role}{j}"] for j in (1, 2)])
+              for role in ("q", "qd", "tau")}  # fmt: skip
+    np.savez(tmp_path / "b.npz", t=columns["t"] + 100, **arrays)
+    mixed = symgen.identify(robot(), str(tmp_path), model="momentum")
+    parquet(tmp_path / "c.parquet", columns)
+    memory = fsspec.filesystem("memory")
+    for name, start in (("a", 0.0), ("b", 100.0)):
+        path = parquet(tmp_path / "one.parquet", {**columns, "t": columns["t"] + start})
+        memory.pipe(f"/fleet/{name}.parquet", path.read_bytes())
+    remote = symgen.identify(robot(), "memory://fleet/*.parquet", model="momentum")
+    assert pytest.approx(mixed.X, rel=1e-9) == remote.X
+    memory.rm("/fleet", recursive=True)
+
+
+def test_refusals_say_what_is_accepted(logs: Path, tmp_path: Path) -> None:
+    def refused(match: str, logs: object = str(logs), **given) -> None:
+        with pytest.raises(symgen.SymgenError, match=match):
+            symgen.identify(robot(), logs, **{"model": "momentum", **given})
+
+    refused("method huber on a data set; accepted: wls, ols", method="huber")
+    refused("no file of a log is there; accepted: Parquet", str(tmp_path / "none*.parquet"))
+    refused("trains and validates", validation=[logs / "a.parquet"])
+    refused("accepted: one of them", workers=2, scheduler="tcp://127.0.0.1:1")
+    broken = tmp_path / "broken.parquet"
+    broken.write_bytes(b"PAR1 and nothing else")
+    refused("broken.parquet: is not a readable Parquet file", broken, workers=1)
+    bad = motion(1000)
+    bad["q2"][777] = np.nan
+    refused(
+        r"bad.parquet, rows .*: column q2, sample .* \(t = 7.77 s\): nan",
+        parquet(tmp_path / "bad.parquet", bad), workers=1, cutoff=5.0,
+    )  # fmt: skip
+    backwards = motion(1000)
+    backwards["t"][500] = 0.0
+    refused(
+        "column t, sample 500.*; accepted: finite, strictly increasing",
+        parquet(tmp_path / "back.parquet", backwards), workers=1,
+    )  # fmt: skip
+
+
+def test_stretches_are_found_batch_by_batch(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr("symgen.data.dataset._BATCH", 64)
+    columns = motion(1000)
+    columns["t"] = columns["t"] + np.where(np.arange(1000) >= 640, 5.0, 0.0)  # between batches
+    columns["t"] += np.where(np.arange(1000) >= 700, 5.0, 0.0)
+    path = parquet(tmp_path / "gaps.parquet", columns)
+    found = DataSet(robot()).stretches(str(path))
+    assert [s.rows for s in found] == [(0, 640), (640, 700), (700, 1000)]
+    assert found[1].times == pytest.approx((11.4, 11.99))
+    assert listed_files([tmp_path]) == [str(path)]
+    spans = [(600, 660), (650, 1000)]
+    whole = DataSet(robot()).logs(str(path), spans, "x")
+    for (first, last), log in zip(spans, whole, strict=True):
+        assert np.array_equal(log.q[:, 1], columns["q2"][first:last])
+        assert np.array_equal(log.t, columns["t"][first:last])
