@@ -74,9 +74,8 @@ class OnDask:
             number[future.key] = k
             return future
 
-        pending = library.as_completed(
-            [submit(*pair) for pair in islice(waiting, _AHEAD * self.workers)]
-        )
+        first = [submit(*pair) for pair in islice(waiting, _AHEAD * self.workers)]
+        pending = library.as_completed(first, loop=self._client.loop)
         for future in pending:
             content = future.result()
             k = number.pop(future.key)

@@ -96,18 +96,20 @@ def triangle(rows: FloatArray) -> FloatArray:
 
 def _cholesky_qr(A: FloatArray) -> FloatArray | None:
     """Return R by two rounds of Cholesky; None where the columns are too near to dependent."""
-    scale = np.sqrt(np.einsum("ij,ij->j", A, A))
-    if not (scale > 0).all():
-        return None
+    products = A.T @ A
+    filled = np.flatnonzero(np.diag(products))  # of one joint, many columns are zero
+    scale = np.sqrt(np.diag(products)[filled])
     try:
-        first = np.linalg.cholesky(A.T @ A / np.outer(scale, scale)).T
-        if np.diag(first).min() < _DEPENDENT:
+        first = np.linalg.cholesky(products[np.ix_(filled, filled)] / np.outer(scale, scale)).T
+        if np.diag(first).min(initial=1.0) < _DEPENDENT:
             return None
-        Q = A @ (np.linalg.inv(first) / scale[:, None])
+        Q = A[:, filled] @ (np.linalg.inv(first) / scale[:, None])
         again = np.linalg.cholesky(Q.T @ Q).T
     except np.linalg.LinAlgError:
         return None
-    return np.asarray(again @ (first * scale))
+    R = np.zeros_like(products)
+    R[np.ix_(filled, filled)] = again @ (first * scale)
+    return R
 
 
 def scores(

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from symgen.data.dataset import Stretch
 from symgen.data.log import Log
 from symgen.data.raw import Reading
-from symgen.data.signals import TAIL, Samples
+from symgen.data.signals import TAIL, Samples, sampled
 from symgen.estimation.band import Band
 from symgen.estimation.decimation import decimation
 from symgen.estimation.filtered import FilteredLog, filtered, stride_of
@@ -204,7 +204,13 @@ class ChunkOfLog:
 
 
 def treated(
-    log: Log, chunk: Chunk, stretch: Stretch, robot: Robot, reading: Reading, settings: Settings
+    log: Log,
+    chunk: Chunk,
+    stretch: Stretch,
+    robot: Robot,
+    reading: Reading,
+    settings: Settings,
+    clean: bool = False,
 ) -> tuple[ChunkOfLog, tuple[Repair, ...]]:
     """Put the rows of a chunk into the band of the run: repaired, sampled, masked and filtered.
 
@@ -215,6 +221,7 @@ def treated(
         robot: the log's robot.
         reading: what is masked.
         settings: of the run.
+        clean: whether an earlier pass found nothing to mend.
 
     Raises:
         LogError: the rows are refused as those of a log.
@@ -224,13 +231,17 @@ def treated(
     first = log.t[begin] - stretch.step / 2 if chunk.before + begin else -math.inf
     last = math.inf if chunk.ended else log.t[end] - stretch.step / 2
     plain = replace(reading, start=None, until=None)
-    samples, repairs = open_samples(log, robot, plain, clock=clock)
+    samples, repairs = (
+        (sampled(log, clock), ())
+        if clean and not reading.mask
+        else open_samples(log, robot, plain, clock=clock)
+    )
     before = chunk.before
     if len(samples.t) != rows or samples.t[0] != log.t[0]:  # on the ticks of the stretch
         before = round((samples.t[0] - clock[0]) / clock[1])
     skip = -before % unit(stretch.step, settings)
     samples = samples.cut(slice(skip, None)) if skip else samples
-    samples, more = _mended(samples, settings.band.comparison_hz)
+    samples, more = (samples, ()) if clean else _mended(samples, settings.band.comparison_hz)
     if settings.delay:
         samples = shifted(samples, settings.delay)
     return ChunkOfLog(filtered(samples, settings.band), (first, last), chunk.ended), (

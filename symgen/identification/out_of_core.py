@@ -146,7 +146,7 @@ class _Streamed:
         shared = (text, kernels, self.data.reading, settings)
         first = EquationReduction(*shared)
         keys = self._fold(first, cover, {}, "equations", "")
-        summaries, repairs = self._merged(cover, keys)
+        summaries, repairs, clean = self._merged(cover, keys)
         train = [k for k, (number, _) in enumerate(summaries.names) if self._trains(number)]
         own, names = Chosen(summaries, train), run.evaluator.model.base.names
         self.progress(f"solving for {len(names)} parameters")
@@ -159,7 +159,7 @@ class _Streamed:
         }
         second = ErrorReduction(*shared, X, scale)
         solved = digest(X.tobytes(), scale.tobytes(), repr(sorted(weighed.items())))
-        errors = self._fold(second, cover, weighed, "errors", solved)
+        errors = self._fold(second, cover, weighed, "errors", solved, clean)
         meat, fits = self._added(errors)
         inverse = np.linalg.inv(R)
         covariance = sandwich(inverse @ inverse.T, meat, own) / np.outer(scale, scale)
@@ -253,16 +253,17 @@ class _Streamed:
         weights: Mapping[tuple[int, int], tuple[float, int]],
         what: str,
         solved: str,
+        clean: Sequence[bool] = (),
     ) -> list[str]:
         """Have every partition reduced, and return the keys of the results."""
         items, keys = [], []
         settings = digest(task.robot, repr((task.kernels, task.reading, task.settings)), solved)
         files = {p.file: identity(p.file) for p in cover}
-        for partition in cover:
+        for k, partition in enumerate(cover):
             numbers = dict.fromkeys(chunk.part for chunk in partition.chunks)
-            own = {k: self.parts[k] for k in numbers}
+            own = {number: self.parts[number] for number in numbers}
             mine = {key: w for key, w in weights.items() if key[0] in own}
-            items.append(Work(partition, own, mine))
+            items.append(Work(partition, own, mine, bool(clean) and clean[k]))
             about = repr((partition, sorted(own.items()), _version()))
             keys.append(digest(what, settings, files[partition.file], about))
         sizes = [partition.samples for partition in cover]
@@ -271,19 +272,22 @@ class _Streamed:
 
     def _merged(
         self, cover: Sequence[Partition], keys: Sequence[str]
-    ) -> tuple[Summaries, list[Repair]]:
-        """Return the summaries by log and joint, and what was mended."""
+    ) -> tuple[Summaries, list[Repair], list[bool]]:
+        """Return the summaries by log and joint, what was mended, and where nothing was."""
         places: dict[tuple[int, int], list[str]] = {}
         repairs: list[Repair] = []
+        clean = []
         for partition, key in zip(cover, keys, strict=True):
             arrays = unpacked(self.folder, key)
-            repairs += read_repairs(arrays)
+            mended = read_repairs(arrays)
+            repairs += mended
+            clean.append(not mended)
             for number in dict.fromkeys(chunk.part for chunk in partition.chunks):
                 j = 0
                 while f"{number}.{j}" in arrays:
                     places.setdefault((number, j), []).append(key)
                     j += 1
-        return Summaries(self.folder, places), merged_repairs(repairs)
+        return Summaries(self.folder, places), merged_repairs(repairs), clean
 
     def _added(self, keys: Sequence[str]) -> tuple[FloatArray, dict[str, Fit]]:
         """Add up sums of scores and errors of torque."""

@@ -52,11 +52,13 @@ class Work:
         parts: the logs that they belong to, by number.
         weights: by log and joint the weight of the equations and the rows that scores are summed
             over; empty before X is known.
+        clean: whether nothing had to be mended in the first pass.
     """
 
     partition: Partition
     parts: Mapping[int, Part]
     weights: Mapping[tuple[int, int], tuple[float, int]]
+    clean: bool = False
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,7 @@ class Reduction:
             logs = data.logs(part.stretch.file, [c.rows for c in own], part.stretch.name)
             for chunk, log in zip(own, logs, strict=True):
                 found, repairs = treated(
-                    log, chunk, part.stretch, robot, self.reading, self.settings
+                    log, chunk, part.stretch, robot, self.reading, self.settings, work.clean
                 )
                 yield number, part.kind, found, repairs
 

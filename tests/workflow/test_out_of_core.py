@@ -8,10 +8,8 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 import pytest
-from oracles import planar2r
+from support_streams import X, motion, parquet, robot
 
 import symgen
 from symgen import distributed
@@ -19,33 +17,8 @@ from symgen.data.dataset import DataSet, listed_files
 from symgen.estimation import partition
 from symgen.identification import out_of_core
 
-X = np.array([1.702, 0.05644, 0.15, 0.075])
-L1, FRICTION, STEP = 0.5, 0.3, 0.01
 #: Own rows of a chunk and of a partition: many of both in a log of some thousand samples.
 CHUNK, PARTITION = 900, 1800
-
-
-def motion(samples: int, seed: int = 0, start: float = 0.0) -> dict[str, np.ndarray]:
-    """Sines with noise on every channel, torques from the paper's closed form."""
-    rng = np.random.default_rng(seed)
-    t = start + STEP * np.arange(samples)
-    w, phase = rng.uniform(0.5, 6.0, (3, 2)), rng.uniform(0, 6, (3, 2))
-    angle = t[:, None, None] * w + phase
-    q, qd, qdd = (
-        (a * f(angle)).sum(axis=1) / 3 for a, f in ((1.0, np.sin), (w, np.cos), (-(w**2), np.sin))
-    )
-    tau = np.array([planar2r.inverse_dynamics(*s, X, L1) for s in zip(q, qd, qdd, strict=True)])
-    tau = tau + FRICTION * qd + 0.01 * rng.normal(size=tau.shape)
-    columns = {"t": t}
-    for name, x, noise in (("q", q, 1e-4), ("qd", qd, 1e-3), ("tau", tau, 0.0)):
-        for j in range(2):
-            columns[f"{name}{j + 1}"] = x[:, j] + noise * rng.normal(size=samples)
-    return columns
-
-
-def parquet(path: Path, columns: dict[str, np.ndarray], rows: int = 700) -> Path:
-    pq.write_table(pa.table(columns), path, row_group_size=rows)
-    return path
 
 
 @pytest.fixture
@@ -63,15 +36,6 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Chunks so small that these logs have many."""
     cut = partial(partition.partitions, chunk=CHUNK, most=PARTITION)
     monkeypatch.setattr(out_of_core, "partitions", cut)
-
-
-def robot() -> symgen.Robot:
-    return symgen.parse_robot(
-        '[robot]\nname = "p"\nconvention = "modified-dh"\ngravity = [0.0, 0.0, -9.81]\n'
-        '[[joint]]\nsigma = 0\nfriction = ["viscous"]\nrotor_inertia = false\n'
-        '[[joint]]\nsigma = 0\nd = 0.5\nfriction = ["viscous"]\nrotor_inertia = false\n',
-        "p",
-    )
 
 
 def same(a: symgen.Estimate, b: symgen.Estimate, within: float) -> None:
