@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from symgen.data.raw import Reading as Reading
     from symgen.data.signals import prepare as prepare
     from symgen.diagnosis.diagnosis import Diagnosis as Diagnosis
+    from symgen.diagnosis.fleet import fleet as fleet
     from symgen.diagnosis.workflow import diagnose as diagnose
     from symgen.errors import (
         BuildError as BuildError,
@@ -125,6 +126,7 @@ _WHERE = {
     "diagnose": "symgen.diagnosis.workflow",
     "export": "symgen.identification.robot_file",
     "excite": "symgen.experiment.excitation",
+    "fleet": "symgen.diagnosis.fleet",
     "generate": "symgen.codegen.package",
     "identify": "symgen.identification.workflow",
     "library": "symgen.robot.builtin",

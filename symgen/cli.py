@@ -19,6 +19,7 @@ import click
 
 from symgen.cli_excite import excite
 from symgen.cli_export import export
+from symgen.cli_fleet import fleet
 from symgen.cli_generate import generate
 from symgen.cli_identify import identify
 from symgen.cli_payload import payload
@@ -245,6 +246,7 @@ def demo(into: Path, runs: int) -> int:
     return 0
 
 
+cli.add_command(fleet)
 cli.add_command(generate)
 cli.add_command(identify)
 cli.add_command(excite)

@@ -192,6 +192,7 @@ def finished(
     sizes: Sequence[int],
     progress: Callable[[str], None] = lambda _: None,
     what: str = "",
+    unit: str = "samples",
 ) -> None:
     """Work on all items whose results are not there.
 
@@ -204,11 +205,12 @@ def finished(
         sizes: samples of each item, for progress.
         progress: is told how many samples a second are done, and the time left.
         what: is done, in words.
+        unit: of the sizes.
     """
     left = [k for k, key in enumerate(keys) if key not in folder]
     total, before = sum(sizes), sum(sizes) - sum(sizes[k] for k in left)
     if before:
-        progress(f"{what}: {before:,} of {total:,} samples were finished before")
+        progress(f"{what}: {before:,} of {total:,} {unit} were finished before")
     done, begin, told = 0, time.monotonic(), time.monotonic()
     for k, content in by.results(task, [items[k] for k in left]):
         folder.write(keys[left[k]], content)
@@ -218,6 +220,10 @@ def finished(
             rate, told = done / max(now - begin, 1e-9), now
             remaining = (total - before - done) / max(rate, 1e-9)
             progress(
-                f"{what}: {before + done:,} of {total:,} samples, {rate:,.0f} a second, "
+                f"{what}: {before + done:,} of {total:,} {unit}, {_rate(rate)} a second, "
                 f"{remaining:.0f} s left"
             )
+
+
+def _rate(rate: float) -> str:
+    return f"{rate:,.0f}" if rate >= 10 else f"{rate:.2g}"

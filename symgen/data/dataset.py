@@ -130,6 +130,27 @@ def identity(name: str) -> str:
     return f"size={about.st_size} mtime={about.st_mtime_ns}"
 
 
+def constant_column(name: str, column: str) -> str:
+    """Return the one value of a column of a Parquet file.
+
+    Raises:
+        LogError: there is no such column, or it has several values.
+    """
+    if not name.lower().endswith(".parquet"):
+        refuse(name, f"--by {column}: is no Parquet file", "Parquet with that column")
+    with opened(name) as file, _parquet(name, file) as table:
+        if column not in table.schema_arrow.names:
+            refuse(
+                name, f"there is no column {column!r} (--by)", ", ".join(table.schema_arrow.names)
+            )
+        values: set[str] = set()
+        for batch in table.iter_batches(_BATCH, columns=[column], use_threads=False):
+            values |= {str(v) for v in batch.column(0).unique().to_pylist()}
+    if len(values) != 1:
+        refuse(name, f"column {column} has {len(values)} values", "one robot a file")
+    return values.pop()
+
+
 @dataclass(frozen=True)
 class Stretch:
     """Rows of a file between which no time is missing.

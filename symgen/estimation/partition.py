@@ -35,7 +35,7 @@ from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
 #: Own rows of a chunk, about; those of a partition, the unit of work, that is kept when finished.
-CHUNK, PARTITION = 3 << 15, 1 << 20
+CHUNK, PARTITION = 1 << 16, 1 << 20
 _LOOKED = 1 << 14  # samples of a chunk in which wrong speeds are looked for first
 _SPLINE = 128  # samples that a derivative reaches, twice over
 _SLOPES_HZ = 10.0  # of the low-pass that derives a missing speed

@@ -1,0 +1,80 @@
+"""The command `fleet`: what drifted, and which robot stands out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from symgen.cli_reading import reading_options
+from symgen.cli_workers import worker_options
+from symgen.terminal import say, table
+
+if TYPE_CHECKING:
+    from symgen.data.raw import Reading
+
+
+@click.command()
+@click.argument("robot")
+@click.argument("logs", nargs=-1, required=True)
+@click.option("--by", help="Column that names the robot; by default folders and files do.")
+@click.option("--reference", help="What every robot should be: estimate.json or TOML.")
+@click.option("--model", default="momentum", show_default=True, help="energy, momentum or torque.")
+@click.option("--cutoff", type=float, help="Of the filter of q and qd, Hz; by default chosen.")
+@worker_options
+@click.option("--work", type=click.Path(path_type=Path), help="Keeps the days that are finished.")
+@reading_options
+@click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
+def fleet(
+    robot: str,
+    logs: tuple[str, ...],
+    by: str | None,
+    reference: str | None,
+    model: str,
+    cutoff: float | None,
+    workers: int | None,
+    scheduler: str | None,
+    work: Path | None,
+    reading: Reading,
+    into: Path,
+) -> int:
+    """Identify every robot and day of LOGS; say which drifted since when, and which stands out.
+
+    LOGS are files, patterns, folders or URLs: robot=NAME/day=DAY/FILE, ROBOT/DAY.parquet, or
+    ROBOT_DAY.parquet.
+    """
+    import symgen
+    from symgen.diagnosis.fleet import MARKER
+    from symgen.files import check_replaceable, write_folder
+    from symgen.fleet_page import fleet_files
+
+    check_replaceable(into, MARKER)
+    found = symgen.fleet(
+        robot,
+        list(logs),
+        by=by,
+        reference=reference,
+        model=model,
+        cutoff=cutoff,
+        reading=reading,
+        workers=workers,
+        scheduler=scheduler,
+        work=work,
+        progress=say,
+    )
+    files = fleet_files(found)
+    write_folder(into, files, MARKER)
+    for note in found.notes:
+        click.echo(f"note: {note}")
+    rows = [
+        (kind, f.robot, f.since, f.says, f.effect, f"{f.p_value:.2g}")
+        for kind, findings in (("change", found.changes), ("outlier", found.outliers))
+        for f in findings
+    ]
+    if rows:
+        table(("", "robot", "since", "what", "effect", "p"), rows)
+    else:
+        click.echo("no robot changed, and none stands out")
+    click.echo(f"written: {', '.join(str(into / name) for name in files)}")
+    return 1 if rows else 0

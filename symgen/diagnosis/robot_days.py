@@ -1,0 +1,159 @@
+"""An estimate for each robot and day of a data set."""
+
+from __future__ import annotations
+
+import io
+import re
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.data.dataset import constant_column, identity
+from symgen.data.raw import Reading
+from symgen.diagnosis.drift import Course
+from symgen.distributed import WorkFolder, digest, executor, finished
+from symgen.errors import LogError, SymgenError
+from symgen.identification.workflow import identify
+from symgen.robot.toml_io import parse_robot
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Day:
+    """The logs of a robot on a day."""
+
+    robot: str
+    day: str
+    files: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class DayEstimate:
+    """What was identified of a day.
+
+    Attributes:
+        day: whose logs it is of.
+        X, covariance: (p,) and (p, p); None where the logs do not determine them.
+        torque: relative error of torque on held-out motion.
+        verdict: "trusted" or "doubtful", or "failed: " and why.
+    """
+
+    day: Day
+    X: FloatArray | None
+    covariance: FloatArray | None
+    torque: float
+    verdict: str
+
+
+@dataclass(frozen=True)
+class IdentifyDay:
+    """What a worker does with a day."""
+
+    robot: str
+    model: str
+    cutoff: float | None
+    reading: Reading
+
+    def __call__(self, day: Day) -> bytes:
+        """Identify the logs of a day."""
+        robot = parse_robot(self.robot, "robot.toml")
+        told: dict[str, Any]
+        try:
+            found = identify(
+                robot, list(day.files), model=self.model, cutoff=self.cutoff, reading=self.reading
+            )
+            torque = found.torque_validation
+            told = {
+                "X": found.X,
+                "covariance": found.covariance,
+                "torque": np.inf if torque is None else torque.relative,
+                "verdict": found.verdict,
+            }
+        except SymgenError as error:
+            told = {"torque": np.inf, "verdict": f"failed: {error}"}
+        file = io.BytesIO()
+        np.savez(file, **told)
+        return file.getvalue()
+
+
+def estimated(
+    task: IdentifyDay,
+    days: Sequence[Day],
+    workers: int | None,
+    scheduler: str | None,
+    work: str | Path | None,
+    progress: Callable[[str], None],
+) -> list[DayEstimate]:
+    """Identify all days that are not kept."""
+    keys = [digest(repr(task), repr(day), *(identity(name) for name in day.files)) for day in days]
+    with tempfile.TemporaryDirectory(prefix="symgen-") as fresh, executor(workers, scheduler) as by:
+        folder = WorkFolder(Path(work or fresh))
+        sizes = [1] * len(days)
+        finished(by, task, days, keys, folder, sizes, progress, "days", "days")
+        out = []
+        for day, key in zip(days, keys, strict=True):
+            with np.load(folder.path(key), allow_pickle=False) as archive:
+                X, C = (archive.get(k) for k in ("X", "covariance"))
+                out.append(
+                    DayEstimate(day, X, C, float(archive["torque"]), str(archive["verdict"]))
+                )
+    return out
+
+
+def grouped(files: Sequence[str], by: str | None) -> list[Day]:
+    """Sort files by robot and day, days in the order of their numbers.
+
+    Raises:
+        LogError: a file does not tell its robot or its day.
+    """
+    folders = {name.rsplit("/", 1)[0] for name in files}
+    out: dict[tuple[str, str], list[str]] = {}
+    for name in files:
+        parts = name.split("/")
+        stem = parts[-1].rsplit(".", 1)[0]
+        keys = dict(p.split("=", 1) for p in parts[:-1] if p.count("=") == 1)
+        day = keys.get("day", keys.get("date"))
+        robot = constant_column(name, by) if by is not None else keys.get("robot")
+        if robot is None and day is None and len(folders) == 1:
+            split = re.fullmatch(r"(.+?)[_-](.+)", stem)
+            if split is None:
+                raise LogError(
+                    f"{name}: tells no robot and day; accepted: robot=NAME/day=DAY/FILE, "
+                    "ROBOT/DAY.parquet, ROBOT_DAY.parquet, or --by COLUMN"
+                )
+            robot, day = split[1], split[2]
+        if robot is None:
+            above = [p for p in parts[:-1] if "=" not in p]
+            robot = above[-1] if above else "robot"
+        out.setdefault((robot, stem if day is None else day), []).append(name)
+    order = sorted(out, key=lambda k: (_natural(k[0]), _natural(k[1])))
+    return [Day(robot, day, tuple(out[robot, day])) for robot, day in order]
+
+
+def _natural(text: str) -> list[tuple[int, int, str]]:
+    """Return a key that sorts day2 before day10."""
+    parts = re.findall(r"\d+|\D+", text)
+    return [(0, int(p), "") if p.isdigit() else (1, 0, p) for p in parts]
+
+
+def courses_of(estimates: Sequence[DayEstimate]) -> list[Course]:
+    """Return the estimates robot by robot, without days that failed."""
+    robots: dict[str, list[tuple[str, FloatArray, FloatArray]]] = {}
+    for e in estimates:
+        if e.X is not None and e.covariance is not None:
+            robots.setdefault(e.day.robot, []).append((e.day.day, e.X, e.covariance))
+    return [
+        Course(
+            name,
+            tuple(d for d, _, _ in own),
+            np.stack([X for _, X, _ in own]),
+            np.stack([C for _, _, C in own]),
+        )
+        for name, own in robots.items()
+    ]

@@ -1,0 +1,111 @@
+"""The page and the files of a fleet."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from symgen import plots
+from symgen.diagnosis.fleet import MARKER, Finding, Fleet, fleet_json
+from symgen.diagnosis.robot_days import courses_of
+from symgen.report import Banner, Section, Table, counted, drawn, number, page, percent
+
+_MOST = 12  # trends that are drawn
+
+
+def fleet_files(found: Fleet) -> dict[str, bytes]:
+    """Return fleet.json and report.html."""
+    return {MARKER: fleet_json(found).encode(), "report.html": fleet_page(found).encode()}
+
+
+def fleet_page(found: Fleet) -> str:
+    """Return the page of a fleet: what changed, what stands out, trends, every day."""
+    robots = list(dict.fromkeys(e.day.robot for e in found.estimates))
+    lead = (
+        f"{counted(len(robots), 'robot')} of the model {found.robot}, an estimate for each of "
+        f"{counted(len(found.estimates), 'day')}.",
+    )
+    all_findings = (*found.changes, *found.outliers)
+    says = tuple(f"{f.robot}: {f.says} since {f.since}" for f in all_findings)
+    banner = Banner(
+        tone="warn" if all_findings else "good",
+        verdict="Changed" if all_findings else "Steady",
+        text="" if all_findings else "No robot changed, and none stands out.",
+        reasons=says,
+        facts=(("changes", str(len(found.changes))), ("outliers", str(len(found.outliers)))),
+    )
+    sections = [
+        Section(heading, (text,), _findings(findings))
+        for heading, text, findings in (
+            ("Changes", "Since when, with p corrected for all that was looked at.", found.changes),
+            ("Outliers", "Robots that were others from their first day on.", found.outliers),
+        )
+        if findings
+    ]
+    sections += _trends(found)
+    sections.append(_errors(found, robots))
+    sections.append(Section("Days", (), _days(found)))
+    sections.append(Section("Notes", found.notes))
+    return page(f"Fleet of {found.robot}", lead, sections, banner)
+
+
+def _findings(findings: tuple[Finding, ...]) -> Table:
+    rows = []
+    for f in findings:
+        joints = ", ".join(map(str, f.joints))
+        values = ", ".join(f"{n} {number(v, 3)} ± {number(s, 1)}" for n, v, s in f.parameters)
+        rows.append((f.robot, f.since, f.says, f.effect, joints, values, number(f.p_value, 2)))
+    head = ("robot", "since", "what", "effect", "joints", "values", "p")
+    return Table(head, tuple(rows), ("name", "name", "name", "name", "name", "name", "number"))
+
+
+def _trends(found: Fleet) -> list[Section]:
+    """Draw the parameters that moved, day by day, with two standard deviations."""
+    courses = {c.robot: c for c in courses_of(found.estimates)}
+    panels: list[plots.Panel] = []
+    for f in (*found.changes, *found.outliers):
+        course = courses.get(f.robot)
+        names = [n for n, _, _ in f.parameters if n in found.names]
+        for name in names[:2]:
+            if course is None or len(panels) == _MOST:
+                continue
+            k = found.names.index(name)
+            x = np.arange(1.0, len(course.days) + 1)
+            y, std = course.X[:, k], np.sqrt(course.variance[:, k])
+            band = (y - 2 * std, y + 2 * std)
+            panels.append(plots.Panel(f"{f.robot}, {name}", x, {name: y}, name, band=band))
+    if not panels:
+        return []
+    figure = plots.line_grid(panels, title="Trends", xlabel="day").update_layout(showlegend=False)
+    return [drawn("Trends", "What moved, day by day; the band is two standard deviations.", figure)]
+
+
+def _errors(found: Fleet, robots: list[str]) -> Section:
+    """Draw the torque error of every robot by day."""
+    longest = max(sum(e.day.robot == r for e in found.estimates) for r in robots)
+    x = np.arange(1.0, longest + 1)
+    series = {}
+    for r in robots:
+        values = [100 * e.torque if math.isfinite(e.torque) else math.nan
+                  for e in found.estimates if e.day.robot == r]  # fmt: skip
+        series[r] = np.array([*values, *[math.nan] * (longest - len(values))])
+    figure = plots.lines(
+        x, series, title="Torque error", xlabel="day", ylabel="torque error, %", height=420
+    )
+    return drawn("Torque error", "On held-out motion of every day.", figure)
+
+
+def _days(found: Fleet) -> Table:
+    rows = tuple(
+        (
+            e.day.robot,
+            e.day.day,
+            percent(e.torque, 3) if math.isfinite(e.torque) else "-",
+            e.verdict,
+        )
+        for e in found.estimates
+    )
+    return Table(
+        ("robot", "day", "torque error", "verdict"), rows, ("name", "name", "number", "name")
+    )
