@@ -18,7 +18,7 @@ from symgen.identification.case import HELD_OUT
 
 Progress = Callable[[str], None]
 #: Samples, of all training and of all validation logs, that are looked at in memory; stretches.
-SAMPLE, HELD_SAMPLE, PIECES = 120_000, 30_000, 10
+SAMPLE, HELD_SAMPLE, PIECES = 80_000, 20_000, 4
 #: Bytes of Parquet from which a given model is fitted chunk by chunk.
 MUCH = 300 << 20
 #: A log has so many windows and samples, at least.
