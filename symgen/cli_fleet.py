@@ -9,7 +9,8 @@ import click
 
 from symgen.cli_reading import reading_options
 from symgen.cli_workers import worker_options
-from symgen.terminal import say, table
+from symgen.terminal import table
+from symgen.terminal_progress import say
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading

@@ -34,8 +34,8 @@ def stages(shares: Mapping[str, float]) -> Iterator[Callable[[str], None]]:
     """Yield a `say` that moves a bar as well, by what has been done when each stage begins.
 
     Args:
-        shares: the first word of a message, and the part of the time before it, as measured on
-            logs of real robots; a message that is not among them leaves the bar where it is.
+        shares: the first word of a message, and the part of the time that passes before it, about;
+            a message that is not among them leaves the bar where it is.
     """
     with _bar() as (bar, task, advance):
 

@@ -27,7 +27,6 @@ from symgen.estimation.blocks import (
     solve_gram,
     summary,
 )
-from symgen.estimation.case import CLEARER, STD, Case, Rows, case_of, equations_of
 from symgen.estimation.channels import (
     Fault,
     earlier,
@@ -37,6 +36,7 @@ from symgen.estimation.channels import (
 )
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.motion_faults import EXCHANGED, geared_joints, trial_of
+from symgen.estimation.recorded import CLEARER, STD, Recorded, Rows, equations_of, recorded
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
@@ -78,7 +78,7 @@ def _largest(
 ) -> Fault | None:
     """Return the fault that explains most."""
     equations, other = (equations_of(evaluator, group) for group in (logs, held))
-    case = case_of(equations, other)
+    case = recorded(equations, other)
     error = held_out_error(case.own)
     if error == 0.0:
         return None
@@ -125,7 +125,7 @@ def _inertia_is_positive(evaluator: Evaluator, logs: Sequence[FilteredLog], faul
     return True
 
 
-def _late(case: Case, train: _Logs, held: _Logs) -> list[Fault]:
+def _late(case: Recorded, train: _Logs, held: _Logs) -> list[Fault]:
     """Find torques that are late against the motion: tau(t) = model(t - delay)."""
     blocks = _with_delay(*train)
     delay = float(blocks.fit()[-1])
@@ -154,7 +154,7 @@ def _with_delay(logs: Sequence[FilteredLog], equations: Rows) -> Blocks:
     return summary(placed(extended), len(equations[0]))
 
 
-def _factor(case: Case, j: int) -> list[Fault]:
+def _factor(case: Recorded, j: int) -> list[Fault]:
     """Find a torque that fits better with another factor, beside those of the other joints."""
     base, other = case.base, case.other
     if len(base.size) == 1:
@@ -215,7 +215,7 @@ def _scaled(base: Blocks, j: int, g: float) -> Blocks:
 
 
 def _exchanged(
-    case: Case,
+    case: Recorded,
     equations: Rows,
     held: Rows,
 ) -> list[Fault]:

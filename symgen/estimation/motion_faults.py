@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.estimation.blocks import Blocks, block_errors, held_out_error, placed, summary
-from symgen.estimation.case import CLEARER, Case, case_of, equations_of, what_is_left
 from symgen.estimation.channels import Fault, gear_ratio, multiplied
 from symgen.estimation.filtered import FilteredLog, filtered
+from symgen.estimation.recorded import CLEARER, Recorded, equations_of, recorded, what_is_left
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
@@ -32,7 +32,7 @@ class Trial:
     evaluator: Evaluator
     logs: Sequence[FilteredLog]
     held: Sequence[FilteredLog]
-    case: Case
+    case: Recorded
 
     def right(self, fault: Fault, group: Sequence[FilteredLog]) -> Blocks:
         """Summarise logs without a fault."""
@@ -60,7 +60,7 @@ def trial_of(
     evaluator: Evaluator, logs: Sequence[FilteredLog], held: Sequence[FilteredLog]
 ) -> Trial:
     logs, held = _short(logs), _short(held)
-    case = case_of(equations_of(evaluator, logs), equations_of(evaluator, held))
+    case = recorded(equations_of(evaluator, logs), equations_of(evaluator, held))
     return Trial(evaluator, logs, held, case)
 
 

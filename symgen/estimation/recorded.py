@@ -27,7 +27,7 @@ STD = 3.0
 
 
 @dataclass(frozen=True, eq=False)
-class Case:
+class Recorded:
     """Torques as they are recorded.
 
     Attributes:
@@ -75,11 +75,11 @@ def equations_of(evaluator: Evaluator, logs: Iterable[FilteredLog]) -> Rows:
     return [torque_equations(evaluator, log) for log in logs]
 
 
-def case_of(equations: Rows, held: Rows) -> Case:
+def recorded(equations: Rows, held: Rows) -> Recorded:
     n = len(equations[0])
     base = summary(placed(equations), n)
     other = summary(placed(held), n) if held else None
-    return Case(base, other, block_errors(base, base))
+    return Recorded(base, other, block_errors(base, base))
 
 
 def _shares(blocks: Blocks, X: FloatArray) -> FloatArray:
