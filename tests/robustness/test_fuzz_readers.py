@@ -27,7 +27,7 @@ from support import PROJECT
 import symgen
 from symgen.robot import expressions
 
-SAMPLE = int(os.environ.get("SYMGEN_FUZZ", "150"))
+SAMPLE = int(os.environ.get("SYMGEN_FUZZ", "100"))
 ALL = int(os.environ.get("SYMGEN_FUZZ", "100000"))
 FIGURES = Path(__file__).with_name("fuzz_figures.json")
 _PART = 5000  # inputs of one process
