@@ -40,8 +40,9 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 GAIN, DELAY = "drive_gain_error", "time_delay"
-#: A factor of a torque from which it is of another unit or gear; below, it is a candidate.
-_ANOTHER = 1.5
+#: A factor of a torque from which it is of another unit; below, a spring may do as much, and it is
+#: a candidate beside the physics.
+_ANOTHER = 100.0
 _WORDS = {
     SENSOR: "qd{0} = (1 + GV{0})*dq{0}(t - LV{0})/dt + OV{0}",
     DELAY: "tau(t) = model(t - DT)",

@@ -32,6 +32,9 @@ from oracles.faults import Log
 from support import data_folder
 
 WRONG, TENTH, STD, BLOCKS = 0.05, 0.9, 3.0, 20
+#: What the figure file keeps of a row.
+KEPT = ("robot", "fault", "seed", "channels", "visible", "identify", "identify_named", "wrong",
+        "diagnose", "diagnose_named")  # fmt: skip
 
 
 @cache
@@ -222,6 +225,14 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, int]:
     }
 
 
+def text(rows: list[dict[str, Any]]) -> str:
+    """JSON with a line for each fault; three digits."""
+    short = [{key: row[key] for key in KEPT} for row in rows]
+    short = json.loads(json.dumps(short), parse_float=lambda x: float(f"{float(x):.3g}"))
+    head = json.dumps({"summary": summary(rows)}, indent=1)[1:-2]
+    return "{" + head + ',\n "rows": [\n' + ",\n".join(json.dumps(r) for r in short) + "\n]}\n"
+
+
 def main() -> int:
     """Run, print and count."""
     parser = argparse.ArgumentParser(
@@ -243,7 +254,7 @@ def main() -> int:
                     print(line(row), flush=True)
     print(json.dumps(summary(rows), indent=1))
     if options.out:
-        options.out.write_text(json.dumps({"summary": summary(rows), "rows": rows}, indent=1))
+        options.out.write_text(text(rows))
     return 0
 
 

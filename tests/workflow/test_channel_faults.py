@@ -91,15 +91,19 @@ def test_a_fault_of_channels_is_named_by_both_commands(fault: str, tmp_path: Pat
     assert word in said
     assert all(channel in said for channel in channels)
     if "times" in word:
-        factor = float(re.search(r"is (\S+) times", said)[1])
+        # Of two joints, either can be meant, and both are said.
+        factor = float(re.search(rf"{channels[0]}(?: is)? (\S+) times", said)[1])
         assert factor == pytest.approx({"tau1": 1e3, "tau2": 1.6}[channels[0]], rel=0.05)
 
     found = diagnose("planar2r", train, validation=test)
     assert found.verdict == "bad-measurement"
+    assert found.after.total < 0.5 * found.before.total
+    if fault == "a torque scaled":  # a spring may do as much: it is looked for beside the physics
+        assert [e.name for e in found.effects] == ["drive_gain_error"]
+        return
     told = " ".join([*found.advice, *found.notes, *(e.name for e in found.effects)])
     assert word in told
     assert all(channel in told for channel in channels)
-    assert found.after.total < 0.5 * found.before.total
 
 
 def test_sound_channels_are_not_blamed(tmp_path: Path) -> None:
