@@ -62,9 +62,14 @@ joint = 5
 """
 
 
+#: The same, with gravity an input.
+LEANING = RICH.replace('"rich"', '"leaning"').replace("[1.5, 0.0, -9.81]", '"input"')
+
+
 @cache
 def _tree(name: str, dtype: str, kernels: tuple[str, ...] | str | None) -> symgen.SourceTree:
-    robot = symgen.parse_robot(RICH) if name == "rich" else symgen.read_robot(name)
+    own = {"rich": RICH, "leaning": LEANING}.get(name)
+    robot = symgen.read_robot(name) if own is None else symgen.parse_robot(own)
     model = symgen.derive(robot) if kernels is None else symgen.derive(robot, kernels)
     return symgen.generate(model, target="c", dtype=dtype, prefix=name)
 

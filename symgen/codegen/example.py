@@ -12,7 +12,7 @@ from symgen.codegen.verification import SEED, physical_parameters
 #: The kernels that each program calls; the controller watches with the identifier, too.
 PROGRAMS = {
     "controller": {"inverse_dynamics", "forward_dynamics", "mass_matrix"},
-    "observer": {"inverse_dynamics", "forward_dynamics", "mass_matrix", "coriolis", "bias_torque"},
+    "observer": {"inverse_dynamics", "forward_dynamics", "generalized_momentum", "friction"},
     "gravity": {"forward_dynamics", "bias_torque"},
     "adaptive": {"slotine_li_regressor", "forward_dynamics", "mass_matrix"},
     "impedance": {
@@ -35,7 +35,7 @@ SHARE = 0.8
 def programs(model: Model, kernels: Sequence[Kernel], *, identifier: bool) -> tuple[str, ...]:
     """Return the programs that a package with these kernels has.
 
-    Effects suit the controller alone, gravity as an input none.
+    Effects suit the controller alone.
 
     Args:
         model: from `derive`.
@@ -43,8 +43,6 @@ def programs(model: Model, kernels: Sequence[Kernel], *, identifier: bool) -> tu
         identifier: whether it is in the package.
     """
     written = {k.name for k in kernels}
-    if model.robot.gravity_input:
-        return ()
     return tuple(
         name
         for name, needs in PROGRAMS.items()

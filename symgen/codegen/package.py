@@ -20,16 +20,18 @@ import sympy as sp
 from symgen.codegen import example
 from symgen.codegen.backends import Package, cpp, optimal_control
 from symgen.codegen.c_printer import DTYPES, CFunction, literal, operation_counts, print_kernel
+from symgen.codegen.c_runtime import runtime_parts, runtime_source
 from symgen.codegen.check_program import checks
-from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
+from symgen.codegen.kernels import LINK, SCALARS, Kernel
 from symgen.codegen.manifest import SCHEMA, base_table, described
 from symgen.codegen.model import Model
 from symgen.codegen.parts import in_parts
 from symgen.codegen.prototypes import arguments, declarations
 from symgen.codegen.targets import BACKENDS, backends
 from symgen.codegen.verification import DIGITS, POINTS, TOLERANCE, verification
+from symgen.codegen.worst_case import worst_case
 from symgen.errors import PackageError
-from symgen.files import rendered, templates, write_folder
+from symgen.files import rendered, write_folder
 from symgen.robot.expressions import text
 from symgen.robot.identifiers import is_robot_name
 from symgen.robot.toml_text import robot_toml
@@ -38,7 +40,6 @@ from symgen.robot.types import joint_variable
 #: Of a package's interface, in C, CMake and pkg-config: the first number is that of its layout.
 _VERSION = (int(SCHEMA.split("/")[1]), 1, 0)
 _LINE = 100  # columns of a header
-_RUNTIME = ("least_squares", "identifier", "identifier_momentum")
 _SINCOS = "math.h"
 
 
@@ -179,18 +180,7 @@ class _Writer:
         ]
 
     def runtime(self) -> tuple[str, ...]:
-        """Return the runtime's parts whose kernels are written: every column of their model."""
-        written = {k.name for k in self.kernels}
-        rubs = len(self.model.base.parameters) > self.model.inertial
-        if self.model.robot.loaded or self.model.robot.gravity_input:
-            return ()  # not linear in X, or not a function of q and qd
-
-        def complete(kernel: str, friction: str) -> bool:
-            return {kernel, *([friction] if rubs else [])} <= written
-
-        if not complete(*ENERGY):
-            return ()
-        return _RUNTIME if complete("momentum_regressor", "friction_torque") else _RUNTIME[:2]
+        return runtime_parts(self.model, self.kernels)
 
     def examples(self) -> tuple[str, ...]:
         if self.target == "casadi":
@@ -230,7 +220,9 @@ class _Writer:
         if any(d["needs_sincos"] for _, d in described):
             out.append(self.plain(_SINCOS))  # private to the sources
         out.append((f"{self.name}_check.c", self.check_c(verified)))
-        out += [(f"example/{self.name}_{e}.c", self.example_c(e)) for e in self.examples()]
+        if self.examples():
+            out.append((f"example/{self.name}_simulated.h", self.example("simulated.h")))
+        out += [(f"example/{self.name}_{e}.c", self.example(f"{e}.c")) for e in self.examples()]
         cmake = self.render(
             "CMakeLists.txt",
             sources=sources,
@@ -248,7 +240,7 @@ class _Writer:
 
     def plain(self, path: str) -> tuple[str, str]:
         """Return a file of plain C with this package's name."""
-        source = (templates() / "c" / "runtime" / path).read_text("utf-8")
+        source = runtime_source(path, self.model.robot.gravity_input)
         return f"{self.name}_{path}", source.replace("NAME", self.name)
 
     def describe(self, kernel: Kernel) -> dict[str, Any]:
@@ -345,6 +337,7 @@ class _Writer:
                 "lifted": base.proof.lifted,
             },
             "kernels": [{"name": k.name, **operation_counts([k.tape])} for k in self.kernels],
+            "worst_case": worst_case(robot, self.kernels),
             "examples": self.examples(),
             "backends": self.backends,
             "control": optimal_control.possible(self.model, self.kernels),
@@ -360,9 +353,10 @@ class _Writer:
             tolerance=repr(TOLERANCE[self.dtype]),
         )
 
-    def example_c(self, program: str) -> str:
+    def example(self, file: str) -> str:
         return self.render(
-            f"example/{program}.c",
+            f"example/{file}",
+            g=", GRAVITY" if self.model.robot.gravity_input else "",
             percent=example.PERCENT,
             better=example.BETTER,
             share=example.SHARE,

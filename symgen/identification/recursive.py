@@ -19,6 +19,7 @@ from symgen.identification.twin import (
     energy_columns,
     momentum_columns,
 )
+from symgen.robot.types import require_gravity
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
@@ -67,6 +68,7 @@ class Identifier:
                 "forgetting above 0 and at most 1"
             )
         derived = evaluator.model
+        require_gravity(derived.robot, "identification on line in Python")
         rubs = len(derived.base.parameters) > derived.inertial
         for kernel in _KERNELS[model][: 2 if rubs else 1]:
             if not evaluator.has(kernel):

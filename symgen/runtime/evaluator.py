@@ -173,9 +173,10 @@ def _compiled(model: Model, compiler: Compiler) -> Evaluator:
     sources = generate(model, target="c").library
     name = model.robot.name
     declarations = "\n".join(line for k in model.kernels for line in prototypes(name, k, "double"))
-    if f"{name}_identifier.h" in sources:
+    apart = model.robot.gravity_input  # its identifier takes g: for C alone
+    if f"{name}_identifier.h" in sources and not apart:
         declarations += _IDENTIFIER.replace("NAME", name)
-    if f"{name}_identifier_momentum.h" in sources:
+    if f"{name}_identifier_momentum.h" in sources and not apart:
         declarations += _IDENTIFIER_MOMENTUM.replace("NAME", name)
     flags = chosen_flags(compiler).flags.flags
     module = build_module(sources, declarations, compiler, flags)

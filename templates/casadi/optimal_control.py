@@ -23,6 +23,9 @@ X = [
     {{ line }}
 {% endfor %}
 ]
+{% if tilted %}
+G = [4.905, 0.0, -8.4957]  # m/s2, in frame 0: a base that leans by 30 degrees
+{% endif %}
 
 package = Path(__file__).resolve().parents[1]
 inverse_dynamics = ca.Function.load(str(package / "{{ name }}_inverse_dynamics.casadi"))
@@ -34,7 +37,8 @@ q, qd, tau = ca.horzsplit(motion, [0, points + 1, 2 * (points + 1), columns])
 slopes = ca.collocation_coeff(ca.collocation_points(DEGREE, "radau"))[0]
 pieces = [slice(DEGREE * k, DEGREE * (k + 1) + 1) for k in range(INTERVALS)]
 speed, qdd = (ca.horzcat(*(x[:, k] @ slopes for k in pieces)) / h for x in (q, qd))
-torque = inverse_dynamics.map(points)(q[:, 1:], qd[:, 1:], qdd, ca.repmat(ca.DM(X), 1, points))
+shared = [ca.repmat(ca.DM(values), 1, points) for values in {% if tilted %}(X, G){% else %}(X,){% endif %}]
+torque = inverse_dynamics.map(points)(q[:, 1:], qd[:, 1:], qdd, *shared)
 held = ca.kron(tau, ca.DM.ones(1, DEGREE))
 equations = ca.veccat(speed - qd[:, 1:], torque - held)
 problem = {"x": ca.vec(motion), "f": h * ca.sumsqr(tau), "g": equations}

@@ -1,12 +1,18 @@
-"""Instructions and bytes of every kernel on a Cortex-M7; writes docs/worst_case.md.
+"""Instructions and bytes of every kernel on a Cortex-M7, in double and float.
 
-python tests/benchmarks/bench_instructions.py
+    python tests/benchmarks/bench_instructions.py [ROBOT...]
+
+Counts robots of the library, by default those of generated/, and keeps the figures in
+symgen/codegen/worst_case.toml, from which READMEs of packages have their tables (generate
+generated/ again), and in docs/worst_case.md. Counts a new package after every change of what is
+emitted: figures of robots that are not named stay as they are.
 """
 
 from __future__ import annotations
 
 import sys
 import tempfile
+import tomllib
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -15,7 +21,11 @@ from cortex_m7 import M7, instructions, missing, sizes
 from packages import run, write
 from support import PROJECT
 
-ROBOTS = ("planar2r", "puma560", "panda")
+import symgen
+from symgen.codegen.worst_case import key
+
+ROBOTS = ("planar2r", "puma560", "panda", "rx90", "twin")
+FIGURES = PROJECT / "symgen" / "codegen" / "worst_case.toml"
 HEAD = """# Worst case on a Cortex-M7
 
 Instructions that a call executes, callees and libm included, and bytes of code and constants of
@@ -44,17 +54,24 @@ def measured(name: str, dtype: str) -> dict[str, tuple[int, int]]:
 
 
 def main() -> None:
-    """Print the table and write it."""
+    """Count, keep the figures and print the table."""
     if missing():
         sys.exit(f"{missing()} is not on this machine")
     compiler = run([M7[0], "--version"], PROJECT).splitlines()[0]
+    known = tomllib.loads(FIGURES.read_text())["robots"]
+    for name in sys.argv[1:] or ROBOTS:
+        double, single = measured(name, "double"), measured(name, "float")
+        counts = {k: [*double[k], *single[k]] for k in double}
+        known[key(symgen.read_robot(name))] = counts
+    figures = [f'compiler = "{compiler}"\n']
+    for digest, counts in known.items():
+        rows = [f"{kernel} = {row}\n" for kernel, row in counts.items()]
+        figures += [f"\n[robots.{digest}]\n", *rows]
+    FIGURES.write_text("".join(figures))
     lines = [HEAD.format(compiler=compiler)]
     for name in ROBOTS:
-        double, single = measured(name, "double"), measured(name, "float")
-        for kernel in double:
-            numbers = " | ".join(map(str, double[kernel] + single[kernel]))
-            lines.append(f"| {name} | {kernel} | {numbers} |\n")
-    (PROJECT / "docs").mkdir(exist_ok=True)
+        for kernel, row in known.get(key(symgen.read_robot(name)), {}).items():
+            lines.append(f"| {name} | {kernel} | {' | '.join(map(str, row))} |\n")
     (PROJECT / "docs" / "worst_case.md").write_text("".join(lines), encoding="utf-8")
     print("".join(lines))
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import cortex_m7
 import pytest
 from cortex_m7 import instructions, sizes
 from support import PROJECT
+
+import symgen
 
 TABLE = PROJECT / "docs" / "worst_case.md"
 pytestmark = pytest.mark.skipif(
@@ -41,6 +44,34 @@ def test_smooth_friction_takes_the_time_of_tanh(complete, tmp_path: Path) -> Non
     counts = instructions(complete("rich", "double"), tmp_path)
     assert len(set(counts["friction_power"])) > 1
     assert len(set(counts["mass_matrix"])) == 1
+
+
+def rows_of(page: Path) -> dict[str, list[str]]:
+    """The rows of a README's table of instructions, by kernel."""
+    text = page.read_text().partition("## Worst case on a Cortex-M7")[2].partition("\n## ")[0]
+    listed = [line.split("|")[1:-1] for line in text.splitlines() if line[:3] == "| `"]
+    return {row[0].strip(" `"): [cell.strip() for cell in row[1:]] for row in listed}
+
+
+@pytest.mark.parametrize("name", ["planar2r", "puma560", "panda"])
+def test_readmes_have_the_table_of_their_kernels(name: str) -> None:
+    here = rows_of(PROJECT / "generated" / name / "README.md")
+    manifest = json.loads((PROJECT / "generated" / name / "manifest.json").read_text())
+    assert set(here) == {f"{name}_{kernel['name']}" for kernel in manifest["kernels"]}
+    lines = [line.split("|")[1:-1] for line in TABLE.read_text().splitlines()]
+    there = {
+        f"{name}_{row[1].strip()}": [cell.strip() for cell in row[2:]]
+        for row in lines
+        if row and row[0].strip() == name
+    }
+    assert here == there
+
+
+def test_a_robot_of_another_geometry_has_no_figures(tmp_path: Path) -> None:
+    text = symgen.robot_toml(symgen.read_robot("planar2r")).replace("L1 = 0.5", "L1 = 0.6")
+    other = symgen.derive(symgen.parse_robot(text), ("jacobian",))
+    symgen.write_package(symgen.generate(other, target="c"), tmp_path / "planar2r")
+    assert rows_of(tmp_path / "planar2r" / "README.md") == {}
 
 
 @pytest.mark.parametrize("dtype", ["double", "float"])

@@ -21,6 +21,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from symgen.codegen.c_runtime import runtime_source
 from symgen.errors import IdentificationError
 from symgen.identification.least_squares import LeastSquares
 from symgen.identification.twin import WindowIdentifier, energy_columns, momentum_columns
@@ -170,7 +171,7 @@ def write_package(folder: Path, name: str, real: str = "double") -> list[Path]:
         f"{declarations}#ifdef __cplusplus\n}}\n#endif\n#endif\n"
     )
     files = FILES + (MOMENTUM_FILES if "momentum_regressor" in bodies else ())
-    texts = {file: (RUNTIME / file).read_text(encoding="utf-8") for file in files}
+    texts = {file: runtime_source(file, gravity_input=False) for file in files}
     texts = {f"NAME_{file}": text for file, text in texts.items()}
     texts["NAME.h"] = header
     texts["NAME_kernel.c"] = f'#include "NAME.h"\n#include <math.h>\n{kernels}'

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -156,6 +157,95 @@ def test_g_is_the_last_input_of_what_needs_it_and_shared_by_all_samples(tmp_path
     run([tmp_path / "check"], tmp_path)
     (result,) = symgen.check(tmp_path / "arm")
     assert result.differences == ()
+
+
+LIFT = """
+[robot]
+name = "lift"
+gravity = "input"
+[[joint]]
+sigma = 1
+friction = ["viscous", "offset"]
+[[joint]]
+alpha = "pi/2"
+"""
+WATCH = """
+#include "lift_identifier_momentum.h"
+#include <stdio.h>
+
+static double memory[4000];
+
+int main(void)
+{
+    double row[8], X[lift_PARAMETERS];
+    int begun = BEGIN(memory, sizeof memory, 40, lift_WINDOW_SLIDING, 1);
+    for (int last = 0; begun == 0 && scanf("%lf", row) == 1;) {
+        for (int i = 1; i < 8; i++) {
+            if (scanf("%lf", row + i) != 1) {
+                return 1;
+            }
+        }
+        if (row[7] > last) {
+            printf("%d\\n", lift_identifier_read(memory, X, NULL));
+            last = 1;
+        }
+        if (lift_identifier_step(memory, row, row + 2, row + 4, 1e-2, last ? G[1] : G[0]) != 0) {
+            return 2;
+        }
+    }
+    printf("%d", lift_identifier_read(memory, X, NULL));
+    for (int i = 0; i < lift_PARAMETERS; i++) {
+        printf(" %.12g", X[i]);
+    }
+    const double nothing[3] = { 0, NAN, 0 };
+    return begun + (lift_identifier_step(memory, row, row + 2, row + 4, 1e-2, nothing) == 0);
+}
+"""
+
+
+@pytest.mark.parametrize("model", ["energy", "momentum"])
+def test_the_identifier_learns_in_two_mountings_what_one_cannot_tell(
+    model: str, tmp_path: Path
+) -> None:
+    """Mass and offset of a lift: one number while it stands upright, two once it leans."""
+    needs = ("friction_power", "momentum_regressor", "friction_torque", "inverse_dynamics")
+    derived = symgen.derive(parsed(LIFT), ("energy_regressor", *needs))
+    symgen.write_package(symgen.generate(derived, target="c"), tmp_path / "lift")
+    names = derived.base.names
+    value = {name: 0.3 + 0.1 * i for i, name in enumerate(names)}
+    value |= {"ZZ2": 0.5, "M1R": 3.0}
+    X = np.array([value[name] for name in names])
+    torque = symgen.load(derived, backend="casadi")["inverse_dynamics"]
+    t = np.arange(0, 6, 1e-2)
+    rows = []
+    for mounting, g in enumerate(TILTED[0:3:2]):
+        phase = np.array([3.0, 4.3]) * t[:, None] + mounting
+        q, qd = np.sin(phase), [3.0, 4.3] * np.cos(phase)
+        tau = torque(q, qd, -np.square([3.0, 4.3]) * np.sin(phase), X, g)
+        rows.append(np.hstack([q, qd, tau, np.full((len(t), 2), mounting)]))
+    begin = "lift_identifier_init" if model == "energy" else "lift_identifier_momentum_init"
+    listed = ", ".join(f"{{{', '.join(map(repr, g))}}}" for g in TILTED[0:3:2])
+    head = f"#include <math.h>\n#define BEGIN {begin}\n"
+    head += f"static const double G[2][3] = {{{listed}}};\n"
+    (tmp_path / "main.c").write_text(head + WATCH)
+    files = ["main.c", *c_files(tmp_path / "lift")]
+    run(["cc", *STRICT, "-O1", f"-I{tmp_path / 'lift'}", *files, "-lm", "-o", "main"], tmp_path)
+    text = "\n".join(" ".join(map(repr, map(float, row))) for row in np.vstack(rows))
+    done = subprocess.run(
+        [tmp_path / "main"], input=text, capture_output=True, text=True, check=True
+    )
+    first, last = done.stdout.splitlines()
+    assert int(first) != 0  # the number of a parameter that one mounting does not determine
+    status, *found = last.split()
+    assert status == "0"
+    np.testing.assert_allclose(np.array(found, float), X, rtol=1e-5)
+
+
+def test_in_python_the_identifier_says_that_it_cannot() -> None:
+    call = symgen.load(symgen.derive(parsed(LIFT)))
+    with pytest.raises(symgen.SymgenError, match=r"gravity.+on line") as refused:
+        symgen.Identifier(call)
+    assert "\n" not in str(refused.value)
 
 
 def test_what_cannot_have_it_says_so(command, tmp_path: Path) -> None:

@@ -8,109 +8,11 @@
  * observer have every mass, inertia and friction 5 % wrong. In turn each joint is pushed by 15 N m or
  * N for 20 ms. Exit status 0 when each is seen on its joint within 10 ms, and nothing else ever.
  */
-#include "planar2r.h"
+#include "planar2r_simulated.h"
 
-#include <math.h>
-#include <stdio.h>
-
-enum { N = planar2r_JOINTS, P = planar2r_PARAMETERS };
-
-typedef planar2r_real real;
-
-static const double DT = 1e-3; /* s */
 static const real KP = 900, KD = 60; /* 1/s2 and 1/s, of the errors of position and speed */
 static const real K = 200;           /* 1/s, of the observer */
 static const real PUSH = 15, LEVEL = 8; /* N m, or N */
-
-/* The parameters X of the simulated robot, to which a program may add, and as the controller has them:
- * every mass, inertia and friction 5 % wrong. */
-static real ACTUAL[] = {
-    0.898583,
-    0.214296,
-    0.143341,
-    -0.268162,
-};
-static const real ASSUMED[] = {
-    0.872729,
-    0.203581,
-    0.136174,
-    -0.254754,
-};
-
-typedef struct {
-    real q[N];
-    real qd[N];
-} motion;
-
-/* The motion `after` a time h at the speeds and accelerations of `rate`. */
-static motion after(const motion *x, const motion *rate, real h)
-{
-    motion y;
-    for (int j = 0; j < N; ++j) {
-        y.q[j] = x->q[j] + h * rate->q[j];
-        y.qd[j] = x->qd[j] + h * rate->qd[j];
-    }
-    return y;
-}
-
-/* What a robot does in a step of the controller: four steps of Runge and Kutta's fourth-order
- * method under constant torque. Returns 0; nonzero when the mass matrix is not positive definite. */
-static int move(motion *x, const real *tau)
-{
-    const real h = (real)(DT / 4);
-    int failed = 0;
-    for (int i = 0; i < 4; ++i) {
-        motion mean = { { 0 }, { 0 } };
-        motion rate = mean;
-        for (int stage = 0; stage < 4; ++stage) {
-            const real reach = stage == 0 ? 0 : stage == 3 ? h : h / 2;
-            const real weight = stage == 0 || stage == 3 ? (real)1 / 6 : (real)1 / 3;
-            const motion y = after(x, &rate, reach);
-            for (int j = 0; j < N; ++j) {
-                rate.q[j] = y.qd[j];
-            }
-            failed |= planar2r_forward_dynamics(y.q, y.qd, tau, ACTUAL, rate.qd);
-            mean = after(&mean, &rate, weight);
-        }
-        *x = after(x, &mean, h);
-    }
-    return failed;
-}
-
-/* The reference: a sum of sines in each joint, rad or m, with its first two derivatives. */
-static void reference(double t, motion *r, real *qdd)
-{
-    for (int j = 0; j < N; ++j) {
-        double sum[3] = { 0.0, 0.0, 0.0 };
-        for (int k = 1; k <= 5; ++k) {
-            const double w = 0.9 * k + 0.17 * (j + 1); /* rad/s */
-            const double phase = w * t + k * k + j;
-            sum[0] += 0.2 * sin(phase);
-            sum[1] += 0.2 * w * cos(phase);
-            sum[2] -= 0.2 * w * w * sin(phase);
-        }
-        r->q[j] = (real)sum[0];
-        r->qd[j] = (real)sum[1];
-        qdd[j] = (real)sum[2];
-    }
-}
-
-/* p = M qd, and rate = C'qd - g - friction = (C + C') qd - h. */
-static void momentum(const motion *x, real *p, real *rate)
-{
-    real M[N * N], C[N * N];
-    planar2r_mass_matrix(x->q, ASSUMED, M);
-    planar2r_coriolis(x->q, x->qd, ASSUMED, C);
-    planar2r_bias_torque(x->q, x->qd, ASSUMED, rate);
-    for (int j = 0; j < N; ++j) {
-        p[j] = 0;
-        rate[j] = -rate[j];
-        for (int k = 0; k < N; ++k) {
-            p[j] += M[j * N + k] * x->qd[k];
-            rate[j] += (C[j * N + k] + C[k * N + j]) * x->qd[k];
-        }
-    }
-}
 
 int main(void)
 {
@@ -123,7 +25,7 @@ int main(void)
     reference(0.0, &x, r_qdd);
     for (int step = 0; step < N * PERIOD; ++step) {
         const int joint = step / PERIOD, phase = step % PERIOD;
-        real p[N], rate[N], qdd[N], acts[N];
+        real p[N], rate[N], rubs[N], qdd[N], acts[N];
         motion measured = x;
         int most = 0;
         reference(step * DT, &ref, r_qdd);
@@ -131,8 +33,10 @@ int main(void)
             seed = (seed * 1103515245u + 12345u) & 0x7fffffffu;
             measured.qd[j] += (real)(4e-3 * ((double)seed / 2147483648.0 - 0.5));
         }
-        momentum(&measured, p, rate);
+        planar2r_generalized_momentum(measured.q, measured.qd, ASSUMED, p, rate);
+        planar2r_friction(measured.qd, ASSUMED, rubs);
         for (int j = 0; j < N; ++j) {
+            rate[j] -= rubs[j];
             sum[j] = step == 0 ? p[j] : sum[j] + (real)DT * (tau[j] + (rate[j] + before[j]) / 2 + r[j]);
             r[j] = K * (p[j] - sum[j]);
             before[j] = rate[j];

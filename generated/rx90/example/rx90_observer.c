@@ -8,205 +8,11 @@
  * observer have every mass, inertia and friction 5 % wrong. In turn each joint is pushed by 15 N m or
  * N for 20 ms. Exit status 0 when each is seen on its joint within 10 ms, and nothing else ever.
  */
-#include "rx90.h"
+#include "rx90_simulated.h"
 
-#include <math.h>
-#include <stdio.h>
-
-enum { N = rx90_JOINTS, P = rx90_PARAMETERS };
-
-typedef rx90_real real;
-
-static const double DT = 1e-3; /* s */
 static const real KP = 900, KD = 60; /* 1/s2 and 1/s, of the errors of position and speed */
 static const real K = 200;           /* 1/s, of the observer */
 static const real PUSH = 15, LEVEL = 8; /* N m, or N */
-
-/* The parameters X of the simulated robot, to which a program may add, and as the controller has them:
- * every mass, inertia and friction 5 % wrong. */
-static real ACTUAL[] = {
-    3.321055,
-    -1.851154,
-    -0.038493,
-    0.152242,
-    0.061386,
-    2.530813,
-    4.018274,
-    -0.406421,
-    1.496333,
-    0.032295,
-    0.029714,
-    -0.036533,
-    1.629708,
-    0.23575,
-    2.891305,
-    0.20033,
-    0.13433,
-    -0.003239,
-    -0.0034,
-    -0.004692,
-    0.227384,
-    -0.067896,
-    -0.345131,
-    0.694691,
-    0.2685,
-    0.046643,
-    0.037706,
-    -0.032138,
-    0.429452,
-    -0.364939,
-    0.856201,
-    0.809581,
-    -0.079898,
-    0.011925,
-    0.091622,
-    -0.013382,
-    0.182386,
-    -0.485761,
-    0.070951,
-    0.833029,
-    0.438141,
-    0.363829,
-    0.450114,
-    0.656796,
-    0.728032,
-    0.248433,
-    0.30298,
-    0.52913,
-    0.246849,
-    0.661164,
-    0.296033,
-    0.262668,
-};
-static const real ASSUMED[] = {
-    3.372688,
-    -1.850725,
-    -0.036568,
-    0.156631,
-    0.058317,
-    2.496402,
-    4.022092,
-    -0.3861,
-    1.472142,
-    0.033909,
-    0.0312,
-    -0.03836,
-    1.612186,
-    0.247537,
-    2.82727,
-    0.210346,
-    0.140835,
-    -0.003077,
-    -0.00323,
-    -0.004457,
-    0.229236,
-    -0.064501,
-    -0.35302,
-    0.659957,
-    0.253578,
-    0.048975,
-    0.039591,
-    -0.033745,
-    0.422578,
-    -0.383186,
-    0.844496,
-    0.85006,
-    -0.075903,
-    0.011328,
-    0.087041,
-    -0.012713,
-    0.173267,
-    -0.461473,
-    0.067404,
-    0.791377,
-    0.460049,
-    0.38202,
-    0.427608,
-    0.623956,
-    0.764433,
-    0.260855,
-    0.287831,
-    0.502673,
-    0.259192,
-    0.694222,
-    0.281232,
-    0.249535,
-};
-
-typedef struct {
-    real q[N];
-    real qd[N];
-} motion;
-
-/* The motion `after` a time h at the speeds and accelerations of `rate`. */
-static motion after(const motion *x, const motion *rate, real h)
-{
-    motion y;
-    for (int j = 0; j < N; ++j) {
-        y.q[j] = x->q[j] + h * rate->q[j];
-        y.qd[j] = x->qd[j] + h * rate->qd[j];
-    }
-    return y;
-}
-
-/* What a robot does in a step of the controller: four steps of Runge and Kutta's fourth-order
- * method under constant torque. Returns 0; nonzero when the mass matrix is not positive definite. */
-static int move(motion *x, const real *tau)
-{
-    const real h = (real)(DT / 4);
-    int failed = 0;
-    for (int i = 0; i < 4; ++i) {
-        motion mean = { { 0 }, { 0 } };
-        motion rate = mean;
-        for (int stage = 0; stage < 4; ++stage) {
-            const real reach = stage == 0 ? 0 : stage == 3 ? h : h / 2;
-            const real weight = stage == 0 || stage == 3 ? (real)1 / 6 : (real)1 / 3;
-            const motion y = after(x, &rate, reach);
-            for (int j = 0; j < N; ++j) {
-                rate.q[j] = y.qd[j];
-            }
-            failed |= rx90_forward_dynamics(y.q, y.qd, tau, ACTUAL, rate.qd);
-            mean = after(&mean, &rate, weight);
-        }
-        *x = after(x, &mean, h);
-    }
-    return failed;
-}
-
-/* The reference: a sum of sines in each joint, rad or m, with its first two derivatives. */
-static void reference(double t, motion *r, real *qdd)
-{
-    for (int j = 0; j < N; ++j) {
-        double sum[3] = { 0.0, 0.0, 0.0 };
-        for (int k = 1; k <= 5; ++k) {
-            const double w = 0.9 * k + 0.17 * (j + 1); /* rad/s */
-            const double phase = w * t + k * k + j;
-            sum[0] += 0.2 * sin(phase);
-            sum[1] += 0.2 * w * cos(phase);
-            sum[2] -= 0.2 * w * w * sin(phase);
-        }
-        r->q[j] = (real)sum[0];
-        r->qd[j] = (real)sum[1];
-        qdd[j] = (real)sum[2];
-    }
-}
-
-/* p = M qd, and rate = C'qd - g - friction = (C + C') qd - h. */
-static void momentum(const motion *x, real *p, real *rate)
-{
-    real M[N * N], C[N * N];
-    rx90_mass_matrix(x->q, ASSUMED, M);
-    rx90_coriolis(x->q, x->qd, ASSUMED, C);
-    rx90_bias_torque(x->q, x->qd, ASSUMED, rate);
-    for (int j = 0; j < N; ++j) {
-        p[j] = 0;
-        rate[j] = -rate[j];
-        for (int k = 0; k < N; ++k) {
-            p[j] += M[j * N + k] * x->qd[k];
-            rate[j] += (C[j * N + k] + C[k * N + j]) * x->qd[k];
-        }
-    }
-}
 
 int main(void)
 {
@@ -219,7 +25,7 @@ int main(void)
     reference(0.0, &x, r_qdd);
     for (int step = 0; step < N * PERIOD; ++step) {
         const int joint = step / PERIOD, phase = step % PERIOD;
-        real p[N], rate[N], qdd[N], acts[N];
+        real p[N], rate[N], rubs[N], qdd[N], acts[N];
         motion measured = x;
         int most = 0;
         reference(step * DT, &ref, r_qdd);
@@ -227,8 +33,10 @@ int main(void)
             seed = (seed * 1103515245u + 12345u) & 0x7fffffffu;
             measured.qd[j] += (real)(4e-3 * ((double)seed / 2147483648.0 - 0.5));
         }
-        momentum(&measured, p, rate);
+        rx90_generalized_momentum(measured.q, measured.qd, ASSUMED, p, rate);
+        rx90_friction(measured.qd, ASSUMED, rubs);
         for (int j = 0; j < N; ++j) {
+            rate[j] -= rubs[j];
             sum[j] = step == 0 ? p[j] : sum[j] + (real)DT * (tau[j] + (rate[j] + before[j]) / 2 + r[j]);
             r[j] = K * (p[j] - sum[j]);
             before[j] = rate[j];

@@ -15,7 +15,7 @@ from symgen.files import rendered
 def possible(model: Model, kernels: Sequence[Kernel]) -> bool:
     """Whether a package with these kernels has what the example calls, and a smooth model."""
     robot = model.robot
-    if robot.effects or robot.gravity_input:
+    if robot.effects:
         return False
     return "inverse_dynamics" in {k.name for k in kernels}
 
@@ -34,4 +34,5 @@ def program(name: str, model: Model) -> str:
         smooth = standard.prefix == "FS" and model.robot.joint(joint).coulomb_width > 0
         X[i] = 0.0 if standard.prefix in ("FS", "FSM") and not smooth else round(X[i], 6)
     lines = textwrap.wrap(", ".join(map(repr, X)) + ",", 95)
-    return rendered("casadi/optimal_control.py", name=name, lines=lines)
+    tilted = model.robot.gravity_input
+    return rendered("casadi/optimal_control.py", name=name, lines=lines, tilted=tilted)

@@ -1,6 +1,5 @@
 int main(void)
 {
-    enum { STEPS = 60000, TENTH = STEPS / 10 };
     int failed = 0;
     double errors[10] = { 0.0 };
     real X[P], M[N * N], r_qdd[N];
@@ -21,7 +20,7 @@ int main(void)
             tau[j] = K * M[j * N + j] * s[j];
             errors[step / TENTH] += pow((double)e, 2.0) / (TENTH * N);
         }
-        {{ name }}_slotine_li_regressor(x.q, x.qd, qdr, qddr, Y);
+        {{ name }}_slotine_li_regressor(x.q, x.qd, qdr, qddr{{ g }}, Y);
         for (int j = 0; j < N; ++j) {
             for (int i = 0; i < P; ++i) {
                 tau[j] += Y[j * P + i] * X[i];

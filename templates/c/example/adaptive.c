@@ -11,12 +11,10 @@
  * and at the end, and how far X is from the robot's, in the metric of G and relative to the begin. Exit
  * status 0 when the tracking error has fallen at least 3 times, and X has come closer.
  */
-{% include "example/head.c" %}
+#include "{{ name }}_simulated.h"
+
+enum { STEPS = 60000, TENTH = STEPS / 10 };
 static const real L = 10, K = 10; /* 1/s */
-
-{% include "example/robot.c" %}
-
-{% include "example/reference.c" %}
 
 /* The diagonal of G, larger where the parameter is. */
 static real G(int i)

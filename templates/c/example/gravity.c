@@ -8,35 +8,30 @@
  * too. Exit status 0 when it falls at least 10 times less far than without{% if rubs %}, and a push moves it farther
  * where friction is compensated{% endif %}.
  */
-{% include "example/head.c" %}
+#include "{{ name }}_simulated.h"
+
 static const real SHARE = (real){{ share }}; /* of the friction, where it is compensated */
 static const real PUSH = 8;              /* of a hand, N m or N on each joint in turn */
 
-{% include "example/robot.c" %}
-
 /* How far the robot goes from a pose in 0.5 s: pushed for 0.1 s on one joint, and with a share of the
  * friction compensated; a share below 0 stands for no compensation at all. */
-static double distance(int pose, int joint, real push, real share, int *failed)
+static double distance(int pose, int joint, real force, real share, int *failed)
 {
-    motion x = { { 0 }, { 0 } };
-    real X[P], begin[N];
+    const motion begin = rest(2.0 * pose);
+    motion x = begin;
+    real X[P];
     double sum = 0.0;
-    for (int i = 0; i < P; ++i) {
-        X[i] = i < {{ name }}_INERTIAL ? ASSUMED[i] : share * ASSUMED[i];
-    }
-    for (int j = 0; j < N; ++j) {
-        x.q[j] = begin[j] = (real)(0.7 * cos(2.0 * pose + j));
-    }
+    assume(share, X);
     for (int k = 0; k < 500; ++k) {
         real tau[N] = { 0 };
         if (share >= 0) {
-            {{ name }}_bias_torque(x.q, x.qd, X, tau);
+            {{ name }}_bias_torque(x.q, x.qd, X{{ g }}, tau);
         }
-        tau[joint] += k < 100 ? push : 0;
+        tau[joint] += k < 100 ? force : 0;
         *failed |= move(&x, tau);
     }
     for (int j = 0; j < N; ++j) {
-        sum += pow((double)(x.q[j] - begin[j]), 2.0);
+        sum += pow((double)(x.q[j] - begin.q[j]), 2.0);
     }
     return sqrt(sum);
 }

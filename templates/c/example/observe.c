@@ -9,7 +9,7 @@ int main(void)
     reference(0.0, &x, r_qdd);
     for (int step = 0; step < N * PERIOD; ++step) {
         const int joint = step / PERIOD, phase = step % PERIOD;
-        real p[N], rate[N], qdd[N], acts[N];
+        real p[N], rate[N], rubs[N], qdd[N], acts[N];
         motion measured = x;
         int most = 0;
         reference(step * DT, &ref, r_qdd);
@@ -17,8 +17,10 @@ int main(void)
             seed = (seed * 1103515245u + 12345u) & 0x7fffffffu;
             measured.qd[j] += (real)(4e-3 * ((double)seed / 2147483648.0 - 0.5));
         }
-        momentum(&measured, p, rate);
+        {{ name }}_generalized_momentum(measured.q, measured.qd, ASSUMED{{ g }}, p, rate);
+        {{ name }}_friction(measured.qd, ASSUMED, rubs);
         for (int j = 0; j < N; ++j) {
+            rate[j] -= rubs[j];
             sum[j] = step == 0 ? p[j] : sum[j] + (real)DT * (tau[j] + (rate[j] + before[j]) / 2 + r[j]);
             r[j] = K * (p[j] - sum[j]);
             before[j] = rate[j];
@@ -34,7 +36,7 @@ int main(void)
             slowest = phase - BEGIN > slowest ? phase - BEGIN : slowest;
         }
         slowest = phase == QUIET - 1 && seen == 0 ? PERIOD : slowest;
-        {{ name }}_inverse_dynamics(measured.q, measured.qd, qdd, ASSUMED, tau);
+        {{ name }}_inverse_dynamics(measured.q, measured.qd, qdd, ASSUMED{{ g }}, tau);
         for (int j = 0; j < N; ++j) {
             acts[j] = tau[j] + (j == joint && phase >= BEGIN && phase < END ? PUSH : 0);
         }

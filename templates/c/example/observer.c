@@ -8,15 +8,10 @@
  * observer have every mass, inertia and friction {{ percent }} % wrong. In turn each joint is pushed by 15 N m or
  * N for 20 ms. Exit status 0 when each is seen on its joint within 10 ms, and nothing else ever.
  */
-{% include "example/head.c" %}
+#include "{{ name }}_simulated.h"
+
 static const real KP = 900, KD = 60; /* 1/s2 and 1/s, of the errors of position and speed */
 static const real K = 200;           /* 1/s, of the observer */
 static const real PUSH = 15, LEVEL = 8; /* N m, or N */
-
-{% include "example/robot.c" %}
-
-{% include "example/reference.c" %}
-
-{% include "example/momentum.c" %}
 
 {% include "example/observe.c" %}

@@ -1,5 +1,5 @@
 /* The reference: a sum of sines in each joint, rad or m, with its first two derivatives. */
-static void reference(double t, motion *r, real *qdd)
+static inline void reference(double t, motion *r, real *qdd)
 {
     for (int j = 0; j < N; ++j) {
         double sum[3] = { 0.0, 0.0, 0.0 };

@@ -17,7 +17,7 @@ typedef struct {
 } motion;
 
 /* The motion `after` a time h at the speeds and accelerations of `rate`. */
-static motion after(const motion *x, const motion *rate, real h)
+static inline motion after(const motion *x, const motion *rate, real h)
 {
     motion y;
     for (int j = 0; j < N; ++j) {
@@ -29,7 +29,7 @@ static motion after(const motion *x, const motion *rate, real h)
 
 /* What a robot does in a step of the controller: four steps of Runge and Kutta's fourth-order
  * method under constant torque. Returns 0; nonzero when the mass matrix is not positive definite. */
-static int move(motion *x, const real *tau)
+static inline int move(motion *x, const real *tau)
 {
     const real h = (real)(DT / 4);
     int failed = 0;
@@ -43,7 +43,7 @@ static int move(motion *x, const real *tau)
             for (int j = 0; j < N; ++j) {
                 rate.q[j] = y.qd[j];
             }
-            failed |= {{ name }}_forward_dynamics(y.q, y.qd, tau, ACTUAL, rate.qd);
+            failed |= {{ name }}_forward_dynamics(y.q, y.qd, tau, ACTUAL{{ g }}, rate.qd);
             mean = after(&mean, &rate, weight);
         }
         *x = after(x, &mean, h);

@@ -73,14 +73,14 @@ static NAME_real *array(NAME_identifier *s, size_t index)
 }
 
 /* The energy model: its inertial columns are differences alone, their rates stay 0. */
-static void energy(const NAME_real *q, const NAME_real *qd, const NAME_real *tau, NAME_real *value,
+static void energy(const NAME_real *q, const NAME_real *qd, const NAME_real *tau{{ G }}, NAME_real *value,
                    NAME_real *rate)
 {
     NAME_real power = 0;
     for (int j = 0; j < NAME_JOINTS; j++) {
         power += qd[j] * tau[j];
     }
-    NAME_energy_regressor(q, qd, value);
+    NAME_energy_regressor(q, qd{{ g }}, value);
 #if NAME_PARAMETERS > NAME_INERTIAL
     NAME_friction_power(q, qd, rate + NAME_INERTIAL);
 #endif
@@ -305,7 +305,7 @@ int NAME_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
 }
 
 int NAME_identifier_step(void *state, const NAME_real *q, const NAME_real *qd,
-                         const NAME_real *tau, NAME_real dt)
+                         const NAME_real *tau, NAME_real dt{{ G }})
 {
     NAME_identifier *s = (NAME_identifier *)state;
     /* Written over the oldest sample, which nobody reads any more. */
@@ -315,11 +315,28 @@ int NAME_identifier_step(void *state, const NAME_real *q, const NAME_real *qd,
         (s->samples > 0 && !(dt > 0 && isfinite(dt)))) {
         return NAME_NOT_FINITE;
     }
-    s->columns(q, qd, tau, value, rate);
+{% if gravity_input %}
+    if (!all_finite(g, 3)) {
+        return NAME_NOT_FINITE;
+    }
+{% endif %}
+    s->columns(q, qd, tau{{ g }}, value, rate);
     if (!all_finite(value, s->width) || !all_finite(rate, s->width)) {
         return NAME_NOT_FINITE;
     }
     s->status = NAME_OK;
+{% if gravity_input %}
+    int turned = 0;
+    for (int i = 0; i < 3; i++) {
+        turned = turned || s->g[i] < g[i] || s->g[i] > g[i];
+        s->g[i] = g[i];
+    }
+    if (turned) { /* no window holds two mountings; what was just written stays where it is */
+        rebase(s);
+        s->samples = 0;
+        s->full = 0;
+    }
+{% endif %}
     memmove(s->steps, s->steps + 1, sizeof s->steps - sizeof s->steps[0]);
     s->steps[NODES - 2] = dt;
     s->next = (s->next + 1) % NODES;
@@ -352,14 +369,14 @@ void NAME_identifier_restart(void *state)
 }
 
 int NAME_identifier_run(void *state, size_t N, const NAME_real *t, const NAME_real *q,
-                        const NAME_real *qd, const NAME_real *tau)
+                        const NAME_real *qd, const NAME_real *tau{{ G }})
 {
     NAME_identifier_restart(state);
     for (size_t k = 0; k < N; k++) {
         const size_t at = k * NAME_JOINTS;
         const NAME_real dt = k > 0 ? t[k] - t[k - 1] : 0;
         if ((k == 0 && !isfinite(t[0])) ||
-            NAME_identifier_step(state, q + at, qd + at, tau + at, dt) != 0) {
+            NAME_identifier_step(state, q + at, qd + at, tau + at, dt{{ g }}) != 0) {
             return k < (size_t)INT_MAX ? (int)(k + 1) : INT_MAX;
         }
     }

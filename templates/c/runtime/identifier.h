@@ -24,7 +24,7 @@
  *     NAME_identifier_init(&memory, sizeof memory, 200, NAME_WINDOW_SLIDING, 1);
  *     for (;;) {
  *         ... measure q, qd, tau ...
- *         NAME_identifier_step(&memory, q, qd, tau, dt);
+ *         NAME_identifier_step(&memory, q, qd, tau, dt{{ g }});
  *         if (NAME_identifier_read(&memory, X, std) == 0) { ... X is determined ... }
  *     }
  */
@@ -66,7 +66,7 @@ enum {
  * columns, then as often the friction columns, then the right-hand sides. Both are 0 at first: what
  * is always 0 need not be written. */
 typedef void NAME_identifier_columns(const NAME_real *q, const NAME_real *qd,
-                                     const NAME_real *tau, NAME_real *value, NAME_real *rate);
+                                     const NAME_real *tau{{ G }}, NAME_real *value, NAME_real *rate);
 
 /* The head of the memory, public only to give its size to the compiler. Behind it arrays of `width`
  * values, in mode sliding one for each of the last `window` samples among them. */
@@ -85,6 +85,9 @@ typedef struct NAME_identifier {
     int status;      /* of the latest step: bits of NAME_status */
     size_t refused;  /* equations in a row that were outliers */
     NAME_real largest; /* right-hand side of an equation taken */
+{% if gravity_input %}
+    NAME_real g[3];    /* gravity at the latest sample */
+{% endif %}
 } NAME_identifier;
 
 /* Bytes of memory for a window of so many samples, as a constant expression. */
@@ -119,13 +122,19 @@ int NAME_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
  * in s, the time since the last sample that was taken (ignored for the first). Returns 0; nonzero,
  * and the sample is as if it had never been, when a number is not finite or larger than 1e9, which
  * no robot's is, or dt not positive.
+{% if gravity_input %}
+ *
+ * g: gravity in frame 0, 3 values in m/s2, of one mounting: an energy is that of one gravity. Where
+ * a number of it differs from that of the last sample, the open windows are forgotten, as by
+ * NAME_identifier_restart, and what was learned is kept. Round what a sensor says of it.
+{% endif %}
  *
  * At most one window closes, the first with the fourth sample at the earliest; the work is bounded,
  * whatever the window. Beside a step much longer than its neighbours (from about three times on)
  * fewer samples are used, down to the trapezoid: no polynomial reaches so far.
  */
 int NAME_identifier_step(void *state, const NAME_real *q, const NAME_real *qd,
-                         const NAME_real *tau, NAME_real dt);
+                         const NAME_real *tau, NAME_real dt{{ G }});
 
 /* What came of the equations that the latest step closed, as bits: NAME_OK, all were taken, or
  * there were none; otherwise some were not, and what was learned before stays as it is.
@@ -148,12 +157,12 @@ int NAME_identifier_status(const void *state);
  * after a gap in the samples. */
 void NAME_identifier_restart(void *state);
 
-/* Restart, then step through a whole log: t (N,), q, qd, tau (N, NAME_JOINTS), row-major. Returns
+/* Restart, then step through a whole log: t (N,), q, qd, tau (N, NAME_JOINTS), row-major{{ g }}. Returns
  * 0, or the number (from 1) of the sample that was refused, where it stops (INT_MAX when the number
  * is larger). In float let t start near 0: at 1000 s its resolution is 6e-5 s.
  */
 int NAME_identifier_run(void *state, size_t N, const NAME_real *t, const NAME_real *q,
-                        const NAME_real *qd, const NAME_real *tau);
+                        const NAME_real *qd, const NAME_real *tau{{ G }});
 
 /* The parameters X and, unless NULL, their standard deviations, NAME_PARAMETERS values each.
  * Returns what NAME_least_squares_solve returns: 0, or the number of the first parameter that the

@@ -2,10 +2,10 @@
 
 #include <string.h>
 
-static void momentum(const NAME_real *q, const NAME_real *qd, const NAME_real *tau,
+static void momentum(const NAME_real *q, const NAME_real *qd, const NAME_real *tau{{ G }},
                      NAME_real *value, NAME_real *rate)
 {
-    NAME_momentum_regressor(q, qd, value, rate);
+    NAME_momentum_regressor(q, qd{{ g }}, value, rate);
     for (int i = 0; i < NAME_JOINTS * NAME_INERTIAL; i++) {
         rate[i] = -rate[i];
     }

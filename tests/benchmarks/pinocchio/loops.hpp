@@ -1,0 +1,44 @@
+// A C++ loop over samples, outputs stored, for each of Pinocchio's algorithms; begun by model.cpp.
+#define BOOST_VARIANT_USE_RELAXED_GET_BY_DEFAULT // there is no mimic joint to get
+#include <cstddef>
+#include <pinocchio/multibody.hpp>
+
+// The joints that arms have. Pinocchio's own collection of 26 takes five times as long to compile
+// and is no faster: a step of an algorithm is chosen out of so many for each joint.
+template<typename S, int O>
+struct ArmJoints {
+    using Scalar = S;
+    static constexpr int Options = O;
+    using JointModelRX = pinocchio::JointModelRevoluteTpl<S, O, 0>;
+    using JointModelRY = pinocchio::JointModelRevoluteTpl<S, O, 1>;
+    using JointModelRZ = pinocchio::JointModelRevoluteTpl<S, O, 2>;
+    using JointModelPZ = pinocchio::JointModelPrismaticTpl<S, O, 2>;
+    using JointModelVariant = boost::variant<JointModelRX, JointModelRY, JointModelRZ, JointModelPZ>;
+    using JointDataRX = pinocchio::JointDataRevoluteTpl<S, O, 0>;
+    using JointDataRY = pinocchio::JointDataRevoluteTpl<S, O, 1>;
+    using JointDataRZ = pinocchio::JointDataRevoluteTpl<S, O, 2>;
+    using JointDataPZ = pinocchio::JointDataPrismaticTpl<S, O, 2>;
+    using JointDataVariant = boost::variant<JointDataRX, JointDataRY, JointDataRZ, JointDataPZ>;
+};
+using Model = pinocchio::ModelTpl<double, 0, ArmJoints>;
+using Data = pinocchio::DataTpl<double, 0, ArmJoints>;
+using Vector = Eigen::VectorXd;
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+extern Model model;
+extern Data *data;
+
+#define LOOP(name, third, size, ...)                                                               \
+    extern "C" void name(std::size_t N, const double *q, const double *qd, const double *third,    \
+        double *out)                                                                               \
+    {                                                                                              \
+        const auto n = model.nv;                                                                   \
+        const std::size_t count = size;                                                            \
+        Vector a(n), b(n), c(n);                                                                   \
+        for (std::size_t k = 0; k < N; ++k) {                                                      \
+            a = Eigen::Map<const Vector>(q + k * n, n);                                            \
+            b = Eigen::Map<const Vector>(qd + k * n, n);                                           \
+            c = Eigen::Map<const Vector>(third + k * n, n);                                        \
+            double *to = out + k * count;                                                          \
+            __VA_ARGS__                                                                            \
+        }                                                                                          \
+    }
