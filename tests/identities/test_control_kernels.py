@@ -379,6 +379,63 @@ def test_derivatives_hold_effects_of_the_load_smooth_friction_and_couplings() ->
     _close(same, made("inverse_dynamics", made.q, qd, qdd, X))
 
 
+def test_effects_of_the_load_are_in_every_kernel_that_has_them_and_in_no_other() -> None:
+    """Beside the robot without effects: all is the same at coefficients 0, else but torques.
+
+    The torque of Slotine and Li holds the share of ITS rigid torque; friction declares no effect.
+    """
+    from symgen.codegen.verification import physical_parameters
+
+    text = LOADED.partition("[[effect]]")[0]
+    models = [
+        symgen.derive(symgen.parse_robot(t), (*KERNELS, *OLD, *TERMS)) for t in (text, LOADED)
+    ]
+    calls = [symgen.load(model, backend="casadi") for model in models]
+    names = [model.base.names for model in models]
+    kept = [names[1].index(name) for name in names[0]]
+    draw = np.random.default_rng(5)
+    X = 0.2 * np.ones(len(names[1]))
+    X[kept] = physical_parameters(models[0], random.Random(3))
+    none = X.copy()
+    none[[i for i in range(len(X)) if i not in kept]] = 0
+    given = {name: draw.uniform(-1, 1, 3) for name in ("q", "qd", "qdd", "qdr", "qddr", "tau", "b")}
+    given |= {"point": [0.1, 0.2, 0.3], "link": 2, "mass": 1.5, "com": [0.1, 0.2, -0.1]}
+    given |= {"inertia": [0.3, 0, 0, 0.3, 0, 0.3]}
+    standard = draw.uniform(0.1, 1, len(models[1].base.standard))
+    words = [[p.name for p in model.base.standard] for model in models]
+    differ = set()
+    for kernel in models[0].kernels:
+        found = []
+        for i, values in ((0, X[kept]), (1, none), (1, X)):
+            own = {"X": values, "standard": [standard[words[1].index(w)] for w in words[i]]}
+            arguments = [(given | own)[name] for name, _ in kernel.tape.inputs]
+            sizes = [len(symbols) for name, symbols in models[i].kernel(kernel.name).tape.inputs]
+            arguments = [
+                a[:size] if name == "X" else a
+                for a, size, (name, _) in zip(arguments, sizes, kernel.tape.inputs, strict=True)
+            ]
+            out = calls[i][kernel.name](*arguments)
+            out = out if isinstance(out, tuple) else (out,)
+            if i and kernel.outputs[0].name == "X":
+                out = (out[0][kept],)
+            columns = [len(o.columns) or None for o in kernel.outputs]
+            found.append([np.asarray(a)[..., :k] for a, k in zip(out, columns, strict=True)])
+        for here, there in zip(found[0], found[1], strict=True):
+            _close(there, here, 1e-12)
+        if any(np.abs(a - b).max() > 1e-6 for a, b in zip(found[1], found[2], strict=True)):
+            differ.add(kernel.name)
+    assert differ == {
+        "inverse_dynamics", "bias_torque", "forward_dynamics", "all_terms", "slotine_li_torque",
+        "inverse_dynamics_derivatives", "forward_dynamics_derivatives",
+    }  # fmt: skip
+    base, motion = models[1].base, [given[name] for name in ("q", "qd", "qdr", "qddr")]
+    columns = calls[1]["slotine_li_regressor"](*motion)
+    rigid = columns[:, : base.inertial] @ X[: base.inertial]
+    torque = columns @ X[: base.linear]
+    torque[1] += X[names[1].index("FL2")] * abs(rigid[1]) * np.sign(given["qd"][1])
+    _close(calls[1]["slotine_li_torque"](*motion, X), torque, 1e-12)
+
+
 def test_kernels_over_standard_parameters_come_on_request_alone() -> None:
     names = {k.name for k in symgen.derive(symgen.read_robot("planar2r"), "all").kernels}
     assert "slotine_li_regressor" in names
