@@ -13,31 +13,30 @@ from __future__ import annotations
 
 import argparse
 import ctypes
-import hashlib
 import json
 import os
 import platform
 import random
-import shutil
 import statistics
+import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
-from peers import LOOPS, PINOCCHIO, begin_cxx, casadi_c, pinocchio_cxx, pinocchio_model, pointer
+from peers import PINOCCHIO, begin_cxx, casadi_c, pinocchio_model, pinocchio_objects, pointer
 from rich.console import Console
 from rich.table import Table
 from scipy.linalg import blas
 
 import symgen
 from symgen.codegen.verification import physical_parameters
-from symgen.runtime.build import _FLAGS, cache_folder, find_compiler
+from symgen.runtime.build import _FLAGS, find_compiler
 from symgen.runtime.flags import chosen_flags, panel_flags
 from symgen.runtime.folding import Fold
 from symgen.runtime.panels import aligned, cache_bytes
@@ -214,8 +213,6 @@ def flag_ratios(chosen: Any) -> dict[str, float]:
 
 def filler(folder: Path) -> ctypes.CDLL:
     """Compile the bare streaming stores, as wide as this processor has them."""
-    import subprocess
-
     compiler = find_compiler()
     assert compiler is not None
     for size, builtin in ((64, "512"), (32, "256"), (16, "")):
@@ -229,19 +226,14 @@ def filler(folder: Path) -> ctypes.CDLL:
     raise SystemExit("this compiler has no streaming stores: nothing to compare with")
 
 
-def pinocchio(flags: tuple[str, ...]) -> Any:
-    """Return the C++ loops, compiled once for these flags and kept in the cache folder."""
-    digest = hashlib.sha256(LOOPS.read_bytes() + repr(flags).encode()).hexdigest()[:16]
-    kept = cache_folder() / f"pinocchio-{digest}" / "pin.so"
-    if kept.is_file():
-        return ctypes.CDLL(str(kept))
-    print("compiling Pinocchio's headers (some minutes, once)", file=sys.stderr)
-    with tempfile.TemporaryDirectory() as folder:
-        built = pinocchio_cxx(Path(folder), flags)
-        if not isinstance(built, str):
-            kept.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(Path(folder) / "pin.so", kept)
-    return built
+def pinocchio(folder: Path, kernels: Iterable[str], flags: tuple[str, ...]) -> Any:
+    """Return the C++ loops for these kernels as a library, or in words why there is none."""
+    objects = pinocchio_objects(kernels, flags)
+    if isinstance(objects, str):
+        return objects
+    library = folder / "pinocchio.so"
+    subprocess.run(["g++", "-shared", *objects, "-o", library], check=True)
+    return ctypes.CDLL(str(library))
 
 
 def shown(title: str, figures: dict[str, dict[str, float]], base: str) -> Table:
@@ -266,14 +258,14 @@ def main() -> None:
     if compiler is None:
         raise SystemExit("no C compiler: nothing to compare")
     chosen, wide = chosen_flags(compiler), panel_flags(compiler)
-    cxx = pinocchio(("-march=native",))
-    if isinstance(cxx, str):
-        print(f"without Pinocchio in C++: {cxx}", file=sys.stderr)
-    began = time.perf_counter()
     cached: dict[str, dict[str, float]] = {}
     memory: dict[str, dict[str, float]] = {}
     folded: dict[str, dict[str, float]] = {}
     with tempfile.TemporaryDirectory() as temporary:
+        cxx = pinocchio(Path(temporary), PINOCCHIO.keys() & kernels, ("-march=native",))
+        if isinstance(cxx, str):
+            print(f"without Pinocchio in C++: {cxx}", file=sys.stderr)
+        began = time.perf_counter()
         stores = filler(Path(temporary))
         for robot in asked.robots.split(","):
             evaluator = symgen.load(symgen.derive(symgen.read_robot(robot), kernels), backend="c")

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import ctypes
+import hashlib
+import os
 import re
 import subprocess
+import sys
 import sysconfig
 import warnings
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +22,9 @@ import symgen
 from symgen.codegen.casadi_model import casadi_function
 from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import Model
-from symgen.runtime.build import _FLAGS, Compiler
+from symgen.runtime.build import _FLAGS, Compiler, cache_folder
 
-LOOPS = Path(__file__).with_name("pinocchio_loops.cpp")
+LOOPS = Path(__file__).with_name("pinocchio")
 #: Kernels with a counterpart in Pinocchio, and what its Python binding calls it.
 PINOCCHIO = {
     "energy_regressor": lambda pin, m, d, q, qd, _: (
@@ -64,23 +69,50 @@ def pinocchio_model(robot: symgen.Robot) -> tuple[Any, Any] | None:
     return pin, model
 
 
-def pinocchio_cxx(folder: Path, flags: tuple[str, ...]) -> ctypes.CDLL | str:
-    """Compile the loops over Pinocchio in C++ with symgen's flags, or say in words why not."""
+def pinocchio_objects(kernels: Iterable[str], flags: tuple[str, ...]) -> list[Path] | str:
+    """Compile the loops over Pinocchio that these kernels are compared with, or say why not.
+
+    Only the sources that hold them, two at a time, once: objects are kept in the cache folder.
+    """
     headers = pinocchio_headers()
     if isinstance(headers, str):
         return headers
-    command = ["g++", *headers, "-shared", "-fPIC", *flags, str(LOOPS), "-o", "pin.so"]
-    try:
-        subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=600)
-        return ctypes.CDLL(str(folder / "pin.so"))
-    except (subprocess.SubprocessError, OSError) as error:
-        return f"g++ failed on Pinocchio's headers: {str(error)[:80]}"
+    command = ["g++", *headers, *flags, "-fPIC", "-c"]
+    text = repr(command) + "".join(path.read_text() for path in sorted(LOOPS.iterdir()))
+    kept = cache_folder() / f"pinocchio-{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    kept.mkdir(parents=True, exist_ok=True)
+    asked = sorted({LOOPS / "model.cpp", *(place for k, place in loops().items() if k in kernels)})
+
+    def compiled(source: Path) -> Path | str:
+        made, there = kept / f"{source.stem}-{os.getpid()}.o", kept / f"{source.stem}.o"
+        if there.is_file():
+            return there
+        print(f"compiling Pinocchio: {source.name}", file=sys.stderr)
+        done = subprocess.run([*command, source, "-o", made], capture_output=True, text=True)
+        if done.returncode:
+            return f"g++ failed on Pinocchio's headers: {done.stderr[:80]}"
+        made.replace(there)
+        return there
+
+    with ThreadPoolExecutor(2) as pool:
+        found = list(pool.map(compiled, asked))
+    return next((f for f in found if isinstance(f, str)), [f for f in found if isinstance(f, Path)])
+
+
+def loops() -> dict[str, Path]:
+    """Return the kernels that have a loop over Pinocchio, and the source that holds each."""
+    return {
+        line[5 : line.index(",")]: source
+        for source in sorted(LOOPS.glob("*.cpp"))
+        for line in source.read_text().splitlines()
+        if line.startswith("LOOP(")
+    }
 
 
 def pinocchio_headers() -> list[str] | str:
     """Options of g++ for Pinocchio's headers, or in words why there are none."""
     site = Path(sysconfig.get_path("purelib"))
-    sites = [site, *(Path(p) for p in __import__("sys").path if p.endswith("site-packages"))]
+    sites = [site, *(Path(p) for p in sys.path if p.endswith("site-packages"))]
     for place in sites:
         prefix, eigen = place / "cmeel.prefix", place / "casadi" / "include" / "eigen3"
         eigen = eigen if eigen.is_dir() else Path("/usr/include/eigen3")
@@ -149,3 +181,51 @@ def casadi_c(
     command = [*compiler.command, *_FLAGS, *flags, "peer.c", "-o", "peer.so", "-lm"]
     subprocess.run(command, cwd=folder, check=True, capture_output=True)
     return ctypes.CDLL(str(folder / "peer.so"))
+
+
+AD_LOOP = """
+#include <stddef.h>
+void NAME_loop(size_t N, ARRAYS, double *out)
+{
+    static double w[W];
+    static casadi_int iw[IW];
+    const double *arg[64];
+    double *res[64];
+    for (size_t k = 0; k < N; ++k) {
+        PLACES
+        NAME(arg, res, iw, w, 0);
+    }
+}
+"""
+
+
+def casadi_slopes(model: Model, kernel: str, name: str) -> str:
+    """Return C with NAME_loop: the derivatives of a kernel by CasADi's AD of its own function.
+
+    Args:
+        model: with the kernel.
+        kernel: inverse_dynamics or forward_dynamics; its first arrays are q, qd and tau or qdd.
+        name: of the function.
+
+    Returns:
+        C of NAME_loop(N, q, qd, third, X, out); out holds dense matrices by columns.
+    """
+    found = model.kernel(kernel)
+    assert found is not None
+    function = casadi_function(model, found)
+    inputs = function.sx_in()
+    (value,) = function.call(inputs)
+    count = 3 if kernel == "forward_dynamics" else 2
+    slopes = [casadi.densify(casadi.jacobian(value, x)) for x in inputs[:count]]
+    generator = casadi.CodeGenerator(f"{name}.c")
+    peer = casadi.Function(name, inputs, slopes)
+    generator.add(peer)
+    n = model.robot.n
+    words = ["q", "qd", "third", "X"]
+    places = [f"arg[{i}] = {w}{'' if w == 'X' else f' + k * {n}'};" for i, w in enumerate(words)]
+    places += [f"res[{i}] = out + (k * {count} + {i}) * {n * n};" for i in range(count)]
+    text = AD_LOOP.replace("ARRAYS", ", ".join(f"const double *{word}" for word in words))
+    marks = {"PLACES": " ".join(places), "[W]": f"[{peer.sz_w() + 1}]"}
+    for mark, content in (marks | {"[IW]": f"[{peer.sz_iw() + 1}]", "NAME": name}).items():
+        text = text.replace(mark, content)
+    return str(generator.dump()) + text
