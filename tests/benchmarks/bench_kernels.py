@@ -5,31 +5,61 @@
 The paper holds the energy model to be simpler than the dynamic one: its regressor stands beside the
 torque regressor, by operations and by time. ns are of the batch form in C, one core, medians of
 repeats that take turns; generation times are of one derivation in this process.
+
+    python tests/benchmarks/bench_kernels.py --restrict panda
+
+What it costs that a load may alias a store: the sources of a package compiled as they are and with
+`restrict` at every output, with gcc and clang where they are here, ns of the batch form as above.
 """
 
 from __future__ import annotations
 
+import argparse
+import ctypes
 import random
+import re
+import shutil
 import statistics
+import subprocess
+import tempfile
 import time
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from peers import pointer
 from rich.console import Console
 from rich.table import Table
 
 import symgen
+from symgen.codegen.kernels import Kernel
+from symgen.codegen.model import Model
 from symgen.codegen.recipes import ALL
 from symgen.codegen.verification import physical_parameters
+from symgen.runtime.build import _FLAGS
 
 ROBOTS = ("planar2r", "puma560", "tx40", "panda", "wam7")
 SAMPLES = 1000
 REPEATS = 31
+OUTPUT = re.compile(r"(?<!const )\bdouble(\s+)(\w+)\[(\d+)\]")  # in a prototype
 
 
 def main() -> None:
-    """Print one table a robot."""
+    """Print one table a robot, or the table of `restrict`."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--restrict", metavar="ROBOT")
+    robot = parser.parse_args().restrict
     console = Console(width=110)
+    if robot:
+        restrict(robot, console)
+    else:
+        kernels(console)
+
+
+def kernels(console: Console) -> None:
+    """Print one table a robot."""
     draw = np.random.default_rng(0)
     for name in ROBOTS:
         robot = symgen.read_robot(name)
@@ -40,19 +70,14 @@ def main() -> None:
             seconds[len(kernels)] = time.perf_counter() - begun
         evaluator = symgen.load(model)
         calls = {k.name: call_of(evaluator, k.name, draw) for k in model.kernels if k.batch}
-        times: dict[str, list[float]] = {k: [] for k in calls}
-        for _ in range(REPEATS):
-            for kernel, call in calls.items():
-                begun = time.perf_counter()
-                call()
-                times[kernel].append((time.perf_counter() - begun) / SAMPLES * 1e9)
-        energy = statistics.median(times["energy_regressor"])
+        times = taking_turns(calls)
+        energy = times["energy_regressor"]
         derived = f"{seconds[1]:.2f} s (energy regressor), {seconds[len(ALL)]:.2f} s (all kernels)"
         table = Table(title=f"{name}: derived in {derived}; {evaluator.backend}")
         for head in ("kernel", "mul", "add", "div", "sincos", "ns", "over energy regressor"):
             table.add_column(head)
         for k in (k for k in model.kernels if k.name in times):
-            o, ns = k.tape.operations, statistics.median(times[k.name])
+            o, ns = k.tape.operations, times[k.name]
             row = (o.mul, o.add, o.div, o.sincos, round(ns), f"{ns / energy:.2f}")
             table.add_row(k.name, *map(str, row))
         console.print(table)
@@ -61,18 +86,78 @@ def main() -> None:
 def call_of(evaluator: symgen.Evaluator, kernel: str, draw: np.random.Generator) -> Any:
     """Return a call of a kernel on a batch of random samples."""
     function = evaluator[kernel]
-    X = draw.uniform(0.5, 1.0, len(evaluator.model.base.parameters))
-    if function.kernel.guards:  # a mass matrix that is positive definite
-        X = np.array(physical_parameters(evaluator.model, random.Random(1)))
-    inputs = [
+    inputs = inputs_of(evaluator.model, function.kernel, draw)
+    return lambda: function(*inputs)
+
+
+def inputs_of(model: Model, kernel: Kernel, draw: np.random.Generator) -> list[Any]:
+    """Return a batch of random samples, for a robot whose mass matrix is positive definite."""
+    X = np.array(physical_parameters(model, random.Random(1)))
+    return [
         X
         if name == "X"
         else len(symbols)
         if name == "link"
         else draw.uniform(-1, 1, (SAMPLES, len(symbols)))
-        for name, symbols in function.kernel.tape.inputs
+        for name, symbols in kernel.tape.inputs
     ]
-    return lambda: function(*inputs)
+
+
+def taking_turns(calls: Mapping[Any, Callable[[], Any]]) -> dict[Any, float]:
+    """Return the median ns a sample of each call."""
+    times: dict[Any, list[float]] = {key: [] for key in calls}
+    for _ in range(REPEATS):
+        for key, call in calls.items():
+            begun = time.perf_counter()
+            call()
+            times[key].append((time.perf_counter() - begun) / SAMPLES * 1e9)
+    return {key: statistics.median(found) for key, found in times.items()}
+
+
+def restrict(name: str, console: Console) -> None:
+    """Print the ns of every kernel without and with `restrict` at its outputs, and their ratio."""
+    model = symgen.derive(symgen.read_robot(name), ALL)
+    files = symgen.generate(model, target="c").files
+    compilers = [c for c in ("gcc", "clang") if shutil.which(c)]
+    table = Table(title=f"{name}: ns without `restrict`, with it, and with over without")
+    for head in ("kernel", "operations", *compilers):
+        table.add_column(head)
+    with tempfile.TemporaryDirectory() as folder:
+        loaded = {
+            (compiler, word): built(files, Path(folder) / f"{compiler}{word}", compiler, word)
+            for compiler in compilers
+            for word in ("", "restrict")
+        }
+        for kernel in (k for k in model.kernels if k.batch):
+            given = inputs_of(model, kernel, np.random.default_rng(0))
+            given += [np.zeros((SAMPLES, output.size)) for output in kernel.outputs]
+            passed = [
+                pointer(a) if isinstance(a, np.ndarray) else ctypes.c_size_t(a) for a in given
+            ]
+            function = f"{name}_{kernel.name}_batch"
+            calls = {
+                key: partial(library[function], ctypes.c_size_t(SAMPLES), *passed)
+                for key, library in loaded.items()
+            }
+            ns, o = taking_turns(calls), kernel.tape.operations
+            pairs = [(ns[c, ""], ns[c, "restrict"]) for c in compilers]
+            cells = [f"{without:,.0f} {word:,.0f} {word / without:.2f}" for without, word in pairs]
+            table.add_row(kernel.name, str(o.mul + o.add + o.div), *cells)
+    console.print(table)
+
+
+def built(files: Mapping[str, bytes], folder: Path, compiler: str, word: str) -> ctypes.CDLL:
+    """Compile the kernels of a package, with a word in the brackets of every output."""
+    folder.mkdir()
+    for path in (p for p in files if "/" not in p and p.endswith((".c", ".h"))):
+        head, brace, body = files[path].decode().partition("\n{\n")
+        if path.endswith(".c"):
+            head = OUTPUT.sub(rf"double\1\2[{word} \3]", head)
+        (folder / path).write_text(head + brace + body)
+    sources = [p.name for p in folder.glob("*.c") if not p.name.endswith("_check.c")]
+    command = [compiler, *_FLAGS, "-march=native", *sources, "-o", "kernels.so", "-lm"]
+    subprocess.run(command, cwd=folder, check=True)
+    return ctypes.CDLL(str(folder / "kernels.so"))
 
 
 if __name__ == "__main__":
