@@ -12,6 +12,7 @@ import pytest
 
 import symgen
 
+KERNELS = ("inverse_dynamics", "inverse_dynamics_derivatives", "mass_matrix")
 Run = Callable[..., tuple[np.ndarray, np.ndarray, list[tuple[int, float]]]]
 
 
@@ -20,20 +21,20 @@ def solved(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """Run a robot's example; return X, the torques, and iterations and effort of both solutions."""
     root = tmp_path_factory.mktemp("optimal")
 
-    def run(name: str, limit: float = 150.0) -> tuple[np.ndarray, np.ndarray, list]:
+    def run(name: str, limit: float = 150.0, *options: str) -> tuple[np.ndarray, np.ndarray, list]:
         package = root / name
         if not package.is_dir():
-            model = symgen.derive(symgen.read_robot(name), ("inverse_dynamics",))
+            model = symgen.derive(symgen.read_robot(name), KERNELS)
             symgen.write_package(symgen.generate(model, target="casadi"), package)
         text = (package / "example" / f"{name}_optimal_control.py").read_text()
         (package / "example" / "mine.py").write_text(
             text.replace("LIMIT = 150.0", f"LIMIT = {limit}")
         )
-        command = [sys.executable, "-W", "error", "example/mine.py", "torques.csv"]
+        command = [sys.executable, "-W", "error", "example/mine.py", "torques.csv", *options]
         done = subprocess.run(command, cwd=package, capture_output=True, text=True)
         assert done.returncode == 0, done.stdout + done.stderr
         X = np.array(re.findall(r"-?\d+\.\d+", text[text.index("X = [") : text.index("]")]), float)
-        found = re.findall(r"start: (\d+) iterations, effort (\S+)", done.stdout)
+        found = re.findall(r"start: (\d+) iterations, effort (\S+),", done.stdout)
         torques = np.loadtxt(package / "torques.csv", delimiter=",")
         return X, torques, [(int(count), float(effort)) for count, effort in found]
 
@@ -97,6 +98,14 @@ def test_a_limit_binds_and_costs(solved: Run) -> None:
     assert np.abs(q - goal(2)).max() < 1e-4
 
 
+def test_derivatives_of_the_package_and_ad_find_the_same_motions(solved: Run) -> None:
+    _, ours, found = solved("planar2r", 150.0, "--derivatives", "package")
+    _, ad, same = solved("planar2r", 150.0, "--derivatives", "ad")
+    assert [effort for _, effort in found] == pytest.approx([e for _, e in same], rel=1e-5)
+    assert ours == pytest.approx(ad, abs=1e-2 * np.abs(ad).max())
+    assert [count for count, _ in found] != [count for count, _ in same]
+
+
 def test_it_says_so_when_nothing_reaches_the_goal(solved: Run) -> None:
     with pytest.raises(AssertionError, match="failed: Infeasible"):
         solved("planar2r", 0.01)
@@ -104,7 +113,7 @@ def test_it_says_so_when_nothing_reaches_the_goal(solved: Run) -> None:
 
 def test_it_is_there_where_it_can_work() -> None:
     path = "example/planar2r_optimal_control.py"
-    model = symgen.derive(symgen.read_robot("planar2r"), ("inverse_dynamics", "mass_matrix"))
+    model = symgen.derive(symgen.read_robot("planar2r"), KERNELS)
     assert path in symgen.generate(model).files
     assert path not in symgen.generate(model, target="c").files
-    assert path not in symgen.generate(model, kernels=("mass_matrix",)).files
+    assert path not in symgen.generate(model, kernels=("inverse_dynamics", "mass_matrix")).files

@@ -17,7 +17,8 @@ def possible(model: Model, kernels: Sequence[Kernel]) -> bool:
     robot = model.robot
     if robot.effects:
         return False
-    return "inverse_dynamics" in {k.name for k in kernels}
+    called = {"inverse_dynamics", "inverse_dynamics_derivatives", "mass_matrix"}
+    return called <= {k.name for k in kernels}
 
 
 def program(name: str, model: Model) -> str:
