@@ -7,10 +7,10 @@ of degree 3 that satisfy the equations of motion at Radau's points: no mass matr
 another goal is reached from the first solution, a warm start. Needs casadi and numpy. Writes the
 torques of the second motion, a row for each interval, where a file is named.
 
-From four joints on, the Jacobian of the torques is the package's (d tau/dq and d tau/dqd of its
-derivatives, and M) and the Hessian ipopt's estimate; below, both are CasADi's AD. --derivatives
-chooses. AD takes fewer iterations, and for a robot of six joints about twice the time: the seconds
-printed are the processor's, with what CasADi prepares.
+The Jacobian of the torques is the package's: d tau/dq and d tau/dqd of its derivatives, and M. The
+Hessian is CasADi's AD of tau, cheaper than AD of derivatives. With --derivatives ad both are AD: the
+same iterations, in more time for robots of six joints. The seconds printed are the processor's, with
+what CasADi prepares.
 """
 
 import argparse
@@ -47,31 +47,41 @@ n, points, h = inverse_dynamics.size1_in(0), DEGREE * INTERVALS, TIME / INTERVAL
 columns = 2 * (points + 1) + INTERVALS  # of [q, qd, tau]
 
 parser = argparse.ArgumentParser()
-ways = {"choices": ["package", "ad"], "default": "package" if n > 3 else "ad"}
-parser.add_argument("--derivatives", **ways)
+parser.add_argument("--derivatives", choices=["package", "ad"], default="package")
 parser.add_argument("torques", nargs="?", help="a file to write")
 asked = parser.parse_args()
 
 state = [ca.SX.sym(name, n) for name in ("q", "qd", "qdd")]
 values = [ca.DM(X)]
-derivatives = {}
+tau = inverse_dynamics(*state, *values)
+torque = ca.Function("torque", state, [tau])
+
+x = ca.MX.sym("x", n * columns)
+motion = ca.reshape(x, n, columns)
+q, qd, _ = ca.horzsplit(motion, [0, points + 1, 2 * (points + 1), columns])
+slopes = ca.collocation_coeff(ca.collocation_points(DEGREE, "radau"))[0]
+pieces = [slice(DEGREE * k, DEGREE * (k + 1) + 1) for k in range(INTERVALS)]
+speed, qdd = (ca.horzcat(*(y[:, k] @ slopes for k in pieces)) / h for y in (q, qd))
+held = ca.kron(motion[:, -INTERVALS:], ca.DM.ones(1, DEGREE))
+
+
+def equations(torque):
+    """Collocation and the equations of motion: zero at a solution."""
+    missing = torque.map(points)(q[:, 1:], qd[:, 1:], qdd) - held
+    return ca.veccat(speed - qd[:, 1:], missing)
+
+
+problem = {"x": x, "f": h * ca.sumsqr(motion[:, -INTERVALS:]), "g": equations(torque)}
+jac_g = {}
 if asked.derivatives == "package":
     mass_matrix = kernel("mass_matrix")
     M = mass_matrix(state[0], values[0][: mass_matrix.numel_in(1)])
     blocks = [*kernel("inverse_dynamics_derivatives")(*state, *values), M]
-    jacobian = ca.Function("jac_torque", [*state, ca.SX.sym("tau", n)], blocks)
-    derivatives = {"custom_jacobian": jacobian, "enable_forward": False, "enable_reverse": False}
-torque = ca.Function("torque", state, [inverse_dynamics(*state, *values)], derivatives)
-
-motion = ca.MX.sym("motion", n, columns)
-q, qd, tau = ca.horzsplit(motion, [0, points + 1, 2 * (points + 1), columns])
-slopes = ca.collocation_coeff(ca.collocation_points(DEGREE, "radau"))[0]
-pieces = [slice(DEGREE * k, DEGREE * (k + 1) + 1) for k in range(INTERVALS)]
-speed, qdd = (ca.horzcat(*(x[:, k] @ slopes for k in pieces)) / h for x in (q, qd))
-held = ca.kron(tau, ca.DM.ones(1, DEGREE))
-missing = torque.map(points)(q[:, 1:], qd[:, 1:], qdd) - held
-equations = ca.veccat(speed - qd[:, 1:], missing)
-problem = {"x": ca.vec(motion), "f": h * ca.sumsqr(tau), "g": equations}
+    own = ca.Function("jac_torque", [*state, ca.SX.sym("tau", n)], blocks)
+    own = {"custom_jacobian": own, "enable_forward": False, "enable_reverse": False}
+    g = equations(ca.Function("torque", state, [tau], own))
+    inputs, outputs = [x, ca.MX.sym("p", 0)], [g, ca.jacobian(g, x)]
+    jac_g = {"jac_g": ca.Function("nlp_jac_g", inputs, outputs, ["x", "p"], ["g", "jac_g_x"])}
 
 
 def solve(goal, **known):
@@ -84,9 +94,7 @@ def solve(goal, **known):
     s = np.linspace(0, 1, points + 1)
     guess = np.zeros((n, columns))
     guess[:, : points + 1] = np.outer(goal, s**3 * (10 - 15 * s + 6 * s**2))
-    options = {"print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"}
-    if asked.derivatives == "package":
-        options |= {"ipopt.hessian_approximation": "limited-memory"}
+    options = {"print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes", **jac_g}
     if known:
         options |= {"ipopt.warm_start_init_point": "yes", "ipopt.mu_init": 1e-6}
     solver = ca.nlpsol("solver", "ipopt", problem, options)
