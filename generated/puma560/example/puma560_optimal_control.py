@@ -8,9 +8,9 @@ another goal is reached from the first solution, a warm start. Needs casadi and 
 torques of the second motion, a row for each interval, where a file is named.
 
 The Jacobian of the torques is the package's: d tau/dq and d tau/dqd of its derivatives, and M. The
-Hessian is CasADi's AD of tau, cheaper than AD of derivatives. With --derivatives ad both are AD: the
-same iterations, in more time for robots of six joints. The seconds printed are the processor's, with
-what CasADi prepares.
+Hessian is CasADi's AD of tau, cheaper than AD of derivatives. With --derivatives ad both are AD, with
+the same iterations. The seconds printed are the processor's, without what builds the Jacobian once:
+for one motion that outweighs what is saved.
 """
 
 import argparse
