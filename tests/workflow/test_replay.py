@@ -180,5 +180,5 @@ def test_files_without_a_motion_are_whole_and_a_note_says_why() -> None:
     assert contents[1]["replay"] is None
     assert len(contents[1]["notes"]) == 1
     pages = [Page(f["report.html"].decode()) for f in (with_motion, without)]
-    assert [len(p.figures) for p in pages] == [4, 3]
+    assert len(pages[0].figures) == len(pages[1].figures) + 1
     assert "no motion under the measured torques: the model before" in pages[1].text
