@@ -73,7 +73,8 @@ static NAME_real *array(NAME_identifier *s, size_t index)
 }
 
 /* The energy model: its inertial columns are differences alone, their rates stay 0. */
-static void energy(const NAME_real *q, const NAME_real *qd, const NAME_real *tau{{ G }}, NAME_real *value,
+static void energy(const NAME_real *q, const NAME_real *qd, const NAME_real *tau{{ G -}}
+                   , NAME_real *value,
                    NAME_real *rate)
 {
     NAME_real power = 0;

@@ -66,7 +66,8 @@ enum {
  * columns, then as often the friction columns, then the right-hand sides. Both are 0 at first: what
  * is always 0 need not be written. */
 typedef void NAME_identifier_columns(const NAME_real *q, const NAME_real *qd,
-                                     const NAME_real *tau{{ G }}, NAME_real *value, NAME_real *rate);
+                                     const NAME_real *tau{{ G -}}
+                                     , NAME_real *value, NAME_real *rate);
 
 /* The head of the memory, public only to give its size to the compiler. Behind it arrays of `width`
  * values, in mode sliding one for each of the last `window` samples among them. */
@@ -157,7 +158,8 @@ int NAME_identifier_status(const void *state);
  * after a gap in the samples. */
 void NAME_identifier_restart(void *state);
 
-/* Restart, then step through a whole log: t (N,), q, qd, tau (N, NAME_JOINTS), row-major{{ g }}. Returns
+/* Restart, then step through a whole log: t (N,), q, qd, tau (N, NAME_JOINTS), row-major{{ g -}}
+. Returns
  * 0, or the number (from 1) of the sample that was refused, where it stops (INT_MAX when the number
  * is larger). In float let t start near 0: at 1000 s its resolution is 6e-5 s.
  */
