@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.estimation.statistics import f_tail
+from symgen.names import LINK
 
 FloatArray = NDArray[np.float64]
 #: Chance of one false alarm in a fleet; share of a change's chi-square that a load must explain.
@@ -315,9 +316,8 @@ def _load(step: Step, names: Sequence[str], load: FloatArray, link: int) -> Name
     stds = np.zeros(10)
     stds[filled] = np.sqrt(np.diag(spread)) / size[filled]
     mass, error = float(s[9]), float(stds[9])
-    labels = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
     sure = [k for k in range(10) if stds[k] > 0 and abs(s[k]) > 3 * stds[k]]
-    told = tuple((f"{labels[k]}L", float(s[k]), float(stds[k])) for k in sure)
+    told = tuple((f"{LINK[k]}L", float(s[k]), float(stds[k])) for k in sure)
     if not told or (error > 0 and mass < -3 * error):
         return None
     says = "payload" + (f" {mass:.3g} +- {error:.1g} kg" if 9 in sure else "")

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -28,7 +27,7 @@ from symgen.diagnosis.drift import LEVEL, Course, Named, Step, named, steps
 from symgen.diagnosis.robot_days import DayEstimate, IdentifyDay, courses_of, estimated, grouped
 from symgen.diagnosis.workflow import diagnose
 from symgen.errors import SymgenError
-from symgen.identification.parameters import read_parameters, regrouping
+from symgen.identification.parameters import link_columns, read_parameters, regrouping
 from symgen.identification.prediction import band_of
 from symgen.identification.workflow import identify
 from symgen.robot.toml_io import read_robot
@@ -197,9 +196,7 @@ def _findings(
     names = model.base.names
     found = steps(courses, names, reference)
     link = robot.payload or robot.movable[-1].number
-    base = model.base
-    own = [k for k, p in enumerate(base.standard) if re.fullmatch(rf"(?!IA)[XYZM]+{link}", p.name)]
-    load = regrouping(model)[:, own]
+    load = regrouping(model)[:, link_columns(model, link)]
     ask = partial(_diagnosed, robot, names, estimates, courses, cutoff, reading)
     changes: list[Finding] = []
     outliers: list[Finding] = []

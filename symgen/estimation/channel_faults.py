@@ -36,11 +36,19 @@ from symgen.estimation.channels import (
 )
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.motion_faults import EXCHANGED, geared_joints, trial_of
-from symgen.estimation.recorded import CLEARER, STD, Recorded, Rows, equations_of, recorded
+from symgen.estimation.recorded import (
+    CLEARER,
+    STD,
+    Logs,
+    Recorded,
+    Rows,
+    equations_of,
+    recorded,
+    with_column,
+)
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
-_Logs = tuple[Sequence[FilteredLog], Rows]
 #: Factors of a torque that are looked at are at least so far from 1.
 _GAIN = 0.03
 #: Exchanges of torques are tried where the error is above this, faults of the motion above that.
@@ -87,7 +95,7 @@ def _largest(
     found += [f for j in range(n) for f in _factor(case, j)]
     if error > _LOUD:
         found += _exchanged(case, equations, other)
-    trial = trial_of(evaluator, logs, held)
+    trial = trial_of(evaluator, (logs, equations), (held, other), case)
     found += geared_joints(trial)
     if error > _LOUDER and not any(log.mask is not None for log in (*logs, *held)):
         found += trial.judged(hypotheses(evaluator))
@@ -125,7 +133,7 @@ def _inertia_is_positive(evaluator: Evaluator, logs: Sequence[FilteredLog], faul
     return True
 
 
-def _late(case: Recorded, train: _Logs, held: _Logs) -> list[Fault]:
+def _late(case: Recorded, train: Logs, held: Logs) -> list[Fault]:
     """Find torques that are late against the motion: tau(t) = model(t - delay)."""
     blocks = _with_delay(*train)
     delay = float(blocks.fit()[-1])
@@ -143,14 +151,10 @@ def _late(case: Recorded, train: _Logs, held: _Logs) -> list[Fault]:
 
 def _with_delay(logs: Sequence[FilteredLog], equations: Rows) -> Blocks:
     """Summarise tau = W X - delay dtau/dt."""
-    extended = []
-    for log, rows in zip(logs, equations, strict=True):
-        slope = log.compared(np.gradient(log.tau, log.step, axis=0))
-        longer = []
-        for j, e in enumerate(rows):
-            d = slope[:, j] if log.mask is None else slope[log.free[:, j], j]
-            longer.append(replace(e, W=np.column_stack([e.W, -d]), Z=None))
-        extended.append(tuple(longer))
+    extended = [
+        with_column(log, rows, -log.compared(np.gradient(log.tau, log.step, axis=0)))
+        for log, rows in zip(logs, equations, strict=True)
+    ]
     return summary(placed(extended), len(equations[0]))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -13,7 +13,16 @@ from numpy.typing import NDArray
 from symgen.estimation.blocks import Blocks, block_errors, held_out_error, placed, summary
 from symgen.estimation.channels import Fault, gear_ratio, multiplied
 from symgen.estimation.filtered import FilteredLog, filtered
-from symgen.estimation.recorded import CLEARER, Recorded, equations_of, recorded, what_is_left
+from symgen.estimation.recorded import (
+    CLEARER,
+    Logs,
+    Recorded,
+    Rows,
+    equations_of,
+    recorded,
+    what_is_left,
+    with_column,
+)
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
@@ -27,12 +36,20 @@ _NODES = 8_000  # of all logs together, at which faults are tried
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """Logs, no longer than needed, on which faults of the motion are tried."""
+    """Logs, no longer than needed, on which faults of the motion are tried.
+
+    Attributes:
+        evaluator: the compiled model.
+        logs, held: training and validation logs.
+        case: their torques as they are recorded.
+        rows: equations of the training logs.
+    """
 
     evaluator: Evaluator
     logs: Sequence[FilteredLog]
     held: Sequence[FilteredLog]
     case: Recorded
+    rows: Rows
 
     def right(self, fault: Fault, group: Sequence[FilteredLog]) -> Blocks:
         """Summarise logs without a fault."""
@@ -56,18 +73,19 @@ class Trial:
         return found
 
 
-def trial_of(
-    evaluator: Evaluator, logs: Sequence[FilteredLog], held: Sequence[FilteredLog]
-) -> Trial:
-    logs, held = _short(logs), _short(held)
-    case = recorded(equations_of(evaluator, logs), equations_of(evaluator, held))
-    return Trial(evaluator, logs, held, case)
+def trial_of(evaluator: Evaluator, train: Logs, held: Logs, case: Recorded) -> Trial:
+    """Take logs with their equations, or where they are long the first part of each."""
+    if not (_long(train[0]) or _long(held[0])):
+        return Trial(evaluator, train[0], held[0], case, train[1])
+    logs, other = _short(train[0]), _short(held[0])
+    rows = equations_of(evaluator, logs)
+    return Trial(evaluator, logs, other, recorded(rows, equations_of(evaluator, other)), rows)
 
 
 def geared_joints(trial: Trial) -> list[Fault]:
     """Find joints that were recorded through another gear ratio."""
     joints = range(len(trial.case.base.size))
-    found = (_fitted_ratio(j, trial.error) for j in joints if _another_ratio_helps(trial, j))
+    found = (_fitted_ratio(trial, j) for j in joints if _another_ratio_helps(trial, j))
     return trial.judged(found)
 
 
@@ -86,34 +104,42 @@ def _another_ratio_helps(trial: Trial, j: int) -> bool:
 
         return np.concatenate([x for _, x in log.modelled(torque)])
 
-    for log, rows in zip(trial.logs, equations_of(trial.evaluator, trial.logs), strict=True):
+    for log, rows in zip(trial.logs, trial.rows, strict=True):
         turned = multiplied(log, (j,), 1 + _SLIGHT, ("q", "qd"))
         slope = (modelled(turned) - modelled(log)) / _SLIGHT
         slope[:, j] += log.measured[:, j]
-        longer = []
-        for i, e in enumerate(rows):
-            d = slope[:, i] if log.mask is None else slope[log.free[:, i], i]
-            longer.append(replace(e, W=np.column_stack([e.W, d]), Z=None))
-        extended.append(tuple(longer))
+        extended.append(with_column(log, rows, slope))
     blocks = summary(placed(extended), len(case.base.size))
     return what_is_left(case.own, block_errors(blocks, blocks))[0] <= CLEARER
 
 
-def _fitted_ratio(j: int, error: Callable[[Fault], float]) -> Fault:
+def _fitted_ratio(trial: Trial, j: int) -> Fault:
     """Return the gear ratio of a joint that leaves the smallest error on folds left out."""
-    tried = {x: error(gear_ratio(j, math.exp(x))) for x in _LOGARITHMS}
+
+    def error(x: float) -> float:
+        return trial.error(gear_ratio(j, math.exp(x)))
+
+    tried = {x: error(x) for x in _LOGARITHMS}
     apart = _LOGARITHMS[1] - _LOGARITHMS[0]
     while apart > _NEAR:
         apart /= 2
         best = min(tried, key=lambda x: tried[x])
-        tried |= {x: error(gear_ratio(j, math.exp(x))) for x in (best - apart, best + apart)}
+        tried |= {x: error(x) for x in (best - apart, best + apart)}
     return gear_ratio(j, math.exp(min(tried, key=lambda x: tried[x])))
+
+
+def _nodes(logs: Sequence[FilteredLog]) -> int:
+    return sum(log.rows.nodes for log in logs)
+
+
+def _long(logs: Sequence[FilteredLog]) -> bool:
+    return _nodes(logs) > _NODES
 
 
 def _short(logs: Sequence[FilteredLog]) -> list[FilteredLog]:
     """Return the logs, or the first part of each where models are evaluated at many nodes."""
-    total = sum(log.rows.nodes for log in logs)
-    if total <= _NODES:
+    if not _long(logs):
         return list(logs)
+    total = _nodes(logs)
     cut = [log.samples.cut(slice(0, len(log.t) * _NODES // total)) for log in logs]
     return [filtered(s, log.band) for s, log in zip(cut, logs, strict=True)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
 Rows = Sequence[tuple[Equations, ...]]
+Logs = tuple[Sequence[FilteredLog], Rows]
 #: A fault is named where undoing it leaves so much of the error on folds left out, at most.
 CLEARER = 0.9
 STD = 3.0
@@ -73,6 +74,23 @@ class Recorded:
 
 def equations_of(evaluator: Evaluator, logs: Iterable[FilteredLog]) -> Rows:
     return [torque_equations(evaluator, log) for log in logs]
+
+
+def with_column(
+    log: FilteredLog, rows: tuple[Equations, ...], column: FloatArray
+) -> tuple[Equations, ...]:
+    """Return the equations of one log with one more unknown, common to its joints.
+
+    Args:
+        log: the log.
+        rows: its equations, joint by joint.
+        column: (K, n) of the unknown, at the kept samples.
+    """
+    out = []
+    for j, e in enumerate(rows):
+        own = column[:, j] if log.mask is None else column[log.free[:, j], j]
+        out.append(replace(e, W=np.column_stack([e.W, own]), Z=None))
+    return tuple(out)
 
 
 def recorded(equations: Rows, held: Rows) -> Recorded:

@@ -9,10 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import symgen.identification.verdict as verdicts
+from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, LogError
 from symgen.estimation.channel_faults import channel_faults
-from symgen.estimation.filtered import FilteredLog
-from symgen.estimation.logs import Source
+from symgen.estimation.cutoff import choose_band
+from symgen.estimation.filtered import FilteredLog, filtered
+from symgen.estimation.logs import Source, in_one_band
 from symgen.estimation.masking import require_left
 from symgen.estimation.recipe import Recipe
 from symgen.estimation.regression import Solution
@@ -24,10 +26,47 @@ from symgen.identification.instruments import instrumented
 from symgen.identification.judging import Run
 from symgen.identification.solving import Method, settled
 from symgen.identification.validation import Part
+from symgen.runtime.evaluator import Evaluator
 
 #: Share of each log that is held out where no validation log is given.
 HELD_OUT = 0.2
 _SHIFTS = 3  # of torques that are late
+
+
+def looked_at(
+    evaluator: Evaluator,
+    train: Sequence[Samples],
+    held: Sequence[Samples],
+    repairs: Sequence[Repair],
+    given: bool,
+    cutoff: float | None,
+    progress: Callable[[str], None],
+    *,
+    own_speeds: bool = False,
+) -> Run:
+    """Mend speeds, choose the band, and filter the logs in it.
+
+    Args:
+        evaluator: the compiled model.
+        train, held: the logs.
+        repairs: what was mended in them before.
+        given: whether validation logs were given.
+        cutoff: of the filter, Hz, where the user gives it.
+        progress: is told what is being done.
+        own_speeds: whether measured speeds are kept in any case.
+    """
+    progress("choosing the band")
+    train, held, more = in_one_band(train, held)
+    band = choose_band(evaluator, train, cutoff, own_speeds=own_speeds)
+    progress(f"band: {band.in_words()}")
+    return Run(
+        evaluator,
+        band,
+        tuple(filtered(s, band) for s in train),
+        tuple(filtered(s, band) for s in held),
+        (*repairs, *more),
+        given,
+    )
 
 
 def checked_run(run: Run) -> tuple[Run, tuple[str, ...], float]:

@@ -201,16 +201,20 @@ def judged(
     )
 
 
-def own_provenance(evaluator: Evaluator) -> list[tuple[str, str]]:
-    """Return what made an estimate: symgen's version, the backend, and the robot's digest."""
+def own_version() -> str:
+    """Return symgen's version; "unknown" where it is not installed."""
     from importlib.metadata import PackageNotFoundError, version
 
     try:
-        own = version("symgen")
+        return version("symgen")
     except PackageNotFoundError:
-        own = "unknown"
+        return "unknown"
+
+
+def own_provenance(evaluator: Evaluator) -> list[tuple[str, str]]:
+    """Return what made an estimate: symgen's version, the backend, and the robot's digest."""
     robot = hashlib.sha256(robot_toml(evaluator.model.robot).encode()).hexdigest()
-    return [("symgen", own), ("backend", evaluator.backend), (ROBOT_DIGEST, robot)]
+    return [("symgen", own_version()), ("backend", evaluator.backend), (ROBOT_DIGEST, robot)]
 
 
 def _provenance(

@@ -27,12 +27,10 @@ from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.distributed import Executor, WorkFolder, digest, finished
 from symgen.errors import IdentificationError
-from symgen.estimation.cutoff import choose_band
 from symgen.estimation.estimators import PASSES
-from symgen.estimation.filtered import filtered
 from symgen.estimation.fit import Fit, fit
 from symgen.estimation.instrumental import bias_of_least_squares
-from symgen.estimation.logs import in_one_band, open_samples
+from symgen.estimation.logs import open_samples
 from symgen.estimation.partition import Part, Partition, Settings, partitions
 from symgen.estimation.recipe import Recipe
 from symgen.estimation.regression import Solution, condition, log_weights, sandwich
@@ -42,10 +40,11 @@ from symgen.identification.case import (
     checked_run,
     chosen_case,
     determined,
+    looked_at,
     require_condition,
 )
 from symgen.identification.estimate import Estimate
-from symgen.identification.judging import Outcome, Run, judged
+from symgen.identification.judging import Outcome, Run, judged, own_version
 from symgen.identification.parts import HELD_SAMPLE, SAMPLE, parts_of, sampled_spans
 from symgen.identification.reduction import (
     Chosen,
@@ -232,19 +231,9 @@ class _Streamed:
         train, held = read("train", SAMPLE), read("validation", HELD_SAMPLE)
         self.progress("deriving and compiling the model")
         evaluator = loaded(text, kernels)
-        self.progress("choosing the band")
-        train, held, more = in_one_band(train, held)
-        band = choose_band(evaluator, train, cutoff)
-        self.progress(f"band: {band.in_words()}")
-        run = Run(
-            evaluator,
-            band,
-            tuple(filtered(s, band) for s in train),
-            tuple(filtered(s, band) for s in held),
-            (*repairs, *more),
-            self.given,
+        return checked_run(
+            looked_at(evaluator, train, held, repairs, self.given, cutoff, self.progress)
         )
-        return checked_run(run)
 
     def _fold(
         self,
@@ -264,7 +253,7 @@ class _Streamed:
             own = {number: self.parts[number] for number in numbers}
             mine = {key: w for key, w in weights.items() if key[0] in own}
             items.append(Work(partition, own, mine, bool(clean) and clean[k]))
-            about = repr((partition, sorted(own.items()), _version()))
+            about = repr((partition, sorted(own.items()), own_version()))
             keys.append(digest(what, settings, files[partition.file], about))
         sizes = [partition.samples for partition in cover]
         finished(self.by, task, items, keys, self.folder, sizes, self.progress, what)
@@ -323,12 +312,3 @@ class _Streamed:
 def merged_repairs_of(looked: Sequence[Repair], folded: Sequence[Repair]) -> tuple[Repair, ...]:
     """Return what was mended in the whole; shifts of all torques were found in the sample."""
     return (*folded, *(r for r in looked if r.log == "all logs"))
-
-
-def _version() -> str:
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version("symgen")
-    except PackageNotFoundError:
-        return "unknown"

@@ -20,6 +20,7 @@ from symgen.identification.estimate import READ
 from symgen.robot.foreign import read_imported
 from symgen.robot.imported import FORMATS
 from symgen.robot.types import Robot
+from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
 
@@ -140,6 +141,31 @@ def _named(content: Any, path: Path, robot: str) -> dict[str, tuple[Any, Any]]:
     if not isinstance(table, dict):
         raise ParameterError(f"{path}: the table [parameters] is missing")
     return {name: (value, None) for name, value in table.items()}
+
+
+def mass_matrices(evaluator: Evaluator, q: FloatArray, X: FloatArray) -> FloatArray:
+    """Return M at some positions, (N, n, n): columns of inverse dynamics from rest.
+
+    Args:
+        evaluator: the compiled model, with inverse_dynamics.
+        q: (N, n) positions.
+        X: (p,) base parameters.
+    """
+    n = q.shape[1]
+    M = np.empty((len(q), n, n))
+    inverse, zero = evaluator["inverse_dynamics"], np.zeros_like(q)
+    still = inverse(q, zero, zero, X)
+    for j in range(n):
+        unit = zero.copy()
+        unit[:, j] = 1.0
+        M[:, :, j] = inverse(q, zero, unit, X) - still
+    return M
+
+
+def link_columns(model: Model, link: int) -> list[int]:
+    """Return the places of the ten parameters of a link among the standard ones."""
+    place = {p.name: k for k, p in enumerate(model.base.standard)}
+    return [place[f"{prefix}{link}"] for prefix in names.LINK]
 
 
 def regrouping(model: Model) -> FloatArray:

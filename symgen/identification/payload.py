@@ -19,7 +19,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen import names
 from symgen.codegen.model import Model, derive
 from symgen.data.raw import Reading
 from symgen.errors import IdentificationError, ParameterError
@@ -37,7 +36,7 @@ from symgen.estimation.repairs import Repair
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.identification.gains import calibrated
 from symgen.identification.load import LABELS, LoadEstimate, read_off, units
-from symgen.identification.parameters import read_parameters, regrouping
+from symgen.identification.parameters import link_columns, read_parameters, regrouping
 from symgen.identification.payload_logs import still_poses, torques
 from symgen.identification.payload_result import Payload, Quantity
 from symgen.identification.reading import read_estimate
@@ -128,7 +127,7 @@ def payload(
     with_load = [e for own in seen.equations[: len(loaded)] for e in own]
     alone = [e for own in seen.equations[len(loaded) :] for e in own]
     link = source.payload or source.movable[-1].number
-    G = regrouping(derived)[:, _columns(derived, link)]
+    G = regrouping(derived)[:, link_columns(derived, link)]
     progress(f"solving {sum(len(e.y) for e in (*with_load, *alone))} equations")
     gains: tuple[Quantity, ...] = ()
     if calibrate:
@@ -181,12 +180,6 @@ class _Known:
             covariance = np.where(np.isfinite(covariance), covariance, 0.0)  # seen in no pose
         doubt = () if estimate.verdict == "trusted" else (f"{path}: a doubtful estimate",)
         return _Known(X, covariance, estimate.band, doubt)
-
-
-def _columns(model: Model, link: int) -> list[int]:
-    """Return the places of the ten parameters of a link among the standard ones."""
-    place = {p.name: k for k, p in enumerate(model.base.standard)}
-    return [place[f"{prefix}{link}"] for prefix in names.LINK]
 
 
 Solved = tuple[LoadEstimate, float, float, tuple[str, ...]]

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.estimation.filtered import FilteredLog
+from symgen.identification.parameters import mass_matrices
 from symgen.names import REVOLUTE
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
@@ -35,15 +36,9 @@ def implausible(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray
     reach = _reach(evaluator.model.robot.with_values())
     q = np.concatenate([log.q[log.kept] for log in logs])
     q = np.ascontiguousarray(q[:: max(1, len(q) // _STATES)])
-    inverse, zero = evaluator["inverse_dynamics"], np.zeros_like(q)
-    still = np.asarray(inverse(q, zero, zero, X))
-    masses = []
-    for j in range(q.shape[1]):
-        unit = zero.copy()
-        unit[:, j] = 1.0
-        inertia = float(np.mean((np.asarray(inverse(q, zero, unit, X)) - still)[:, j]))
-        masses.append(abs(inertia) / reach[j] ** 2)
-    least, most = min(masses), max(masses)
+    inertia = np.mean(np.einsum("kjj->kj", mass_matrices(evaluator, q, X)), axis=0)
+    masses = np.abs(inertia) / reach**2
+    least, most = float(masses.min()), float(masses.max())
     if least <= HEAVIEST and most >= LIGHTEST:
         return ""
     seen = f"{least:.3g} kg at least" if least > HEAVIEST else f"{most:.3g} kg at most"

@@ -54,7 +54,6 @@ from symgen.runtime.evaluator import Evaluator
 FloatArray = NDArray[np.float64]
 STATIC = "static"
 METHODS = (Wls.name, Ols.name, Huber.name)
-KERNELS = ("torque_regressor", "inverse_dynamics")
 _HELD_OUT, _FEWEST = 0.2, 3
 _NORMAL = 1.96
 #: Of the torques held out this share may lie outside the bounds; more, by chance, at this level.
@@ -77,7 +76,7 @@ def identify_poses(
     """Identify what still poses show.
 
     Args:
-        evaluator: the compiled model, with `KERNELS`.
+        evaluator: the compiled model, with `recipe.JUDGING`.
         tables: of poses, to identify from.
         validation: to judge by; without any, the last fifth of each table is held out.
         estimator: one of METHODS.

@@ -22,6 +22,7 @@ from symgen.data.signals import Samples
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.fit import Fit
 from symgen.identification.estimate import Consistency, ParameterEstimate, Use
+from symgen.identification.parameters import mass_matrices
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
@@ -227,14 +228,7 @@ def simulation_use(
     mixed = q[rows, np.arange(q.shape[1])]
     seen = q[:: max(1, len(q) // STATES)]
     at = np.ascontiguousarray(np.concatenate([seen, mixed]))
-    n = q.shape[1]
-    M = np.empty((len(at), n, n))
-    inverse, zero = evaluator["inverse_dynamics"], np.zeros_like(at)
-    still = inverse(at, zero, zero, X)
-    for j in range(n):
-        unit = zero.copy()
-        unit[:, j] = 1.0
-        M[:, :, j] = inverse(at, zero, unit, X) - still
+    M = mass_matrices(evaluator, at, X)
     least = np.linalg.eigvalsh((M + M.transpose(0, 2, 1)) / 2)[:, 0]
     reasons = []
     if (least <= 0).any():

@@ -19,24 +19,22 @@ from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.distributed import executor
 from symgen.errors import IdentificationError, LogError
-from symgen.estimation.cutoff import choose_band
 from symgen.estimation.estimators import Estimator
-from symgen.estimation.filtered import filtered
 from symgen.estimation.logs import (
     Source,
-    in_one_band,
     listed_logs,
     open_logs,
     require_logs,
     require_other_data,
 )
-from symgen.estimation.recipe import NEEDED, Recipe
+from symgen.estimation.recipe import JUDGING, NEEDED, Recipe
 from symgen.estimation.repairs import Repair
 from symgen.identification.case import (
     HELD_OUT,
     checked_run,
     chosen_case,
     determined,
+    looked_at,
     require_condition,
 )
 from symgen.identification.estimate import (
@@ -47,8 +45,8 @@ from symgen.identification.out_of_core import identify_data_set
 from symgen.identification.parts import is_long, paths_of
 from symgen.identification.prior import read_prior
 from symgen.identification.solving import Method, solved
-from symgen.identification.static import KERNELS, STATIC, identify_poses
 from symgen.identification.static import METHODS as POSE_METHODS
+from symgen.identification.static import STATIC, identify_poses
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
@@ -134,7 +132,7 @@ def identify(
     require_logs(sources)
     source = _robot(robot)
     if model == STATIC:
-        evaluator = load(derive(source, KERNELS))
+        evaluator = load(derive(source, JUDGING))
         return identify_poses(
             evaluator,
             sources,
@@ -165,23 +163,14 @@ def identify(
                 work=None if work is None else Path(work),
                 progress=progress,
             )
-    train, held, repairs = _look(source, sources, listed_logs(validation), reading, progress)
+    train, held, repairs = _look(source, sources, given, reading, progress)
     progress("deriving and compiling the model")
     evaluator = _loaded(robot, source, recipes)
     if prior is not None:
         chosen = replace(chosen, prior=read_prior(prior, evaluator.model))
-    progress("choosing the band")
-    train, held, more = in_one_band(train, held)
     own_speeds = chosen.name == "iv" and not motions
-    band = choose_band(evaluator, train, cutoff, own_speeds=own_speeds)
-    progress(f"band: {band.in_words()}")
-    run = Run(
-        evaluator,
-        band,
-        tuple(filtered(s, band) for s in train),
-        tuple(filtered(s, band) for s in held),
-        (*repairs, *more),
-        bool(listed_logs(validation)),
+    run = looked_at(
+        evaluator, train, held, repairs, bool(given), cutoff, progress, own_speeds=own_speeds
     )
     run, faults, _ = checked_run(run)
     return _solve(run, recipes, chosen, shares, motions, faults, progress)
