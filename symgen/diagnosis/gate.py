@@ -43,6 +43,8 @@ GAIN, DELAY = "drive_gain_error", "time_delay"
 #: A factor of a torque from which it is of another unit; below, a spring may do as much, and it is
 #: a candidate beside the physics.
 _ANOTHER = 100.0
+#: Faults that physics of one joint may be taken for: both are tried, see `diagnose`.
+RIVALS = ("ratio",)
 _WORDS = {
     SENSOR: "qd{0} = (1 + GV{0})*dq{0}(t - LV{0})/dt + OV{0}",
     DELAY: "tau(t) = model(t - DT)",

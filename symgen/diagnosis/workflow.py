@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import cached_property
 from itertools import chain
 from pathlib import Path
 
@@ -16,12 +16,21 @@ from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.diagnosis.candidates import candidates
 from symgen.diagnosis.conclusion import conclude, plain
-from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect
+from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap, Rejected
 from symgen.diagnosis.evidence import Scene, evidence, scene
-from symgen.diagnosis.gate import check, closed, corrected, judged, mended, with_chain
+from symgen.diagnosis.gate import (
+    RIVALS,
+    check,
+    closed,
+    corrected,
+    judged,
+    mended,
+    with_chain,
+)
+from symgen.diagnosis.sanity import Fault
 from symgen.diagnosis.search import Search
 from symgen.diagnosis.special import special_candidates
-from symgen.diagnosis.study import KERNELS, studied
+from symgen.diagnosis.study import KERNELS, Study, studied
 from symgen.diagnosis.unnamed import with_unnamed
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
@@ -43,12 +52,14 @@ from symgen.identification.prediction import band_of
 from symgen.robot.effect import definitions
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
-from symgen.runtime.evaluator import load
+from symgen.runtime.evaluator import Evaluator, load
 
 FloatArray = NDArray[np.float64]
 _HELD_OUT = 0.2
 #: Share of the square of the gap that undoing a fault of the measuring chain has to close.
 _CLOSES = 0.1
+#: Gaps that are as good as equal.
+_ALIKE = 1.05
 
 
 def diagnose(
@@ -99,50 +110,48 @@ def diagnose(
     band = stated or choose_band(evaluator, look.train, cutoff)
     band = band if cutoff is None else replace(band, cutoff_hz=cutoff)
     train, held, notes = _scenes(look, band)
-    study = studied(evaluator, train, held, given)
-    declared = cache(partial(plain, study, notes))  # as the logs are; most runs do not ask
+    asked = _Asked(source, evaluator, look, band, train, held, given, effects, notes, progress)
     progress("checking the logs")
     later = [*zip(look.held, held, strict=False)]
-    fitted = study.base if given is None else evidence(evaluator, train)
+    fitted = asked.study.base if given is None else evidence(evaluator, train)
     faults = check(evaluator, fitted, look.train, later)
-    named: list[FoundEffect] = []
-    says: tuple[str, ...] = ()
-    closes = 0.0
     if any(f.corrected is None for f in faults):  # nothing can be said until it is recorded again
         try:
-            found = judged(faults, declared(), declared())
+            found = judged(faults, asked.declared, asked.declared)
             return _with_left_out(found, source)
         except IdentificationError as error:  # a dead channel leaves nothing to identify
             raise IdentificationError(f"{faults[0].says} ({error})") from error
-    raw = None
-    if faults:
-        fixed = studied(evaluator, corrected(faults, train), corrected(faults, held), given)
-        repaired = judged(faults, declared(), plain(fixed, notes))
-        share = closed(repaired.before, repaired.after)
-        if share >= _CLOSES:
-            named, study = list(repaired.effects), fixed
-            notes += tuple(f"repaired: {f.says}" for f in faults)
-            says = tuple(f.says for f in faults if f.name not in definitions())
-            closes = share if says else 0.0
-    if look.unmended is not None:
-        as_measured = replace(band, velocity="measured")
-        raw_train, raw_held, _ = _scenes(look.unmended, as_measured)
-        raw = plain(studied(evaluator, raw_train, raw_held, given), notes).before
-        named += mended(look.repairs, source, raw, declared().before, _CLOSES)
-    pool = chain.from_iterable(
-        make(source, study.base, effects, given=given is not None)
-        for make in (candidates, special_candidates)
-    )
-    selection = Search(study.base, pool, study.torques, progress).run()
-    if given is None and (effects is None or "unnamed" in effects):
-        selection = with_unnamed(selection, source, study.base, study.noise(), progress)
-    progress("deriving, compiling and identifying the extended model")
-    whole = conclude(study, selection, (*notes, *resting([*look.train, *look.held], source)))
-    if named or says:
-        before = raw if raw is not None else declared().before
-        before = before if given is None else whole.before
-        whole = with_chain(whole, named, before, closes, says)
+    whole = asked.answer(faults)
+    sure = [f for f in faults if f.name not in RIVALS]
+    if len(sure) < len(faults):
+        whole = _of_rivals(whole, asked.answer(sure), [f for f in faults if f not in sure], source)
     return _with_left_out(replace(whole, repairs=look.repairs), source)
+
+
+def _of_rivals(
+    undone: Diagnosis, physics: Diagnosis, faults: Sequence[Fault], robot: Robot
+) -> Diagnosis:
+    """Return what leaves the smaller gap: the faults undone, or what physics makes of them.
+
+    Physics is named where both do the same: it needs no part of the recorder to be wrong.
+    """
+    if physics.after.total > _ALIKE * undone.after.total:
+        return undone
+    percent = 100 * undone.after.total
+    rejected = (
+        Rejected(
+            f.name,
+            tuple(robot.movable[j].number for j in f.joints),
+            f"{f.says}: undone, {percent:.3g} % of the torque is left; {_without(physics)}",
+        )
+        for f in faults
+    )
+    return replace(physics, rejected=(*rejected, *physics.rejected))
+
+
+def _without(physics: Diagnosis) -> str:
+    names = ", ".join(dict.fromkeys(e.name for e in physics.effects)) or "the model alone"
+    return f"with {names} in its place {100 * physics.after.total:.3g} %"
 
 
 def _with_left_out(diagnosis: Diagnosis, robot: Robot) -> Diagnosis:
@@ -189,6 +198,76 @@ def _look(
     if more or plain[0] is not train:
         raw = _Look(plain[0], plain[1], ())
     return _Look(train, held, (*done, *more), raw)
+
+
+@dataclass(frozen=True, eq=False)
+class _Asked:
+    """What is diagnosed: a model, its logs in the band, and what may be named."""
+
+    robot: Robot
+    evaluator: Evaluator
+    look: _Look
+    band: Band
+    train: list[Scene]
+    held: list[Scene]
+    given: FloatArray | None
+    effects: Sequence[str] | None
+    notes: tuple[str, ...]
+    progress: Callable[[str], None]
+
+    @cached_property
+    def study(self) -> Study:
+        return studied(self.evaluator, self.train, self.held, self.given)
+
+    @cached_property
+    def declared(self) -> Diagnosis:
+        """The model as it is declared, on the logs as they are."""
+        return plain(self.study, self.notes)
+
+    @cached_property
+    def raw(self) -> Gap | None:
+        """The gap on the logs as they were recorded, where anything was mended."""
+        if self.look.unmended is None:
+            return None
+        band = replace(self.band, velocity="measured")
+        train, held, _ = _scenes(self.look.unmended, band)
+        return plain(studied(self.evaluator, train, held, self.given), self.notes).before
+
+    def answer(self, faults: Sequence[Fault]) -> Diagnosis:
+        """Undo faults where that closes a part of the gap, and look for physics behind them."""
+        study, notes = self.study, self.notes
+        named: list[FoundEffect] = []
+        says: tuple[str, ...] = ()
+        closes = 0.0
+        if faults:
+            train, held = (corrected(faults, group) for group in (self.train, self.held))
+            fixed = studied(self.evaluator, train, held, self.given)
+            repaired = judged(faults, self.declared, plain(fixed, notes))
+            share = closed(repaired.before, repaired.after)
+            if share >= _CLOSES:
+                named, study = list(repaired.effects), fixed
+                notes += tuple(f"repaired: {f.says}" for f in faults)
+                says = tuple(f.says for f in faults if f.name not in definitions())
+                closes = share if says else 0.0
+        if self.raw is not None:
+            named += mended(self.look.repairs, self.robot, self.raw, self.declared.before, _CLOSES)
+        pool = chain.from_iterable(
+            make(self.robot, study.base, self.effects, given=self.given is not None)
+            for make in (candidates, special_candidates)
+        )
+        selection = Search(study.base, pool, study.torques, self.progress).run()
+        if self.given is None and (self.effects is None or "unnamed" in self.effects):
+            selection = with_unnamed(
+                selection, self.robot, study.base, study.noise(), self.progress
+            )
+        self.progress("deriving, compiling and identifying the extended model")
+        rests = resting([*self.look.train, *self.look.held], self.robot)
+        whole = conclude(study, selection, (*notes, *rests))
+        if named or says:
+            before = self.declared.before if self.raw is None else self.raw
+            before = before if self.given is None else whole.before
+            whole = with_chain(whole, named, before, closes, says)
+        return whole
 
 
 def _scenes(look: _Look, band: Band) -> tuple[list[Scene], list[Scene], tuple[str, ...]]:

@@ -176,7 +176,7 @@ def _factor(case: Recorded, j: int) -> list[Fault]:
         return [Fault(f"tau{j + 1}", says, share, "sign", (j,), best, undone)]
     says = (
         f"tau{j + 1} is {best:.3g} times what the other joints ask for (torque constant, gear "
-        "ratio or unit, or an effect that the model lacks: symgen diagnose)"
+        "ratio or unit)"
     )
     undone = partial(multiplied, joints=(j,), factor=1 / best, keys=("tau",))
     return [Fault(f"tau{j + 1}", says, share, "gain", (j,), best, undone)]

@@ -12,6 +12,7 @@ import symgen.identification.verdict as verdicts
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, LogError
 from symgen.estimation.channel_faults import channel_faults
+from symgen.estimation.channels import Fault
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.logs import Source, in_one_band
@@ -91,7 +92,13 @@ def checked_run(run: Run) -> tuple[Run, tuple[str, ...], float]:
             held=tuple(map(late.undone, run.held)),
             repairs=(*run.repairs, done),
         )
-    return run, tuple(f.says for f in faults if f.kind != "delay"), shift
+    return run, tuple(_in_words(f) for f in faults if f.kind != "delay"), shift
+
+
+def _in_words(fault: Fault) -> str:
+    """Say a fault, and where physics of the joint may be taken for it that it may be that."""
+    rivals = "; or an effect that the model lacks: symgen diagnose"
+    return f"{fault.says}{rivals if fault.kind in ('gain', 'ratio') else ''}"
 
 
 @dataclass(frozen=True, eq=False)
