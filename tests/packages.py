@@ -112,3 +112,12 @@ def run(command: Sequence[str | Path], cwd: Path) -> str:
 def c_files(package: Path, check: bool = False) -> list[Path]:
     """The package's .c files, without its check program unless asked for."""
     return [f for f in sorted(package.glob("*.c")) if check or not f.name.endswith("_check.c")]
+
+
+@cache
+def objects(package: Path) -> tuple[Path, ...]:
+    """Compile a package that many programs are linked with, once; strictly, beside its folder."""
+    folder = package.with_name(f"{package.name}-objects")
+    folder.mkdir(exist_ok=True)
+    run(["cc", *STRICT, "-O2", "-c", *c_files(package)], folder)
+    return tuple(sorted(folder.glob("*.o")))

@@ -5,8 +5,10 @@ A row is one diagnosis, as it is written into diagnose_figures.json.
 
 from __future__ import annotations
 
+import tempfile
 import time
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,9 +25,18 @@ def run(spec: Spec, case: Case | None = None) -> Row:
     case = case or spec.run()
     robot = symgen.parse_robot(case.robot_toml)
     begin = time.perf_counter()
-    answer = diagnose(
-        robot, [log_of("train", case.train)], validation=[log_of("v", case.validation)]
-    )
+    with tempfile.TemporaryDirectory() as folder:
+        given = None
+        if case.given:  # shows only against the parameters of the robot before
+            given = Path(folder) / "parameters.toml"
+            lines = (f"{name} = {value!r}" for name, value in case.parameters.items())
+            given.write_text("\n".join(["[parameters]", *lines]), "utf-8")
+        answer = diagnose(
+            robot,
+            [log_of("train", case.train)],
+            validation=[log_of("v", case.validation)],
+            parameters=given,
+        )
     found = [
         {
             "name": e.name,
@@ -43,6 +54,8 @@ def run(spec: Spec, case: Case | None = None) -> Row:
         "misfit": spec.misfit,
         "truth": [[name, list(joints)] for name, joints, _ in case.truth],
         "alternatives": [list(a) for a in case.alternatives],
+        "visible": case.visible,
+        "faults": list(case.faults),
         "found": found,
         "verdict": answer.verdict,
         "before": round(answer.before.total, 5),

@@ -43,8 +43,6 @@ GAIN, DELAY = "drive_gain_error", "time_delay"
 #: A factor of a torque from which it is of another unit; below, a spring may do as much, and it is
 #: a candidate beside the physics.
 _ANOTHER = 100.0
-#: Faults that physics of one joint may be taken for: both are tried, see `diagnose`.
-RIVALS = ("ratio",)
 _WORDS = {
     SENSOR: "qd{0} = (1 + GV{0})*dq{0}(t - LV{0})/dt + OV{0}",
     DELAY: "tau(t) = model(t - DT)",
@@ -79,6 +77,11 @@ def check(
     wrong = wrong or _channels(evaluator, base.scenes, [s for _, s in others])
     wrong = wrong or _pooled(torque_jumps(robot, train, base, models))
     return (*found, *(wrong or saturations(evaluator, base)))
+
+
+def rivals_physics(fault: Fault) -> bool:
+    """Whether physics of one joint may look like it: another gear ratio, a step of a torque."""
+    return fault.name == "ratio" or (fault.name == "step" and fault.channel.startswith("tau"))
 
 
 def _channels(

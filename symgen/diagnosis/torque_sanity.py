@@ -9,8 +9,9 @@ by a limit. What the model of the whole arm tells of channels is in
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -117,7 +118,7 @@ def _stuck_torques(robot: Robot, samples: Samples, s: Scene, model: FloatArray) 
 
 
 def _jumping_torques(robot: Robot, samples: Samples, s: Scene, model: FloatArray) -> list[Fault]:
-    """Find steps of a torque that the residual keeps until the next one.
+    """Find steps of a torque that the residual keeps until the next one, and take them out.
 
     A drive may give a jump, which moves the robot, and friction jumps where a motion starts, ends
     or turns; a sensor's step stays in the residual.
@@ -127,29 +128,48 @@ def _jumping_torques(robot: Robot, samples: Samples, s: Scene, model: FloatArray
     rests, _ = at_rest(s.qd, s.step, robot.sigma)
     wide = int(2 / (s.band * s.step)) if s.band else 5
     for j in moving(s):
-        x, at = samples.tau[:, j], jumped(samples.tau[:, j])
-        ends = [0, *map(int, at), len(x)]
-        spans = zip(ends[:-2], ends[1:-1], ends[2:], strict=True)
-        jump = [
-            i
+        x, rest = samples.tau[:, j], left[:, j]
+        near: dict[int, float] = {}
+        for i in map(int, jumped(x)):
+            if (
+                s.free[i : i + 2, j].all()  # a repair may end in a step
+                and np.all(s.qd[i - 2 : i + 4, j] * s.qd[i, j] > 0)
+                and not rests[max(i - wide // 4, 0) : i + wide // 4, j].any()
+            ):
+                before, after = rest[max(i - wide, 0) : i - wide // 4], rest[i + wide // 4 :][:wide]
+                near[i] = _step(before, after, x, i)
+        at = [i for i, height in near.items() if height]
+        spans = zip([0, *at], at, [*at[1:], len(x)], strict=False)
+        jump = {
+            i: near[i]
             for first, i, last in spans
-            if s.free[i : i + 2, j].all()  # a repair may end in a step
-            and np.all(s.qd[i - 2 : i + 4, j] * s.qd[i, j] > 0)
-            and not rests[max(i - wide // 4, 0) : i + wide // 4, j].any()
-            and _stays(left[first : i - wide // 4, j], left[i + wide // 4 : last, j], x, i)
-            and _stays(left[i - wide : i - wide // 4, j], left[i + wide // 4 : i + wide, j], x, i)
-        ]
+            if _step(rest[first : i - wide // 4], rest[i + wide // 4 : last], x, i)
+        }
         if jump:
-            name = f"tau{robot.movable[j].number}"
-            out.append(step_fault(name, j, samples, x, np.array(jump)))
+            name, fixed = f"tau{robot.movable[j].number}", partial(_level, samples.name, j, jump)
+            out.append(step_fault(name, j, samples, x, np.array([*jump]), fixed))
     return out
 
 
-def _stays(before: FloatArray, after: FloatArray, x: FloatArray, i: int) -> bool:
-    """Whether a jump of x after sample i is one of the residual too."""
+def _level(log: str, j: int, steps: Mapping[int, float], s: Scene) -> Scene:
+    """Return a scene without the steps (height after each sample) of a torque, where it has them.
+
+    The torque before the first one is taken for the right one.
+    """
+    if s.name != log:
+        return s
+    tau = s.tau.copy()
+    for i, height in steps.items():
+        tau[i + 1 :, j] -= height
+    return replace(s, tau=tau, log=replace(s.log, samples=replace(s.log.samples, tau=tau)))
+
+
+def _step(before: FloatArray, after: FloatArray, x: FloatArray, i: int) -> float:
+    """Return the step of a residual after sample i; 0.0 where it has not what jumps there in x."""
     if len(before) < 2 or len(after) < 2:
-        return False
-    return float(np.mean(after) - np.mean(before)) / float(x[i + 1] - x[i]) > HALF
+        return 0.0
+    height = float(np.mean(after) - np.mean(before))
+    return height if height / float(x[i + 1] - x[i]) > HALF else 0.0
 
 
 def _reversed(evaluator: Evaluator, base: Evidence, j: int) -> tuple[bool, bool]:

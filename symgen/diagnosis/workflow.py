@@ -19,12 +19,12 @@ from symgen.diagnosis.conclusion import conclude, plain
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap, Rejected
 from symgen.diagnosis.evidence import Scene, evidence, scene
 from symgen.diagnosis.gate import (
-    RIVALS,
     check,
     closed,
     corrected,
     judged,
     mended,
+    rivals_physics,
     with_chain,
 )
 from symgen.diagnosis.sanity import Fault
@@ -122,9 +122,10 @@ def diagnose(
         except IdentificationError as error:  # a dead channel leaves nothing to identify
             raise IdentificationError(f"{faults[0].says} ({error})") from error
     whole = asked.answer(faults)
-    sure = [f for f in faults if f.name not in RIVALS]
-    if len(sure) < len(faults):
-        whole = _of_rivals(whole, asked.answer(sure), [f for f in faults if f not in sure], source)
+    rivals = [f for f in faults if rivals_physics(f)]
+    if rivals:
+        sure = [f for f in faults if not rivals_physics(f)]
+        whole = _of_rivals(whole, asked.answer(sure), rivals, source)
     return _with_left_out(replace(whole, repairs=look.repairs), source)
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from packages import STRICT, STRICT_CXX, c_files, run, write
+from packages import STRICT, STRICT_CXX, c_files, objects, run, write
 
 CASES = [
     ("planar2r", "double"),
@@ -52,7 +52,7 @@ def test_computed_torque_beats_pd_and_the_identifier_finds_the_truth(
     name: str, dtype: str, complete: Packages, tmp_path: Path
 ) -> None:
     package = complete(name, dtype)
-    sources = [controller(package), *c_files(package)]
+    sources = [controller(package), *objects(package)]
     run(["cc", *STRICT, "-O2", f"-I{package}", *sources, "-lm", "-o", "controller"], tmp_path)
     figures, model, pd, ratio = output_of(tmp_path / "controller", tmp_path)
     assumed, *identified = figures
@@ -76,7 +76,7 @@ def test_the_example_says_no_when_its_model_is_of_another_robot(
     values = re.sub(r"-?\d+\.\d+", lambda v: repr(float(v[0]) * 0.5), text[begin:end])
     (tmp_path / simulated.name).write_text(text[:begin] + values + text[end:])
     shutil.copy(controller(package), tmp_path / "controller.c")
-    run(["cc", f"-I{package}", "controller.c", *c_files(package), "-lm", "-o", "c"], tmp_path)
+    run(["cc", f"-I{package}", "controller.c", *objects(package), "-lm", "-o", "c"], tmp_path)
     with pytest.raises(AssertionError, match=r"ratio: [0-9]\.[0-9]"):
         run([tmp_path / "c"], tmp_path)
 
@@ -88,7 +88,7 @@ def ran(package: Path, program: str, folder: Path, *changes: tuple[str, str]) ->
         assert text.count(before) == 1, before
         text = text.replace(before, after)
     (folder / "program.c").write_text(text)
-    sources = ["program.c", *c_files(package)]
+    sources = ["program.c", *objects(package)]
     include = [f"-I{package}", f"-I{package / 'example'}"]
     run(["cc", *STRICT, "-O2", *include, *sources, "-lm", "-o", "program"], folder)
     found = re.findall(r"^(.+): (\S+)(?: ms)?$", run([folder / "program"], folder), re.MULTILINE)

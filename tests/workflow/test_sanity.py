@@ -11,7 +11,8 @@ import pytest
 pytest.importorskip("pinocchio")
 pytest.importorskip("mujoco")
 
-from oracles.hidden.cases import Spec, cases
+from oracles.hidden.cases import Spec
+from oracles.hidden.machines import MACHINES
 
 from symgen import parse_robot
 from symgen.codegen.model import derive
@@ -26,12 +27,11 @@ from symgen.estimation.cutoff import choose_band
 from symgen.estimation.filtered import filtered
 from symgen.runtime.evaluator import Evaluator, load
 
-ROBOTS = ("planar2r", "arm3r", "scara", "arm6r")
+ROBOTS = tuple(MACHINES)
 
 
 def spec(robot: str, effect: str | None, size: str = "moderate") -> Spec:
-    wanted = (robot, effect, size, 0.0)
-    return next(s for s in cases() if (s.robot, s.effect, s.size, s.misfit) == wanted)
+    return Spec(robot, effect, size, seed=3000 + ROBOTS.index(robot))
 
 
 def log_of(s: Spec, kind: str = "train", **changed: np.ndarray) -> Log:
@@ -94,8 +94,9 @@ def test_saturation_is_measured(robot: str) -> None:
     (limit,) = d.effects[0].parameters
     assert limit.value == pytest.approx(true["limit"], rel=0.01)
     assert limit.std < 0.01 * limit.value
-    assert d.after.total < 0.2 * d.before.total
     assert d.after.total < d.before.total
+    # What is left is the noise that the simulator put in.
+    assert d.after.total < 1.2 * np.sqrt(np.mean(case.floor**2))
 
 
 def _swap(x: np.ndarray, j: int, k: int) -> np.ndarray:
@@ -202,3 +203,14 @@ def test_a_hard_stop_is_no_jump_of_a_sensor() -> None:
     tau = log["tau"][: len(t)]
     found = faults(s, make_log("train.csv", t, q, tau, stopped))
     assert not any(f.channel == "qd1" and f.name == "step" for f in found)
+
+
+def test_a_torque_that_steps_in_the_training_log_is_levelled_and_the_search_goes_on() -> None:
+    s = spec("arm3r", None)
+    log = s.run().train
+    stepped = _column(log["tau"], 1, log["tau"][:, 1] + 30 * (log["t"] > 5))
+    d = diagnose(
+        parse_robot(s.run().robot_toml), log_of(s, tau=stepped), validation=log_of(s, "validation")
+    )
+    assert d.after.total < 0.1 * d.before.total
+    assert any("tau2 of train.csv jumps" in line for line in d.advice)
