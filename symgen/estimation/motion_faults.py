@@ -30,6 +30,7 @@ FloatArray = NDArray[np.float64]
 EXCHANGED = 0.7
 #: Logarithms of gear ratios that are tried first, and how near they are found.
 _LOGARITHMS, _NEAR = tuple(0.27 * k for k in range(-3, 4)), 0.01
+_RATIO = 0.03  # of a gear ratio: what is nearer to 1 is not told from what models miss
 _SLIGHT = 1e-4  # of a gear ratio, for its derivative
 _NODES = 8_000  # of all logs together, at which faults are tried
 
@@ -86,7 +87,7 @@ def geared_joints(trial: Trial) -> list[Fault]:
     """Find joints that were recorded through another gear ratio."""
     joints = range(len(trial.case.base.size))
     found = (_fitted_ratio(trial, j) for j in joints if _another_ratio_helps(trial, j))
-    return trial.judged(found)
+    return trial.judged(f for f in found if abs(math.log(f.value)) > _RATIO)
 
 
 def _another_ratio_helps(trial: Trial, j: int) -> bool:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from symgen.data.mask import Bools, touched
 from symgen.data.raw import read_only
-from symgen.data.signals import Samples, differentiate, lowpass
+from symgen.data.signals import Samples, at_standstill, differentiate, lowpass
 from symgen.estimation.band import OPEN
 from symgen.estimation.repairs import Repair
 
@@ -43,8 +43,10 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
     seen = _compared(samples, band)
     found: list[_Speed] = []
     done: list[Repair] = []
-    for j in range(qd.shape[1]):
-        q = lowpass(samples.q[:, j], step, band)
+    positions = lowpass(samples.q, step, band)
+    still = at_standstill(samples.q, positions, step, band)
+    for j in map(int, np.flatnonzero(~still)):  # the rest have no motion that a speed could follow
+        q = positions[:, j]
         v = differentiate(q, step)
         w = lowpass(qd[:, j], step, band)
         size = float(v[seen] @ v[seen])

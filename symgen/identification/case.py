@@ -138,7 +138,10 @@ def chosen_case(
     """Fit the models and take the one that predicts best."""
     evaluator = run.evaluator
     found: tuple[Alternative, ...] = ()
-    fault = verdicts.motion_fault([log.samples for log in run.train])
+    fault = verdicts.motion_fault(run.train)
+    joints = evaluator.model.robot.movable
+    if any(joints[j].friction or joints[j].rotor_inertia for j in verdicts.standing(run.train)):
+        raise IdentificationError(f"these data do not determine the parameters: {fault}")
     if evaluator.model.robot.loaded:
         progress("settling the effects that hold the model's torque")
         recipe = settled(evaluator, run.train, recipes[0])

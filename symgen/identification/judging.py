@@ -15,6 +15,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.fit import Fit, fit
 from symgen.estimation.logs import digest
+from symgen.estimation.masking import resting
 from symgen.estimation.recipe import Recipe
 from symgen.estimation.regression import Solution
 from symgen.estimation.repairs import LEFT, Repair
@@ -113,6 +114,7 @@ def judged(
         known: how the solution fits all logs, where those of the run are a sample of them.
     """
     evaluator, X = run.evaluator, solution.X
+    robot = evaluator.model.robot
     out = outcome(run, recipe, X, train, held) if known is None else known
     base = evaluator.model.base
     std = np.sqrt(np.maximum(np.diag(solution.covariance), 0))
@@ -129,8 +131,16 @@ def judged(
             own,
             seen,
             elsewhere,
-            (*faults, *verdicts.driving_friction(parameters), *((turned,) if turned else ())),
-            tuple(f"{r.log}: {r.channel} {r.fault}" for r in run.repairs if r.done == LEFT),
+            (
+                *faults,
+                *verdicts.hardly_moving(run.train, robot.sigma),
+                *verdicts.driving_friction(parameters),
+                *((turned,) if turned else ()),
+            ),
+            (
+                *(f"{r.log}: {r.channel} {r.fault}" for r in run.repairs if r.done == LEFT),
+                *resting([log.samples for log in run.logs], robot),
+            ),
         ),
         verdicts.parameters_use(
             parameters, physical, (*((bias,) if bias else ()), *disagreement(found))

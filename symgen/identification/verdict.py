@@ -18,7 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.signals import Samples
+from symgen import names
+from symgen.data.mask import at_rest
+from symgen.data.signals import at_standstill
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.fit import Fit
 from symgen.identification.estimate import Consistency, ParameterEstimate, Use
@@ -273,19 +275,54 @@ def unphysical(parameters: Use) -> bool:
     return any("must be positive" in r or "no robot" in r for r in parameters.reasons)
 
 
-def motion_fault(logs: Sequence[Samples]) -> str:
+def standing(logs: Sequence[FilteredLog]) -> list[int]:
+    """Return the joints that stand still in all logs: what they seem to move is noise."""
+    n = logs[0].q.shape[1]
+    still = np.ones(n, dtype=bool)
+    for log in logs:
+        same = np.ptp(log.samples.q, axis=0) == 0
+        if log.band.filters(log.step):
+            same |= at_standstill(log.samples.q, log.q, log.step, log.band.cutoff_hz)
+        still &= same
+    return [int(j) for j in np.flatnonzero(still)]
+
+
+def hardly_moving(logs: Sequence[FilteredLog], sigma: Sequence[int]) -> tuple[str, ...]:
+    """Say which joints stay slower than 2 % of the fastest one of their kind in all logs.
+
+    What is fitted there carries over to faster motions of these joints by chance only, whatever
+    its standard deviation.
+    """
+    qd = np.concatenate([log.qd for log in logs])
+    q = np.concatenate([log.q for log in logs])
+    _, still = at_rest(qd, logs[0].step, sigma)
+    out = []
+    for j in map(int, np.flatnonzero(still)):
+        length = "m" if sigma[j] == names.PRISMATIC else "rad"
+        out.append(
+            f"movable joint {j + 1} hardly moves ({np.ptp(q[:, j]):.2g} {length} in all): its "
+            "friction and inertia hold for no larger motion; move it too, or fix it in the robot "
+            "(sigma = 2; symgen import --fix)"
+        )
+    return tuple(out)
+
+
+def motion_fault(logs: Sequence[FilteredLog]) -> str:
     """Return in words why a motion cannot excite a model, or ''.
 
     Gautier and Khalil warn of joint speeds that stay proportional: the arm then moves as one body
     with one degree of freedom, and the information matrix is singular.
     """
-    qd = np.concatenate([s.qd for s in logs])
+    qd = np.concatenate([log.samples.qd for log in logs])
+    still = standing(logs)
+    if still:
+        return (
+            f"movable joints {', '.join(str(j + 1) for j in still)} do not move: move them too, or "
+            "fix them in the robot (sigma = 2; symgen import --fix)"
+        )
     if qd.shape[1] < 2:
         return ""
     norms = np.linalg.norm(qd, axis=0)
-    still = [j for j, v in enumerate(norms, 1) if v == 0]
-    if still:
-        return f"movable joints {', '.join(map(str, still))} do not move"
     cosines = (qd / norms).T @ (qd / norms)
     pairs = [
         (j + 1, k + 1, float(np.sqrt(max(0.0, 1 - cosines[j, k] ** 2))))

@@ -1,0 +1,104 @@
+"""Logs in which a joint does not move, or the arm rests: no number that is trusted and wrong.
+
+The arm is the paper's, its torques from its closed form, friction and instruments written here.
+"""
+
+from __future__ import annotations
+
+import shlex
+
+import numpy as np
+import pytest
+from oracles import planar2r
+
+import symgen
+
+X, L1 = np.array([1.702, 0.05644, 0.15, 0.075]), 0.5
+FS, FV = np.array([0.25, 0.08]), np.array([0.15, 0.05])
+STEP = 0.004
+ROBOT = """
+[robot]
+name = "tried"
+gravity = [0.0, -9.81, 0.0]
+[[joint]]
+friction = ["coulomb", "viscous"]
+[[joint]]
+d = 0.5
+friction = ["coulomb", "viscous"]
+"""
+
+
+def log(name: str, size: float, seed: int, speeds: bool = True, rest: float = 0.0) -> symgen.Log:
+    """Joint 2 swings by `size` rad; at the end brakes hold for `rest` s and the drives are off."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, 16.0, STEP)
+    w = np.array([[1.1, 1.7], [2.9, 4.3]])
+    phase = rng.uniform(0, 2 * np.pi, w.shape)
+    a = np.array([[0.8, 0.8], [0.3, 0.3]])
+    a[:, 1] *= size
+    angle = t[:, None, None] * w + phase
+    q, qd, qdd = (
+        np.sum(x, axis=1)
+        for x in (a * np.sin(angle), a * w * np.cos(angle), -a * w**2 * np.sin(angle))
+    )
+    g = np.array([9.81 * 4, 9.81]) * 0.05
+    tau = np.array([planar2r.inverse_dynamics(*s, X, L1) for s in zip(q, qd, qdd, strict=True)])
+    tau += np.column_stack([g[0] * np.cos(q[:, 0]), 0 * t]) + g[1] * np.cos(q.sum(1))[:, None]
+    tau += FS * np.sign(qd) + FV * qd
+    tau += 0.01 * np.std(tau, axis=0) * rng.normal(size=tau.shape)
+    if rest:
+        k = round(rest / STEP)
+        q = np.concatenate([q, np.repeat(q[-1:], k, axis=0)])
+        qd, tau = (np.concatenate([x, np.zeros((k, 2))]) for x in (qd, tau))
+        t = np.arange(len(q)) * STEP
+    q = q + 1e-5 * rng.normal(size=q.shape)
+    qd = qd + 1e-3 * rng.normal(size=q.shape)
+    return symgen.make_log(name, t, q, tau, qd if speeds else None)
+
+
+@pytest.fixture
+def robot() -> symgen.Robot:
+    return symgen.parse_robot(ROBOT)
+
+
+@pytest.mark.parametrize("speeds", [True, False])
+def test_a_joint_that_moves_by_noise_alone_is_said_to_stand_still(robot, speeds) -> None:
+    with pytest.raises(symgen.IdentificationError, match=r"joints 2 do not move: .*--fix"):
+        symgen.identify(robot, log("still", 0.0, 1, speeds))
+
+
+def test_no_speed_is_blamed_where_nothing_moves(robot) -> None:
+    from symgen.estimation.logs import in_one_band, open_samples
+
+    samples, _ = open_samples(log("still", 0.0, 1), robot, None)
+    _, _, repairs = in_one_band([samples], [])
+    assert not [r for r in repairs if r.channel == "qd2"], repairs
+
+
+@pytest.mark.parametrize("size", [5e-4, 5e-3])
+def test_what_a_joint_that_hardly_moves_tells_is_not_trusted(robot, size) -> None:
+    logs = [log("a", size, 2)], [log("b", size, 3)]
+    estimate = symgen.identify(robot, logs[0], validation=logs[1])
+    assert estimate.verdict == "doubtful"
+    assert any("joint 2 hardly moves" in reason for reason in estimate.reasons)
+
+
+def test_a_joint_that_moves_is_trusted(robot) -> None:
+    estimate = symgen.identify(robot, [log("a", 1.0, 2)], validation=[log("b", 1.0, 3)])
+    assert estimate.verdict == "trusted", estimate.reasons
+
+
+def test_brakes_at_the_end_are_the_reason_and_a_mask_mends_it(command, tmp_path) -> None:
+    (tmp_path / "robot.toml").write_text(ROBOT)
+    for name, seed in (("train", 2), ("test", 3)):
+        one = log(name, 1.0, seed, rest=8.0)
+        np.savez(tmp_path / f"{name}.npz", t=one.t, q=one.q, qd=one.qd, tau=one.tau)
+    asked = ("identify", tmp_path / "robot.toml", tmp_path / "train.npz")
+    asked += ("--validation", tmp_path / "test.npz", "--into", tmp_path / "out")
+    code, out, err = command(*asked)
+    assert code == 1, out + err
+    assert "stands still in" in out
+    assert "friction can be anything" in out
+    (line,) = [x for x in out.splitlines() if x.startswith("try: ") and "--mask rest" in x]
+    code, out, err = command(*shlex.split(line.removeprefix("try: symgen ")))
+    assert code == 0, out + err
