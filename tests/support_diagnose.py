@@ -87,8 +87,13 @@ def right_first(row: Row) -> bool:
 
 
 def false_effects(row: Row) -> int:
-    """Number of effects that are not there; parts of an effect on the whole arm are no others."""
+    """Number of effects that are not there; parts of an effect on the whole arm are no others.
+
+    Speeds that come late, as the faults of instruments have them, are there.
+    """
     true = list(zip(row["truth"], row["alternatives"], strict=True))
+    if "late_speeds" in row.get("faults", ()):
+        true.append((("velocity_sensor_error", []), ()))
     return sum(not any(says(e, t, a) for t, a in true) for e in row["found"])
 
 

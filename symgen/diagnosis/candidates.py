@@ -131,7 +131,12 @@ def candidates(
                 joint = robot.movable[position]
                 if (definition.name, joint.number) in own:
                     continue
-                points = grid(definition.nonlinear, evidence, position, joint.sigma)
+                searches = definition.nonlinear
+                if any(search.scale == "gear" for search in searches.values()):
+                    searches = _geared(searches, robot, position)
+                    if not searches:
+                        continue
+                points = grid(searches, evidence, position, joint.sigma)
                 for candidate in on_joint(definition, position, points, joint.coulomb_width):
                     yield replace(candidate, change=drifted)
     for sought in robot.sought:
@@ -256,6 +261,18 @@ def grid(
         yield dict(zip(searches, point, strict=True))
 
 
+def _geared(searches: Mapping[str, Search], robot: Robot, position: int) -> Mapping[str, Search]:
+    """Return ranges that count turns of a motor; without those of a gear that is not known."""
+    ratio = 0.0 if robot.drive is None else abs(robot.drive.ratio[position][position])
+    return {
+        name: search
+        if search.scale != "gear"
+        else replace(search, low=ratio * search.low, high=ratio * search.high)
+        for name, search in searches.items()
+        if ratio > 1 or search.scale != "gear"
+    }
+
+
 def _unit(search: Search, evidence: Evidence, position: int, sigma: int) -> float:
     if search.scale == "turn" and sigma == names.PRISMATIC:  # periods over the slide's way
         return 2 * np.pi / _unit(replace(search, scale="range"), evidence, position, sigma)
@@ -320,6 +337,23 @@ def _drift(s: Scene, torques: Torques, j: int, constants: Mapping[str, float]) -
 def _pulse(s: Scene, _: Torques, j: int, constants: Mapping[str, float]) -> FloatArray:
     """A pulse after each reversal, in the new direction, while the joint crosses `width`."""
     return -_after_reversals(s, j, constants["width"])
+
+
+def _dahl(s: Scene, _: Torques, j: int, constants: Mapping[str, float]) -> FloatArray:
+    """Friction of one N m that turns over a way xs: z = sign + (z0 - sign) exp(-way/xs).
+
+    The way since the last reversal counts, z0 is the state there; the joint comes from afar.
+    """
+    q, xs = s.q[:, j], constants["xs"]
+    sign = np.sign(np.diff(q, prepend=2 * q[0] - q[1]))
+    turns = [0, *(np.flatnonzero(sign[1:] != sign[:-1]) + 1), len(q)]
+    z, state = np.empty(len(q)), float(sign[0])
+    for first, last in itertools.pairwise(turns):
+        here = slice(first, last)
+        way = np.abs(q[here] - q[max(first - 1, 0)])
+        z[here] = sign[first] + (state - sign[first]) * np.exp(-way / xs)
+        state = float(z[last - 1])
+    return z
 
 
 def _contact(s: Scene, _: Torques, __: int, constants: Mapping[str, float]) -> FloatArray:
@@ -389,5 +423,6 @@ _SPECIAL: dict[str, _Maker] = {
     "drive_gain_error": _each(_gain),
     "thermal_drift": _each(_drift),
     "backlash": _each(_pulse),
+    "dahl_friction": _each(_dahl),
     "external_contact": _contacts,
 }

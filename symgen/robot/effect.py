@@ -72,7 +72,8 @@ class Definition:
         """Return the unit of a constant, as its range is part of a speed or of a log's duration."""
         scale = self.nonlinear[constant].scale if constant in self.nonlinear else ""
         per_length = "" if sigma == names.REVOLUTE else "1/m"
-        units = {"speed": unit("speed", sigma), "duration": "s", "turn": per_length}
+        units = {"speed": unit("speed", sigma), "duration": "s"}
+        units |= dict.fromkeys(("turn", "gear"), per_length)
         return units.get(scale, "")
 
     def named(self, name: str, joint: int | str) -> str:
@@ -149,7 +150,7 @@ def definitions() -> Mapping[str, Definition]:
                 float(high),
                 int(count),
                 scale.get(key, ""),
-                by_ratio=low > 0 and scale.get(key, "turn") != "turn",
+                by_ratio=low > 0 and scale.get(key, "turn") not in ("turn", "gear"),
             )
             for key, (low, high, count) in table.pop("nonlinear", {}).items()
         }
