@@ -196,7 +196,10 @@ def mended(
     if share < least:
         return []
     groups: dict[str, list[Repair]] = {}
+    common = any(r.channel == "qd" and r.values for r in repairs)
     for r in repairs:
+        if common and r.channel.startswith("qd") and r.channel != "qd" and r.values:
+            continue  # what all joints share in one log is what they have in another
         if r.values or "dq/dt" in r.done:
             groups.setdefault(r.channel, []).append(r)
     out = []

@@ -16,7 +16,7 @@ _ALIKE = 0.8
 # Of the best gain: the simpler candidate is preferred, and parameters of the standard model.
 _NEARLY, _PLAIN = 0.9, 0.75
 _LEAVES = 3.0  # but it leaves at most this many times the square that the best one leaves
-_MOST = 8  # effects
+_MOST = 8  # effects, or more where joints have no friction: two of each joint, and two
 _REFINED = 6  # candidates whose constants are refined before they are judged
 
 
@@ -74,10 +74,10 @@ class Search:
         alike: dict[tuple[str, tuple[int, ...]], tuple[Score, ...]] = {}
         rejected: list[Score] = []
         seen: set[frozenset[tuple[str, tuple[int, ...]]]] = set()
-        while len(accepted) < _MOST:
+        while len(accepted) < max(_MOST, 2 * self.base.n + 2):
             self.progress(f"trying {len(self.pool)} candidates for effect {len(accepted) + 1}")
             # Members of one class do not stand beside each other: the data do not tell them apart.
-            same = {s.candidate.key for group in alike.values() for s in group}
+            same = {s.candidate.key for group in alike.values() for s in group if _own(s)}
             stage = self._stage(accepted)
             ranked = [r for r in self._ranked(stage) if self.pool[r[1]].key not in same]
             passing, rejected = self._judged(stage, ranked)
@@ -180,7 +180,8 @@ class Search:
         for at in range(len(accepted) if len(accepted) > 1 else 0):
             rest, own = accepted[:at] + accepted[at + 1 :], accepted[at]
             joints = own.candidate.joints
-            same = {s.candidate.key for r in rest for s in alike.get(r.candidate.key, ())}
+            twins = (s for r in rest for s in alike.get(r.candidate.key, ()))
+            same = {s.candidate.key for s in twins if _own(s)}
             stage = self._stage(rest)
             ranked = [
                 r
@@ -213,6 +214,11 @@ class Search:
 #: Effects of the measuring chain.
 MEASURING = ("time_delay", "velocity_sensor_error", "saturation", "drive_gain_error")
 _REPEATED = ("external_contact",)
+
+
+def _own(score: Score) -> bool:
+    """Whether an effect is no part of the standard model, whose parts stand beside each other."""
+    return not score.candidate.definition.native
 
 
 def _class_of(best: Score, passing: Iterable[Score], failing: Iterable[Score]) -> tuple[Score, ...]:

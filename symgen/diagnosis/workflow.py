@@ -268,6 +268,8 @@ class _Asked:
             before = self.declared.before if self.raw is None else self.raw
             before = before if self.given is None else whole.before
             whole = with_chain(whole, named, before, closes, says)
+        if rests and whole.verdict in ("unexplained", "partly-explained"):
+            whole = replace(whole, advice=(*whole.advice, *rests))
         return whole
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from symgen.data.mask import Bools, touched
 from symgen.data.raw import read_only
-from symgen.data.signals import Samples, at_standstill, differentiate, lowpass
+from symgen.data.signals import Samples, at_standstill, differentiate, lowpass, white_noise
 from symgen.estimation.band import OPEN
 from symgen.estimation.repairs import Repair
 
@@ -21,6 +21,7 @@ _SPEEDS = 0.8
 #: Correlation of speeds with dq/dt under which they are replaced by it.
 _FOLLOWS = 0.9
 _LATE, _SCALED = 0.1, 0.02  # of a sample; of 1
+_NOISY = 2.0  # times its noise a speed may be off before it is said not to follow
 _SLOPES = 5.0  # the band of that comparison, in comparison bands
 
 
@@ -45,14 +46,17 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
     done: list[Repair] = []
     positions = lowpass(samples.q, step, band)
     still = at_standstill(samples.q, positions, step, band)
+    slow = lowpass(samples.qd, step, band)
+    noise = white_noise(samples.qd - slow, step, band) * math.sqrt(2 * band * step)
     for j in map(int, np.flatnonzero(~still)):  # the rest have no motion that a speed could follow
         q = positions[:, j]
         v = differentiate(q, step)
-        w = lowpass(qd[:, j], step, band)
-        size = float(v[seen] @ v[seen])
-        if size <= 1e-24 * len(v):
+        w = slow[:, j]
+        if not np.any(v[seen]):
             continue
         speed = _speed(j, v, differentiate(v, step), w, step, 0.25 / comparison_hz, seen)
+        if speed is None and float(np.std((w - v)[seen])) <= _NOISY * noise[j]:
+            continue  # the joint is slower than the noise of its sensor
         if speed is None:
             qd[:, j] = v
             done.append(_replaced(samples, j, "it does not follow dq/dt"))
