@@ -15,7 +15,7 @@ import numpy as np
 
 import symgen
 from symgen.codegen.casadi_model import Dynamics
-from symgen.estimation.system import cumulative_integral
+from symgen.estimation.integrals import cumulative_integral
 from symgen.experiment import paper
 
 SEED = 1988

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import sympy as sp
 
@@ -61,6 +62,16 @@ class Kernel:
     def size(self) -> int:
         """Number of entries of all outputs."""
         return sum(output.size for output in self.outputs)
+
+    @cached_property
+    def filled(self) -> tuple[tuple[int, ...], ...]:
+        """Entries of each output, counted through, that are not zero whatever comes in."""
+        out, begin = [], 0
+        for output in self.outputs:
+            entries = self.tape.outputs[begin : begin + output.size]
+            out.append(tuple(k for k, entry in enumerate(entries) if entry != 0))
+            begin += output.size
+        return tuple(out)
 
 
 @dataclass(frozen=True)

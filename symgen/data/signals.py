@@ -8,12 +8,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
 from symgen.data.bandwidth import HIGHEST, motion_bandwidth
+from symgen.data.convolution import (
+    CARDINAL,
+    cardinal_slope,
+    circle,
+    convolved,
+    gain_of,
+    slope_gain,
+    spline_slope,
+)
 from symgen.data.log import Log
 from symgen.data.mask import Mask
 from symgen.data.raw import FloatArray, read_only
@@ -31,7 +40,7 @@ TAIL = 9.6
 
 _SLOW = 10.0  # Hz
 _MISSING = 0.3  # of the steps may be other than the clock's
-_CARDINAL = 64  # samples after which a sample has no part in the spline: 0.43**64
+_ENDS = 8 * CARDINAL  # samples at an end of a log whose slopes are taken anew
 
 _NOISY = 3.0  # spreads of noise in the band within which a position is noise
 _NORMAL = 1.4826  # standard deviation over median size of normal noise
@@ -53,6 +62,7 @@ class Samples:
         notes: what was done to the log, in words, one line each.
         velocity_derived: whether qd was missing and is the derivative of q.
         mask: the samples that no equation may touch; None for none.
+        piece: whether it was cut out of a longer log, and stands for it.
     """
 
     name: str
@@ -65,6 +75,7 @@ class Samples:
     notes: tuple[str, ...]
     velocity_derived: bool = False
     mask: Mask | None = None
+    piece: bool = False
 
     def cut(self, span: slice) -> Samples:
         """Return some of the samples."""
@@ -226,42 +237,51 @@ def lowpass(x: FloatArray, step: float, cutoff: float) -> FloatArray:
     Raises:
         LogError: the cutoff is not between 0 and the Nyquist frequency.
     """
+    return lowpass_and_slopes(x, step, cutoff, 0)[0]
+
+
+def lowpass_and_slopes(x: FloatArray, step: float, cutoff: float, slopes: int) -> list[FloatArray]:
+    """Pass a signal through `lowpass`, and `differentiate` it, once and again.
+
+    The signal is transformed once for all of them.
+
+    Args:
+        x, step, cutoff: as for `lowpass`.
+        slopes: how many times it is differentiated, 0 to 2.
+
+    Returns:
+        The filtered signal and its slopes, each of the shape of x.
+
+    Raises:
+        LogError: the cutoff is not between 0 and the Nyquist frequency.
+    """
     require_cutoff("low-pass filter", cutoff, step)
     samples = len(x)
     length = min(samples - 1, math.ceil(TAIL / (cutoff * step)))
+    together = samples > _ENDS and length >= 1
+    reach = length + (slopes * CARDINAL if together else 0)
     if length < 1:
-        return x.copy()
-    padded = continued(x, step, cutoff, length)
-    size = _smooth_number(len(padded))
-    gain = _gain(step, cutoff, length, size)
-    filtered = np.empty(x.shape)
-    out = filtered.reshape(samples, -1)
-    for k, column in enumerate(padded.reshape(len(padded), -1).T):
-        spectrum = np.fft.rfft(np.ascontiguousarray(column), size)
-        out[:, k] = np.fft.irfft(spectrum * gain, size)[length : length + samples]
-    return filtered
-
-
-@lru_cache(maxsize=32)
-def _gain(step: float, cutoff: float, length: int, size: int) -> npt.NDArray[np.complex128]:
-    """Return the transform of the impulse response, of a circle of `size` samples."""
-    weights = lowpass_weights(step, cutoff, length)
-    circular = np.zeros(size)
-    circular[: length + 1], circular[-length:] = weights[length:], weights[:length]
-    return np.fft.rfft(circular)
-
-
-def lowpass_weights(step: float, cutoff: float, length: int) -> FloatArray:
-    """Return the impulse response of `lowpass` at -length .. length steps, of sum 1.
-
-    h(t) = sum over the poles w_k = 2 pi fc exp(i pi (2k + 1)/8), k = 0..3, of -i w_k/8 exp(i w_k t)
-    is the inverse transform of 1 / (1 + (w / 2 pi fc)**8).
-    """
-    poles = 2 * np.pi * cutoff * step * np.exp(1j * np.pi * (2 * np.arange(4) + 1) / 8)
-    k = np.arange(length + 1)
-    half = np.real(np.exp(1j * np.outer(k, poles)) @ (-0.125j * poles))
-    whole = np.concatenate([half[:0:-1], half])
-    return np.asarray(whole / whole.sum())
+        found = [x.copy()]
+    else:
+        padded = continued(x, step, cutoff, length).reshape(samples + 2 * length, -1)
+        size = circle(samples + 2 * reach, reach)
+        gains = [gain_of(step, cutoff, length, size)]
+        if together:
+            gains += [gains[0] * slope_gain(step, size) ** k for k in range(1, slopes + 1)]
+        found = [np.empty(x.shape) for _ in gains]
+        room = np.zeros(samples + 2 * reach)  # what it is filled with reaches ends alone
+        for k, column in enumerate(padded.T):
+            room[reach - length : reach + length + samples] = column
+            for out, y in zip(found, convolved(room, gains, reach, size), strict=True):
+                out.reshape(samples, -1)[:, k] = y
+    for k in range(1, slopes + 1):
+        if len(found) <= k:
+            found.append(differentiate(found[-1], step))
+            continue
+        before, own, ends = found[k - 1], found[k], k * CARDINAL
+        own[:ends] = differentiate(before[:_ENDS], step)[:ends]
+        own[-ends:] = differentiate(before[-_ENDS:], step)[-ends:]
+    return found
 
 
 def end_window(step: float, cutoff: float) -> int:
@@ -279,29 +299,15 @@ def continued(x: FloatArray, step: float, cutoff: float, length: int) -> FloatAr
     return np.concatenate([head, flat, tail]).reshape(-1, *x.shape[1:])
 
 
-def _smooth_number(least: int) -> int:
-    """Return the smallest number of at least `least` without a prime factor above 5."""
-    best = 1 << (least - 1).bit_length()
-    five = 1
-    while five < best:
-        three = five
-        while three < best:
-            twos = max(0, (-(-least // three) - 1).bit_length())
-            best = min(best, three << twos)
-            three *= 3
-        five *= 5
-    return best
-
-
 def _continuation(x: FloatArray, length: int, window: int) -> FloatArray:
     """Return `length` samples that precede x, in their order in time."""
-    start, curvature = np.tensordot(_end_of_cubic(window), x[:window], 1)
+    start, curvature = np.tensordot(end_of_cubic(window), x[:window], 1)
     back = np.arange(length, 0, -1, dtype=np.float64).reshape(-1, *[1] * (x.ndim - 1))
     return np.asarray(2.0 * start - x[length:0:-1] + curvature * back**2, dtype=np.float64)
 
 
 @lru_cache(maxsize=32)
-def _end_of_cubic(window: int) -> FloatArray:
+def end_of_cubic(window: int) -> FloatArray:
     """Return what takes samples to value and second derivative of their cubic at the first."""
     powers = min(3, window - 1) + 1
     s = np.arange(window) / window
@@ -381,35 +387,18 @@ def differentiate(x: FloatArray, step: float) -> FloatArray:
     Returns:
         The derivative, of the shape of x, in the unit of x per second.
     """
-    if len(x) <= 4 * _CARDINAL:
-        return _spline_slope(x) / step
+    if len(x) <= 4 * CARDINAL:
+        return spline_slope(x) / step
     out = np.empty(x.shape)
-    weights = _cardinal_slope()
-    inner = slice(_CARDINAL, len(x) - _CARDINAL)
+    weights = cardinal_slope()
+    inner = slice(CARDINAL, len(x) - CARDINAL)
     flat, columns = out.reshape(len(x), -1), x.reshape(len(x), -1)
     for k in range(columns.shape[1]):
         flat[inner, k] = np.convolve(columns[:, k], weights, mode="valid")
-    span = 2 * _CARDINAL
-    out[:_CARDINAL] = _spline_slope(x[:span])[:_CARDINAL]
-    out[-_CARDINAL:] = _spline_slope(x[-span:])[-_CARDINAL:]
+    span = 2 * CARDINAL
+    out[:CARDINAL] = spline_slope(x[:span])[:CARDINAL]
+    out[-CARDINAL:] = spline_slope(x[-span:])[-CARDINAL:]
     return out / step
-
-
-def _spline_slope(x: FloatArray) -> FloatArray:
-    """Return the derivative of the interpolating spline by the number of the sample."""
-    from scipy.interpolate import make_interp_spline
-
-    at = np.arange(len(x), dtype=np.float64)
-    degree = max(k for k in (1, 3, 5) if k < max(len(x), 2))
-    return np.asarray(make_interp_spline(at, x, k=degree).derivative()(at), dtype=np.float64)
-
-
-@cache
-def _cardinal_slope() -> FloatArray:
-    """Return what one sample adds to the slope of the spline at those around it."""
-    impulse = np.zeros(4 * _CARDINAL + 1)
-    impulse[2 * _CARDINAL] = 1.0
-    return _spline_slope(impulse)[_CARDINAL : 3 * _CARDINAL + 1]
 
 
 def require_cutoff(where: str, cutoff: float, step: float, duration: float = math.inf) -> None:

@@ -74,7 +74,8 @@ def comparison_band(logs: Sequence[Samples]) -> float:
 
     Twice the lowest frequency below which 99 % of the power of a joint's speed lies, all logs
     together, the largest over the joints, but within 2 to 10 Hz. Speeds are central differences of
-    positions below 50 Hz.
+    positions below 50 Hz. A piece of a longer log begins and ends in the middle of its motion,
+    which would look like a wide spectrum: its speeds fade in and out (Hann's window; Welch 1967).
     """
     found = 0.0
     for j in range(logs[0].q.shape[1]):
@@ -82,7 +83,11 @@ def comparison_band(logs: Sequence[Samples]) -> float:
         for s in logs:
             q = lowpass(s.q[:, j], s.step, _SEEN) if OPEN / s.step > _SEEN else s.q[:, j]
             speed = np.gradient(q, s.step)
-            lines = np.abs(np.fft.rfft(speed - speed.mean())) ** 2 * s.step / len(speed)
+            speed = speed - speed.mean()
+            if s.piece:
+                fade = np.hanning(len(speed))
+                speed = (speed - fade @ speed / fade.sum()) * fade / np.sqrt(np.mean(fade**2))
+            lines = np.abs(np.fft.rfft(speed)) ** 2 * s.step / len(speed)
             frequency = np.fft.rfftfreq(len(speed), s.step)
             power = power + np.interp(_GRID, frequency, np.cumsum(lines))
         if power[-1] > 0:

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from symgen.data.signals import Samples, require_cutoff
 from symgen.estimation.band import OPEN, Band, comparison_band
 from symgen.estimation.blocks import FOLDS, block_errors, placed, summary
-from symgen.estimation.filtered import filtered
+from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.masking import require_left
-from symgen.estimation.system import torque_equations
+from symgen.estimation.system import Equations, torque_equations, torque_sides
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
@@ -66,7 +66,9 @@ def choose_band(
         return start
     seen = _sample(logs)
     bands = [[replace(start, cutoff_hz=hz, velocity=kind) for hz in grid] for kind in kinds]
-    errors = np.stack([[_errors(evaluator, seen, band) for band in same] for same in bands])
+    sides = [torque_sides(FilteredLog(s, start, s.q, s.qd)) for s in seen]  # of any cutoff
+    alike = [_errors(evaluator, seen, sides, same) for same in zip(*bands, strict=True)]
+    errors = np.stack(alike, axis=1)
     whole = errors.sum(axis=2)  # (kinds, C, m)
     best = whole.sum(axis=2)
     least = whole[np.unravel_index(best.argmin(), best.shape)]
@@ -111,16 +113,24 @@ def _sample(logs: Sequence[Samples]) -> list[Samples]:
     return out
 
 
-def _errors(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> FloatArray:
-    """Return the squared errors of weighted least squares of the torque equations, (B, m).
+def _errors(
+    evaluator: Evaluator,
+    logs: Sequence[Samples],
+    sides: Sequence[Sequence[Equations]],
+    bands: Sequence[Band],
+) -> list[FloatArray]:
+    """Return the squared errors of weighted least squares of the torque equations, (B, m) a band.
 
-    Of the blocks of folds that were left out, by joint.
+    Of the blocks of folds that were left out, by joint; bands differ in their speeds alone.
     """
-    found = []
-    for s in logs:
-        equations = torque_equations(evaluator, filtered(s, band))
-        if s.mask is not None:
-            require_left(s.name, equations)
-        found.append(equations)
-    torques = summary(placed(found), logs[0].q.shape[1])
-    return block_errors(torques, torques)
+    found: list[list[tuple[Equations, ...]]] = [[] for _ in bands]
+    for s, known in zip(logs, sides, strict=True):
+        q = None
+        for out, band in reversed(list(zip(found, bands, strict=True))):  # derived speeds first
+            log = filtered(s, band, q)
+            q, equations = log.q, torque_equations(evaluator, log, sides=known)
+            if s.mask is not None:
+                require_left(s.name, equations)
+            out.append(equations)
+    torques = [summary(placed(equations), logs[0].q.shape[1]) for equations in found]
+    return [block_errors(t, t) for t in torques]

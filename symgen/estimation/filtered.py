@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.mask import Mask
-from symgen.data.signals import Samples, differentiate, lowpass
+from symgen.data.signals import Samples, differentiate, lowpass, lowpass_and_slopes
 from symgen.estimation.band import Band, comparison_band
 from symgen.estimation.decimation import Decimation, decimation
 
@@ -62,6 +62,10 @@ class FilteredLog:
         """The samples that no equation may touch."""
         return self.samples.mask
 
+    def nodes(self, stride: int) -> tuple[FloatArray, FloatArray]:
+        """Return positions and speeds of every `stride`-th sample."""
+        return np.ascontiguousarray(self.q[::stride]), np.ascontiguousarray(self.qd[::stride])
+
     @cached_property
     def qdd(self) -> FloatArray:
         """(N, n) accelerations: the derivative of the speeds, rad/s2 (m/s2)."""
@@ -96,9 +100,9 @@ class FilteredLog:
         x = x if self.weight is None else _weighed(x, self.weight)
         if self.rows.cutoff is None:
             return x[self.kept]
-        flat = np.ascontiguousarray(x.reshape(len(x), -1))
-        smooth = lowpass(flat, self.step, self.rows.cutoff)
-        return np.ascontiguousarray(smooth[self.kept]).reshape(-1, *x.shape[1:])
+        everywhere = replace(self.rows, stride=1)
+        chunks = everywhere.chunks(lambda first, last: x[first:last])
+        return np.concatenate([smooth for _, smooth in chunks])
 
     @cached_property
     def weight(self) -> FloatArray | None:
@@ -134,9 +138,9 @@ class FilteredLog:
         if self.weight is None:
             return np.ones((len(self.kept), self.q.shape[1]), dtype=bool)
         left = self.weight
-        if self.rows.cutoff is not None:
-            left = lowpass(left, self.step, self.rows.cutoff)
-        return np.asarray(left[self.kept] > _HARDLY)
+        if self.rows.cutoff is None:
+            return np.asarray(left[self.kept] > _HARDLY)
+        return np.asarray(lowpass(left, self.step, self.rows.cutoff)[self.kept] > _HARDLY)
 
 
 def stride_of(band: Band, step: float) -> int:
@@ -160,21 +164,29 @@ def _distance(masked: NDArray[np.bool_]) -> NDArray[np.int64]:
     return np.asarray(np.minimum(at - before, after - at))
 
 
-def filtered(samples: Samples, band: Band) -> FilteredLog:
+def filtered(samples: Samples, band: Band, q: FloatArray | None = None) -> FilteredLog:
     """Put a log into the band of a run.
 
     Measured speeds pass the same filter as positions; derived ones are the derivative of the
     filtered positions.
+
+    Args:
+        samples: the log.
+        band: of the run.
+        q: its positions in the band, where they are known and speeds are measured.
     """
-    q, qd = samples.q, samples.qd
-    smooth = band.filters(samples.step)
-    if smooth:
-        q = lowpass(q, samples.step, band.cutoff_hz)
-    if band.velocity == "derived" or samples.velocity_derived:
-        qd = differentiate(q, samples.step)
-    elif smooth:
-        qd = lowpass(qd, samples.step, band.cutoff_hz)
-    return FilteredLog(samples, band, q, qd)
+    derived = band.velocity == "derived" or samples.velocity_derived
+    if not band.filters(samples.step):
+        qd = differentiate(samples.q, samples.step) if derived else samples.qd
+        return FilteredLog(samples, band, samples.q, qd)
+    if derived:
+        q, qd, qdd = lowpass_and_slopes(samples.q, samples.step, band.cutoff_hz, 2)
+    else:
+        q = lowpass(samples.q, samples.step, band.cutoff_hz) if q is None else q
+        qd, qdd = lowpass_and_slopes(samples.qd, samples.step, band.cutoff_hz, 1)
+    log = FilteredLog(samples, band, q, qd)
+    log.__dict__["qdd"] = qdd  # the cached property: it came with the filter, and ends with the log
+    return log
 
 
 def unfiltered(samples: Samples) -> FilteredLog:

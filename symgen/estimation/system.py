@@ -18,9 +18,9 @@ what is kept are the rows that an estimator needs, some tens a second.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,12 +29,14 @@ from symgen.data.mask import untouched
 from symgen.errors import IdentificationError
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.integrals import POINTS, Integrals, cumulative_integral, over_windows
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
+#: From q, qd, qdd (k, n) to what it gives for each sample.
+Model = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 _OVERLAP = 10
-_CHUNK = 4096  # nodes that are evaluated at once
-_POINTS = 6  # of the polynomial through the samples around an interval
+_CHUNK = 256  # nodes that are evaluated at once: what they give stays in a cache
 _FINE = 20  # nodes of a window, at least, where the log has so many
 
 
@@ -101,8 +103,17 @@ class Windows:
     steps: int
     hop: int
 
+    @property
+    def correlation(self) -> int:
+        """Windows that share samples."""
+        return max(1, self.steps // self.hop)
 
-def _windows(log: FilteredLog, window: float) -> Windows:
+    def ends(self, samples: int) -> NDArray[np.int64]:
+        """Return the nodes at which windows of a log of some samples end."""
+        return np.arange(self.steps, -(-samples // self.stride), self.hop)
+
+
+def placed_windows(log: FilteredLog, window: float) -> Windows:
     """Place the windows of a log.
 
     Raises:
@@ -141,8 +152,8 @@ def _chunks(nodes: int, steps: int, hop: int) -> Iterator[tuple[slice, slice]]:
     a_chunk = max(1, max(_CHUNK, 2 * steps) // hop)
     for first in range(0, len(last), a_chunk):
         ends = last[first : first + a_chunk]
-        low = max(ends[0] - steps - _POINTS, 0)
-        yield slice(ends[0], ends[-1] + 1, hop), slice(low, min(ends[-1] + 1 + _POINTS, nodes))
+        low = max(ends[0] - steps - POINTS, 0)
+        yield slice(ends[0], ends[-1] + 1, hop), slice(low, min(ends[-1] + 1 + POINTS, nodes))
 
 
 def energy_equations(evaluator: Evaluator, log: FilteredLog, window: float) -> Equations:
@@ -156,26 +167,44 @@ def energy_equations(evaluator: Evaluator, log: FilteredLog, window: float) -> E
     Raises:
         IdentificationError: the window does not fit the log.
     """
-    w = _windows(log, window)
-    q, qd = (x[:: w.stride] for x in (log.q, log.qd))
-    power = np.einsum("ij,ij->i", log.qd, log.tau)[:, None]
-    work = cumulative_integral(power, log.step)[:: w.stride, 0]
-    parts, last = [], np.arange(w.steps, len(q), w.hop)
-    for ends, span in _chunks(len(q), w.steps, w.hop):
-        at = np.arange(ends.start, ends.stop, ends.step) - span.start
-        q_, qd_ = (np.ascontiguousarray(x[span]) for x in (q, qd))
-        h = evaluator.energy_regressor(q_, qd_)
-        f = evaluator.friction_power(q_, qd_)
-        whole = np.column_stack([h, cumulative_integral(f, w.stride * log.step)])
-        parts.append(whole[at] - whole[at - w.steps])
-    y = work[last] - work[last - w.steps]
-    e = Equations(
-        log.name, np.concatenate(parts), y, log.t[last * w.stride], max(1, w.steps // w.hop)
-    )
+    w = placed_windows(log, window)
+    e = energy_sides(log, w)
+    e = replace(e, W=energy_rows(evaluator, *log.nodes(w.stride), w, log.step))
     if log.mask is None:
         return e
+    last = w.ends(len(log.t))
     clean = untouched(log.mask.robot, (last - w.steps) * w.stride, last * w.stride)
     return e.where(clean, e.name)
+
+
+def energy_sides(log: FilteredLog, w: Windows) -> Equations:
+    """Return the energy equations of a log without W: the work done in every window."""
+    power = np.einsum("ij,ij->i", log.qd, log.tau)[:, None]
+    last = w.ends(len(log.t))
+    y = over_windows(power, log.step, last * w.stride, w.steps * w.stride)[:, 0]
+    none: FloatArray = np.zeros((len(y), 0))
+    return Equations(log.name, none, y, log.t[last * w.stride], w.correlation)
+
+
+def energy_rows(
+    evaluator: Evaluator, q: FloatArray, qd: FloatArray, w: Windows, step: float
+) -> FloatArray:
+    """Return W of the energy equations, (K, p).
+
+    Args:
+        evaluator: the compiled model.
+        q, qd: (nodes, n) of a log.
+        w: its windows.
+        step: of the log, s.
+    """
+    parts = []
+    for ends, span in _chunks(len(q), w.steps, w.hop):
+        at = np.arange(ends.start, ends.stop, ends.step) - span.start
+        h = evaluator.energy_regressor(q[span], qd[span])
+        f = evaluator.friction_power(q[span], qd[span])
+        whole = np.column_stack([h, cumulative_integral(f, w.stride * step)])
+        parts.append(whole[at] - whole[at - w.steps])
+    return np.concatenate(parts)
 
 
 def momentum_equations(
@@ -186,84 +215,70 @@ def momentum_equations(
     Raises:
         IdentificationError: the window does not fit the log.
     """
-    w = _windows(log, window)
-    q, qd = (x[:: w.stride] for x in (log.q, log.qd))
-    impulse = cumulative_integral(log.tau, log.step)[:: w.stride]
-    last = np.arange(w.steps, len(q), w.hop)
-    n, done = q.shape[1], 0
-    W = np.empty((n, len(last), len(evaluator.model.base.names)))
+    w = placed_windows(log, window)
+    W = momentum_rows(evaluator, *log.nodes(w.stride), w, log.step)
+    found = [replace(e, W=rows) for e, rows in zip(momentum_sides(log, w), W, strict=True)]
+    if log.mask is None:
+        return tuple(found)
+    last = w.ends(len(log.t))
+    first, end = (last - w.steps) * w.stride, last * w.stride
+    masks = log.mask.joint.T
+    return tuple(
+        e.where(untouched(mask, first, end), e.name) for e, mask in zip(found, masks, strict=True)
+    )
+
+
+def momentum_sides(log: FilteredLog, w: Windows) -> list[Equations]:
+    """Return the momentum equations of a log without W: the impulse of torque in every window."""
+    last = w.ends(len(log.t))
+    y = over_windows(log.tau, log.step, last * w.stride, w.steps * w.stride)
+    t, none = log.t[last * w.stride], np.zeros((len(last), 0))
+    return [
+        Equations(f"{log.name}, joint {j + 1}", none, y[:, j], t, w.correlation, j)
+        for j in range(y.shape[1])
+    ]
+
+
+def momentum_rows(
+    evaluator: Evaluator, q: FloatArray, qd: FloatArray, w: Windows, step: float
+) -> FloatArray:
+    """Return W of the momentum equations, (n, K, p); arguments as for `energy_rows`."""
+    n, last, done = q.shape[1], len(range(w.steps, len(q), w.hop)), 0
+    W: FloatArray = np.empty((n, last, len(evaluator.model.base.names)))
+    integrals, apart = Integrals(len(q), w.steps), w.stride * step
+    kernel = evaluator["momentum_regressor"]
+    filled = list(kernel.kernel.filled[1])
     for ends, span in _chunks(len(q), w.steps, w.hop):
         at = np.arange(ends.start, ends.stop, ends.step) - span.start
-        q_, qd_ = (np.ascontiguousarray(x[span]) for x in (q, qd))
-        p, slope = evaluator["momentum_regressor"](q_, qd_)
-        inertial = p[at] - p[at - w.steps]
-        rates = np.concatenate([slope, _friction_torque(evaluator, q_, qd_)], axis=2)
-        integral = cumulative_integral(rates, w.stride * log.step)
-        change = integral[at] - integral[at - w.steps]
-        count = p.shape[2]
-        now = slice(done, done + len(at))
-        W[:, now, :count] = (inertial - change[:, :, :count]).transpose(1, 0, 2)
-        W[:, now, count:] = change[:, :, count:].transpose(1, 0, 2)
+        p, slope = kernel(q[span], qd[span])
+        count, now = p.shape[2], slice(done, done + len(at))
+        change = p[at] - p[at - w.steps]
+        rates = slope.reshape(len(slope), -1)[:, filled]
+        change.reshape(len(at), -1)[:, filled] -= apart * integrals(ends, span, rates)
+        W[:, now, :count] = change.transpose(1, 0, 2)
+        rubbed = _friction_impulse(evaluator, q[span], qd[span], partial(integrals, ends, span))
+        W[:, now, count:] = apart * rubbed.transpose(1, 0, 2)
         done += len(at)
-    y = impulse[last] - impulse[last - w.steps]
-    t = log.t[last * w.stride]
-    out = []
-    for j in range(y.shape[1]):
-        name = f"{log.name}, joint {j + 1}"
-        e = Equations(name, W[j], y[:, j], t, max(1, w.steps // w.hop), j)
-        if log.mask is not None:
-            mask = log.mask.joint[:, j]
-            e = e.where(untouched(mask, (last - w.steps) * w.stride, last * w.stride), name)
-        out.append(e)
-    return tuple(out)
+    return W
 
 
-def _friction_torque(evaluator: Evaluator, q: FloatArray, qd: FloatArray) -> FloatArray:
-    """Return the columns of friction torque (N, n, p - p_inertial)."""
+def _friction_impulse(
+    evaluator: Evaluator,
+    q: FloatArray,
+    qd: FloatArray,
+    integrated: Callable[[FloatArray], FloatArray],
+) -> FloatArray:
+    """Return the integrated columns of friction torque (K, n, p - p_inertial)."""
     model = evaluator.model
-    if len(model.base.parameters) == model.inertial:
-        return np.zeros((*q.shape, 0))
-    return np.asarray(evaluator["friction_torque"](q, qd))
-
-
-def cumulative_integral(y: FloatArray, step: float) -> FloatArray:
-    """Integrate from the first sample to each one: F_k = int from t_0 to t_k of y dt.
-
-    Every interval takes the integral of the polynomial of degree five through the six samples
-    around it: exact up to that degree, where the trapezoid biases coarse logs.
-
-    Args:
-        y: (N, ...) signal in uniform steps, N at least 2.
-        step: sampling step in s.
-
-    Returns:
-        The integral, of the shape of y, zero at the first sample.
-    """
-    points = min(_POINTS, len(y))
-    before = (points - 2) // 2
-    pieces: FloatArray = np.empty((len(y) - 1, *y.shape[1:]))
-    inner = len(y) - points + 1  # intervals with samples on both sides
-    weights = _interval_weights(points, before)
-    middle = pieces[before : before + inner]
-    middle[...] = weights[0] * y[:inner]
-    for k in range(1, points):
-        middle += weights[k] * y[k : k + inner]
-    for k in range(before):
-        pieces[k] = np.tensordot(_interval_weights(points, k), y[:points], 1)
-    for k in range(before + inner, len(y) - 1):
-        at = k - (len(y) - points)
-        pieces[k] = np.tensordot(_interval_weights(points, at), y[-points:], 1)
-    out = np.zeros(y.shape)
-    np.cumsum(pieces, axis=0, out=out[1:])
-    out *= step
+    columns = len(model.base.parameters) - model.inertial
+    if columns == 0:
+        return integrated(np.zeros((*q.shape, 0)))
+    kernel = evaluator["friction_torque"]
+    filled = list(kernel.kernel.filled[0])
+    found = integrated(np.asarray(kernel(q, qd)).reshape(len(q), -1)[:, filled])
+    out: FloatArray = np.zeros((len(found), q.shape[1], columns))
+    out.reshape(len(found), -1)[:, filled] = found
     return out
-
-
-@cache
-def _interval_weights(points: int, at: int) -> FloatArray:
-    """Return the weights of some samples in the integral from sample `at` to the next."""
-    powers = np.vander(np.arange(points) - at, points, increasing=True).astype(float)
-    return np.linalg.solve(powers.T, 1.0 / np.arange(1, points + 1))
 
 
 def torque_columns(
@@ -304,22 +319,71 @@ def torque_rows(evaluator: Evaluator, log: FilteredLog, X: FloatArray | None = N
         log: the log in the band of the run.
         X: (p,) at which effects take the model's torque, see `torque_columns`.
     """
-    chunks = log.modelled(lambda q, qd, qdd: torque_columns(evaluator, q, qd, qdd, X))
-    return np.concatenate([W for _, W in chunks])
+    return compared_torques(evaluator, log.modelled, X, weighed=log.mask is not None)
+
+
+def compared_torques(
+    evaluator: Evaluator,
+    modelled: Callable[[Model], Iterator[tuple[slice, FloatArray]]],
+    X: FloatArray | None = None,
+    *,
+    weighed: bool = False,
+) -> FloatArray:
+    """Return the torque regressor in the comparison band, (K, n, p).
+
+    What is zero for every motion is not filtered.
+
+    Args:
+        evaluator: the compiled model, with the kernel torque_regressor.
+        modelled: evaluates a model along a log and filters it, as `FilteredLog.modelled` does.
+        X: (p,) at which effects take the model's torque, see `torque_columns`.
+        weighed: whether that weighs what it filters joint by joint, for a mask.
+    """
+    n, base = evaluator.model.robot.n, evaluator.model.base
+    if weighed or (X is not None and base.linear < len(base.parameters)):
+        chunks = modelled(lambda q, qd, qdd: torque_columns(evaluator, q, qd, qdd, X))
+        return np.concatenate([W for _, W in chunks])
+    kernel = evaluator["torque_regressor"]
+    filled, size = list(kernel.kernel.filled[0]), kernel.kernel.size
+
+    def joints(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+        return np.asarray(kernel(q, qd, qdd)).reshape(len(q), -1)[:, filled]
+
+    found = [W for _, W in modelled(joints)]
+    out: FloatArray = np.zeros((sum(map(len, found)), size))
+    done = 0
+    for W in found:
+        out[done : done + len(W), filled] = W
+        done += len(W)
+    return out.reshape(len(out), n, -1)
 
 
 def torque_equations(
-    evaluator: Evaluator, log: FilteredLog, X: FloatArray | None = None
+    evaluator: Evaluator,
+    log: FilteredLog,
+    X: FloatArray | None = None,
+    sides: Sequence[Equations] | None = None,
 ) -> tuple[Equations, ...]:
     """Build the torque equations of one log, joint by joint, in the comparison band.
 
-    Args: see `torque_rows`.
+    Args:
+        evaluator, log, X: see `torque_rows`.
+        sides: `torque_sides` of the log, where they are known from another cutoff.
     """
-    W, y, t = torque_rows(evaluator, log, X), log.measured, log.t[log.kept]
+    W = torque_rows(evaluator, log, X)
+    known = torque_sides(log) if sides is None else sides
+    out = [replace(e, W=np.ascontiguousarray(W[:, j])) for j, e in enumerate(known)]
+    if log.mask is None:
+        return tuple(out)
+    return tuple(e.where(log.free[:, j], e.name) for j, e in enumerate(out))
+
+
+def torque_sides(log: FilteredLog) -> list[Equations]:
+    """Return the torque equations of a log without W: measured torque in the comparison band."""
+    y, t = log.measured, log.t[log.kept]
     correlation = 1 if log.rows.cutoff is None else PER_PERIOD // 2
-    out = []
-    for j in range(y.shape[1]):
-        name = f"{log.name}, joint {j + 1}"
-        e = Equations(name, np.ascontiguousarray(W[:, j]), y[:, j], t, correlation, j)
-        out.append(e if log.mask is None else e.where(log.free[:, j], name))
-    return tuple(out)
+    none: FloatArray = np.zeros((len(t), 0))
+    return [
+        Equations(f"{log.name}, joint {j + 1}", none, y[:, j], t, correlation, j)
+        for j in range(y.shape[1])
+    ]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.estimation.system import cumulative_integral
+from symgen.estimation.integrals import cumulative_integral
 
 FloatArray = NDArray[np.float64]
 CRITERIA = ("condition", "logdet")

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from symgen.data.signals import Samples
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.fit import MEMORY
-from symgen.estimation.system import Equations, cumulative_integral
+from symgen.estimation.integrals import cumulative_integral
+from symgen.estimation.system import Equations
 from symgen.estimation.values import Balance, Residual, Trace
 from symgen.runtime.evaluator import Evaluator
 

@@ -1,6 +1,7 @@
 """Integrals, derivatives and filters are exact where they claim it, and none shifts a signal."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,10 @@ from hypothesis import strategies as st
 
 from symgen.data.bandwidth import motion_bandwidth
 from symgen.data.log import make_log, read_log
-from symgen.data.signals import Samples, differentiate, lowpass, prepare
+from symgen.data.signals import Samples, differentiate, lowpass, lowpass_and_slopes, prepare
 from symgen.errors import LogError
-from symgen.estimation.system import cumulative_integral
+from symgen.estimation.band import comparison_band
+from symgen.estimation.integrals import Integrals, cumulative_integral, over_windows
 
 DATA = Path(os.environ.get("SYMGEN_DATA", Path(__file__).parents[3] / "shared" / "data"))
 TURN = 2 * np.pi
@@ -305,3 +307,48 @@ def test_the_shortest_logs_and_joints_at_rest_are_prepared(count):
     for q in (np.zeros(count), t, np.sin(9 * t), encoder(np.sin(9 * t))):
         assert_sound(prepare(make_log("short", t, q, q)))
         assert_sound(prepare(make_log("short", t, q, q), 1.0))
+
+
+@pytest.mark.parametrize("samples", [40, 600, 30_000])
+def test_slopes_that_come_with_the_filter_are_those_of_the_filtered_signal(samples: int) -> None:
+    step, w = 0.001, 2 * np.pi * np.array([0.7, 1.3])
+    angle = np.arange(samples)[:, None] * step * w
+    x = 1.5 + np.sin(angle)
+    smooth, slope, bend = lowpass_and_slopes(x, step, 15.0, 2)
+    np.testing.assert_allclose(smooth, lowpass(x, step, 15.0), atol=1e-13)
+    np.testing.assert_allclose(slope, differentiate(smooth, step), atol=1e-9)
+    np.testing.assert_allclose(bend, differentiate(slope, step), atol=1e-6)
+    inner = slice(3000, -3000)
+    assert np.abs(slope - w * np.cos(angle))[inner].max(initial=0) < 1e-7
+    assert np.abs(bend + w**2 * np.sin(angle))[inner].max(initial=0) < 1e-6
+
+
+def test_windows_take_the_integral_of_the_whole_log() -> None:
+    y = np.random.default_rng(0).normal(size=(400, 3))
+    whole = cumulative_integral(y, 0.1)
+    for length, last in (
+        (3, np.arange(3, 400, 7)),
+        (50, np.arange(50, 400)),
+        (399, np.array([399])),
+    ):
+        expected = whole[last] - whole[last - length]
+        np.testing.assert_allclose(over_windows(y, 0.1, last, length), expected, atol=1e-12)
+        integrals = Integrals(400, length)
+        hop = int(last[1] - last[0]) if len(last) > 1 else 1
+        ends = slice(int(last[0]), int(last[-1]) + 1, hop)
+        found = 0.1 * integrals(ends, slice(0, 400), y)
+        np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def test_pieces_of_a_log_have_its_comparison_band() -> None:
+    rng, step = np.random.default_rng(0), 0.004
+    t = step * np.arange(100_000)
+    w, phase = TURN * rng.uniform(0.3, 1.6, (4, 3)), rng.uniform(0, TURN, (4, 3))
+    q = np.sin(t[:, None, None] * w + phase).sum(axis=1)
+    whole = Samples("whole", t, q, q, q, step, None, ())
+    own = comparison_band([whole])
+    assert own == pytest.approx(2 * w.max() / TURN, abs=0.2)
+    cut = [whole.cut(slice(first, first + 1500)) for first in range(0, 96_000, 8_000)]
+    assert comparison_band(cut) > 1.3 * own
+    faded = comparison_band([replace(s, piece=True) for s in cut])
+    assert faded == pytest.approx(own, abs=2 / (1500 * step))  # the resolution of a piece

@@ -1,0 +1,141 @@
+"""Convolutions of long signals with short weights: those of a low-pass, and of a spline's slope."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cache, lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from symgen.data.raw import FloatArray
+
+#: Samples after which a sample has no part in the interpolating spline: 0.43**64.
+CARDINAL = 64
+_CIRCLE = 4096  # samples that are transformed at once, at least
+
+
+def circle(samples: int, length: int) -> int:
+    """Return the size of the transforms that convolve a signal with 2 length + 1 weights.
+
+    One for a short signal; for a long one many that stay in a cache, with an overlap of a quarter.
+    """
+    size = max(_CIRCLE, 1 << (8 * length - 1).bit_length())
+    return size if samples > size else _smooth_number(samples)
+
+
+def convolved(
+    x: FloatArray, gains: Sequence[npt.NDArray[np.complex128]], length: int, size: int
+) -> Iterator[FloatArray]:
+    """Yield the samples of convolutions that `length` samples of x on either side reach.
+
+    Circle by circle, of each of which the inner samples are right (overlap-save; Stockham 1966).
+
+    Args:
+        x: (N,).
+        gains: transforms of the weights on a circle of `size` samples, as of `gain_of`.
+        length: samples that weights reach to either side.
+        size: of the circles.
+    """
+    count, apart = len(x) - 2 * length, size - 2 * length
+    if len(x) <= size:
+        whole = np.fft.rfft(x, size)
+        for gain in gains:
+            yield np.fft.irfft(whole * gain, size)[length : len(x) - length]
+        return
+    circles = -(-count // apart)
+    filled = np.zeros(circles * apart + 2 * length)
+    filled[: len(x)] = x
+    transforms = np.fft.rfft(np.lib.stride_tricks.sliding_window_view(filled, size)[::apart])
+    for gain in gains:
+        found = np.fft.irfft(transforms * gain, size)[:, length : size - length]
+        yield found.reshape(-1)[:count]
+
+
+@lru_cache(maxsize=32)
+def gain_of(step: float, cutoff: float, length: int, size: int) -> npt.NDArray[np.complex128]:
+    """Return the transform of the impulse response, of a circle of `size` samples."""
+    weights = lowpass_weights(step, cutoff, length)
+    circular = np.zeros(size)
+    circular[: length + 1], circular[-length:] = weights[length:], weights[:length]
+    return np.fft.rfft(circular)
+
+
+@lru_cache(maxsize=32)
+def slope_gain(step: float, size: int) -> npt.NDArray[np.complex128]:
+    """Return the transform of the spline's slope, of a circle of `size` samples."""
+    circular = np.zeros(size)
+    circular[: CARDINAL + 1] = cardinal_slope()[CARDINAL:]
+    circular[-CARDINAL:] = cardinal_slope()[:CARDINAL]
+    return np.fft.rfft(circular) / step
+
+
+def lowpass_weights(step: float, cutoff: float, length: int) -> FloatArray:
+    """Return the impulse response of `lowpass` at -length .. length steps, of sum 1.
+
+    h(t) = sum over the poles w_k = 2 pi fc exp(i pi (2k + 1)/8), k = 0..3, of -i w_k/8 exp(i w_k t)
+    is the inverse transform of 1 / (1 + (w / 2 pi fc)**8).
+    """
+    poles = 2 * np.pi * cutoff * step * np.exp(1j * np.pi * (2 * np.arange(4) + 1) / 8)
+    k = np.arange(length + 1)
+    half = np.real(np.exp(1j * np.outer(k, poles)) @ (-0.125j * poles))
+    whole = np.concatenate([half[:0:-1], half])
+    return np.asarray(whole / whole.sum())
+
+
+def _smooth_number(least: int) -> int:
+    """Return the smallest number of at least `least` without a prime factor above 5."""
+    best = 1 << (least - 1).bit_length()
+    five = 1
+    while five < best:
+        three = five
+        while three < best:
+            twos = max(0, (-(-least // three) - 1).bit_length())
+            best = min(best, three << twos)
+            three *= 3
+        five *= 5
+    return best
+
+
+@cache
+def cardinal_slope() -> FloatArray:
+    """Return what one sample adds to the slope of the spline at those around it."""
+    impulse = np.zeros(4 * CARDINAL + 1)
+    impulse[2 * CARDINAL] = 1.0
+    return spline_slope(impulse)[CARDINAL : 3 * CARDINAL + 1]
+
+
+def spline_slope(x: FloatArray) -> FloatArray:
+    """Return the derivative of the interpolating spline by the number of the sample.
+
+    Of degree five, or what few samples allow, with the knots of SciPy's `make_interp_spline`.
+    """
+    degree = max(k for k in (1, 3, 5) if k < max(len(x), 2))
+    return np.asarray(np.tensordot(_slopes(len(x), degree), x, 1))
+
+
+@lru_cache(maxsize=8)
+def _slopes(count: int, degree: int) -> FloatArray:
+    """Return what takes samples to the slopes of their spline, (count, count).
+
+    The basis is that of Cox and de Boor; no knot lies at the samples next to the ends.
+    """
+    at, beside = np.arange(count, dtype=float), (degree + 1) // 2
+    inner = at[beside:-beside]
+    knots = np.concatenate([[0.0] * (degree + 1), inner, [count - 1.0] * (degree + 1)])
+    interval = np.clip(np.searchsorted(knots, at, "right") - 1, degree, count - 1)
+    basis = np.eye(len(knots) - 1)[interval]
+    lower = basis
+    for k in range(1, degree + 1):
+        lower, before = basis, _over(1.0, knots[k:] - knots[:-k])
+        rising = (at[:, None] - knots[: -k - 1]) * before[:-1]
+        falling = (knots[k + 1 :] - at[:, None]) * before[1:]
+        basis = rising * lower[:, :-1] + falling * lower[:, 1:]
+    before = degree * _over(1.0, knots[degree:] - knots[:-degree])
+    slope = before[:-1] * lower[:, :-1] - before[1:] * lower[:, 1:]
+    return np.asarray(np.linalg.solve(basis.T, slope.T).T)
+
+
+def _over(a: float, b: FloatArray) -> FloatArray:
+    """Return a / b, 0 where b is."""
+    return np.divide(a, b, out=np.zeros_like(b), where=b > 0)
