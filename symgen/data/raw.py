@@ -132,7 +132,15 @@ def require_size(path: Path, announced: int) -> None:
 
 
 def read_only(array: npt.ArrayLike) -> FloatArray:
-    """Return a read-only, C-contiguous float64 copy of an array."""
+    """Return a read-only, C-contiguous float64 copy of an array; itself where it is one."""
+    if (
+        isinstance(array, np.ndarray)
+        and array.dtype == np.float64
+        and array.flags.c_contiguous
+        and array.flags.owndata
+        and not array.flags.writeable
+    ):
+        return array
     # An extended double beyond the range becomes inf, which the checks then name.
     with np.errstate(over="ignore"):
         copy = np.array(array, dtype=np.float64, order="C")

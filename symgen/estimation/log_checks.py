@@ -7,8 +7,9 @@ robot moves. No equation touches what is masked. What the model shows of the cha
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from symgen.data.mask import Bools, Mask, on_grid, spans
 from symgen.data.raw import read_only
 from symgen.data.signals import Samples, differentiate, lowpass
 from symgen.data.spline import interpolated
-from symgen.estimation.repairs import Repair, runs
+from symgen.estimation.repairs import Repair, runs, same_rows
 
 FloatArray = NDArray[np.float64]
 #: A torque is cut off where it is so often at its extreme, and so many times as often as below.
@@ -44,15 +45,14 @@ def masked_faults(log: Log, samples: Samples) -> tuple[Samples, tuple[Repair, ..
     joint, whole = np.zeros(log.q.shape, dtype=bool), np.zeros(len(log.t), dtype=bool)
     done = []
     for j in range(log.q.shape[1]):
-        flat = cut_off(log.tau[:, j])
+        flat = cut_off(np.ascontiguousarray(log.tau[:, j]))
         if flat.any():
             joint[:, j] |= flat
             limit = float(np.abs(log.tau[flat, j]).max())
             fault = f"cut off at {limit:.4g}"
             value = (("limit", limit, 0.0),)
             done.append(Repair(log.name, f"tau{j + 1}", fault, int(flat.sum()), "masked", value))
-    qd = samples.qd if len(samples.t) == len(log.t) else _on(samples, log)
-    moves = np.abs(qd) > _MOVES * np.sqrt(np.mean(qd**2, axis=0))
+    moves = _Moves(log, samples)
     qd_fixed, q_fixed = None, samples.q.copy()
     frozen = stuck_rows(log)
     if frozen.any():
@@ -65,11 +65,10 @@ def masked_faults(log: Log, samples: Samples) -> tuple[Samples, tuple[Repair, ..
     for key in ("q", "qd", "tau"):
         x = getattr(log, key)
         for j in range(0 if x is None else x.shape[1]):
-            others = moves[:, j] if key == "qd" else np.delete(moves, j, axis=1).any(axis=1)
-            if key == "tau" or x.shape[1] == 1:
-                others = moves.any(axis=1)
-            told = frozen | joint[:, j] if key == "tau" else frozen
-            stuck = stuck_runs(x[:, j], others, key != "tau") & ~told
+            column = np.ascontiguousarray(x[:, j])
+            stuck = stuck_runs(column, partial(moves.beside, key, j), key != "tau")
+            if stuck.any():
+                stuck &= ~(frozen | joint[:, j] if key == "tau" else frozen)
             if not stuck.any() or stuck.mean() > _DEAD:
                 continue  # a channel without a signal is not mended by a mask
             count = int(stuck.sum())
@@ -104,18 +103,42 @@ def masked_faults(log: Log, samples: Samples) -> tuple[Samples, tuple[Repair, ..
     return samples, tuple(done)
 
 
+class _Moves:
+    """Where the joints of a log move, looked at once a channel asks."""
+
+    def __init__(self, log: Log, samples: Samples) -> None:
+        self._log, self._samples = log, samples
+
+    @cached_property
+    def _joints(self) -> Bools:
+        log, samples = self._log, self._samples
+        qd = samples.qd if len(samples.t) == len(log.t) else _on(samples, log)
+        return np.asarray(np.abs(qd) > _MOVES * np.sqrt(np.mean(qd**2, axis=0)))
+
+    def beside(self, key: str, j: int) -> Bools:
+        """Return where the robot moves, as others tell than q or qd of joint j, (N,)."""
+        moves = self._joints
+        if key == "tau" or (moves.shape[1] == 1 and key == "q"):
+            return np.asarray(moves.any(axis=1))
+        return np.asarray(moves[:, j] if key == "qd" else np.delete(moves, j, axis=1).any(axis=1))
+
+
 def stuck_rows(log: Log) -> Bools:
     """Return where a recorder is stuck: all channels keep their values, and a position then jumps.
 
     A robot at rest goes on from where it stood.
     """
-    columns = np.column_stack([x for x in (log.q, log.qd, log.tau) if x is not None])
+    out = np.zeros(len(log.t), dtype=bool)
+    long = [
+        (start, end)
+        for start, end in spans(same_rows([x for x in (log.q, log.qd, log.tau) if x is not None]))
+        if end - start + 1 >= _STUCK and end < len(log.t) - 1
+    ]
+    if not long:
+        return out
     steps = np.abs(np.diff(log.q, axis=0))
     usual = np.array([np.percentile(s[s > 0], 99) if (s > 0).any() else np.inf for s in steps.T])
-    out = np.zeros(len(log.t), dtype=bool)
-    for start, end in spans((columns[1:] == columns[:-1]).all(axis=1)):
-        if end - start + 1 < _STUCK or end >= len(steps):
-            continue
+    for start, end in long:
         if (steps[end] > _LEAVES * usual).any():
             out[start : end + 1] = True
     return out if out.mean() <= _DEAD else np.zeros(len(log.t), dtype=bool)
@@ -146,7 +169,6 @@ def cut_off(x: FloatArray) -> Bools:
     channel that is held for some samples, or is coarse, keeps other values as long.
     """
     out = np.zeros(len(x), dtype=bool)
-    first, lengths = runs(x)
     for side in (1.0, -1.0):
         y = side * x
         top = float(y.max())
@@ -159,6 +181,7 @@ def cut_off(x: FloatArray) -> Bools:
         levels = np.unique(y[y > top - 0.1 * (top - float(y.min()))])
         digit = float(np.min(np.diff(levels))) if len(levels) > 1 else 0.0
         below = int(((y < top - 1e-9 * abs(top)) & (y >= top - 1.5 * digit)).sum())
+        first, lengths = runs(x)
         others = lengths[~at[first]]
         usual = float(np.percentile(others, 90)) if len(others) else 1.0
         piled = count >= _FLAT * usual and count > _PILED * max(below, 1)
@@ -167,25 +190,27 @@ def cut_off(x: FloatArray) -> Bools:
     return out
 
 
-def stuck_runs(x: FloatArray, others: Bools, jumps: bool) -> Bools:
+def stuck_runs(x: FloatArray, others: Callable[[], Bools], jumps: bool) -> Bools:
     """Return where a channel keeps one value much longer than it ever does, while the robot moves.
 
     Args:
         x: (N,) the channel.
-        others: (N,) whether the robot moves, as other channels tell.
+        others: gives (N,) whether the robot moves, as other channels tell.
         jumps: whether the value has to jump away from where it was stuck, as a position does.
     """
     out = np.zeros(len(x), dtype=bool)
     starts, ends = spans(x[1:] == x[:-1]).T
-    if len(starts) == 0:
-        return out
     lengths = ends - starts + 1
-    steps = np.abs(np.diff(x))
+    if lengths.max(initial=0) < _STUCK:
+        return out
     usual = float(np.percentile(lengths, 90)) if len(lengths) > 10 else 1.0
+    long = lengths >= max(_STUCK, _LONGER * usual)
+    if not long.any():
+        return out
+    moves, steps = others(), np.abs(np.diff(x))
     largest = float(np.percentile(steps[steps > 0], 99)) if (steps > 0).any() else np.inf
-    for start, end, length in zip(starts, ends, lengths, strict=True):
-        span = slice(int(start), int(end))
-        if length < max(_STUCK, _LONGER * usual) or others[span].mean() < 0.5:
+    for start, end in zip(starts[long], ends[long], strict=True):
+        if moves[int(start) : int(end)].mean() < 0.5:
             continue
         leaves = max(
             steps[end] if end < len(steps) else 0.0,

@@ -21,7 +21,7 @@ from symgen.data.mask import Bools, spans
 from symgen.data.raw import read_only
 from symgen.data.signals import GAP, STEP_TOLERANCE
 from symgen.data.spline import interpolated
-from symgen.estimation.jumps import jumps, without
+from symgen.estimation.jumps import jumps, least_step, without
 
 FloatArray = NDArray[np.float64]
 #: A channel as it is mended, what was wrong, how many samples were touched, and what was done.
@@ -112,16 +112,26 @@ def repeated_rows(log: Log) -> Bools:
     repeated where all channels are at once, far more often than if each did so on its own. Longer
     stretches are a robot at rest, or a recorder that is stuck, and are not touched.
     """
-    columns = np.column_stack([x for x in (log.q, log.qd, log.tau) if x is not None])
-    same = columns[1:] == columns[:-1]
-    whole = same.all(axis=1)
-    out = np.zeros(len(columns), dtype=bool)
-    chance = float(np.prod(same.mean(axis=0))) * len(same)
-    if whole.sum() <= _CHANCE * chance + _FEW:
+    arrays = [x for x in (log.q, log.qd, log.tau) if x is not None]
+    whole, out = same_rows(arrays), np.zeros(len(log.t), dtype=bool)
+    if whole.sum() <= _FEW:
+        return out
+    same = np.concatenate([np.mean(x[1:] == x[:-1], axis=0) for x in arrays])
+    if whole.sum() <= _CHANCE * float(np.prod(same)) * len(whole) + _FEW:
         return out
     for start, end in spans(whole):
         if end - start < GAP - 1:
             out[start + 1 : end + 1] = True
+    return out
+
+
+def same_rows(arrays: Sequence[FloatArray]) -> Bools:
+    """Return which rows hold the values of the row before in all columns, (N - 1,)."""
+    out = np.ones(len(arrays[0]) - 1, dtype=bool)
+    for column in (column for x in arrays for column in x.T):
+        if not out.any():
+            break
+        out &= column[1:] == column[:-1]
     return out
 
 
@@ -132,6 +142,8 @@ def _turned_back(log: Log, sigma: Sequence[int]) -> tuple[Log, list[Repair]]:
         if kind == names.PRISMATIC:
             continue
         steps = np.diff(q[:, j])
+        if np.abs(steps).max(initial=0.0) <= np.pi:
+            continue
         turns = np.round(steps / (2 * np.pi))
         off = np.abs(steps - 2 * np.pi * turns)
         others = float(np.max(np.abs(steps[turns == 0]), initial=0.0))
@@ -168,13 +180,15 @@ def _each_channel(
         x = getattr(log, key)
         if x is None:
             continue
-        fixed = x.copy()
+        fixed = None
         for j in range(x.shape[1]):
-            found = mended(x[:, j])
+            found = mended(np.ascontiguousarray(x[:, j]))
             if found is not None:
+                fixed = x.copy() if fixed is None else fixed
                 fixed[:, j], fault, count, what = found
                 done.append(Repair(log.name, f"{key}{j + 1}", fault, count, what))
-        arrays[key] = read_only(fixed)
+        if fixed is not None:
+            arrays[key] = read_only(fixed)
     return (replace(log, **arrays) if done else log), done
 
 
@@ -191,6 +205,8 @@ def held_for(x: FloatArray) -> int:
     1 where it is not held. Longer ones, of a robot at rest, are left out. A coarse channel keeps
     its values for as long as the motion wants.
     """
+    if 1.5 * (1 + np.count_nonzero(x[1:] != x[:-1])) > len(x):  # so many that half of them are 1
+        return 1
     _, lengths = runs(x)
     k = round(float(np.median(lengths)))
     short = lengths[lengths <= 2 * k + 1]
@@ -222,7 +238,11 @@ def _coarse(log: Log) -> list[Repair]:
     for key, least in _COARSE.items():
         x = getattr(log, key)
         for j in range(0 if x is None else x.shape[1]):
-            step, size = _quantum(x[:, j]), float(np.std(x[:, j]))
+            column = np.ascontiguousarray(x[:, j])
+            size = float(np.std(column))
+            if 1.5 * least_step(column) <= least * size:  # what it comes in is no larger
+                continue
+            step = _quantum(column)
             if step > least * size:
                 fault = f"comes in steps of {step:.3g}, {100 * step / size:.2g} % of its spread"
                 out.append(Repair(log.name, f"{key}{j + 1}", fault, len(x), LEFT))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from symgen.data.mask import Bools, touched
 from symgen.data.raw import read_only
-from symgen.data.signals import Samples, at_standstill, differentiate, lowpass, white_noise
+from symgen.data.signals import Samples, at_standstill, lowpass, lowpass_and_slopes, white_noise
 from symgen.estimation.band import OPEN
 from symgen.estimation.repairs import Repair
 
@@ -22,6 +22,7 @@ _SPEEDS = 0.8
 _FOLLOWS = 0.9
 _LATE, _SCALED = 0.1, 0.02  # of a sample; of 1
 _NOISY = 2.0  # times its noise a speed may be off before it is said not to follow
+_SETTLED = 1e-3  # of a sample
 _SLOPES = 5.0  # the band of that comparison, in comparison bands
 
 
@@ -42,19 +43,18 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
     band = min(_SLOPES * comparison_hz, 0.5 * OPEN / step)
     qd = samples.qd.copy()
     seen = _compared(samples, band)
+    positions, slopes, bends = lowpass_and_slopes(samples.q, step, band, 2)
+    smooth = lowpass(qd, step, band)
     found: list[_Speed] = []
     done: list[Repair] = []
-    positions = lowpass(samples.q, step, band)
     still = at_standstill(samples.q, positions, step, band)
-    slow = lowpass(samples.qd, step, band)
-    noise = white_noise(samples.qd - slow, step, band) * math.sqrt(2 * band * step)
+    noise = white_noise(samples.qd - smooth, step, band) * math.sqrt(2 * band * step)
     for j in map(int, np.flatnonzero(~still)):  # the rest have no motion that a speed could follow
-        q = positions[:, j]
-        v = differentiate(q, step)
-        w = slow[:, j]
+        v, w = np.ascontiguousarray(slopes[:, j]), np.ascontiguousarray(smooth[:, j])
         if not np.any(v[seen]):
             continue
-        speed = _speed(j, v, differentiate(v, step), w, step, 0.25 / comparison_hz, seen)
+        a = np.ascontiguousarray(bends[:, j])
+        speed = _speed(j, v, a, w, step, 0.25 / comparison_hz, seen)
         if speed is None and float(np.std((w - v)[seen])) <= _NOISY * noise[j]:
             continue  # the joint is slower than the noise of its sensor
         if speed is None:
@@ -110,10 +110,12 @@ def _speed(
     delay, v, a = 0.0, v[seen], a[seen]
     for _ in range(3):
         moved = _shifted(w, delay, step)[seen]
-        g, d, _ = np.linalg.lstsq(np.column_stack([v, a, np.ones(len(v))]), moved, rcond=None)[0]
+        g, d, _ = _least_squares(np.column_stack([v, a, np.ones(len(v))]), moved)
         if g == 0 or abs(delay - d / g) > longest:
             break
         delay -= float(d / g)
+        if abs(d / g) < _SETTLED * step:
+            break
     moved, w = _shifted(w, delay, step)[seen], w[seen]
     level, own = moved - moved.mean(), v - v.mean()
     spread = float(np.sqrt((own @ own) * (level @ level)))
@@ -129,7 +131,7 @@ def _speed(
     A = np.column_stack([v, np.ones(len(v))])
     for columns in ([0], [1], [0, 1]):
         fixed = moved - (0.0 if 0 in columns else v)
-        found = np.linalg.lstsq(A[:, columns], fixed, rcond=None)[0]
+        found = _least_squares(A[:, columns], fixed)
         error = float(np.sum((fixed - A[:, columns] @ found) ** 2))
         if error <= _SPEEDS * left and (1 in columns or abs(found[0] - 1) > _SCALED):
             left = error
@@ -139,6 +141,14 @@ def _speed(
     noise = left / max(len(v), 1) * max(longest / step, 1.0)
     std = tuple(float(np.sqrt(noise / max(float(x @ x), 1e-300))) for x in (a, v, np.ones(len(v))))
     return _Speed(j, delay, gain, offset, (std[0], std[1], std[2]))
+
+
+def _least_squares(A: FloatArray, y: FloatArray) -> FloatArray:
+    """Solve y = A x of a few columns by their products: one pass over many rows."""
+    size = np.sqrt(np.einsum("ka,ka->a", A, A))
+    size = np.where(size > 0, size, 1.0)
+    found = np.linalg.lstsq(A.T @ A / np.outer(size, size), (y @ A) / size, rcond=None)[0]
+    return np.asarray(found / size)
 
 
 def _replaced(samples: Samples, j: int, fault: str) -> Repair:
