@@ -83,12 +83,14 @@ def identify(
     from symgen.estimate_page import estimate_files
     from symgen.files import check_replaceable, write_folder
     from symgen.identification.parts import is_long
+    from symgen.identification.solving import FOLDED
 
     check_replaceable(into, "estimate.json")
     source = symgen.read_robot(robot)
     kept = None
     spread = workers is not None or scheduler is not None
-    if work is None and (spread or is_long([*logs, *validation], model != "auto")):
+    plain = method in FOLDED and not (prior or weights or commanded or source.loaded)
+    if work is None and (spread or is_long([*logs, *validation], plain and model != "static")):
         # Beside the results: the same command again goes on from there.
         work = kept = into.absolute().with_name(f".{into.name}-work")
     with stages(_IDENTIFYING) as told:

@@ -149,6 +149,18 @@ def digest(*parts: str | bytes) -> str:
     return sha.hexdigest()
 
 
+def written(path: Path, content: bytes) -> None:
+    """Write a file whole or not at all."""
+    handle, name = tempfile.mkstemp(prefix=".part-", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        os.replace(name, path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+
+
 class WorkFolder:
     """Results by key, each written whole or not at all."""
 
@@ -165,14 +177,7 @@ class WorkFolder:
 
     def write(self, key: str, content: bytes) -> None:
         """Keep a result."""
-        handle, name = tempfile.mkstemp(prefix=".part-", dir=self.folder)
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(content)
-            os.replace(name, self._file(key))
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
+        written(self._file(key), content)
 
     def path(self, key: str) -> Path:
         """Return where a result is kept."""

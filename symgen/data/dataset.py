@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from symgen.data.bags import is_bag
 from symgen.data.log import READERS, Log, checked
-from symgen.data.raw import Raw, Reading, one_line, refuse
+from symgen.data.raw import ROLES, Raw, Reading, one_line, refuse
 from symgen.data.signals import GAP
+from symgen.data.stored import StoredArray, stored_arrays
 from symgen.data.tables import COLUMNS, assigned
 from symgen.errors import LogError
 
@@ -231,6 +232,13 @@ class DataSet:
 
     def _times(self, name: str) -> Iterator[FloatArray]:
         """Yield the column of time, piece by piece."""
+        stored = self._stored(name)
+        if stored is not None:
+            t = stored["t"]
+            for first in range(0, t.shape[0], _BATCH):
+                part = t.rows(Path(name), first, min(first + _BATCH, t.shape[0]))
+                yield np.asarray(part, dtype=np.float64)
+            return
         if not name.lower().endswith(".parquet"):
             yield np.asarray(self._whole(name).t, dtype=np.float64)
             return
@@ -243,6 +251,9 @@ class DataSet:
 
     def measures_speed(self, name: str) -> bool:
         """Whether a file has speeds."""
+        stored = self._stored(name)
+        if stored is not None:
+            return "qd" in stored
         if not name.lower().endswith(".parquet"):
             return self._whole(name).qd is not None
         with opened(name) as file, _parquet(name, file) as table:
@@ -269,9 +280,31 @@ class DataSet:
         if name.lower().endswith(".parquet"):
             yield from self._streamed(name, spans)
             return
+        stored = self._stored(name)
+        if stored is not None:
+            for first, last in spans:
+                found = {role: x.rows(Path(name), first, last) for role, x in stored.items()}
+                qd, tau, i = (found.get(role) for role in ("qd", "tau", "i"))
+                yield Raw(found["t"], found["q"], qd, tau, i)
+            return
         whole = self._whole(name)
         for first, last in spans:
             yield _rows(whole, slice(first, last))
+
+    def _stored(self, name: str) -> Mapping[str, StoredArray] | None:
+        """Return where the arrays of an NPZ lie, by role; None where it has to be read whole."""
+        known = self.reading.columns
+        if is_remote(name) or not name.lower().endswith(".npz") or known.keys() - set(ROLES):
+            return None
+        found = stored_arrays(Path(name)) or {}
+        roles = ("t", "q", "qd", "tau", *(("i",) if self._currents else ()))
+        own = {
+            role: found[known.get(role, role)] for role in roles if known.get(role, role) in found
+        }
+        given = all(theirs in found for theirs in known.values())
+        whole = {"t", "q"} <= own.keys() and ("tau" in own or "i" in own) and given
+        alike = len({x.shape[0] for x in own.values()}) == 1
+        return own if whole and alike else None
 
     def _whole(self, name: str) -> Raw:
         """Read a CSV or an NPZ."""
@@ -317,28 +350,40 @@ class DataSet:
                 columns=stored,
                 use_threads=False,
             )
-            held: list[tuple[int, FloatArray]] = []  # first row of each, (k, columns)
+            held: list[tuple[int, list[NDArray[Any]]]] = []  # first row of each, and its columns
             for first, last in spans:
-                held = [part for part in held if part[0] + len(part[1]) > first]
+                held = [(start, x) for start, x in held if start + len(x[0]) > first]
                 while row < last:
                     batch = next(batches, None)
                     if batch is None:
                         refuse(name, f"ends before row {last}", "a file that does not change")
-                    values = {c: batch.column(c).to_numpy(zero_copy_only=False) for c in stored}
-                    if row + batch.num_rows > first:
-                        held.append((row, np.column_stack([values[c] for c in stored])))
+                    if row + batch.num_rows > first and batch.num_rows:
+                        found = {c: batch.column(c).to_numpy(zero_copy_only=False) for c in stored}
+                        held.append((row, [found[c] for c in stored]))
                     row += batch.num_rows
-                rows = np.concatenate([x[max(first - r, 0) : max(last - r, 0)] for r, x in held])
-                at = {column: k for k, column in enumerate(wanted)}
-                found = {
-                    role: rows[:, [at[column] for column in group]] if group else None
-                    for role, group in groups.items()
-                }
-                q = found["q"]
-                assert q is not None  # `assigned` has seen to it
-                yield Raw(
-                    rows[:, 0], q, found.get("qd"), found.get("tau"), found.get("i"), (), notes
-                )
+                arrays, k = dict[str, FloatArray | None](), 0
+                for role, group in groups.items():
+                    columns = range(k, k + len(group))
+                    arrays[role] = _filled(held, first, last, columns) if group else None
+                    k += len(group)
+                t, q = arrays["t"], arrays["q"]
+                assert t is not None  # `assigned` has seen to it
+                assert q is not None
+                qd, tau, i = (arrays.get(role) for role in ("qd", "tau", "i"))
+                yield Raw(t[:, 0], q, qd, tau, i, (), notes)
+
+
+def _filled(
+    held: Sequence[tuple[int, Sequence[NDArray[Any]]]], first: int, last: int, columns: range
+) -> FloatArray:
+    """Gather some columns of rows first .. last (exclusive), (N, columns), read-only."""
+    out = np.empty((last - first, len(columns)))
+    for start, x in held:
+        low, high = max(first - start, 0), min(last - start, len(x[0]))
+        for j, k in enumerate(columns):
+            out[start + low - first : start + high - first, j] = x[k][low:high]
+    out.setflags(write=False)
+    return out
 
 
 def _within(s: Stretch, low: float | None, high: float | None) -> Stretch:
@@ -371,7 +416,8 @@ def _parquet(name: str, file: BinaryIO) -> Any:
     import pyarrow.parquet as pq
 
     try:
-        return pq.ParquetFile(file, pre_buffer=False, buffer_size=_BUFFER)
+        source = file if is_remote(name) else name  # Arrow reads a path without a detour
+        return pq.ParquetFile(source, pre_buffer=False, buffer_size=_BUFFER)
     except (pa.ArrowException, OSError, ValueError) as error:
         what = f"{name}: is not a readable Parquet file: {error}"
         raise LogError(one_line(f"{what}; accepted: a Parquet table of {COLUMNS}")) from error

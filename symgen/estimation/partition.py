@@ -9,9 +9,10 @@ own time of exactly one chunk. Chunks never span a gap.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,13 +31,14 @@ from symgen.estimation.recipe import Recipe
 from symgen.estimation.repairs import Repair
 from symgen.estimation.speeds import mended_speeds, shifted
 from symgen.estimation.system import Equations, windows
+from symgen.estimation.thin import ThinLog, packed_arrays, thin_log, thinned
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
 #: Own rows of a chunk, about; those of a partition, the unit of work, that is kept when finished.
-CHUNK, PARTITION = 1 << 16, 1 << 20
-_LOOKED = 1 << 14  # samples of a chunk in which wrong speeds are looked for first
+CHUNK, PARTITION = 1 << 17, 1 << 20
+_LOOKED = 1 << 13  # samples of a chunk in which wrong speeds are looked for first
 _SPLINE = 128  # samples that a derivative reaches, twice over
 _SLOPES_HZ = 10.0  # of the low-pass that derives a missing speed
 
@@ -113,17 +115,28 @@ def unit(step: float, settings: Settings) -> int:
     return math.lcm(stride, every, own.stride * own.hop)
 
 
-def reach(step: float, settings: Settings) -> int:
-    """Return the samples beyond its own that a chunk needs on either side."""
+def reach(step: float, settings: Settings, measured: bool) -> int:
+    """Return the samples beyond its own that a chunk needs on either side.
+
+    Args:
+        step: of the log, s.
+        settings: of the run.
+        measured: whether the log has speeds.
+    """
     band, recipe = settings.band, settings.recipe
-    # one after the other: a missing speed, positions, slopes, the comparison of torques
-    passed = (_SLOPES_HZ, band.cutoff_hz, band.comparison_hz)
-    filters = sum(math.ceil(TAIL / (hz * step)) for hz in passed) + 2 * _SPLINE
+
+    def tail(hz: float) -> int:
+        return math.ceil(TAIL / (hz * step))
+
+    # one after the other: a missing speed, positions, slopes
+    motion = tail(band.cutoff_hz) + 2 * _SPLINE + (0 if measured else tail(_SLOPES_HZ))
+    compared = tail(band.comparison_hz)
     if recipe.model == "torque":
         every = decimation(1 << 30, step, stride_of(band, step), band.comparison_hz).every
-        return filters + LAGS * 2 * every
+        return motion + compared + LAGS * 2 * every
     own = windows(step, stride_of(band, step), recipe.window)
-    return filters + own.stride * (2 * own.steps + LAGS * own.steps + own.hop)
+    summed = own.stride * (2 * own.steps + LAGS * own.steps + own.hop)
+    return motion + max(compared, summed)
 
 
 def partitions(
@@ -150,7 +163,7 @@ def partitions(
 
 def _chunks(number: int, part: Part, settings: Settings, chunk: int) -> list[Chunk]:
     s = part.stretch
-    multiple, beyond = unit(s.step, settings), reach(s.step, settings)
+    multiple, beyond = unit(s.step, settings), reach(s.step, settings, s.measured)
     length = max(chunk // multiple, 1) * multiple
     edges = [*range(0, max(s.count - length // 2, 1), length), s.count]
     out = []
@@ -167,18 +180,24 @@ class ChunkOfLog:
     """A chunk in the band of the run.
 
     Attributes:
-        log: all its rows.
+        log: all its rows, or where nothing is masked what their equations need.
         own: times of what counts, s.
         ended: whether the part ends with it.
     """
 
-    log: FilteredLog
+    log: FilteredLog | ThinLog
     own: tuple[float, float]
     ended: bool
 
     def inside(self, t: FloatArray) -> NDArray[np.bool_]:
         """Return which times are its own."""
         return np.asarray((t >= self.own[0]) & (t < self.own[1]))
+
+    def all_equations(self, evaluator: Evaluator, recipe: Recipe) -> tuple[Equations, ...]:
+        """Return its equations, those of others that it reaches into with them."""
+        if isinstance(self.log, ThinLog):
+            return self.log.equations(evaluator, recipe)
+        return recipe.equations(evaluator, self.log)
 
     def equations(self, e: Equations) -> Equations:
         """Return its own equations."""
@@ -194,13 +213,30 @@ class ChunkOfLog:
         chosen[first : at[-1] + 1] = True
         return e.where(chosen, e.name), int(at[0]) - first
 
+    def packed(self) -> bytes:
+        """Return the bytes of an NPZ file, of a chunk without a mask."""
+        assert isinstance(self.log, ThinLog)
+        own = np.array([*self.own, float(self.ended)])
+        return packed_arrays({**self.log.arrays(), "own": own})
+
     def fit(self, evaluator: Evaluator, X: FloatArray) -> Fit:
         """Compare its own torques with those of a model, without traces."""
+        log = self.log
+        if isinstance(log, ThinLog):
+            own = self.inside(log.t)
+            left = (log.measured - log.torque(evaluator, X))[own]
+            return Fit(np.sum(left**2, axis=0), np.sum(log.measured[own] ** 2, axis=0), ())
         inverse = evaluator["inverse_dynamics"]
-        chunks = self.log.modelled(lambda q, qd, qdd: inverse(q, qd, qdd, X))
+        chunks = log.modelled(lambda q, qd, qdd: inverse(q, qd, qdd, X))
         torque = np.concatenate([found for _, found in chunks])
-        own = self.inside(self.log.t[self.log.kept])
-        return replace(of_torque(self.log, torque, own=own), traces=())
+        own = self.inside(log.t[log.kept])
+        return replace(of_torque(log, torque, own=own), traces=())
+
+
+def unpacked_chunk(arrays: Mapping[str, NDArray[Any]]) -> ChunkOfLog:
+    """Return the chunk whose `packed` holds some arrays."""
+    first, last, ended = map(float, arrays["own"])
+    return ChunkOfLog(thin_log(arrays), (first, last), bool(ended))
 
 
 def treated(
@@ -244,10 +280,9 @@ def treated(
     samples, more = (samples, ()) if clean else _mended(samples, settings.band.comparison_hz)
     if settings.delay:
         samples = shifted(samples, settings.delay)
-    return ChunkOfLog(filtered(samples, settings.band), (first, last), chunk.ended), (
-        *repairs,
-        *more,
-    )
+    whole = filtered(samples, settings.band)
+    found = whole if whole.mask is not None else thinned(whole, settings.recipe)
+    return ChunkOfLog(found, (first, last), chunk.ended), (*repairs, *more)
 
 
 def _mended(samples: Samples, comparison_hz: float) -> tuple[Samples, tuple[Repair, ...]]:

@@ -57,13 +57,12 @@ from symgen.identification.reduction import (
     read_repairs,
     unpacked,
 )
-from symgen.identification.solving import Method
+from symgen.identification.solving import FOLDED, Method
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
-METHODS = ("wls", "ols")
 
 
 def identify_data_set(
@@ -98,9 +97,9 @@ def identify_data_set(
         LogError: a file cannot be read, or nothing of it can be used.
         IdentificationError: the data do not determine the parameters, or another method is asked.
     """
-    if method.name not in METHODS or method.prior is not None or method.given is not None:
+    if not method.plain:
         raise IdentificationError(
-            f"method {method.label} on a data set; accepted: {', '.join(METHODS)}, or logs that "
+            f"method {method.label} on a data set; accepted: {', '.join(FOLDED)}, or logs that "
             "fit into memory"
         )
     if robot.loaded:
@@ -158,7 +157,7 @@ class _Streamed:
         }
         second = ErrorReduction(*shared, X, scale)
         solved = digest(X.tobytes(), scale.tobytes(), repr(sorted(weighed.items())))
-        errors = self._fold(second, cover, weighed, "errors", solved, clean)
+        errors = self._fold(second, cover, weighed, "errors", solved, clean, keys)
         meat, fits = self._added(errors)
         inverse = np.linalg.inv(R)
         covariance = sandwich(inverse @ inverse.T, meat, own) / np.outer(scale, scale)
@@ -225,7 +224,7 @@ class _Streamed:
                 plain = replace(self.data.reading, start=None, until=None)
                 samples, done = open_samples(log, robot, plain, clock=(s.times[0], s.step))
                 repairs.extend(done)
-                out.append(samples)
+                out.append(replace(samples, piece=(first, last) != s.rows))
             return out
 
         train, held = read("train", SAMPLE), read("validation", HELD_SAMPLE)
@@ -243,6 +242,7 @@ class _Streamed:
         what: str,
         solved: str,
         clean: Sequence[bool] = (),
+        kept: Sequence[str] = (),
     ) -> list[str]:
         """Have every partition reduced, and return the keys of the results."""
         items, keys = [], []
@@ -252,9 +252,10 @@ class _Streamed:
             numbers = dict.fromkeys(chunk.part for chunk in partition.chunks)
             own = {number: self.parts[number] for number in numbers}
             mine = {key: w for key, w in weights.items() if key[0] in own}
-            items.append(Work(partition, own, mine, bool(clean) and clean[k]))
             about = repr((partition, sorted(own.items()), own_version()))
             keys.append(digest(what, settings, files[partition.file], about))
+            begin = str(self.folder.folder.resolve() / (kept[k] if kept else keys[k]))
+            items.append(Work(partition, own, mine, bool(clean) and clean[k], begin))
         sizes = [partition.samples for partition in cover]
         finished(self.by, task, items, keys, self.folder, sizes, self.progress, what)
         return keys

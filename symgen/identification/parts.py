@@ -10,6 +10,7 @@ import numpy as np
 
 from symgen.data.dataset import DataSet, Stretch, is_data_set, listed_files
 from symgen.data.log import Log
+from symgen.data.stored import stored_arrays
 from symgen.errors import LogError
 from symgen.estimation.logs import Source
 from symgen.estimation.partition import Part
@@ -19,26 +20,47 @@ from symgen.identification.case import HELD_OUT
 Progress = Callable[[str], None]
 #: Samples, of all training and of all validation logs, that are looked at in memory; stretches.
 SAMPLE, HELD_SAMPLE, PIECES = 80_000, 20_000, 4
-#: Bytes of Parquet from which a given model is fitted chunk by chunk.
-MUCH = 300 << 20
+#: Samples from which logs are read chunk by chunk, and bytes under which no file has so many.
+LONG, _LIGHT = 250_000, 4 << 20
 #: A log has so many windows and samples, at least.
 _WINDOWS, _FEWEST = 2.0, 20
 
 
-def is_long(sources: Sequence[Source], one_model: bool) -> bool:
-    """Whether logs are read chunk by chunk: a data set, or Parquet files of many samples.
+def is_long(sources: Sequence[Source], plain: bool) -> bool:
+    """Whether logs are read chunk by chunk: a data set, or Parquet and NPZ files of many samples.
 
     Args:
         sources: the logs.
-        one_model: whether one model was asked for.
+        plain: whether least squares is asked for and nothing that needs all logs in memory.
     """
     if any(map(is_data_set, sources)):
         return True
     paths = [Path(s) for s in sources if isinstance(s, (str, Path))]
-    tables = [p for p in paths if p.suffix.lower() == ".parquet" and p.is_file()]
-    if not one_model or len(tables) < len(sources):
+    known = [p for p in paths if p.suffix.lower() in _COUNTED and p.is_file()]
+    if not plain or not known or len(known) < len(sources):
         return False
-    return sum(p.stat().st_size for p in tables) > MUCH
+    if sum(p.stat().st_size for p in known) < _LIGHT:
+        return False
+    return sum(_COUNTED[p.suffix.lower()](p) for p in known) > LONG
+
+
+def _rows_of_parquet(path: Path) -> int:
+    """Return the rows of a Parquet file; 0 where it cannot be read, which is said later."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        return int(pq.read_metadata(path).num_rows)
+    except (pa.ArrowException, OSError, ValueError):
+        return 0
+
+
+def _rows_of_npz(path: Path) -> int:
+    """Return the rows of an NPZ whose arrays are not packed; 0 of others."""
+    return max((x.shape[0] for x in (stored_arrays(path) or {}).values()), default=0)
+
+
+_COUNTED = {".parquet": _rows_of_parquet, ".npz": _rows_of_npz}
 
 
 def paths_of(sources: Sequence[Source]) -> list[str | Path]:

@@ -7,11 +7,11 @@ robot file and is compiled once a process, by its content; results travel as the
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,11 +20,20 @@ from numpy.typing import NDArray
 from symgen.codegen.model import derive
 from symgen.data.dataset import DataSet
 from symgen.data.raw import Reading
-from symgen.distributed import WorkFolder
+from symgen.distributed import WorkFolder, written
 from symgen.estimation.fit import Fit
 from symgen.estimation.fold import Summary, bartlett, merged_tree, scores, summarised
-from symgen.estimation.partition import ChunkOfLog, Part, Partition, Settings, treated
+from symgen.estimation.partition import (
+    Chunk,
+    ChunkOfLog,
+    Part,
+    Partition,
+    Settings,
+    treated,
+    unpacked_chunk,
+)
 from symgen.estimation.repairs import Repair
+from symgen.estimation.thin import ThinLog, packed_arrays
 from symgen.estimation.values import Residual
 from symgen.robot.toml_io import parse_robot
 from symgen.runtime.evaluator import Evaluator, load
@@ -53,12 +62,22 @@ class Work:
         weights: by log and joint the weight of the equations and the rows that scores are summed
             over; empty before X is known.
         clean: whether nothing had to be mended in the first pass.
+        kept: begin of the paths at which the first pass keeps what it read and filtered, chunk by
+            chunk; nothing is kept where that folder is not within reach.
     """
 
     partition: Partition
     parts: Mapping[int, Part]
     weights: Mapping[tuple[int, int], tuple[float, int]]
     clean: bool = False
+    kept: str = ""
+
+    def path(self, chunk: Chunk) -> Path | None:
+        """Return where a chunk is kept."""
+        folder = Path(self.kept).parent
+        if not self.kept or not folder.is_dir():
+            return None
+        return Path(f"{self.kept}-{chunk.part}-{chunk.before + chunk.own[0]}.rows")
 
 
 @dataclass(frozen=True)
@@ -94,7 +113,25 @@ class Reduction:
                 found, repairs = treated(
                     log, chunk, part.stretch, robot, self.reading, self.settings, work.clean
                 )
+                del log  # what was filtered is all that is used of it
+                path = work.path(chunk)
+                if path is not None and isinstance(found.log, ThinLog):
+                    written(path, found.packed())
                 yield number, part.kind, found, repairs
+
+    def kept(self, work: Work) -> Iterator[tuple[int, str, ChunkOfLog]]:
+        """Yield number and kind of the log and its next chunk, as it was kept or else anew."""
+        left = []
+        for chunk in work.partition.chunks:
+            path = work.path(chunk)
+            if path is None or not path.exists():
+                left.append(chunk)
+                continue
+            with np.load(path, allow_pickle=False) as arrays:
+                yield chunk.part, work.parts[chunk.part].kind, unpacked_chunk(arrays)
+        partition = replace(work.partition, chunks=tuple(left))
+        for number, kind, found, _ in self.chunks(replace(work, partition=partition)):
+            yield number, kind, found
 
 
 @dataclass(frozen=True)
@@ -107,14 +144,14 @@ class EquationReduction(Reduction):
         mended: list[Repair] = []
         for number, _, chunk, repairs in self.chunks(work):
             mended += repairs
-            for j, e in enumerate(self.settings.recipe.equations(self.evaluator, chunk.log)):
+            for j, e in enumerate(chunk.all_equations(self.evaluator, self.settings.recipe)):
                 found.setdefault((number, j), []).append(summarised(chunk.equations(e)))
         arrays: dict[str, Any] = {"repairs": np.array(json.dumps(_told(mended)))}
         for (number, j), parts in found.items():
             whole = merged_tree(parts)
             arrays[f"{number}.{j}"] = whole.factor
             arrays[f"{number}.{j}.count"] = np.array([whole.rows, whole.correlation])
-        return _packed(arrays)
+        return packed_arrays(arrays)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,23 +171,19 @@ class ErrorReduction(Reduction):
         p, n = len(self.X), self.evaluator.model.robot.n
         meat = np.zeros((p, p))
         fits = {kind: Fit(np.zeros(n), np.zeros(n), ()) for kind in ("train", "validation")}
-        for number, kind, chunk, _ in self.chunks(work):
+        for number, kind, chunk in self.kept(work):
             fits[kind] += chunk.fit(self.evaluator, self.X)
             if kind != "train":
                 continue
-            for j, e in enumerate(self.settings.recipe.equations(self.evaluator, chunk.log)):
+            for j, e in enumerate(chunk.all_equations(self.evaluator, self.settings.recipe)):
                 weight, lag = work.weights[number, j]
                 rows, lead = chunk.with_lead(e, lag)
                 s = scores(rows, self.X, self.scale, weight)
                 meat += bartlett(s, lag, lead, chunk.ended)
         errors = {f"{kind}.error": fit.error for kind, fit in fits.items()}
-        return _packed({"meat": meat, **errors, **{f"{k}.size": f.size for k, f in fits.items()}})
-
-
-def _packed(arrays: Mapping[str, Any]) -> bytes:
-    file = io.BytesIO()
-    np.savez(file, **arrays)
-    return file.getvalue()
+        return packed_arrays(
+            {"meat": meat, **errors, **{f"{k}.size": f.size for k, f in fits.items()}}
+        )
 
 
 def unpacked(folder: WorkFolder, key: str) -> dict[str, Any]:

@@ -34,6 +34,8 @@ from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
 ALL_METHODS = (*METHODS, Consistent.name, "recursive")
+#: Methods that need no more of the logs than sums over their parts.
+FOLDED = (Wls.name, "ols")
 _WITH_PRIOR = (Wls.name, Consistent.name)
 #: Methods that account for noise in the regressor.
 _UNBIASED = (InstrumentalVariables.name, TotalLeastSquares.name)
@@ -81,6 +83,11 @@ class Method:
             raise IdentificationError(
                 f"method {self.name} takes no prior; accepted: {', '.join(_WITH_PRIOR)}"
             )
+
+    @property
+    def plain(self) -> bool:
+        """Whether it is least squares, which folds of chunks solve."""
+        return self.name in FOLDED and self.prior is None and self.given is None
 
     @property
     def label(self) -> str:

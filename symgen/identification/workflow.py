@@ -81,7 +81,7 @@ def identify(
     """Identify a robot's base parameters from measured logs.
 
     Logs that are a data set (a pattern, a folder, a URL), or for which workers or a work folder are
-    given, or Parquet files of a given model that are long, are read chunk by chunk, see
+    given, or Parquet and NPZ files of many samples for least squares, are read chunk by chunk, see
     `symgen.identification.out_of_core`.
 
     Args:
@@ -145,7 +145,8 @@ def identify(
     recipes = _recipes(source, model, window, chosen)
     spread = workers is not None or scheduler is not None or work is not None
     given = listed_logs(validation)
-    if spread or is_long([*sources, *given], model != AUTO):
+    plain = chosen.plain and prior is None and weights is None and not motions
+    if spread or is_long([*sources, *given], plain and not source.loaded):
         refused = {"weights": weights, "prior": prior, "commanded": motions}
         for name, value in refused.items():
             if value:

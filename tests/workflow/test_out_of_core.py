@@ -15,7 +15,8 @@ import symgen
 from symgen import distributed
 from symgen.data.dataset import DataSet, listed_files
 from symgen.estimation import partition
-from symgen.identification import out_of_core
+from symgen.identification import out_of_core, reduction
+from symgen.identification.parts import is_long
 
 #: Own rows of a chunk and of a partition: many of both in a log of some thousand samples.
 CHUNK, PARTITION = 900, 1800
@@ -153,6 +154,54 @@ def test_a_sample_stands_for_what_is_looked_at_in_memory(
     if part.band == replace(whole.band):  # the fold is of all samples
         assert pytest.approx(whole.X, rel=1e-9) == part.X
     assert pytest.approx(whole.X, rel=1e-3) == part.X
+
+
+def test_the_last_pass_goes_on_from_what_the_first_kept(
+    logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[int] = []
+    rows = DataSet._streamed
+
+    def counted(self, name, spans):
+        for raw in rows(self, name, spans):
+            read.append(len(raw.t))
+            yield raw
+
+    monkeypatch.setattr(DataSet, "_streamed", counted)
+    given = {"model": "momentum", "cutoff": 6.0}
+    kept = symgen.identify(robot(), str(logs), work=tmp_path / "work", **given)
+    once, files = sum(read), list((tmp_path / "work").glob("*.rows"))
+    assert len(files) > 4
+    assert sum(f.stat().st_size for f in files) < once * 7 * 8
+    read.clear()
+    monkeypatch.setattr(reduction.Work, "path", lambda *_: None)
+    anew = symgen.identify(robot(), str(logs), **given)
+    assert sum(read) > 1.5 * once
+    same(anew, kept, 1e-12)
+
+
+def test_long_logs_for_least_squares_are_read_chunk_by_chunk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    columns = motion(4000, 7)
+    arrays = {role: np.column_stack([columns[f"{role}{j}"] for j in (1, 2)])
+              for role in ("q", "qd", "tau")}  # fmt: skip
+    path, packed = tmp_path / "long.npz", tmp_path / "packed.npz"
+    np.savez(path, t=columns["t"], **arrays)
+    np.savez_compressed(packed, t=columns["t"], **arrays)
+    monkeypatch.setattr("symgen.identification.parts._LIGHT", 0)
+    memory = symgen.identify(robot(), path, model="momentum")
+    monkeypatch.setattr("symgen.identification.parts.LONG", 3000)
+    whole = DataSet._whole
+    monkeypatch.setattr(DataSet, "_whole", lambda *_: pytest.fail("read whole"))
+    same(memory, symgen.identify(robot(), path, model="momentum"), 1e-9)
+    assert is_long([path], True)
+    assert not is_long([path], False)
+    assert not is_long([packed], True)
+    huber = symgen.identify(robot(), path, model="momentum", method="huber")
+    assert huber.method == "huber"
+    monkeypatch.setattr(DataSet, "_whole", whole)
+    same(memory, symgen.identify(robot(), packed, model="momentum", workers=1), 1e-9)
 
 
 def test_csv_and_npz_in_a_folder_and_url_of_memory(tmp_path: Path) -> None:
