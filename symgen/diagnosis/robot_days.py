@@ -18,8 +18,12 @@ from symgen.data.raw import Reading
 from symgen.diagnosis.drift import Course
 from symgen.distributed import WorkFolder, digest, executor, finished
 from symgen.errors import LogError, SymgenError
+from symgen.estimation.recipe import NEEDED, Recipe
+from symgen.identification.reduction import loaded
 from symgen.identification.workflow import identify
 from symgen.robot.toml_io import parse_robot
+from symgen.robot.types import Robot
+from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
 
@@ -60,14 +64,21 @@ class IdentifyDay:
     cutoff: float | None
     reading: Reading
 
+    @property
+    def _model(self) -> Evaluator | Robot:
+        """The compiled model, once a process."""
+        if self.model not in NEEDED:  # it is chosen anew every day
+            return parse_robot(self.robot, "robot.toml")
+        return loaded(self.robot, Recipe(self.model, 0.0).all_kernels)
+
     def __call__(self, day: Day) -> bytes:
         """Identify the logs of a day."""
-        robot = parse_robot(self.robot, "robot.toml")
         told: dict[str, Any]
         try:
             found = identify(
-                robot, list(day.files), model=self.model, cutoff=self.cutoff, reading=self.reading
-            )
+                self._model, list(day.files), model=self.model, cutoff=self.cutoff,
+                reading=self.reading,
+            )  # fmt: skip
             torque = found.torque_validation
             told = {
                 "X": found.X,

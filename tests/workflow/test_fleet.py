@@ -4,73 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
-import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 import pytest
-from oracles import planar2r
+from workflow.fleet_study import CUTOFF, FIGURES, HIDDEN, ROBOT, false_alarms, named, simulated
 
 import symgen
 from symgen.cli import cli
-
-X, L1 = np.array([3.5, 0.4, 0.3, 0.05]), 0.5
-FRICTION = np.array([[1.0, 2.0], [0.5, 0.8]])  # Coulomb, viscous
-ROBOT = """[robot]
-name = "p"
-convention = "modified-dh"
-gravity = [0.0, 0.0, -9.81]
-[[joint]]
-[[joint]]
-d = 0.5
-rotor_inertia = false
-"""
-
-
-def load(mass: float, at: float) -> np.ndarray:
-    """What a point mass on link 2 adds to ZZ1R, ZZ2, MX2, MY2."""
-    return np.array([mass * L1**2, mass * at**2, mass * at, 0.0])
-
-
-def log(path: Path, seed: int, X: np.ndarray, friction: np.ndarray, spring: float = 0.0) -> None:
-    """20 s of sines at 100 Hz, with noise; every seed another motion."""
-    rng = np.random.default_rng(seed)
-    t = 0.01 * np.arange(2000)
-    w, phase = rng.uniform(1.0, 6.0, (4, 2)), rng.uniform(0, 6, (4, 2))
-    angle = t[:, None, None] * w + phase
-    q, qd, qdd = (
-        (a * f(angle)).sum(axis=1) / 3 for a, f in ((1, np.sin), (w, np.cos), (-(w**2), np.sin))
-    )
-    tau = np.array([planar2r.inverse_dynamics(*s, X, L1) for s in zip(q, qd, qdd, strict=True)])
-    tau += friction[:, 0] * np.sign(qd) + friction[:, 1] * qd + np.array([0, spring]) * q
-    tau += 0.02 * rng.normal(size=tau.shape)
-    qd = qd + 1e-3 * rng.normal(size=qd.shape)
-    columns = {"t": t}
-    for name, x in (("q", q), ("qd", qd), ("tau", tau)):
-        columns |= {f"{name}{j + 1}": x[:, j] for j in range(2)}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    pq.write_table(pa.table(columns), path)
-
-
-def simulated(folder: Path, robots: int, days: int, changes: dict[int, tuple[int, str]]) -> None:
-    """Write robot=NAME/day=DAY/log.parquet; robots differ by some percent of friction."""
-    rng = np.random.default_rng(0)
-    for r in range(1, robots + 1):
-        own = FRICTION * (1 + 0.03 * rng.normal(size=(2, 2)))
-        for d in range(1, days + 1):
-            mine, friction, spring = X, own.copy(), 0.0
-            since, kind = changes.get(r, (days + 1, ""))
-            if d >= since:
-                if kind == "friction":
-                    friction[1] *= 1.2
-                if kind == "viscous":
-                    friction[0, 1] *= 1.2
-                if kind == "payload":
-                    mine = X + load(1.2, 0.3)
-                if kind == "spring":
-                    spring = 1.5
-            path = folder / f"robot=r{r}" / f"day={d}" / "log.parquet"
-            log(path, 1000 * r + d, mine, friction, spring)
 
 
 @pytest.fixture
@@ -105,24 +45,39 @@ def test_a_fleet_without_a_robot_or_a_day_is_refused(tmp_path: Path, robot: str)
         symgen.fleet(robot, str(tmp_path / "*.parquet"))
 
 
+@pytest.fixture(scope="module")
+def figures() -> dict[str, Any]:
+    """What fleet_study.py wrote."""
+    return dict(json.loads(FIGURES.read_text()))
+
+
+def test_four_of_five_hidden_changes_are_named_and_nothing_else(figures: dict[str, Any]) -> None:
+    assert (figures["robots"], figures["days"]) == (20, 10)
+    findings = [*figures["changes"], *figures["outliers"]]
+    assert named(findings) >= 4
+    assert not false_alarms(findings)
+
+
+@pytest.mark.parametrize(("number", "day"), [(5, 2), (7, 6)])
+def test_the_figures_come_out_again(
+    figures: dict[str, Any], tmp_path: Path, robot: str, number: int, day: int
+) -> None:
+    simulated(tmp_path / "logs", 20, 10, HIDDEN, only=(number, day))
+    (file,) = (tmp_path / "logs").rglob("*.parquet")
+    found = symgen.identify(robot, file, model="momentum", cutoff=CUTOFF)
+    kept = figures["torque_residuals"][f"r{number}"][str(day)]
+    assert found.torque_validation.relative == pytest.approx(kept, rel=1e-6)
+
+
 @pytest.mark.slow
-def test_five_hidden_changes_in_twenty_robots_and_ten_days(tmp_path: Path, robot: str) -> None:
-    hidden = {
-        3: (4, "friction"), 7: (6, "payload"), 11: (2, "viscous"), 14: (8, "spring"),
-        18: (1, "payload"),
-    }  # fmt: skip
-    effects = {
-        "friction": {"coulomb_friction", "viscous_friction"},
-        "viscous": {"viscous_friction"},
-        "payload": {"payload"},
-        "spring": {"gravity_spring"},
-    }
-    simulated(tmp_path / "logs", 20, 10, hidden)
-    found = symgen.fleet(robot, str(tmp_path / "logs"), cutoff=10.0)
-    findings = (*found.changes, *found.outliers)
-    assert {f.robot for f in findings} <= {f"r{r}" for r in hidden}, "a false alarm"
-    named = 0
-    for r, (since, kind) in hidden.items():
-        own = [f for f in findings if f.robot == f"r{r}"]
-        named += any(f.effect in effects[kind] and int(f.since) == since for f in own)
-    assert named >= 4, findings
+def test_five_hidden_changes_in_twenty_robots_and_ten_days(
+    figures: dict[str, Any], tmp_path: Path, robot: str
+) -> None:
+    simulated(tmp_path / "logs", 20, 10, HIDDEN)
+    found = symgen.fleet(robot, str(tmp_path / "logs"), cutoff=CUTOFF).to_json()
+    findings = [*found["changes"], *found["outliers"]]
+    assert named(findings) >= 4, findings
+    assert not false_alarms(findings)
+    keys = ("robot", "since", "effect", "joints")
+    told = [[f[key] for key in keys] for f in findings]
+    assert told == [[f[key] for key in keys] for f in figures["changes"] + figures["outliers"]]
