@@ -62,8 +62,13 @@ if TYPE_CHECKING:
     from symgen.estimation.estimators import Ridge as Ridge
     from symgen.estimation.estimators import Wls as Wls
     from symgen.estimation.instrumental import InstrumentalVariables as InstrumentalVariables
+    from symgen.experiment.controller import Controller as Controller
     from symgen.experiment.excitation import excite as excite
+    from symgen.experiment.instruments import Instruments as Instruments
     from symgen.experiment.simulate import simulate as simulate
+    from symgen.experiment.study import study as study
+    from symgen.experiment.study_result import Study as Study
+    from symgen.experiment.trials import Recording as Recording
     from symgen.identification.comparison import compare as compare
     from symgen.identification.estimate import Estimate as Estimate
     from symgen.identification.export import values_header as values_header
@@ -95,6 +100,7 @@ _WHERE = {
     "BaseParameters": "symgen.symbolic.base_parameters",
     "BuildError": "symgen.errors",
     "Checked": "symgen.runtime.check",
+    "Controller": "symgen.experiment.controller",
     "Diagnosis": "symgen.diagnosis.diagnosis",
     "Essential": "symgen.estimation.essential",
     "Estimate": "symgen.identification.estimate",
@@ -103,6 +109,7 @@ _WHERE = {
     "Huber": "symgen.estimation.estimators",
     "IdentificationError": "symgen.errors",
     "Identifier": "symgen.identification.recursive",
+    "Instruments": "symgen.experiment.instruments",
     "InstrumentalVariables": "symgen.estimation.instrumental",
     "Joint": "symgen.robot.types",
     "Log": "symgen.data.log",
@@ -113,9 +120,11 @@ _WHERE = {
     "ParameterError": "symgen.errors",
     "Prior": "symgen.estimation.estimators",
     "Reading": "symgen.data.raw",
+    "Recording": "symgen.experiment.trials",
     "Ridge": "symgen.estimation.estimators",
     "Robot": "symgen.robot.types",
     "RobotError": "symgen.errors",
+    "Study": "symgen.experiment.study_result",
     "SymgenError": "symgen.errors",
     "SymgenWarning": "symgen.errors",
     "TotalLeastSquares": "symgen.estimation.errors_in_variables",
@@ -142,6 +151,7 @@ _WHERE = {
     "read_robot": "symgen.robot.toml_io",
     "robot_toml": "symgen.robot.toml_text",
     "simulate": "symgen.experiment.simulate",
+    "study": "symgen.experiment.study",
     "values_header": "symgen.identification.export",
     "write_package": "symgen.codegen.package",
 }

@@ -26,6 +26,7 @@ from symgen.cli_payload import payload
 from symgen.cli_reading import effect_names, listed, reading_options, robot_names
 from symgen.cli_report import doctor, report
 from symgen.cli_simulate import simulate
+from symgen.cli_study import study
 from symgen.errors import SymgenError, SymgenWarning
 from symgen.terminal import (
     print_diagnosis,
@@ -255,6 +256,7 @@ cli.add_command(payload)
 cli.add_command(report)
 cli.add_command(doctor)
 cli.add_command(simulate)
+cli.add_command(study)
 
 
 def main() -> None:

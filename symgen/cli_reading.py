@@ -1,4 +1,4 @@
-"""Options of the commands that read logs."""
+"""Options of the commands that read logs, and of those that simulate them."""
 
 from __future__ import annotations
 
@@ -18,6 +18,30 @@ _OPTIONS = (
     click.option("--mask", help="What no equation may touch: rest, saturation, rest,saturation."),
     click.option("--from", "start", type=float, help="Use each log from this t on, s."),
     click.option("--until", type=float, help="Use each log up to this t, s."),
+)
+
+_RECORDING = (
+    click.option("--controller", default="computed-torque", show_default=True, help="Or pd."),
+    click.option("--bandwidth", default=40.0, show_default=True, help="Of the controller, rad/s."),
+    click.option(
+        "--scale", default=1.0, show_default=True, help="Its parameters over the robot's."
+    ),
+    click.option("--feedback", default="true", show_default=True, help="Or measured, at stamps."),
+    click.option("--encoder", default=0.0, help="Step of the encoders, rad or m."),
+    click.option("--position-noise", default=0.0, help="Standard deviation of q, rad or m."),
+    click.option("--velocity-noise", default=0.0, help="Of qd, rad/s or m/s."),
+    click.option("--velocity-gain", default=1.0, help="Of the tachometers."),
+    click.option("--no-velocity", is_flag=True, help="Leave qd out of the log."),
+    click.option("--torque-noise", default=0.0, help="Of tau in the log, N m or N."),
+    click.option("--torque-noise-percent", default=0.0, help="Of tau in the log, of its RMS."),
+    click.option("--delay", default=0.0, help="Of q and qd behind tau in the log, s."),
+    click.option(
+        "--disturbance", default=0.0, help="Torques that the log does not show, N m or N."
+    ),
+    click.option(
+        "--rate", type=float, help="Of the log, Hz; default from the trajectory, or 1000."
+    ),
+    click.option("--clip", is_flag=True, help="Keep torques within [limits] instead of refusing."),
 )
 
 
@@ -57,6 +81,48 @@ def reading_options(command: Callable[..., Any]) -> Callable[..., Any]:
             raise
 
     return reduce(lambda wrapped, option: option(wrapped), reversed(_OPTIONS), with_reading)
+
+
+def recording_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options of simulated logs, as one argument `recording`."""
+
+    @wraps(command)
+    def with_recording(
+        *args: Any,
+        controller: str,
+        bandwidth: float,
+        scale: float,
+        feedback: str,
+        encoder: float,
+        position_noise: float,
+        velocity_noise: float,
+        velocity_gain: float,
+        no_velocity: bool,
+        torque_noise: float,
+        torque_noise_percent: float,
+        delay: float,
+        disturbance: float,
+        rate: float | None,
+        clip: bool,
+        **others: Any,
+    ) -> Any:
+        from symgen.experiment.controller import Controller
+        from symgen.experiment.instruments import Instruments
+        from symgen.experiment.trials import Recording
+
+        recording = Recording(
+            Instruments(
+                encoder, position_noise, velocity_noise, velocity_gain, not no_velocity,
+                torque_noise, torque_noise_percent / 100, delay,
+            ),
+            Controller(controller, bandwidth, scale=scale, feedback=feedback),
+            disturbance,
+            rate,
+            clip,
+        )  # fmt: skip
+        return command(*args, recording=recording, **others)
+
+    return reduce(lambda wrapped, option: option(wrapped), reversed(_RECORDING), with_recording)
 
 
 def again(**changed: str) -> str:

@@ -16,7 +16,7 @@ from symgen.terminal import print_comparison, print_result, table
 def report(folder: Path, other: Path | None, into: Path | None) -> int:
     """Print the result in FOLDER again, or compare the estimates in FOLDER and OTHER.
 
-    FOLDER is what identify, diagnose, predict or payload wrote; --into writes its page anew.
+    FOLDER is what identify, diagnose, predict, payload or study wrote; --into writes its page anew.
     Exit codes are those of the command that wrote it; of a comparison 0 where the two agree.
     """
     import symgen

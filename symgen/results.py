@@ -9,23 +9,26 @@ from pathlib import Path
 from symgen.diagnosis import reading as diagnosis_reading
 from symgen.diagnosis.diagnosis import Diagnosis
 from symgen.errors import ParameterError, SymgenError
+from symgen.experiment import study_result
+from symgen.experiment.study_result import Study
 from symgen.identification import payload_reading, payload_result, prediction, reading
 from symgen.identification.comparison import Comparison
 from symgen.identification.estimate import Estimate
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 
-Result = Estimate | Diagnosis | prediction.Prediction | payload_result.Payload
+Result = Estimate | Diagnosis | prediction.Prediction | payload_result.Payload | Study
 _READERS: dict[str, Callable[[Path], Result]] = {
     reading.MARKER: reading.read_estimate,
     diagnosis_reading.MARKER: diagnosis_reading.read_diagnosis,
     prediction.MARKER: prediction.read_prediction,
     payload_result.MARKER: payload_reading.read_payload,
+    study_result.MARKER: study_result.read_study,
 }
 
 
 def read_result(path: str | Path) -> Result:
-    """Read what identify, diagnose, predict or payload wrote.
+    """Read what identify, diagnose, predict, payload or study wrote.
 
     Args:
         path: the folder, or the JSON file in it.
@@ -42,8 +45,8 @@ def read_result(path: str | Path) -> Result:
         if not path.exists():
             what = "it is not there"
         raise ParameterError(
-            f"{path}: {what}; accepted: a folder that identify, diagnose, predict or payload "
-            f"wrote, or the {', '.join(_READERS)} in it"
+            f"{path}: {what}; accepted: a folder that identify, diagnose, predict, payload "
+            f"or study wrote, or the {', '.join(_READERS)} in it"
         )
     return _READERS[found[0]](path / found[0])
 
@@ -64,6 +67,7 @@ def result_page(result: Result | Comparison, robot: Robot | None = None) -> str:
     from symgen.estimate_page import estimate_page
     from symgen.payload_page import payload_page
     from symgen.prediction_page import prediction_page
+    from symgen.study_page import study_page
 
     if isinstance(result, Comparison):
         return comparison_page(result)
@@ -74,4 +78,6 @@ def result_page(result: Result | Comparison, robot: Robot | None = None) -> str:
         return diagnosis_page(replace(result, notes=(*result.notes, told)))
     if isinstance(result, payload_result.Payload):
         return payload_page(result)
+    if isinstance(result, Study):
+        return study_page(result)
     return prediction_page(result)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from symgen.estimation.repairs import Repair
     from symgen.experiment.plan import Plan
     from symgen.experiment.simulation import Simulation
+    from symgen.experiment.study_result import Study
     from symgen.identification.comparison import Comparison
     from symgen.identification.estimate import Estimate
     from symgen.identification.payload_result import Payload
@@ -247,6 +248,24 @@ def print_payload(found: Payload) -> None:
     )
 
 
+def print_study(found: Study) -> None:
+    """Print models and methods beside each other, and the parameters by the best of them."""
+    from symgen.experiment.study_result import COLUMNS, HEADER, answer, overview, precision_rows
+
+    table(HEADER, overview(found))
+    best, target = found.best, f"{found.settings.target_percent:g} %"
+    click.echo(
+        f"at once, in the end, never: parameters within {target}; {found.settings.runs} runs"
+    )
+    if best is not None:
+        click.echo()
+        click.echo(f"{best.name}, bias and std over the value:")
+        table(COLUMNS, precision_rows(best))
+        click.echo(f"{best.name}: {answer(found, best)}")
+    for note in found.notes:
+        click.echo(f"note: {note}")
+
+
 def print_comparison(comparison: Comparison) -> None:
     """Print two estimates side by side, and which parameters moved."""
     from symgen.comparison_page import side_by_side
@@ -284,12 +303,13 @@ def print_comparison(comparison: Comparison) -> None:
 
 
 def print_result(result: Result, path: Path) -> bool:
-    """Print what identify, diagnose, predict or payload found.
+    """Print what identify, diagnose, predict, payload or study found.
 
     Returns:
         Whether the answer is yes: trusted, consistent or explained; of others it is no question.
     """
     from symgen.diagnosis.diagnosis import Diagnosis
+    from symgen.experiment.study_result import Study
     from symgen.identification.estimate import Estimate
     from symgen.identification.payload_result import Payload
 
@@ -299,7 +319,9 @@ def print_result(result: Result, path: Path) -> bool:
     if isinstance(result, Diagnosis):
         print_diagnosis(result, path if path.is_dir() else path.parent)
         return result.verdict in ("consistent", "explained")
-    if isinstance(result, Payload):
+    if isinstance(result, Study):
+        print_study(result)
+    elif isinstance(result, Payload):
         print_payload(result)
     else:
         print_prediction(result)

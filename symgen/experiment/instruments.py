@@ -55,9 +55,9 @@ class Instruments:
                 raise ParameterError(f"instruments: {name} is {value:g}; accepted: 0 or more")
 
     def motion_noise(
-        self, runs: int, seed: int, shape: tuple[int, int]
+        self, runs: range, seed: int, shape: tuple[int, int]
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the errors of q and qd, (runs, N, n); where there is none, (1, 1, 1)."""
+        """Return the errors of q and qd in some runs, (runs, N, n); (1, 1, 1) without any."""
         return (
             _normal(self.position_noise, runs, seed, _POSITION, shape),
             _normal(self.velocity_noise, runs, seed, _VELOCITY, shape),
@@ -72,13 +72,18 @@ class Instruments:
             q = self.encoder_step * np.floor(q / self.encoder_step + 0.5)
         return q, qd
 
-    def torque(self, command: FloatArray, seed: int) -> FloatArray:
-        """Return the torques that the log shows, (runs, N, n), of the commanded ones."""
-        runs, *shape = command.shape
+    def torque(self, command: FloatArray, runs: range, seed: int) -> FloatArray:
+        """Return the torques that the logs of some runs show, (runs, N, n).
+
+        Args:
+            command: the commanded ones, (runs, N, n), or (1, N, n) where they are alike.
+            runs: numbers of the runs.
+            seed: of all noise.
+        """
         if not (self.torque_noise or self.torque_noise_relative):
             return command
         size = np.sqrt(np.mean(command**2, axis=1, keepdims=True))
-        e = _normal(1.0, runs, seed, _TORQUE, (shape[0], shape[1]))
+        e = _normal(1.0, runs, seed, _TORQUE, (command.shape[1], command.shape[2]))
         return np.asarray(command + (self.torque_noise + self.torque_noise_relative * size) * e)
 
     def delayed(
@@ -107,17 +112,19 @@ class Instruments:
         return position, np.where((then < t[0])[:, None], 0.0, slope / h)
 
 
-def unseen_torque(size: FloatArray, runs: int, seed: int, samples: int) -> FloatArray:
+def unseen_torque(size: FloatArray, runs: range, seed: int, samples: int) -> FloatArray:
     """Return torques (runs, N, n) that act on the joints unseen, of standard deviations (n,)."""
     e = _normal(1.0, runs, seed, _DISTURBANCE, (samples, len(size)))
     return np.asarray(size * e)
 
 
-def _normal(size: float, runs: int, seed: int, channel: int, shape: tuple[int, int]) -> FloatArray:
+def _normal(
+    size: float, runs: range, seed: int, channel: int, shape: tuple[int, int]
+) -> FloatArray:
     """Draw from a stream of its own for each run and instrument: run 3 is run 3 of however many."""
     if not size:
         return np.zeros((1, 1, 1))
-    out = np.empty((runs, *shape))
-    for run in range(runs):
-        out[run] = size * np.random.default_rng([seed, run, channel]).standard_normal(shape)
+    out = np.empty((len(runs), *shape))
+    for k, run in enumerate(runs):
+        out[k] = size * np.random.default_rng([seed, run, channel]).standard_normal(shape)
     return out

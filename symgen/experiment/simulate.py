@@ -45,7 +45,7 @@ def simulate(
     initial: tuple[ArrayLike, ArrayLike] | None = None,
     duration: float = 20.0,
     rate: float | None = None,
-    runs: int = 1,
+    runs: int | range = 1,
     seed: int = 0,
     clip: bool = False,
     tolerance: float = 1e-9,
@@ -77,7 +77,8 @@ def simulate(
         duration: of the Fourier series, s.
         rate: stamps of the log per second; by default those of the trajectory or of the torques,
             1000 for the Fourier series and the paper's motion.
-        runs: how many; they differ in noise and disturbance. Run k is the same of however many.
+        runs: how many, or the numbers of some; they differ in noise and disturbance. Run k is the
+            same of however many.
         seed: of all noise, and of the Fourier series.
         clip: keep the torque within [limits] instead of refusing when it leaves them.
         tolerance: of the error of an integration step, absolute (rad, m, rad/s, m/s) and relative.
@@ -101,7 +102,8 @@ def simulate(
         raise ParameterError("simulate: torques have stamps of their own; accepted: no rate")
     if rate is not None and not (math.isfinite(rate) and rate > 0):
         raise ParameterError(f"simulate: rate is {rate:g}; accepted: above 0 Hz")
-    if not 1 <= runs <= _MOST_RUNS or seed < 0:
+    numbers = range(runs) if isinstance(runs, int) else runs
+    if not 1 <= len(numbers) <= _MOST_RUNS or min(numbers) < 0 or seed < 0:
         raise ParameterError(
             f"simulate: {runs} runs, seed {seed}; accepted: 1 to {_MOST_RUNS} runs, seed 0 or more"
         )
@@ -123,8 +125,8 @@ def simulate(
         acts,
         start if initial is None else initial,
         instruments or Instruments(),
-        _per_joint(disturbance, source.n),
-        runs,
+        per_joint(disturbance, source.n),
+        numbers,
         seed,
         clip,
         tolerance,
@@ -194,7 +196,7 @@ class _Plan:
     initial: tuple[ArrayLike, ArrayLike]
     instruments: Instruments = field(default_factory=Instruments)
     disturbance: FloatArray | None = None
-    runs: int = 1
+    runs: range = range(1)
     seed: int = 0
     clip: bool = False
     tolerance: float = 1e-9
@@ -212,16 +214,16 @@ def _run(
         raise ParameterError(f"simulate: clip, and {robot.name} has no torque in [limits]")
     if not 1e-13 <= plan.tolerance <= 1e-3:
         raise ParameterError(f"simulate: tolerance {plan.tolerance:g}; accepted: 1e-13 to 1e-3")
-    if plan.runs * len(t) * robot.n > _MOST:
+    if len(plan.runs) * len(t) * robot.n > _MOST:
         raise ParameterError(
-            f"simulate: {plan.runs} runs of {len(t)} samples and {robot.n} joints would fill the "
-            f"memory; accepted: up to {_MOST // (len(t) * robot.n)} runs at a time"
+            f"simulate: {len(plan.runs)} runs of {len(t)} samples and {robot.n} joints would fill "
+            f"the memory; accepted: up to {_MOST // (len(t) * robot.n)} runs at a time"
         )
     noise = shown.motion_noise(plan.runs, plan.seed, (len(t), robot.n))
     pushed = plan.disturbance is not None and bool(plan.disturbance.any())
     noisy = plan.acts == "on measurements" and any(e.size > 1 for e in noise)
     # Runs that differ in nothing but what is read off them are one motion.
-    moving = plan.runs if pushed or noisy else 1
+    moving = plan.runs if pushed or noisy else plan.runs[:1]
     law = _clipped(plan.law, np.array(limits)) if plan.clip else plan.law
     unseen = None
     if pushed:
@@ -232,7 +234,7 @@ def _run(
         plan.plant,
         law,
         t,
-        *_start(plan.initial, robot, moving),
+        *_start(plan.initial, robot, len(moving)),
         held=None if plan.acts == "always" else _held(plan, law, noise),
         unseen=unseen,
         smooth=plan.smooth,
@@ -240,27 +242,16 @@ def _run(
         progress=lambda k: meter((k + 1) / (len(t) - 1)),
     )
     notes = _torque_notes(motion, robot, limits, plan.clip)
-    shape = (plan.runs, len(t), robot.n)
-    q, qd = shown.delayed(t, motion.q, motion.qd, slice(0, len(t)))
-    q, qd = shown.read(q, qd, *noise)
-    command = np.broadcast_to(motion.tau, shape)
-    arrays = (motion.q, motion.qd, command, q, qd, shown.torque(command, plan.seed))
-    frozen = [_read_only(np.broadcast_to(x, shape)) for x in arrays]
-    true_q, true_qd, tau, q_log, qd_log, tau_log = frozen
-    return Simulation(
+    true = Simulation(
         robot.name,
         read_only(t),
-        true_q,
-        true_qd,
-        tau,
-        q_log,
-        qd_log if shown.velocity else None,
-        tau_log,
+        *(motion.q, motion.qd, motion.tau) * 2,
         robot.sigma,
         tuple(j.number for j in robot.movable),
         notes,
         robot.drive,
     )
+    return true.seen_by(shown, plan.runs, plan.seed)
 
 
 def _held(
@@ -313,13 +304,6 @@ def _torque_notes(
     return tuple(notes)
 
 
-def _read_only(array: FloatArray) -> FloatArray:
-    """Return a view that nobody writes to; unlike `read_only`, without a copy."""
-    view = array.view()
-    view.setflags(write=False)
-    return view
-
-
 def _start(initial: tuple[ArrayLike, ArrayLike], robot: Robot, runs: int) -> list[FloatArray]:
     out = []
     for name, given in zip(("q", "qd"), initial, strict=True):
@@ -333,7 +317,8 @@ def _start(initial: tuple[ArrayLike, ArrayLike], robot: Robot, runs: int) -> lis
     return out
 
 
-def _per_joint(value: float | Sequence[float], n: int) -> FloatArray:
+def per_joint(value: float | Sequence[float], n: int) -> FloatArray:
+    """Return disturbances (n,) of one or of n numbers."""
     out = np.asarray(value, dtype=np.float64)
     if out.shape not in ((), (n,)) or not np.isfinite(out).all() or out.min() < 0:
         raise ParameterError(
@@ -367,11 +352,16 @@ def _loaded(
     if evaluator is None:
         progress("deriving and compiling the model")
         model = derive(source, KERNELS)
-    X = _values(parameters, model)
+    X = values_of(parameters, model)
     return evaluator or load(model), X
 
 
-def _values(parameters: Parameters, model: Model) -> FloatArray:
+def values_of(parameters: Parameters, model: Model) -> FloatArray:
+    """Return X (p,) of a file, of names, or of numbers.
+
+    Raises:
+        ParameterError: they are not this robot's.
+    """
     if isinstance(parameters, (str, Path)):
         return read_parameters(parameters, model)
     if isinstance(parameters, Mapping):

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from symgen.data.drive import motor_side
 from symgen.data.log import Log, make_log
 from symgen.errors import LogError
+from symgen.experiment.instruments import Instruments
 from symgen.robot.types import Drive
 
 FloatArray = NDArray[np.float64]
@@ -56,6 +57,26 @@ class Simulation:
         """Number of runs."""
         return len(self.q_log)
 
+    def seen_by(self, instruments: Instruments, runs: range, seed: int) -> Simulation:
+        """Return the same motions in the logs of some instruments.
+
+        Args:
+            instruments: what the logs show.
+            runs: numbers of the runs: one a motion, or any of the one motion that there is.
+            seed: of all noise.
+        """
+        count = len(self.t)
+        noise = instruments.motion_noise(runs, seed, (count, len(self.sigma)))
+        q, qd = instruments.delayed(self.t, self.q, self.qd, slice(0, count))
+        q, qd = instruments.read(q, qd, *noise)
+        arrays = (self.q, self.qd, self.tau, q, qd, instruments.torque(self.tau, runs, seed))
+        shape = (len(runs), count, len(self.sigma))
+        true_q, true_qd, tau, q, qd, tau_log = (_view(np.broadcast_to(x, shape)) for x in arrays)
+        return replace(
+            self, q=true_q, qd=true_qd, tau=tau, q_log=q,
+            qd_log=qd if instruments.velocity else None, tau_log=tau_log,
+        )  # fmt: skip
+
     def log(self, run: int = 0) -> Log:
         """Return the log of a run, on the joint side.
 
@@ -93,6 +114,13 @@ class Simulation:
         rows = np.column_stack([self.t, *groups.values()]).tolist()
         form = ",".join(["%.12g"] * (1 + len(names)))
         return "\n".join([",".join(["t", *names]), *(form % tuple(r) for r in rows), ""]).encode()
+
+
+def _view(array: FloatArray) -> FloatArray:
+    """Return a view that nobody writes to; unlike `read_only`, without a copy."""
+    view = array.view()
+    view.setflags(write=False)
+    return view
 
 
 def log_paths(into: Path, runs: int) -> list[Path]:

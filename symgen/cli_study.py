@@ -1,0 +1,96 @@
+"""The command `study`: bias and precision of an estimate, by simulation."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from symgen.cli_reading import one_of, recording_options, robot_names
+from symgen.cli_workers import worker_options
+from symgen.terminal import print_study
+from symgen.terminal_progress import meter, say
+
+if TYPE_CHECKING:
+    from symgen.experiment.trials import Recording
+
+_MODELS = ("energy", "momentum", "torque")
+_METHODS = ("ols", "wls", "iv", "huber", "tls", "ridge", "essential", "consistent", "recursive")
+
+
+@click.command()
+@click.argument("robot", shell_complete=robot_names)
+@click.option("--parameters", required=True, help="estimate.json, or TOML with [parameters].")
+@click.option("--trajectory", multiple=True, help="CSV of a motion, one log each; repeatable.")
+@click.option("--held-out", help="CSV of the motion along which torque is predicted.")
+@recording_options
+@click.option(
+    "--model", multiple=True, shell_complete=one_of(*_MODELS), help="Repeatable; default all."
+)
+@click.option(
+    "--method", multiple=True, shell_complete=one_of(*_METHODS),
+    help="Repeatable; default ols, wls and iv.",
+)  # fmt: skip
+@click.option("--window", default=0.2, show_default=True, help="Length of the windows, s.")
+@click.option("--cutoff", type=float, help="Of the filter, Hz; by default that of the first run.")
+@click.option("--duration", default=20.0, show_default=True, help="Of the Fourier series, s.")
+@click.option("--runs", default=100, show_default=True, help="Simulated and identified.")
+@click.option("--target", default=2.0, show_default=True, help="To know a parameter to, %.")
+@click.option("--seed", default=0, show_default=True, help="Of noise and Fourier series.")
+@worker_options
+@click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
+def study(
+    robot: str,
+    parameters: str,
+    trajectory: tuple[str, ...],
+    held_out: str | None,
+    recording: Recording,
+    model: tuple[str, ...],
+    method: tuple[str, ...],
+    window: float,
+    cutoff: float | None,
+    duration: float,
+    runs: int,
+    target: float,
+    seed: int,
+    workers: int | None,
+    scheduler: str | None,
+    into: Path,
+) -> int:
+    """Tell how well motions and sensors determine ROBOT, and how long must be recorded.
+
+    Runs are simulated with --parameters and the noise of the sensors, and identified; what is found
+    is compared with what they were made of.
+    """
+    import symgen
+    from symgen.experiment.study_result import MARKER
+    from symgen.files import check_replaceable, write_folder
+    from symgen.study_page import study_files
+
+    check_replaceable(into, MARKER)
+    with meter("studying") as advance:
+        found = symgen.study(
+            robot,
+            parameters,
+            trajectories=trajectory,
+            held_out=held_out,
+            recording=recording,
+            models=model,
+            methods=method or _METHODS[:3],
+            window=window,
+            cutoff=cutoff,
+            duration=duration,
+            runs=runs,
+            target=target / 100,
+            seed=seed,
+            workers=workers,
+            scheduler=scheduler,
+            progress=say,
+            meter=advance,
+        )
+    files = study_files(found)
+    write_folder(into, files, MARKER)
+    print_study(found)
+    click.echo(f"written: {', '.join(str(into / name) for name in files)}")
+    return 0

@@ -1,0 +1,279 @@
+"""study: how well my motions and my sensors tell the parameters of my robot, by simulation.
+
+Gautier and Khalil (1988) say of the bias of least squares that it is impossible to calculate, and
+ask for a study "by simulation, for a given robot with given noise" (section 7). Runs are simulated,
+identified by each model and method, and compared with the truth:
+
+    bias = mean of X - X_true,   std = deviation of X over the runs,   std(T) = std sqrt(T0 / T)
+
+so that a parameter is within the target p after T = T0 std^2 / ((p X_true)^2 - bias^2), and never
+where the bias alone is larger.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.data.log import Log
+from symgen.distributed import executor
+from symgen.errors import ParameterError
+from symgen.estimation.band import Band
+from symgen.estimation.estimators import Estimator
+from symgen.estimation.recipe import NEEDED, Recipe, require_model
+from symgen.experiment.plant import KERNELS
+from symgen.experiment.reference import Reference, reference_of
+from symgen.experiment.simulate import Parameters, per_joint, simulate, values_of
+from symgen.experiment.simulation import Simulation
+from symgen.experiment.study_result import Precision, Settings, Study, Tried
+from symgen.experiment.trials import LENGTHS, TOGETHER, Recording, Trials, Try
+from symgen.identification.case import checked_run, looked_at
+from symgen.identification.reduction import loaded
+from symgen.identification.solving import Method
+from symgen.robot.toml_io import read_robot
+from symgen.robot.toml_text import robot_toml
+from symgen.robot.types import Robot, require_gravity
+
+FloatArray = NDArray[np.float64]
+METHODS = ("ols", "wls", "iv")
+_FEWEST, _MOST = 8, 100_000  # runs
+_HELD_HZ = 100.0
+#: Standard errors from which a bias counts; and of a normal law, the half of a 95 % interval.
+_COUNTS, _HALF = 3.0, 1.96
+#: Part of the time that passes before the runs begin, about.
+_BEFORE = 0.25
+_FALLS = 3.0  # standard errors, of std at another length
+
+
+def study(
+    robot: Robot | str | Path,
+    parameters: Parameters,
+    *,
+    trajectories: Sequence[Reference | Log | str | Path] = (),
+    held_out: Reference | Log | str | Path | None = None,
+    recording: Recording | None = None,
+    models: Sequence[str] = (),
+    methods: Sequence[str | Estimator] = METHODS,
+    window: float = 0.2,
+    cutoff: float | None = None,
+    duration: float = 20.0,
+    runs: int = 100,
+    target: float = 0.02,
+    seed: int = 0,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+    meter: Callable[[float], None] = lambda _: None,
+) -> Study:
+    """Tell by simulation how well logs of given motions and sensors determine a robot.
+
+    Args:
+        robot: a robot, a path or a library name.
+        parameters: the true ones: estimate.json, TOML with [parameters], names, or X (p,).
+        trajectories: the motions, one log each, as `simulate` takes them; by default one seeded
+            Fourier series within [limits].
+        held_out: the motion along which torque is predicted; by default another such series.
+        recording: instruments, controller, disturbance and rate.
+        models: of energy, momentum, torque; by default all.
+        methods: estimators or their names. Method iv takes its instruments from the encoders where
+            speeds are measured, from the commanded motion where not.
+        window: of energy and momentum, s.
+        cutoff: of the filter, Hz; by default chosen from the first run.
+        duration: of the Fourier series, s.
+        runs: how many.
+        target: what a parameter is to be known to, over its value.
+        seed: of all noise, and of the Fourier series.
+        workers: processes that share the runs; needs Dask from two on. The result is the same.
+        scheduler: address of a Dask scheduler whose workers do it.
+        progress: is told what is being done.
+        meter: is told which part is done, from 0 to 1.
+
+    Returns:
+        Bias, precision and what estimates say of it, for every model, method and parameter.
+
+    Raises:
+        ParameterError: the parameters are not this robot's, or a number is out of range.
+        IdentificationError: a model or method that does not exist.
+        LogError: a trajectory cannot be read, or is another robot's.
+    """
+    if not (_FEWEST <= runs <= _MOST and 0 < target < 1 and seed >= 0):
+        raise ParameterError(
+            f"study: {runs} runs, target {100 * target:g} %, seed {seed}; accepted: {_FEWEST} to "
+            f"{_MOST} runs, above 0 to below 100 %, seed 0 or more"
+        )
+    source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
+    require_gravity(source, "a study")
+    made = recording or Recording()
+    chosen = tuple(models) or (("torque",) if source.loaded else tuple(NEEDED))
+    for model in chosen:
+        if model not in NEEDED:
+            raise ParameterError(f"study: model {model!r}; accepted: {', '.join(NEEDED)}")
+        require_model(source, model)
+    ways = [(Recipe(m, window), Method.of(method)) for m in chosen for method in methods]
+    if not ways:
+        raise ParameterError("study: no method; accepted: one or more, such as wls")
+    progress("deriving and compiling the model")
+    kernels = dict.fromkeys([*KERNELS, *(k for recipe, _ in ways for k in recipe.all_kernels)])
+    text = robot_toml(source)
+    evaluator = loaded(text, tuple(kernels))
+    X = values_of(parameters, evaluator.model)
+    per_joint(made.disturbance, source.n)
+    rate = made.rate or 1000.0
+    aims = tuple(
+        reference_of(t, source, duration=duration, rate=rate, seed=seed)
+        for t in trajectories or (None,)
+    )
+    held = reference_of(held_out, source, duration=duration, rate=_HELD_HZ, seed=seed + 1)
+    trials = Trials(text, tuple(kernels), X, aims, made, seed)
+    trials = replace(trials, held=(held.q, held.qd, held.qdd))
+    if made.moves_alike:
+        trials = replace(trials, moved=tuple(_moved(trials, progress, meter)))
+    progress("choosing the band")
+    trials = _with_tries(trials, ways, cutoff)
+    items = [range(k, min(k + TOGETHER, runs)) for k in range(0, runs, TOGETHER)]
+    done: dict[int, bytes] = {}
+    progress(f"identifying {runs} runs by {len(ways)} ways")
+    with executor(workers, scheduler) as by:
+        for k, content in by.results(trials, items):
+            done[k] = content
+            meter(_BEFORE + (1 - _BEFORE) * len(done) / len(items))
+    found = _collected([done[k] for k in range(len(items))])
+    seconds = sum(float(a.t[-1] - a.t[0]) for a in aims)
+    settings = Settings(
+        runs, seed, seconds, LENGTHS, trials.tries[0].band.rate_hz, window, 100 * target,
+        tuple(a.name for a in aims), held.name, made,
+    )  # fmt: skip
+    tau = evaluator["inverse_dynamics"](held.q, held.qd, held.qdd, X)
+    results = tuple(
+        _tried(trials, way, {key: x[i] for key, x in found.items()}, settings, tau)
+        for i, way in enumerate(trials.tries)
+    )
+    return Study(source.name, settings, results, _notes(results, runs))
+
+
+def _moved(
+    trials: Trials, progress: Callable[[str], None], meter: Callable[[float], None]
+) -> list[Simulation]:
+    """Return the motions along the references, of which every run measures the same."""
+    made, count = trials.recording, len(trials.aims)
+
+    def advance(k: int, part: float) -> None:
+        meter(_BEFORE * (k + part) / count)
+
+    return [
+        simulate(
+            trials.evaluator, trials.X, trajectory=aim, controller=made.controller,
+            rate=made.rate, clip=made.clip, progress=progress,
+            meter=partial(advance, k),
+        )
+        for k, aim in enumerate(trials.aims)
+    ]  # fmt: skip
+
+
+def _with_tries(
+    trials: Trials, ways: Sequence[tuple[Recipe, Method]], cutoff: float | None
+) -> Trials:
+    """Choose the band of every way from the first run; look whether torques come late."""
+    (first,) = trials.samples(range(1))
+    bands: dict[bool, Band] = {}
+    late = False
+    for iv in {method.name == "iv" for _, method in ways}:
+        run = looked_at(
+            trials.evaluator, first, (), (), True, cutoff, lambda _: None, own_speeds=iv
+        )
+        bands[iv] = run.band
+        late |= checked_run(run)[2] != 0
+    tries = tuple(Try(recipe, method, bands[method.name == "iv"]) for recipe, method in ways)
+    return replace(trials, tries=tries, late=late)
+
+
+def _collected(contents: Sequence[bytes]) -> dict[str, FloatArray]:
+    """Put the results of all tasks together, (tries, groups, ...) by name."""
+    parts = []
+    for content in contents:
+        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+            parts.append({name: archive[name] for name in archive.files})
+    return {name: np.concatenate([p[name] for p in parts], axis=1) for name in parts[0]}
+
+
+def _tried(
+    trials: Trials, way: Try, found: dict[str, FloatArray], settings: Settings, tau: FloatArray
+) -> Tried:
+    """Return what one model and method did.
+
+    Args:
+        trials: what was done.
+        way: the model and method.
+        found: X, std (groups, p) and squared error of torque (groups, n) by number of recordings.
+        settings: of the study.
+        tau: torque of the held-out motion, (N, n).
+    """
+    size = np.sum(tau**2, axis=0)
+    good = {m: np.isfinite(found[f"X{m}"]).all(axis=1) for m in LENGTHS}
+    failed = int(np.sum(~good[1]))
+    enough = [m for m in LENGTHS if np.sum(good[m]) > 2]
+    if 1 not in enough:
+        return Tried(way.recipe.model, way.method.label, way.band, failed, (), None, (), (), ())
+    X = {m: found[f"X{m}"][good[m]] for m in enough}
+    std = np.stack([X[m].std(axis=0, ddof=1) for m in enough])
+    error = {m: found[f"error{m}"][good[m]].mean(axis=0) for m in enough}
+    counts = np.array([len(X[m]) - 1 for m in enough])
+    # One std for all lengths, each weighed by what it tells, as if recorded once.
+    once = np.sqrt((counts * np.array(enough)) @ std**2 / counts.sum())
+    said = found["std1"][good[1]]
+    base = trials.evaluator.model.base
+    parameters = []
+    for k, p in enumerate(base.parameters):
+        true, bias = float(trials.X[k]), float(X[1][:, k].mean() - trials.X[k])
+        error_of_bias = float(std[0, k]) / math.sqrt(len(X[1]))
+        rms = float(np.sqrt(np.mean(said[:, k] ** 2)))
+        parameters.append(Precision(
+            p.name, p.unit, true, bias, error_of_bias, float(std[0, k]),
+            rms if math.isfinite(rms) else None,
+            float(np.mean(np.abs(X[1][:, k] - true) <= _HALF * said[:, k])),
+            tuple(map(float, std[:, k])),
+            _seconds(true, bias, error_of_bias, float(once[k]), settings),
+        ))  # fmt: skip
+    moved = std[0] > 0
+    ratios = np.sqrt(np.mean((std[:, moved] / std[0, moved]) ** 2, axis=1)) if moved.any() else ()
+    return Tried(
+        way.recipe.model, way.method.label, way.band, failed, tuple(parameters),
+        math.sqrt(error[1].sum() / size.sum()),
+        tuple(map(float, np.sqrt(error[1] / np.where(size > 0, size, np.inf)))),
+        tuple(math.sqrt(error[m].sum() / size.sum()) for m in enough),
+        tuple(map(float, ratios)),
+    )  # fmt: skip
+
+
+def _seconds(
+    true: float, bias: float, error: float, std: float, settings: Settings
+) -> float | None:
+    """Return how long must be recorded, s; None where no length is long enough."""
+    wanted = settings.target_percent / 100 * abs(true)
+    counted = bias if abs(bias) > _COUNTS * error else 0.0
+    if wanted <= abs(counted):
+        return None
+    return settings.seconds * max(1.0, std**2 / (wanted**2 - counted**2))
+
+
+def _notes(results: Sequence[Tried], runs: int) -> tuple[str, ...]:
+    """Say what failed, and where std does not fall as the square root of the length."""
+    out = []
+    for r in results:
+        if r.failed:
+            out.append(f"{r.name}: {r.failed} of {runs} runs do not determine the parameters")
+        for m, ratio in zip(LENGTHS[1:], r.std_ratio_by_length[1:], strict=False):
+            doubt = _FALLS / math.sqrt(2 * max(runs // m - 1, 1))
+            if abs(ratio * math.sqrt(m) - 1) > doubt:
+                out.append(
+                    f"{r.name}: recorded {m} times, std is {ratio:.2g} of that of once, where "
+                    f"{1 / math.sqrt(m):.2g} was expected: more of it pays otherwise than said"
+                )
+    return tuple(out)

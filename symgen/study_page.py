@@ -1,0 +1,178 @@
+"""The page and the files of a study."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symgen import plots
+from symgen.experiment.study_result import (
+    COLUMNS,
+    HEADER,
+    MARKER,
+    Precision,
+    Study,
+    Tried,
+    answer,
+    duration,
+    overview,
+    precision_rows,
+)
+from symgen.report import Banner, Section, Table, drawn, page, percent
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+_DRAWN = 8  # parameters of the chart
+
+
+def study_files(found: Study) -> dict[str, bytes]:
+    """Return study.json and report.html."""
+    return {
+        MARKER: (json.dumps(found.to_json(), indent=1) + "\n").encode(),
+        "report.html": study_page(found).encode(),
+    }
+
+
+def study_page(found: Study) -> str:
+    """Return the page: the answer, models and methods beside each other, parameters, settings."""
+    s, best = found.settings, found.best
+    lead = (
+        f"What logs of these motions and sensors tell of {found.robot}: {s.runs} simulated runs of "
+        f"{duration(s.seconds)}, each identified by {len(found.results)} ways and compared with "
+        "the parameters that it was made of.",
+    )
+    if best is None or best.torque_error is None:
+        banner = Banner("bad", "Not determined", "No run determines the parameters.", found.notes)
+        return page(f"Study of {found.robot}", lead, [_settings(found)], banner)
+    facts = (
+        ("torque error of held-out motion", percent(best.torque_error, 3)),
+        ("coverage of 95 % intervals", percent(best.coverage, 2)),
+    )
+    told = f"{answer(found, best)}."
+    banner = Banner("plain", best.name.capitalize(), told, facts=facts)
+    words = ("name", *("number",) * (len(HEADER) - 1))
+    ways = Section(
+        "Models and methods",
+        (
+            "Torque error: along a motion without noise that no run had. At once, in the end: "
+            f"parameters within {s.target_percent:g} % after {duration(s.seconds)}, and after "
+            "any time; never: those whose bias alone is larger. Coverage: how often the interval "
+            "of 95 % held the truth, mean over the parameters.",
+        ),
+        Table(HEADER, tuple(overview(found)), words),
+    )
+    styles = ("name", *("number",) * (len(COLUMNS) - 2), "unit")
+    flagged = frozenset(k for k, p in enumerate(best.parameters) if p.seconds is None)
+    parameters = Section(
+        f"Parameters: {best.name}",
+        (
+            "Bias and std over the true value; std says: what the estimates say of their own std. "
+            f"Record: until the parameter is within {s.target_percent:g} %, since std falls as the "
+            f"square root of the time.{_falls(found, best)}",
+        ),
+        Table(COLUMNS, tuple(precision_rows(best)), styles, flagged),
+    )
+    sections = [ways, *_chart(found, best), parameters, *_lengths(found), _settings(found)]
+    if found.notes:
+        sections.append(Section("Notes", found.notes))
+    return page(f"Study of {found.robot}", lead, sections, banner)
+
+
+def _falls(found: Study, best: Tried) -> str:
+    """Say what was measured of std at other lengths."""
+    pairs = zip(found.settings.lengths, best.std_ratio_by_length, strict=False)
+    told = [f"{ratio:.2f} recorded {m} times ({m**-0.5:.2f})" for m, ratio in pairs if m > 1]
+    if not told:
+        return ""
+    return f" Measured, with what is expected: of the std recorded once {', '.join(told)} is left."
+
+
+def _chart(found: Study, best: Tried) -> list[Section]:
+    """Draw the error of the parameters that take longest over the time that is recorded."""
+    s = found.settings
+    known = sorted((p for p in best.parameters if p.known), key=_needed)[-_DRAWN:]
+    if not known:
+        return []
+    longest = max([4 * s.seconds, *(1.5 * (p.seconds or 0.0) for p in known)])
+    T = np.geomspace(s.seconds, longest, 60)
+    figure = plots.lines(
+        T,
+        {p.name: 100 * _error(p, T / s.seconds) for p in reversed(known)},
+        title="Error",
+        xlabel="recorded, s",
+        ylabel="error, %",
+        log_y=True,
+        height=460,
+    )
+    _measured(figure, known, s.seconds, s.lengths)
+    ticks = {"type": "log", "dtick": 1, "tickformat": "~g"}
+    figure.update_xaxes(**ticks).update_yaxes(**ticks)
+    figure.add_hline(y=s.target_percent, line={"color": plots.INK, "width": 1, "dash": "dash"})
+    text = (
+        f"Of the known parameters the {len(known)} that take longest: root mean square error over "
+        "the value, bias and std together. Dots are simulated, lines follow std / √time, the "
+        f"dashed one is {s.target_percent:g} %."
+    )
+    return [drawn("How long to record", text, figure)]
+
+
+def _measured(
+    figure: Figure, known: list[Precision], seconds: float, lengths: tuple[int, ...]
+) -> None:
+    for k, p in enumerate(reversed(known)):
+        std = np.array(p.std_by_length)
+        figure.add_scatter(
+            x=seconds * np.array(lengths[: len(std)]),
+            y=100 * np.hypot(std, p.bias if p.seconds is None else 0.0) / abs(p.value),
+            mode="markers",
+            marker={"color": plots.line_style(k)["color"], "size": 7},
+            name=plots.plain(p.name),
+            showlegend=False,
+        )
+
+
+def _error(p: Precision, times: plots.FloatArray) -> plots.FloatArray:
+    floor = p.bias if p.seconds is None else 0.0
+    return np.asarray(np.hypot(p.std / np.sqrt(times), floor) / abs(p.value))
+
+
+def _needed(p: Precision) -> float:
+    return np.inf if p.seconds is None else p.seconds
+
+
+def _lengths(found: Study) -> list[Section]:
+    """Return the time that every parameter needs, by every model and method."""
+    ways = [r for r in found.results if r.parameters]
+    if len(ways) < 2:
+        return []
+    rows = zip(*([duration(p.seconds) for p in r.parameters] for r in ways), strict=True)
+    names = [p.name for p in ways[0].parameters]
+    table = Table(
+        ("name", *(f"{r.model} {r.method}" for r in ways)),
+        tuple((name, *row) for name, row in zip(names, rows, strict=True)),
+        ("name", *("number",) * len(ways)),
+    )
+    target = f"{found.settings.target_percent:g} %"
+    text = f"How long must be recorded until a parameter is within {target}."
+    return [Section("By model and method", (text,), table)]
+
+
+def _settings(found: Study) -> Section:
+    """Return what the study was made with."""
+    s, shown = found.settings, found.settings.recording
+    instruments = {k.replace("_", " "): v for k, v in vars(shown.instruments).items()}
+    rows = [
+        ("motions", ", ".join(s.trajectories)),
+        ("held-out motion", s.held_out),
+        ("rate of the logs", f"{s.rate_hz:.4g} Hz"),
+        ("windows", f"{s.window_s:g} s"),
+        *((name, f"{float(value):g}") for name, value in instruments.items()),
+        ("controller", f"{shown.controller.kind}, {shown.controller.bandwidth:g} rad/s"),
+        ("disturbance", str(shown.disturbance)),
+        *((f"band of {r.name}", r.band.in_words()) for r in found.results),
+        ("seed", str(s.seed)),
+    ]
+    return Section("Settings", (), Table(("", ""), tuple(rows), ("name", "words")))
