@@ -60,6 +60,7 @@ class Comparison:
         left_out: name of every other one, and why it is not compared.
         notes: what limits the comparison, in words.
         shared: labels of the training logs that both used.
+        alike: names of training logs of both that may be one file, or parts of it.
     """
 
     names: tuple[str, str]
@@ -69,6 +70,7 @@ class Comparison:
     left_out: tuple[tuple[str, str], ...]
     notes: tuple[str, ...]
     shared: tuple[str, ...] = ()
+    alike: tuple[str, ...] = ()
 
     @property
     def moved(self) -> tuple[Compared, ...]:
@@ -79,13 +81,13 @@ class Comparison:
     def verdict(self) -> str:
         """Differ (a parameter moved), agree, or unknown.
 
-        It is unknown where no standard deviation is, and where none moved but both used one log:
-        their errors are alike then, and so are values that are wrong.
+        It is unknown where no standard deviation is, and where none moved but both used one log, or
+        logs of one name: their errors are alike then, and so are values that are wrong.
         """
         if self.moved:
             return "differ"
         judged = any(not math.isnan(p.sigmas) for p in self.parameters)
-        return "agree" if judged and not self.shared else "unknown"
+        return "agree" if judged and not (self.shared or self.alike) else "unknown"
 
     @property
     def summary(self) -> str:
@@ -100,8 +102,13 @@ class Comparison:
             f"{len(self.moved)} of {judged} parameters moved by more than {MOVED:g} combined "
             f"standard deviations; chance alone would move {chance} of them on average."
         )
-        if self.verdict == "unknown":
+        if self.verdict == "unknown" and self.shared:
             told += " Both used the same training data, so that this shows no agreement."
+        elif self.verdict == "unknown":
+            told += (
+                f" Both used a training log named {', '.join(self.alike)}: where that is one file, "
+                "this shows no agreement; two files are told apart by their names."
+            )
         return told
 
     def to_json(self) -> dict[str, Any]:
@@ -184,20 +191,23 @@ def compare(a: Estimate | str | Path, b: Estimate | str | Path) -> Comparison:
         )
     logs = _logs(second)
     shared = tuple(label for digest, label in _logs(first).items() if digest in logs)
+    alike = tuple(sorted(set(_names(first)) & set(_names(second)) - set(shared)))
     return Comparison(
         (names[0], names[1]),
         first,
         second,
         tuple(common),
         tuple(left_out),
-        _notes(first, second, shared),
+        _notes(first, second, shared, alike),
         shared,
+        alike,
     )
 
 
-def _notes(a: Estimate, b: Estimate, shared: tuple[str, ...]) -> tuple[str, ...]:
+def _notes(
+    a: Estimate, b: Estimate, shared: tuple[str, ...], alike: tuple[str, ...]
+) -> tuple[str, ...]:
     """Return what limits a comparison: data in common, other robot files, errors without std."""
-    alike = sorted(set(_names(a)) & set(_names(b)) - set(shared))
     notes = ["the difference in standard deviations assumes that the two used independent data"]
     if alike:
         notes.append(

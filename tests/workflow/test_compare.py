@@ -167,9 +167,19 @@ def test_a_part_of_one_log_is_not_called_independent_of_the_whole() -> None:
         log = ("train x.csv, sha256 of samples", digest)
         return small(("A", "A", 1.0, 0.1), provenance=(log,))
 
-    notes = symgen.compare(of("first four fifths"), of("all of it")).notes
-    assert "both used a log named x.csv" in notes[1]
-    assert "not independent" in notes[1]
+    found = symgen.compare(of("first four fifths"), of("all of it"))
+    assert "both used a log named x.csv" in found.notes[1]
+    assert "not independent" in found.notes[1]
+
+
+def test_two_estimates_from_one_log_never_agree(logs) -> None:
+    """Judged by another log or by its own end: another part of it is taken, and another digest."""
+    whole = symgen.identify("planar2r", logs[0], validation=logs[2], model="energy")
+    part = symgen.identify("planar2r", logs[0], model="energy")
+    for found in (symgen.compare(whole, part), symgen.compare(part, part)):
+        assert not found.moved
+        assert found.verdict == "unknown"
+        assert "this shows no agreement" in found.summary
 
 
 def test_estimates_of_independent_noise_agree(estimates) -> None:
