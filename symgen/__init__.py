@@ -65,10 +65,12 @@ if TYPE_CHECKING:
     from symgen.experiment.controller import Controller as Controller
     from symgen.experiment.excitation import excite as excite
     from symgen.experiment.instruments import Instruments as Instruments
+    from symgen.experiment.options import Motion as Motion
+    from symgen.experiment.options import Search as Search
+    from symgen.experiment.recording import Recording as Recording
     from symgen.experiment.simulate import simulate as simulate
     from symgen.experiment.study import study as study
     from symgen.experiment.study_result import Study as Study
-    from symgen.experiment.trials import Recording as Recording
     from symgen.identification.comparison import compare as compare
     from symgen.identification.estimate import Estimate as Estimate
     from symgen.identification.export import values_header as values_header
@@ -88,6 +90,7 @@ if TYPE_CHECKING:
     )
     from symgen.robot.toml_text import robot_toml as robot_toml
     from symgen.robot.types import Joint as Joint
+    from symgen.robot.types import Limits as Limits
     from symgen.robot.types import Robot as Robot
     from symgen.runtime.check import Checked as Checked
     from symgen.runtime.check import check as check
@@ -112,18 +115,21 @@ _WHERE = {
     "Instruments": "symgen.experiment.instruments",
     "InstrumentalVariables": "symgen.estimation.instrumental",
     "Joint": "symgen.robot.types",
+    "Limits": "symgen.robot.types",
     "Log": "symgen.data.log",
     "LogError": "symgen.errors",
     "Model": "symgen.codegen.model",
+    "Motion": "symgen.experiment.options",
     "Ols": "symgen.estimation.estimators",
     "PackageError": "symgen.errors",
     "ParameterError": "symgen.errors",
     "Prior": "symgen.estimation.estimators",
     "Reading": "symgen.data.raw",
-    "Recording": "symgen.experiment.trials",
+    "Recording": "symgen.experiment.recording",
     "Ridge": "symgen.estimation.estimators",
     "Robot": "symgen.robot.types",
     "RobotError": "symgen.errors",
+    "Search": "symgen.experiment.options",
     "Study": "symgen.experiment.study_result",
     "SymgenError": "symgen.errors",
     "SymgenWarning": "symgen.errors",

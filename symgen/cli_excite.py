@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +11,12 @@ import click
 from symgen.cli_reading import listed, robot_names
 from symgen.errors import ParameterError
 from symgen.terminal import print_plan
-from symgen.terminal_progress import say
+from symgen.terminal_progress import meter, say
 
 
 @click.command()
 @click.argument("robot", shell_complete=robot_names)
-@click.option("--model", default="energy", show_default=True, help="energy, momentum or torque.")
+@click.option("--model", default="momentum", show_default=True, help="energy, momentum or torque.")
 @click.option("--position", help="Limits LOW:HIGH or HALF (-HALF to HALF), rad or m.")
 @click.option("--velocity", help="Largest speeds, rad/s or m/s.")
 @click.option("--acceleration", help="Largest accelerations, rad/s2 or m/s2.")
@@ -57,6 +58,7 @@ def excite(robot: str, into: Path, to: str, **options: Any) -> int:
     that it has.
     """
     import symgen
+    from symgen import Limits, Motion, Search
     from symgen.experiment.formats import FORMATS, exported
     from symgen.experiment.plan import paths
     from symgen.files import check_new, write_files
@@ -75,12 +77,22 @@ def excite(robot: str, into: Path, to: str, **options: Any) -> int:
     options["duration"] = numbers(options["duration"], "--duration", options["runs"])
     kinds = tuple(options["kind"].split(","))
     options["kind"] = kinds[0] if len(kinds) == 1 else kinds
-    plan = symgen.excite(source, progress=say, **options)
+    limits, motion, search = (_asked(kind, options) for kind in (Limits, Motion, Search))
+    with meter("searching") as advance:
+        plan = symgen.excite(
+            source, limits=limits, motion=motion, search=search,
+            progress=say, meter=advance, **options,
+        )  # fmt: skip
     found = exported(plan, source, into, to)
     write_files(found.items())
     print_plan(plan)
     click.echo(f"written: {', '.join(map(str, found))}")
     return 0 if plan.good else 1
+
+
+def _asked(kind: Any, options: dict[str, Any]) -> Any:
+    """Make an object of options, and take those off that it holds."""
+    return kind(**{f.name: options.pop(f.name) for f in fields(kind) if f.name in options})
 
 
 def numbers(text: str | None, what: str, count: int) -> tuple[float, ...] | None:

@@ -106,9 +106,7 @@ def recording_options(command: Callable[..., Any]) -> Callable[..., Any]:
         clip: bool,
         **others: Any,
     ) -> Any:
-        from symgen.experiment.controller import Controller
-        from symgen.experiment.instruments import Instruments
-        from symgen.experiment.trials import Recording
+        from symgen import Controller, Instruments, Recording
 
         recording = Recording(
             Instruments(

@@ -12,7 +12,7 @@ from symgen.terminal import print_simulation
 from symgen.terminal_progress import meter, say
 
 if TYPE_CHECKING:
-    from symgen.experiment.trials import Recording
+    from symgen.experiment.recording import Recording
 
 
 @click.command()
@@ -40,13 +40,11 @@ def simulate(
 ) -> int:
     """Simulate ROBOT with given parameters under a controller, and write the log that it leaves."""
     import symgen
-    from symgen.experiment.controller import Controller
     from symgen.experiment.simulation import log_paths
     from symgen.files import check_new, write_files
 
     for path in log_paths(into, runs):
         check_new(path)
-    moved = recording.controller
     with meter("simulating") as advance:
         done = symgen.simulate(
             robot,
@@ -54,14 +52,10 @@ def simulate(
             trajectory=trajectory,
             torque=torque,
             hold=hold,
-            controller=None if torque is not None and moved == Controller() else moved,
-            instruments=recording.instruments,
-            disturbance=recording.disturbance,
+            recording=recording,
             duration=duration,
-            rate=recording.rate,
             runs=runs,
             seed=seed,
-            clip=recording.clip,
             progress=say,
             meter=advance,
         )

@@ -13,7 +13,7 @@ from symgen.terminal import print_study
 from symgen.terminal_progress import meter, say
 
 if TYPE_CHECKING:
-    from symgen.experiment.trials import Recording
+    from symgen.experiment.recording import Recording
 
 _MODELS = ("energy", "momentum", "torque")
 _METHODS = ("ols", "wls", "iv", "huber", "tls", "ridge", "essential", "consistent", "recursive")

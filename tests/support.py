@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import os
 import warnings
+from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import pytest
 from oracles.random_arms import to_toml
 from oracles.transforms import Arm
 
-from symgen import Robot, SymgenWarning, parse_robot
+import symgen
+from symgen import Limits, Motion, Robot, Search, SymgenWarning, parse_robot
+from symgen.experiment.plan import Plan
 
 PROJECT = Path(__file__).resolve().parents[1]
 
@@ -44,6 +48,15 @@ def parsed(text: str, name: str = "arm") -> Robot:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SymgenWarning)
         return parse_robot(text, name)
+
+
+def excited(robot: Robot | str, **options: Any) -> Plan:
+    """Excite by options of one dictionary, as figures keep them; the model is energy by default."""
+    made = {
+        name: kind(**{f.name: options.pop(f.name) for f in fields(kind) if f.name in options})
+        for name, kind in (("limits", Limits), ("motion", Motion), ("search", Search))
+    }
+    return symgen.excite(robot, **made, **({"model": "energy"} | options))
 
 
 def messages(err: str) -> list[str]:

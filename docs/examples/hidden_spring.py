@@ -9,7 +9,6 @@ names the spring and its stiffness, and the robot that declares it is as good as
 # The file that we have, and the arm as it is: one more table.
 
 import symgen
-from symgen.experiment.instruments import Instruments
 
 KNOWN = """
 [robot]
@@ -41,8 +40,9 @@ print("parameters of the true arm:", ", ".join(names))
 values = {"ZZ1R": 1.7, "MX1R": 2.6, "MY1": 0.05, "FS1": 1.5, "FV1": 0.9, "ZZ2R": 0.3, "MX2": 0.7,
           "MY2": 0.02, "FS2": 0.8, "FV2": 0.5, "IA2": 0.2, "K2": 2.0}  # fmt: skip
 X = [values.get(name, 0.0) for name in names]
-seen = Instruments(encoder_step=2e-5, torque_noise=0.3)
-done = symgen.simulate(true, X, duration=16.0, rate=200.0, runs=2, seed=4, instruments=seen)
+seen = symgen.Instruments(encoder_step=2e-5, torque_noise=0.3)
+made = symgen.Recording(seen, rate=200.0)
+done = symgen.simulate(true, X, duration=16.0, runs=2, seed=4, recording=made)
 train, test = done.log(0), done.log(1)
 
 # ## What the file's model makes of them

@@ -11,7 +11,6 @@ more log its mass and its place are known.
 import numpy as np
 
 import symgen
-from symgen.experiment.instruments import Instruments
 from symgen.experiment.reference import make_reference
 
 TABLE = """
@@ -30,7 +29,8 @@ velocity = [2.0, 3.0]
 acceleration = [8.0, 12.0]
 """
 arm = symgen.parse_robot(TABLE)
-plan = symgen.excite(arm, model="momentum", duration=10.0, searches=1, iterations=60, seed=1)
+short = symgen.Search(searches=1, iterations=60, seed=1)
+plan = symgen.excite(arm, motion=symgen.Motion(duration=10.0), search=short)
 print("limits that bind:", ", ".join(f"{u.limit} of joint {u.joint}" for u in plan.binding))
 
 # ## What a good motion is worth
@@ -40,12 +40,12 @@ names = symgen.derive(arm).base.names
 values = {"ZZ1R": 1.9, "MX1R": 2.9, "MY1": 0.04, "FS1": 1.5, "FV1": 0.9, "ZZ2": 0.3, "MX2": 0.75,
           "MY2": 0.02, "IA2": 0.2, "FS2": 0.8, "FV2": 0.5}  # fmt: skip
 X = np.array([values[name] for name in names])
-seen = Instruments(encoder_step=2e-5, torque_noise=0.3)
+seen = symgen.Recording(symgen.Instruments(encoder_step=2e-5, torque_noise=0.3))
 
 
 def recorded(motion, parameters, seed=1):
     """Return a log of the arm along a motion."""
-    done = symgen.simulate(arm, parameters, trajectory=motion, instruments=seen, seed=seed)
+    done = symgen.simulate(arm, parameters, trajectory=motion, recording=seen, seed=seed)
     return done.log(0)
 
 

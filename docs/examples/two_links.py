@@ -11,7 +11,6 @@ and the parameters are found again from that log.
 import numpy as np
 
 import symgen
-from symgen.experiment.instruments import Instruments
 
 robot = symgen.read_robot("planar2r")
 model = symgen.derive(robot, "all")
@@ -29,8 +28,9 @@ print("rank", model.base.proof.rank, "of", len(model.base.standard), "standard p
 # measured, as on the paper's robot.
 
 X = np.array([3.5, 0.06, 0.124, 0.006])
-seen = Instruments(encoder_step=1e-4, velocity_noise=2e-3, torque_noise=0.02)
-done = symgen.simulate(robot, X, duration=20.0, rate=500.0, runs=2, seed=1, instruments=seen)
+seen = symgen.Instruments(encoder_step=1e-4, velocity_noise=2e-3, torque_noise=0.02)
+made = symgen.Recording(seen, rate=500.0)
+done = symgen.simulate(robot, X, duration=20.0, runs=2, seed=1, recording=made)
 train, test = done.log(0), done.log(1)
 
 # ## The estimate

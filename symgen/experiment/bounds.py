@@ -65,22 +65,14 @@ class Use:
     allowed: float
 
 
-def bounds(
-    robot: Robot,
-    position: Sequence[tuple[float, float]] | None,
-    velocity: Sequence[float] | None,
-    acceleration: Sequence[float] | None,
-    jerk: Sequence[float] | None,
-    torque: Sequence[float] | None,
-) -> Bounds:
-    """Return the limits of a robot: those given, or else those of its file.
+def bounds(robot: Robot) -> Bounds:
+    """Return the limits of a robot.
 
     Raises:
         ParameterError: limits of position or speed are missing, or a limit has no meaning.
     """
     own = robot.limits or Limits()
-    where = f"limits of {robot.name}"
-    ranges = position if position is not None else own.position
+    where, ranges = f"limits of {robot.name}", own.position
     if ranges is None:
         raise ParameterError(
             f"{where}: positions are not limited; accepted: position in [limits], or --position"
@@ -89,21 +81,16 @@ def bounds(
     low, high = np.array(ranges, dtype=np.float64).reshape(robot.n, 2).T
     if not (np.isfinite(low).all() and np.isfinite(high).all() and (low < high).all()):
         raise ParameterError(f"{where}: position; accepted: for each joint LOW below HIGH, finite")
-    rows = []
-    for key, given in (("velocity", velocity), ("acceleration", acceleration), ("jerk", jerk)):
-        rows.append(_positive(where, key, given, getattr(own, key, None), robot.n))
+    rows = [_positive(where, key, getattr(own, key), robot.n) for key in KEYS[1:]]
     if not np.isfinite(rows[0]).all():
         raise ParameterError(
             f"{where}: speeds are not limited; accepted: velocity in [limits], or --velocity"
         )
-    tau = _positive(where, "torque", torque, own.torque, robot.n)
+    tau = _positive(where, "torque", own.torque, robot.n)
     return Bounds(low, high, np.array(rows), tau, tuple(j.number for j in robot.movable))
 
 
-def _positive(
-    where: str, key: str, given: Sequence[float] | None, own: Sequence[float] | None, n: int
-) -> FloatArray:
-    values = given if given is not None else own
+def _positive(where: str, key: str, values: Sequence[float] | None, n: int) -> FloatArray:
     if values is None:
         return np.full(n, math.inf)
     _require_count(where, key, len(values), n)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,16 +18,17 @@ from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.recipe import require_model
 from symgen.experiment.bounds import Bounds, bounds
 from symgen.experiment.cell import KINDS
-from symgen.experiment.criterion import CRITERIA, FloatArray
+from symgen.experiment.criterion import FloatArray
 from symgen.experiment.judge import MODELS, SHRUNK, Found, Judge, judge
 from symgen.experiment.objective import Objective, smooth_robot
+from symgen.experiment.options import Motion, Search, require_positive
 from symgen.experiment.plan import Plan, binding_text
 from symgen.experiment.search import Clock, Program
 from symgen.experiment.space import space
 from symgen.experiment.trajectory import SMOOTH, basis
 from symgen.identification.verdict import WINDOWS
 from symgen.robot.toml_io import read_robot
-from symgen.robot.types import Robot, require_gravity
+from symgen.robot.types import Limits, Robot, require_gravity
 
 #: Condition number above which runs determine nothing: refused.
 SINGULAR = 1e5
@@ -39,54 +41,28 @@ _USUAL = 10.0  # s, the shortest run that is chosen without being asked for
 def excite(
     robot: Robot | str | Path,
     *,
-    model: str = "energy",
-    position: Sequence[tuple[float, float]] | None = None,
-    velocity: Sequence[float] | None = None,
-    acceleration: Sequence[float] | None = None,
-    jerk: Sequence[float] | None = None,
-    torque: Sequence[float] | None = None,
+    model: str = "momentum",
+    limits: Limits | None = None,
+    motion: Motion | None = None,
+    search: Search | None = None,
     parameters: str | Path | None = None,
-    start: Sequence[float] | None = None,
-    duration: float | Sequence[float] | None = None,
-    runs: int = 1,
-    kind: str | Sequence[str] = "fourier",
-    terms: int | None = None,
     window: float = 0.2,
-    criterion: str = "condition",
-    rate: float = 200.0,
-    budget: float = 60.0,
-    searches: int = 4,
-    iterations: int = 500,
-    seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
+    meter: Callable[[float], None] = lambda _: None,
 ) -> Plan:
     """Find runs within limits from which the parameters of a robot can be identified.
 
     Args:
         robot: a robot, a path or a library name.
         model: that will be used to identify: "energy", "momentum" or "torque".
-        position: lowest and highest q of each movable joint, rad or m. This and the next limits
-            are taken from the robot's [limits] where they are None.
-        velocity: largest speeds, rad/s or m/s.
-        acceleration: largest accelerations, rad/s2 or m/s2.
-        jerk: largest jerks, rad/s3 or m/s3.
-        torque: largest torques by the prior model, N m or N.
+        limits: of the motion; what they leave open is taken from the robot's [limits]. Torques are
+            those of the prior model.
+        motion: how many runs, how long, of which kind.
+        search: criterion, budget, seed.
         parameters: of the prior model: estimate.json, or TOML with [parameters].
-        start: where every run begins, (n,), rad or m; None for anywhere.
-        duration: of each run, s; by default 10 s, or what identify trusts in all.
-        runs: how many, each with coefficients of its own.
-        kind: "fourier", "bspline", or the paper's "cubic" and "cosine"; one for all joints or one
-            for each.
-        terms: harmonics, coefficients (bspline) or strokes (cubic) of a joint; by default from the
-            duration.
         window: length of the windows of energy and momentum, s.
-        criterion: "condition" number, or "logdet" of the information matrix.
-        rate: of the sampled references, Hz.
-        budget: of time, s: the search stops then with the best that it has.
-        searches: how many random starts are improved.
-        iterations: of IPOPT for each, at most.
-        seed: of the random starts. The same seed gives the same runs where the budget lasts.
         progress: is told what is being done.
+        meter: is told which part is done, from 0 to 1.
 
     Returns:
         The runs, which keep every limit every millisecond, with the condition numbers that they
@@ -97,74 +73,60 @@ def excite(
         IdentificationError: no motion within the limits determines the parameters, or keeps the
             torques; the message names the limits that bind.
     """
-    clock = Clock(budget)
-    _require_settings(model, criterion, window, rate, budget, searches, iterations, runs)
+    motion, search = motion or Motion(), search or Search()
+    clock = Clock(search.budget)
+    if model not in MODELS:
+        raise ParameterError(f"model {model!r}; accepted: {', '.join(MODELS)}")
+    require_positive("window", window)
     source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
     require_gravity(source, "an excitation")
     require_model(source, model)
-    limits = bounds(source, position, velocity, acceleration, jerk, torque)
-    kinds = _kinds(kind, source.n, limits)
+    given = limits or Limits()
+    source = replace(source, limits=given.over(source.limits))
+    allowed = bounds(source)
+    kinds = _kinds(motion.kind, source.n, allowed)
     progress("deriving and compiling the model")
-    task = judge(source, model, window, rate, limits, parameters, torque is not None)
-    lengths = _durations(duration, runs, task)
-    bases = tuple(tuple(basis(k, length, terms) for k in kinds) for length in lengths)
-    choices = space(bases, limits, _start(start, limits, source.n))
-    objective = Objective(smooth_robot(source, limits), choices, model, window, task.model)
-    program = Program(objective, limits, task.prior, clock, iterations)
+    task = judge(source, model, window, motion.rate, allowed, parameters, given.torque is not None)
+    lengths = _durations(motion.duration, motion.runs, task)
+    bases = tuple(tuple(basis(k, length, motion.terms) for k in kinds) for length in lengths)
+    choices = space(bases, allowed, _start(motion.start, allowed, source.n))
+    objective = Objective(smooth_robot(source, allowed), choices, model, window, task.model)
+    program = Program(objective, allowed, task.prior, clock, search.iterations)
     best: Found | None = None
     ended, closest = 0, None
     with clock.listening():
-        for k in range(searches):
+        for k in range(search.searches):
             if k and clock.left <= 0:
                 break
-            draw = np.random.default_rng([seed, k])
-            drawn = [choices.drawn(draw, limits) for _ in range(_DRAWS if clock.left > 0 else 1)]
-            first = min(drawn, key=lambda z: objective(z, criterion)[0])
+            draw = np.random.default_rng([search.seed, k])
+            drawn = [choices.drawn(draw, allowed) for _ in range(_DRAWS if clock.left > 0 else 1)]
+            first = min(drawn, key=lambda z: objective(z, search.criterion)[0])
             before = task.judged(choices, first)
             progress(f"{clock.elapsed:5.1f} s  search {k + 1}: begins at {before.text}")
-            z = first if clock.left <= 0 else program.solve(first, criterion)
+            z = first if clock.left <= 0 else program.solve(first, search.criterion)
             after = task.judged(choices, z)
             ended += clock.left > 0
             for found in (before, after):
                 if not found.keeps and (closest is None or found.excess < closest.excess):
                     closest = found
-                better = best is None or _value(found, criterion) < _value(best, criterion)
+                better = best is None or _value(found, search) < _value(best, search)
                 if found.keeps and better:
                     best = found.beginning(before)
             shown = "none keeps its limits" if best is None else f"best {best.text}"
+            meter((k + 1) / search.searches)
             progress(f"{clock.elapsed:5.1f} s  search {k + 1}: reaches {after.text}; {shown}")
     if best is None:
         raise _too_much_torque(source.name, closest)
     if not best.condition <= SINGULAR:
         raise _singular(source, model, lengths, best)
-    stopped = "interrupted" if clock.interrupted else "done" if ended == searches else "budget"
-    return task.plan(best, (ended, searches), stopped)
+    stopped = (
+        "interrupted" if clock.interrupted else "done" if ended == search.searches else "budget"
+    )
+    return task.plan(best, (ended, search.searches), stopped)
 
 
-def _value(found: Found, criterion: str) -> float:
-    return found.condition if criterion == "condition" else -found.log_det
-
-
-def _require_settings(
-    model: str,
-    criterion: str,
-    window: float,
-    rate: float,
-    budget: float,
-    searches: int,
-    iterations: int,
-    runs: int,
-) -> None:
-    if model not in MODELS:
-        raise ParameterError(f"model {model!r}; accepted: {', '.join(MODELS)}")
-    if criterion not in CRITERIA:
-        raise ParameterError(f"criterion {criterion!r}; accepted: {', '.join(CRITERIA)}")
-    for what, value in (("window", window), ("rate", rate), ("budget", budget)):
-        if not (math.isfinite(value) and value > 0):
-            raise ParameterError(f"{what} {value:g}; accepted: a number above 0")
-    for what, count in (("searches", searches), ("iterations", iterations), ("runs", runs)):
-        if not 1 <= count <= 10_000:
-            raise ParameterError(f"{what} {count}; accepted: 1 to 10000")
+def _value(found: Found, search: Search) -> float:
+    return found.condition if search.criterion == "condition" else -found.log_det
 
 
 def _kinds(kind: str | Sequence[str], n: int, limits: Bounds) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from symgen.experiment.controller import Controller, Law, replay, tracking
 from symgen.experiment.instruments import Instruments, unseen_torque
 from symgen.experiment.integrator import Motion, integrate
 from symgen.experiment.plant import KERNELS, Plant, plant, without_dry
+from symgen.experiment.recording import Recording
 from symgen.experiment.reference import Reference, from_log, reference_of, torques_of
 from symgen.experiment.simulation import Simulation
 from symgen.identification.parameters import base_values, read_parameters
@@ -39,15 +40,11 @@ def simulate(
     trajectory: Reference | Log | str | Path | None = None,
     torque: Log | str | Path | None = None,
     hold: bool = False,
-    controller: Controller | None = None,
-    instruments: Instruments | None = None,
-    disturbance: float | Sequence[float] = 0.0,
+    recording: Recording | None = None,
     initial: tuple[ArrayLike, ArrayLike] | None = None,
     duration: float = 20.0,
-    rate: float | None = None,
     runs: int | range = 1,
     seed: int = 0,
-    clip: bool = False,
     tolerance: float = 1e-9,
     progress: Callable[[str], None] = lambda _: None,
     meter: Callable[[float], None] = lambda _: None,
@@ -68,19 +65,14 @@ def simulate(
         torque: instead of a controller: a log, or a CSV with t, tau1.., played in straight lines
             between its stamps.
         hold: hold each of these torques until the next stamp instead.
-        controller: the controller; computed torque by default.
-        instruments: what the log shows; everything exactly, by default.
-        disturbance: standard deviation of torques that act on the joints and are not in the log,
-            new at every stamp; one number, or one for each joint, N m or N.
+        recording: controller, instruments, disturbance and rate; by default computed torque, and
+            logs that show everything exactly.
         initial: q and qd (n,) to begin with; by default those of the reference, or of the log whose
             torques are played, or rest at 0.
         duration: of the Fourier series, s.
-        rate: stamps of the log per second; by default those of the trajectory or of the torques,
-            1000 for the Fourier series and the paper's motion.
         runs: how many, or the numbers of some; they differ in noise and disturbance. Run k is the
             same of however many.
         seed: of all noise, and of the Fourier series.
-        clip: keep the torque within [limits] instead of refusing when it leaves them.
         tolerance: of the error of an integration step, absolute (rad, m, rad/s, m/s) and relative.
         progress: is told what is being done.
         meter: is told which part of the motion is done, from 0 to 1.
@@ -96,12 +88,12 @@ def simulate(
     """
     evaluator, X = _loaded(robot, parameters, progress)
     source = evaluator.model.robot
-    if torque is not None and (trajectory is not None or controller is not None):
+    made = recording or Recording()
+    follows = trajectory is not None or made.controller != Controller()
+    if torque is not None and follows:
         raise ParameterError("simulate: torques and a trajectory; accepted: one of the two")
-    if torque is not None and rate is not None:
+    if torque is not None and made.rate is not None:
         raise ParameterError("simulate: torques have stamps of their own; accepted: no rate")
-    if rate is not None and not (math.isfinite(rate) and rate > 0):
-        raise ParameterError(f"simulate: rate is {rate:g}; accepted: above 0 Hz")
     numbers = range(runs) if isinstance(runs, int) else runs
     if not 1 <= len(numbers) <= _MOST_RUNS or min(numbers) < 0 or seed < 0:
         raise ParameterError(
@@ -111,24 +103,24 @@ def simulate(
         t, tau, start = torques_of(torque, source)
         law, acts = replay(t, tau, hold), "at stamps" if hold else "always"
     else:
-        chosen = controller or Controller()
-        made = rate or 1000.0
-        aim = reference_of(trajectory, source, duration=duration, rate=made, seed=seed)
-        t = aim.t if rate is None else _stamps(aim.t, rate)
+        aim = reference_of(
+            trajectory, source, duration=duration, rate=made.rate or 1000.0, seed=seed
+        )
+        t = aim.t if made.rate is None else _stamps(aim.t, made.rate)
         start = aim.q[0], aim.qd[0]
-        law = tracking(chosen, aim, evaluator, without_dry(evaluator.model, X))
-        acts = "always" if chosen.feedback == "true" else "on measurements"
+        law = tracking(made.controller, aim, evaluator, without_dry(evaluator.model, X))
+        acts = "always" if made.controller.feedback == "true" else "on measurements"
     plan = _Plan(
         plant(evaluator, X),
         t,
         law,
         acts,
         start if initial is None else initial,
-        instruments or Instruments(),
-        per_joint(disturbance, source.n),
+        made.instruments,
+        made.unseen(source.n),
         numbers,
         seed,
-        clip,
+        made.clip,
         tolerance,
         torque is None,
     )
@@ -315,16 +307,6 @@ def _start(initial: tuple[ArrayLike, ArrayLike], robot: Robot, runs: int) -> lis
             )
         out.append(np.repeat(value[None], runs, axis=0))
     return out
-
-
-def per_joint(value: float | Sequence[float], n: int) -> FloatArray:
-    """Return disturbances (n,) of one or of n numbers."""
-    out = np.asarray(value, dtype=np.float64)
-    if out.shape not in ((), (n,)) or not np.isfinite(out).all() or out.min() < 0:
-        raise ParameterError(
-            f"simulate: disturbance {value}; accepted: one or {n} numbers from 0 on"
-        )
-    return np.broadcast_to(out, (n,))
 
 
 def _stamps(t: FloatArray, rate: float) -> FloatArray:

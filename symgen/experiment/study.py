@@ -28,12 +28,14 @@ from symgen.errors import ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.recipe import NEEDED, Recipe, require_model
+from symgen.experiment.instruments import Instruments
 from symgen.experiment.plant import KERNELS
+from symgen.experiment.recording import Recording
 from symgen.experiment.reference import Reference, reference_of
-from symgen.experiment.simulate import Parameters, per_joint, simulate, values_of
+from symgen.experiment.simulate import Parameters, simulate, values_of
 from symgen.experiment.simulation import Simulation
 from symgen.experiment.study_result import Precision, Settings, Study, Tried
-from symgen.experiment.trials import LENGTHS, TOGETHER, Recording, Trials, Try
+from symgen.experiment.trials import LENGTHS, TOGETHER, Trials, Try
 from symgen.identification.case import checked_run, looked_at
 from symgen.identification.reduction import loaded
 from symgen.identification.solving import Method
@@ -124,7 +126,7 @@ def study(
     text = robot_toml(source)
     evaluator = loaded(text, tuple(kernels))
     X = values_of(parameters, evaluator.model)
-    per_joint(made.disturbance, source.n)
+    made.unseen(source.n)
     rate = made.rate or 1000.0
     aims = tuple(
         reference_of(t, source, duration=duration, rate=rate, seed=seed)
@@ -162,15 +164,14 @@ def _moved(
     trials: Trials, progress: Callable[[str], None], meter: Callable[[float], None]
 ) -> list[Simulation]:
     """Return the motions along the references, of which every run measures the same."""
-    made, count = trials.recording, len(trials.aims)
+    made, count = replace(trials.recording, instruments=Instruments()), len(trials.aims)
 
     def advance(k: int, part: float) -> None:
         meter(_BEFORE * (k + part) / count)
 
     return [
         simulate(
-            trials.evaluator, trials.X, trajectory=aim, controller=made.controller,
-            rate=made.rate, clip=made.clip, progress=progress,
+            trials.evaluator, trials.X, trajectory=aim, recording=made, progress=progress,
             meter=partial(advance, k),
         )
         for k, aim in enumerate(trials.aims)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from symgen.estimation.band import Band
-from symgen.experiment.trials import Recording
+from symgen.experiment.recording import Recording
 from symgen.files import html_table
 from symgen.identification.reading import read_json
 from symgen.identification.verdict import KNOWN

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +23,7 @@ from symgen.estimation.filtered import filtered
 from symgen.estimation.logs import in_one_band, open_logs
 from symgen.estimation.recipe import Recipe
 from symgen.estimation.system import LinearSystem
-from symgen.experiment.controller import Controller
-from symgen.experiment.instruments import Instruments
+from symgen.experiment.recording import Recording
 from symgen.experiment.reference import Reference
 from symgen.experiment.simulate import simulate
 from symgen.experiment.simulation import Simulation
@@ -41,30 +40,6 @@ FloatArray = NDArray[np.float64]
 LENGTHS = (1, 2, 4)
 #: Runs of a task: it is the same whoever works.
 TOGETHER = 8
-
-
-@dataclass(frozen=True)
-class Recording:
-    """How the logs of a simulated robot come about.
-
-    Attributes:
-        instruments: what the logs show.
-        controller: that moves the robot along its reference.
-        disturbance: standard deviation of torques that no log shows, one number or one a joint.
-        rate: stamps of the logs per second; None for those of the trajectory.
-        clip: whether torques are kept within [limits].
-    """
-
-    instruments: Instruments = field(default_factory=Instruments)
-    controller: Controller = field(default_factory=Controller)
-    disturbance: float | tuple[float, ...] = 0.0
-    rate: float | None = None
-    clip: bool = False
-
-    @property
-    def moves_alike(self) -> bool:
-        """Whether runs differ in what is measured alone."""
-        return not np.any(self.disturbance) and self.controller.feedback == "true"
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,9 +94,7 @@ class Trials:
                 self.moved[k].seen_by(r.instruments, numbers, self.seed)
                 if self.moved
                 else simulate(
-                    evaluator, self.X, trajectory=aim, controller=r.controller,
-                    instruments=r.instruments, disturbance=r.disturbance, rate=r.rate,
-                    runs=numbers, seed=self.seed, clip=r.clip,
+                    evaluator, self.X, trajectory=aim, recording=r, runs=numbers, seed=self.seed
                 )
             )  # fmt: skip
         for run in range(len(runs)):

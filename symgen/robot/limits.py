@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from symgen.robot.schema import LimitsTable
 
 #: Keys with an entry for each movable joint.
-OF_JOINTS = ("position", "velocity", "acceleration", "torque")
+OF_JOINTS = ("position", "velocity", "acceleration", "jerk", "torque")
 
 
 def limits_from_table(

@@ -183,6 +183,7 @@ class LimitsTable(_Table):
     position: list[tuple[Finite, Finite]] | None = None
     velocity: list[Positive] | None = None
     acceleration: list[Positive] | None = None
+    jerk: list[Positive] | None = None
     torque: list[Positive] | None = None
     floor: Finite | None = None
     boxes: list[tuple[Range, Range, Range]] = Field(default_factory=list)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
+from typing import Any
 
 import sympy as sp
 
@@ -103,9 +104,14 @@ class Loop:
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of the movable joints: rad or m, rad/s, rad/s2, N m (or per metre); and the cell.
+    """Limits of the movable joints, one a joint, and the cell; None for none.
 
     Attributes:
+        position: lowest and highest, rad or m.
+        velocity: largest speeds, rad/s or m/s.
+        acceleration: rad/s2 or m/s2.
+        jerk: rad/s3 or m/s3.
+        torque: N m or N.
         floor: height in frame 0, m, above which every link frame that moves, and the tool, stay.
         boxes: in frame 0, m, which they stay out of: x, y and z from low to high.
         tool: of the robot, in the frame of its last link, m; None for none.
@@ -114,15 +120,29 @@ class Limits:
     position: tuple[tuple[float, float], ...] | None = None
     velocity: tuple[float, ...] | None = None
     acceleration: tuple[float, ...] | None = None
+    jerk: tuple[float, ...] | None = None
     torque: tuple[float, ...] | None = None
     floor: float | None = None
     boxes: tuple[tuple[tuple[float, float], ...], ...] = ()
     tool: tuple[float, float, float] | None = None
 
+    def __post_init__(self) -> None:
+        for key, value in vars(self).items():  # lists are as welcome
+            object.__setattr__(self, key, _tuples(value))
+
+    def over(self, own: Limits | None) -> Limits:
+        """Return these limits, and those of a robot where these leave something open."""
+        said = {key: value for key, value in vars(self).items() if value not in (None, ())}
+        return replace(own or Limits(), **said)
+
     @property
     def cell(self) -> bool:
         """Whether there is a floor or a box to keep away from."""
         return self.floor is not None or bool(self.boxes)
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(map(_tuples, value)) if isinstance(value, (list, tuple)) else value
 
 
 def require_gravity(robot: Robot, what: str) -> None:

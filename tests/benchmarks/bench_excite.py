@@ -20,7 +20,9 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-import symgen
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from support import excited
 
 FIGURES = Path(__file__).resolve().parents[1] / "workflow" / "excite_figures.json"
 LIMITS: dict[str, Any] = {
@@ -99,7 +101,7 @@ def main() -> None:
         for name, case in CASES.items():
             given = {"parameters": path} if "torque" in case else {}
             begun = time.process_time()
-            plan = symgen.excite("tx40", **LIMITS, **case, **given, **SEARCH)
+            plan = excited("tx40", **LIMITS, **case, **given, **SEARCH)
             seconds = time.process_time() - begun
             binds = ", ".join(dict.fromkeys(u.limit for u in plan.binding))
             row = [name, f"{plan.start:.3g}", f"{plan.condition:.3g}"]

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -17,9 +18,10 @@ import pytest
 from oracles import planar2r
 from oracles.transforms import Arm, column_names, energy_regressor
 from scipy.interpolate import BSpline
+from support import excited
 
 import symgen
-from symgen import cli
+from symgen import Limits, cli
 from symgen.experiment.bounds import bounds
 from symgen.experiment.judge import judge
 from symgen.experiment.plan import Plan
@@ -66,7 +68,7 @@ def scaled_condition(W: np.ndarray) -> float:
 
 
 def plan_of(**options) -> tuple[Plan, dict]:
-    plan = symgen.excite("planar2r", **(LIMITS | QUICK | options))
+    plan = excited("planar2r", **(LIMITS | QUICK | options))
     files = plan.to_files(Path("t.csv"))
     return plan, json.loads(files[Path("t.json")])
 
@@ -203,7 +205,7 @@ position = [[-2.0, 2.0], [-0.5, 1.5]]
 velocity = [2.0, 1.0]
 torque = [50.0, 50.0]
 """
-    plan = symgen.excite(symgen.parse_robot(text, "fixed"), **(QUICK | {"iterations": 5}))
+    plan = excited(symgen.parse_robot(text, "fixed"), **(QUICK | {"iterations": 5}))
     found = {(u.limit, u.joint): abs(u.allowed) for u in plan.uses}
     assert sorted(found) == [("position", 2), ("position", 3), ("velocity", 2), ("velocity", 3)]
     assert (found["velocity", 2], found["velocity", 3]) == (2.0, 1.0)
@@ -214,7 +216,8 @@ def test_a_motion_with_too_much_torque_is_slowed_until_it_keeps_the_limits(tmp_p
     # The axes are parallel to gravity: smaller motions take less torque.
     (tmp_path / "prior.toml").write_text(PRIOR)
     robot = symgen.read_robot("planar2r")
-    limits = bounds(robot, *LIMITS.values(), None, [8.0, 0.9])
+    robot = replace(robot, limits=Limits(**LIMITS, torque=[8.0, 0.9]))
+    limits = bounds(robot)
     task = judge(robot, "energy", 0.2, 200.0, limits, tmp_path / "prior.toml", True)
     choices = space(((basis("fourier", 6.0, 5),) * 2,), limits)
     t = np.linspace(0, 6, 11_001)
@@ -291,7 +294,7 @@ def test_too_short_a_run_is_refused_with_the_limits_that_bind() -> None:
     limits = {"position": [(-2, 2)] * 6, "velocity": [1.0] * 6, "acceleration": [2.0] * 6}
     quick = {"duration": 0.6, "searches": 1, "iterations": 3, "seed": 1}
     with pytest.raises(symgen.IdentificationError, match=r"0.6 s.*acceleration of joint.*longer"):
-        symgen.excite("tx40", **limits, **quick)
+        excited("tx40", **limits, **quick)
 
 
 def test_torque_that_gravity_alone_exceeds_is_refused_by_its_name(tmp_path) -> None:
@@ -302,7 +305,7 @@ def test_torque_that_gravity_alone_exceeds_is_refused_by_its_name(tmp_path) -> N
     with pytest.raises(
         symgen.IdentificationError, match=r"torque of joint 1: it needs .*allowed 90"
     ):
-        symgen.excite(
+        excited(
             robot,
             position=[(0.0, 1.0)],
             velocity=[1.0],
@@ -425,7 +428,7 @@ def test_the_tx40_keeps_all_limits_and_its_goal(name: str) -> None:
 def test_a_search_for_the_tx40_begins_as_its_figures_do_and_gains(name: str) -> None:
     case = figures()["cases"][name]
     few = case["case"] | {"iterations": 5, "searches": 1, "budget": 3600.0}
-    plan = symgen.excite("tx40", **figures()["limits"], **few)
+    plan = excited("tx40", **figures()["limits"], **few)
     assert plan.start == pytest.approx(case["start"], rel=0.03)
     assert plan.condition < 0.6 * plan.start
 

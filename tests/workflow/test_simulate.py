@@ -15,8 +15,7 @@ from scipy.special import ellipj, ellipk
 from support import robot_of
 
 import symgen
-from symgen.experiment.controller import Controller
-from symgen.experiment.instruments import Instruments
+from symgen import Controller, Instruments, Recording
 from symgen.experiment.plant import KERNELS
 from symgen.experiment.reference import fourier, make_reference
 from symgen.experiment.simulate import simulate, track
@@ -319,7 +318,10 @@ def elbow() -> tuple[symgen.Evaluator, np.ndarray]:
 @pytest.fixture(scope="module")
 def clean(elbow) -> list[symgen.Log]:
     evaluator, X = elbow
-    return [simulate(evaluator, X, duration=10, rate=250, seed=s).log() for s in (1, 2)]
+    return [
+        simulate(evaluator, X, duration=10, recording=Recording(rate=250), seed=s).log()
+        for s in (1, 2)
+    ]
 
 
 @pytest.mark.parametrize("model", ["energy", "momentum", "torque"])
@@ -331,7 +333,10 @@ def test_a_log_without_noise_returns_the_parameters(elbow, clean, model: str) ->
 
 def test_a_log_with_dry_friction_returns_the_parameters_by_energy() -> None:
     evaluator, X = _elbow('["coulomb", "viscous"]')
-    logs = [simulate(evaluator, X, duration=10, rate=250, seed=s).log() for s in (1, 2)]
+    logs = [
+        simulate(evaluator, X, duration=10, recording=Recording(rate=250), seed=s).log()
+        for s in (1, 2)
+    ]
     assert any((log.qd == 0).any() for log in logs)
     assert np.abs(symgen.identify(evaluator, logs).X / X - 1).max() < 3e-4
 
@@ -344,7 +349,8 @@ def test_a_computed_torque_that_knows_all_follows_exactly_and_one_that_does_not_
     exact = simulate(evaluator, X, trajectory=aim)
     assert np.abs(exact.q[0] - aim.q).max() < 1e-8
     for kind in ("computed-torque", "pd"):
-        wrong = simulate(evaluator, X, trajectory=aim, controller=Controller(kind, scale=1.2))
+        made = Recording(controller=Controller(kind, scale=1.2))
+        wrong = simulate(evaluator, X, trajectory=aim, recording=made)
         assert 1e-4 < np.abs(wrong.q[0] - aim.q).max() < 0.1
 
 
@@ -386,7 +392,7 @@ def test_a_digital_controller_acts_as_the_sampled_double_integrator_does() -> No
         evaluator,
         {"M1": M, "FS1": 0.0},
         trajectory=step,
-        controller=controller,
+        recording=Recording(controller=controller),
         initial=([0.0], [0.0]),
     )
     q = v = 0.0
@@ -431,7 +437,7 @@ def test_instruments_have_the_errors_that_they_declare(ramp) -> None:
         torque_noise=0.1,
         torque_noise_relative=0.01,
     )
-    done = simulate(evaluator, {"M1": M, "FS1": FS}, torque=log, instruments=tools, runs=4)
+    done = simulate(evaluator, {"M1": M, "FS1": FS}, torque=log, recording=Recording(tools), runs=4)
     error = done.q_log - done.q
     assert np.abs(error).max() <= 0.5 * 1.2345e-3 * (1 + 1e-9)
     counts = done.q_log / 1.2345e-3
@@ -446,9 +452,8 @@ def test_instruments_have_the_errors_that_they_declare(ramp) -> None:
 @pytest.mark.parametrize("delay", [0.02, 0.034])
 def test_a_delay_shows_the_motion_of_before(ramp, delay: float) -> None:
     evaluator, log = ramp
-    done = simulate(
-        evaluator, {"M1": M, "FS1": FS}, torque=log, instruments=Instruments(delay=delay)
-    )
+    made = Recording(Instruments(delay=delay))
+    done = simulate(evaluator, {"M1": M, "FS1": FS}, torque=log, recording=made)
     then = np.maximum(done.t - delay, 0.0)
     assert np.abs(done.q_log[0, :, 0] - FS / M * then**2 / 2).max() < 1e-9
     assert np.abs(done.qd_log[0, :, 0] - FS / M * then).max() < 1e-7
@@ -462,9 +467,7 @@ def test_a_run_is_the_same_to_the_last_bit_alone_and_among_others() -> None:
     evaluator, X = _elbow('["coulomb", "viscous"]')
     options = {
         "trajectory": fourier(evaluator.model.robot, duration=0.3, rate=1000),
-        "instruments": NOISE,
-        "controller": Controller(feedback="measured"),
-        "disturbance": [0.5, 0.5, 0.1],
+        "recording": Recording(NOISE, Controller(feedback="measured"), (0.5, 0.5, 0.1)),
         "seed": 5,
     }
     many, again, few = (simulate(evaluator, X, runs=runs, **options) for runs in (6, 6, 2))
@@ -519,8 +522,8 @@ def test_torque_beyond_the_limits_is_refused_and_clipped_on_request(elbow) -> No
     evaluator, X = elbow
     heavy = 20 * X
     with pytest.raises(symgen.ParameterError, match=r"joint \d needs .* allow 60.*accepted"):
-        simulate(evaluator, heavy, duration=1, rate=200)
-    done = simulate(evaluator, heavy, duration=0.2, rate=200, clip=True)
+        simulate(evaluator, heavy, duration=1, recording=Recording(rate=200))
+    done = simulate(evaluator, heavy, duration=0.2, recording=Recording(rate=200, clip=True))
     assert np.abs(done.tau).max() == 60.0
     assert any("clipped in" in note for note in done.notes)
 
