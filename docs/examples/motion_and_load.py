@@ -11,7 +11,6 @@ more log its mass and its place are known.
 import numpy as np
 
 import symgen
-from symgen.experiment.reference import make_reference
 
 TABLE = """
 [robot]
@@ -51,9 +50,9 @@ def recorded(motion, parameters, seed=1):
 
 run = plan.runs[0]
 t = run.times(1 / plan.rate)
-good = make_reference("found", t, *(run.at(t, order) for order in range(3)))
+good = symgen.make_reference("found", t, *(run.at(t, order) for order in range(3)))
 w, turned = np.array([0.6, 0.8]), np.array([0.5, 0.5])
-slow = make_reference(
+slow = symgen.make_reference(
     "slow", t, turned * (1 - np.cos(np.outer(t, w))), turned * w * np.sin(np.outer(t, w)),
     turned * w**2 * np.cos(np.outer(t, w)),
 )  # fmt: skip

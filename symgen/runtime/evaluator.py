@@ -40,6 +40,7 @@ from symgen.runtime.calls import (
     result,
 )
 from symgen.runtime.flags import chosen_flags
+from symgen.runtime.kernel_methods import KernelMethods
 
 if TYPE_CHECKING:
     from symgen.runtime.panels import Panels
@@ -72,8 +73,11 @@ class KernelFunction(Protocol):
         """Return the kernel on panels of samples, compiled now; None where that cannot be had."""
 
 
-class Evaluator:
-    """A loaded model.
+class Evaluator(KernelMethods):
+    """A loaded model: every kernel is a method, `evaluator.mass_matrix(q, X)`.
+
+    By its name a kernel is had as a function that can be bound to fixed buffers, or put on panels:
+    `evaluator["mass_matrix"].bind()`.
 
     Attributes:
         model: what was derived.
@@ -105,29 +109,6 @@ class Evaluator:
             raise ParameterError(
                 f"kernel {name!r} is not in this model; accepted: {', '.join(self._functions)}"
             ) from None
-
-    def energy_regressor(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """Return h(q, qd) = DE + DU: total energy is h . X[:p_inertial], up to a constant.
-
-        Args:
-            q: joint variables, (n,) or (N, n), rad or m.
-            qd: their speeds, same shape.
-
-        Returns:
-            (p_inertial,) or (N, p_inertial).
-        """
-        return np.asarray(self["energy_regressor"](q, qd))
-
-    def friction_power(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """Return the columns of friction power: P = f . X[p_inertial:], W.
-
-        Returns:
-            (p - p_inertial,) or (N, p - p_inertial); no columns for a robot without friction.
-        """
-        if "friction_power" not in self._functions:
-            arrays, _ = checked(self["energy_regressor"].kernel, (q, qd))
-            return np.zeros((*arrays[0].shape[:-1], 0))
-        return np.asarray(self["friction_power"](q, qd))
 
 
 def load(robot: Robot | Model | str | Path, *, backend: str = "auto") -> Evaluator:
