@@ -68,6 +68,7 @@ from symgen.identification.reading import read_estimate as read_estimate
 from symgen.identification.recursive import Identifier as Identifier
 from symgen.identification.robot_file import export as export
 from symgen.identification.workflow import identify as identify
+from symgen.results import write as write
 from symgen.robot.builtin import library as library
 from symgen.robot.toml_io import (
     parse_robot as parse_robot,

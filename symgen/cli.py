@@ -159,14 +159,14 @@ def predict(
 ) -> int:
     """Predict torque and energy of LOG with given parameters of ROBOT, and the error."""
     import symgen
-    from symgen.files import check_replaceable, write_folder
+    from symgen.files import check_replaceable
 
     check_replaceable(into, "prediction.json")
     say("deriving and compiling the model")
     prediction = symgen.predict(robot, log, parameters, cutoff=cutoff, reading=reading)
-    write_folder(into, prediction.to_files(), "prediction.json")
+    files = symgen.write(prediction, into)
     print_prediction(prediction)
-    click.echo(f"written: {into / 'prediction.json'}, {into / 'prediction.csv'}")
+    click.echo(f"written: {', '.join(map(str, files))}")
     return 0
 
 
@@ -193,8 +193,8 @@ def diagnose(
 ) -> int:
     """Find what the model of ROBOT misses in LOGS, name it, add it, and show the gap shrink."""
     import symgen
-    from symgen.diagnosis_page import MARKER, diagnosis_files
-    from symgen.files import check_replaceable, write_folder
+    from symgen.diagnosis_page import MARKER
+    from symgen.files import check_replaceable
 
     check_replaceable(into, MARKER)
     with stages(_DIAGNOSING) as told:
@@ -209,8 +209,7 @@ def diagnose(
             progress=told,
         )
         told("writing the page and the extended model")
-        files = diagnosis_files(diagnosis)
-    write_folder(into, files, MARKER)
+        symgen.write(diagnosis, into)
     print_diagnosis(diagnosis, into)
     names = "diagnosis.json, report.html, robot.toml, parameters.toml, generated/"
     click.echo(f"written: {into} ({names})")

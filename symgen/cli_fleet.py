@@ -47,8 +47,7 @@ def fleet(
     """
     import symgen
     from symgen.diagnosis.fleet import MARKER
-    from symgen.files import check_replaceable, write_folder
-    from symgen.fleet_page import fleet_files
+    from symgen.files import check_replaceable
 
     check_replaceable(into, MARKER)
     found = symgen.fleet(
@@ -64,8 +63,7 @@ def fleet(
         work=work,
         progress=say,
     )
-    files = fleet_files(found)
-    write_folder(into, files, MARKER)
+    files = symgen.write(found, into)
     for note in found.notes:
         click.echo(f"note: {note}")
     rows = [
@@ -77,5 +75,5 @@ def fleet(
         table(("", "robot", "since", "what", "effect", "p"), rows)
     else:
         click.echo("no robot changed, and none stands out")
-    click.echo(f"written: {', '.join(str(into / name) for name in files)}")
+    click.echo(f"written: {', '.join(map(str, files))}")
     return 1 if rows else 0

@@ -80,8 +80,7 @@ def identify(
     that was interrupted.
     """
     import symgen
-    from symgen.estimate_page import estimate_files
-    from symgen.files import check_replaceable, write_folder
+    from symgen.files import check_replaceable
     from symgen.identification.parts import is_long
     from symgen.identification.solving import FOLDED
 
@@ -113,17 +112,16 @@ def identify(
             progress=told,
         )
         told("writing the report")
-        files = estimate_files(estimate, source)
-    said = ""
-    if robot.endswith(".urdf"):
-        from symgen.identification.robot_file import identified_file
+        said, urdf = "", {}
+        if robot.endswith(".urdf"):
+            from symgen.identification.robot_file import identified_file
 
-        try:
-            text, said = identified_file(robot, estimate)
-            files[f"{estimate.robot}.urdf"] = text.encode()
-        except symgen.ParameterError as error:
-            said = f"no URDF is written: {error}"
-    write_folder(into, files, "estimate.json")
+            try:
+                text, said = identified_file(robot, estimate)
+                urdf[f"{estimate.robot}.urdf"] = text.encode()
+            except symgen.ParameterError as error:
+                said = f"no URDF is written: {error}"
+        files = symgen.write(estimate, into, robot=source, more=urdf)
     if kept is not None:
         shutil.rmtree(kept, ignore_errors=True)
     print_estimate(estimate)
@@ -138,5 +136,5 @@ def identify(
         click.echo(f"try: {again(method='consistent', into=f'{into}-consistent')}")
     if said:
         click.echo(f"note: {said}")
-    click.echo(f"written: {', '.join(str(into / name) for name in files)}")
+    click.echo(f"written: {', '.join(map(str, files))}")
     return 0 if trusted else 1

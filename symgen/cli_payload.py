@@ -51,10 +51,9 @@ def payload(
     gains are written into [drive] of a robot.toml beside the result, which later runs then use.
     """
     import symgen
-    from symgen.files import check_replaceable, write_folder
+    from symgen.files import check_replaceable
     from symgen.identification.gains import with_gains
     from symgen.identification.payload_result import MARKER
-    from symgen.payload_page import payload_files
 
     check_replaceable(into, MARKER)
     found = symgen.payload(
@@ -70,10 +69,10 @@ def payload(
         reading=reading,
         progress=say,
     )
-    files = payload_files(found)
+    gains = {}
     if calibrate:
-        files["robot.toml"] = with_gains(symgen.read_robot(robot), found).encode()
-    write_folder(into, files, MARKER)
+        gains["robot.toml"] = with_gains(symgen.read_robot(robot), found).encode()
+    files = symgen.write(found, into, more=gains)
     print_payload(found)
-    click.echo(f"written: {', '.join(str(into / name) for name in files)}")
+    click.echo(f"written: {', '.join(map(str, files))}")
     return 0

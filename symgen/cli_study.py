@@ -65,8 +65,7 @@ def study(
     """
     import symgen
     from symgen.experiment.study_result import MARKER
-    from symgen.files import check_replaceable, write_folder
-    from symgen.study_page import study_files
+    from symgen.files import check_replaceable
 
     check_replaceable(into, MARKER)
     with meter("studying") as advance:
@@ -89,8 +88,7 @@ def study(
             progress=say,
             meter=advance,
         )
-    files = study_files(found)
-    write_folder(into, files, MARKER)
+    files = symgen.write(found, into)
     print_study(found)
-    click.echo(f"written: {', '.join(str(into / name) for name in files)}")
+    click.echo(f"written: {', '.join(map(str, files))}")
     return 0

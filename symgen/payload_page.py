@@ -18,7 +18,7 @@ def payload_files(found: Payload) -> dict[str, bytes]:
 
 def payload_page(found: Payload) -> str:
     """Return the page: the load with its precision, how well it explains the logs, notes."""
-    rows = []
+    left, rows = found.residual, []
     for name, q, unit in found.rows():
         value = "not determined" if q.value is None else number(q.value)
         std = "" if q.std is None else number(q.std, 2)
@@ -31,7 +31,10 @@ def payload_page(found: Payload) -> str:
     table = Table(("", "value", "std", "unit"), tuple(rows), styles)
     fit = Table(
         ("error of torque", ""),
-        (("without the load", percent(found.before)), ("with it", percent(found.after))),
+        (
+            ("without the load", percent(left.before)),
+            ("with it", percent(left.after)),
+        ),
         ("name", "number"),
     )
     text = f"By {found.method}; error is ||measured - model|| over ||measured||."
@@ -43,7 +46,7 @@ def payload_page(found: Payload) -> str:
     if mass.value is not None and mass.std is not None:
         told += f" ± {number(2 * mass.std, 2)} kg"
     text = (
-        f"With the load the model leaves {percent(found.after, 3)} of the torque, without it "
-        f"{percent(found.before, 3)}; ± is twice the standard deviation."
+        f"With the load the model leaves {percent(left.after, 3)} of the torque, without it "
+        f"{percent(left.before, 3)}; ± is twice the standard deviation."
     )
     return page(f"Payload of {found.robot}", lead, sections, Banner("plain", told, text))

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from symgen.diagnosis import fleet
 from symgen.diagnosis import reading as diagnosis_reading
 from symgen.diagnosis.diagnosis import Diagnosis
+from symgen.diagnosis.fleet import Fleet
 from symgen.errors import ParameterError, SymgenError
 from symgen.experiment import study_result
 from symgen.experiment.study_result import Study
-from symgen.identification import payload_reading, payload_result, prediction, reading
+from symgen.files import write_folder
+from symgen.identification import payload_result, prediction, reading
 from symgen.identification.comparison import Comparison
 from symgen.identification.estimate import Estimate
 from symgen.robot.toml_io import read_robot
@@ -22,7 +25,7 @@ _READERS: dict[str, Callable[[Path], Result]] = {
     reading.MARKER: reading.read_estimate,
     diagnosis_reading.MARKER: diagnosis_reading.read_diagnosis,
     prediction.MARKER: prediction.read_prediction,
-    payload_result.MARKER: payload_reading.read_payload,
+    payload_result.MARKER: payload_result.read_payload,
     study_result.MARKER: study_result.read_study,
 }
 
@@ -81,3 +84,48 @@ def result_page(result: Result | Comparison, robot: Robot | None = None) -> str:
     if isinstance(result, Study):
         return study_page(result)
     return prediction_page(result)
+
+
+def write(
+    result: Result | Fleet,
+    folder: str | Path,
+    *,
+    robot: Robot | None = None,
+    more: Mapping[str, bytes] | None = None,
+) -> tuple[Path, ...]:
+    """Write a result as its command does: JSON, a page that opens offline, and what goes with them.
+
+    Args:
+        result: of identify, diagnose, predict, payload, study or fleet.
+        folder: a new or empty folder, or one that symgen wrote, which is replaced; whole or not at
+            all.
+        robot: what was identified, for its drawing and its file beside an estimate.
+        more: names and contents of further files.
+
+    Returns:
+        The paths of the files.
+
+    Raises:
+        PackageError: the folder holds something else, or cannot be written.
+    """
+    from symgen.diagnosis_page import diagnosis_files
+    from symgen.estimate_page import estimate_files
+    from symgen.fleet_page import fleet_files
+    from symgen.payload_page import payload_files
+    from symgen.study_page import study_files
+
+    if isinstance(result, Estimate):
+        marker, files = reading.MARKER, estimate_files(result, robot)
+    elif isinstance(result, Diagnosis):
+        marker, files = diagnosis_reading.MARKER, diagnosis_files(result)
+    elif isinstance(result, prediction.Prediction):
+        marker, files = prediction.MARKER, result.to_files()
+    elif isinstance(result, payload_result.Payload):
+        marker, files = payload_result.MARKER, payload_files(result)
+    elif isinstance(result, Study):
+        marker, files = study_result.MARKER, study_files(result)
+    else:
+        marker, files = fleet.MARKER, fleet_files(result)
+    files |= more or {}
+    write_folder(Path(folder), files, marker)
+    return tuple(Path(folder) / name for name in files)

@@ -243,8 +243,8 @@ def print_payload(found: Payload) -> None:
     table(("load", "value", "std", "unit"), rows)
     click.echo(f"in the frame of joint {found.frame}, inertia about the centre of mass")
     click.echo(
-        f"error of torque: {100 * found.before:.3g} % without the load, {100 * found.after:.3g} % "
-        "with it"
+        f"error of torque: {100 * found.residual.before:.3g} % without the load, "
+        f"{100 * found.residual.after:.3g} % with it"
     )
 
 

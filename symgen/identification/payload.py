@@ -38,7 +38,7 @@ from symgen.identification.gains import calibrated
 from symgen.identification.load import LABELS, LoadEstimate, read_off, units
 from symgen.identification.parameters import link_columns, read_parameters, regrouping
 from symgen.identification.payload_logs import still_poses, torques
-from symgen.identification.payload_result import Payload, Quantity
+from symgen.identification.payload_result import Left, Payload, Quantity
 from symgen.identification.reading import read_estimate
 from symgen.identification.static import STATIC
 from symgen.robot.toml_io import read_robot
@@ -342,12 +342,13 @@ def _payload(
     share = (gain or 0.0) / 100
     scales = np.array([mass is None, 0, 0, 0, *[1] * 6])
     std = np.hypot(std, share * scales * np.abs(values))
-    told = [
+    mass_found, x, y, z, *turning = (
         Quantity(float(v), float(s)) if k else Quantity(None, None)
         for v, s, k in zip(values, std, known, strict=True)
-    ]
+    )
+    xx, xy, xz, yy, yz, zz = turning
     identifiable = tuple(name for name, k in zip(LABELS, known, strict=True) if k)
     return Payload(
-        robot.name, link, told[0], tuple(told[1:4]), tuple(told[4:]), identifiable, gain, before,
-        after, method, band, notes, repairs,
+        robot.name, link, mass_found, (x, y, z), (xx, xy, xz, yy, yz, zz), identifiable, gain,
+        Left(before, after), method, band, repairs, notes,
     )  # fmt: skip

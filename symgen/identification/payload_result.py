@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from symgen import names
 from symgen.estimation.band import Band
 from symgen.estimation.repairs import Repair
 from symgen.identification.load import COM
+from symgen.identification.reading import read_json
+from symgen.schemas import from_json, to_json
 
 SCHEMA = "symgen.payload/1"
 MARKER = "payload.json"
@@ -21,9 +24,18 @@ class Quantity:
     value: float | None
     std: float | None
 
-    def to_json(self) -> dict[str, float | None]:
-        """Return value and std."""
-        return {"value": self.value, "std": self.std}
+
+@dataclass(frozen=True)
+class Left:
+    """What is left of the torque, ||tau - model|| / ||tau||, of the logs with the load.
+
+    Attributes:
+        before: without the load in the model.
+        after: with it.
+    """
+
+    before: float
+    after: float
 
 
 @dataclass(frozen=True)
@@ -38,49 +50,32 @@ class Payload:
         inertia: XX XY XZ YY YZ ZZ about the centre of mass, kg m2; XY is the matrix entry.
         identifiable: names of what the logs determine, of mass, cx cy cz, XX .. ZZ.
         gain_uncertainty_percent: of the drives' gains, which is part of std; None: not given.
-        gains: of the drives, joint by joint, where the load calibrated them: torque over what the
-            log makes of it.
-        before, after: ||tau - model|| / ||tau|| of the logs with the load, without and with it in
-            the model.
+        residual: what is left of the torque without and with the load.
         method: in words.
         band: the filters of the run; None for still poses, which pass none.
-        notes: what was done, in words.
         repairs: what was mended in the logs.
+        notes: what was done, in words.
+        gains: of the drives, joint by joint, where the load calibrated them: torque over what the
+            log makes of it.
     """
 
     robot: str
     frame: int
     mass: Quantity
-    com: tuple[Quantity, ...]
-    inertia: tuple[Quantity, ...]
+    com: tuple[Quantity, Quantity, Quantity]
+    inertia: tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity]
     identifiable: tuple[str, ...]
     gain_uncertainty_percent: float | None
-    before: float
-    after: float
+    residual: Left
     method: str
     band: Band | None
-    notes: tuple[str, ...]
     repairs: tuple[Repair, ...]
+    notes: tuple[str, ...]
     gains: tuple[Quantity, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of payload.json."""
-        return {
-            "schema": SCHEMA,
-            "robot": self.robot,
-            "mass": self.mass.to_json(),
-            "com": [q.to_json() for q in self.com],
-            "inertia": [q.to_json() for q in self.inertia],
-            "frame": self.frame,
-            "identifiable": list(self.identifiable),
-            "gain_uncertainty_percent": self.gain_uncertainty_percent,
-            "residual": {"before": self.before, "after": self.after},
-            "method": self.method,
-            "gains": [q.to_json() for q in self.gains],
-            "band": self.band and self.band.to_json(),
-            "repairs": [r.to_json() for r in self.repairs],
-            "notes": list(self.notes),
-        }
+        return to_json(self, SCHEMA)
 
     def rows(self) -> list[tuple[str, Quantity, str]]:
         """Return name, quantity and unit of every number."""
@@ -92,3 +87,16 @@ class Payload:
             *((name, q, "kg m2") for name, q in inertia),
             *((f"gain of movable joint {j}", q, "") for j, q in gains),
         ]
+
+
+def read_payload(path: str | Path) -> Payload:
+    """Read a payload again.
+
+    Args:
+        path: the folder that `payload` wrote, or the payload.json in it.
+
+    Raises:
+        ParameterError: there is none, or it is damaged.
+    """
+    file = Path(path) / MARKER if Path(path).is_dir() else Path(path)
+    return from_json(Payload, read_json(file, SCHEMA), file)

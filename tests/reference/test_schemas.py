@@ -50,7 +50,11 @@ def test_a_result_of_every_schema_is_read_and_printed(folder, command):
         said = [f"{100 * x:.3g}" for x in content["torque_error"]["per_joint"]]
     elif kind == "diagnosis":
         said = [content["verdict"], *(e["name"] for e in content["effects"])]
+    elif kind == "study":
+        assert result.to_json() == content
+        said = [f"{p['value']:.4g}" for p in content["results"][0]["parameters"]]
     else:
+        assert result.mass.value == content["mass"]["value"]
         said = [f"{content['mass']['value']:.5g}"[:4]]
     for text in said:
         assert text in out

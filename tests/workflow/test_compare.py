@@ -206,6 +206,18 @@ def test_an_estimate_is_read_as_it_was(estimates, folders) -> None:
     assert pages[0].text == pages[1].text
 
 
+def test_a_result_is_written_as_its_command_does(estimates, tmp_path) -> None:
+    paths = symgen.write(estimates[0], tmp_path / "written", more={"own.txt": b"mine"})
+    assert {p.name: p.read_bytes() for p in paths} == estimate_files(estimates[0]) | {
+        "own.txt": b"mine"
+    }
+    assert np.array_equal(symgen.read_estimate(tmp_path / "written").X, estimates[0].X)
+    (tmp_path / "theirs").mkdir()
+    (tmp_path / "theirs" / "notes.txt").write_text("not ours")
+    with pytest.raises(symgen.PackageError, match="not ours"):
+        symgen.write(estimates[0], tmp_path / "theirs")
+
+
 def test_an_estimate_without_curves_or_with_the_first_keys_only_is_read(folders, tmp_path) -> None:
     content = json.loads((folders[0] / "estimate.json").read_text())
     first = ("schema", "robot", "model", "method", "parameters", "condition_number", "residual",

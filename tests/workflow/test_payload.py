@@ -124,7 +124,7 @@ def test_a_simulated_load_is_found(robot, parameters, way) -> None:
     assert std[0] < 0.02 * MASS
     assert found.identifiable == LABELS
     assert found.frame == N
-    assert found.after < 0.5 * found.before
+    assert found.residual.after < 0.5 * found.residual.before
     assert np.linalg.eigvalsh(_pseudo(values))[0] > 0
 
 
@@ -156,7 +156,7 @@ def test_friction_that_changed_since_has_no_say(robot, parameters, monkeypatch) 
     monkeypatch.setitem(globals(), "FS", 1.3 * FS)
     found = symgen.payload(robot, recorded(22, True), parameters=parameters)
     assert abs(found.mass.value / MASS - 1) < 0.015
-    assert found.after < 1.05 * before.after
+    assert found.residual.after < 1.05 * before.residual.after
 
 
 def test_intervals_hold_the_truth(robot, parameters, tmp_path) -> None:
