@@ -35,13 +35,15 @@ from symgen.terminal import (
     print_text,
     table,
 )
-from symgen.terminal_progress import say, stages
+from symgen.terminal_progress import meter, say, stages
 
 #: What a shell sets to ask for completion.
 COMPLETE = "_SYMGEN_COMPLETE"
 #: First word of what a command says, and the part of its time that has passed then.
 _DIAGNOSING = {"reading": 0.02, "deriving": 0.05, "checking": 0.12, "trying": 0.2,
                "looking": 0.6, "writing": 0.85}  # fmt: skip
+
+_SHOWING = {"compiling": 0.05, "(a)": 0.15, "(b)": 0.55}
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading
@@ -107,7 +109,8 @@ def check(folder: Path) -> int:
     import symgen
 
     say("deriving, compiling and comparing")
-    results = symgen.check(folder)
+    with meter("checking") as advance:
+        results = symgen.check(folder, meter=advance)
     rows = [
         (
             result.folder.name,
@@ -162,8 +165,9 @@ def predict(
     from symgen.files import check_replaceable
 
     check_replaceable(into, "prediction.json")
-    say("deriving and compiling the model")
-    prediction = symgen.predict(robot, log, parameters, cutoff=cutoff, reading=reading)
+    with stages({"deriving": 0.02}) as told:
+        told("deriving and compiling the model")
+        prediction = symgen.predict(robot, log, parameters, cutoff=cutoff, reading=reading)
     files = symgen.write(prediction, into)
     print_prediction(prediction)
     click.echo(f"written: {', '.join(map(str, files))}")
@@ -241,8 +245,11 @@ def demo(into: Path, runs: int) -> int:
     """Run the example of Gautier and Khalil (1988) end to end."""
     from symgen.demo import run_demo
 
-    for block in run_demo(into, runs, say):
-        click.echo(block)
+    blocks = []
+    with stages(_SHOWING) as told:
+        for block in run_demo(into, runs, told):
+            blocks.append(block)
+    click.echo("\n".join(blocks))
     return 0
 
 

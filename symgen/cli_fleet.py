@@ -10,10 +10,13 @@ import click
 from symgen.cli_reading import reading_options
 from symgen.cli_workers import worker_options
 from symgen.terminal import table
-from symgen.terminal_progress import say
+from symgen.terminal_progress import stages
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading
+
+#: First word of what is said, and the part of the time that has passed then.
+_DAYS = {"choosing": 0.02, "days": 0.1, "diagnosing": 0.85}
 
 
 @click.command()
@@ -50,19 +53,20 @@ def fleet(
     from symgen.files import check_replaceable
 
     check_replaceable(into, MARKER)
-    found = symgen.fleet(
-        robot,
-        list(logs),
-        by=by,
-        reference=reference,
-        model=model,
-        cutoff=cutoff,
-        reading=reading,
-        workers=workers,
-        scheduler=scheduler,
-        work=work,
-        progress=say,
-    )
+    with stages(_DAYS) as told:
+        found = symgen.fleet(
+            robot,
+            list(logs),
+            by=by,
+            reference=reference,
+            model=model,
+            cutoff=cutoff,
+            reading=reading,
+            workers=workers,
+            scheduler=scheduler,
+            work=work,
+            progress=told,
+        )
     files = symgen.write(found, into)
     for note in found.notes:
         click.echo(f"note: {note}")

@@ -8,7 +8,10 @@ import click
 
 from symgen.cli_reading import listed, robot_names
 from symgen.terminal import print_model
-from symgen.terminal_progress import say
+from symgen.terminal_progress import meter, say
+
+#: Part of the time that passes until kernels are derived, about; the rest proves and writes them.
+_DERIVING = 0.6
 
 
 @click.command()
@@ -46,8 +49,9 @@ def generate(
     if standard:
         chosen += tuple(name for name in STANDARD if name not in chosen)
     say(f"deriving {source.name}")
-    model = symgen.derive(source, chosen)
-    tree = symgen.generate(model, target=target, dtype=dtype, tex=tex, prefix=prefix)
+    with meter("deriving") as advance:
+        model = symgen.derive(source, chosen, meter=lambda part: advance(_DERIVING * part))
+        tree = symgen.generate(model, target=target, dtype=dtype, tex=tex, prefix=prefix)
     symgen.write_package(tree, folder)
     print_model(model)
     click.echo(f"written: {folder} ({len(tree.files)} files)")

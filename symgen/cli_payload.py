@@ -9,7 +9,7 @@ import click
 
 from symgen.cli_reading import reading_options, robot_names
 from symgen.terminal import print_payload
-from symgen.terminal_progress import say
+from symgen.terminal_progress import stages
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading
@@ -56,19 +56,20 @@ def payload(
     from symgen.identification.payload_result import MARKER
 
     check_replaceable(into, MARKER)
-    found = symgen.payload(
-        robot,
-        list(logs),
-        parameters=parameters,
-        without=list(without),
-        mass=mass,
-        gain=gain,
-        calibrate=calibrate,
-        model=model,
-        cutoff=cutoff,
-        reading=reading,
-        progress=say,
-    )
+    with stages({"reading": 0.05, "deriving": 0.1, "band": 0.6, "solving": 0.8}) as told:
+        found = symgen.payload(
+            robot,
+            list(logs),
+            parameters=parameters,
+            without=list(without),
+            mass=mass,
+            gain=gain,
+            calibrate=calibrate,
+            model=model,
+            cutoff=cutoff,
+            reading=reading,
+            progress=told,
+        )
     gains = {}
     if calibrate:
         gains["robot.toml"] = with_gains(symgen.read_robot(robot), found).encode()

@@ -91,7 +91,7 @@ def run_demo(folder: Path, runs: int, say: Callable[[str], None]) -> Iterator[st
             paper.setup_b,
         ),
     ):
-        say(f"set-up ({letter}): {runs} seeded runs")
+        say(f"({letter}) {runs} seeded runs of this set-up")
         measured = simulate(simulated, runs, _SEED)
         followed = min(runs, _DRAWN[evaluator.backend])
         history = np.array([_recursive(evaluator, measured, k) for k in range(followed)])

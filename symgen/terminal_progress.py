@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -9,6 +10,7 @@ from typing import Any
 
 import click
 
+_COUNT = re.compile(r"([\d,]+) of ([\d,]+)")
 #: A job shorter than this, s, shows no bar.
 _LONG = 2.0
 
@@ -33,6 +35,8 @@ def meter(label: str) -> Iterator[Callable[[float], None]]:
 def stages(shares: Mapping[str, float]) -> Iterator[Callable[[str], None]]:
     """Yield a `say` that moves a bar as well, by what has been done when each stage begins.
 
+    A message that counts, "days: 3 of 12 days", moves the bar within its stage.
+
     Args:
         shares: the first word of a message, and the part of the time that passes before it, about;
             a message that is not among them leaves the bar where it is.
@@ -41,7 +45,12 @@ def stages(shares: Mapping[str, float]) -> Iterator[Callable[[str], None]]:
 
         def told(message: str) -> None:
             say(message)
-            share = shares.get(message.split(maxsplit=1)[0].rstrip(":"), 0.0)
+            word = message.split(maxsplit=1)[0].rstrip(":")
+            share = shares.get(word, 0.0)
+            if word in shares and (count := _COUNT.search(message)):
+                done, total = (float(x.replace(",", "")) for x in count.groups())
+                after = min((x for x in shares.values() if x > share), default=1.0)
+                share += (after - share) * min(done / max(total, 1.0), 1.0)
             if share > bar.tasks[0].completed:
                 advance(share)
             bar.update(task, description=message)

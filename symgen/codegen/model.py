@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -49,7 +49,12 @@ class Model:
         return next((k for k in self.kernels if k.name == name), None)
 
 
-def derive(robot: Robot | str | Path, kernels: Sequence[str] | str = ENERGY) -> Model:
+def derive(
+    robot: Robot | str | Path,
+    kernels: Sequence[str] | str = ENERGY,
+    *,
+    meter: Callable[[float], None] = lambda _: None,
+) -> Model:
     """Derive the model of a robot in its base parameters.
 
     Named lengths stay symbols, unless the file's values give another minimal set than generic
@@ -59,6 +64,7 @@ def derive(robot: Robot | str | Path, kernels: Sequence[str] | str = ENERGY) -> 
         robot: the mechanism, its path, or a library name.
         kernels: names of the kernels to derive, or "all", but for those over standard parameters;
             the energy model by default.
+        meter: is told which part is done, from 0 to 1.
 
     Raises:
         SymgenError: the base parameters could not be proved.
@@ -86,5 +92,9 @@ def derive(robot: Robot | str | Path, kernels: Sequence[str] | str = ENERGY) -> 
     if robot.effects:
         require_new_columns(subject, base)
     source = Subject(subject, base, energy)
-    derived = (recipe(source) for name, recipe in RECIPES.items() if name in chosen)
-    return Model(robot, base, tuple(k for k in derived if k is not None))
+    derived = []
+    for name in (name for name in RECIPES if name in chosen):
+        kernel = RECIPES[name](source)
+        derived += [] if kernel is None else [kernel]
+        meter(len(derived) / len(chosen))
+    return Model(robot, base, tuple(derived))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -46,8 +46,14 @@ class Checked:
     stacks: Mapping[str, int] | None
 
 
-def check(folder: str | Path) -> tuple[Checked, ...]:
+def check(
+    folder: str | Path, *, meter: Callable[[float], None] = lambda _: None
+) -> tuple[Checked, ...]:
     """Check a package, or every package in a folder.
+
+    Args:
+        folder: of the package, or of packages.
+        meter: is told which part is done, from 0 to 1.
 
     Raises:
         PackageError: there is no package, or a manifest cannot be read.
@@ -60,7 +66,11 @@ def check(folder: str | Path) -> tuple[Checked, ...]:
         raise PackageError(
             f"{path}: no generated package (manifest.json) is here or one level down"
         )
-    return tuple(_check_one(p) for p in found)
+    out = []
+    for k, package in enumerate(found, 1):
+        out.append(_check_one(package))
+        meter(k / len(found))
+    return tuple(out)
 
 
 def _check_one(folder: Path) -> Checked:

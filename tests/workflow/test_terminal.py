@@ -57,17 +57,19 @@ def test_a_bar_comes_after_two_seconds_on_a_terminal_and_never_in_a_file(monkeyp
         def isatty(self) -> bool:
             return True
 
-    def shown(stream: io.StringIO, seconds: float) -> str:
+    def shown(stream: io.StringIO, seconds: float, said: str = "solving 12 equations") -> str:
         clock = iter([0.0, *[seconds] * 99])
         monkeypatch.setattr(terminal_progress.time, "monotonic", lambda: next(clock))
         monkeypatch.setattr(sys, "stderr", stream)
         monkeypatch.setenv("TERM", "xterm")
         monkeypatch.setenv("COLUMNS", "120")
-        with terminal_progress.stages({"solving": 0.5}) as told:
-            told("solving 12 equations")
+        with terminal_progress.stages({"days": 0.2, "solving": 0.5}) as told:
+            told(said)
         return stream.getvalue()
 
     assert "about 8 s left" in shown(Screen(), 8.0)
+    # half of what lies between 0.2 and 0.5 of the time: 8 s were 0.35 of it
+    assert "about 15 s left" in shown(Screen(), 8.0, "days: 20 of 40 days, 2 a second")
     assert "left" not in shown(Screen(), 1.0)
     assert "left" not in shown(io.StringIO(), 8.0)
 
