@@ -57,7 +57,7 @@ def _findings(findings: tuple[Finding, ...]) -> Table:
         values = ", ".join(f"{n} {number(v, 3)} ± {number(s, 1)}" for n, v, s in f.parameters)
         rows.append((f.robot, f.since, f.says, f.effect, joints, values, number(f.p_value, 2)))
     head = ("robot", "since", "what", "effect", "joints", "values", "p")
-    return Table(head, tuple(rows), ("name", "name", "name", "name", "name", "name", "number"))
+    return Table(head, tuple(rows), ("name", "name", "words", "name", "name", "words", "number"))
 
 
 def _trends(found: Fleet) -> list[Section]:
@@ -78,6 +78,7 @@ def _trends(found: Fleet) -> list[Section]:
     if not panels:
         return []
     figure = plots.line_grid(panels, title="Trends", xlabel="day").update_layout(showlegend=False)
+    figure.update_xaxes(dtick=_every(max(len(panel.x) for panel in panels)))
     return [drawn("Trends", "What moved, day by day; the band is two standard deviations.", figure)]
 
 
@@ -93,7 +94,13 @@ def _errors(found: Fleet, robots: list[str]) -> Section:
     figure = plots.lines(
         x, series, title="Torque error", xlabel="day", ylabel="torque error, %", height=420
     )
+    figure.update_xaxes(dtick=_every(longest))
     return drawn("Torque error", "On held-out motion of every day.", figure)
+
+
+def _every(days: int) -> int:
+    """Return the whole number of days between two ticks."""
+    return max(1, -(-days // 12))
 
 
 def _days(found: Fleet) -> Table:

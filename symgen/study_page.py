@@ -145,19 +145,21 @@ def _needed(p: Precision) -> float:
 
 def _lengths(found: Study) -> list[Section]:
     """Return the time that every parameter needs, by every model and method."""
-    ways = [r for r in found.results if r.parameters]
-    if len(ways) < 2:
-        return []
-    rows = zip(*([duration(p.seconds) for p in r.parameters] for r in ways), strict=True)
-    names = [p.name for p in ways[0].parameters]
-    table = Table(
-        ("name", *(f"{r.model} {r.method}" for r in ways)),
-        tuple((name, *row) for name, row in zip(names, rows, strict=True)),
-        ("name", *("number",) * len(ways)),
-    )
-    target = f"{found.settings.target_percent:g} %"
-    text = f"How long must be recorded until a parameter is within {target}."
-    return [Section("By model and method", (text,), table)]
+    target, out = f"{found.settings.target_percent:g} %", []
+    for model in dict.fromkeys(r.model for r in found.results):
+        ways = [r for r in found.results if r.model == model and r.parameters]
+        if not ways:
+            continue
+        times = zip(*([duration(p.seconds) for p in r.parameters] for r in ways), strict=True)
+        rows = zip((p.name for p in ways[0].parameters), times, strict=True)
+        table = Table(
+            ("name", *(r.method for r in ways)),
+            tuple((name, *row) for name, row in rows),
+            ("name", *("number",) * len(ways)),
+        )
+        text = f"How long must be recorded until a parameter is within {target}."
+        out.append(Section(f"By the model of {model}", (text,), table))
+    return out
 
 
 def _settings(found: Study) -> Section:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from browser import BROWSER, clipped
 from workflow.fleet_study import CUTOFF, FIGURES, HIDDEN, ROBOT, false_alarms, named, simulated
 
 import symgen
@@ -37,6 +38,8 @@ def test_a_small_fleet(tmp_path: Path, robot: str) -> None:
     page = (into / "report.html").read_text()
     assert "friction of joint 1 up" in page
     assert "Trends" in page
+    if BROWSER is not None:
+        assert not any(clipped((into / "report.html").read_text("utf-8"), tmp_path).values())
 
 
 def test_a_fleet_without_a_robot_or_a_day_is_refused(tmp_path: Path, robot: str) -> None:
