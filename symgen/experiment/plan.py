@@ -54,6 +54,13 @@ class Plan:
     notes: tuple[str, ...] = ()
     approach: float = 10.0
 
+    def __repr__(self) -> str:
+        """Return robot, runs, and the condition number."""
+        return (
+            f"<Plan of {self.robot}: {len(self.runs)} runs for {self.model}, condition number "
+            f"{self.condition:.3g}>"
+        )
+
     @property
     def condition(self) -> float:
         """Condition number for the model that the runs are for."""

@@ -52,6 +52,11 @@ class Simulation:
     notes: tuple[str, ...] = ()
     drive: Drive | None = None
 
+    def __repr__(self) -> str:
+        """Return robot, runs and duration."""
+        span = f"{self.t[-1] - self.t[0]:.4g} s"
+        return f"<Simulation of {self.robot}: {self.runs} runs of {span}, {len(self.t)} stamps>"
+
     @property
     def runs(self) -> int:
         """Number of runs."""

@@ -142,7 +142,7 @@ class Settings:
     recording: Recording
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True)
 class Study:
     """Bias and precision of estimates of a robot, by simulation.
 
@@ -167,7 +167,8 @@ class Study:
     def __repr__(self) -> str:
         best = self.best
         told = "nothing determined" if best is None else f"{best.name}: {answer(self, best)}"
-        return f"Study({self.robot}: {len(self.results)} ways, {self.settings.runs} runs; {told})"
+        ways, runs = len(self.results), self.settings.runs
+        return f"<Study of {self.robot}: {ways} ways, {runs} runs; {told}>"
 
     def _repr_html_(self) -> str:
         return html_table(repr(self), HEADER, [tuple(map(str, row)) for row in overview(self)])

@@ -72,6 +72,11 @@ class Comparison:
     shared: tuple[str, ...] = ()
     alike: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        """Return the robot and the verdict."""
+        moved, count = len(self.moved), len(self.parameters)
+        return f"<Comparison of {self.a.robot}: {self.verdict}, {moved} of {count} moved>"
+
     @property
     def moved(self) -> tuple[Compared, ...]:
         """The parameters that moved, the largest number of standard deviations first."""

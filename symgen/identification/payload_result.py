@@ -73,6 +73,11 @@ class Payload:
     notes: tuple[str, ...]
     gains: tuple[Quantity, ...] = ()
 
+    def __repr__(self) -> str:
+        """Return robot and mass."""
+        mass = "not determined" if self.mass.value is None else f"{self.mass.value:.4g} kg"
+        return f"<Payload of {self.robot} on joint {self.frame}: mass {mass}>"
+
     def to_json(self) -> dict[str, Any]:
         """Return the content of payload.json."""
         return to_json(self, SCHEMA)

@@ -71,6 +71,11 @@ class Prediction:
     joints: tuple[tuple[int, str], ...] = ()
     repairs: tuple[Repair, ...] = ()
 
+    def __repr__(self) -> str:
+        """Return robot, log and error."""
+        error = f"{100 * self.error.relative:.3g} %"
+        return f"<Prediction of {self.robot} along {self.torque.log}: torque error {error}>"
+
     def to_files(self) -> dict[str, bytes]:
         """Return prediction.json and prediction.csv."""
         n = self.torque.measured.shape[1]

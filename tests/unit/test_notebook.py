@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import symgen
 from symgen.identification.estimate import Estimate, ParameterEstimate, Residual
+from symgen.results import read_result
 
 
 class Cells(HTMLParser):
@@ -56,6 +58,24 @@ def test_a_repr_is_one_short_line(model) -> None:
     assert repr(model.robot) == "<Robot planar2r: 2 of 2 joints movable>"
     assert repr(model) == "<Model planar2r: 2 joints, 4 base parameters>"
     assert repr(model.base) == "<BaseParameters: 4 of 20 standard ones>"
+
+
+def test_results_are_one_short_line() -> None:
+    X = [1.702, 0.05644, 0.15, 0.075]
+    made = symgen.Recording(symgen.Instruments(torque_noise=1e-3), rate=100.0)
+    done = symgen.simulate("planar2r", X, recording=made, runs=2, duration=4.0)
+    assert repr(done) == "<Simulation of planar2r: 2 runs of 4 s, 401 stamps>"
+    a, b = (symgen.identify("planar2r", done.log(k), model="energy") for k in (0, 1))
+    assert repr(symgen.compare(a, b)).startswith("<Comparison of planar2r: ")
+    read = Path(__file__).parents[1] / "reference" / "schemas"
+    for folder, said in (
+        ("prediction-2", "<Prediction of planar2r along "),
+        ("payload-1", "<Payload of planar2r on joint 2: mass 2.005 kg>"),
+        ("study-1", "<Study of planar2r: 1 ways, 16 runs; "),
+    ):
+        text = repr(read_result(read / folder))
+        assert text.startswith(said), text
+        assert len(text) < 200, text
 
 
 def test_tables_hold_what_the_values_say(model) -> None:

@@ -157,7 +157,7 @@ def test_the_command_writes_a_study_that_reads_back(files: Path, command: Callab
     ]
     read = read_study(files / "a")
     assert read.to_json() == content
-    assert "Study(planar2r: 6 ways, 16 runs" in repr(read)
+    assert "<Study of planar2r: 6 ways, 16 runs" in repr(read)
     code, again, _ = command("report", files / "a", "--into", files / "again.html")
     assert code == 0
     assert again.splitlines()[:8] == out.splitlines()[:8]
