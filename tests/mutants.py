@@ -1,14 +1,18 @@
 """Faults put into the code one at a time, and whether its quick tests see them.
 
-    python tests/mutants.py GROUP COUNT [PLACE...]
+    python tests/mutants.py GROUP COUNT [--seed WORD]
+    python tests/mutants.py GROUP 0 --at PLACE...
 
-Prints a line for each mutant of the group, COUNT of them drawn with a fixed seed, or those at some
-PLACES among all: killed, and by which test, or survived. The code is copied into a folder of its
-own. Libraries are imported once, and every mutant runs in a fork of that process.
+Prints a line for each mutant of the group, COUNT of them drawn at random, or those at some PLACES
+among all: killed, and by which test, or survived. The code is copied into a folder of its own.
+Libraries are imported once, and every mutant runs in a fork of that process. All tests run once
+without a change, and which lines each one reaches is noted: a mutant is shown to the tests that
+reach it, the quickest first, up to the first that fails.
 """
 
 from __future__ import annotations
 
+import argparse
 import ast
 import json
 import os
@@ -17,15 +21,17 @@ import shutil
 import signal
 import sys
 import tempfile
-import time
+import threading
 import traceback
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 PROJECT = Path(__file__).resolve().parents[1]
-SECONDS = 240.0  # more is a fault that is seen
+#: A mutant may take so many seconds, and so many times what its tests take: more is seen, too.
+SECONDS, TIMES = 40.0, 5.0
 _PASSED = "passed"
 
 _S, _E = "symgen/symbolic/", "symgen/estimation/"
@@ -37,7 +43,8 @@ GROUPS: dict[str, tuple[list[str], list[str]]] = {
     ),
     "estimation": (
         [f"{_E}{n}.py" for n in ("decimation", "estimators", "instrumental", "regression")],
-        ["tests/unit/test_decimation.py", "tests/unit/test_whiteness.py",
+        [*(f"tests/unit/test_{n}.py" for n in
+           ("decimation", "estimators", "fold", "instrumental", "regression")),
          "tests/reference/test_estimators.py"],
     ),
     "select": (["symgen/diagnosis/select.py"], ["tests/unit/test_select.py"]),
@@ -71,6 +78,29 @@ class Mutant:
     was: str
     now: str
     killed_by: str = ""
+
+
+@dataclass
+class Reached:
+    """What tests reach when nothing is changed.
+
+    Attributes:
+        seconds: of every test.
+        lines: file and line, with the tests that run it; "" for what is run before any test.
+    """
+
+    seconds: dict[str, float] = field(default_factory=dict)
+    lines: dict[tuple[str, int], set[str]] = field(default_factory=lambda: defaultdict(set))
+
+    def tests(self, file: str, first: int, last: int) -> list[str]:
+        """Return the tests that run one of some lines, the quickest first.
+
+        What runs on import counts for every test that runs anything of the file.
+        """
+        found = {t for k in range(first, last + 1) for t in self.lines.get((file, k), ())}
+        if "" in found:
+            found = {t for (name, _), tests in self.lines.items() if name == file for t in tests}
+        return sorted(found - {""}, key=lambda t: self.seconds.get(t, 0.0))
 
 
 def _changed(node: ast.AST) -> bool:
@@ -130,6 +160,18 @@ def mutant(place: int, file: str, k: int) -> tuple[Mutant, str]:
     return Mutant(place, file, node.lineno, text, was, shown()), ast.unparse(tree)
 
 
+def _statement(file: str, line: int) -> tuple[int, int]:
+    """Return the first and last line of the statement at a line, without the statements in it."""
+    first, last = line, line
+    for node in ast.walk(ast.parse((PROJECT / file).read_text("utf-8"))):
+        if isinstance(node, ast.stmt) and node.lineno <= line <= (node.end_lineno or 0):
+            body = getattr(node, "body", None)
+            end = body[0].lineno - 1 if body else node.end_lineno
+            if line <= max(end, node.lineno) and node.lineno <= first:
+                first, last = node.lineno, max(end, node.lineno)
+    return first, last
+
+
 class _First:
     """Remembers the first test that fails."""
 
@@ -141,33 +183,68 @@ class _First:
             self.name = report.nodeid
 
 
-def _run(copy: Path, tests: Sequence[str]) -> str:
-    """Run tests in a fork; return what failed first, "" where nothing did."""
+class _Recorder(_First):
+    """Notes which lines of some files each test runs, and how long it takes."""
+
+    def __init__(self, files: Sequence[Path]) -> None:
+        super().__init__()
+        self.files = {str(f): f for f in files}
+        self.now = ""
+        self.found = Reached()
+        threading.settrace(self.trace)
+        sys.settrace(self.trace)
+
+    def trace(self, frame: Any, *_: Any) -> Any:
+        """Follow frames of the files alone."""
+        return self.line if frame.f_code.co_filename in self.files else None
+
+    def line(self, frame: Any, event: str, _: Any) -> Any:
+        """Note a line."""
+        if event == "line":
+            self.found.lines[frame.f_code.co_filename, frame.f_lineno].add(self.now)
+        return self.line
+
+    def pytest_runtest_logstart(self, nodeid: str) -> None:
+        self.now = nodeid
+
+    def pytest_runtest_logfinish(self) -> None:
+        self.now = ""
+
+    def pytest_runtest_logreport(self, report: Any) -> None:
+        super().pytest_runtest_logreport(report)
+        before = self.found.seconds.get(report.nodeid, 0.0)
+        self.found.seconds[report.nodeid] = before + report.duration
+
+
+def _in_fork(run: Callable[[], str], seconds: float) -> str:
+    """Return what a function returns in a fork of this process, "" where that ends silently."""
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
         try:  # it must never come back into what the parent does
-            os.write(writing, (_tested(copy, tests) or _PASSED).encode())
+            os.setsid()
+            with os.fdopen(writing, "w") as pipe:
+                pipe.write(run())
         except BaseException:
             traceback.print_exc()
         finally:
             os._exit(0)
     os.close(writing)
-    until = time.monotonic() + SECONDS
-    with os.fdopen(reading, "rb") as pipe:
-        while os.waitpid(child, os.WNOHANG) == (0, 0):
-            if time.monotonic() > until:
-                os.killpg(child, signal.SIGKILL)
-                os.waitpid(child, 0)
-                return f"more than {SECONDS:g} s"
-            time.sleep(0.02)
-        said = pipe.read().decode()
-    return "" if said == _PASSED else said or "the process died"
+
+    def late(*_: object) -> None:
+        os.killpg(child, signal.SIGKILL)
+
+    signal.signal(signal.SIGALRM, late)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    with os.fdopen(reading) as pipe:
+        said = pipe.read()
+    signal.setitimer(signal.ITIMER_REAL, 0)
+    _, status = os.waitpid(child, 0)
+    return f"more than {seconds:.0f} s" if os.WIFSIGNALED(status) and not said else said
 
 
-def _tested(copy: Path, tests: Sequence[str]) -> str:
-    """Run tests in this process; return what failed first, "" where nothing did."""
-    os.setsid()
+def _tested(copy: Path, tests: Sequence[str], plugin: _First) -> str:
+    """Run tests in this process; return what failed first, or "passed"."""
     sink = os.open(os.devnull, os.O_WRONLY)
     os.dup2(sink, 1)
     if not os.environ.get("SYMGEN_SHOWN"):
@@ -177,48 +254,112 @@ def _tested(copy: Path, tests: Sequence[str]) -> str:
     sys.dont_write_bytecode = True
     import pytest
 
-    first = _First()
     options = ["-x", "-q", "-p", "no:cacheprovider", f"--basetemp={copy / 'temporary'}"]
-    code = pytest.main([*options, *tests], plugins=[first])
-    return first.name or ("" if code == 0 else f"exit {int(code)}")
+    code = pytest.main([*options, *tests], plugins=[plugin])
+    return plugin.name or (_PASSED if code == 0 else f"exit {int(code)}")
 
 
-def tried(group: str, count: int, wanted: Sequence[int] = ()) -> Iterator[Mutant]:
-    """Yield mutants, `count` at random or those at some places, after their tests have run.
+class Copy:
+    """The code in a folder of its own, in which it is changed and tested."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        for name in ("symgen", "templates", "tests", "generated"):
+            ignored = shutil.ignore_patterns("__pycache__", "c" if name == "tests" else "")
+            shutil.copytree(PROJECT / name, folder / name, ignore=ignored)
+        shutil.copy(PROJECT / "pyproject.toml", folder)
+
+    def reached(self, files: Sequence[str], tests: Sequence[str]) -> Reached:
+        """Return what tests reach of files.
+
+        Raises:
+            AssertionError: the tests fail without any change.
+        """
+
+        def run() -> str:
+            plugin = _Recorder([self.folder / f for f in files])
+            failed = _tested(self.folder, tests, plugin)
+            found = plugin.found
+            lines = [[f, k, sorted(tests)] for (f, k), tests in found.lines.items()]
+            return json.dumps([failed, found.seconds, lines])
+
+        failed, seconds, lines = json.loads(_in_fork(run, 3600.0))
+        assert failed == _PASSED, f"without any change: {failed}"
+        out = Reached(seconds)
+        for file, k, tests_ in lines:
+            out.lines[Path(file).relative_to(self.folder).as_posix(), k] |= set(tests_)
+        return out
+
+    def failing(self, found: Mutant, text: str, tests: Sequence[str], seconds: float) -> str:
+        """Return the first of the tests that fails with a mutant, "" where none does."""
+        if not tests:
+            return ""
+        file = self.folder / found.file
+        original = file.read_text("utf-8")
+        file.write_text(text, "utf-8")
+        try:
+            said = _in_fork(lambda: _tested(self.folder, tests, _First()), seconds)
+        finally:
+            file.write_text(original, "utf-8")
+        return "" if said == _PASSED else said or "the process died"
+
+
+def tried(group: str, chosen: Sequence[int]) -> Iterator[Mutant]:
+    """Yield the mutants of some places, after the tests that reach them have run.
 
     Raises:
         AssertionError: the tests fail without any change.
     """
-    tests = GROUPS[group][1]
+    files, tests = GROUPS[group]
     every = places(group)
-    chosen = wanted or sorted(random.Random(group).sample(range(len(every)), count))
     with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder)
-        for name in ("symgen", "templates", "tests", "generated"):
-            ignored = shutil.ignore_patterns("__pycache__", "c" if name == "tests" else "")
-            shutil.copytree(PROJECT / name, copy / name, ignore=ignored)
-        shutil.copy(PROJECT / "pyproject.toml", copy)
-        failed = _run(copy, tests)
-        assert not failed, f"without any change: {failed}"
+        copy = Copy(Path(folder).resolve())
+        reached = copy.reached(files, tests)
         for place in chosen:
             found, text = mutant(place, *every[place])
-            original = (copy / found.file).read_text("utf-8")
-            (copy / found.file).write_text(text, "utf-8")
-            found.killed_by = _run(copy, tests)
-            (copy / found.file).write_text(original, "utf-8")
+            known = reached.tests(found.file, *_statement(found.file, found.line))
+            seconds = SECONDS + TIMES * sum(reached.seconds[t] for t in known)
+            found.killed_by = copy.failing(found, text, known, seconds)
+            yield found
+
+
+def again(group: str, killed: Sequence[tuple[int, str]]) -> Iterator[Mutant]:
+    """Yield the mutants of some places, after one test each has run, which fails without none.
+
+    Raises:
+        AssertionError: one of the tests fails without any change.
+    """
+    every = places(group)
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Copy(Path(folder).resolve())
+        copy.reached([], sorted({test for _, test in killed}))
+        for place, test in killed:
+            found, text = mutant(place, *every[place])
+            found.killed_by = copy.failing(found, text, [test], SECONDS)
             yield found
 
 
 def main() -> None:
     """Try the mutants that the command line asks for."""
-    group, count, *wanted = sys.argv[1:]
+    parser = argparse.ArgumentParser()
+    parser.add_argument("group", choices=GROUPS)
+    parser.add_argument("count", type=int)
+    parser.add_argument("--seed", default="1")
+    parser.add_argument("--at", type=int, nargs="*", default=())
+    parser.add_argument("--by", nargs="*", default=(), help="the one test for each of --at")
+    asked = parser.parse_args()
     sys.dont_write_bytecode = True
     import casadi  # noqa: F401  (what every fork needs, and takes seconds to load)
     import pyarrow  # noqa: F401
+    import pytest  # noqa: F401
     import scipy.stats  # noqa: F401
+    import statsmodels.api  # noqa: F401
     import sympy  # noqa: F401
 
-    for found in tried(group, int(count), [int(p) for p in wanted]):
+    draw = random.Random(f"{asked.group} {asked.seed}")
+    chosen = asked.at or sorted(draw.sample(range(len(places(asked.group))), asked.count))
+    pairs = list(zip(chosen, asked.by, strict=True)) if asked.by else []
+    for found in again(asked.group, pairs) if pairs else tried(asked.group, chosen):
         print(json.dumps(asdict(found)), flush=True)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from symgen.data.signals import lowpass
 from symgen.estimation.decimation import decimation
@@ -49,3 +50,99 @@ def test_without_a_low_pass_every_sample_is_kept() -> None:
     x = np.random.default_rng(0).normal(size=(100, 2))
     found = np.concatenate([values for _, values in d.chunks(lambda a, b: x[a:b])])
     np.testing.assert_array_equal(found, x)
+
+
+@pytest.mark.parametrize("samples", [49, 56, 63, 64, 70, 350])
+def test_a_log_of_hardly_more_than_the_filter_is_continued_on_both_sides(samples: int) -> None:
+    """A line goes on as a line: what is kept of it is the line, up to what continues it."""
+    t = np.arange(samples) * STEP
+    x = np.column_stack([0.3 + 2.0 * t, np.full(samples, 1.7)])
+    for stride in (1, 7):
+        d = decimation(samples, STEP, stride, CUTOFF)
+        found = np.full((len(d.kept), 2), np.nan)
+        for part, values in d.chunks(lambda a, b, k=stride: x[::k][a:b]):
+            found[part] = values
+        assert np.abs(found - x[d.kept]).max() < 0.01
+
+
+def _filtered_by_hand(x: np.ndarray, d, response) -> np.ndarray:
+    """Sum over nodes of the impulse response at their distance, over the sum of these."""
+    nodes = d.stride * np.arange(d.nodes)
+    out = []
+    for k in d.kept:
+        h = response(np.abs(k - nodes) * STEP)
+        out.append(h @ x[:: d.stride] / h.sum())
+    return np.array(out)
+
+
+@pytest.mark.parametrize("stride", [1, 4, 9])
+def test_it_is_the_sum_over_nodes_by_the_response_of_a_zero_phase_butterworth(stride) -> None:
+    """Forwards and backwards |H|^2 = 1/(1 + (f/f0)^8), whose inverse transform is the response."""
+    f = np.linspace(0, 20, 8001)
+    H = 1 / (1 + (f / CUTOFF) ** 8)
+    grid = np.linspace(0, 6, 1501)
+    h = np.array([trapezoid(H * np.cos(2 * np.pi * f * t), f) for t in grid])
+    samples = 4001
+    t = np.arange(samples) * STEP
+    x = np.sin(2 * np.pi * 0.9 * t)[:, None] + np.exp(-((t - 8) ** 2))[:, None]
+    d = decimation(samples, STEP, stride, CUTOFF)
+    expected = _filtered_by_hand(x, d, lambda away: np.interp(away, grid, h))
+    found = np.concatenate([v for _, v in d.chunks(lambda a, b: x[::stride][a:b])])
+    inner = (d.kept > 1300) & (d.kept < samples - 1300)
+    assert inner.sum() > 30
+    np.testing.assert_allclose(found[inner], expected[inner], atol=2e-4)
+
+
+def test_chunks_are_asked_for_what_is_near_them_alone_and_come_in_order() -> None:
+    samples = 200_000
+    d = decimation(samples, STEP, 3, CUTOFF)
+    asked: list[int] = []
+
+    def values(first: int, last: int) -> np.ndarray:
+        assert 0 <= first < last <= d.nodes
+        asked.append(last - first)
+        return np.ones((last - first, 2, 3))
+
+    end = 0
+    for part, found in d.chunks(values):
+        assert part.start == end
+        assert found.shape == (part.stop - part.start, 2, 3)
+        end = part.stop
+    assert end == len(d.kept)
+    assert 4 < len(asked) < 20
+    assert max(asked) < 15_000
+    assert sum(asked) < 1.4 * d.nodes
+
+
+@pytest.mark.parametrize(
+    ("samples", "cutoff", "every", "margin"),
+    [
+        (2501, 2.05, 30, 75),  # 250 Hz over four a period; 0.3 s
+        (400, 2.05, 30, 40),  # a tenth of a short log
+        (750, 2.05, 30, 75),
+        (2501, 10.0, 6, 75),
+        (2501, 50.0, 1, 75),  # no fewer than every sample
+        (2501, 112.4, 1, 75),
+        (2501, 112.6, 1, 0),  # above 0.45 of the rate nothing is filtered
+    ],
+)
+def test_where_rows_are_kept(samples, cutoff, every, margin) -> None:
+    d = decimation(samples, STEP, 1, cutoff)
+    np.testing.assert_array_equal(d.kept, np.arange(samples)[margin : samples - margin : every])
+    assert (d.cutoff is None) is (margin == 0)
+    assert (d.stride, d.nodes) == (1, samples)
+
+
+def test_the_nodes_must_be_dense_enough_for_the_low_pass_too() -> None:
+    assert decimation(1000, STEP, 5, 22.4).cutoff == 22.4
+    d = decimation(1000, STEP, 5, 22.6)  # 0.45 of the rate of the nodes
+    assert (d.cutoff, d.stride, d.every, d.margin) == (None, 1, 1, 0)
+    assert decimation(1001, STEP, 5, 2.0).nodes == 201
+    assert decimation(1000, STEP, 5, 2.0).nodes == 200
+
+
+def test_long_logs_without_a_low_pass_come_in_chunks() -> None:
+    d = decimation(20_000, STEP, 1, 120.0)
+    parts = [(part, len(values)) for part, values in d.chunks(lambda a, b: np.ones((b - a, 1)))]
+    assert [part.start for part, _ in parts] == [0, 8192, 16384]
+    assert [length for _, length in parts] == [8192, 8192, 20_000 - 16384]

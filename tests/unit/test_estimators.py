@@ -1,0 +1,318 @@
+"""Estimators beside plain NumPy: their precision, weights, words, and what they refuse."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.stats
+
+import symgen
+from symgen.estimation.errors_in_variables import TotalLeastSquares
+from symgen.estimation.essential import Essential, whitening
+from symgen.estimation.estimators import Huber, Ols, Prior, Ridge, Wls
+from symgen.estimation.system import Equations, LinearSystem
+
+NAMES = ("A", "B", "C")
+TRUE = np.array([2.0, -1.0, 0.5])
+
+
+def _log(seed: int, rows: int, noise: float, correlation: int = 1, weight: float = 1.0):
+    draw = np.random.default_rng(seed)
+    W = draw.normal(size=(rows, 3)) * np.array([1.0, 10.0, 0.1])
+    y = W @ TRUE + noise * draw.normal(size=rows)
+    return Equations(f"log {seed}", W, y, 0.01 * np.arange(rows), correlation, 0, weight)
+
+
+def _system(*logs: Equations) -> LinearSystem:
+    return LinearSystem(NAMES, logs)
+
+
+LOGS = (_log(1, 200, 0.1), _log(2, 120, 1.0))
+
+
+def _wider(*lagged: tuple[int, int]) -> float:
+    """Critical values of Kiefer and Vogelsang (2005), table 1, over that of the normal law."""
+    b = 1 / sum(rows / lag for rows, lag in lagged)
+    return (1.96 + 2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
+
+
+def _long_run(s: np.ndarray, lag: int) -> np.ndarray:
+    out = s.T @ s
+    for k in range(1, lag):
+        out += (1 - k / lag) * (s[k:].T @ s[:-k] + s[:-k].T @ s[k:])
+    return out
+
+
+def _sandwich(bread: np.ndarray, scores: list[np.ndarray]) -> np.ndarray:
+    """The robust covariance where no rows overlap: sums of scores over eight rows."""
+    meat = sum(_long_run(s, 8) for s in scores)
+    m = sum(map(len, scores))
+    return _wider(*((len(s), 8) for s in scores)) ** 2 * m / (m - 3) * bread @ meat @ bread.T
+
+
+@pytest.mark.parametrize("passes", [0, 3])
+def test_weighted_least_squares_and_its_precision(passes: int) -> None:
+    found = (Wls() if passes else Ols()).solve(_system(*LOGS))
+    w = np.ones(2)
+    for k in range(passes + 1):
+        W = np.concatenate([v * e.W for v, e in zip(w, LOGS, strict=True)])
+        y = np.concatenate([v * e.y for v, e in zip(w, LOGS, strict=True)])
+        X = np.linalg.lstsq(W, y, rcond=None)[0]
+        if k < passes:
+            w = np.array([1 / np.sqrt(np.mean((e.y - e.W @ X) ** 2)) for e in LOGS])
+    np.testing.assert_allclose(found.X, X, rtol=1e-10)
+    np.testing.assert_allclose(found.weights, w, rtol=1e-9)
+    scores = [(v * v * (e.y - e.W @ X))[:, None] * e.W for v, e in zip(w, LOGS, strict=True)]
+    np.testing.assert_allclose(
+        found.covariance, _sandwich(np.linalg.inv(W.T @ W), scores), rtol=1e-8
+    )
+    assert found.condition_number == pytest.approx(
+        np.linalg.cond(W / np.linalg.norm(W, axis=0)), rel=1e-9
+    )
+
+
+def test_three_rows_for_three_parameters_are_refused_by_each() -> None:
+    for estimator in (Ols(), Wls(), Huber(), Ridge(), Prior(TRUE, TRUE), TotalLeastSquares(),
+                      Essential()):  # fmt: skip
+        with pytest.raises(symgen.IdentificationError, match="3 equations for 3 parameters"):
+            estimator.solve(_system(_log(3, 3, 0.1)))
+
+
+def test_huber_is_where_its_clipped_scores_are_zero_and_says_how_many_are() -> None:
+    one, other = _log(4, 300, 0.1), _log(5, 200, 0.5)
+    for e in (one, other):
+        e.y[::20] += 30.0
+    found = Huber().solve(_system(one, other))
+    logs, threshold = (one, other), 1.345
+    errors = [e.y - e.W @ found.X for e in logs]
+    s = [np.median(np.abs(e)) / scipy.stats.norm.ppf(0.75) for e in errors]
+    clipped = [np.clip(e / v, -threshold, threshold) for e, v in zip(errors, s, strict=True)]
+    scores = [(c / v)[:, None] * e.W for c, v, e in zip(clipped, s, logs, strict=True)]
+    W = np.concatenate([e.W / v for e, v in zip(logs, s, strict=True)])
+    slope = sum(x.sum(axis=0) for x in scores) / np.linalg.norm(W, axis=0)
+    assert np.abs(slope).max() < 1e-8 * np.linalg.norm(W @ found.X)  # its tolerance
+    np.testing.assert_allclose(found.weights, 1 / np.array(s), rtol=1e-9)
+    beyond = np.concatenate([np.abs(e / v) > threshold for e, v in zip(errors, s, strict=True)])
+    assert found.notes == (
+        f"{100 * beyond.mean():.3g} % of the equations lie beyond the threshold and weigh less",
+    )
+    kept = [(e.W / v)[np.abs(x) <= threshold * v] for e, x, v in zip(logs, errors, s, strict=True)]
+    bread = np.linalg.inv(sum(k.T @ k for k in kept))
+    np.testing.assert_allclose(found.covariance, _sandwich(bread, scores), rtol=1e-6)
+    # rows weigh as they did when X was found
+    root = [np.sqrt(np.minimum(1, threshold * v / np.abs(x))) / v
+            for x, v in zip(errors, s, strict=True)]  # fmt: skip
+    W = np.concatenate([r[:, None] * e.W for r, e in zip(root, logs, strict=True)])
+    assert found.condition_number == pytest.approx(
+        np.linalg.cond(W / np.linalg.norm(W, axis=0)), rel=1e-4
+    )
+
+
+def test_huber_ends_where_it_is_told_to() -> None:
+    e = _log(6, 300, 0.1)
+    e.y[::15] += 20.0
+    exact = Huber(tolerance=1e-14, passes=500).solve(_system(e)).X
+    size = np.linalg.norm(e.W @ exact)
+
+    def away(**options: float) -> float:
+        X = Huber(**options).solve(_system(e)).X  # type: ignore[arg-type]
+        return float(np.linalg.norm(e.W @ (X - exact)) / size)
+
+    assert away(tolerance=1e-3) > away(tolerance=1e-8)
+    assert away() < 1e-7
+    assert away(passes=1) > away(passes=3) > 1e-8
+    # with nothing beyond the threshold it is plain least squares
+    np.testing.assert_allclose(
+        Huber(threshold=1e3).solve(_system(e)).X, Ols().solve(_system(e)).X, rtol=1e-9
+    )
+
+
+def test_a_prior_and_its_precision_are_those_of_both_informations() -> None:
+    logs = (_log(7, 200, 0.3, correlation=4), _log(8, 100, 2.0, correlation=0))
+    mean, std = np.array([1.5, -1.0, 0.0]), np.array([0.05, 1.0, 0.02])
+    found = Prior(mean, std).solve(_system(*logs))
+    # each log by its residual, and by the rows that share samples
+    w = [
+        1 / np.sqrt(np.mean((e.y - e.W @ found.X) ** 2) * c)
+        for e, c in zip(logs, (4, 1), strict=True)
+    ]
+    information = np.diag(1 / std**2)
+    whole = information + sum(v * v * e.W.T @ e.W for v, e in zip(w, logs, strict=True))
+    right = information @ mean + sum(v * v * e.W.T @ e.y for v, e in zip(w, logs, strict=True))
+    np.testing.assert_allclose(found.X, np.linalg.solve(whole, right), rtol=1e-6)
+    np.testing.assert_allclose(found.weights, w, rtol=1e-6)
+    bread = np.linalg.inv(whole)
+    first = (w[0] ** 2 * (logs[0].y - logs[0].W @ found.X))[:, None] * logs[0].W
+    e, v = logs[1], w[1]
+    h = v * v * np.einsum("ka,ab,kb->k", e.W, bread, e.W)
+    second = (v * v * (e.y - e.W @ found.X) / (1 - h))[:, None] * e.W
+    meat = _long_run(first, 32) + second.T @ second
+    m = 200 / 4 + 100
+    data = _wider((200, 32), (100, 1)) ** 2 * m / (m - 3) * bread @ meat @ bread
+    np.testing.assert_allclose(found.covariance, data + bread @ information @ bread, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("mean", "std", "said"),
+    [
+        (TRUE[:2], TRUE[:2], "the prior is not one of 3 parameters"),
+        (TRUE, np.ones(2), "the prior is not one of 3 parameters"),
+        (np.append(TRUE, 1), np.ones(4), "the prior is not one of 3 parameters"),
+        (np.array([1, np.nan, 1]), np.ones(3), "means are not finite, or a std is not above 0"),
+        (np.array([1, np.inf, 1]), np.ones(3), "means are not finite, or a std is not above 0"),
+        (TRUE, np.array([1.0, 0.0, 1.0]), "means are not finite, or a std is not above 0"),
+        (TRUE, np.array([1.0, -1.0, 1.0]), "means are not finite, or a std is not above 0"),
+        (TRUE, np.array([1.0, np.nan, 1.0]), "means are not finite, or a std is not above 0"),
+    ],
+)
+def test_a_prior_that_is_none_is_refused(mean, std, said: str) -> None:
+    with pytest.raises(symgen.IdentificationError, match=said):
+        Prior(mean, std).solve(_system(*LOGS))
+
+
+@pytest.mark.parametrize("strength", [None, 0.0, 0.3])
+def test_ridge_and_its_precision(strength: float | None) -> None:
+    found = Ridge(strength).solve(_system(*LOGS))
+    least = Wls().solve(_system(*LOGS))
+    w = least.weights
+    W = np.concatenate([v * e.W for v, e in zip(w, LOGS, strict=True)])
+    y = np.concatenate([v * e.y for v, e in zip(w, LOGS, strict=True)])
+    D2 = np.diag(np.sum(W**2, axis=0))
+    if strength is None:  # Hoerl, Kennard and Baldwin (1975): p s^2 over the size of D X
+        variance = np.sum((y - W @ least.X) ** 2) / (320 - 3)
+        strength = 3 * variance / (least.X @ D2 @ least.X)
+    whole = W.T @ W + strength * D2
+    X = np.linalg.solve(whole, W.T @ y)
+    np.testing.assert_allclose(found.X, X, rtol=1e-9)
+    assert found.notes == (f"ridge strength {strength:.3g} on columns of unit norm",)
+    np.testing.assert_allclose(found.weights, w, rtol=1e-12)
+    scores = [(v * v * (e.y - e.W @ X))[:, None] * e.W for v, e in zip(w, LOGS, strict=True)]
+    np.testing.assert_allclose(found.covariance, _sandwich(np.linalg.inv(whole), scores), rtol=1e-8)
+    unit = np.sqrt(np.diag(whole))
+    assert found.condition_number == pytest.approx(
+        np.sqrt(np.linalg.cond(whole / np.outer(unit, unit))), rel=1e-6
+    )
+
+
+@pytest.mark.parametrize("strength", [-1e-9, float("nan")])
+def test_a_negative_strength_is_refused(strength: float) -> None:
+    with pytest.raises(symgen.IdentificationError, match="; accepted: 0 or above"):
+        Ridge(strength).solve(_system(*LOGS))
+
+
+# Errors in variables.
+
+
+def _orthogonal(logs, w, noise: np.ndarray) -> np.ndarray:
+    """The X of smallest sum of (y - w'X)^2/(1 + X'CX), by Newton's steps on its slope."""
+    W = np.concatenate([v * e.W for v, e in zip(w, logs, strict=True)])
+    y = np.concatenate([v * e.y for v, e in zip(w, logs, strict=True)])
+    X = np.linalg.lstsq(W, y, rcond=None)[0]
+    for _ in range(200):
+        ratio = np.sum((y - W @ X) ** 2) / (1 + np.sum((noise * X) ** 2))
+        X = np.linalg.solve(W.T @ W - ratio * np.diag(noise**2), W.T @ y)
+    return X
+
+
+@pytest.mark.parametrize("noise", [[0.02, 0.1, 0.0], [0.0, 0.0, 0.01], [0.0, 0.0, 0.0], None])
+def test_total_least_squares_and_its_precision(noise) -> None:
+    found = TotalLeastSquares(None if noise is None else np.array(noise)).solve(_system(*LOGS))
+    least = Wls().solve(_system(*LOGS))
+    w = least.weights
+    W = np.concatenate([v * e.W for v, e in zip(w, LOGS, strict=True)])
+    y = np.concatenate([v * e.y for v, e in zip(w, LOGS, strict=True)])
+    size = np.linalg.norm(W, axis=0) / np.linalg.norm(y) if noise is None else np.array(noise)
+    X = _orthogonal(LOGS, w, size)
+    np.testing.assert_allclose(found.X, X, rtol=1e-8)
+    np.testing.assert_allclose(found.weights, w, rtol=1e-12)
+    C, growth = size**2, 1 + np.sum((size * X) ** 2)
+    errors = [v * (e.y - e.W @ X) for v, e in zip(w, LOGS, strict=True)]
+    scores = [
+        x[:, None] * (v * e.W + x[:, None] * (C * X / growth))
+        for v, e, x in zip(w, LOGS, errors, strict=True)
+    ]
+    rss = sum(float(x @ x) for x in errors)
+    information = W.T @ W - rss / growth * np.diag(C)
+    np.testing.assert_allclose(
+        found.covariance, _sandwich(np.linalg.inv(information), scores), rtol=1e-6
+    )
+    unit = np.linalg.norm(W, axis=0)
+    assert found.condition_number == pytest.approx(
+        np.sqrt(np.linalg.cond(information / np.outer(unit, unit))), rel=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    "noise", [[0.1, 0.1], [0.1, -0.1, 0.1], [0.1, np.nan, 0], [0.1, np.inf, 0]]
+)
+def test_a_noise_that_is_none_is_refused(noise) -> None:
+    with pytest.raises(symgen.IdentificationError, match="is not 3 numbers of 0 or above"):
+        TotalLeastSquares(np.array(noise)).solve(_system(*LOGS))
+
+
+def test_total_least_squares_without_an_answer_says_so() -> None:
+    W = np.tile([1.0, -1.0], 50)[:, None]
+    flat = LinearSystem(("A",), (Equations("a", 1e-3 * W, np.ones(100), np.arange(100.0), 1),))
+    with pytest.raises(symgen.IdentificationError, match="total least squares has no"):
+        TotalLeastSquares(np.ones(1)).solve(flat)
+
+
+# Essential parameters.
+
+
+def test_rows_are_whitened_by_their_deviation_and_their_correlation() -> None:
+    logs = (_log(9, 400, 0.2), _log(10, 300, 0.5, correlation=2))
+    # the error of the first log keeps for three rows, that of the second changes its sign
+    steady = np.repeat(np.random.default_rng(11).normal(size=134), 3)[:400]
+    errors = (steady, (-1.0) ** np.arange(300))
+    for e, error in zip(logs, errors, strict=True):
+        e.y[:] = e.W @ TRUE + error
+    weights, m = whitening(_system(*logs), TRUE)
+    inflation = _long_run(steady[:, None], 8)[0, 0] / np.sum(steady**2)
+    assert inflation > 2
+    assert weights[0] == pytest.approx(np.sqrt(400 / np.sum(steady**2) / inflation))
+    assert weights[1] == pytest.approx(1.0)  # never more than its rows
+    assert m == pytest.approx(400 / inflation + 300)
+    few = LinearSystem(NAMES, (_log(12, 4, 0.2),))
+    with pytest.raises(symgen.IdentificationError, match="hold 4 independent equations for 3"):
+        whitening(few, TRUE)
+    assert whitening(LinearSystem(NAMES, (_log(12, 5, 0.2),)), TRUE)[1] > 4
+
+
+@pytest.mark.parametrize("level", [0.0, 1.0, -0.1, float("nan")])
+def test_a_level_is_between_0_and_1(level: float) -> None:
+    with pytest.raises(symgen.IdentificationError, match="accepted: between 0 and 1"):
+        Essential(level).solve(_system(*LOGS))
+
+
+def test_what_is_left_out_is_named_and_the_rest_is_weighted_least_squares() -> None:
+    draw = np.random.default_rng(13)
+    logs = []
+    for rows, noise in ((300, 0.1), (200, 0.7)):
+        W = draw.normal(size=(rows, 4)) * np.array([1.0, 10.0, 0.1, 3.0])
+        y = W @ np.array([2.0, 0.0, 5.0, 0.0]) + noise * draw.normal(size=rows)
+        logs.append(Equations("a", W, y, np.arange(rows) * 0.01, 1))
+    system = LinearSystem(("A", "B", "C", "D"), tuple(logs))
+    found, full = Essential().solve(system), Wls().solve(system)
+    assert found.notes == ("2 of 4 parameters are essential; taken as 0, F test at 0.05: B, D",)
+    weights, _ = whitening(system, full.X)
+    W = np.concatenate([w * e.W[:, [0, 2]] for w, e in zip(weights, logs, strict=True)])
+    y = np.concatenate([w * e.y for w, e in zip(weights, logs, strict=True)])
+    X = np.linalg.lstsq(W, y, rcond=None)[0]
+    np.testing.assert_allclose(found.X, [X[0], 0, X[1], 0], rtol=1e-9)
+    scores = [
+        (w * w * (e.y - e.W[:, [0, 2]] @ X))[:, None] * e.W[:, [0, 2]]
+        for w, e in zip(weights, logs, strict=True)
+    ]
+    meat = sum(_long_run(s, 8) for s in scores)
+    inverse = np.linalg.inv(W.T @ W)
+    expected = _wider((300, 8), (200, 8)) ** 2 * 500 / 498 * inverse @ meat @ inverse
+    np.testing.assert_allclose(found.covariance[np.ix_([0, 2], [0, 2])], expected, rtol=1e-8)
+    assert found.covariance[1].tolist() == found.covariance[:, 3].tolist() == [0.0] * 4
+    (other,) = found.comparison
+    assert other.method == "wls"
+    np.testing.assert_allclose(other.X, full.X)
+    np.testing.assert_allclose(other.std, np.sqrt(np.diag(full.covariance)))
+    everything = Essential().solve(LinearSystem(("A",), (
+        Equations("a", logs[0].W[:, :1], logs[0].y, logs[0].t, 1),)))  # fmt: skip
+    assert everything.notes == ("1 of 1 parameters are essential",)

@@ -1,0 +1,248 @@
+"""What every estimator shares, beside plain NumPy: weights, precision, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import symgen
+from symgen.estimation.fold import Summary, summaries
+from symgen.estimation.regression import (
+    column_norms,
+    condition,
+    factors,
+    inverse_deviation,
+    least_squares_solution,
+    log_weights,
+    merged,
+    precision,
+    require_rows,
+    robust_covariance,
+    sandwich,
+    undetermined,
+)
+from symgen.estimation.system import Equations, LinearSystem
+
+NAMES = ("A", "B", "C")
+TRUE = np.array([2.0, -1.0, 0.5])
+
+
+def _log(seed: int, rows: int, noise: float, correlation: int = 1, weight: float = 1.0):
+    draw = np.random.default_rng(seed)
+    W = draw.normal(size=(rows, 3)) * np.array([1.0, 10.0, 0.1])
+    y = W @ TRUE + noise * draw.normal(size=rows)
+    return Equations(f"log {seed}", W, y, 0.01 * np.arange(rows), correlation, 0, weight)
+
+
+def _system(*logs: Equations) -> LinearSystem:
+    return LinearSystem(NAMES, logs)
+
+
+def _stacked(logs, weights) -> tuple[np.ndarray, np.ndarray]:
+    W = np.concatenate([w * e.W for w, e in zip(weights, logs, strict=True)])
+    return W, np.concatenate([w * e.y for w, e in zip(weights, logs, strict=True)])
+
+
+def test_there_must_be_more_equations_than_parameters() -> None:
+    require_rows(_system(_log(1, 3, 0.0), _log(2, 1, 0.0)))
+    with pytest.raises(symgen.IdentificationError, match="3 equations for 3 parameters: the log"):
+        require_rows(_system(_log(1, 2, 0.0), _log(2, 1, 0.0)))
+
+
+@pytest.mark.parametrize("count", [1, 3, 64, 65, 200])
+def test_any_number_of_weighted_parts_is_solved_as_one(count: int) -> None:
+    logs = [_log(k, 4 if k else 9, 0.3) for k in range(count)]
+    weights = np.linspace(0.5, 2.0, count)
+    X, scale, R = merged(factors(_system(*logs)), weights, NAMES)
+    W, y = _stacked(logs, weights)
+    np.testing.assert_allclose(X, np.linalg.lstsq(W, y, rcond=None)[0], rtol=1e-9)
+    np.testing.assert_allclose(scale, np.linalg.norm(W, axis=0), rtol=1e-12)
+    np.testing.assert_allclose((R.T @ R) * np.outer(scale, scale), W.T @ W, rtol=1e-9, atol=1e-9)
+    assert condition(R) == pytest.approx(np.linalg.cond(W / np.linalg.norm(W, axis=0)), rel=1e-9)
+
+
+def test_rows_are_weighed_one_by_one() -> None:
+    e = _log(3, 20, 0.2)
+    w = np.linspace(1, 3, 20)
+    (found,) = factors(_system(e), [w])
+    rows = w[:, None] * np.column_stack([e.W, e.y])
+    np.testing.assert_allclose(found.T @ found, rows.T @ rows, rtol=1e-10)
+
+
+@pytest.mark.parametrize("passes", [0, 1, 2, 3])
+def test_each_pass_weighs_logs_by_the_residual_of_the_one_before(passes: int) -> None:
+    logs = [_log(4, 30, 0.1, weight=4.0), _log(5, 50, 2.0), _log(6, 20, 0.5, weight=0.25)]
+    weights, X, *_ = log_weights(summaries(_system(*logs)), NAMES, passes)
+    own = np.array([2.0, 1.0, 0.5])
+    expected = own.copy()
+    W, y = _stacked(logs, expected)
+    best = np.linalg.lstsq(W, y, rcond=None)[0]
+    for _ in range(passes):
+        sigma = [np.sqrt(np.mean((e.y - e.W @ best) ** 2)) for e in logs]
+        expected = own / np.array(sigma)
+        W, y = _stacked(logs, expected)
+        best = np.linalg.lstsq(W, y, rcond=None)[0]
+    np.testing.assert_allclose(weights, expected, rtol=1e-9)
+    np.testing.assert_allclose(X, best, rtol=1e-9)
+
+
+def test_two_logs_are_enough_for_weights_and_one_keeps_its_own() -> None:
+    one, other = _log(7, 30, 0.1, weight=9.0), _log(8, 30, 3.0)
+    assert log_weights(summaries(_system(one)), NAMES, 3)[0] == pytest.approx([3.0])
+    found = log_weights(summaries(_system(one, other)), NAMES, 3)[0]
+    assert found[0] > 10 * found[1]
+
+
+def test_no_deviation_counts_as_less_than_a_millionth_of_the_largest() -> None:
+    np.testing.assert_allclose(
+        inverse_deviation(np.array([2.0, 4e-6, 1e-9, 0.0])), [0.5, 2.5e5, 5e5, 5e5], rtol=1e-12
+    )
+    np.testing.assert_allclose(inverse_deviation(np.array([4e-300])), [2.5e299])
+    np.testing.assert_allclose(inverse_deviation(np.zeros(2)), [1e300, 1e300])
+
+
+def _summary(rows: int, correlation: int) -> Summary:
+    return Summary(np.zeros((0, 4)), rows, correlation)
+
+
+@pytest.mark.parametrize(
+    ("parts", "m", "stretches"),
+    [
+        # rows over what overlaps, and over the lag of eight times that (a quarter of short logs)
+        ([(400, 1)], 400, 50),
+        ([(400, 10)], 40, 5),
+        ([(400, 10), (80, 10)], 48, 5 + 4),
+        ([(400, 0)], 400, 400),
+        ([(4, 0)], 4, 4),
+    ],
+)
+def test_the_sandwich_is_wider_where_few_stretches_are_summed(parts, m, stretches) -> None:
+    draw = np.random.default_rng(9)
+    bread, meat = draw.normal(size=(3, 3)), np.diag([1.0, 2.0, 3.0])
+    b = 1 / stretches
+    # critical values of Kiefer and Vogelsang (2005), table 1, of a two-sided test at 5 %
+    wider = (1.96 + 2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
+    found = sandwich(bread, meat, [_summary(*part) for part in parts])
+    np.testing.assert_allclose(
+        found, wider**2 * m / max(m - 3, 1) * bread @ meat @ bread.T, rtol=1e-12
+    )
+
+
+def test_less_than_one_stretch_counts_as_one() -> None:
+    found = sandwich(np.eye(1), np.eye(1), [Summary(np.zeros((0, 2)), 0, 1)])
+    wider = (1.96 + 2.9694 + 0.4160 - 0.5324) / 1.96
+    assert found[0, 0] == pytest.approx(0.0 * wider)
+    few = sandwich(np.eye(3), np.eye(3), [_summary(3, 1)])
+    b = 1 / 3
+    wider = (1.96 + 2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
+    assert few[0, 0] == pytest.approx(wider**2 * 3 / 1)
+
+
+def _long_run(s: np.ndarray, lag: int) -> np.ndarray:
+    out = s.T @ s
+    for k in range(1, lag):
+        out += (1 - k / lag) * (s[k:].T @ s[:-k] + s[:-k].T @ s[k:])
+    return out
+
+
+def test_scores_of_each_log_are_summed_over_its_own_lag() -> None:
+    logs = [_log(10, 200, 0.1, 2), _log(11, 40, 0.1, 3)]
+    draw = np.random.default_rng(12)
+    scores = [draw.normal(size=(len(e.y), 3)) for e in logs]
+    bread = draw.normal(size=(3, 3))
+    meat = _long_run(scores[0], 16) + _long_run(scores[1], 10)
+    b, m = 1 / (200 / 16 + 40 / 10), 200 / 2 + 40 / 3
+    wider = (1.96 + 2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
+    np.testing.assert_allclose(
+        robust_covariance(_system(*logs), bread, scores),
+        wider**2 * m / (m - 3) * bread @ meat @ bread.T,
+        rtol=1e-9,
+    )
+
+
+def test_rows_that_are_no_series_have_the_covariance_of_mackinnon_and_white() -> None:
+    """HC3 on weighted rows: scores over 1 - h, h the diagonal of W (W'W)^-1 W'."""
+    e = _log(13, 30, 0.4, correlation=0)
+    for w in (1.5, np.linspace(1, 2, 30)):
+        X, scale, R = merged(factors(_system(e), [w * np.ones(30)]), np.ones(1), NAMES)
+        found = least_squares_solution(_system(e), X, scale, R, [w])
+        W = w * np.ones(30)
+        W = W[:, None] * e.W
+        error = w * (e.y - e.W @ X)
+        inverse = np.linalg.inv(W.T @ W)
+        h = np.diag(W @ inverse @ W.T)
+        s = (error / (1 - h))[:, None] * W
+        b = 1 / 30
+        wider = (1.96 + 2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
+        np.testing.assert_allclose(
+            found.covariance, wider**2 * 30 / 27 * inverse @ (s.T @ s) @ inverse, rtol=1e-8
+        )
+        assert found.weights == (pytest.approx(float(np.mean(w))),)
+        assert found.condition_number == pytest.approx(
+            np.linalg.cond(W / np.linalg.norm(W, axis=0)), rel=1e-9
+        )
+
+
+def test_a_row_that_alone_determines_a_parameter_keeps_a_finite_score() -> None:
+    W = np.zeros((20, 2))
+    W[:-1, 0], W[-1, 1] = np.linspace(1, 2, 19), 3.0
+    y = W @ np.array([1.0, 2.0]) + 0.1 * np.cos(np.arange(20.0))
+    system = LinearSystem(("A", "B"), (Equations("a", W, y, np.arange(20.0), 0),))
+    found = precision(system, np.array([1.0, 1.0]))
+    error = y[-1] - 3.0  # the leverage of the last row counts as 0.99
+    b = 1 / 20
+    wider = (1.96 + 2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
+    assert found.covariance[1, 1] == pytest.approx(
+        wider**2 * 20 / 18 * (error / 0.01 * 3.0 / 9.0) ** 2, rel=1e-6
+    )
+
+
+def test_the_precision_of_parameters_from_elsewhere_is_that_at_them() -> None:
+    logs = [_log(14, 200, 0.3), _log(15, 100, 0.2)]
+    X = TRUE + np.array([0.1, -0.02, 0.3])
+    for weights in (None, [np.full(200, 2.0), np.linspace(1, 2, 100)]):
+        found = precision(_system(*logs), X, weights)
+        w = [np.ones(200), np.ones(100)] if weights is None else weights
+        rows = [v[:, None] * np.column_stack([e.W, e.y]) for v, e in zip(w, logs, strict=True)]
+        W, y = np.split(np.concatenate(rows), [3], axis=1)
+        inverse = np.linalg.inv(W.T @ W)
+        s = (y[:, 0] - W @ X)[:, None] * W
+        meat = _long_run(s[:200], 8) + _long_run(s[200:], 8)
+        b = 1 / (300 / 8)
+        wider = (1.96 + 2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
+        np.testing.assert_array_equal(found.X, X)
+        np.testing.assert_allclose(
+            found.covariance, wider**2 * 300 / 297 * inverse @ meat @ inverse, rtol=1e-8
+        )
+
+
+def test_norms_of_columns_are_one_where_they_are_zero() -> None:
+    np.testing.assert_allclose(
+        column_norms(np.array([[3.0, 0.0, 1e-9], [4.0, 0, 0]])), [5, 1, 1e-9]
+    )
+
+
+def test_what_is_not_determined_is_named_and_counted() -> None:
+    names = tuple("ABCDEFGHIJ")
+    W = np.random.default_rng(16).normal(size=(50, 10))
+    R = np.linalg.qr(W / np.linalg.norm(W, axis=0), mode="r")
+    assert undetermined(R, names) == ""
+    W[:, 2] = W[:, 5]
+    R = np.linalg.qr(W / np.linalg.norm(W, axis=0), mode="r")
+    assert "do not determine C, F (1 of 10 combinations" in undetermined(R, names)
+    W[:, 8] = 0.0
+    R = np.linalg.qr(W / column_norms(W), mode="r")
+    assert "do not determine C, F, I (2 of 10 combinations" in undetermined(R, names)
+    for count, words in ((8, "A, B, C, D, E, F, G, H (7 of 10"), (9, "F, G, H, ... (8 of 10")):
+        W = np.random.default_rng(17).normal(size=(50, 10))
+        W[:, :count] = W[:, :1]
+        R = np.linalg.qr(W / column_norms(W), mode="r")
+        assert words in undetermined(R, names)
+
+
+@pytest.mark.parametrize(("apart", "determined"), [(3e-8, True), (3e-9, False)])
+def test_a_combination_counts_from_a_share_of_one_in_a_hundred_million(apart, determined) -> None:
+    R = np.diag([1.0, 1.0, apart])
+    assert (undetermined(R, NAMES) == "") is determined
+    if not determined:
+        assert "do not determine C (1 of 3" in undetermined(R, NAMES)
