@@ -38,8 +38,11 @@ _S, _E = "symgen/symbolic/", "symgen/estimation/"
 #: Group: what is changed, and the tests that look.
 GROUPS: dict[str, tuple[list[str], list[str]]] = {
     "minimal": (
-        [f"{_S}{name}.py" for name in ("elimination", "independence", "regrouping", "relations")],
-        ["tests/unit/test_elimination_in_blocks.py", "tests/reference/test_base_parameters.py"],
+        [f"{_S}{n}.py" for n in
+         ("base_parameters", "elimination", "independence", "regrouping", "relations")],
+        [*(f"tests/unit/test_{n}.py" for n in
+           ("elimination_in_blocks", "elimination", "independence", "regrouping", "relations")),
+         "tests/reference/test_base_parameters.py"],
     ),
     "estimation": (
         [f"{_E}{n}.py" for n in ("decimation", "estimators", "instrumental", "regression")],

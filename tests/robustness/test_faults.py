@@ -10,6 +10,7 @@ SYMGEN_KILLS sets their number. The long run writes fault_figures.json.
 from __future__ import annotations
 
 import json
+import math
 import os
 import random
 import shutil
@@ -32,15 +33,19 @@ FIGURES = Path(__file__).with_name("fault_figures.json")
 KILLS = int(os.environ.get("SYMGEN_KILLS", "200"))
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals and limits of POSIX")
 
-#: Command: its arguments, what it writes, and how that is read again.
+_EXCITE = ["planar2r", *LIMITS, "--duration", "2", "--searches", "1", "--budget", "1"]
+_EXCITE += ["--parameters", "p.toml"]
+
+#: Command, and which use of it: its arguments, what it writes, and how that is read again.
 COMMANDS: dict[str, tuple[list[str], str, Callable[[Path], object]]] = {
     "generate": (["planar2r", "--target", "c"], "out", lambda p: _listed(p, "manifest.json")),
     "import": (["one.urdf"], "out.toml", symgen.read_robot),
-    "excite": (
-        ["planar2r", *LIMITS, "--duration", "2", "--searches", "1", "--budget", "1"]
-        + ["--parameters", "p.toml"],
+    "generate --tex": (["planar2r", "--tex"], "out", lambda p: _listed(p, "manifest.json")),
+    "excite": (_EXCITE, "out.csv", lambda p: _whole(p)),
+    "excite --to ros": (
+        [*_EXCITE, "--to", "ros"],
         "out.csv",
-        lambda p: _whole(p),
+        lambda p: (_whole(p), _whole(p.with_suffix(".yaml"))),
     ),
     "simulate": (
         ["planar2r", "--parameters", "p.toml", "--duration", "4"],
@@ -48,11 +53,32 @@ COMMANDS: dict[str, tuple[list[str], str, Callable[[Path], object]]] = {
         lambda p: symgen.read_log(p),
     ),
     "identify": (["planar2r", "log.csv"], "out", read_result),
+    "identify --model static": (
+        ["hang.toml", "poses.csv", "--model", "static"],
+        "out",
+        read_result,
+    ),
+    "identify a data set": (
+        ["planar2r", "set/*.csv", "--work", "kept", "--model", "energy"],
+        "out",
+        read_result,
+    ),
     "predict": (["planar2r", "log.csv", "--parameters", "p.toml"], "out", read_result),
     "diagnose": (["planar2r", "log.csv"], "out", read_result),
     "payload": (["planar2r", "loaded.csv", "--parameters", "p.toml"], "out", read_result),
+    "payload --calibrate": (
+        ["planar2r", "loaded.csv", "--without", "log.csv", "--mass", "2", "--calibrate"],
+        "out",
+        lambda p: (read_result(p), symgen.read_robot(p / "robot.toml")),
+    ),
+    "fleet": (
+        ["planar2r", "cell"],
+        "out",
+        lambda p: (_whole(p / "report.html"), _json(p / "fleet.json")),
+    ),
     "export": (["arm-est", "--from", "arm.urdf"], "out.urdf", symgen.read_robot),
     "report": (["est"], "out.html", lambda p: _whole(p)),
+    "report of two": (["est", "est"], "out.html", lambda p: _whole(p)),
     "demo": (["--runs", "20"], "out", lambda p: _whole(p / "demo.html")),
 }
 
@@ -69,6 +95,10 @@ def _listed(folder: Path, marker: str) -> None:
     assert {name for name in digests if not (folder / name).is_file()} == set()
 
 
+def _json(path: Path) -> None:
+    json.loads(path.read_text("utf-8"))
+
+
 def _whole(path: Path) -> None:
     """Look at a text that ends as its writer ends it."""
     text = path.read_text()
@@ -78,8 +108,8 @@ def _whole(path: Path) -> None:
 def line(command: str, into: str) -> list[str]:
     """Return the words that run a command, which writes `into`."""
     arguments, _, _ = COMMANDS[command]
-    option = "--to" if command == "export" else "--into"
-    return [sys.executable, "-m", "symgen", command, *arguments, option, into]
+    option = "--to" if command == "export" else "--into"  # what it writes
+    return [sys.executable, "-m", "symgen", command.split()[0], *arguments, option, into]
 
 
 def start(world: Path, command: str, into: str, **options: object) -> subprocess.Popen[str]:
@@ -101,9 +131,25 @@ def finished(job: subprocess.Popen[str]) -> tuple[int, str, list[str]]:
     return job.returncode, out, messages(err)
 
 
+_NOISY = "planar2r --parameters p.toml --duration 4 --torque-noise-percent 2 --seed"
+_LOADED = [("simulate", "planar2r --parameters loaded.toml --duration 4 --into loaded.csv")]
+HANG = '[robot]\nname = "hang"\ngravity = [0.0, -9.81, 0.0]\n[[joint]]\n[[joint]]\nd = 0.5\n'
+#: Still poses q1, q2 and the torques that hold them.
+POSES = "q1,q2,tau1,tau2\n" + "".join(
+    f"{a},{b},{9.81 * (0.3 * math.cos(a) + 0.1 * math.cos(a + b)):.6f},"
+    f"{0.981 * math.cos(a + b):.6f}\n"
+    for a, b in ((0.3 * k, 0.7 * (k % 5)) for k in range(30))
+)
 #: What some commands read beside that, and how it is made.
 BEFORE = {
-    "payload": [("simulate", "planar2r --parameters loaded.toml --duration 4 --into loaded.csv")],
+    "payload": _LOADED,
+    "payload --calibrate": _LOADED,
+    "identify a data set": [("simulate", f"{_NOISY} {k} --into set/{k}.csv") for k in range(3)],
+    "fleet": [
+        ("simulate", f"{_NOISY} {10 * r + d} --into cell/r{r}/{d}.csv")
+        for r in range(3)
+        for d in range(2)
+    ],
     "export": [
         ("import", "arm.urdf --into arm.toml"),
         ("simulate", "arm.toml --parameters arm_parameters.toml --duration 4 --into arm.csv"),
@@ -125,8 +171,11 @@ def common(tmp_path_factory: pytest.TempPathFactory):
     folder = tmp_path_factory.mktemp("world")
     patch = pytest.MonkeyPatch()
     patch.setenv("SYMGEN_CACHE", str(tmp_path_factory.mktemp("cache") / "symgen"))
+    patch.setenv("SYMGEN_FLAGS", "plain")  # or each command with an empty cache would race them
     (folder / "p.toml").write_text(PARAMETERS)
     (folder / "loaded.toml").write_text(LOADED)
+    (folder / "poses.csv").write_text(POSES)
+    (folder / "hang.toml").write_text(HANG)
     (folder / "one.urdf").write_text(URDF)
     (folder / "arm.urdf").write_text(URDF.replace('"one"', '"arm"').replace('ort="1"', 'ort="9"'))
     run(folder, "simulate", "planar2r --parameters p.toml --duration 4 --into log.csv")
@@ -147,11 +196,13 @@ def world(common: Path, request: pytest.FixtureRequest) -> Path:
 
 
 def state(folder: Path) -> dict[str, bytes]:
-    """Return what is in a folder, without what begins with a dot."""
+    """Return what is in a folder, without what begins with a dot and what runs keep."""
     return {
         p.relative_to(folder).as_posix(): p.read_bytes()
         for p in sorted(folder.rglob("*"))
-        if p.is_file() and not any(part[0] == "." for part in p.relative_to(folder).parts)
+        if p.is_file()
+        and not any(part[0] == "." for part in p.relative_to(folder).parts)
+        and p.relative_to(folder).parts[0] != "kept"  # of a run that broke off, for the next
     }
 
 
@@ -174,9 +225,9 @@ def _killed(world: Path, command: str, after: float) -> str:
     now = state(world)
     written = {name for name in now if name not in before}
     assert {name: now.get(name) for name in before} == before
-    # excite writes out.json beside out.csv.
+    # excite writes out.json, out.yaml and out.mcap beside out.csv.
     roots = {name.split("/")[0] for name in written}
-    assert roots <= {into, "out.json", "one_parameters.toml"}
+    assert roots <= {into, "out.json", "out.yaml", "out.mcap", "one_parameters.toml"}
     if written:
         read(world / into)
         end = end if end == "finished" else "whole"

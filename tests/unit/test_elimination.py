@@ -1,0 +1,129 @@
+"""Elimination of relations in named lengths, beside SymPy's rational functions."""
+
+from __future__ import annotations
+
+import pytest
+import sympy as sp
+
+from symgen.symbolic.elimination import Coefficient, Elimination, NeedsValuesError, readable
+from symgen.symbolic.modular import PrimeField, primes
+
+L1, L2, A = sp.symbols("L1 L2 a", real=True)
+COLUMNS = ("P", "Q", "R", "S", "T")
+_PRIMES = [p for p, _ in zip(primes(48), range(2), strict=False)]
+
+
+def _fields() -> list[PrimeField]:
+    return [PrimeField(p, seed, [A], 48) for seed, p in enumerate(_PRIMES, 1)]
+
+
+def _eliminated(relations, order=range(5)) -> Elimination:
+    out = Elimination(COLUMNS, list(order), _fields())
+    for relation in relations:
+        out.add(out.exact({k: sp.sympify(v) for k, v in relation.items()}))
+    return out
+
+
+RELATIONS = [
+    {"P": 1, "Q": L1, "R": L1**2},
+    {"P": L2, "R": 3, "S": sp.Rational(1, 3)},
+    {"P": 1, "Q": L1, "R": L1**2, "T": 2 * L2},
+]
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2, 3, 4), (4, 3, 2, 1, 0), (2, 0, 4, 1, 3)])
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_reduced_form_is_that_of_sympy_and_its_residues_go_with_it(order, turned) -> None:
+    relations = RELATIONS[::-1] if turned else RELATIONS
+    found = _eliminated(relations, order)
+    # last in order is eliminated first: the reduced form with columns from there on
+    names = [COLUMNS[i] for i in order][::-1]
+    matrix = sp.Matrix([[sp.sympify(r.get(n, 0)) for n in names] for r in RELATIONS])
+    reduced, pivots = matrix.rref(simplify=True)
+    assert set(found.rows) == {names[p] for p in pivots}
+    for k, p in enumerate(pivots):
+        row = found.rows[names[p]]
+        for i, n in enumerate(names):
+            value = row[n].value if n in row else 0
+            assert sp.simplify(value - reduced[k, i]) == 0
+        for c in row.values():
+            assert c.residues == tuple(int(f.constant(c.value)) for f in found.fields)
+            assert any(c.residues)
+
+
+def test_a_relation_that_says_nothing_new_adds_nothing() -> None:
+    found = _eliminated([*RELATIONS, {"P": 2, "Q": 2 * L1, "R": 2 * L1**2, "T": 7 * L2}])
+    assert len(found.rows) == 3
+    assert found.rows == _eliminated(RELATIONS).rows
+    assert _eliminated([{"P": sp.sin(A) ** 2 + sp.cos(A) ** 2 - 1}]).rows == {}
+
+
+def test_an_unknown_that_comes_later_leaves_the_rows_before_it() -> None:
+    found = _eliminated([{"P": 1, "Q": 1, "R": 1}, {"Q": 1, "R": 1}, {"Q": 1}])
+    assert {k: dict(v) for k, v in found.rows.items()} == {
+        n: {n: Coefficient(sp.S.One, (1, 1))} for n in ("P", "Q", "R")
+    }
+
+
+def test_a_coefficient_that_is_zero_goes_whatever_it_looks_like() -> None:
+    row = _eliminated([]).exact(
+        {"P": sp.S.One, "Q": sp.sin(A) ** 2 + sp.cos(A) ** 2 - 1, "R": (L1 + L2) ** 2 - L1**2}
+    )
+    assert set(row) == {"P", "R"}
+    assert row["R"].value == 2 * L1 * L2 + L2**2
+
+
+def _sum(letter: str, count: int) -> sp.Expr:
+    return sp.Add(*sp.symbols(f"{letter}:{count}", real=True))
+
+
+@pytest.mark.parametrize(("left", "right", "large"), [(8, 5, False), (41, 1, True), (7, 6, True)])
+def test_products_of_more_than_forty_terms_ask_for_values(left, right, large) -> None:
+    a, b = _sum("u", left), _sum("w", right)
+    first, second = {"P": b, "Q": 1}, {"Q": a, "R": 1}
+    if large:
+        with pytest.raises(NeedsValuesError, match="too large in named lengths"):
+            _eliminated([first, second])
+    else:
+        assert len(_eliminated([first, second]).rows) == 2
+
+
+def test_plain_numbers_are_never_too_large() -> None:
+    root = sum(sp.sqrt(p) for p in (2, 3, 5, 7, 11, 13, 17))
+    expanded = sp.Add(*(sp.sqrt(p) for p in (2, 3, 5, 7, 11, 13, 17)))
+    assert len(sp.Add.make_args(root)) ** 2 > 40
+    from symgen.symbolic.elimination import _require_small
+
+    _require_small(root, expanded)
+    with pytest.raises(NeedsValuesError):
+        _require_small(root, L1 * expanded.func(*expanded.args) + sp.expand(L1 * root))
+
+
+@pytest.mark.parametrize(
+    ("given", "wanted"),
+    [
+        (sp.Rational(2, 3), sp.Rational(2, 3)),
+        (L1 * (L1 + 2), L1**2 + 2 * L1),
+        (sp.sqrt(2) * (L1 + 1), sp.sqrt(2) * L1 + sp.sqrt(2)),
+        (sp.sin(A) ** 2, 1 - sp.cos(A) ** 2),
+        (sp.sin(A) ** 3, sp.sin(A) - sp.sin(A) * sp.cos(A) ** 2),
+        (sp.sin(A) ** 4, 1 - 2 * sp.cos(A) ** 2 + sp.cos(A) ** 4),
+        (sp.sin(A) ** 5, sp.sin(A) - 2 * sp.sin(A) * sp.cos(A) ** 2 + sp.sin(A) * sp.cos(A) ** 4),
+        (sp.sin(A) * sp.cos(A), sp.sin(A) * sp.cos(A)),
+        (sp.cos(A) ** 2, sp.cos(A) ** 2),
+        (L1 / sp.sin(A), L1 / sp.sin(A)),
+        (sp.sin(A) ** 2 + sp.cos(A) ** 2, sp.S.One),
+        (sp.sin(A) ** -2, sp.sin(A) ** -2),
+    ],
+)
+def test_coefficients_are_written_as_a_person_would(given, wanted) -> None:
+    assert sp.expand(readable(given) - wanted) == 0
+    assert readable(given) == wanted
+
+
+def test_what_has_no_symbol_but_a_cosine_becomes_fifty_digits() -> None:
+    found = readable(sp.cos(sp.Rational(3, 10)) * 2)
+    assert isinstance(found, sp.Float)
+    assert abs(found - 2 * sp.cos(sp.Rational(3, 10)).evalf(70)) < sp.Float("1e-48", 60)
+    assert readable(sp.sqrt(2) * 2) == 2 * sp.sqrt(2)
+    assert isinstance(readable(sp.sqrt(2) * sp.Float("0.5", 50)), sp.Float)
