@@ -7,14 +7,21 @@ import hashlib
 import json
 import math
 import os
+import re
 import shutil
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from symgen.errors import PackageError, plain
 
+#: 200 parts of a key of TOML with dots behind them; a part is bare or in quotes, and short, so that
+#: the search takes a time in proportion to the text.
+_LONG_KEY = re.compile(
+    r"""(?:(?:"(?:[^"\\\n]|\\.){0,200}+"|'[^'\n]{0,200}+'|(?<![\w-])[\w-]{1,200}+)"""
+    r"""[ \t]{0,9}+\.[ \t]{0,9}+){200}"""
+)
 _MARK = "# written by symgen, digest "
 
 
@@ -61,15 +68,21 @@ def write_folder(folder: Path, files: Mapping[str, bytes], marker: str) -> None:
 
 
 def _carry_over(old: Path, new: Path, ours: set[str], inside: str = "") -> None:
-    """Copy what is not among our paths; a folder that holds one of them is looked into."""
+    """Copy what is not among our paths; a folder that holds one of them is looked into.
+
+    A link stays one: what it leads to is not copied into the folder, which may be passed on.
+    """
     for path in old.iterdir():
         name = f"{inside}{path.name}"
-        if path.is_dir() and any(own.startswith(f"{name}/") for own in ours):
+        link, holds = path.is_symlink(), any(own.startswith(f"{name}/") for own in ours)
+        if path.is_dir() and holds and not link:
             _carry_over(path, new, ours, f"{name}/")
-        elif name not in ours:
+        elif name not in ours and not holds:
             (new / name).parent.mkdir(parents=True, exist_ok=True)
-            copy = shutil.copytree if path.is_dir() else shutil.copy2
-            copy(path, new / name)
+            if path.is_dir() and not link:
+                shutil.copytree(path, new / name, symlinks=True)
+            else:
+                shutil.copy2(path, new / name, follow_symlinks=False)
 
 
 def _restore(folder: Path) -> None:
@@ -132,6 +145,21 @@ def load_json(text: str) -> Any:
         return int(digits)
 
     return _plain(json.loads(text, parse_float=finite, parse_int=integer, parse_constant=finite))
+
+
+def load_toml(text: str, parse_float: Callable[[str], Any] = float) -> dict[str, Any]:
+    """Return the content of a TOML text of unknown origin.
+
+    Raises:
+        ValueError: it is no TOML, or has a key of 200 parts or more: the time that one takes grows
+            with the square of its parts, to hours for a file of some 100 kB.
+        RecursionError: it is nested too deeply.
+    """
+    import tomllib
+
+    if _LONG_KEY.search(text):
+        raise ValueError("a key of 200 parts or more")
+    return tomllib.loads(text, parse_float=parse_float)
 
 
 def _plain(content: Any) -> Any:

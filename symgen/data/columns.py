@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
 from symgen.data.raw import one_line
 from symgen.errors import LogError, plain
+from symgen.files import load_toml
 
 #: How the command begins that holds joints still; a command line puts its own file in.
 IMPORT = "symgen import FILE "
@@ -39,7 +39,7 @@ def columns_from(text: str) -> dict[str, str]:
 def _from_file(path: Path) -> dict[str, str]:
     accepted = 'accepted: a table [columns] of texts, such as q1 = "shoulder_pos"'
     try:
-        data = tomllib.loads(path.read_text("utf-8-sig"))
+        data = load_toml(path.read_text("utf-8-sig"))
     except (OSError, ValueError, RecursionError) as error:
         raise LogError(one_line(f"--columns {path}: {error}; {accepted}")) from error
     table = data.get("columns")

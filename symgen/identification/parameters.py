@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.codegen.model import Model
 from symgen.errors import ParameterError
-from symgen.files import load_json
+from symgen.files import load_json, load_toml
 from symgen.identification.estimate import READ
 from symgen.robot.foreign import read_imported
 from symgen.robot.imported import FORMATS
@@ -61,7 +60,7 @@ def read_named(path: Path, robot: str) -> dict[str, tuple[Any, Any]]:
     path = path / "estimate.json" if path.is_dir() else path  # the folder that identify wrote
     try:
         text = path.read_text(encoding="utf-8-sig")
-        content = load_json(text) if path.suffix == ".json" else tomllib.loads(text)
+        content = load_json(text) if path.suffix == ".json" else load_toml(text)
     except (OSError, ValueError, RecursionError) as error:
         reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:200]
         raise ParameterError(

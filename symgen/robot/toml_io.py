@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 import warnings
 from collections.abc import Collection
 from dataclasses import replace
@@ -15,6 +14,7 @@ import sympy as sp
 
 from symgen import names
 from symgen.errors import ExpressionError, RobotError, SymgenWarning
+from symgen.files import load_toml
 from symgen.robot import expressions
 from symgen.robot.builtin import library, library_text
 from symgen.robot.closure import require_closed
@@ -88,8 +88,8 @@ def parse_robot(text: str, where: str = "robot.toml") -> Robot:
         RobotError: the text is not a valid robot; the message names the joint and the key.
     """
     try:
-        data = tomllib.loads(text.removeprefix("\ufeff"), parse_float=Decimal)
-    except (tomllib.TOMLDecodeError, RecursionError, ArithmeticError, ValueError) as error:
+        data = load_toml(text.removeprefix("\ufeff"), parse_float=Decimal)
+    except (RecursionError, ArithmeticError, ValueError) as error:
         raise RobotError(f"{where}: not valid TOML: {_one_line(error)}") from error
     from symgen.robot.schema import validated
 

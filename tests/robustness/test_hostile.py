@@ -21,10 +21,12 @@ import pytest
 from support import PROJECT, messages
 
 import symgen
+from symgen.data.columns import columns_from
 from symgen.data.log import read_log
 from symgen.data.tables import read_csv
 from symgen.errors import plain
-from symgen.files import check_replaceable, load_json, write_folder
+from symgen.files import check_replaceable, load_json, load_toml, write_folder
+from symgen.identification.parameters import read_named
 
 ESCAPE = "\x1b]0;taken\x07\x1b[31m"
 ESTIMATE = {
@@ -191,6 +193,48 @@ def _written(path: Path, text: str) -> Path:
 # Messages, names and what a terminal obeys.
 
 
+KEYS = {
+    "bare": lambda n: ".".join(["a"] * n) + " = 1\n",
+    "of a table": lambda n: "[robot]\n[" + " . ".join(["a"] * n) + "]\nb = 1\n",
+    "in quotes": lambda n: ".".join(['"a \\" b"', "'c d'"] * (n // 2)) + " = 1\n",
+    "inside": lambda n: "[columns]\nx = {" + ".".join(["a"] * n) + " = 1}\n",
+}
+
+
+@pytest.mark.parametrize("kind", KEYS)
+@pytest.mark.parametrize("reader", ["robot", "parameters", "columns"])
+def test_a_key_of_100_000_parts_is_refused_at_once(tmp_path, kind, reader):
+    """The time that such a key takes to be read grows with the square of its parts."""
+    path = tmp_path / "a.toml"
+    path.write_text(KEYS[kind](100_000))
+    read = {
+        "robot": symgen.read_robot,
+        "parameters": lambda p: read_named(p, "planar2r"),
+        "columns": lambda p: columns_from(str(p)),
+    }[reader]
+    begun = time.process_time()
+    with pytest.raises(symgen.SymgenError, match="a key of 200 parts or more"):
+        read(path)
+    assert time.process_time() - begun < 5
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'a = "' + '\\"' * 100_000 + '"',
+        'a = "' + "b" * 200_000 + '"',
+        "a = [" + "0.1, " * 40_000 + "]",
+        "# " + "a . b " * 40_000,
+        'a = "' + "'" * 200_000 + '"',
+        KEYS["bare"](150),
+    ],
+)
+def test_other_long_texts_are_read_in_seconds(text):
+    begun = time.process_time()
+    assert list(load_toml(text)) in (["a"], [])
+    assert time.process_time() - begun < 10
+
+
 def test_a_message_of_100_000_characters_is_cut():
     error = symgen.RobotError(f"robot.toml: {'x' * 100_000}; accepted: less")
     assert len(str(error)) < 2000
@@ -304,6 +348,7 @@ def _bomb(path: Path, claimed: int) -> Path:
 READ = """
 import resource, sys
 import symgen
+from symgen.data.columns import columns_from
 from symgen.data.log import read_log
 from symgen.identification.curves import read_curves
 from pathlib import Path
@@ -394,6 +439,29 @@ def dying(self, target):
 Path.rename = dying
 write(b"2")
 """
+
+
+def test_a_link_in_a_folder_of_results_brings_nothing_into_the_next(tmp_path):
+    """Of a folder from elsewhere: what its links lead to would be in what is passed on."""
+    secret, folder = tmp_path / "secret", tmp_path / "results"
+    secret.mkdir()
+    (secret / "key").write_text("secret")
+    content = {"estimate.json": b'{"schema": "symgen.x"}', "deep/a": b"1"}
+    write_folder(folder, content, "estimate.json")
+    (folder / "mine").mkdir()
+    for place in ("file", "mine/file"):
+        (folder / place).symlink_to(secret / "key")
+    (folder / "all").symlink_to(secret)
+    (folder / "gone").symlink_to(tmp_path / "nowhere")
+    (folder / "deep" / "all").symlink_to(secret)
+    write_folder(folder, content, "estimate.json")
+    for place in ("file", "mine/file", "all", "gone", "deep/all"):
+        assert (folder / place).is_symlink()
+    shutil.rmtree(folder / "deep")
+    (folder / "deep").symlink_to(secret)
+    write_folder(folder, content, "estimate.json")
+    assert (folder / "deep" / "a").read_bytes() == b"1"
+    assert sorted(p.name for p in secret.iterdir()) == ["key"]
 
 
 @pytest.mark.parametrize("how", ["written again", "looked at"])
