@@ -144,6 +144,16 @@ def summary(rows: Iterable[Row]) -> dict[str, Any]:
                 "right_first": _mean(map(right_first, some)),
                 "false_per_run": _mean(map(false_effects, some)),
             }
+    seen = [r for r in hidden if r["visible"]]
+    for key, some in (("visible", seen), ("with faults", [r for r in seen if r["faults"]])):
+        right = [r for r in some if right_first(r)]
+        if some:
+            out[key] = {
+                "runs": len(some),
+                "right_first": _mean(map(right_first, some)),
+                "false": sum(map(false_effects, some)),
+                "after_over_true_floor": _median(r["after"] / r["true_floor"] for r in right),
+            }
     out["clean_gap"] = quiet
     return out
 
