@@ -17,6 +17,12 @@ from symgen.terminal_progress import meter, say
 @click.command()
 @click.argument("robot", shell_complete=robot_names)
 @click.option("--model", default="momentum", show_default=True, help="energy, momentum or torque.")
+@click.option(
+    "--for",
+    "wanted",
+    multiple=True,
+    help="NAME:JOINT, an effect that the motion has to show too: gravity_spring:2.",
+)
 @click.option("--position", help="Limits LOW:HIGH or HALF (-HALF to HALF), rad or m.")
 @click.option("--velocity", help="Largest speeds, rad/s or m/s.")
 @click.option("--acceleration", help="Largest accelerations, rad/s2 or m/s2.")
@@ -48,7 +54,7 @@ from symgen.terminal_progress import meter, say
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="Of the starts.")
 @click.option("--to", default="csv", show_default=True, help="Beside the CSV: ros or urscript.")
 @click.option("--into", type=click.Path(path_type=Path), required=True, help="The CSV to write.")
-def excite(robot: str, into: Path, to: str, **options: Any) -> int:
+def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: Any) -> int:
     """Find runs within limits from which the parameters of ROBOT can be identified.
 
     Limits are one number for all joints or one for each, separated by commas; without them those
@@ -59,6 +65,7 @@ def excite(robot: str, into: Path, to: str, **options: Any) -> int:
     """
     import symgen
     from symgen import Limits, Motion, Search
+    from symgen.diagnosis.extend import with_effect
     from symgen.experiment.formats import FORMATS, exported
     from symgen.experiment.plan import paths
     from symgen.files import check_new, write_files
@@ -66,6 +73,8 @@ def excite(robot: str, into: Path, to: str, **options: Any) -> int:
     if into.suffix != ".csv":
         raise click.UsageError(f"--into {into}: accepted: a path that ends in .csv")
     source = symgen.read_robot(robot)
+    for effect in wanted:
+        source = with_effect(source, effect)
     if to not in FORMATS:
         raise click.UsageError(f"--to {to}: accepted: {', '.join(FORMATS)}")
     files = paths(into, options["runs"])

@@ -9,9 +9,21 @@ import numpy as np
 import sympy as sp
 
 from symgen import names
-from symgen.robot.effect import Definition, Effect, definitions, of_file, of_library, variables
+from symgen.errors import ParameterError
+from symgen.robot.effect import (
+    Definition,
+    Effect,
+    Search,
+    definitions,
+    of_file,
+    of_library,
+    variables,
+)
 from symgen.robot.expressions import exact
 from symgen.robot.types import Coupling, Joint, Robot
+
+#: What robot.toml declares by its own words.
+_NATIVE = (*names.FRICTION, "rotor", "coupling")
 
 
 def extended(
@@ -57,6 +69,55 @@ def extended(
         effect = of_library(definition, joint.number, joint.sigma, rounded)
     out = replace(robot, effects=(*robot.effects, effect))
     return _with_friction(out, joint.number, "offset") if definition.offset else out
+
+
+def with_effect(robot: Robot, text: str) -> Robot:
+    """Return the robot with one more effect, so that a motion planned for it shows the effect.
+
+    Constants, which only say where it acts, are in the middle of what a diagnosis tries.
+
+    Args:
+        robot: the robot.
+        text: NAME:JOINT, gravity_spring:2; two joints of a coupling as 5-6.
+
+    Raises:
+        ParameterError: there is no such effect or joint, or no robot file declares it.
+    """
+    name, _, where = text.partition(":")
+    known = {d.name: d for d in definitions().values() if d.declarable or d.native in _NATIVE}
+    if name not in known:
+        other = definitions().get(name)
+        why = f"; what shows it: {other.separate}" if other is not None and other.separate else ""
+        raise ParameterError(f"effect {name!r}{why}; accepted: {', '.join(known)}")
+    numbers = [joint.number for joint in robot.movable]
+    try:
+        positions = tuple(numbers.index(int(number)) for number in where.split("-"))
+    except ValueError as error:
+        listed = ", ".join(map(str, numbers))
+        raise ParameterError(
+            f"{text}: joint {where!r}; accepted: NAME:JOINT of {listed}"
+        ) from error
+    definition = known[name]
+    if len(positions) != 1 + (definition.native == "coupling"):
+        raise ParameterError(f"{text}: accepted: one joint, or two of a coupling as 5-6")
+    if definition.native == "coupling":
+        constants = {"ratio": 1.0}
+    else:
+        constants = {k: _middle(robot, positions[0], s) for k, s in definition.nonlinear.items()}
+    found = extended(robot, definition, positions, constants, {})
+    assert found is not None  # declarable
+    return found
+
+
+def _middle(robot: Robot, position: int, search: Search) -> float:
+    """Return the middle of a range in the units of a joint."""
+    value = (search.low * search.high) ** 0.5 if search.by_ratio else (search.low + search.high) / 2
+    limits = robot.limits
+    if search.scale == "speed" and limits is not None and limits.velocity is not None:
+        return value * limits.velocity[position]
+    if search.scale == "gear" and robot.drive is not None:
+        return round(value) * robot.drive.ratio[position][position]
+    return float(round(value)) if search.scale in ("turn", "gear") else value
 
 
 def _tilted(robot: Robot, coefficients: Mapping[str, float]) -> Robot:

@@ -70,7 +70,11 @@ def alike(effect: FoundEffect) -> str:
 
 def tie(effect: FoundEffect) -> str:
     """Return what an effect looks like, and the motion that would tell."""
-    return f"{placed(effect)} looks like {alike(effect)}; to tell: {effect.separate}"
+    said = f"{placed(effect)} looks like {alike(effect)}; to tell: {effect.separate}"
+    if not effect.declared or effect.name not in definitions():
+        return said
+    where = "-".join(map(str, effect.joints))
+    return f"{said} (symgen excite --for {effect.name}:{where} plans one)"
 
 
 def undeclared(diagnosis: Diagnosis) -> tuple[str, ...]:

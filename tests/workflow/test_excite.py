@@ -468,3 +468,40 @@ def test_the_tx40s_torques_are_within_their_limits_by_pinocchio() -> None:
             rigid = np.array([arm.inverse_dynamics(*x) for x in zip(q, qd, qdd, strict=True)])
             tau = rigid + FS * np.sign(np.round(qd, 4)) + FV * qd
             assert (np.abs(tau) <= case["case"]["torque"]).all()
+
+
+def test_a_motion_for_an_effect_shows_it(command, tmp_path) -> None:
+    """Of the column q2 of a spring, half at least is none of the model's, offset included."""
+    quick = ("--duration", 6, "--terms", 3, "--searches", 1, "--iterations", 20)
+    limits = ("--position", 1.5, "--velocity", 2, "--acceleration", 6, "--budget", 60)
+    into = tmp_path / "run.csv"
+    asked = ("excite", "planar2r", *quick, *limits, "--for", "gravity_spring:2", "--into", into)
+    code, _, err = command(*asked)
+    assert code in (0, 1), err
+    t, *q = np.loadtxt(into, delimiter=",", skiprows=1)[:, :3].T
+    q = np.column_stack(q)
+    qd = np.gradient(q, t, axis=0)
+    qdd = np.gradient(qd, t, axis=0)
+    W = np.array([planar2r.torque_regressor(*s, 0.5) for s in zip(q, qd, qdd, strict=True)])
+    model = np.concatenate([W, np.tile([[[0.0], [1.0]]], (len(t), 1, 1))], axis=2)
+    spring = np.column_stack([0 * t, q[:, 1]]).ravel()
+    Q = np.linalg.qr(model.reshape(len(spring), -1))[0]
+    assert np.linalg.norm(spring - Q @ (Q.T @ spring)) > 0.5 * np.linalg.norm(spring)
+
+
+@pytest.mark.parametrize(
+    ("text", "answer"),
+    [
+        ("nonsense:1", "accepted: coulomb_friction"),
+        ("time_delay:1", "what shows it: the same motion at twice the speed"),
+        ("gravity_spring:7", "accepted: NAME:JOINT of 1, 2"),
+        ("gravity_spring", "accepted: NAME:JOINT of 1, 2"),
+        ("coupled_transmission:1", "two of a coupling"),
+    ],
+)
+def test_what_no_motion_is_planned_for_is_refused(command, tmp_path, text, answer) -> None:
+    asked = ("excite", "planar2r", "--for", text, "--into", tmp_path / "run.csv")
+    code, _, err = command(*asked)
+    assert code == 2
+    assert answer in err
+    assert len(err.splitlines()) == 1
