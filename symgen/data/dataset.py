@@ -21,6 +21,7 @@ from symgen.data.log import READERS, Log, checked
 from symgen.data.raw import ROLES, Raw, Reading, one_line, refuse
 from symgen.data.signals import GAP
 from symgen.data.stored import StoredArray, stored_arrays
+from symgen.data.stretch import Stretch, within
 from symgen.data.tables import COLUMNS, assigned
 from symgen.errors import LogError
 
@@ -153,32 +154,6 @@ def constant_column(name: str, column: str) -> str:
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """Rows of a file between which no time is missing.
-
-    Attributes:
-        file: name or URL.
-        name: of the log.
-        rows: first row, and the one behind the last.
-        times: of its first and last row, s.
-        step: sampling step, s.
-        measured: whether the file has speeds.
-    """
-
-    file: str
-    name: str
-    rows: tuple[int, int]
-    times: tuple[float, float]
-    step: float
-    measured: bool
-
-    @property
-    def count(self) -> int:
-        """Number of rows."""
-        return self.rows[1] - self.rows[0]
-
-
-@dataclass(frozen=True)
 class DataSet:
     """Where logs lie, and how they are read.
 
@@ -227,7 +202,7 @@ class DataSet:
             log = log if len(edges) == 1 else f"{log}, stretch {k + 1}"
             out.append(Stretch(name, log, (first, first + count), span, step, measured))
         if low is not None or high is not None:
-            out = [s for s in (_within(s, low, high) for s in out) if s.count > 0]
+            out = [s for s in (within(s, low, high) for s in out) if s.count > 0]
         return out
 
     def _times(self, name: str) -> Iterator[FloatArray]:
@@ -384,18 +359,6 @@ def _filled(
             out[start + low - first : start + high - first, j] = x[k][low:high]
     out.setflags(write=False)
     return out
-
-
-def _within(s: Stretch, low: float | None, high: float | None) -> Stretch:
-    """Return the rows of a stretch between two times, by its step."""
-    first, last = s.rows
-    if low is not None and low > s.times[0]:
-        first = s.rows[0] + int(np.ceil((low - s.times[0]) / s.step - 1e-6))
-    if high is not None and high < s.times[1]:
-        last = s.rows[0] + int(np.floor((high - s.times[0]) / s.step + 1e-6)) + 1
-    first, last = min(first, s.rows[1]), max(last, first)
-    times = tuple(s.times[0] + s.step * (k - s.rows[0]) for k in (first, last - 1))
-    return Stretch(s.file, s.name, (first, last), (times[0], times[1]), s.step, s.measured)
 
 
 def _rows(raw: Raw, span: slice) -> Raw:

@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.dataset import Stretch
 from symgen.data.log import Log
 from symgen.data.raw import Reading
 from symgen.data.signals import TAIL, Samples, sampled
+from symgen.data.stretch import Stretch
 from symgen.estimation.band import Band
 from symgen.estimation.decimation import decimation
 from symgen.estimation.filtered import FilteredLog, filtered, stride_of

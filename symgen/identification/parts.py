@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from symgen.data.dataset import DataSet, Stretch, is_data_set, listed_files
+from symgen.data.dataset import DataSet, is_data_set, listed_files
 from symgen.data.log import Log
-from symgen.data.stored import stored_arrays
+from symgen.data.stretch import Stretch
+from symgen.data.tables import COUNTED, rows_of
 from symgen.errors import LogError
 from symgen.estimation.logs import Source
 from symgen.estimation.partition import Part
@@ -36,31 +37,12 @@ def is_long(sources: Sequence[Source], plain: bool) -> bool:
     if any(map(is_data_set, sources)):
         return True
     paths = [Path(s) for s in sources if isinstance(s, (str, Path))]
-    known = [p for p in paths if p.suffix.lower() in _COUNTED and p.is_file()]
+    known = [p for p in paths if p.suffix.lower() in COUNTED and p.is_file()]
     if not plain or not known or len(known) < len(sources):
         return False
     if sum(p.stat().st_size for p in known) < _LIGHT:
         return False
-    return sum(_COUNTED[p.suffix.lower()](p) for p in known) > LONG
-
-
-def _rows_of_parquet(path: Path) -> int:
-    """Return the rows of a Parquet file; 0 where it cannot be read, which is said later."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    try:
-        return int(pq.read_metadata(path).num_rows)
-    except (pa.ArrowException, OSError, ValueError):
-        return 0
-
-
-def _rows_of_npz(path: Path) -> int:
-    """Return the rows of an NPZ whose arrays are not packed; 0 of others."""
-    return max((x.shape[0] for x in (stored_arrays(path) or {}).values()), default=0)
-
-
-_COUNTED = {".parquet": _rows_of_parquet, ".npz": _rows_of_npz}
+    return sum(map(rows_of, known)) > LONG
 
 
 def paths_of(sources: Sequence[Source]) -> list[str | Path]:
