@@ -2,6 +2,7 @@
 
     python tests/benchmarks/bench_million.py [--samples 1000000] [--models momentum torque]
     python tests/benchmarks/bench_million.py --data-set 1 3 10 [--workers 2] [--into million.json]
+    python tests/benchmarks/bench_million.py --day
 
 Logs (Panda, 1 kHz, measured speeds) are made by NumPy with torques of the emitted
 torque_regressor: one .npz, or with --data-set Parquet files of a million samples each, as many as
@@ -41,6 +42,7 @@ RATE = 1000.0
 CHUNK = 50_000
 MILLION = 1_000_000
 SHORT = 20_000  # samples of the log on which the model is compiled
+DAY = 60_000  # samples: a minute
 PEER = 20_000  # samples that Pinocchio evaluates
 ROBOT = "panda"
 
@@ -135,6 +137,20 @@ def peer() -> None:
     print(json.dumps({"us": (time.process_time() - begin) / len(rows) * 1e6}))
 
 
+def day(path: Path) -> None:
+    """Print the seconds of a minute of a robot whose model is loaded and whose cutoff is known."""
+    import symgen
+    from symgen.estimation.recipe import Recipe
+
+    robot = symgen.derive(ROBOT, Recipe("momentum", 0.2).all_kernels)
+    evaluator = symgen.load(robot)
+    for _ in range(2):  # the first imports what it needs
+        begin = time.process_time()
+        symgen.identify(evaluator, [path], model="momentum", cutoff=11.0)
+        seconds = time.process_time() - begin
+    print(json.dumps({"user": seconds}))
+
+
 def asked(*given: Any) -> dict[str, Any]:
     """Run this file in a process of its own; return what it printed last, or what went wrong."""
     command = [sys.executable, str(Path(__file__).resolve()), *map(str, given)]
@@ -224,6 +240,7 @@ def main() -> int:
     parser.add_argument("--models", nargs="+", choices=MODELS)
     parser.add_argument("--data-set", nargs="+", type=int, metavar="MILLIONS")
     parser.add_argument("--workers", type=int)
+    parser.add_argument("--day", action="store_true", help="a minute of a robot, as in a fleet")
     parser.add_argument("--folder", type=Path, help="where logs are made; by default a new one")
     parser.add_argument("--into", type=Path, help="JSON with every figure")
     for hidden in ("--make", "--make-files", "--one"):
@@ -238,6 +255,11 @@ def main() -> int:
         one(*given.one, given.workers)
     elif given.peer:
         peer()
+    elif given.day:
+        with tempfile.TemporaryDirectory(dir=given.folder) as name:
+            make_log(Path(name) / "day.npz", DAY)
+            day(Path(name) / "day.npz")
+        return 0
     if given.make or given.make_files or given.one or given.peer:
         return 0
     pinocchio = asked("--peer").get("us")
