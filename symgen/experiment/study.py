@@ -139,6 +139,8 @@ def study(
         trials = replace(trials, moved=tuple(_moved(trials, progress, meter)))
     progress("choosing the band")
     trials = _with_tries(trials, ways, cutoff)
+    if trials.moved and made.instruments.velocity:
+        trials = replace(trials, aims=())  # a reference is large, and travels with every task
     items = [range(k, min(k + TOGETHER, runs)) for k in range(0, runs, TOGETHER)]
     done: dict[int, bytes] = {}
     progress(f"identifying {runs} runs by {len(ways)} ways")

@@ -59,7 +59,7 @@ class Trials:
         robot: text of its robot.toml.
         kernels: that are needed of its model.
         X: its parameters, (p,).
-        aims: the references, one a log.
+        aims: the references, one a log; empty where nobody asks for them any more.
         recording: how logs come about.
         seed: of all noise.
         moved: the motion along every reference, where all runs have the same; else empty.
@@ -86,15 +86,16 @@ class Trials:
 
     def samples(self, runs: range) -> Iterator[list[Samples]]:
         """Yield the logs of every run, opened and mended as `identify` does."""
-        evaluator, r, count = self.evaluator, self.recording, len(self.aims)
+        evaluator, r, count = self.evaluator, self.recording, len(self.moved or self.aims)
         made = []
-        for k, aim in enumerate(self.aims):
+        for k in range(count):
             numbers = range(runs.start * count + k, runs.stop * count, count)
             made.append(
                 self.moved[k].seen_by(r.instruments, numbers, self.seed)
                 if self.moved
                 else simulate(
-                    evaluator, self.X, trajectory=aim, recording=r, runs=numbers, seed=self.seed
+                    evaluator, self.X, trajectory=self.aims[k], recording=r, runs=numbers,
+                    seed=self.seed,
                 )
             )  # fmt: skip
         for run in range(len(runs)):
