@@ -41,7 +41,8 @@ GROUPS: dict[str, tuple[list[str], list[str]]] = {
         [f"{_S}{n}.py" for n in
          ("base_parameters", "elimination", "independence", "regrouping", "relations")],
         [*(f"tests/unit/test_{n}.py" for n in
-           ("elimination_in_blocks", "elimination", "independence", "regrouping", "relations")),
+           ("base_parameters", "elimination_in_blocks", "elimination", "independence",
+            "regrouping", "relations")),
          "tests/reference/test_base_parameters.py"],
     ),
     "estimation": (

@@ -15,7 +15,7 @@ import numpy as np
 
 from symgen.data.columns import held_still
 from symgen.data.raw import FloatArray, Raw, Reading, one_line, refuse
-from symgen.errors import LogError
+from symgen.errors import LogError, plain
 
 _TYPE = "sensor_msgs/msg/JointState"
 _TYPES = (_TYPE, "sensor_msgs/JointState")
@@ -64,15 +64,19 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
     wanted = [m for m in found if not set(joints).isdisjoint(m.names)]
     notes = []
     if len(found) < announced:
-        notes.append(f"{path.name}: {len(found)} of the {announced} messages can be read")
+        notes.append(f"{plain(path.name)}: {len(found)} of the {announced} messages can be read")
     if len(wanted) < len(found):
-        notes.append(f"{path.name}: {len(found) - len(wanted)} messages of other joints left out")
+        notes.append(
+            f"{plain(path.name)}: {len(found) - len(wanted)} messages of other joints left out"
+        )
     if all(m.stamp == 0 for m in wanted):
         refuse(path, "the stamps in the headers are 0", "messages with the time in header.stamp")
     ordered = sorted(wanted, key=lambda m: m.stamp)
     late = sum(b.stamp < a.stamp for a, b in pairwise(wanted))
     if late:
-        notes.append(f"{path.name}: {late} messages came out of order and were sorted by stamp")
+        notes.append(
+            f"{plain(path.name)}: {late} messages came out of order and were sorted by stamp"
+        )
     orders = _orders(path, ordered, joints)
     rows = {
         role: [_row(path, m, field, order) for m, order in zip(ordered, orders, strict=True)]
@@ -81,7 +85,7 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
     stamps = np.array([m.stamp for m in ordered], dtype=np.int64)
     kept = _without_repeats(path, stamps, rows)
     if not kept.all():
-        notes.append(f"{path.name}: {int((~kept).sum())} repeated messages left out")
+        notes.append(f"{plain(path.name)}: {int((~kept).sum())} repeated messages left out")
     arrays: dict[str, FloatArray] = {}
     for role, values in rows.items():
         array = _array(

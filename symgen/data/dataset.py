@@ -23,7 +23,7 @@ from symgen.data.signals import GAP
 from symgen.data.stored import StoredArray, stored_arrays
 from symgen.data.stretch import Stretch, within
 from symgen.data.tables import COLUMNS, assigned
-from symgen.errors import LogError
+from symgen.errors import LogError, plain
 
 if TYPE_CHECKING:
     from symgen.robot.types import Robot
@@ -198,7 +198,7 @@ class DataSet:
         for k, (first, span) in enumerate(zip(edges, times, strict=True)):
             count = (edges[k + 1] if k + 1 < len(edges) else row) - first
             step = (span[1] - span[0]) / (count - 1) if count > 1 else median
-            log = name.rsplit("/", 1)[-1]
+            log = plain(name.rsplit("/", 1)[-1])
             log = log if len(edges) == 1 else f"{log}, stretch {k + 1}"
             out.append(Stretch(name, log, (first, first + count), span, step, measured))
         if low is not None or high is not None:

@@ -22,7 +22,7 @@ from symgen.data.drive import joint_side
 from symgen.data.raw import FloatArray, Raw, Reading, one_line, refuse
 from symgen.data.raw import read_only as read_only
 from symgen.data.tables import COLUMNS, KEYS, read_csv, read_npz, read_parquet
-from symgen.errors import LogError
+from symgen.errors import LogError, plain
 from symgen.names import PRISMATIC
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ def read_log(
             raw = read(path, reading.columns, currents, names, own, reading.poses)
     except (OSError, ValueError, csv.Error) as error:
         raise LogError(one_line(f"{path}: cannot be read: {error}; accepted: {_FILES}")) from error
-    return checked(str(path), path.name, raw, n, sigma, drive, names, reading.poses)
+    return checked(str(path), plain(path.name), raw, n, sigma, drive, names, reading.poses)
 
 
 def make_log(

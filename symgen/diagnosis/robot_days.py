@@ -17,7 +17,7 @@ from symgen.data.dataset import constant_column, identity
 from symgen.data.raw import Reading
 from symgen.diagnosis.drift import Course
 from symgen.distributed import WorkFolder, digest, executor, finished
-from symgen.errors import LogError, SymgenError
+from symgen.errors import LogError, SymgenError, plain
 from symgen.estimation.recipe import NEEDED, Recipe
 from symgen.identification.reduction import loaded
 from symgen.identification.workflow import identify
@@ -142,7 +142,8 @@ def grouped(files: Sequence[str], by: str | None) -> list[Day]:
         if robot is None:
             above = [p for p in parts[:-1] if "=" not in p]
             robot = above[-1] if above else "robot"
-        out.setdefault((robot, stem if day is None else day), []).append(name)
+        key = (plain(robot), plain(stem if day is None else day))
+        out.setdefault(key, []).append(name)
     order = sorted(out, key=lambda k: (_natural(k[0]), _natural(k[1])))
     return [Day(robot, day, tuple(out[robot, day])) for robot, day in order]
 
@@ -150,7 +151,7 @@ def grouped(files: Sequence[str], by: str | None) -> list[Day]:
 def _natural(text: str) -> list[tuple[int, int, str]]:
     """Return a key that sorts day2 before day10."""
     parts = re.findall(r"\d+|\D+", text)
-    return [(0, int(p), "") if p.isdigit() else (1, 0, p) for p in parts]
+    return [(0, int(p), "") if p.isdecimal() else (1, 0, p) for p in parts]
 
 
 def courses_of(estimates: Sequence[DayEstimate]) -> list[Course]:

@@ -26,6 +26,7 @@ from symgen.identification.estimate import (
 )
 
 MARKER = "estimate.json"
+_PER_JOINT = ("torque", "momentum")  # residuals of one component a joint
 
 
 def read_estimate(path: str | Path) -> Estimate:
@@ -100,7 +101,7 @@ def _estimate(content: dict[str, Any]) -> Estimate:
     known = (torque_validation and torque_validation.per_joint) or ()
     joints = tuple((int(j["number"]), str(j["unit"])) for j in content.get("joints", ()))
     tested = tuple(map(_whiteness, content.get("whiteness", ())))
-    if any(not 0 <= w.component < max(1, len(joints)) for w in tested):
+    if any(not 0 <= w.component < _components(w.quantity, len(joints)) for w in tested):
         raise ValueError("whiteness of a joint that is not there")
     physical = content.get("physical", {})
     prior = content.get("prior")
@@ -146,6 +147,11 @@ def _estimate(content: dict[str, Any]) -> Estimate:
         uses=tuple(_use(name, use) for name, use in content.get("uses", {}).items()),
         headline=str(content.get("headline", "")),
     )
+
+
+def _components(quantity: str, joints: int) -> int:
+    """Return how many components the residual of a quantity has."""
+    return max(1, joints) if quantity in _PER_JOINT else 1
 
 
 def read_repair(content: dict[str, Any]) -> Repair:

@@ -22,8 +22,10 @@ from support import PROJECT, messages
 
 import symgen
 from symgen.data.columns import columns_from
+from symgen.data.dataset import listed_files
 from symgen.data.log import read_log
 from symgen.data.tables import read_csv
+from symgen.diagnosis.robot_days import grouped
 from symgen.errors import plain
 from symgen.files import check_replaceable, load_json, load_toml, write_folder
 from symgen.identification.parameters import read_named
@@ -272,6 +274,19 @@ def test_escape_bytes_of_column_names_reach_no_terminal(tmp_path, form, place):
         said = str(error)
     assert "taken" in said
     assert plain(said) == said
+
+
+@pytest.mark.skipif(os.name == "nt", reason="names that POSIX allows")
+def test_escape_bytes_of_files_and_folders_reach_no_terminal(tmp_path):
+    """Of an archive of logs from elsewhere: their names stand in notes, tables and pages."""
+    folder = tmp_path / "robot=\x1b]0;x\x07" / "day=\x1b[31m²"
+    folder.mkdir(parents=True)
+    path = folder / "a\x1b[31m.csv"
+    rows = "\n".join(f"{0.01 * k},{k % 7},{k % 3}" for k in range(40))
+    path.write_text(f"t,q1,tau1\n{rows}\n")
+    (day,) = grouped(listed_files([tmp_path]), None)
+    for text in (read_log(path).name, day.robot, day.day):
+        assert plain(text) == text
 
 
 def test_brackets_in_a_result_are_no_markup(report):

@@ -34,6 +34,7 @@ def _model(torque: str, joints: str = "[2]", more: str = "friction = []") -> obj
         ("3*A*sign(qd1)", "[1]", "friction = []"),  # FS1
         ("A", "[1]", "friction = []"),  # OF1
         ("A*(2 - 5*qd1)", "[1]", "friction = []"),
+        ("A*(abs(qd1) - sign(qd1)*qd1)", "[1]", "friction = []"),  # zero, to the last bit
         ("A*(qd1 + sign(qd1) - 2)", "[1]", "friction = []"),
         ("A*qd2", "[2]", 'friction = ["viscous"]'),
     ],
