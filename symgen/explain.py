@@ -68,6 +68,10 @@ _SHAPES: dict[str, Shape] = {
         "torque over time / period of the speed", 0, 2,
         lambda t: np.sign(np.sin(2 * np.pi * t)) * (np.mod(t, 0.5) < 0.08),
     ),
+    "dahl_friction": (
+        "torque over way / xs after a reversal (FD = 1)", -1, 6,
+        lambda x: np.where(x < 0, 1.0, 2 * np.exp(-np.maximum(x, 0)) - 1),
+    ),
     "external_contact": (
         "torque over time / duration", 0, 1, lambda t: ((t > 0.4) & (t < 0.5)).astype(float),
     ),

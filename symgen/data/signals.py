@@ -42,7 +42,6 @@ _SLOW = 10.0  # Hz
 _MISSING = 0.3  # of the steps may be other than the clock's
 _ENDS = 8 * CARDINAL  # samples at an end of a log whose slopes are taken anew
 
-_NOISY = 3.0  # spreads of noise in the band within which a position is noise
 _NORMAL = 1.4826  # standard deviation over median size of normal noise
 
 
@@ -344,28 +343,6 @@ def white_noise(
     size = np.array([_typical(x[at]) for x, at in zip(inside.T, say.T, strict=True)])
     nyquist = 0.5 / step
     return np.asarray(size * np.sqrt(nyquist / (nyquist - band)))
-
-
-def at_standstill(
-    x: FloatArray, low: FloatArray, step: float, band: float
-) -> npt.NDArray[np.bool_]:
-    """Whether positions never leave their place: what a low-pass lets pass of them is noise.
-
-    Args:
-        x: (N, k) positions.
-        low: what passed the filter.
-        step: sampling step in s.
-        band: cutoff of the filter in Hz, below Nyquist.
-
-    Returns:
-        (k,) true where the spread of `low` is not three times that of white noise in the band, or
-        where x stays within two of its smallest steps.
-    """
-    noise = white_noise(x - low, step, band) * np.sqrt(2 * band * step)
-    steps = np.abs(np.diff(x, axis=0))
-    least = np.min(np.where(steps > 0, steps, np.inf), axis=0, initial=np.inf)
-    within = np.ptp(x, axis=0) <= 2.5 * np.where(np.isfinite(least), least, 0.0)
-    return np.asarray((np.std(low, axis=0) <= _NOISY * noise) | within)
 
 
 def _typical(x: FloatArray) -> float:

@@ -11,13 +11,14 @@ import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
 from symgen.diagnosis.evidence import Columns, Evidence, Scene
+from symgen.diagnosis.shapes import Shape, Torques, contact, dahl, drift, gain, pulse
 from symgen.errors import RobotError
 from symgen.robot.effect import Definition, Search, definitions
 from symgen.robot.sought import Sought
@@ -29,25 +30,6 @@ from symgen.symbolic.tape import Numbers, Tape
 FloatArray = NDArray[np.float64]
 #: What the tape of an effect takes: arrays (N,) of joints, and numbers.
 Inputs = Mapping[str, Sequence[Any]]
-
-
-class Torques(NamedTuple):
-    """The model on a scene.
-
-    Attributes:
-        model: its torque (N, n).
-        friction: the part of it that is friction.
-        links: (links, 10) parameters of the links that give it, one of many sets.
-    """
-
-    model: FloatArray
-    friction: FloatArray
-    links: FloatArray
-
-    @property
-    def load(self) -> FloatArray:
-        """What the rigid body asks of the joints, (N, n): taur of effects."""
-        return self.model - self.friction
 
 
 @dataclass(frozen=True, eq=False)
@@ -319,48 +301,6 @@ def _delays(robot: Robot, definition: Definition, _: Evidence) -> Iterator[Candi
 
 
 _Maker = Callable[[Robot, Definition, Evidence], Iterator[Candidate]]
-#: Column (N,) of the one coefficient of an effect on a joint, by its position and constants.
-Shape = Callable[[Scene, Torques, int, Mapping[str, float]], FloatArray]
-
-
-def _gain(_: Scene, torques: Torques, j: int, __: Mapping[str, float]) -> FloatArray:
-    """A channel that reads G times too much: tau = (1 + G) model."""
-    return torques.model[:, j]
-
-
-def _drift(s: Scene, torques: Torques, j: int, constants: Mapping[str, float]) -> FloatArray:
-    """Friction times 1 + DR exp(-t/T)."""
-    fading: FloatArray = np.exp(-(s.t - s.t[0]) / constants["T"])
-    return torques.friction[:, j] * fading
-
-
-def _pulse(s: Scene, _: Torques, j: int, constants: Mapping[str, float]) -> FloatArray:
-    """A pulse after each reversal, in the new direction, while the joint crosses `width`."""
-    return -_after_reversals(s, j, constants["width"])
-
-
-def _dahl(s: Scene, _: Torques, j: int, constants: Mapping[str, float]) -> FloatArray:
-    """Friction of one N m that turns over a way xs: z = sign + (z0 - sign) exp(-way/xs).
-
-    The way since the last reversal counts, z0 is the state there; the joint comes from afar.
-    """
-    q, xs = s.q[:, j], constants["xs"]
-    sign = np.sign(np.diff(q, prepend=2 * q[0] - q[1]))
-    turns = [0, *(np.flatnonzero(sign[1:] != sign[:-1]) + 1), len(q)]
-    z, state = np.empty(len(q)), float(sign[0])
-    for first, last in itertools.pairwise(turns):
-        here = slice(first, last)
-        way = np.abs(q[here] - q[max(first - 1, 0)])
-        z[here] = sign[first] + (state - sign[first]) * np.exp(-way / xs)
-        state = float(z[last - 1])
-    return z
-
-
-def _contact(s: Scene, _: Torques, __: int, constants: Mapping[str, float]) -> FloatArray:
-    """A constant torque from `start`, s after the log's first sample, for `length` s."""
-    t = s.t - s.t[0]
-    start, length = constants["start"], constants["length"]
-    return np.asarray((t >= start) & (t < start + length), dtype=float)
 
 
 def _shaped(
@@ -377,7 +317,7 @@ def _shaped(
         columns,
         1,
         dict(constants),
-        uses_model=shape in (_gain, _drift),
+        uses_model=shape in (gain, drift),
         remake=lambda other: _shaped(definition, position, other, shape),
     )
 
@@ -396,33 +336,16 @@ def _each(shape: Shape) -> _Maker:
 def _contacts(robot: Robot, definition: Definition, evidence: Evidence) -> Iterator[Candidate]:
     """Yield the contacts whose window of time lies within a log."""
     longest = max(float(s.t[s.kept][-1] - s.t[0]) for s in evidence.scenes)
-    for candidate in _each(_contact)(robot, definition, evidence):
+    for candidate in _each(contact)(robot, definition, evidence):
         if candidate.constants["start"] + candidate.constants["length"] <= longest:
             yield candidate
 
 
-def _after_reversals(s: Scene, j: int, width: float) -> FloatArray:
-    """Return a half sine of unit height over the way since the last reversal, with its sign."""
-    speed = s.qd[:, j]
-    moves = np.abs(speed) > 1e-3 * np.sqrt(np.mean(speed**2))
-    at = np.flatnonzero(moves)
-    out = np.zeros(len(s.t))
-    if len(at) == 0:
-        return out
-    sign = np.sign(speed[at])
-    turns = at[1:][sign[1:] != sign[:-1]]
-    last = np.searchsorted(turns, np.arange(len(s.t)), side="right") - 1
-    turned = last >= 0
-    way = np.abs(s.q[turned, j] - s.q[turns[last[turned]], j])
-    out[turned] = np.sign(speed[turned]) * np.sin(np.pi * np.minimum(way / width, 1.0))
-    return out
-
-
 _SPECIAL: dict[str, _Maker] = {
     "time_delay": _delays,
-    "drive_gain_error": _each(_gain),
-    "thermal_drift": _each(_drift),
-    "backlash": _each(_pulse),
-    "dahl_friction": _each(_dahl),
+    "drive_gain_error": _each(gain),
+    "thermal_drift": _each(drift),
+    "backlash": _each(pulse),
+    "dahl_friction": _each(dahl),
     "external_contact": _contacts,
 }

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.codegen.model import derive
-from symgen.diagnosis.candidates import Torques
 from symgen.diagnosis.diagnosis import (
     Curves,
     Diagnosis,
@@ -33,6 +32,7 @@ from symgen.diagnosis.portrait import places
 from symgen.diagnosis.refine import all_slopes, settled_constants
 from symgen.diagnosis.search import MEASURING, Selection
 from symgen.diagnosis.select import Score
+from symgen.diagnosis.shapes import Torques
 from symgen.diagnosis.study import KERNELS, Study, model_torque, torque_at
 from symgen.diagnosis.words import tie
 from symgen.estimation.batch import solve

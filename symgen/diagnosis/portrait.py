@@ -12,11 +12,11 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.diagnosis.candidates import Torques
 from symgen.diagnosis.diagnosis import Gap, Place
 from symgen.diagnosis.evidence import Evidence, Scene
 from symgen.diagnosis.search import Selection
 from symgen.diagnosis.select import quick_gain
+from symgen.diagnosis.shapes import Torques
 from symgen.robot.types import Robot
 
 FloatArray = NDArray[np.float64]

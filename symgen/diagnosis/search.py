@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symgen.diagnosis.candidates import Candidate, Torques
+from symgen.diagnosis.candidates import Candidate
 from symgen.diagnosis.evidence import Columns, Evidence
 from symgen.diagnosis.refine import refined
 from symgen.diagnosis.select import GAIN, Score, judge, quick_gain
+from symgen.diagnosis.shapes import Torques
 
 _ALIKE = 0.8
 # Of the best gain: the simpler candidate is preferred, and parameters of the standard model.

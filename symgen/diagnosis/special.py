@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.diagnosis.candidates import Candidate, Torques
+from symgen.diagnosis.candidates import Candidate
 from symgen.diagnosis.evidence import Columns, Evidence, Scene
+from symgen.diagnosis.shapes import Torques
 from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.variation import Variation, random_states, variation

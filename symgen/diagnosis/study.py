@@ -9,11 +9,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.diagnosis.candidates import Torques
 from symgen.diagnosis.evidence import Evidence, Scene, evidence, given_evidence, regressor
 from symgen.diagnosis.floor import noise_floor
 from symgen.diagnosis.given import link_values
 from symgen.diagnosis.select import Score
+from symgen.diagnosis.shapes import Torques
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 

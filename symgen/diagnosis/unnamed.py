@@ -19,10 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.diagnosis.candidates import Candidate, Torques
+from symgen.diagnosis.candidates import Candidate
 from symgen.diagnosis.evidence import Evidence, Scene
 from symgen.diagnosis.search import Selection
 from symgen.diagnosis.select import Score, judge
+from symgen.diagnosis.shapes import Torques
 from symgen.robot.effect import Search, definitions, unit
 from symgen.robot.types import Robot
 

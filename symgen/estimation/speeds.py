@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from symgen.data.mask import Bools, touched
 from symgen.data.raw import read_only
-from symgen.data.signals import Samples, at_standstill, lowpass, lowpass_and_slopes, white_noise
+from symgen.data.signals import Samples, lowpass, lowpass_and_slopes, white_noise
 from symgen.estimation.band import OPEN
 from symgen.estimation.repairs import Repair
 
@@ -23,6 +23,7 @@ _FOLLOWS = 0.9
 _LATE, _SCALED = 0.1, 0.02  # of a sample; of 1
 _NOISY = 2.0  # times its noise a speed may be off before it is said not to follow
 _SETTLED = 1e-3  # of a sample
+_STILL = 3.0  # spreads of noise in the band within which a position is noise
 _SLOPES = 5.0  # the band of that comparison, in comparison bands
 
 
@@ -68,6 +69,26 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
     if not done:
         return samples, ()
     return replace(samples, qd=read_only(qd)), tuple(done)
+
+
+def at_standstill(x: FloatArray, low: FloatArray, step: float, band: float) -> Bools:
+    """Whether positions never leave their place: what a low-pass lets pass of them is noise.
+
+    Args:
+        x: (N, k) positions.
+        low: what passed the filter.
+        step: sampling step in s.
+        band: cutoff of the filter in Hz, below Nyquist.
+
+    Returns:
+        (k,) true where the spread of `low` is not three times that of white noise in the band, or
+        where x stays within two of its smallest steps.
+    """
+    noise = white_noise(x - low, step, band) * np.sqrt(2 * band * step)
+    steps = np.abs(np.diff(x, axis=0))
+    least = np.min(np.where(steps > 0, steps, np.inf), axis=0, initial=np.inf)
+    within = np.ptp(x, axis=0) <= 2.5 * np.where(np.isfinite(least), least, 0.0)
+    return np.asarray((np.std(low, axis=0) <= _STILL * noise) | within)
 
 
 def _compared(samples: Samples, band: float) -> Bools:

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from symgen import names
 from symgen.data.mask import at_rest
-from symgen.data.signals import at_standstill
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.fit import Fit
+from symgen.estimation.speeds import at_standstill
 from symgen.identification.estimate import Consistency, ParameterEstimate, Use
 from symgen.identification.parameters import mass_matrices
 from symgen.runtime.evaluator import Evaluator

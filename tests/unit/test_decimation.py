@@ -109,7 +109,7 @@ def test_chunks_are_asked_for_what_is_near_them_alone_and_come_in_order() -> Non
         assert found.shape == (part.stop - part.start, 2, 3)
         end = part.stop
     assert end == len(d.kept)
-    assert 4 < len(asked) < 20
+    assert len(asked) > 4
     assert max(asked) < 15_000
     assert sum(asked) < 1.4 * d.nodes
 
