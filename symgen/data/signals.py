@@ -42,7 +42,7 @@ _SLOW = 10.0  # Hz
 _MISSING = 0.3  # of the steps may be other than the clock's
 _ENDS = 8 * CARDINAL  # samples at an end of a log whose slopes are taken anew
 
-_NORMAL = 1.4826  # standard deviation over median size of normal noise
+NORMAL = 1.4826  # standard deviation over median size of normal noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -348,7 +348,7 @@ def white_noise(
 def _typical(x: FloatArray) -> float:
     if len(x) == 0:
         return 0.0
-    return _NORMAL * float(np.median(np.abs(x))) or math.sqrt(float(np.mean(x**2)))
+    return NORMAL * float(np.median(np.abs(x))) or math.sqrt(float(np.mean(x**2)))
 
 
 def differentiate(x: FloatArray, step: float) -> FloatArray:

@@ -22,13 +22,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.data.signals import NORMAL
 from symgen.estimation.statistics import f_tail
 from symgen.names import LINK
 
 FloatArray = NDArray[np.float64]
 #: Chance of one false alarm in a fleet; share of a change's chi-square that a load must explain.
 LEVEL, EXPLAINED = 0.01, 0.9
-_NORMAL = 1.4826
 _EFFICIENCY = 0.37  # of a median absolute deviation beside a standard deviation, normal law
 _FEWEST = 4  # differences from day to day for a scatter of their own
 _FRICTION = {"FS": "coulomb_friction", "FV": "viscous_friction", "OF": "torque_offset"}
@@ -119,7 +119,7 @@ def scatter(courses: Sequence[Course]) -> FloatArray:
     ]
     if sum(map(len, apart)) < _FEWEST:
         return np.ones(courses[0].X.shape[1])
-    return np.maximum(_NORMAL * np.median(np.abs(np.concatenate(apart)), axis=0), 1.0)
+    return np.maximum(NORMAL * np.median(np.abs(np.concatenate(apart)), axis=0), 1.0)
 
 
 def steps(
@@ -223,7 +223,7 @@ class _Fleet:
         first = np.stack([c.X[0] for c in courses])
         centre = np.median(first, axis=0) if reference is None else reference
         own = np.median([c.variance[0] for c in courses], axis=0)
-        apart = (_NORMAL * np.median(np.abs(first - np.median(first, axis=0)), axis=0)) ** 2
+        apart = (NORMAL * np.median(np.abs(first - np.median(first, axis=0)), axis=0)) ** 2
         return cls(centre, np.maximum(apart - own, 0.0) if len(courses) > _FEWEST else 0.0 * own)
 
 

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from symgen.codegen.model import Model, derive
 from symgen.data.dataset import listed_files
 from symgen.data.raw import Reading
+from symgen.data.signals import NORMAL
 from symgen.diagnosis.drift import LEVEL, Course, Named, Step, named, steps
 from symgen.diagnosis.robot_days import DayEstimate, IdentifyDay, courses_of, estimated, grouped
 from symgen.diagnosis.workflow import diagnose
@@ -40,7 +41,6 @@ MARKER = "fleet.json"
 #: A torque error stands out where it is so many times that of the fleet, and beyond so many times
 #: the scatter of its logarithm.
 _TIMES, _BEYOND = 1.5, 6.0
-_NORMAL = 1.4826
 
 
 @dataclass(frozen=True)
@@ -235,7 +235,7 @@ def _loud(estimates: Sequence[DayEstimate]) -> list[tuple[str, str, float, float
     if len(logs) < 5:
         return []
     centre = float(np.median(logs))
-    spread = max(_NORMAL * float(np.median(np.abs(logs - centre))), 0.02)
+    spread = max(NORMAL * float(np.median(np.abs(logs - centre))), 0.02)
     robots: dict[str, list[DayEstimate]] = {}
     for e in estimates:
         if e.X is not None:

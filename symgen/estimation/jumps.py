@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.data.signals import NORMAL
+
 FloatArray = NDArray[np.float64]
 #: A jump is so many times the scatter of its channel, and so many times what is around it.
 _JUMP, _AROUND = 12.0, 4.0
 _NEAR = 8  # samples around a jump that it is compared with
-_NORMAL = 1.4826
 #: Jumps meet where this many pairs are expected; a signal with more jumps than so is one of jumps.
 _MEET, _MANY, _PASSES = 0.1, 0.05, 4
 
@@ -58,10 +59,10 @@ def _outstanding(x: FloatArray, together: int, others: int) -> NDArray[np.int64]
     size = np.abs(x[1:-1] - (x[:-2] + x[2:]) / 2)
     largest = float(size.max())
     # Most are so large that the median is: nothing stands out, and nothing has to be sorted.
-    if 2 * np.count_nonzero(size >= 2 * largest / (_JUMP * _NORMAL)) > len(size):
+    if 2 * np.count_nonzero(size >= 2 * largest / (_JUMP * NORMAL)) > len(size):
         return none
     digit = least_step(x)
-    scatter = _NORMAL * float(np.median(size))
+    scatter = NORMAL * float(np.median(size))
     least = _JUMP * max(scatter, digit if np.isfinite(digit) else 0.0)
     if least == 0.0 or largest <= least / 2:
         return none

@@ -138,9 +138,10 @@ def chosen_case(
     """Fit the models and take the one that predicts best."""
     evaluator = run.evaluator
     found: tuple[Alternative, ...] = ()
-    fault = verdicts.motion_fault(run.train)
+    still = verdicts.standing(run.train)
+    fault = verdicts.motion_fault(run.train, still)
     joints = evaluator.model.robot.movable
-    if any(joints[j].friction or joints[j].rotor_inertia for j in verdicts.standing(run.train)):
+    if any(joints[j].friction or joints[j].rotor_inertia for j in still):
         raise IdentificationError(f"these data do not determine the parameters: {fault}")
     if evaluator.model.robot.loaded:
         progress("settling the effects that hold the model's torque")

@@ -307,14 +307,17 @@ def hardly_moving(logs: Sequence[FilteredLog], sigma: Sequence[int]) -> tuple[st
     return tuple(out)
 
 
-def motion_fault(logs: Sequence[FilteredLog]) -> str:
+def motion_fault(logs: Sequence[FilteredLog], still: Sequence[int]) -> str:
     """Return in words why a motion cannot excite a model, or ''.
 
     Gautier and Khalil warn of joint speeds that stay proportional: the arm then moves as one body
     with one degree of freedom, and the information matrix is singular.
+
+    Args:
+        logs: in the band of the run.
+        still: the joints that stand still in all of them.
     """
     qd = np.concatenate([log.samples.qd for log in logs])
-    still = standing(logs)
     if still:
         return (
             f"movable joints {', '.join(str(j + 1) for j in still)} do not move: move them too, or "
