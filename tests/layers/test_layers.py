@@ -46,7 +46,7 @@ DOORS = {
     ),
     "pydantic": ("robot/schema", "robot/toml_io", "schemas"),
     "click": ("cli", "terminal"),
-    "rich": ("terminal",),
+    "rich": ("cli/progress", "terminal"),
 }
 HEAVY = {"sympy", "numpy", "scipy", "casadi", "plotly", "pyarrow", "jinja2", "cffi", "pydantic",
          "clarabel", "pandas", "rosbags", "mujoco", "dask", "distributed", "fsspec"}  # fmt: skip

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from symgen.cli_reading import again
+from symgen.cli.reading import again
 
 TYPED = {
     "an option is changed": (

@@ -11,8 +11,9 @@ import sys
 import pytest
 from documented import shell
 
-from symgen import terminal, terminal_progress
-from symgen.cli_reading import diagnosing
+from symgen import terminal
+from symgen.cli import progress
+from symgen.cli.reading import diagnosing
 
 BASH = shutil.which("bash")
 
@@ -46,10 +47,10 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
 
 
 def test_the_time_left_is_that_of_a_steady_job() -> None:
-    assert terminal_progress._left(5.0, 0.25) == "about 15 s left"
-    assert terminal_progress._left(600.0, 0.5) == "about 10 min left"
-    assert terminal_progress._left(5.0, 0.0) == ""
-    assert terminal_progress._left(5.0, 1.0) == ""
+    assert progress._left(5.0, 0.25) == "about 15 s left"
+    assert progress._left(600.0, 0.5) == "about 10 min left"
+    assert progress._left(5.0, 0.0) == ""
+    assert progress._left(5.0, 1.0) == ""
 
 
 def test_a_bar_comes_after_two_seconds_on_a_terminal_and_never_in_a_file(monkeypatch) -> None:
@@ -59,11 +60,11 @@ def test_a_bar_comes_after_two_seconds_on_a_terminal_and_never_in_a_file(monkeyp
 
     def shown(stream: io.StringIO, seconds: float, said: str = "solving 12 equations") -> str:
         clock = iter([0.0, *[seconds] * 99])
-        monkeypatch.setattr(terminal_progress.time, "monotonic", lambda: next(clock))
+        monkeypatch.setattr(progress.time, "monotonic", lambda: next(clock))
         monkeypatch.setattr(sys, "stderr", stream)
         monkeypatch.setenv("TERM", "xterm")
         monkeypatch.setenv("COLUMNS", "120")
-        with terminal_progress.stages({"days": 0.2, "solving": 0.5}) as told:
+        with progress.stages({"days": 0.2, "solving": 0.5}) as told:
             told(said)
         return stream.getvalue()
 

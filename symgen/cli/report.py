@@ -1,4 +1,4 @@
-"""symgen report and symgen doctor on the command line."""
+"""symgen report on the command line."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from symgen.terminal import print_comparison, print_result, table
+from symgen.terminal import print_comparison, print_result
 
 
 @click.command()
@@ -39,16 +39,3 @@ def report(folder: Path, other: Path | None, into: Path | None) -> int:
     if into is not None:
         click.echo(f"written: {into}")
     return 0 if good else 1
-
-
-@click.command()
-def doctor() -> int:
-    """Look at what symgen uses on this machine. Exit code 1: something that it needs is missing."""
-    from symgen.doctor import examine
-
-    found = examine()
-    table(("", "found"), [(f.name if f.well else f"{f.name} !", f.found) for f in found])
-    for f in found:
-        if f.advice:  # whole, to be copied: a table would break it in a narrow terminal
-            click.echo(f"{f.name}: {f.advice}")
-    return 0 if all(f.well for f in found) else 1

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from symgen.cli_reading import reading_options
-from symgen.cli_workers import worker_options
+from symgen.cli.progress import stages
+from symgen.cli.reading import reading_options
+from symgen.cli.workers import worker_options
 from symgen.terminal import table
-from symgen.terminal_progress import stages
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading

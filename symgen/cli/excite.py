@@ -8,10 +8,10 @@ from typing import Any
 
 import click
 
-from symgen.cli_reading import listed, robot_names
+from symgen.cli.progress import meter, say
+from symgen.cli.reading import listed, robot_names
 from symgen.errors import ParameterError
 from symgen.terminal import print_plan
-from symgen.terminal_progress import meter, say
 
 
 @click.command()

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from symgen.cli_reading import reading_options, robot_names
+from symgen.cli.progress import stages
+from symgen.cli.reading import reading_options, robot_names
 from symgen.terminal import print_payload
-from symgen.terminal_progress import stages
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading

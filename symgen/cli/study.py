@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from symgen.cli_reading import one_of, recording_options, robot_names
-from symgen.cli_workers import worker_options
+from symgen.cli.progress import meter, say
+from symgen.cli.reading import one_of, recording_options, robot_names
+from symgen.cli.workers import worker_options
 from symgen.terminal import print_study
-from symgen.terminal_progress import meter, say
 
 if TYPE_CHECKING:
     from symgen.experiment.recording import Recording

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
+from symgen.cli.progress import say
 from symgen.errors import PackageError
-from symgen.terminal_progress import say
 
 _PATH = click.Path(path_type=Path)
 

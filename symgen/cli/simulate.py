@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from symgen.cli_reading import recording_options, robot_names
+from symgen.cli.progress import meter, say
+from symgen.cli.reading import recording_options, robot_names
 from symgen.terminal import print_simulation
-from symgen.terminal_progress import meter, say
 
 if TYPE_CHECKING:
     from symgen.experiment.recording import Recording

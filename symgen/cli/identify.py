@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from symgen.cli_reading import again, diagnosing, numbers, one_of, reading_options, robot_names
-from symgen.cli_workers import worker_options
+from symgen.cli.progress import stages
+from symgen.cli.reading import again, diagnosing, numbers, one_of, reading_options, robot_names
+from symgen.cli.workers import worker_options
 from symgen.terminal import print_estimate
-from symgen.terminal_progress import stages
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading

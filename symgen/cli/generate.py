@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
-from symgen.cli_reading import listed, robot_names
+from symgen.cli.progress import meter, say
+from symgen.cli.reading import listed, robot_names
 from symgen.terminal import print_model
-from symgen.terminal_progress import meter, say
 
 #: Part of the time that passes until kernels are derived, about; the rest proves and writes them.
 _DERIVING = 0.6

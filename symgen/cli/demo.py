@@ -1,0 +1,32 @@
+"""symgen demo on the command line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from symgen.cli.progress import stages
+
+_SHOWING = {"compiling": 0.05, "(a)": 0.15, "(b)": 0.55}
+
+
+@click.command()
+@click.option(
+    "--into",
+    type=click.Path(path_type=Path),
+    default=Path("symgen-demo"),
+    show_default=True,
+    help="Folder of the page.",
+)
+@click.option("--runs", default=1000, show_default=True, type=click.IntRange(10, 100_000))
+def demo(into: Path, runs: int) -> int:
+    """Run the example of Gautier and Khalil (1988) end to end."""
+    from symgen.demo import run_demo
+
+    blocks = []
+    with stages(_SHOWING) as told:
+        for block in run_demo(into, runs, told):
+            blocks.append(block)
+    click.echo("\n".join(blocks))
+    return 0

@@ -1,0 +1,65 @@
+"""symgen diagnose on the command line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from symgen.cli.progress import stages
+from symgen.cli.reading import listed, reading_options, robot_names
+from symgen.terminal import print_diagnosis
+
+if TYPE_CHECKING:
+    from symgen.data.raw import Reading
+
+#: First word of what a command says, and the part of its time that has passed then.
+_DIAGNOSING = {"reading": 0.02, "deriving": 0.05, "checking": 0.12, "trying": 0.2,
+               "looking": 0.6, "writing": 0.85}  # fmt: skip
+
+
+@click.command()
+@click.argument("robot", shell_complete=robot_names)
+@click.argument("logs", nargs=-1, required=True, type=click.Path())
+@click.option("--validation", multiple=True, help="A log to show the gap on; may be repeated.")
+@click.option("--parameters", help="Given ones, not identified again: what has changed since?")
+@click.option("--effects", help="Comma-separated names to try; default all (symgen explain).")
+@click.option(
+    "--cutoff", type=float, help="Of the filter of q and qd, Hz; by default it is chosen."
+)
+@reading_options
+@click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
+def diagnose(
+    robot: str,
+    logs: tuple[str, ...],
+    validation: tuple[str, ...],
+    parameters: str | None,
+    effects: str | None,
+    cutoff: float | None,
+    reading: Reading,
+    into: Path,
+) -> int:
+    """Find what the model of ROBOT misses in LOGS, name it, add it, and show the gap shrink."""
+    import symgen
+    from symgen.diagnosis_page import MARKER
+    from symgen.files import check_replaceable
+
+    check_replaceable(into, MARKER)
+    with stages(_DIAGNOSING) as told:
+        diagnosis = symgen.diagnose(
+            robot,
+            list(logs),
+            validation=list(validation),
+            parameters=parameters,
+            effects=None if effects is None else listed(effects),
+            cutoff=cutoff,
+            reading=reading,
+            progress=told,
+        )
+        told("writing the page and the extended model")
+        symgen.write(diagnosis, into)
+    print_diagnosis(diagnosis, into)
+    names = "diagnosis.json, report.html, robot.toml, parameters.toml, generated/"
+    click.echo(f"written: {into} ({names})")
+    return 0 if diagnosis.verdict in ("consistent", "explained") else 1

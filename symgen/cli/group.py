@@ -1,0 +1,116 @@
+"""The command line: parse, call one public function, print.
+
+Results go to stdout and files, progress and messages to stderr. Exit codes: 0 done, 1 done and the
+answer is "no", 2 could not.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+import traceback
+import warnings
+from typing import Any
+
+import click
+
+from symgen.cli.check import check
+from symgen.cli.demo import demo
+from symgen.cli.diagnose import diagnose
+from symgen.cli.doctor import doctor
+from symgen.cli.excite import excite
+from symgen.cli.explain import explain
+from symgen.cli.export import export
+from symgen.cli.fleet import fleet
+from symgen.cli.generate import generate
+from symgen.cli.identify import identify
+from symgen.cli.payload import payload
+from symgen.cli.predict import predict
+from symgen.cli.report import report
+from symgen.cli.robots import import_, robots
+from symgen.cli.simulate import simulate
+from symgen.cli.study import study
+from symgen.errors import SymgenError, SymgenWarning
+
+#: What a shell sets to ask for completion.
+COMPLETE = "_SYMGEN_COMPLETE"
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.option("--debug", is_flag=True, help="Show tracebacks of errors.")
+@click.version_option(None, "-V", "--version", package_name="symgen")
+def cli(debug: bool) -> None:
+    """Dynamic models of robots in closed form, and their parameters from measured logs."""
+
+
+for _command in (check, demo, diagnose, doctor, excite, explain, export, fleet, generate, identify,
+                 import_, payload, predict, report, robots, simulate, study):  # fmt: skip
+    cli.add_command(_command)
+
+
+def main() -> None:
+    """Run the command line and exit; every foreseen error is one line on stderr."""
+    # The matrices here are small: threads of a BLAS that wait for each other cost more than they
+    # do, tenfold where other programs run. Set before NumPy is imported, unless the user did.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    arguments = sys.argv[1:]
+    debug = "--debug" in arguments
+    if debug:
+        arguments = ["--debug", *(a for a in arguments if a != "--debug")]
+    if isinstance(sys.stdout, io.TextIOWrapper):  # a name that this terminal has no letters for
+        sys.stdout.reconfigure(errors="backslashreplace")
+    warnings.simplefilter("always", SymgenWarning)
+    shown = warnings.showwarning
+
+    def show(message: Any, category: Any, *rest: Any, **more: Any) -> None:
+        if issubclass(category, SymgenWarning):
+            click.echo(f"symgen: warning: {message}", err=True)
+        else:
+            shown(message, category, *rest, **more)
+
+    warnings.showwarning = show
+    try:
+        code = _run(arguments)
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except click.ClickException as error:
+        code = _fail(" ".join(error.format_message().split()) or "arguments are missing")
+    except SymgenError as error:
+        if debug:
+            traceback.print_exc()
+        code = _fail(str(error))
+    except (KeyboardInterrupt, click.Abort):
+        click.echo("symgen: interrupted", err=True)
+        code = 130
+    except BrokenPipeError:  # the reader has gone; what it wanted it has
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 0
+    except OSError as error:
+        if debug:
+            traceback.print_exc()
+        code = _fail(f"{error.filename or 'output'}: {error.strerror or error}")
+    except MemoryError:
+        code = _fail("out of memory; use shorter logs")
+    sys.exit(code)
+
+
+def _run(arguments: list[str]) -> int:
+    """Run one subcommand and return its exit code; errors pass through as exceptions."""
+    if instruction := os.environ.get(COMPLETE):
+        from click.shell_completion import shell_complete
+
+        return shell_complete(cli, {}, "symgen", COMPLETE, instruction)
+    try:
+        with cli.make_context("symgen", arguments, max_content_width=100) as context:
+            return int(cli.invoke(context) or 0)
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message(), err=True)
+        return 2
+    except click.exceptions.Exit as done:
+        return done.exit_code
+
+
+def _fail(message: str) -> int:
+    click.echo(f"symgen: error: {SymgenError(message)}", err=True)  # one line, and plain
+    return 2

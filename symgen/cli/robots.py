@@ -1,0 +1,56 @@
+"""symgen robots and symgen import on the command line."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import click
+
+from symgen.errors import SymgenWarning
+from symgen.terminal import print_robot, table
+
+
+@click.command()
+def robots() -> None:
+    """List the built-in robots."""
+    from symgen.robot.builtin import library, library_summary
+
+    table(("name", "joints", "robot"), [(name, *library_summary(name)) for name in library()])
+
+
+@click.command("import")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--fix", multiple=True, help="A joint held still, NAME or NAME=VALUE; repeatable.")
+@click.option("--into", type=click.Path(path_type=Path), help="The robot.toml to write.")
+def import_(file: Path, fix: tuple[str, ...], into: Path | None) -> int:
+    """Read FILE (.urdf, .par of SYMORO, .xml of MuJoCo), print its table, write it as robot.toml.
+
+    Values of parameters that the file has go into NAME_parameters.toml beside it. Without --into
+    the table is printed alone.
+    """
+    import symgen
+    from symgen.files import check_text_replaceable, write_text
+    from symgen.robot.fixed import with_fixed
+    from symgen.robot.foreign import read_imported
+    from symgen.robot.toml_text import parameters_toml
+
+    if into is not None and into.suffix != ".toml":
+        raise click.UsageError(f"--into {into}: accepted: a path that ends in .toml")
+    found = with_fixed(read_imported(file), fix)
+    files = {} if into is None else {into: symgen.robot_toml(found.robot)}
+    if into is not None and found.parameters:
+        values = into.with_name(f"{found.robot.name}_parameters.toml")
+        files[values] = parameters_toml(found.parameters)
+    for path in files:
+        check_text_replaceable(path)
+    for path, text in files.items():
+        write_text(path, text)
+    print_robot(found.robot)
+    for line in found.notes:
+        click.echo(f"note: {line}")
+    for line in found.assumed:
+        warnings.warn(f"{file}: {line}", SymgenWarning, stacklevel=1)
+    if files:
+        click.echo(f"written: {', '.join(map(str, files))}")
+    return 0
