@@ -164,8 +164,8 @@ def read_motion(path: Path) -> None:
 
 def read_result(path: Path) -> None:
     """Read a result and print it; of one in 200, make the page."""
-    from symgen.results import read_result, result_page
-    from symgen.terminal import print_result
+    from symgen.report.store import read_result, result_page
+    from symgen.report.terminal import print_result
 
     result: Any = read_result(path)
     _finite(getattr(result, "X", None), getattr(result, "condition_number", None))

@@ -70,7 +70,7 @@ def furnish(folder: Path) -> None:
         shutil.rmtree(folder / "bag", ignore_errors=True)
     estimate = symgen.identify(folder / "arm.toml", [folder / "train.csv"],
                                validation=[folder / "test.csv"])  # fmt: skip
-    from symgen.estimate_page import estimate_files
+    from symgen.report.content.estimate import estimate_files
 
     (folder / "result").mkdir()
     for path, content in estimate_files(estimate, robot).items():

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from symgen.cli.progress import meter, say
-from symgen.terminal import table
+from symgen.report.terminal import table
 
 if TYPE_CHECKING:
     from symgen.runtime.check import Checked

@@ -22,7 +22,7 @@ _SHOWING = {"compiling": 0.05, "(a)": 0.15, "(b)": 0.55}
 @click.option("--runs", default=1000, show_default=True, type=click.IntRange(10, 100_000))
 def demo(into: Path, runs: int) -> int:
     """Run the example of Gautier and Khalil (1988) end to end."""
-    from symgen.demo import run_demo
+    from symgen.report.demo import run_demo
 
     blocks = []
     with stages(_SHOWING) as told:

@@ -9,7 +9,7 @@ import click
 
 from symgen.cli.progress import stages
 from symgen.cli.reading import listed, reading_options, robot_names
-from symgen.terminal import print_diagnosis
+from symgen.report.terminal import print_diagnosis
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading
@@ -42,7 +42,7 @@ def diagnose(
 ) -> int:
     """Find what the model of ROBOT misses in LOGS, name it, add it, and show the gap shrink."""
     import symgen
-    from symgen.diagnosis_page import MARKER
+    from symgen.diagnosis.reading import MARKER
     from symgen.files import check_replaceable
 
     check_replaceable(into, MARKER)

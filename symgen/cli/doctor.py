@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import click
 
-from symgen.terminal import table
+from symgen.report.terminal import table
 
 
 @click.command()
 def doctor() -> int:
     """Look at what symgen uses on this machine. Exit code 1: something that it needs is missing."""
-    from symgen.doctor import examine
+    from symgen.runtime.doctor import examine
 
     found = examine()
     table(("", "found"), [(f.name if f.well else f"{f.name} !", f.found) for f in found])

@@ -11,7 +11,7 @@ import click
 from symgen.cli.progress import meter, say
 from symgen.cli.reading import listed, robot_names
 from symgen.errors import ParameterError
-from symgen.terminal import print_plan
+from symgen.report.terminal import print_plan
 
 
 @click.command()

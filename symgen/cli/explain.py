@@ -5,14 +5,14 @@ from __future__ import annotations
 import click
 
 from symgen.cli.reading import effect_names
-from symgen.terminal import print_text, table
+from symgen.report.terminal import print_text, table
 
 
 @click.command()
 @click.argument("effect", required=False, shell_complete=effect_names)
 def explain(effect: str | None) -> None:
     """Tell what EFFECT is, its formula, what it looks like and how to declare it."""
-    from symgen.explain import explained, listed
+    from symgen.report.explain import explained, listed
 
     if effect is None:
         table(("effect", "kind", "what it is"), listed())

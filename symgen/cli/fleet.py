@@ -10,7 +10,7 @@ import click
 from symgen.cli.progress import stages
 from symgen.cli.reading import reading_options
 from symgen.cli.workers import worker_options
-from symgen.terminal import table
+from symgen.report.terminal import table
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading

@@ -8,7 +8,7 @@ import click
 
 from symgen.cli.progress import meter, say
 from symgen.cli.reading import listed, robot_names
-from symgen.terminal import print_model
+from symgen.report.terminal import print_model
 
 #: Part of the time that passes until kernels are derived, about; the rest proves and writes them.
 _DERIVING = 0.6

@@ -11,7 +11,7 @@ import click
 from symgen.cli.progress import stages
 from symgen.cli.reading import again, diagnosing, numbers, one_of, reading_options, robot_names
 from symgen.cli.workers import worker_options
-from symgen.terminal import print_estimate
+from symgen.report.terminal import print_estimate
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading

@@ -9,7 +9,7 @@ import click
 
 from symgen.cli.progress import stages
 from symgen.cli.reading import reading_options, robot_names
-from symgen.terminal import print_prediction
+from symgen.report.terminal import print_prediction
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from symgen.terminal import print_comparison, print_result
+from symgen.report.terminal import print_comparison, print_result
 
 
 @click.command()
@@ -22,7 +22,7 @@ def report(folder: Path, other: Path | None, into: Path | None) -> int:
     import symgen
     from symgen.files import check_new, write_files
     from symgen.identification.comparison import Comparison
-    from symgen.results import read_result, result_page, result_robot
+    from symgen.report.store import read_result, result_page, result_robot
 
     if into is not None:
         if into.suffix != ".html":

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from symgen.errors import SymgenWarning
-from symgen.terminal import print_robot, table
+from symgen.report.terminal import print_robot, table
 
 
 @click.command()

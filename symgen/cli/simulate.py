@@ -9,7 +9,7 @@ import click
 
 from symgen.cli.progress import meter, say
 from symgen.cli.reading import recording_options, robot_names
-from symgen.terminal import print_simulation
+from symgen.report.terminal import print_simulation
 
 if TYPE_CHECKING:
     from symgen.experiment.recording import Recording

@@ -10,7 +10,7 @@ import click
 from symgen.cli.progress import meter, say
 from symgen.cli.reading import one_of, recording_options, robot_names
 from symgen.cli.workers import worker_options
-from symgen.terminal import print_study
+from symgen.report.terminal import print_study
 
 if TYPE_CHECKING:
     from symgen.experiment.recording import Recording

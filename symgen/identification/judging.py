@@ -28,8 +28,8 @@ from symgen.identification.estimate import (
     Estimate,
     ParameterEstimate,
 )
-from symgen.identification.physical import consistency
-from symgen.identification.plausibility import implausible
+from symgen.identification.physical.links import consistency
+from symgen.identification.physical.plausibility import implausible
 from symgen.identification.signs import wrong_sign
 from symgen.identification.solving import Method, convergence, moved_by_window
 from symgen.identification.validation import Part, energy_balances, model_traces, residual

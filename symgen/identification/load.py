@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from symgen import names
 from symgen.errors import ParameterError
-from symgen.identification.bodies import pseudo_inertia
-from symgen.identification.conic import Cone, minimise
-from symgen.identification.feasibility import IDENTITY, MATRIX
+from symgen.identification.physical.bodies import pseudo_inertia
+from symgen.identification.physical.conic import Cone, minimise
+from symgen.identification.physical.feasibility import IDENTITY, MATRIX
 
 FloatArray = NDArray[np.float64]
 COM = ("cx", "cy", "cz")

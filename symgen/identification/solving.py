@@ -27,8 +27,8 @@ from symgen.estimation.regression import (
 )
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.values import Convergence
-from symgen.identification.consistent import Consistent
-from symgen.identification.recursive import Identifier
+from symgen.identification.online.identifier import Identifier
+from symgen.identification.physical.consistent import Consistent
 from symgen.identification.validation import Part
 from symgen.runtime.evaluator import Evaluator
 

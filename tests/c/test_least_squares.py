@@ -23,8 +23,8 @@ import pytest
 
 from symgen.codegen.c_runtime import runtime_source
 from symgen.errors import IdentificationError
-from symgen.identification.least_squares import LeastSquares
-from symgen.identification.twin import WindowIdentifier, energy_columns, momentum_columns
+from symgen.identification.online.least_squares import LeastSquares
+from symgen.identification.online.twin import WindowIdentifier, energy_columns, momentum_columns
 
 RUNTIME = Path(__file__).parents[2] / "templates" / "c" / "runtime"
 FILES = ("least_squares.h", "least_squares.c", "identifier.h", "identifier.c")

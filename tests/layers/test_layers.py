@@ -14,7 +14,7 @@ from support import PROJECT
 SOURCES = sorted((PROJECT / "symgen").rglob("*.py"))
 DOORS = {
     # An effect that was found becomes an exact declaration.
-    "sympy": ("robot", "symbolic", "codegen", "demo", "diagnosis/extend"),
+    "sympy": ("robot", "symbolic", "codegen", "report/demo", "diagnosis/extend"),
     "jinja2": ("files",),
     "casadi": ("codegen/casadi_model", "experiment/search", "runtime/confined"),
     "cffi": ("runtime/build",),
@@ -30,23 +30,15 @@ DOORS = {
         "data/signals",
         "data/spline",
         "estimation/statistics",
-        "identification/conic",
-        "residual_plots",
+        "identification/physical/conic",
+        "report/plots/residuals",
     ),
     "pandas": ("identification/estimate",),
-    "clarabel": ("identification/conic",),
-    "plotly": (
-        "diagnosis_plots",
-        "estimate_page",
-        "parameter_plots",
-        "plots",
-        "report",
-        "residual_plots",
-        "study_page",
-    ),
+    "clarabel": ("identification/physical/conic",),
+    "plotly": ("report/content", "report/html", "report/plots"),
     "pydantic": ("robot/schema", "robot/toml_io", "schemas"),
-    "click": ("cli", "terminal"),
-    "rich": ("cli/progress", "terminal"),
+    "click": ("cli", "report/terminal"),
+    "rich": ("cli/progress", "report/terminal"),
 }
 HEAVY = {"sympy", "numpy", "scipy", "casadi", "plotly", "pyarrow", "jinja2", "cffi", "pydantic",
          "clarabel", "pandas", "rosbags", "mujoco", "dask", "distributed", "fsspec"}  # fmt: skip

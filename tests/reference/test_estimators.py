@@ -18,9 +18,9 @@ from symgen.estimation.essential import Essential, whitening
 from symgen.estimation.estimators import Estimator, Huber, Ols, Prior, Ridge, Wls
 from symgen.estimation.instrumental import InstrumentalVariables
 from symgen.estimation.system import Equations, LinearSystem
-from symgen.identification.bodies import pseudo_inertia
-from symgen.identification.consistent import Consistent
-from symgen.identification.physical import nearest_consistent
+from symgen.identification.physical.bodies import pseudo_inertia
+from symgen.identification.physical.consistent import Consistent
+from symgen.identification.physical.links import nearest_consistent
 from symgen.identification.prior import read_prior
 
 TRUE = np.array([1.5, -0.4, 0.02, 3.0])

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from support import PROJECT
 
-from symgen.results import read_result
+from symgen.report.store import read_result
 
 WRITTEN = Path(__file__).with_name("schemas")
 RESULTS = [p for p in sorted(WRITTEN.iterdir()) if not p.name.startswith("manifest")]

@@ -27,7 +27,7 @@ from support import messages
 from support_commands import LIMITS, LOADED, PARAMETERS, URDF
 
 import symgen
-from symgen.results import read_result
+from symgen.report.store import read_result
 
 FIGURES = Path(__file__).with_name("fault_figures.json")
 KILLS = int(os.environ.get("SYMGEN_KILLS", "200"))

@@ -12,7 +12,7 @@ import pytest
 from support import PROJECT
 
 import symgen
-from symgen.results import read_result, result_page
+from symgen.report.store import read_result, result_page
 
 WRITTEN = PROJECT / "tests" / "reference" / "schemas"
 EVIL = '"></script><script>alert(1)</script><img src=x onerror=alert(2)>\x1b]0;x\x07'

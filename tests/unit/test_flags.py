@@ -10,8 +10,7 @@ import stat
 import pytest
 
 import symgen
-from symgen import doctor
-from symgen.runtime import flags
+from symgen.runtime import doctor, flags
 from symgen.runtime.build import Compiler, find_compiler
 from symgen.runtime.flags import Contest, FlagSet, fastest
 

@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 from support import PROJECT
 
-from symgen.folded import folded
+from symgen.report.folded import folded
 
 _RUN = re.compile(r"([A-Z]+)(\d+) ([+-]) \.\.\. [+-] [A-Z]+(\d+)")
 

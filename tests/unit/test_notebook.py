@@ -11,7 +11,7 @@ import pytest
 
 import symgen
 from symgen.identification.estimate import Estimate, ParameterEstimate, Residual
-from symgen.results import read_result
+from symgen.report.store import read_result
 
 
 class Cells(HTMLParser):

@@ -16,12 +16,12 @@ from oracles.planar2r import harmonic_motion, torque_regressor
 from support import messages
 
 import symgen
-from symgen.comparison_page import comparison_page
-from symgen.estimate_page import estimate_files, estimate_page
 from symgen.estimation.values import Residual
 from symgen.identification.estimate import Consistency, Estimate, ParameterEstimate
 from symgen.identification.prediction import read_prediction
-from symgen.prediction_page import prediction_page
+from symgen.report.content.comparison import comparison_page
+from symgen.report.content.estimate import estimate_files, estimate_page
+from symgen.report.content.prediction import prediction_page
 
 X = np.array([1.7, 0.15, 0.3, 0.02])
 

@@ -14,8 +14,8 @@ from oracles import planar2r
 import symgen
 from symgen.codegen.casadi_model import dynamics
 from symgen.codegen.model import derive
-from symgen.demo import closed_form
 from symgen.experiment import paper
+from symgen.report.demo import closed_form
 
 MODEL = derive(symgen.read_robot("planar2r"))
 

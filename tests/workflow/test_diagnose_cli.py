@@ -11,7 +11,7 @@ import pytest
 from oracles.planar2r import harmonic_motion, torque_regressor
 
 import symgen
-from symgen.explain import picture
+from symgen.report.explain import picture
 from symgen.robot.effect import definitions
 
 SPRING = 0.4
@@ -122,7 +122,7 @@ def test_an_interrupt_leaves_nothing(run, logs, tmp_path, monkeypatch):
     def stop(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("symgen.diagnosis_page.generate", stop)
+    monkeypatch.setattr("symgen.report.content.diagnosis.generate", stop)
     arguments = ("diagnose", "planar2r", logs[0], "--effects", "gravity_spring")
     code, _, err = run(*arguments, "--into", tmp_path / "out")
     assert (code, err.splitlines()[-1]) == (130, "symgen: interrupted")

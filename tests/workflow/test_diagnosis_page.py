@@ -13,7 +13,6 @@ from browser import BROWSER, HOSTILE, Page, clipped, visit
 from plotly.offline import get_plotlyjs
 
 import symgen
-from symgen import diagnosis_plots
 from symgen.diagnosis.diagnosis import (
     Curves,
     Diagnosis,
@@ -26,9 +25,10 @@ from symgen.diagnosis.diagnosis import (
 )
 from symgen.diagnosis.reading import read_diagnosis
 from symgen.diagnosis.replay import Replay
-from symgen.diagnosis_page import MARKER, diagnosis_files, diagnosis_page
 from symgen.estimation.repairs import Repair
 from symgen.files import write_folder
+from symgen.report.content.diagnosis import MARKER, diagnosis_files, diagnosis_page
+from symgen.report.plots import diagnosis as diagnosis_plots
 
 
 def synthetic(name: str = "test.csv", robot: str = "planar2r") -> Diagnosis:

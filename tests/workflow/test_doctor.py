@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from symgen import doctor
+from symgen.runtime import doctor
 from symgen.runtime.build import forget_compilers
 
 

@@ -14,10 +14,10 @@ from oracles import planar2r
 from support import data_folder
 
 import symgen
-from symgen.estimate_page import estimate_page
 from symgen.estimation.batch import solve
 from symgen.estimation.filtered import unfiltered
 from symgen.estimation.system import LinearSystem, energy_equations, momentum_equations
+from symgen.report.content.estimate import estimate_page
 
 X = np.array([1.702, 0.05644, 0.15, 0.075])
 L1 = 0.5

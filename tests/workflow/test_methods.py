@@ -14,7 +14,6 @@ from oracles import planar2r
 from support import data_folder
 
 import symgen
-from symgen.estimate_page import estimate_page
 from symgen.estimation.band import Band
 from symgen.estimation.batch import ESTIMATORS
 from symgen.estimation.filtered import FilteredLog, filtered
@@ -25,6 +24,7 @@ from symgen.identification.estimate import Consistency
 from symgen.identification.instruments import instrumented
 from symgen.identification.solving import ALL_METHODS
 from symgen.identification.validation import Part
+from symgen.report.content.estimate import estimate_page
 
 X = np.array([1.702, 0.05644, 0.15, 0.075])
 L1 = 0.5

@@ -9,8 +9,8 @@ import pytest
 from support import data_folder
 
 import symgen
-from symgen.estimate_page import estimate_files
 from symgen.identification.estimate import Estimate
+from symgen.report.content.estimate import estimate_files
 
 ROBOTS = {"emps": ".csv", "ur10": ".csv", "dp_c0": ".npz"}
 

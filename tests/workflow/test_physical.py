@@ -14,9 +14,9 @@ import symgen
 from symgen import names
 from symgen.codegen.kernels import regrouped
 from symgen.codegen.verification import physical_parameters
-from symgen.identification.bodies import bodies
 from symgen.identification.estimate import Consistency
-from symgen.identification.physical import LinkParameters, consistency
+from symgen.identification.physical.bodies import bodies
+from symgen.identification.physical.links import LinkParameters, consistency
 
 needs_solver = pytest.mark.usefixtures("solver")
 DRIVES = ("IA", "IAM", "FS", "FV", "FSM", "FVM")

@@ -16,9 +16,9 @@ from symgen.codegen.model import derive
 from symgen.diagnosis import replay
 from symgen.diagnosis.diagnosis import Curves, Diagnosis, FoundEffect, FoundParameter, Gap
 from symgen.diagnosis.replay import driven, replayed, worst
-from symgen.diagnosis_page import diagnosis_files
 from symgen.errors import SymgenError
 from symgen.experiment.plant import KERNELS
+from symgen.report.content.diagnosis import diagnosis_files
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import load
 

@@ -13,13 +13,17 @@ from browser import BROWSER, HOSTILE, Page, clipped, visit
 from plotly.offline import get_plotlyjs
 
 import symgen
-from symgen import parameter_plots, plots, report, residual_plots, robot_drawing
-from symgen.estimate_page import estimate_page
 from symgen.estimation.band import Band
 from symgen.estimation.repairs import Repair
 from symgen.estimation.values import Balance, Contrast, Convergence, Residual, Trace
 from symgen.identification.estimate import Alternative, Estimate, ParameterEstimate, Use
 from symgen.identification.whiteness import whiteness
+from symgen.report import html as report
+from symgen.report.content.estimate import estimate_page
+from symgen.report.plots import curves as plots
+from symgen.report.plots import parameters as parameter_plots
+from symgen.report.plots import residuals as residual_plots
+from symgen.report.plots import robot as robot_drawing
 
 
 def synthetic(robot: str = "arm2", log: str = "excite.csv", verdict: str = "doubtful") -> Estimate:

@@ -9,11 +9,12 @@ import shutil
 import sys
 
 import pytest
+import rich.progress  # noqa: F401 -- before a test sets the clock that it takes at its import
 from documented import shell
 
-from symgen import terminal
 from symgen.cli import progress
 from symgen.cli.reading import diagnosing
+from symgen.report import terminal
 
 BASH = shutil.which("bash")
 

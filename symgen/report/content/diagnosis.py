@@ -9,11 +9,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from symgen import diagnosis_plots
 from symgen.codegen.model import derive
 from symgen.codegen.package import generate
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter, work
-from symgen.diagnosis.reading import MARKER as MARKER
+from symgen.diagnosis.reading import MARKER
 from symgen.diagnosis.replay import Replay, replayed
 from symgen.diagnosis.words import (
     TONES,
@@ -27,7 +26,8 @@ from symgen.diagnosis.words import (
     undeclared,
 )
 from symgen.errors import SymgenError
-from symgen.report import Banner, Section, Table, drawn, frames_section, number, page
+from symgen.report.html import Banner, Section, Table, drawn, frames_section, number, page
+from symgen.report.plots import diagnosis as diagnosis_plots
 from symgen.robot.toml_text import parameters_toml, robot_toml
 
 

@@ -65,12 +65,12 @@ def result_robot(path: Path) -> Robot | None:
 
 def result_page(result: Result | Comparison, robot: Robot | None = None) -> str:
     """Return the HTML page of a result; the robot, where it is known, is drawn."""
-    from symgen.comparison_page import comparison_page
-    from symgen.diagnosis_page import diagnosis_page
-    from symgen.estimate_page import estimate_page
-    from symgen.payload_page import payload_page
-    from symgen.prediction_page import prediction_page
-    from symgen.study_page import study_page
+    from symgen.report.content.comparison import comparison_page
+    from symgen.report.content.diagnosis import diagnosis_page
+    from symgen.report.content.estimate import estimate_page
+    from symgen.report.content.payload import payload_page
+    from symgen.report.content.prediction import prediction_page
+    from symgen.report.content.study import study_page
 
     if isinstance(result, Comparison):
         return comparison_page(result)
@@ -108,11 +108,11 @@ def write(
     Raises:
         PackageError: the folder holds something else, or cannot be written.
     """
-    from symgen.diagnosis_page import diagnosis_files
-    from symgen.estimate_page import estimate_files
-    from symgen.fleet_page import fleet_files
-    from symgen.payload_page import payload_files
-    from symgen.study_page import study_files
+    from symgen.report.content.diagnosis import diagnosis_files
+    from symgen.report.content.estimate import estimate_files
+    from symgen.report.content.fleet import fleet_files
+    from symgen.report.content.payload import payload_files
+    from symgen.report.content.study import study_files
 
     if isinstance(result, Estimate):
         marker, files = reading.MARKER, estimate_files(result, robot)

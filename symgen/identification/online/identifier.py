@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symgen.errors import IdentificationError, LogError
-from symgen.identification.twin import (
+from symgen.identification.online.twin import (
     NOT_EXCITED,
     OUTLIER,
     WindowIdentifier,

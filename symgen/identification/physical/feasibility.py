@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.codegen.model import Model
 from symgen.errors import ParameterError
-from symgen.identification.bodies import pseudo_inertia
-from symgen.identification.conic import Cone, minimise, triangle_vector
 from symgen.identification.parameters import regrouping
+from symgen.identification.physical.bodies import pseudo_inertia
+from symgen.identification.physical.conic import Cone, minimise, triangle_vector
 from symgen.identification.verdict import POSITIVE
 from symgen.robot.types import Robot
 

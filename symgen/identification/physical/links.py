@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from symgen.codegen.model import Model
 from symgen.errors import ParameterError
-from symgen.identification.bodies import bodies
 from symgen.identification.estimate import Consistency
-from symgen.identification.feasibility import Feasibility
+from symgen.identification.physical.bodies import bodies
+from symgen.identification.physical.feasibility import Feasibility
 from symgen.robot.body import Body
 
 FloatArray = NDArray[np.float64]

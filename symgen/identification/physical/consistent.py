@@ -13,7 +13,7 @@ from symgen.estimation.estimators import NOISE_BIAS, Estimator, Wls
 from symgen.estimation.regression import Solution
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.values import Contrast
-from symgen.identification.physical import nearest_consistent
+from symgen.identification.physical.links import nearest_consistent
 
 
 @dataclass(frozen=True, eq=False)

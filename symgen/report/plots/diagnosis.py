@@ -12,7 +12,7 @@ from symgen import names
 from symgen.diagnosis.diagnosis import Curves, Diagnosis
 from symgen.diagnosis.replay import Replay
 from symgen.estimation.values import Trace
-from symgen.plots import (
+from symgen.report.plots.curves import (
     BLUE,
     GREEN,
     INK,

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen import plots
 from symgen.experiment.study_result import (
     COLUMNS,
     HEADER,
@@ -20,7 +19,8 @@ from symgen.experiment.study_result import (
     overview,
     precision_rows,
 )
-from symgen.report import Banner, Section, Table, drawn, page, percent
+from symgen.report.html import Banner, Section, Table, drawn, page, percent
+from symgen.report.plots import curves as plots
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure

@@ -10,8 +10,8 @@ import numpy as np
 from markupsafe import Markup
 
 from symgen.files import rendered
+from symgen.report.plots.robot import drawing
 from symgen.robot.table import HEADER, table_rows
-from symgen.robot_drawing import drawing
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure

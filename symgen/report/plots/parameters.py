@@ -11,7 +11,17 @@ from numpy.typing import NDArray
 
 from symgen.identification.comparison import MOVED, Comparison
 from symgen.identification.estimate import Estimate
-from symgen.plots import BLUE, COLOURS, INK, NAMED_AXIS, ORANGE, WEAK_PERCENT, empty, plain, styled
+from symgen.report.plots.curves import (
+    BLUE,
+    COLOURS,
+    INK,
+    NAMED_AXIS,
+    ORANGE,
+    WEAK_PERCENT,
+    empty,
+    plain,
+    styled,
+)
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure

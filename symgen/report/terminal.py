@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from symgen.identification.estimate import Estimate
     from symgen.identification.payload_result import Payload
     from symgen.identification.prediction import Prediction
-    from symgen.results import Result
+    from symgen.report.store import Result
     from symgen.robot.types import Robot
 
 
@@ -268,7 +268,7 @@ def print_study(found: Study) -> None:
 
 def print_comparison(comparison: Comparison) -> None:
     """Print two estimates side by side, and which parameters moved."""
-    from symgen.comparison_page import side_by_side
+    from symgen.report.content.comparison import side_by_side
 
     for label, name in zip("ab", comparison.names, strict=True):
         click.echo(f"{label}: {name}")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.identification.estimate import Estimate
-from symgen.plots import (
+from symgen.report.plots.curves import (
     BLUE,
     GREEN,
     INK,

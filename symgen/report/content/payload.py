@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from symgen.identification.payload_result import MARKER, Payload
-from symgen.report import Banner, Section, Table, number, page, percent
+from symgen.report.html import Banner, Section, Table, number, page, percent
 
 
 def payload_files(found: Payload) -> dict[str, bytes]:

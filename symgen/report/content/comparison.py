@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from symgen import parameter_plots
 from symgen.estimation.values import Residual
-from symgen.folded import folded
 from symgen.identification.comparison import Comparison
 from symgen.identification.estimate import Estimate
-from symgen.report import Banner, Section, Table, counted, drawn, number, page, percent
+from symgen.report.folded import folded
+from symgen.report.html import Banner, Section, Table, counted, drawn, number, page, percent
+from symgen.report.plots import parameters as parameter_plots
 
 TONES = {"agree": "good", "differ": "warn", "unknown": "warn"}
 

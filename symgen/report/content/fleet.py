@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from symgen import plots
 from symgen.diagnosis.fleet import MARKER, Finding, Fleet, fleet_json
 from symgen.diagnosis.robot_days import courses_of
-from symgen.report import Banner, Section, Table, counted, drawn, number, page, percent
+from symgen.report.html import Banner, Section, Table, counted, drawn, number, page, percent
+from symgen.report.plots import curves as plots
 
 _MOST = 12  # trends that are drawn
 

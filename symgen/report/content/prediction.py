@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from symgen import plots
 from symgen.identification.prediction import Prediction
-from symgen.report import Banner, Section, Table, drawn, number, page, percent
+from symgen.report.html import Banner, Section, Table, drawn, number, page, percent
+from symgen.report.plots import curves as plots
 
 
 def prediction_page(prediction: Prediction) -> str:

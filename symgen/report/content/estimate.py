@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen import parameter_plots, plots, residual_plots
 from symgen.files import json_text
-from symgen.folded import folded
 from symgen.identification.curves import FILE, curves_npz
 from symgen.identification.estimate import Estimate, ParameterEstimate
 from symgen.identification.export import values_header
 from symgen.identification.reading import MARKER
 from symgen.identification.whiteness import LEVEL, in_words
-from symgen.report import (
+from symgen.report.folded import folded
+from symgen.report.html import (
     Banner,
     Section,
     Table,
@@ -26,6 +25,9 @@ from symgen.report import (
     page,
     percent,
 )
+from symgen.report.plots import curves as plots
+from symgen.report.plots import parameters as parameter_plots
+from symgen.report.plots import residuals as residual_plots
 from symgen.robot.toml_text import robot_toml
 
 if TYPE_CHECKING:

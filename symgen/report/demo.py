@@ -27,9 +27,9 @@ from symgen.estimation.filtered import unfiltered
 from symgen.estimation.system import LinearSystem, energy_equations
 from symgen.experiment import paper
 from symgen.files import check_replaceable, write_folder
-from symgen.identification.recursive import Identifier
+from symgen.identification.online.identifier import Identifier
 from symgen.identification.workflow import identify
-from symgen.report import Banner, Section, Table, drawn, frames_section, page
+from symgen.report.html import Banner, Section, Table, drawn, frames_section, page
 from symgen.robot.expressions import text
 from symgen.robot.toml_io import read_robot
 from symgen.runtime.evaluator import Evaluator, load
@@ -281,7 +281,7 @@ def _refused(evaluator: Evaluator, runs: paper.Runs, noisy: bool) -> str:
 def _sections(
     letter: str, words: str, runs: paper.Runs, history: FloatArray, table: Table
 ) -> list[Section]:
-    from symgen import plots
+    from symgen.report.plots import curves as plots
 
     shown = {"q": (runs.q[0], "rad"), "qd": (runs.qd[0], "rad/s"), "tau": (runs.tau[0], "N m")}
     motion = plots.line_grid(

@@ -16,7 +16,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symgen.identification.least_squares import LeastSquares
+from symgen.identification.online.least_squares import LeastSquares
 
 Array = NDArray[np.float64]
 Kernel = Callable[[Array, Array], Any]
