@@ -80,14 +80,49 @@ def at_rest(qd: FloatArray, step: float, sigma: Sequence[int]) -> tuple[Bools, B
     Returns:
         (N, n) at rest, and (n,) held still.
     """
-    slowest, kinds = max(2, round(REST / step)), np.asarray(sigma)
-    largest = np.max(np.abs(qd), axis=0)
+    slow, still = slow_speeds(np.max(np.abs(qd), axis=0), sigma)
+    return _long(np.abs(qd) <= np.maximum(slow, SLOW * 1e-300), step) & ~still, still
+
+
+def slow_speeds(largest: FloatArray, sigma: Sequence[int]) -> tuple[FloatArray, Bools]:
+    """Return below which speeds joints are at rest, rad/s (m/s), and which are held still, (n,).
+
+    Args:
+        largest: (n,) speeds of the joints.
+        sigma: (n,) types of the joints.
+    """
+    kinds = np.asarray(sigma)
     fastest = np.array([largest[kinds == kind].max() for kind in kinds])
-    still = largest <= STILL * fastest
-    rest = np.column_stack(
-        [_runs(slow, slowest) for slow in (np.abs(qd) <= SLOW * np.maximum(largest, 1e-300)).T]
-    )
-    return rest & ~still, np.asarray(still)
+    return SLOW * largest, np.asarray(largest <= STILL * fastest)
+
+
+def mean_speeds(q: FloatArray, step: float) -> FloatArray:
+    """Return how fast joints move on the average of 0.1 s, (N, n): encoders tell it better than
+    tachometers, whose noise hides a rest.
+
+    Args:
+        q: (N, n) positions, rad (m).
+        step: sampling step in s.
+    """
+    half = max(1, round(REST / step / 2))
+    at = np.arange(len(q))
+    before, after = np.maximum(at - half, 0), np.minimum(at + half, len(q) - 1)
+    apart = np.maximum(after - before, 1) * step
+    return np.asarray((q[after] - q[before]) / apart[:, None])
+
+
+def resting(q: FloatArray, step: float, slow: FloatArray) -> Bools:
+    """Find where joints are at rest: on the average of 0.1 s slower than some speed, that long.
+
+    Args:
+        q: (N, n) positions, rad (m).
+        step: sampling step in s.
+        slow: (n,) rad/s (m/s).
+
+    Returns:
+        (N, n) at rest.
+    """
+    return _long(np.abs(mean_speeds(q, step)) <= slow, step)
 
 
 def saturated(
@@ -123,6 +158,11 @@ def _stuck(x: FloatArray) -> Bools:
         if abs(extreme) >= 0.5 * size:
             out |= _runs(np.abs(x - extreme) <= _SAME * size, STUCK)
     return out
+
+
+def _long(slow: Bools, step: float) -> Bools:
+    """Return where joints (N, n) are slow for long enough to be at rest."""
+    return np.column_stack([_runs(column, max(2, round(REST / step))) for column in slow.T])
 
 
 def _runs(flags: Bools, least: int) -> Bools:

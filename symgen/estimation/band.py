@@ -26,6 +26,19 @@ _GRID = np.linspace(0.0, _SEEN, 2001)
 
 
 @dataclass(frozen=True)
+class Rests:
+    """Joints at rest: friction there is anything between its limits, which no column says.
+
+    Attributes:
+        slow: (n,) speeds in rad/s (m/s) below which a joint is at rest; below 0 where it never is.
+        weight: (n,) of the equations of a joint at rest beside those of it in motion, in (0, 1].
+    """
+
+    slow: tuple[float, ...]
+    weight: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class Band:
     """The filters of a run.
 
@@ -36,12 +49,14 @@ class Band:
         comparison_hz: of the low-pass that measured and modelled torque pass before they are
             compared.
         velocity: "measured", or "derived" from positions.
+        rests: what counts as rest, and for how much; None where no joint rests.
     """
 
     rate_hz: float
     cutoff_hz: float
     comparison_hz: float
     velocity: str
+    rests: Rests | None = None
 
     def filters(self, step: float) -> bool:
         """Whether positions of a log of this step pass a low-pass."""
@@ -49,12 +64,15 @@ class Band:
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of the key "band"."""
-        return {
+        content: dict[str, Any] = {
             "rate_hz": self.rate_hz,
             "cutoff_hz": self.cutoff_hz,
             "comparison_hz": self.comparison_hz,
             "velocity": self.velocity,
         }
+        if self.rests is not None:
+            content["rests"] = {"slow": self.rests.slow, "weight": self.rests.weight}
+        return content
 
     def in_words(self) -> str:
         """Return what every command says in one line."""

@@ -241,7 +241,7 @@ def _turned(equations: Rows, j: int, k: int) -> Blocks:
     """Summarise the equations with the torques of two joints exchanged."""
     turned = [
         tuple(
-            replace(e, y=log[k if i == j else j].y) if i in (j, k) else e for i, e in enumerate(log)
+            e.with_sides(log[k if i == j else j]) if i in (j, k) else e for i, e in enumerate(log)
         )
         for log in equations
     ]

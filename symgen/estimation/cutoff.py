@@ -22,6 +22,7 @@ from symgen.estimation.band import OPEN, Band, comparison_band
 from symgen.estimation.blocks import FOLDS, block_errors, placed, summary
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.masking import require_left
+from symgen.estimation.rests import rests_of, weighed_rests
 from symgen.estimation.system import Equations, torque_equations, torque_sides
 from symgen.runtime.evaluator import Evaluator
 
@@ -55,16 +56,17 @@ def choose_band(
     rate = min(1 / s.step for s in logs)
     measured = not any(s.velocity_derived for s in logs)
     velocity = "measured" if measured else "derived"
-    start = Band(rate, cutoff or rate / 2, comparison_band(logs), velocity)
+    rests = rests_of(logs, evaluator.model.robot.sigma)
+    start = Band(rate, cutoff or rate / 2, comparison_band(logs), velocity, rests)
     grid = [start.cutoff_hz]
     if cutoff is None:
         grid = [c * start.comparison_hz for c in CUTOFFS]
         grid = [hz for hz in grid if hz < OPEN * rate]
         grid += [start.cutoff_hz] if len(grid) < len(CUTOFFS) else []  # no filter: the rate is low
     kinds = [velocity] if own_speeds or not measured else ["measured", "derived"]
-    if len(grid) == len(kinds) == 1:
-        return start
     seen = _sample(logs)
+    if len(grid) == len(kinds) == 1:
+        return weighed_rests(evaluator, seen, start)
     bands = [[replace(start, cutoff_hz=hz, velocity=kind) for hz in grid] for kind in kinds]
     sides = [torque_sides(FilteredLog(s, start, s.q, s.qd)) for s in seen]  # of any cutoff
     alike = [_errors(evaluator, seen, sides, same) for same in zip(*bands, strict=True)]
@@ -75,7 +77,7 @@ def choose_band(
     errors = (errors / np.where(least > 0, least, np.inf)).sum(axis=3)
     middle = [_middle(same) for same in errors]
     k = int(np.argmin([same[i].sum() for same, i in zip(errors, middle, strict=True)]))
-    return bands[k][middle[k]]
+    return weighed_rests(evaluator, seen, bands[k][middle[k]])
 
 
 def _middle(errors: FloatArray) -> int:

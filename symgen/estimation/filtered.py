@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.mask import Mask
+from symgen.data.mask import Bools, Mask, resting, touched
 from symgen.data.signals import Samples, differentiate, lowpass, lowpass_and_slopes
 from symgen.estimation.band import Band, comparison_band
 from symgen.estimation.decimation import Decimation, decimation
@@ -19,6 +19,8 @@ FloatArray = NDArray[np.float64]
 _NODES = 16.0
 #: Weight of a row in the comparison band under which a mask leaves nothing of it.
 _HARDLY = 0.05
+#: Periods of the comparison band over which its low-pass spreads a rest.
+_REST_REACHES = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +63,15 @@ class FilteredLog:
     def mask(self) -> Mask | None:
         """The samples that no equation may touch."""
         return self.samples.mask
+
+    @cached_property
+    def at_rest(self) -> Bools | None:
+        """Where joints stand still, (N, n); None where none does."""
+        rests = self.band.rests
+        if rests is None:
+            return None
+        found = resting(self.samples.q, self.step, np.array(rests.slow))
+        return found if found.any() else None
 
     def nodes(self, stride: int) -> tuple[FloatArray, FloatArray]:
         """Return positions and speeds of every `stride`-th sample."""
@@ -131,6 +142,14 @@ class FilteredLog:
             return found if self.weight is None else _weighed(found, self.weight[nodes])
 
         return self.rows.chunks(at)
+
+    @cached_property
+    def resting(self) -> Bools | None:
+        """Whether a rest of the joint concerns a kept sample, (K, n); None where no joint rests."""
+        if self.at_rest is None:
+            return None
+        reach = round(_REST_REACHES / (self.band.comparison_hz * self.step))
+        return np.column_stack([touched(joint, reach)[self.kept] for joint in self.at_rest.T])
 
     @cached_property
     def free(self) -> NDArray[np.bool_]:

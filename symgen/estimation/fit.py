@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.data.mask import Bools
 from symgen.errors import LogError
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.filtered import FilteredLog
@@ -33,15 +34,29 @@ class Fit:
         error: (n,) sum of the squares of measured minus modelled torque.
         size: (n,) sum of the squares of the measured one.
         traces: both torques, log by log.
+        rest: (2, n) what error and size have of joints at rest.
     """
 
     error: FloatArray
     size: FloatArray
     traces: tuple[Trace, ...]
+    rest: FloatArray
 
     def __add__(self, other: Fit) -> Fit:
         """Return the fit of both."""
-        return Fit(self.error + other.error, self.size + other.size, self.traces + other.traces)
+        traces, rest = self.traces + other.traces, self.rest + other.rest
+        return Fit(self.error + other.error, self.size + other.size, traces, rest)
+
+    @classmethod
+    def none(cls, n: int) -> Fit:
+        """Return the fit of no log of n joints."""
+        return cls(np.zeros(n), np.zeros(n), (), np.zeros((2, n)))
+
+    @property
+    def in_motion(self) -> Fit:
+        """That of joints in motion: at rest, friction can be anything between its limits."""
+        error, size = self.error - self.rest[0], self.size - self.rest[1]
+        return Fit(error, size, (), np.zeros_like(self.rest))
 
     @property
     def ratios(self) -> FloatArray:
@@ -70,7 +85,7 @@ def fit(
         LogError: a mask leaves nothing to compare.
     """
     inverse = evaluator["inverse_dynamics"]
-    out = Fit(np.zeros(evaluator.model.robot.n), np.zeros(evaluator.model.robot.n), ())
+    out = Fit.none(evaluator.model.robot.n)
     for log in logs:
         chunks = log.modelled(lambda q, qd, qdd: inverse(q, qd, qdd, X))
         out += of_torque(log, np.concatenate([torque for _, torque in chunks]), kind)
@@ -108,5 +123,27 @@ def of_torque(
         torque,
         apart if log.mask is None else 0,
     )
-    error = np.sum(free * (log.measured - torque) ** 2, axis=0)
-    return Fit(error, np.sum(free * log.measured**2, axis=0), (trace,))
+    return squares(free, log.measured, torque, log.resting, (trace,))
+
+
+def squares(
+    free: Bools,
+    measured: FloatArray,
+    torque: FloatArray,
+    resting: Bools | None,
+    traces: tuple[Trace, ...] = (),
+) -> Fit:
+    """Sum up what a torque leaves of the measured one.
+
+    Args:
+        free: (K, n) rows that count.
+        measured, torque: (K, n) in the comparison band.
+        resting: (K, n) rows that rests of their joint concern; None where there are none.
+        traces: both, for drawing.
+    """
+    both = np.stack([(measured - torque) ** 2, measured**2])
+    rest = np.zeros((2, measured.shape[1]))
+    if resting is not None:
+        rest = np.sum((free & resting) * both, axis=1)
+    error, size = np.sum(free * both, axis=1)
+    return Fit(error, size, traces, rest)

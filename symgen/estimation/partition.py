@@ -24,7 +24,7 @@ from symgen.data.stretch import Stretch
 from symgen.estimation.band import Band
 from symgen.estimation.decimation import decimation
 from symgen.estimation.filtered import FilteredLog, filtered, stride_of
-from symgen.estimation.fit import Fit, of_torque
+from symgen.estimation.fit import Fit, of_torque, squares
 from symgen.estimation.fold import LAGS
 from symgen.estimation.logs import open_samples
 from symgen.estimation.recipe import Recipe
@@ -224,8 +224,7 @@ class ChunkOfLog:
         log = self.log
         if isinstance(log, ThinLog):
             own = self.inside(log.t)
-            left = (log.measured - log.torque(evaluator, X))[own]
-            return Fit(np.sum(left**2, axis=0), np.sum(log.measured[own] ** 2, axis=0), ())
+            return squares(own[:, None], log.measured, log.torque(evaluator, X), log.resting)
         inverse = evaluator["inverse_dynamics"]
         chunks = log.modelled(lambda q, qd, qdd: inverse(q, qd, qdd, X))
         torque = np.concatenate([found for _, found in chunks])

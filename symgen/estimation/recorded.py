@@ -12,6 +12,7 @@ from symgen.data.mask import Bools
 from symgen.estimation.blocks import (
     Blocks,
     block_errors,
+    held_out_error,
     placed,
     summary,
 )
@@ -25,6 +26,7 @@ Logs = tuple[Sequence[FilteredLog], Rows]
 #: A fault is named where undoing it leaves so much of the error on folds left out, at most.
 CLEARER = 0.9
 STD = 3.0
+_AT_REST = 1e-3  # weight of rows at rest: they are kept for what no motion determines
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +54,8 @@ class Recorded:
             sure: joints whose gain is known to be no chance; None to see that from the blocks.
         """
         after = block_errors(train, train)
+        if held_out_error(after) > 1.0:  # no model at all does better: nothing is known
+            return 1.0, 1.0
         share, together = what_is_left(self.own, after, sure)
         if self.other is None:
             return share, together
@@ -73,7 +77,8 @@ class Recorded:
 
 
 def equations_of(evaluator: Evaluator, logs: Iterable[FilteredLog]) -> Rows:
-    return [torque_equations(evaluator, log) for log in logs]
+    """Return the torque equations of logs, of which rests say nothing: they blame no channel."""
+    return [tuple(e.resting(_AT_REST) for e in torque_equations(evaluator, log)) for log in logs]
 
 
 def with_column(
@@ -89,7 +94,7 @@ def with_column(
     out = []
     for j, e in enumerate(rows):
         own = column[:, j] if log.mask is None else column[log.free[:, j], j]
-        out.append(replace(e, W=np.column_stack([e.W, own]), Z=None))
+        out.append(replace(e, W=np.column_stack([e.W, own * e.scale]), Z=None))
     return tuple(out)
 
 

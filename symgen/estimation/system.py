@@ -25,7 +25,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.mask import untouched
+from symgen.data.mask import Bools, untouched
 from symgen.errors import IdentificationError
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.filtered import FilteredLog
@@ -48,7 +48,8 @@ class Equations:
     no series at all, as still poses are. `joint` is the
     position of the joint whose equations these are, None for energy. y is in J, N m s or N m.
     `Z` are instruments, (K, p): the same rows along a motion that is free of the noise in W.
-    `weight` is that of the log's squared residuals beside those of others.
+    `weight` is that of the log's squared residuals beside those of others. `rest` (K,) tells which
+    rows the joint's rests concern, and `at_rest` what their W and y were multiplied by.
     """
 
     name: str
@@ -59,11 +60,39 @@ class Equations:
     joint: int | None = None
     weight: float = 1.0
     Z: FloatArray | None = None
+    rest: Bools | None = None
+    at_rest: float = 1.0
+
+    def with_rows(self, W: FloatArray) -> Equations:
+        """Return the equations whose sides these are: with W (K, p), and rows at rest weighed."""
+        if self.rest is None:
+            return replace(self, W=W)
+        return replace(self, W=W * self.scale[:, None], y=self.y * self.scale)
+
+    @property
+    def scale(self) -> FloatArray:
+        """What W and y of each row are multiplied by, (K,)."""
+        if self.rest is None:
+            return np.ones(len(self.y))
+        return np.where(self.rest, self.at_rest, 1.0)
+
+    def resting(self, weight: float) -> Equations:
+        """Return the equations with another weight of rows at rest."""
+        if self.rest is None or weight == self.at_rest:
+            return self
+        change = np.where(self.rest, weight / self.at_rest, 1.0)
+        return replace(self, W=self.W * change[:, None], y=self.y * change, at_rest=weight)
+
+    def with_sides(self, other: Equations) -> Equations:
+        """Return the equations with the y of others, weighed as their own was."""
+        return replace(self, y=other.y / other.scale * self.scale)
 
     def where(self, chosen: NDArray[np.bool_], name: str) -> Equations:
         """Return some of the equations, under a name."""
         Z = None if self.Z is None else self.Z[chosen]
-        return replace(self, name=name, W=self.W[chosen], y=self.y[chosen], t=self.t[chosen], Z=Z)
+        rest = None if self.rest is None else self.rest[chosen]
+        W, y, t = self.W[chosen], self.y[chosen], self.t[chosen]
+        return replace(self, name=name, W=W, y=y, t=t, Z=Z, rest=rest)
 
     def columns(self, chosen: Sequence[int]) -> Equations:
         """Return the equations of some of the parameters."""
@@ -217,7 +246,7 @@ def momentum_equations(
     """
     w = placed_windows(log, window)
     W = momentum_rows(evaluator, *log.nodes(w.stride), w, log.step)
-    found = [replace(e, W=rows) for e, rows in zip(momentum_sides(log, w), W, strict=True)]
+    found = [e.with_rows(rows) for e, rows in zip(momentum_sides(log, w), W, strict=True)]
     if log.mask is None:
         return tuple(found)
     last = w.ends(len(log.t))
@@ -233,9 +262,26 @@ def momentum_sides(log: FilteredLog, w: Windows) -> list[Equations]:
     last = w.ends(len(log.t))
     y = over_windows(log.tau, log.step, last * w.stride, w.steps * w.stride)
     t, none = log.t[last * w.stride], np.zeros((len(last), 0))
-    return [
+    first, end = (last - w.steps) * w.stride, last * w.stride
+    sides = [
         Equations(f"{log.name}, joint {j + 1}", none, y[:, j], t, w.correlation, j)
         for j in range(y.shape[1])
+    ]
+    if log.at_rest is None:
+        return sides
+    joints = [~untouched(joint, first, end) for joint in log.at_rest.T]
+    return _with_rests(log, sides, joints)
+
+
+def _with_rests(
+    log: FilteredLog, sides: Sequence[Equations], rests: Sequence[Bools]
+) -> list[Equations]:
+    """Return equations that know which of them the rests of their joint concern, (K,) each."""
+    known = log.band.rests
+    assert known is not None  # there are rests
+    return [
+        replace(e, rest=rest, at_rest=weight) if rest.any() else e
+        for e, rest, weight in zip(sides, rests, known.weight, strict=True)
     ]
 
 
@@ -372,7 +418,7 @@ def torque_equations(
     """
     W = torque_rows(evaluator, log, X)
     known = torque_sides(log) if sides is None else sides
-    out = [replace(e, W=np.ascontiguousarray(W[:, j])) for j, e in enumerate(known)]
+    out = [e.with_rows(np.ascontiguousarray(W[:, j])) for j, e in enumerate(known)]
     if log.mask is None:
         return tuple(out)
     return tuple(e.where(log.free[:, j], e.name) for j, e in enumerate(out))
@@ -383,7 +429,8 @@ def torque_sides(log: FilteredLog) -> list[Equations]:
     y, t = log.measured, log.t[log.kept]
     correlation = 1 if log.rows.cutoff is None else PER_PERIOD // 2
     none: FloatArray = np.zeros((len(t), 0))
-    return [
+    sides = [
         Equations(f"{log.name}, joint {j + 1}", none, y[:, j], t, correlation, j)
         for j in range(y.shape[1])
     ]
+    return sides if log.resting is None else _with_rests(log, sides, list(log.resting.T))

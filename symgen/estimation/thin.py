@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.data.mask import Bools
 from symgen.estimation.decimation import Decimation
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.recipe import Recipe
@@ -49,6 +50,7 @@ class ThinLog:
         sides: the equations without W, joint by joint.
         t: of the samples at which torques are compared, (K,) s.
         measured: torque there, (K, n).
+        resting: whether a rest of the joint concerns it, (K, n); None where no joint rests.
     """
 
     name: str
@@ -59,6 +61,7 @@ class ThinLog:
     sides: tuple[Equations, ...]
     t: FloatArray
     measured: FloatArray
+    resting: Bools | None = None
 
     def equations(self, evaluator: Evaluator, recipe: Recipe) -> tuple[Equations, ...]:
         """Return the equations with their W."""
@@ -72,7 +75,7 @@ class ThinLog:
         else:
             joints = compared_torques(evaluator, self.modelled).transpose(1, 0, 2)
         return tuple(
-            replace(e, W=np.ascontiguousarray(W)) for e, W in zip(self.sides, joints, strict=True)
+            e.with_rows(np.ascontiguousarray(W)) for e, W in zip(self.sides, joints, strict=True)
         )
 
     def torque(self, evaluator: Evaluator, X: FloatArray) -> FloatArray:
@@ -104,6 +107,13 @@ class ThinLog:
                 arrays |= dict(zip(("wq", "wqd"), self.window_motion, strict=True))
         arrays["sides_t"] = self.sides[0].t
         arrays["sides_y"] = np.stack([e.y for e in self.sides])
+        if any(e.rest is not None for e in self.sides):
+            arrays["rest"] = np.stack(
+                [np.zeros(len(e.y), bool) if e.rest is None else e.rest for e in self.sides]
+            )
+            arrays["at_rest"] = np.array([e.at_rest for e in self.sides])
+        if self.resting is not None:
+            arrays["resting"] = self.resting
         arrays["joints"] = np.array([-1 if e.joint is None else e.joint for e in self.sides])
         arrays["correlation"] = np.array(self.sides[0].correlation)
         return arrays
@@ -131,7 +141,7 @@ def thinned(log: FilteredLog, recipe: Recipe) -> ThinLog:
         own = motion[:2] if w.stride == stride else log.nodes(w.stride)
         sides = [energy_sides(log, w)] if recipe.model == "energy" else momentum_sides(log, w)
     t = log.t[log.kept]
-    return ThinLog(log.name, log.rows, motion, w, own, tuple(sides), t, log.measured)
+    return ThinLog(log.name, log.rows, motion, w, own, tuple(sides), t, log.measured, log.resting)
 
 
 def thin_log(arrays: Mapping[str, NDArray[Any]]) -> ThinLog:
@@ -151,4 +161,8 @@ def thin_log(arrays: Mapping[str, NDArray[Any]]) -> ThinLog:
         Equations(name, none, y[k], t, correlation, None if j < 0 else j)
         for k, j in enumerate(joints)
     )
-    return ThinLog(name, rows, motion, w, own, sides, arrays["t"], arrays["measured"])
+    if "rest" in arrays:
+        weights = zip(sides, arrays["rest"], map(float, arrays["at_rest"]), strict=True)
+        sides = tuple(replace(e, rest=rest, at_rest=weight) for e, rest, weight in weights)
+    seen = arrays["t"], arrays["measured"], arrays.get("resting")
+    return ThinLog(name, rows, motion, w, own, sides, *seen)

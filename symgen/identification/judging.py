@@ -149,7 +149,7 @@ def judged(
         len(parameters),
     )
     notes = tuple(note for log in run.logs for note in log.samples.notes)
-    notes += (f"band: {run.band.in_words()}",)
+    notes += (f"band: {run.band.in_words()}", *_of_rests(run.band, seen))
     if not run.given:
         notes += ("no validation log is given: the last fifth of each log is held out",)
     if out.windows < _PLENTY * len(parameters):
@@ -208,6 +208,20 @@ def judged(
         alternatives=found,
         uses=verdict.uses,
         headline=verdict.headline,
+    )
+
+
+def _of_rests(band: Band, seen: Fit) -> tuple[str, ...]:
+    """Say what rests do, where joints of the training logs or of those that judge have any."""
+    if band.rests is None or not seen.rest.any():
+        return ()
+    error, size = seen.rest.sum(axis=1)
+    moving = seen.in_motion.residual.relative
+    return (
+        "joints stand still at times, where friction can be anything between its limits: the "
+        f"torque error on held-out motion is {100 * moving:.3g} % of joints that move and "
+        f"{100 * np.sqrt(error / max(size, 1e-300)):.3g} % of joints at rest; equations at rest "
+        f"weigh {min(band.rests.weight):.2g} to {max(band.rests.weight):.2g} of those in motion",
     )
 
 

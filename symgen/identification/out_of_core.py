@@ -47,6 +47,7 @@ from symgen.identification.estimate import Estimate
 from symgen.identification.judging import Outcome, Run, judged, own_version
 from symgen.identification.parts import HELD_SAMPLE, SAMPLE, parts_of, sampled_spans
 from symgen.identification.reduction import (
+    FIT_SUMS,
     Chosen,
     EquationReduction,
     ErrorReduction,
@@ -287,7 +288,7 @@ class _Streamed:
             for name, array in unpacked(self.folder, key).items():
                 total[name] += array
         return total["meat"], {
-            kind: Fit(total[f"{kind}.error"], total[f"{kind}.size"], ())
+            kind: Fit(traces=(), **{key: total[f"{kind}.{key}"] for key in FIT_SUMS})
             for kind in ("train", "validation")
         }
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from symgen.errors import ParameterError
-from symgen.estimation.band import Band
+from symgen.estimation.band import Band, Rests
 from symgen.estimation.repairs import Repair
 from symgen.estimation.values import Contrast, Endogeneity, Residual, Whiteness
 from symgen.files import load_json
@@ -167,7 +167,13 @@ def read_band(content: dict[str, Any]) -> Band:
     )
     if not min(rate, cutoff, comparison) > 0 or content["velocity"] not in ("measured", "derived"):
         raise ValueError("band")
-    return Band(rate, cutoff, comparison, str(content["velocity"]))
+    rests = content.get("rests")
+    if rests is not None:
+        slow, weight = (tuple(map(number, rests[key])) for key in ("slow", "weight"))
+        if len(slow) != len(weight) or not all(0 < w <= 1 for w in weight):
+            raise ValueError("rests")
+        rests = Rests(slow, weight)
+    return Band(rate, cutoff, comparison, str(content["velocity"]), rests)
 
 
 def _alternative(content: dict[str, Any]) -> Alternative:

@@ -39,6 +39,8 @@ from symgen.robot.toml_io import parse_robot
 from symgen.runtime.evaluator import Evaluator, load
 
 FloatArray = NDArray[np.float64]
+#: Of a fit, what adds up over chunks.
+FIT_SUMS = ("error", "size", "rest")
 
 
 @lru_cache(maxsize=4)
@@ -170,7 +172,7 @@ class ErrorReduction(Reduction):
         """Return the sums of scores, and by kind of log the squared error and size of torque."""
         p, n = len(self.X), self.evaluator.model.robot.n
         meat = np.zeros((p, p))
-        fits = {kind: Fit(np.zeros(n), np.zeros(n), ()) for kind in ("train", "validation")}
+        fits = {kind: Fit.none(n) for kind in ("train", "validation")}
         for number, kind, chunk in self.kept(work):
             fits[kind] += chunk.fit(self.evaluator, self.X)
             if kind != "train":
@@ -180,10 +182,10 @@ class ErrorReduction(Reduction):
                 rows, lead = chunk.with_lead(e, lag)
                 s = scores(rows, self.X, self.scale, weight)
                 meat += bartlett(s, lag, lead, chunk.ended)
-        errors = {f"{kind}.error": fit.error for kind, fit in fits.items()}
-        return packed_arrays(
-            {"meat": meat, **errors, **{f"{k}.size": f.size for k, f in fits.items()}}
-        )
+        sums = {
+            f"{kind}.{key}": getattr(fit, key) for kind, fit in fits.items() for key in FIT_SUMS
+        }
+        return packed_arrays({"meat": meat, **sums})
 
 
 def unpacked(folder: WorkFolder, key: str) -> dict[str, Any]:

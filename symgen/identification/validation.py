@@ -65,8 +65,8 @@ def model_traces(part: Part, X: FloatArray) -> tuple[Trace, ...]:
         return ()
     t = reduce(np.intersect1d, [e.t for e in part.equations])  # a mask is by joint
     kept = [(e, np.isin(e.t, t)) for e in part.equations]
-    measured = np.stack([e.y[k] for e, k in kept], axis=1)
-    predicted = np.stack([e.W[k] @ X for e, k in kept], axis=1)
+    measured = np.stack([(e.y / e.scale)[k] for e, k in kept], axis=1)
+    predicted = np.stack([(e.W @ X / e.scale)[k] for e, k in kept], axis=1)
     log = part.log
     apart = first.correlation + 1  # neighbouring windows share the sample where they meet
     if log.band.filters(log.step) and len(first.t) > 1:

@@ -83,7 +83,7 @@ def prediction_use(
     faults: Sequence[str],
     suspects: Sequence[str] = (),
 ) -> Use:
-    """Judge the torque on held-out motion.
+    """Judge the torque on held-out motion: of joints that move, where any does.
 
     Args:
         train: torques of the training logs.
@@ -93,6 +93,7 @@ def prediction_use(
         suspects: what was seen in the logs and left; the reason, where the torque is unexplained.
     """
     reasons = list(faults)
+    train, held = (f.in_motion if f.in_motion.size.any() else f for f in (train, held))
     said, own = held.residual.relative, train.residual.relative
     if said > RESIDUAL:
         reasons.append(

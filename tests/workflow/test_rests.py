@@ -1,0 +1,128 @@
+"""Joints at rest: static friction is anything between its limits, and must not become gravity."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from oracles.pinocchio_arm import load_pinocchio
+
+try:
+    load_pinocchio()
+except ImportError as missing:
+    pytest.skip(f"needs Pinocchio: {missing}", allow_module_level=True)
+
+from oracles import clean_runs, engineer, resting
+from workflow import trust_study
+
+import symgen
+from symgen.estimation.band import Band, Rests
+from symgen.identification.reading import read_band
+
+ARMS = ("planar3r", "arm4r", "wrist6r")
+
+
+@cache
+def drawn(arm: str) -> clean_runs.Run:
+    run = resting.run(11, arm)
+    assert 0.4 < run.drawn["resting"] < 0.9
+    return run
+
+
+@cache
+def estimated(arm: str, model: str = "auto") -> dict:
+    return trust_study.identified(drawn(arm), model=model)
+
+
+def true_error(run: clean_runs.Run, estimate: dict) -> float:
+    truth = trust_study.Truth(run, estimate["band"]["comparison_hz"])
+    return truth.error(np.array([p["value"] for p in estimate["parameters"]]))
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_rests_do_not_become_gravity(arm: str) -> None:
+    run, estimate = drawn(arm), estimated(arm)
+    log = run.train
+    even = engineer.even(log.t, log.q, log.qd, log.tau)
+    kernel = trust_study.evaluator(run.robot_toml)["torque_regressor"]
+    band = estimate["band"]["comparison_hz"]
+    truth = trust_study.Truth(run, band)
+    plain = min(
+        truth.error(engineer.least_squares(*engineer.equations(kernel, even, hz, band)))
+        for hz in (3.0, 5.0, 10.0)
+    )
+    assert plain > 0.015  # what least squares makes of rests
+    assert true_error(run, estimate) < 0.3 * plain
+    assert estimate["verdict"] == "trusted", estimate["reasons"]
+
+
+@pytest.mark.parametrize("model", ["momentum", "torque"])
+def test_each_model_weighs_rests(model: str) -> None:
+    assert true_error(drawn("arm4r"), estimated("arm4r", model)) < 0.01
+
+
+def test_what_is_said_counts_all_samples_and_tells_those_in_motion_apart() -> None:
+    run, estimate = drawn("arm4r"), estimated("arm4r")
+    X = np.array([p["value"] for p in estimate["parameters"]])
+    log, band = run.validation, estimate["band"]
+    kernel = trust_study.evaluator(run.robot_toml)["torque_regressor"]
+    even = engineer.even(log.t, log.q, log.qd, log.tau)
+    W, y = engineer.equations(
+        kernel, even, band["cutoff_hz"], band["comparison_hz"], band["velocity"] == "derived"
+    )
+    by_hand = engineer.residual(W, y, X)[1]
+    said = estimate["torque_residual"]["validation"]["relative"]
+    assert said == pytest.approx(by_hand, rel=0.1)
+    (note,) = [n for n in estimate["notes"] if "stand still at times" in n]
+    moving, still = map(
+        float, re.findall(r"is ([\d.]+) % .* and ([\d.]+) % of joints at rest", note)[0]
+    )
+    assert moving < 100 * said / 5
+    assert still > 100 * said
+
+
+def test_a_log_in_chunks_gives_the_same(tmp_path: Path) -> None:
+    run = drawn("planar3r")
+    paths = [
+        log.save(tmp_path / f"{name}.npz")
+        for name, log in (("a", run.train), ("b", run.validation))
+    ]
+    robot = tmp_path / "robot.toml"
+    robot.write_text(run.robot_toml, "utf-8")
+    given = {"validation": [paths[1]], "model": "momentum"}
+    whole = symgen.identify(robot, [paths[0]], **given)
+    pieces = symgen.identify(robot, [paths[0]], work=tmp_path / "work", **given)
+    assert pieces.band.rests is not None
+    assert whole.band.rests is not None
+    for a, b in zip(whole.parameters, pieces.parameters, strict=True):
+        assert b.value == pytest.approx(a.value, abs=0.05 * a.std + 1e-9)
+    assert pieces.torque_validation.relative == pytest.approx(
+        whole.torque_validation.relative, rel=1e-3
+    )
+
+
+def test_no_channel_is_blamed_where_the_model_explains_nothing() -> None:
+    run = drawn("planar3r")
+    rng = np.random.default_rng(1)
+    noise = [
+        replace(log, tau=rng.normal(size=log.tau.shape)) for log in (run.train, run.validation)
+    ]
+    lost = replace(run, train=noise[0], validation=noise[1])
+    try:
+        reasons = trust_study.identified(lost)["reasons"]
+    except symgen.SymgenError as error:
+        reasons = [str(error)]
+    assert not any("times what the other joints" in r for r in reasons), reasons
+
+
+def test_weights_travel_with_the_band() -> None:
+    band = Band(250.0, 8.0, 3.0, "measured", Rests((0.02, -1.0), (0.05, 1.0)))
+    assert read_band(json.loads(json.dumps(band.to_json()))) == band
+    assert read_band({k: v for k, v in band.to_json().items() if k != "rests"}).rests is None
+    with pytest.raises(ValueError, match="rests"):
+        read_band({**band.to_json(), "rests": {"slow": [0.1], "weight": [0.0]}})
