@@ -25,7 +25,7 @@ from symgen.diagnosis.evidence import (
     regressor,
 )
 from symgen.diagnosis.extend import extended
-from symgen.diagnosis.floor import noise_floor
+from symgen.diagnosis.floor import at_rest, noise_floor
 from symgen.diagnosis.found import coefficients, found_effects, numbers
 from symgen.diagnosis.given import changed
 from symgen.diagnosis.portrait import places
@@ -184,6 +184,8 @@ def _gaps(
         curves.append(seen)
         others = (*study.base.scenes, *study.held)
         noise.append(noise_floor(s, s.tau - whole, partial(model_torque, evaluator, X), others))
+        held_still = at_rest(s, seen.measured - seen.after, partial(torque_at, evaluator, X))
+        noise[-1] = np.hypot(noise[-1], held_still)
         span.append(len(seen.t))
         free.append(s.free[s.kept])
     say = np.concatenate(free)
@@ -244,7 +246,8 @@ def _system(names_: tuple[str, ...], final: Evidence) -> LinearSystem:
         rows = slice(first, first + len(t))
         for j in range(final.n):
             moves = final.moves[rows, j] > 0
-            W, y = final.W[rows, j][moves], final.y[rows, j][moves]
+            weight = final.moves[rows, j][moves]
+            W, y = weight[:, None] * final.W[rows, j][moves], weight * final.y[rows, j][moves]
             out.append(Equations(s.name, W, y, t[moves], 2, j))
         first += len(t)
     return LinearSystem(names_, tuple(out))

@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.data.mask import touched
 from symgen.data.signals import lowpass, white_noise
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.system import torque_columns
@@ -49,6 +50,7 @@ class Scene:
         noise: standard deviation of their white noise, (n,) each, that of speeds None where they
             are derived from positions; None where it was not seen.
         mask: (N, n) where the user asked that it has none, in the gap neither; None for nowhere.
+        rest: (N, n) where a rest of the joint is near in time; None for nowhere.
     """
 
     log: FilteredLog
@@ -66,6 +68,7 @@ class Scene:
     wide: float | None = None
     noise: tuple[FloatArray, FloatArray | None] | None = None
     mask: NDArray[np.bool_] | None = None
+    rest: NDArray[np.bool_] | None = None
 
     @property
     def free(self) -> NDArray[np.bool_]:
@@ -129,6 +132,9 @@ def scene(log: FilteredLog) -> Scene:
     every = int(kept[1] - kept[0]) if len(kept) > 1 else 1
     reach = 0 if log.rows.cutoff is None else int(1 / (log.rows.cutoff * log.step))
     mask = None if log.mask is None else log.mask.near(reach)
+    rest = None
+    if log.at_rest is not None:
+        rest = np.column_stack([touched(joint, reach) for joint in log.at_rest.T])
     return Scene(
         log,
         log.name,
@@ -144,6 +150,7 @@ def scene(log: FilteredLog) -> Scene:
         noise=noise,
         held=mask,
         mask=mask,
+        rest=rest,
     )
 
 
@@ -157,8 +164,8 @@ class Evidence:
         y: (K, n) torque.
         X: (p,) least-squares parameters.
         sigma: (n,) standard deviation of each joint's residual.
-        moves: (K, n) 1.0 where the joint moves, 0.0 where it is at rest and friction is undefined:
-            these rows have no say.
+        moves: (K, n) weight of the rows: 1.0 where the joint moves, 0.0 where it turns round and
+            friction is undefined, and in between in its rests, see `symgen.estimation.rests`.
         block: (K,) number of the block of each instant.
     """
 
@@ -274,7 +281,10 @@ def _moving(s: Scene) -> FloatArray:
     """Return 1.0 where a joint moves, (K, n): not held, faster than 0.5 % of its RMS speed."""
     speed = np.sqrt(np.mean(s.qd**2, axis=0))
     moves = np.abs(s.qd[s.kept]) > _REST * speed
-    return np.asarray(moves if s.held is None else moves & ~s.held[s.kept], dtype=float)
+    known = s.log.band.rests
+    if s.rest is not None and known is not None:
+        moves = np.where(s.rest[s.kept], known.weight, moves)
+    return np.asarray(moves if s.held is None else moves * ~s.held[s.kept], dtype=float)
 
 
 def least_squares(A: FloatArray, b: FloatArray) -> FloatArray:

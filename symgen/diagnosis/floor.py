@@ -8,6 +8,8 @@ Three sources, squared and added up joint by joint:
   band too, and a draw of it is put on top of the motion; reversals of friction are in this part;
 * with a repeat of the same motion, half the square of the difference of the two torques takes the
   place of both.
+
+At rest, friction is anything up to what it is in motion: what is left there counts up to that.
 """
 
 from __future__ import annotations
@@ -51,6 +53,28 @@ def noise_floor(
         carried = s.seen(model(_shaken(s, s.noise)) - model(s))
         variance = variance + np.mean(carried**2, axis=0)
     return np.asarray(np.sqrt(variance))
+
+
+def at_rest(
+    s: Scene,
+    error: FloatArray,
+    model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray],
+) -> FloatArray:
+    """Return the RMS of what static friction may leave at rest, of all rows, (n,).
+
+    Args:
+        s: the log.
+        error: (K, n) measured minus modelled torque in the band, at the kept instants.
+        model: torque from q, qd, qdd, (k, n) each.
+    """
+    known = s.log.band.rests
+    if s.rest is None or known is None:
+        return np.zeros(error.shape[1])
+    q = np.ascontiguousarray(s.q[s.kept])
+    slow, none = np.tile(np.abs(known.slow), (len(q), 1)), np.zeros_like(q)
+    friction = np.abs(model(q, slow, none) - model(q, -slow, none)) / 2
+    left = np.where(s.rest[s.kept], np.minimum(np.abs(error), friction), 0.0)
+    return np.asarray(np.sqrt(np.mean(left**2, axis=0)))
 
 
 def _torque_noise(s: Scene, error: FloatArray) -> FloatArray:

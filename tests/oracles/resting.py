@@ -63,7 +63,7 @@ def _moves(
         q[here] = at + way * s**3 * (10 - 15 * s + 6 * s**2)
         qd[here] = way / length * 30 * s**2 * (1 - s) ** 2
         qdd[here] = way / length**2 * 60 * s * (1 - s) * (1 - 2 * s)
-        share[here] = np.sign(way) * rng.uniform(0, 1, n)  # friction held against the last move
+        share[here] = rng.uniform(-1, 1, n)
         at, begin = at + way, begin + length + dwell * rng.uniform(0.5, 1.5)
     limit = [np.abs(x).max(axis=0) + 1e-9 for x in (q, qd, qdd)]
     scale = np.minimum(reach / limit[0], np.minimum(3 / limit[1], 20 / limit[2]))

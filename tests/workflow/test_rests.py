@@ -117,6 +117,20 @@ def test_no_channel_is_blamed_where_the_model_explains_nothing() -> None:
     assert better.left(train, lambda: train) == (1.0, 1.0)
 
 
+def test_static_friction_is_no_effect_that_is_missing(tmp_path: Path) -> None:
+    run = drawn("planar3r")
+    robot = tmp_path / "robot.toml"
+    robot.write_text(run.robot_toml, "utf-8")
+    paths = [
+        log.save(tmp_path / f"{name}.npz")
+        for name, log in (("a", run.train), ("b", run.validation))
+    ]
+    found = symgen.diagnose(robot, [paths[0]], validation=[paths[1]])
+    assert not found.effects, [e.name for e in found.effects]
+    assert found.before.total > 0.05  # of all samples
+    assert found.floor.total > 0.8 * found.before.total  # what static friction may do
+
+
 def test_weights_travel_with_the_band() -> None:
     band = Band(250.0, 8.0, 3.0, "measured", Rests((0.02, -1.0), (0.05, 1.0)))
     assert read_band(json.loads(json.dumps(band.to_json()))) == band
