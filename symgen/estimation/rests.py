@@ -27,6 +27,7 @@ FloatArray = NDArray[np.float64]
 #: Weight of equations at rest before it is known, and what it is at least.
 _FIRST, _LEAST = 0.1, 1e-3
 _ROUNDS = 3
+_WORSE = 0.5  # a deviation at rest is another one than in motion where it is twice as large
 _FEWEST = 10  # rows at rest, and in motion, that a deviation is taken from
 
 
@@ -71,8 +72,9 @@ def weighed_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> 
 
 
 def _ratio(moving: FloatArray, at_rest: FloatArray) -> float:
-    """Return the deviation of what is left in motion over that at rest, at most 1."""
+    """Return the deviation of what is left in motion over that at rest; 1 where they are alike."""
     if min(len(moving), len(at_rest)) < _FEWEST:
         return 1.0
     moved, rested = (float(np.sqrt(np.mean(x**2))) for x in (moving, at_rest))
-    return min(max(moved / max(rested, 1e-300), _LEAST), 1.0)
+    ratio = moved / max(rested, 1e-300)
+    return max(ratio, _LEAST) if ratio < _WORSE else 1.0
