@@ -9,7 +9,7 @@ from __future__ import annotations
 import glob
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, cast
 
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from symgen.data.bags import is_bag
 from symgen.data.log import READERS, Log, checked
-from symgen.data.raw import ROLES, Raw, Reading, one_line, refuse
+from symgen.data.raw import BESIDE, ROLES, Raw, Reading, one_line, refuse
 from symgen.data.signals import GAP
 from symgen.data.stored import StoredArray, stored_arrays
 from symgen.data.stretch import Stretch, within
@@ -306,7 +306,11 @@ class DataSet:
         joints = [joint.name for joint in self.robot.movable]
         columns, n = self.reading.columns, self.robot.n
         schema = table.schema_arrow
-        return assigned(Path(name), schema.names, schema.types, columns, self._currents, joints, n)
+        names, groups, notes = assigned(
+            Path(name), schema.names, schema.types, columns, self._currents, joints, n
+        )
+        needed = {role: group for role, group in groups.items() if role not in BESIDE}
+        return names, needed, notes  # no robot that reads the others is estimated chunk by chunk
 
     def _streamed(self, name: str, spans: Sequence[tuple[int, int]]) -> Iterator[Raw]:
         """Yield spans of a Parquet file, decoding the row groups that hold them once."""
@@ -362,11 +366,8 @@ def _filled(
 
 
 def _rows(raw: Raw, span: slice) -> Raw:
-    arrays = (None if x is None else x[span] for x in (raw.t, raw.q, raw.qd, raw.tau, raw.i))
-    t, q, qd, tau, i = arrays
-    assert t is not None
-    assert q is not None
-    return Raw(t, q, qd, tau, i, raw.ignored, raw.notes)
+    arrays: dict[str, Any] = {key: x[span] for key in ROLES if (x := getattr(raw, key)) is not None}
+    return replace(raw, **arrays)
 
 
 def _parquet(name: str, file: BinaryIO) -> Any:

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symgen.data.bags import is_bag, read_bag
+from symgen.data.beside import links, temperatures
 from symgen.data.columns import another_number
 from symgen.data.drive import joint_side
 from symgen.data.raw import FloatArray, Raw, Reading, one_line, refuse
@@ -58,6 +59,9 @@ class Log:
         current: (N, n) motor currents in A, None where none are used.
         notes: what was done to the log, in words, one line each.
         mapped: whether q, qd and tau have been mapped to the joint side.
+        temp: (N, n) temperatures of joints or their motors, deg C, NaN on joints without; or None.
+        qs: (N, n) positions of links, behind what bends in the joint, in rad (m), NaN on joints
+            without a second encoder; or None. They are never mapped by [drive].
     """
 
     name: str
@@ -69,6 +73,8 @@ class Log:
     current: FloatArray | None = None
     notes: tuple[str, ...] = ()
     mapped: bool = False
+    temp: FloatArray | None = None
+    qs: FloatArray | None = None
 
 
 def read_log(
@@ -83,9 +89,10 @@ def read_log(
     """Read a log from a CSV, Parquet, NPZ or MCAP file, or from a ROS 2 bag.
 
     CSV and Parquet have the columns t, q1.., optional qd1.., tau1.., or those of a recorder
-    (panda_joint1_position, pos_1, time), which are matched by name; all others are ignored. NPZ
-    has the arrays t (N,), q, tau and optional qd (N, n), of any float or integer type; (N,) will
-    do for q, qd and tau of a single joint. MCAP files and bags have messages
+    (panda_joint1_position, pos_1, time), which are matched by name; all others are ignored. Some
+    joints may have temp1.. (deg C) and qs1.. (a second encoder) besides. NPZ
+    has the arrays t (N,), q, tau and optional qd, temp, qs (N, n), of any float or integer type;
+    (N,) will do for q, qd and tau of a single joint. MCAP files and bags have messages
     sensor_msgs/msg/JointState, whose effort is tau.
 
     Args:
@@ -137,6 +144,8 @@ def make_log(
     sigma: Sequence[int] | None = None,
     current: npt.ArrayLike | None = None,
     drive: Drive | None = None,
+    temp: npt.ArrayLike | None = None,
+    qs: npt.ArrayLike | None = None,
 ) -> Log:
     """Make a log of arrays, with the same checks as a file gets. The arrays are copied.
 
@@ -150,14 +159,18 @@ def make_log(
         sigma: (n,) types of the movable joints (0 revolute, 1 prismatic); None for all revolute.
         current: (N, n) motor currents in A, or None.
         drive: gears and motors of the robot; the log is mapped to the joint side.
+        temp: (N, n) temperatures, deg C, NaN on joints without, or None.
+        qs: (N, n) positions of links in rad (m), NaN on joints without, or None.
 
     Raises:
         LogError: fewer than 10 samples, shapes that differ, a value that is not a finite number,
             time that does not increase, another number of joints than n, or degrees for radians.
     """
     try:
-        speed, torque, motor = (None if a is None else np.asarray(a) for a in (qd, tau, current))
-        raw = Raw(np.asarray(t), np.asarray(q), speed, torque, motor)
+        speed, torque, motor, warm, link = (
+            None if a is None else np.asarray(a) for a in (qd, tau, current, temp, qs)
+        )
+        raw = Raw(np.asarray(t), np.asarray(q), speed, torque, motor, temp=warm, qs=link)
     except ValueError as error:
         raise LogError(one_line(f"{name}: {error}; accepted: {KEYS}")) from error
     return checked(name, name, raw, n, sigma, drive)
@@ -178,13 +191,20 @@ def cut(log: Log, start: float | None, until: float | None) -> Log:
         what = f"{len(inside)} samples lie between {low:g} s and {high:g} s; {have}"
         refuse(log.name, what, f"a span with at least {MIN_SAMPLES} samples")
     span = slice(int(inside[0]), int(inside[-1]) + 1)
-    t = read_only(log.t[span])
-    q, qd, tau, current = (
-        None if a is None else read_only(a[span]) for a in (log.q, log.qd, log.tau, log.current)
-    )
-    assert q is not None
-    note = f"{log.name}: cut to t = {t[0]:.6g} s to {t[-1]:.6g} s, {len(t)} of {len(log.t)} samples"
-    return replace(log, t=t, q=q, qd=qd, tau=tau, current=current, notes=(*log.notes, note))
+    out = rows(log, span)
+    ends = f"t = {out.t[0]:.6g} s to {out.t[-1]:.6g} s"
+    note = f"{log.name}: cut to {ends}, {len(out.t)} of {len(log.t)} samples"
+    return replace(out, notes=(*log.notes, note))
+
+
+def rows(log: Log, chosen: slice | npt.NDArray[np.bool_]) -> Log:
+    """Return some rows of a log."""
+    arrays: dict[str, Any] = {
+        key: read_only(getattr(log, key)[chosen])
+        for key in ("t", "q", "qd", "tau", "current", "temp", "qs")
+        if getattr(log, key) is not None
+    }
+    return replace(log, **arrays)
 
 
 def checked(
@@ -228,17 +248,24 @@ def checked(
     joints = q.shape[1]
     if n is not None and joints != n:
         refuse(file, *another_number(joints, n, names))
-    for role, array in (("qd", qd), ("tau", tau), ("i", current)):
+    temp, qs = (
+        None if array is None else _matrix(file, role, array, len(t))
+        for role, array in (("temp", raw.temp), ("qs", raw.qs))
+    )
+    columns = (("qd", qd), ("tau", tau), ("i", current), ("temp", temp), ("qs", qs))
+    for role, array in columns:
         if array is not None and array.shape[1] != joints:
             what = f"columns of q: {joints}, of {role}: {array.shape[1]}"
-            refuse(file, what, "as many of q and tau, and of qd when there is any")
+            refuse(file, what, "as many of q and tau, and of what else there is")
     _require_finite(file, "t", t[:, None], t)
     for role, array in (("q", q), ("qd", qd), ("tau", tau), ("i", current)):
         if array is not None:
             _require_finite(file, role, array, t)
     _require_increasing(file, t)
     revolute = [j for j in range(joints) if sigma is None or sigma[j] != PRISMATIC]
-    log = Log(name, t, q, qd, tau, raw.ignored, current, raw.notes)
+    warm = None if temp is None else temperatures(file, t, temp)
+    link = None if qs is None else links(file, qs)
+    log = Log(name, t, q, qd, tau, raw.ignored, current, raw.notes, temp=warm, qs=link)
     log = log if drive is None else joint_side(log, drive)
     _require_radians(file, t, log.q, None if poses else log.qd, revolute)
     return log

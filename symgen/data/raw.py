@@ -15,13 +15,18 @@ from symgen.errors import LogError, plain
 
 FloatArray = npt.NDArray[np.float64]
 
-#: Names of columns: t, q1.., qd1.., tau1.., i1..
-NUMBERED = re.compile(r"(qd|q|tau|i)(0|[1-9][0-9]*)")
-ROLES = ("t", "q", "qd", "tau", "i")
+#: Names of columns: t, q1.., qd1.., tau1.., i1..; and those that some joints alone may have.
+NUMBERED = re.compile(r"(qd|qs|q|tau|i|temp)(0|[1-9][0-9]*)")
+ROLES = ("t", "q", "qd", "tau", "i", "temp", "qs")
+#: What is measured beside the motion: temperatures, and positions behind an elastic joint.
+BESIDE = ("temp", "qs")
 #: What a file may unpack to: bytes, and times its size on the disk.
 _UNPACKED, _PACKING = 256 << 20, 20
 MASKS = ("rest", "saturation")
-_ROLES = "t, q1.., qd1.., tau1.., i1.. (t, q, qd, tau, i for NPZ; q, qd, tau, i for a bag)"
+_ROLES = (
+    "t, q1.., qd1.., tau1.., i1.., temp1.., qs1.. (t, q, qd, tau, i, temp, qs for NPZ; q, qd, tau, "
+    "i for a bag)"
+)
 
 
 @dataclass(frozen=True)
@@ -80,7 +85,8 @@ class Reading:
 class Raw:
     """What a file held. Arrays as in the file; tau or i is None where there is none.
 
-    `notes` says what was done to read it. What a terminal will show is plain text.
+    `temp` and `qs` are (N, n) with NaN on joints that have none. `notes` says what was done to read
+    it. What a terminal will show is plain text.
     """
 
     t: npt.NDArray[Any]
@@ -90,6 +96,8 @@ class Raw:
     i: npt.NDArray[Any] | None = None
     ignored: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    temp: npt.NDArray[Any] | None = None
+    qs: npt.NDArray[Any] | None = None
 
     def __post_init__(self) -> None:
         """Make names of the file plain."""

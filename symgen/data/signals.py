@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symgen.data.bandwidth import HIGHEST, motion_bandwidth
+from symgen.data.beside import links_at, temperatures_at
 from symgen.data.convolution import (
     CARDINAL,
     cardinal_slope,
@@ -62,6 +63,8 @@ class Samples:
         velocity_derived: whether qd was missing and is the derivative of q.
         mask: the samples that no equation may touch; None for none.
         piece: whether it was cut out of a longer log, and stands for it.
+        temp: (N, n) temperatures of joints or motors, deg C, NaN on joints without; or None.
+        qs: (N, n) positions of links in rad (m), NaN on joints without a second encoder; or None.
     """
 
     name: str
@@ -75,10 +78,13 @@ class Samples:
     velocity_derived: bool = False
     mask: Mask | None = None
     piece: bool = False
+    temp: FloatArray | None = None
+    qs: FloatArray | None = None
 
     def cut(self, span: slice) -> Samples:
         """Return some of the samples."""
-        arrays = {key: getattr(self, key)[span] for key in ("t", "q", "qd", "tau")}
+        keys = ("t", "q", "qd", "tau", "temp", "qs")
+        arrays = {key: getattr(self, key)[span] for key in keys if getattr(self, key) is not None}
         return replace(self, mask=None if self.mask is None else self.mask.cut(span), **arrays)
 
 
@@ -128,12 +134,14 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
     """
     t, q, qd, tau, step, notes = _evenly(log, clock)
     derived = qd is None
+    temp, qs = temperatures_at(log.t, log.temp, t), links_at(log.t, log.qs, t)
     if qd is None:
         slow = lowpass(q, step, _SLOW) if can_filter(_SLOW, step) else q
         qd = differentiate(slow, step)
         notes.append(f"{log.name}: qd is missing and is derived from q")
     t, q, qd, tau = map(read_only, (t, q, qd, tau))
-    return Samples(log.name, t, q, qd, tau, step, None, tuple(notes), derived)
+    words = tuple(notes)
+    return Samples(log.name, t, q, qd, tau, step, None, words, derived, temp=temp, qs=qs)
 
 
 def _evenly(

@@ -11,7 +11,17 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from symgen.data.raw import NUMBERED, ROLES, FloatArray, Raw, one_line, refuse, require_size
+from symgen.data.beside import spread
+from symgen.data.raw import (
+    BESIDE,
+    NUMBERED,
+    ROLES,
+    FloatArray,
+    Raw,
+    one_line,
+    refuse,
+    require_size,
+)
 from symgen.data.recorders import matched
 from symgen.data.stored import stored_arrays
 from symgen.errors import LogError
@@ -200,7 +210,7 @@ def _groups(
     name, count = Counter(named).most_common(1)[0] if named else ("", 0)
     if count > 1:
         refuse(path, f"the column {name} occurs {count} times", "each column once")
-    numbers: dict[str, list[int]] = {"q": [], "qd": [], "tau": [], "i": []}
+    numbers: dict[str, list[int]] = {role: [] for role in ("q", "qd", "tau", "i", *BESIDE)}
     for name in named:
         if match := NUMBERED.fullmatch(name):
             numbers[match[1]].append(int(match[2]))
@@ -216,7 +226,9 @@ def _groups(
     groups = {"t": [] if poses else ["t"]}
     for role in numbers:
         have = sorted(numbers[role])
-        if have != list(range(1, len(have) + 1)):
+        if role in BESIDE:  # some joints have it
+            have = [number for number in have if 1 <= number <= len(numbers["q"])]
+        elif have != list(range(1, len(have) + 1)):
             gap = ", ".join(f"{role}{number}" for number in have)
             refuse(path, f"the columns {gap} are not numbered 1, 2, .. without gaps", COLUMNS)
         groups[role] = [f"{role}{number}" for number in have]
@@ -242,6 +254,7 @@ def _from_columns(
     used = {name for group in groups.values() for name in group}
     q = stack("q")
     assert q is not None  # _groups has seen to it
+    beside = {role: spread(stack(role), groups.get(role, ()), q.shape[1]) for role in BESIDE}
     return Raw(
         t=table["t"].to_numpy() if groups["t"] else np.arange(len(q)),
         q=q,
@@ -250,6 +263,7 @@ def _from_columns(
         i=stack("i"),
         ignored=tuple(name for name in names if name not in used),
         notes=notes,
+        **beside,
     )
 
 
@@ -264,7 +278,7 @@ def read_npz(
     """Read what numpy.savez wrote; arguments and errors as for `read_csv`."""
     if not zipfile.is_zipfile(path):
         refuse(path, "is not an NPZ archive", f"what numpy.savez writes, with {KEYS}")
-    roles = (*(() if poses else ("t",)), "q", "qd", "tau", *(("i",) if currents else ()))
+    roles = (*(() if poses else ("t",)), "q", "qd", "tau", *(("i",) if currents else ()), *BESIDE)
     for ours, theirs in columns.items():
         if ours not in ROLES:
             refuse(path, f"--columns {ours}={theirs}: an NPZ has one array for all joints", KEYS)
@@ -299,6 +313,9 @@ def read_npz(
         arrays.get("tau"),
         arrays.get("i"),
         tuple(key for key in keys if key not in used),
+        (),
+        arrays.get("temp"),
+        arrays.get("qs"),
     )
 
 

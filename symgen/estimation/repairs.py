@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.data.log import Log
+from symgen.data.log import Log, rows
 from symgen.data.mask import Bools, spans
 from symgen.data.raw import read_only
 from symgen.data.signals import GAP, STEP_TOLERANCE
@@ -81,7 +81,7 @@ def repaired(log: Log, sigma: Sequence[int]) -> tuple[Log, tuple[Repair, ...]]:
     ticks = np.arange(len(log.t), dtype=float)
     repeats = repeated_rows(log)
     if repeats.any():
-        log, ticks = _where(log, ~repeats), ticks[~repeats]
+        log, ticks = rows(log, ~repeats), ticks[~repeats]
         count = int(repeats.sum())
         done.append(Repair(log.name, "all", "rows that repeat the one before", count, "dropped"))
     log, found = _turned_back(log, sigma)
@@ -93,16 +93,6 @@ def repaired(log: Log, sigma: Sequence[int]) -> tuple[Log, tuple[Repair, ...]]:
     done += _coarse(log)
     log, found = _on_its_clock(log, ticks)
     return log, (*done, *found)
-
-
-def _where(log: Log, chosen: Bools) -> Log:
-    """Return the chosen rows of a log."""
-    arrays: dict[str, Any] = {
-        key: read_only(getattr(log, key)[chosen])
-        for key in ("t", "q", "qd", "tau", "current")
-        if getattr(log, key) is not None
-    }
-    return replace(log, **arrays)
 
 
 def repeated_rows(log: Log) -> Bools:
@@ -276,10 +266,10 @@ def _on_its_clock(log: Log, ticks: FloatArray) -> tuple[Log, list[Repair]]:
         return log, []
     disagree = _disagreement(log)
     own = disagree(t)
-    rows = np.arange(len(t), dtype=float)
+    numbers = np.arange(len(t), dtype=float)
     whole = np.concatenate([[0.0], np.cumsum(np.maximum(np.round(steps / median), 1.0))])
     best, least = t, _CLOCK * own
-    for index in (ticks, rows, whole):
+    for index in (ticks, numbers, whole):
         clock = _line(index, t)
         if np.diff(clock).min() <= 0:
             continue
