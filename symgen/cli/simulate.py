@@ -9,6 +9,7 @@ import click
 
 from symgen.cli.progress import meter, say
 from symgen.cli.reading import recording_options, robot_names
+from symgen.errors import ParameterError
 from symgen.report.terminal import print_simulation
 
 if TYPE_CHECKING:
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 @click.option("--trajectory", help="CSV with t, q1.. to follow; default a Fourier series.")
 @click.option("--torque", help="CSV with t, tau1.. to play instead of a controller.")
 @click.option("--hold", is_flag=True, help="Hold each of these torques until the next stamp.")
+@click.option(
+    "--temperature", help="START,END,SECONDS: temp1.. in the log, deg C, and how fast they change."
+)
 @recording_options
 @click.option("--duration", default=20.0, show_default=True, help="Of the Fourier series, s.")
 @click.option("--runs", default=1, show_default=True, help="Logs: LOG_1.csv and so on.")
@@ -32,6 +36,7 @@ def simulate(
     trajectory: str | None,
     torque: str | None,
     hold: bool,
+    temperature: str | None,
     recording: Recording,
     duration: float,
     runs: int,
@@ -53,6 +58,7 @@ def simulate(
             torque=torque,
             hold=hold,
             recording=recording,
+            temperature=None if temperature is None else _course(temperature),
             duration=duration,
             runs=runs,
             seed=seed,
@@ -63,3 +69,14 @@ def simulate(
     print_simulation(done)
     click.echo(f"written: {', '.join(map(str, log_paths(into, runs)))}")
     return 0
+
+
+def _course(text: str) -> tuple[float, float, float]:
+    """Return temperatures at the start and in the end, and the time constant."""
+    parts = text.split(",")
+    try:
+        start, end, seconds = map(float, parts)
+    except ValueError as error:
+        accepted = "accepted: START,END in deg C and SECONDS, such as 25,45,60"
+        raise ParameterError(f"--temperature {text[:40]!r}; {accepted}") from error
+    return start, end, seconds

@@ -65,6 +65,7 @@ class Samples:
         piece: whether it was cut out of a longer log, and stands for it.
         temp: (N, n) temperatures of joints or motors, deg C, NaN on joints without; or None.
         qs: (N, n) positions of links in rad (m), NaN on joints without a second encoder; or None.
+        beside: (N, n) what was taken off the measured torque and is no part of the model; or None.
     """
 
     name: str
@@ -80,10 +81,11 @@ class Samples:
     piece: bool = False
     temp: FloatArray | None = None
     qs: FloatArray | None = None
+    beside: FloatArray | None = None
 
     def cut(self, span: slice) -> Samples:
         """Return some of the samples."""
-        keys = ("t", "q", "qd", "tau", "temp", "qs")
+        keys = ("t", "q", "qd", "tau", "temp", "qs", "beside")
         arrays = {key: getattr(self, key)[span] for key in keys if getattr(self, key) is not None}
         return replace(self, mask=None if self.mask is None else self.mask.cut(span), **arrays)
 

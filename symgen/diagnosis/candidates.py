@@ -60,8 +60,9 @@ class Candidate:
 
     @property
     def complexity(self) -> int:
-        """How many numbers it brings."""
-        return self.size + len(self.constants)
+        """How many numbers it brings; a mean of the logs is none."""
+        given = sum(s.scale == "mean temp" for s in self.definition.nonlinear.values())
+        return self.size + len(self.constants) - given
 
     @property
     def smooth(self) -> bool:
@@ -113,6 +114,8 @@ def candidates(
                 joint = robot.movable[position]
                 if (definition.name, joint.number) in own:
                     continue
+                if not _measured(definition, evidence, position):
+                    continue
                 searches = definition.nonlinear
                 if any(search.scale == "gear" for search in searches.values()):
                     searches = _geared(searches, robot, position)
@@ -132,7 +135,15 @@ def _declared(robot: Robot, definition: Definition, position: int) -> bool:
         return definition.native in joint.friction
     if definition.native == "rotor":
         return joint.rotor_inertia
-    return any(e.name == definition.name and joint.number in e.joints for e in robot.effects)
+    known = {(e.name, e.joint) for e in robot.on_logs}
+    known |= {(e.name, j) for e in robot.effects for j in e.joints}
+    return (definition.name, joint.number) in known
+
+
+def _measured(definition: Definition, evidence: Evidence, position: int) -> bool:
+    """Whether all logs have what an effect reads beside the motion of a joint."""
+    found = [getattr(s.log.samples, role) for s in evidence.scenes for role in definition.reads]
+    return all(x is not None and np.isfinite(x[:, position]).all() for x in found)
 
 
 def _sought(robot: Robot, sought: Sought, evidence: Evidence) -> Iterator[Candidate]:
@@ -205,6 +216,7 @@ def single(
 
     def columns(s: Scene, torques: Torques) -> Columns:
         variables = {"q": s.q, "qd": s.qd, "qdd": s.qdd, "taur": torques.load}
+        variables |= {role: getattr(s.log.samples, role) for role in definition.reads}
         inputs = {letter: [x[:, j] for j in sees] for letter, x in variables.items()}
         out = torque({**inputs, "c": values})
         shape = (len(s.t),)
@@ -235,12 +247,22 @@ def grid(
     """Yield the values of constants that are tried, in the units of the joint."""
     axes = []
     for search in searches.values():
+        if search.scale == "mean temp":
+            axes.append([_mean_temperature(evidence, position)])
+            continue
         unit = _unit(search, evidence, position, sigma)
         spaced = np.geomspace if search.by_ratio else np.linspace
         values = spaced(search.low, search.high, search.count) * unit
         axes.append([float(v) for v in values])
     for point in itertools.product(*axes):
         yield dict(zip(searches, point, strict=True))
+
+
+def _mean_temperature(evidence: Evidence, position: int) -> float:
+    """Return the mean temperature of a joint over the logs, to 0.1 deg C."""
+    measured = [s.log.samples.temp for s in evidence.scenes]
+    own = np.concatenate([x[:, position] for x in measured if x is not None])
+    return round(float(np.mean(own)), 1)
 
 
 def _geared(searches: Mapping[str, Search], robot: Robot, position: int) -> Mapping[str, Search]:

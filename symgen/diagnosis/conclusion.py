@@ -24,7 +24,7 @@ from symgen.diagnosis.evidence import (
     ratio,
     regressor,
 )
-from symgen.diagnosis.extend import extended
+from symgen.diagnosis.extend import extended, with_values
 from symgen.diagnosis.floor import at_rest, noise_floor
 from symgen.diagnosis.found import coefficients, found_effects, numbers
 from symgen.diagnosis.given import changed
@@ -98,6 +98,7 @@ def conclude(study: Study, selection: Selection, notes: tuple[str, ...]) -> Diag
         X = changed(study.evaluator.model, study.X, model, added)
         names_, std = model.base.names, np.full(len(X), np.nan)
     units = [p.unit for p in model.base.parameters]
+    robot = with_values(robot, found)
     return Diagnosis(
         robot=study.robot.name,
         verdict=verdict,

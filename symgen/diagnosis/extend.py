@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 import sympy as sp
 
 from symgen import names
+from symgen.diagnosis.diagnosis import FoundEffect
 from symgen.errors import ParameterError
 from symgen.robot.effect import (
     Definition,
@@ -20,6 +21,7 @@ from symgen.robot.effect import (
     variables,
 )
 from symgen.robot.expressions import exact
+from symgen.robot.log_effect import LogEffect
 from symgen.robot.types import Coupling, Joint, Robot
 
 #: What robot.toml declares by its own words.
@@ -69,6 +71,21 @@ def extended(
         effect = of_library(definition, joint.number, joint.sigma, rounded)
     out = replace(robot, effects=(*robot.effects, effect))
     return _with_friction(out, joint.number, "offset") if definition.offset else out
+
+
+def with_values(robot: Robot, effects: Sequence[FoundEffect]) -> Robot:
+    """Return the robot with the found effects that are taken off logs, with six digits each."""
+    known = list(robot.on_logs)
+    for e in effects:
+        d = definitions().get(e.name)
+        if d is None or not d.reads:
+            continue
+        (joint,) = e.joints
+        found = {p.name: p.value for p in e.parameters}
+        names_ = (*d.linear, *d.nonlinear)
+        values = tuple((name, _rounded(found[d.named(name, joint)])) for name in names_)
+        known.append(LogEffect(e.name, joint, values))
+    return replace(robot, on_logs=tuple(known))
 
 
 def with_effect(robot: Robot, text: str) -> Robot:

@@ -88,7 +88,7 @@ def found_effects(
                     (s.candidate.name, numbers(study.robot, s.candidate)) for s in alike
                 ),
                 separate=d.separate if alike else "",
-                declared=score in declared,
+                declared=score in declared or bool(d.reads),
             )
         )
     return tuple(out)

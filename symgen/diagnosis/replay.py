@@ -91,8 +91,10 @@ def replayed(diagnosis: Diagnosis, extended: Model) -> Replay:
     """
     if diagnosis.verdict == "bad-measurement":
         raise ParameterError("the measurement is wrong")
-    left_out = tuple(dict.fromkeys(e.name for e in diagnosis.effects if not e.declared))
-    if diagnosis.effects and not any(e.declared for e in diagnosis.effects):
+    beside = {e.name for e in diagnosis.extended.on_logs}
+    moving = [e for e in diagnosis.effects if e.declared and e.name not in beside]
+    left_out = tuple(dict.fromkeys(e.name for e in diagnosis.effects if e not in moving))
+    if diagnosis.effects and not moving:
         raise ParameterError(f"the extended robot is without {', '.join(left_out)}")
     declared = diagnosis.declared
     if declared is None:

@@ -154,7 +154,9 @@ def judge(evidence: Evidence, candidate: Candidate, columns: Columns, tried: int
 def _fault(evidence: Evidence, score: Score, p: Projection, tried: int) -> str:
     if score.gain < GAIN:
         return f"it explains {100 * score.gain:.2g} % of the residual's square; needed: 2 %"
-    least = {"linear": 0.0, "model": _MODEL, "log": _CHAIN}[score.candidate.definition.kind]
+    definition = score.candidate.definition
+    least = {"linear": 0.0, "model": _MODEL, "log": _CHAIN}[definition.kind]
+    least = 0.0 if definition.reads else least  # physics with a measurement of its own
     if score.gain < least:
         explains = f"it explains {100 * score.gain:.2g} % of the residual's square"
         return f"{explains}; needed: {100 * least:.2g} %"
@@ -163,7 +165,6 @@ def _fault(evidence: Evidence, score: Score, p: Projection, tried: int) -> str:
         return f"it closes {share:.2g} % of the whole gap; needed: 5 %"
     if score.p_value * tried > _SIGNIFICANCE:
         return f"not significant: p = {score.p_value:.2g}, {tried} candidates were tried"
-    definition = score.candidate.definition
     known = np.flatnonzero(p.known[: len(definition.linear)])
     named, std = score.coefficients[known], score.std[known]
     signed = definition.sign == "positive" and not score.candidate.change

@@ -80,9 +80,18 @@ def tie(effect: FoundEffect) -> str:
 def undeclared(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Return a line on the effects that no robot file declares, or nothing."""
     left = dict.fromkeys(e.name for e in diagnosis.effects if not e.declared)
-    if not left:
-        return ()
-    return (f"robot.toml and its C do not hold what samples alone show: {', '.join(left)}",)
+    known = definitions()
+    beside = dict.fromkeys(
+        e.name for e in diagnosis.effects if e.name in known and known[e.name].reads
+    )
+    out = []
+    if left:
+        out.append(f"robot.toml and its C do not hold what samples alone show: {', '.join(left)}")
+    if beside:
+        out.append(
+            f"robot.toml takes {', '.join(beside)} off the torques of each log; its C is without"
+        )
+    return tuple(out)
 
 
 def told_once(effects: Sequence[FoundEffect]) -> tuple[str, ...]:

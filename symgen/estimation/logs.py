@@ -15,6 +15,7 @@ from symgen.data.raw import Reading, refuse
 from symgen.data.signals import Samples, sampled
 from symgen.errors import LogError
 from symgen.estimation.band import LOWEST, comparison_band
+from symgen.estimation.beside_model import without_beside
 from symgen.estimation.log_checks import masked_faults
 from symgen.estimation.masking import masked
 from symgen.estimation.repairs import Repair, repaired
@@ -115,8 +116,8 @@ def open_samples(
         clock: of the log that this one is a chunk of, see `sampled`.
 
     Raises:
-        LogError: `open_log` or `sampled` refuse the log, its rate is below 4 Hz, or a joint has
-            next to nothing left.
+        LogError: `open_log` or `sampled` refuse the log, its rate is below 4 Hz, a joint has next
+            to nothing left, or a column is missing that an effect of the robot reads.
     """
     reading = reading or Reading()
     log, repairs = repaired(open_log(source, robot, reading), robot.sigma)
@@ -125,7 +126,7 @@ def open_samples(
     samples, masked_too = masked_faults(log, samples) if mask_faults else (samples, ())
     if reading.mask:
         samples = masked(samples, log, robot, reading.mask)
-    return samples, (*repairs, *masked_too)
+    return without_beside(samples, robot), (*repairs, *masked_too)
 
 
 def open_logs(

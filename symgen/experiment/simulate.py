@@ -21,6 +21,7 @@ from symgen.experiment.plant import KERNELS, Plant, plant, without_dry
 from symgen.experiment.recording import Recording
 from symgen.experiment.reference import Reference, from_log, reference_of, torques_of
 from symgen.experiment.simulation import Simulation
+from symgen.experiment.warming import warmed
 from symgen.identification.parameters import base_values, read_parameters
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot, require_gravity
@@ -42,6 +43,7 @@ def simulate(
     hold: bool = False,
     recording: Recording | None = None,
     initial: tuple[ArrayLike, ArrayLike] | None = None,
+    temperature: tuple[float, float, float] | None = None,
     duration: float = 20.0,
     runs: int | range = 1,
     seed: int = 0,
@@ -69,6 +71,8 @@ def simulate(
             logs that show everything exactly.
         initial: q and qd (n,) to begin with; by default those of the reference, or of the log whose
             torques are played, or rest at 0.
+        temperature: of all joints, (a, b, T): b + (a - b) exp(-t/T) deg C at t s. The logs have
+            it, and the torques of effects that depend on it: the controller feeds these forward.
         duration: of the Fourier series, s.
         runs: how many, or the numbers of some; they differ in noise and disturbance. Run k is the
             same of however many.
@@ -89,6 +93,11 @@ def simulate(
     evaluator, X = _loaded(robot, parameters, progress)
     source = evaluator.model.robot
     made = recording or Recording()
+    if source.on_logs and (temperature is None or torque is not None):
+        raise ParameterError(
+            f"simulate: {source.name} has {source.on_logs[0].name}; accepted: a temperature "
+            "(--temperature), and no torques to play"
+        )
     follows = trajectory is not None or made.controller != Controller()
     if torque is not None and follows:
         raise ParameterError("simulate: torques and a trajectory; accepted: one of the two")
@@ -124,7 +133,10 @@ def simulate(
         tolerance,
         torque is None,
     )
-    return _run(plan, progress, meter)
+    done = _run(plan, progress, meter)
+    if temperature is None:
+        return done
+    return warmed(done, source, temperature, plan.instruments, numbers, seed)
 
 
 def track(

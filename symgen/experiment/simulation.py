@@ -37,6 +37,7 @@ class Simulation:
         joints: their numbers in the robot file.
         notes: what was done, in words.
         drive: of the robot; files are on the side that it says that logs are on.
+        temp: (N, n) temperatures in the logs, deg C, or None.
     """
 
     robot: str
@@ -51,6 +52,7 @@ class Simulation:
     joints: tuple[int, ...]
     notes: tuple[str, ...] = ()
     drive: Drive | None = None
+    temp: FloatArray | None = None
 
     def __repr__(self) -> str:
         """Return robot, runs and duration."""
@@ -90,7 +92,8 @@ class Simulation:
         """
         qd = None if self.qd_log is None else self.qd_log[run]
         name = f"{self.robot} {run + 1}"
-        log = make_log(name, self.t, self.q_log[run], self.tau_log[run], qd, sigma=self.sigma)
+        q, tau = self.q_log[run], self.tau_log[run]
+        log = make_log(name, self.t, q, tau, qd, sigma=self.sigma, temp=self.temp)
         return replace(log, mapped=self.drive is not None)
 
     def files(self, into: Path) -> Iterator[tuple[Path, bytes]]:
@@ -108,7 +111,7 @@ class Simulation:
         log = Log(self.robot, self.t, self.q_log[run], qd, self.tau_log[run])
         if self.drive is not None:
             log = motor_side(log, self.drive)
-        every = {"q": log.q, "qd": log.qd, "tau": log.tau, "i": log.current}
+        every = {"q": log.q, "qd": log.qd, "tau": log.tau, "i": log.current, "temp": self.temp}
         groups: dict[str, Any] = {r: array for r, array in every.items() if array is not None}
         if suffix == ".npz":
             out = io.BytesIO()

@@ -139,10 +139,10 @@ def predict(
     seen = filtered(samples, band)
     error = fit(evaluator, [seen], X).residual
     torque = np.asarray(evaluator["inverse_dynamics"](seen.q, seen.qd, seen.qdd, X))
-    if seen.rows.cutoff is None:
-        measured = seen.tau
-    else:
-        measured, torque = (lowpass(x, seen.step, seen.rows.cutoff) for x in (seen.tau, torque))
+    beside = 0.0 if samples.beside is None else samples.beside
+    measured, torque = seen.tau + beside, torque + beside
+    if seen.rows.cutoff is not None:
+        measured, torque = (lowpass(x, seen.step, seen.rows.cutoff) for x in (measured, torque))
     kinetic, potential = evaluator["energy"](seen.q, seen.qd, X)
     return Prediction(
         source.name,

@@ -146,8 +146,14 @@ def identify(
     spread = workers is not None or scheduler is not None or work is not None
     given = listed_logs(validation)
     plain = chosen.plain and prior is None and weights is None and not motions
-    if spread or is_long([*sources, *given], plain and not source.loaded):
-        refused = {"weights": weights, "prior": prior, "commanded": motions}
+    whole = source.loaded or bool(source.on_logs)
+    if spread or is_long([*sources, *given], plain and not whole):
+        refused = {
+            "weights": weights,
+            "prior": prior,
+            "commanded": motions,
+            "effects on samples": source.on_logs,
+        }
         for name, value in refused.items():
             if value:
                 raise IdentificationError(f"{name} on a data set; accepted: none there")

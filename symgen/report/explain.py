@@ -32,6 +32,7 @@ _OVER = {
     "qd": ("qd, rad/s", 1.0),
     "qdd": ("qdd, rad/s2", 1.0),
 }
+_WARMER = 10.0  # than the mean, deg C, where a picture asks for a temperature
 Shape = tuple[str, float, float, Callable[[FloatArray], FloatArray]]
 #: Pictures of effects that are no expression in the joint's own variables: label, range, values.
 _SHAPES: dict[str, Shape] = {
@@ -95,7 +96,7 @@ def explained(name: str) -> str:
     d = known[name]
     lines = [
         ("torque on joint" if d.torque and d.name != "backlash" else "formula", _formula(d)),
-        ("kind", _KINDS[d.kind]),
+        ("kind", _KINDS[d.kind] + (f", from {', '.join(d.reads)}" if d.reads else "")),
         ("coefficients", "; ".join(_coefficient(d, key) for key in d.linear) or "none of its own"),
         ("constants", "; ".join(_constant(key, s) for key, s in d.nonlinear.items()) or "none"),
         ("pattern", d.pattern),
@@ -130,9 +131,12 @@ def curve(definition: Definition) -> tuple[str, FloatArray, FloatArray] | None:
     constants = {name: _middle(s) for name, s in definition.nonlinear.items()}
     inputs = {name: [x if name == over else np.ones_like(x)] for name in _OVER}
     with np.errstate(divide="ignore"):
+        inputs |= {role: [np.full_like(x, _WARMER)] for role in definition.reads}
+        constants |= {k: 0.0 for k, s in definition.nonlinear.items() if s.scale == "mean temp"}
         columns = tape.run(Numbers({}, FUNCTIONS), {**inputs, "c": list(constants.values())})
     y = -np.sum([np.broadcast_to(np.asarray(c, dtype=float), x.shape) for c in columns], axis=0)
     beside = ", with qd = 1" if over == "q" and _holds(definition.torque, "qd") else ""
+    beside += f", {_WARMER:g} degC above T0" if definition.reads else ""
     fixed = "".join(f", {name} = {value:.3g}" for name, value in constants.items())
     ones = " = ".join([*definition.linear, "1"])
     return f"torque over {text}{beside} ({ones}{fixed})", x, y
@@ -165,6 +169,8 @@ def _coefficient(d: Definition, key: str) -> str:
 
 
 def _constant(key: str, search: Search) -> str:
+    if search.scale == "mean temp":
+        return f"{key}: the mean temperature of the joint over the logs"
     of = {"speed": " of the joint's RMS speed", "duration": " of the log's duration"}
     part = of.get(search.scale, "")
     return f"{key}: {search.low:g} to {search.high:g}{part}, {search.count} values tried"
@@ -181,6 +187,9 @@ def _declaration(d: Definition) -> str:
         return "[payload] with joint = j, the link that carries it"
     if d.kind == "linear" and not d.torque:
         return "[[effect]] with a name, joints = [j], torque and linear of your own"
+    if d.reads:
+        values = ", ".join((*d.linear, *d.nonlinear))
+        return f'[[effect]] with name = "{d.name}", joints = [j], values = {{ .. }} of {values}'
     if not d.declarable:
         return "not declared there: symgen diagnose measures it"
     constants = ", ".join(f"{key} = {_middle(s):.3g}" for key, s in d.nonlinear.items())

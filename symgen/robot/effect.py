@@ -25,6 +25,8 @@ from symgen.robot import expressions
 
 #: What a torque of the library may depend on, of its own joint.
 OWN = ("q", "qd", "qdd", "taur")
+#: And on columns of a log beside the motion, which no kernel takes; kind log then.
+BESIDE = ("temp",)
 _POSITION = {names.REVOLUTE: "rad", names.PRISMATIC: "m"}
 _TORQUE = {names.REVOLUTE: "N m", names.PRISMATIC: "N"}
 
@@ -64,6 +66,12 @@ class Definition:
     own: bool = False
 
     @property
+    def reads(self) -> tuple[str, ...]:
+        """What of a log beside the motion its torque depends on."""
+        used = set() if self.own else set(re.findall(r"[A-Za-z]\w*", self.torque))
+        return tuple(role for role in BESIDE if role in used)
+
+    @property
     def declarable(self) -> bool:
         """Whether [[effect]] of a robot file may name it: its torque is part of the dynamics."""
         return self.kind != "log" and bool(self.torque) and not self.native
@@ -73,7 +81,7 @@ class Definition:
         scale = self.nonlinear[constant].scale if constant in self.nonlinear else ""
         per_length = "" if sigma == names.REVOLUTE else "1/m"
         units = {"speed": unit("speed", sigma), "duration": "s"}
-        units |= dict.fromkeys(("turn", "gear"), per_length)
+        units |= dict.fromkeys(("turn", "gear"), per_length) | {"mean temp": "degC"}
         return units.get(scale, "")
 
     def named(self, name: str, joint: int | str) -> str:
@@ -150,7 +158,7 @@ def definitions() -> Mapping[str, Definition]:
                 float(high),
                 int(count),
                 scale.get(key, ""),
-                by_ratio=low > 0 and scale.get(key, "turn") not in ("turn", "gear"),
+                by_ratio=low > 0 and scale.get(key, "turn") not in ("turn", "gear", "mean temp"),
             )
             for key, (low, high, count) in table.pop("nonlinear", {}).items()
         }
@@ -179,7 +187,7 @@ def numbered(definition: Definition, joint: int | str) -> str:
     """Return the torque of an effect with the joint's number at every name of its own."""
     if definition.own:
         return definition.torque
-    own = {*OWN, *definition.linear, *definition.nonlinear}
+    own = {*OWN, *BESIDE, *definition.linear, *definition.nonlinear}
     return re.sub(
         r"[A-Za-z]\w*", lambda m: f"{m[0]}{joint}" if m[0] in own else m[0], definition.torque
     )

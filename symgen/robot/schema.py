@@ -174,6 +174,7 @@ class EffectTable(_Table):
     torque: str | None = None
     linear: dict[str, Annotated[str, PlainValidator(_unit)]] = Field(default_factory=dict)
     nonlinear: dict[str, Constant] = Field(default_factory=dict)
+    values: dict[str, Scalar] = Field(default_factory=dict)
 
 
 Range = tuple[Finite, Finite]

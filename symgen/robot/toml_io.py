@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
@@ -30,6 +30,7 @@ from symgen.robot.identifiers import (
 )
 from symgen.robot.imported import FORMATS, read_text
 from symgen.robot.limits import limits_from_table
+from symgen.robot.log_effect import LogEffect, is_log_effect, read_log_effects
 from symgen.robot.sought import Sought, read_effects
 from symgen.robot.types import (
     GRAVITY_INPUT,
@@ -138,7 +139,8 @@ class _Reader:
                 self.expression(g, "robot, key 'gravity'", self.geometry)
                 for g in file.robot.gravity
             )
-        effects, sought = self.effects(file, movable)
+        sigma = {j.number: j.sigma for j in movable}
+        effects, sought = self.effects(file, sigma)
         robot = Robot(
             name=name,
             gravity=(gravity[0], gravity[1], gravity[2]),
@@ -150,6 +152,7 @@ class _Reader:
             loops=tuple(Loop(*table.cut) for table in file.loop),
             effects=effects,
             sought=sought,
+            on_logs=self.on_logs(file, sigma),
             drive=drive_from_table(file.drive, len(movable), self.fail),
         )
         try:
@@ -318,14 +321,17 @@ class _Reader:
         return tuple(found)
 
     def effects(
-        self, file: RobotFile, movable: list[Joint]
+        self, file: RobotFile, sigma: Mapping[int, int]
     ) -> tuple[tuple[Effect, ...], tuple[Sought, ...]]:
         """Return the effects of the model, and those that are to be searched."""
         found: list[Effect] = []
         sought: list[Sought] = []
-        sigma = {j.number: j.sigma for j in movable}
         for number, table in enumerate(file.effect, 1):
             place = f"effect {number}"
+            if is_log_effect(table.name):
+                continue
+            if table.values:
+                raise self.fail(f"{place}, key 'values': accepted: nonlinear, of this effect")
             for name in table.linear:
                 if not is_coefficient_name(name):
                     raise self.fail(
@@ -354,6 +360,14 @@ class _Reader:
             found += here
             sought += ranged
         return tuple(found), tuple(sought)
+
+    def on_logs(self, file: RobotFile, sigma: Mapping[int, int]) -> tuple[LogEffect, ...]:
+        """Return the effects that are taken off logs."""
+
+        def value(written: int | Decimal | str, place: str) -> sp.Expr:
+            return self.at_values(self.expression(written, place, self.geometry))
+
+        return read_log_effects(file.effect, value, sigma, self.fail)
 
     def ends(
         self, value: int | Decimal | str | tuple[int | Decimal | str, ...], place: str

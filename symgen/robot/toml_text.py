@@ -78,6 +78,10 @@ def robot_toml(robot: Robot) -> str:
                 for key, value in effect.constants
             )
             out.append(f"nonlinear = {{ {constants} }}")
+    for known in robot.on_logs:
+        out += ["", "[[effect]]", f'name = "{known.name}"', f"joints = [{known.joint}]"]
+        values = ", ".join(f"{name} = {scalar(value)}" for name, value in known.values)
+        out.append(f"values = {{ {values} }}")
     if robot.limits is not None:
         out += ["", *limits_toml(robot.limits)]
     if robot.drive is not None:

@@ -21,6 +21,7 @@ from symgen import names
 from symgen.errors import RobotError
 from symgen.files import html_table
 from symgen.robot.effect import Effect
+from symgen.robot.log_effect import LogEffect
 from symgen.robot.sought import Sought
 
 _VARIABLE = re.compile(r"q\d+")
@@ -201,7 +202,8 @@ class Robot:
     `gravity` is GRAVITY_INPUT where it comes with every call.
     `geometry` holds pairs (name, exact value); the names stay symbols in the joints' expressions.
     `payload` is the number of the joint whose link carries a load, or None. `sought` are effects to
-    be searched in logs; a robot with any has no model until they are found or left out.
+    be searched in logs; a robot with any has no model until they are found or left out. `on_logs`
+    are effects with all their values that the model is without: they are taken off logs.
     """
 
     name: str
@@ -215,6 +217,7 @@ class Robot:
     effects: tuple[Effect, ...] = ()
     sought: tuple[Sought, ...] = ()
     drive: Drive | None = None
+    on_logs: tuple[LogEffect, ...] = ()
 
     def __repr__(self) -> str:
         """Return the name and how many joints move."""

@@ -65,14 +65,15 @@ def definition_tape(definition: Definition, robot: Robot | None = None) -> Tape:
 
     Returns:
         A tape from q, qd, qdd and taur, of the joint alone or of all movable joints for an own
-        effect, and c, the constants in the order of `nonlinear`, to minus the derivative of the
-        torque by every coefficient.
+        effect, what the effect reads beside the motion, and c, the constants in the order of
+        `nonlinear`, to minus the derivative of the torque by every coefficient.
     """
+    letters = (*OWN, *definition.reads)
     numbers = [""] if robot is None else [str(j.number) for j in robot.movable]
     symbol = {
         name: sp.Symbol(name, real=True)
         for name in (
-            *(f"{letter}{number}" for letter in OWN for number in numbers),
+            *(f"{letter}{number}" for letter in letters for number in numbers),
             *definition.linear,
             *definition.nonlinear,
         )
@@ -82,7 +83,7 @@ def definition_tape(definition: Definition, robot: Robot | None = None) -> Tape:
     torque = expressions.parse(definition.torque, known, expressions.EFFECT_FUNCTIONS)
     if robot is not None:
         torque = _smooth(torque, robot)
-    inputs = [(letter, [symbol[f"{letter}{number}"] for number in numbers]) for letter in OWN]
+    inputs = [(letter, [symbol[f"{letter}{number}"] for number in numbers]) for letter in letters]
     inputs.append(("c", [symbol[name] for name in definition.nonlinear]))
     tape = TapeBuilder(known)
     variables = {s for _, group in inputs for s in group}

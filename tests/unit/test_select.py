@@ -16,8 +16,16 @@ from symgen.diagnosis.select import _worse_fold, judge, project, quick_gain
 K, N, P = 400, 2, 3
 
 
-def candidate(kind: str = "linear", sign: str = "", change: bool = False, m: int = 1) -> Any:
-    definition = SimpleNamespace(kind=kind, sign=sign, linear={f"c{k}": "" for k in range(m)})
+def candidate(
+    kind: str = "linear",
+    sign: str = "",
+    change: bool = False,
+    m: int = 1,
+    reads: tuple[str, ...] = (),
+) -> Any:
+    definition = SimpleNamespace(
+        kind=kind, sign=sign, linear={f"c{k}": "" for k in range(m)}, reads=reads
+    )
     return SimpleNamespace(definition=definition, change=change)
 
 
@@ -202,6 +210,11 @@ def test_what_belongs_to_the_chain_has_to_explain_more(parts, kind, size, says):
     score = judge(e, candidate(kind), columns, 1)
     assert says in score.fault
     assert bool(says) == bool(score.fault)
+
+
+def test_what_has_a_measurement_of_its_own_is_physics(parts):
+    e, columns = effect(0.7, parts)
+    assert judge(e, candidate("log", reads=("temp",)), columns, 1).fault == ""
 
 
 @pytest.mark.parametrize(("other", "waits"), [(1.0, False), (40.0, True)])
