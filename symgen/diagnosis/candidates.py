@@ -46,6 +46,7 @@ class Candidate:
         remake: gives the same candidate with other constants, where these can be refined.
         coefficients: name and unit of those that mean something, where not as in the library.
         change: whether it changes a declared parameter, which may grow or fall.
+        measured: whether the logs show by a measurement of its own that it is there.
     """
 
     definition: Definition
@@ -57,6 +58,7 @@ class Candidate:
     remake: Callable[[Mapping[str, float]], Candidate] | None = None
     coefficients: tuple[tuple[str, str], ...] = ()
     change: bool = False
+    measured: bool = False
 
     @property
     def complexity(self) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ _ALIKE = 0.8
 _NEARLY, _PLAIN = 0.9, 0.75
 _LEAVES = 3.0  # but it leaves at most this many times the square that the best one leaves
 _MOST = 8  # effects, or more where joints have no friction: two of each joint, and two
+_SINGLE = 0.001  # of what one test alone is made for
 _REFINED = 6  # candidates whose constants are refined before they are judged
 
 
@@ -71,7 +72,7 @@ class Search:
         self._fixed: dict[int, Columns] = {}
 
     def run(self) -> Selection:
-        accepted: list[Score] = []
+        accepted = self._measured()
         alike: dict[tuple[str, tuple[int, ...]], tuple[Score, ...]] = {}
         rejected: list[Score] = []
         seen: set[frozenset[tuple[str, tuple[int, ...]]]] = set()
@@ -101,6 +102,17 @@ class Search:
             tuple(rejected),
             len(self.pool),
         )
+
+    def _measured(self) -> list[Score]:
+        """Return what a measurement of its own shows, where the torques have it: one test each."""
+        out: list[Score] = []
+        for i, candidate in enumerate(self.pool):
+            if candidate.measured:
+                stage = self._stage(out)
+                score = judge(stage.evidence, candidate, self._columns(i, stage), 1)
+                if score.p_value < _SINGLE:
+                    out.append(replace(score, fault=""))
+        return out
 
     def _with(self, accepted: Sequence[Score]) -> Evidence:
         return self.base.with_columns(s.columns for s in accepted)
@@ -180,6 +192,8 @@ class Search:
         """Choose each effect again among all on its joints, now that the others stand beside it."""
         for at in range(len(accepted) if len(accepted) > 1 else 0):
             rest, own = accepted[:at] + accepted[at + 1 :], accepted[at]
+            if own.candidate.measured:
+                continue
             joints = own.candidate.joints
             twins = (s for r in rest for s in alike.get(r.candidate.key, ()))
             same = {s.candidate.key for s in twins if _own(s)}
@@ -204,7 +218,7 @@ class Search:
             rest = accepted[:at] + accepted[at + 1 :]
             own = accepted[at]
             again = judge(self._with(rest), own.candidate, own.columns, len(self.pool))
-            if again.fault:
+            if again.fault and not own.candidate.measured:
                 accepted = rest
             else:
                 accepted[at] = again

@@ -20,10 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
+from symgen.data.signals import differentiate
 from symgen.diagnosis.candidates import Candidate
 from symgen.diagnosis.evidence import Columns, Evidence, Scene
 from symgen.diagnosis.shapes import Torques
-from symgen.robot.effect import definitions
+from symgen.diagnosis.stiffness import deflection, stiffnesses
+from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
 from symgen.symbolic.variation import Variation, random_states, variation
 
@@ -187,11 +189,52 @@ def _slope(
     return out
 
 
-def _elastic(robot: Robot, _: Evidence) -> Iterator[Candidate]:
-    """Each joint, with a compliance between its motor, whose motion is measured, and its link."""
+def _elastic(robot: Robot, evidence: Evidence) -> Iterator[Candidate]:
+    """Each joint, with a compliance between its motor, whose motion is measured, and its link.
+
+    Where its link has an encoder, what it bends is measured, and its stiffness known apart.
+    """
     v, definition = variation(robot), definitions()["joint_elasticity"]
+    known = {s.joint: s.stiffness[0] for s in stiffnesses(evidence) if not s.fault}
     for j in range(robot.n):
-        yield Candidate(definition, (j,), partial(_bent, v, j), 1, uses_model=True)
+        if j not in known:
+            yield Candidate(definition, (j,), partial(_bent, v, j), 1, uses_model=True)
+            continue
+        joint, sigma = robot.movable[j], robot.movable[j].sigma
+        told = [(f"CE{joint.number}", unit(definition.linear["CE"], sigma))]
+        if joint.rotor_inertia:
+            told.append((f"IA{joint.number}", names.unit("IA", sigma)))
+        yield Candidate(
+            definition,
+            (j,),
+            partial(_behind, v, j, known[j], joint.rotor_inertia),
+            len(told),
+            uses_model=True,
+            coefficients=tuple(told),
+            measured=True,
+        )
+
+
+def _behind(
+    v: Variation, j: int, stiffness: float, rotor: bool, s: Scene, torques: Torques
+) -> Columns:
+    """Return K times what the links' torque changes by where joint j is as its link is.
+
+    Its coefficient is 1/K where the links move as their encoder says. A rotor that base parameters
+    join with the link moves as the motor does: the column of IA gives back what was taken with it.
+    """
+    own = np.eye(s.q.shape[1])[j]
+    bent = deflection(s, j)
+    rate = differentiate(bent, s.step)
+    along = (bent, rate, differentiate(rate, s.step))
+    state = (s.q, s.qd, s.qdd)
+    moved = [x - a[:, None] * own for x, a in zip(state, along, strict=True)]
+    change = v.torque(moved, torques.links) - v.torque(state, torques.links)
+    columns = np.zeros((*change.shape, 1 + rotor))
+    columns[:, :, 0] = stiffness * change
+    if rotor:
+        columns[:, j, 1] = along[2]
+    return _everywhere(columns)
 
 
 def _bent(v: Variation, j: int, s: Scene, torques: Torques) -> Columns:

@@ -30,6 +30,8 @@ from symgen.diagnosis.gate import (
 from symgen.diagnosis.sanity import Fault
 from symgen.diagnosis.search import Search
 from symgen.diagnosis.special import special_candidates
+from symgen.diagnosis.stiffness import NAME as STIFFNESS
+from symgen.diagnosis.stiffness import has_links, stiffnesses, with_stiffness
 from symgen.diagnosis.study import KERNELS, Study, studied
 from symgen.diagnosis.unnamed import with_unnamed
 from symgen.errors import IdentificationError, ParameterError
@@ -234,6 +236,17 @@ class _Asked:
         train, held, _ = _scenes(self.look.unmended, band)
         return plain(studied(self.evaluator, train, held, self.given), self.notes).before
 
+    @property
+    def unseen(self) -> tuple[str, ...]:
+        """What was asked for and these logs cannot show well, in words."""
+        lone = not any(has_links(self.train, j) for j in range(self.robot.n))
+        if lone and self.effects is not None and STIFFNESS in self.effects:
+            return (
+                f"{STIFFNESS}: without a second encoder (qs1.., on the link side) it shows near "
+                "its resonance alone",
+            )
+        return ()
+
     def answer(self, faults: Sequence[Fault]) -> Diagnosis:
         """Undo faults where that closes a part of the gap, and look for physics behind them."""
         study, notes = self.study, self.notes
@@ -263,7 +276,8 @@ class _Asked:
             )
         self.progress("deriving, compiling and identifying the extended model")
         rests = resting([*self.look.train, *self.look.held], self.robot)
-        whole = conclude(study, selection, (*notes, *rests))
+        whole = conclude(study, selection, (*notes, *rests, *self.unseen))
+        whole = with_stiffness(whole, self.robot, stiffnesses(study.base))
         if named or says:
             before = self.declared.before if self.raw is None else self.raw
             before = before if self.given is None else whole.before

@@ -28,7 +28,9 @@ friction = ["coulomb", "viscous"]
 """
 
 
-def log(name: str, seed: int, start: float, end: float, *, known: bool = True) -> symgen.Log:
+def log(
+    name: str, seed: int, start: float, end: float, *, known: bool = True, size: float = 1.0
+) -> symgen.Log:
     """A log of 20 s over which joint 2 warms up, or cools down, and stirs about that a little."""
     rng = np.random.default_rng(seed)
     t = np.arange(0.0, 20.0, STEP)
@@ -40,7 +42,7 @@ def log(name: str, seed: int, start: float, end: float, *, known: bool = True) -
     warm = end + (start - end) * np.exp(-t / 8) + 2 * np.sin(0.5 * t)
     tau = np.array([planar2r.inverse_dynamics(*s, X, L1) for s in zip(q, qd, qdd, strict=True)])
     tau += FS * np.sign(qd) + FV * qd
-    tau[:, 1] += (FST * np.sign(qd[:, 1]) + FVT * qd[:, 1]) * (warm - 30.0)
+    tau[:, 1] += (FST * np.sign(qd[:, 1]) + FVT * qd[:, 1]) * (size * (warm - 30.0))
     tau += 0.01 * np.std(tau, axis=0) * rng.normal(size=tau.shape)
     told = np.column_stack([np.full(len(t), np.nan), np.round(warm, 1)]) if known else None
     return symgen.make_log(name, t, q + 1e-6 * rng.normal(size=q.shape), tau, qd, temp=told)
@@ -88,6 +90,15 @@ def test_a_log_without_the_column_is_refused_in_a_line(answer, tmp_path) -> None
     parameters.write_text("[parameters]\nFS1 = 1.0\n")
     with pytest.raises(LogError, match=r"temperature_friction on joint 2.*no column temp2"):
         symgen.predict(answer.extended, log("bare", 5, 10.0, 12.0, known=False), parameters)
+
+
+def test_friction_that_does_not_follow_the_temperature_is_none_of_it() -> None:
+    found = symgen.diagnose(
+        symgen.parse_robot(ROBOT),
+        [log("train", 1, 20.0, 45.0, size=0.0)],
+        validation=[log("test", 2, 25.0, 50.0, size=0.0)],
+    )
+    assert found.verdict == "consistent"
 
 
 def test_without_temperatures_it_is_no_candidate() -> None:

@@ -1,0 +1,161 @@
+"""The stiffness of a joint whose link has an encoder of its own: the balance of its motor.
+
+    tau = K (q - qs) + D (q' - qs') + IA q'' + FS sign(q') + FV q' + OF
+
+with q on the motor's side of what bends and qs on the link's. Every column is measured and none
+holds the model of the links, so that K needs none; what a zero of an encoder is off stands in OF.
+Without qs a joint that bends shows in its torque alone, near its resonance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen import names
+from symgen.data.signals import differentiate, lowpass, white_noise
+from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
+from symgen.diagnosis.evidence import Evidence, Scene
+from symgen.diagnosis.robust import covariance
+from symgen.robot.effect import unit
+from symgen.robot.types import Robot
+
+FloatArray = NDArray[np.float64]
+NAME = "joint_elasticity"
+#: K is known where it is so many standard deviations from zero, and where the noise of q - qs in
+#: the band is at most this part of what the other columns leave of it: K falls by its square.
+_SURE, _NOISE = 5.0, 0.1
+#: Of the motion: where q - qs is larger than this, it is another gear ratio or another unit.
+_BENT = 0.25
+_EXPRESSION = "-K{0}*(q{0} - qs{0}) - D{0}*(qd{0} - qsd{0})"
+
+
+@dataclass(frozen=True)
+class Stiffness:
+    """What the second encoder of a joint shows.
+
+    Attributes:
+        joint: its position among the movable joints.
+        stiffness, damping: K and D with their standard deviations, N m/rad and N m s/rad.
+        p_value: that K is zero.
+        fault: why it is not known, or "".
+    """
+
+    joint: int
+    stiffness: tuple[float, float] = (0.0, 0.0)
+    damping: tuple[float, float] = (0.0, 0.0)
+    p_value: float = 1.0
+    fault: str = ""
+
+
+def has_links(scenes: Sequence[Scene], j: int) -> bool:
+    """Whether all logs have a second encoder on a joint."""
+    found = [s.log.samples.qs for s in scenes]
+    return all(qs is not None and bool(np.isfinite(qs[:, j]).all()) for qs in found)
+
+
+def deflection(s: Scene, j: int) -> FloatArray:
+    """Return q - qs of a joint below the cutoff of the run, (N,), rad or m; qs must be there."""
+    qs = s.log.samples.qs
+    assert qs is not None
+    x = s.log.samples.q[:, j] - qs[:, j]
+    return x if s.wide is None else lowpass(x, s.step, s.wide)
+
+
+def stiffnesses(evidence: Evidence) -> list[Stiffness]:
+    """Return what the second encoders of the logs show, joint by joint that has one."""
+    joints = [j for j in range(evidence.n) if has_links(evidence.scenes, j)]
+    return [_stiffness(evidence, j) for j in joints]
+
+
+def _stiffness(evidence: Evidence, j: int) -> Stiffness:
+    from scipy.stats import t as student
+
+    scenes, moves = evidence.scenes, evidence.moves[:, j] > 0
+    travel = max(float(np.ptp(s.q[s.kept, j])) for s in scenes)
+    bent = max(float(np.ptp(deflection(s, j)[s.kept])) for s in scenes)
+    if bent > _BENT * travel:
+        percent = 100 * bent / travel
+        return Stiffness(
+            j,
+            fault=f"q - qs spans {percent:.2g} % of the motion: another ratio or unit, no bending",
+        )
+    W = np.concatenate([_columns(s, j) for s in scenes])[moves]
+    y = np.concatenate([s.measured[:, j] for s in scenes])[moves]
+    X = np.linalg.lstsq(W / (size := np.linalg.norm(W, axis=0)), y, rcond=None)[0] / size
+    error = y - W @ X
+    sigma = float(np.sqrt(np.mean(error**2))) or 1.0
+    spread = covariance(
+        (W / size / sigma)[:, None], (error / sigma)[:, None], evidence.block[moves]
+    )
+    std = np.sqrt(np.diag(spread)) / size
+    own = W[:, 0] - W[:, 1:] @ np.linalg.lstsq(W[:, 1:], W[:, 0], rcond=None)[0]
+    noise = float(np.sqrt(np.mean([_noise(s, j) ** 2 for s in scenes])))
+    if noise > _NOISE * float(np.sqrt(np.mean(own**2))):
+        return Stiffness(j, fault="what it bends is no more than the noise of its two encoders")
+    if X[0] < _SURE * std[0]:
+        return Stiffness(j, fault="its torque does not follow what its two encoders differ by")
+    blocks = int(evidence.block.max()) + 1
+    p_value = float(2 * student.sf(X[0] / std[0], max(blocks - len(X), 1)))
+    return Stiffness(j, (float(X[0]), float(std[0])), (float(X[1]), float(std[1])), p_value)
+
+
+def _columns(s: Scene, j: int) -> FloatArray:
+    """Return the columns of the motor's balance in the band at the kept instants, (K, 6)."""
+    bent, speed = deflection(s, j), s.qd[:, j]
+    rate = differentiate(bent, s.step)
+    columns = [bent, rate, s.qdd[:, j], np.sign(speed), speed, np.ones_like(speed)]
+    return s.seen(np.column_stack(columns))
+
+
+def _noise(s: Scene, j: int) -> float:
+    """Return the standard deviation that the encoders' noise has in the band."""
+    qs = s.log.samples.qs
+    if s.band is None or s.wide is None or qs is None:
+        return 0.0
+    raw = s.log.samples.q[:, j] - qs[:, j]
+    high = (raw - deflection(s, j))[:, None]
+    white = float(white_noise(high, s.step, s.wide)[0])
+    return white * float(np.sqrt(2 * s.band * s.step))
+
+
+def with_stiffness(diagnosis: Diagnosis, robot: Robot, found: Sequence[Stiffness]) -> Diagnosis:
+    """Return a diagnosis that tells what second encoders show.
+
+    A joint that bends is named whether or not that closes a part of the gap: its stiffness is
+    measured by itself. What has been named by its torque gets the stiffness.
+    """
+    effects, notes = list(diagnosis.effects), list(diagnosis.notes)
+    known = {e.joints: k for k, e in enumerate(effects) if e.name == NAME}
+    for s in found:
+        number, sigma = robot.movable[s.joint].number, robot.movable[s.joint].sigma
+        if s.fault:
+            notes.append(f"joint {number}, second encoder: {s.fault}")
+            continue
+        parameters = (
+            FoundParameter(f"K{number}", *s.stiffness, unit("torque/position", sigma)),
+            FoundParameter(f"D{number}", *s.damping, names.unit("FV", sigma)),
+        )
+        own = FoundEffect(
+            name=NAME,
+            joints=(number,),
+            parameters=parameters,
+            expression=_EXPRESSION.format(number),
+            p_value=s.p_value,
+            gap_reduction=0.0,
+            declared=False,
+        )
+        at = known.get((number,))
+        if at is None:
+            effects.append(own)
+        else:
+            rotor = tuple(p for p in effects[at].parameters if p.name.startswith("IA"))
+            closes = effects[at].gap_reduction
+            effects[at] = replace(own, parameters=parameters + rotor, gap_reduction=closes)
+    verdict = diagnosis.verdict
+    if verdict == "consistent" and effects:
+        verdict = "explained"
+    return replace(diagnosis, effects=tuple(effects), notes=tuple(notes), verdict=verdict)
