@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.diagnosis.mended import MendedChannel
 from symgen.estimation.repairs import Repair
 from symgen.files import html_table
 from symgen.robot.types import Robot
@@ -168,6 +169,8 @@ class Diagnosis:
         parameters: base parameters of the extended robot, in the order of X.
         declared: the robot as it was declared.
         values: its base parameters X, of the model before.
+        repairs: what was mended in the logs.
+        mended: the channels that this changed most, for drawing.
     """
 
     robot: str
@@ -189,6 +192,7 @@ class Diagnosis:
     declared: Robot | None = None
     values: tuple[float, ...] = ()
     repairs: tuple[Repair, ...] = ()
+    mended: tuple[MendedChannel, ...] = ()
 
     def __repr__(self) -> str:
         """Return robot, verdict and the gap before and after."""

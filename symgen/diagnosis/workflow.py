@@ -27,6 +27,7 @@ from symgen.diagnosis.gate import (
     rivals_physics,
     with_chain,
 )
+from symgen.diagnosis.mended import MendedChannel, largest, mended_channels, undone_channels
 from symgen.diagnosis.sanity import Fault
 from symgen.diagnosis.search import Search
 from symgen.diagnosis.special import special_candidates
@@ -42,6 +43,7 @@ from symgen.estimation.logs import (
     Source,
     in_one_band,
     listed_logs,
+    open_log,
     open_logs,
     open_samples,
     require_logs,
@@ -128,7 +130,23 @@ def diagnose(
     if rivals:
         sure = [f for f in faults if not rivals_physics(f)]
         whole = _of_rivals(whole, asked.answer(sure), rivals, source)
-    return _with_left_out(replace(whole, repairs=look.repairs), source)
+    drawn = (*whole.mended, *_mended(look, source, (logs, validation), reading))
+    whole = replace(whole, repairs=look.repairs, mended=largest(drawn))
+    return _with_left_out(whole, source)
+
+
+def _mended(
+    look: _Look,
+    robot: Robot,
+    groups: tuple[Sequence[Source] | Source, ...],
+    reading: Reading | None,
+) -> tuple[MendedChannel, ...]:
+    """Return the channels of the logs that were mended, beside how they were recorded."""
+    named = {r.log for r in look.repairs}
+    sources = [s for group in groups for s in listed_logs(group)]
+    pairs = zip(sources, (*look.train, *look.held), strict=True)
+    logs = ((open_log(s, robot, reading), used) for s, used in pairs if used.name in named)
+    return mended_channels(logs, look.repairs, robot.sigma)
 
 
 def _of_rivals(
@@ -251,6 +269,7 @@ class _Asked:
         """Undo faults where that closes a part of the gap, and look for physics behind them."""
         study, notes = self.study, self.notes
         named: list[FoundEffect] = []
+        drawn: tuple[MendedChannel, ...] = ()
         says: tuple[str, ...] = ()
         closes = 0.0
         if faults:
@@ -260,6 +279,7 @@ class _Asked:
             share = closed(repaired.before, repaired.after)
             if share >= _CLOSES:
                 named, study = list(repaired.effects), fixed
+                drawn = undone_channels(self.train, train, self.robot.sigma)
                 notes += tuple(f"repaired: {f.says}" for f in faults)
                 says = tuple(f.says for f in faults if f.name not in definitions())
                 closes = share if says else 0.0
@@ -278,6 +298,7 @@ class _Asked:
         rests = resting([*self.look.train, *self.look.held], self.robot)
         whole = conclude(study, selection, (*notes, *rests, *self.unseen))
         whole = with_stiffness(whole, self.robot, stiffnesses(study.base))
+        whole = replace(whole, mended=drawn)
         if named or says:
             before = self.declared.before if self.raw is None else self.raw
             before = before if self.given is None else whole.before

@@ -103,6 +103,7 @@ def _sections(diagnosis: Diagnosis, motion: Replay | None) -> list[Section]:
         text = "Measured minus modelled torque in the motion's band, on data the search never saw."
         sections.append(drawn("What is left", text, figure))
     sections += [_gap_section(diagnosis), *_repair_sections(diagnosis)]
+    sections += _mended_sections(diagnosis)
     if diagnosis.effects:
         text = (
             "An effect is a torque on the joint. Values come from the logs, identified with all "
@@ -184,6 +185,17 @@ def _repair_sections(diagnosis: Diagnosis) -> list[Section]:
     table = Table(header, tuple(rows), ("name", "text", "words", "number", "words"))
     text = "Mended before anything else was looked for; the search went on behind it."
     return [Section("Repairs", (text,), table)]
+
+
+def _mended_sections(diagnosis: Diagnosis) -> list[Section]:
+    figure = diagnosis_plots.mended(diagnosis)
+    if figure is None:
+        return []
+    text = (
+        "Around the place where the repair changed the channel most, the largest change first; a "
+        "line that is missing is masked."
+    )
+    return [drawn("Repaired channels", text, figure)]
 
 
 def _motion_section(diagnosis: Diagnosis, motion: Replay) -> Section:

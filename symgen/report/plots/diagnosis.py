@@ -21,6 +21,7 @@ from symgen.report.plots.curves import (
     choose_log,
     curve,
     empty,
+    plain,
     styled,
 )
 
@@ -108,6 +109,31 @@ def torques(diagnosis: Diagnosis) -> Figure | None:
     figure.update_xaxes(title="time, s", row=len(diagnosis.joints), col=1)
     _choose(figure, shown, len(kinds) * len(diagnosis.joints))
     return styled(figure, "Torque", 150 + 165 * len(diagnosis.joints))
+
+
+def mended(diagnosis: Diagnosis) -> Figure | None:
+    """Draw the channels that were repaired, around the repair: as recorded and as used."""
+    from plotly.subplots import make_subplots
+
+    shown = diagnosis.mended
+    if not shown:
+        return None
+    count, height = len(shown), 150
+    titles = [f"{plain(c.channel)} of {plain(c.log)[:60]}: {plain(c.says)[:90]}" for c in shown]
+    between = 62 / (height * count) if count > 1 else 0.0
+    figure = make_subplots(count, 1, subplot_titles=titles, vertical_spacing=between)
+    figure.update_annotations(font_size=12, x=0, xanchor="left")
+    for k, c in enumerate(shown, 1):
+        for name, part, colour, width in (
+            ("as recorded", c.recorded, ORANGE, 2.5),
+            ("as repaired", c.repaired, INK, 1.0),
+        ):
+            line = {"color": colour, "width": width}
+            once = {"legendgroup": name, "showlegend": k == 1}
+            figure.add_trace(curve(part[0], part[1], name, line, **once), row=k, col=1)
+        figure.update_yaxes(title=plain(c.unit), row=k, col=1)
+    figure.update_xaxes(title="time, s", row=count, col=1)
+    return styled(figure, "Repaired channels", 150 + height * count)
 
 
 def motion(diagnosis: Diagnosis, replay: Replay) -> Figure:

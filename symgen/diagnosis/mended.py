@@ -1,0 +1,158 @@
+"""Channels as they were recorded and as they are repaired, around the repair: for pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen import names
+from symgen.data.log import Log
+from symgen.data.signals import Samples
+from symgen.diagnosis.evidence import Scene
+from symgen.estimation.repairs import LEFT, Repair
+
+FloatArray = NDArray[np.float64]
+#: Pictures at most; samples of one; of what is repaired, the part that counts as the place.
+_MOST, _POINTS, _FEWEST, _NEAR = 8, 300, 60, 0.1
+_WHOLE = 0.5  # of a log: what is repaired in more than that is shown where it is largest
+_UNITS = {
+    names.REVOLUTE: {"q": "rad", "qd": "rad/s", "tau": "N m"},
+    names.PRISMATIC: {"q": "m", "qd": "m/s", "tau": "N"},
+}
+
+
+@dataclass(frozen=True, eq=False)
+class MendedChannel:
+    """One channel around its repair.
+
+    Attributes:
+        log: its name.
+        channel: "q2", "tau1".
+        says: the fault and what was done.
+        unit: of the values.
+        recorded: t in s and values as they were recorded, (2, K).
+        repaired: t in s and values as they are used, (2, M); NaN where they are masked.
+        size: RMS of what the repair changed over the channel's spread.
+    """
+
+    log: str
+    channel: str
+    says: str
+    unit: str
+    recorded: FloatArray
+    repaired: FloatArray
+    size: float
+
+
+def mended_channels(
+    logs: Iterable[tuple[Log, Samples]], repairs: Sequence[Repair], sigma: Sequence[int]
+) -> tuple[MendedChannel, ...]:
+    """Return the channels that were repaired before the search.
+
+    Args:
+        logs: each as it was recorded, on the joint side, and as it is used.
+        repairs: what was done.
+        sigma: types of the movable joints.
+    """
+    out = []
+    for log, samples in logs:
+        for repair in repairs:
+            if repair.log == log.name and repair.done != LEFT:
+                out += list(_of_repair(log, samples, repair, sigma))
+    return tuple(out)
+
+
+def undone_channels(
+    before: Sequence[Scene], after: Sequence[Scene], sigma: Sequence[int]
+) -> tuple[MendedChannel, ...]:
+    """Return the channels in which faults were undone that the torque equations show."""
+    out = []
+    for b, a in zip(before, after, strict=True):
+        for key in ("q", "qd", "tau"):
+            for j in range(len(sigma)):
+                x, y = getattr(b, key)[:, j], getattr(a, key)[:, j]
+                if key in ("q", "tau") or np.array_equal(b.q[:, j], a.q[:, j]):
+                    says = "as the torque equations want it"
+                    pair = (b.t, x), (a.t, y)
+                    out.append(_channel(b.name, f"{key}{j + 1}", says, sigma[j], *pair))
+    return tuple(c for c in out if c is not None)
+
+
+def largest(channels: Sequence[MendedChannel]) -> tuple[MendedChannel, ...]:
+    """Return the few that changed most, the largest first, one of a channel and log."""
+    best: dict[tuple[str, str], MendedChannel] = {}
+    for c in sorted(channels, key=lambda c: -c.size):
+        best.setdefault((c.log, c.channel), c)
+    return tuple(best.values())[:_MOST]
+
+
+def _of_repair(
+    log: Log, samples: Samples, repair: Repair, sigma: Sequence[int]
+) -> Iterator[MendedChannel]:
+    key = repair.channel.rstrip("0123456789")
+    digits = repair.channel[len(key) :]
+    if key == "t":
+        return  # stamps have no other channel to be drawn over
+    keys = ("q", "qd", "tau") if key == "all" else (key,)
+    joints = [int(digits) - 1] if digits else range(len(sigma))
+    says = f"{repair.fault}, {repair.samples} samples: {repair.done}"
+    found = []
+    for own in keys:
+        recorded = getattr(log, own)
+        for j in joints if recorded is not None else ():
+            used = np.array(getattr(samples, own)[:, j])
+            if own == "tau" and samples.mask is not None:
+                used[samples.mask.joint[:, j]] = np.nan
+            pair = (log.t, recorded[:, j]), (samples.t, used)
+            found.append(_channel(log.name, f"{own}{j + 1}", says, sigma[j], *pair))
+    shown = [c for c in found if c is not None]
+    if shown:
+        yield max(shown, key=lambda c: c.size)
+
+
+def _channel(
+    log: str,
+    channel: str,
+    says: str,
+    sigma: int,
+    recorded: tuple[FloatArray, FloatArray],
+    used: tuple[FloatArray, FloatArray],
+) -> MendedChannel | None:
+    """Return a channel around where a repair changed it most; None where it did not."""
+    t, x = recorded
+    there = np.interp(t, used[0], used[1])
+    spread = float(np.std(x)) or 1.0
+    change = np.where(np.isnan(there), spread, np.abs(there - x))
+    if change.max() <= 1e-9 * spread:
+        return None
+    window = _window(t, change)
+    unit = _UNITS[sigma][channel.rstrip("0123456789")]
+    size = float(np.sqrt(np.mean(change**2))) / spread
+    parts = (_part(*recorded, *window), _part(*used, *window))
+    return MendedChannel(log, channel, says, unit, *parts, size)
+
+
+def _window(t: FloatArray, change: FloatArray) -> tuple[float, float]:
+    """Return the span of time around the largest change, s."""
+    at = int(np.argmax(change))
+    near = change > _NEAR * change[at]
+    if near.mean() > _WHOLE:
+        first, last = at - _POINTS // 2, at + _POINTS // 2
+    else:
+        still = np.flatnonzero(~near)
+        before, after = still[still < at], still[still > at]
+        first = int(before[-1]) if len(before) else 0
+        last = int(after[0]) if len(after) else len(t) - 1
+        margin = max(last - first, _FEWEST // 2)
+        first, last = first - margin, last + margin
+    return float(t[max(first, 0)]), float(t[min(last, len(t) - 1)])
+
+
+def _part(t: FloatArray, x: FloatArray, start: float, end: float) -> FloatArray:
+    """Return (2, K) of t and x within a span, at most a few hundred points."""
+    inside = np.flatnonzero((t >= start) & (t <= end))
+    every = max(1, -(-len(inside) // _POINTS))
+    return np.stack([t[inside[::every]], x[inside[::every]]])
