@@ -2,7 +2,8 @@
 
 The cache key is the digest of the sources, the compiler with its version, the flags and the Python
 that loads the module. A build happens in a folder of its own and ends in one atomic rename, so that
-two processes may build at once and a killed build leaves nothing that could be taken for a module.
+a killed build leaves nothing that could be taken for a module. One process builds a module, and
+those that want the same wait for it and load it.
 
 Loading a module runs it. So the folder is private (0700), and nothing is loaded from one that
 somebody else owns or may write; a module is a file of this user's, no link, and its name ends in
@@ -21,7 +22,6 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
-import time
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -30,10 +30,10 @@ from pathlib import Path
 from types import ModuleType
 
 from symgen.errors import BuildError, SymgenWarning
+from symgen.runtime.turns import sweep, turn
 
 _FLAGS = ("-O2", "-fPIC", "-shared", "-std=gnu11", "-fno-math-errno", "-ffp-contract=fast")
 _NATIVE = "-march=native"  # all that this machine's processor has
-_STALE_SECONDS = 3600
 _TIMEOUT_SECONDS = 300
 _PROBE_SECONDS = 20
 _ONE_LINE = b"int probe(void) { return 1; }\n"
@@ -192,6 +192,33 @@ def build_module(
         digest.update(name.encode() + b"\0" + sources[name] + b"\0")
     module = f"_symgen_{digest.hexdigest()[:32]}"
     folder = _private(cache_folder())
+    known = _kept(folder, module, suffix)
+    if known is not None:
+        return known
+    sweep(folder)
+    if _probe((*compiler.command, "-fsyntax-only", "-x", "c", "-"))[0] is None:
+        raise BuildError(_silent(compiler.command))
+    try:
+        with turn(folder, module, _TIMEOUT_SECONDS) as work:
+            known = _kept(folder, module, suffix)  # built by another process meanwhile
+            if known is not None:
+                return known
+            built = _compile(module, sources, declarations, compiler, flags, work, suffix)
+            built.chmod(0o700)
+            target = folder / f"{module}-{hashlib.sha256(built.read_bytes()).hexdigest()}{suffix}"
+            os.replace(built, target)
+    except OSError as error:
+        raise BuildError(
+            f"{folder}: the compiled model cannot be kept: {error.strerror}"
+        ) from error
+    try:
+        return _load(module, target)
+    except ImportError as error:
+        raise BuildError(f"the compiled model cannot be loaded: {error}") from error
+
+
+def _kept(folder: Path, module: str, suffix: str) -> ModuleType | None:
+    """Return a module from the cache, if it is there; what is no good is removed."""
     for known in sorted(folder.glob(f"{module}-*{suffix}")):
         if _intact(known, suffix):
             try:
@@ -199,25 +226,7 @@ def build_module(
             except ImportError:  # of another machine, say: build it again
                 pass
         known.unlink(missing_ok=True)
-    _sweep(folder)
-    if _probe((*compiler.command, "-fsyntax-only", "-x", "c", "-"))[0] is None:
-        raise BuildError(_silent(compiler.command))
-    work = Path(tempfile.mkdtemp(prefix="build-", dir=folder))
-    try:
-        built = _compile(module, sources, declarations, compiler, flags, work, suffix)
-        built.chmod(0o700)
-        target = folder / f"{module}-{hashlib.sha256(built.read_bytes()).hexdigest()}{suffix}"
-        os.replace(built, target)
-    except OSError as error:
-        raise BuildError(
-            f"{folder}: the compiled model cannot be kept: {error.strerror}"
-        ) from error
-    finally:
-        shutil.rmtree(work, ignore_errors=True)
-    try:
-        return _load(module, target)
-    except ImportError as error:
-        raise BuildError(f"the compiled model cannot be loaded: {error}") from error
+    return None
 
 
 def _intact(module: Path, suffix: str) -> bool:
@@ -356,13 +365,3 @@ def _make(folder: Path) -> None:
         if not place.exists():
             place.mkdir(mode=0o700, exist_ok=True)
     folder.mkdir(mode=0o700, exist_ok=True)
-
-
-def _sweep(folder: Path) -> None:
-    """Remove what killed builds left behind an hour ago or earlier."""
-    for leftover in folder.glob("build-*"):
-        try:
-            if time.time() - leftover.stat().st_mtime > _STALE_SECONDS:
-                shutil.rmtree(leftover, ignore_errors=True)
-        except OSError:
-            continue

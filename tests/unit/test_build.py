@@ -11,12 +11,13 @@ import sys
 import tempfile
 import time
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 import symgen
-from symgen.runtime import build, evaluator
+from symgen.runtime import build, evaluator, turns
 from symgen.runtime.build import Compiler, build_module, find_compiler, forget_compilers
 from symgen.runtime.stack import worst_case_stack
 
@@ -87,16 +88,27 @@ def modules(folder: Path) -> list[str]:
     return sorted(p.name for p in folder.glob("_symgen_*"))
 
 
-def build_elsewhere(compiler: str, *, group: bool = False) -> subprocess.Popen[str]:
+def build_elsewhere(
+    compiler: str, *, group: bool = False, before: str = ""
+) -> subprocess.Popen[str]:
     """Start a process that builds or loads the module."""
     return subprocess.Popen(
-        [sys.executable, "-c", LOAD, compiler],
+        [sys.executable, "-c", f"{before}\n{LOAD}", compiler],
         cwd=PROJECT,
         text=True,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         start_new_session=group,
     )
+
+
+def wait_for(marker: Path, job: subprocess.Popen[str]) -> None:
+    """Wait until a process has made a file."""
+    deadline = time.monotonic() + 60
+    while not marker.exists():
+        assert job.poll() is None, job.communicate()
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
 
 
 # The cache.
@@ -187,7 +199,21 @@ def test_robots_that_differ_in_one_length_do_not_share_a_module(cache):
 
 
 @needs_cc
-def test_processes_that_build_the_same_model_at_once_all_succeed(tmp_path, cache):
+def test_processes_that_want_the_same_model_wait_for_the_one_that_builds_it(tmp_path, cache):
+    # The compiler takes its time, so that all processes have asked before it ends.
+    slow = script(tmp_path / "slow-cc", f'touch "{tmp_path}/begun-$$"\nsleep 2\nexec cc "$@"')
+    jobs = [build_elsewhere(slow) for _ in range(4)]
+    answers = [job.communicate(timeout=120) for job in jobs]
+    assert [job.returncode for job in jobs] == [0] * 4, answers
+    assert {out for out, _ in answers} == {"7\n"}
+    assert len(list(tmp_path.glob("begun-*"))) == 1
+    assert [p.name for p in cache.iterdir()] == modules(cache)
+    assert len(modules(cache)) == 1
+
+
+@needs_cc
+@pytest.mark.parametrize("locks", ["none", "of another system", "held for too long"])
+def test_without_locks_processes_build_beside_each_other(locks, tmp_path, cache):
     # The compiler waits until every process has begun to compile: all builds overlap.
     slow = script(
         tmp_path / "slow-cc",
@@ -195,12 +221,70 @@ def test_processes_that_build_the_same_model_at_once_all_succeed(tmp_path, cache
         f'until [ "$(ls "{tmp_path}" | grep -c begun-)" -ge 3 ]; do sleep 0.05; done\n'
         'exec cc "$@"',
     )
-    jobs = [build_elsewhere(slow) for _ in range(3)]
+    before = {
+        "none": "turns.fcntl.flock = refused",
+        "of another system": "turns.fcntl = None",
+        "held for too long": "build.turn = lambda *a: turns.turn(*a[:2], 0.0)",
+    }[locks]
+    before = (
+        "from symgen.runtime import build, turns\n"
+        "def refused(*_): raise OSError(37, 'No locks available')\n" + before
+    )
+    jobs = [build_elsewhere(slow, before=before) for _ in range(3)]
     answers = [job.communicate(timeout=120) for job in jobs]
     assert [job.returncode for job in jobs] == [0, 0, 0], answers
     assert {out for out, _ in answers} == {"7\n"}
     assert len(modules(cache)) == 1
     assert list(cache.glob("build-*")) == []
+
+
+@needs_cc
+def test_who_waits_for_a_killed_build_builds(tmp_path, cache):
+    marker = tmp_path / "compiling"
+    stuck = script(
+        tmp_path / "a-cc",
+        f'[ -e "{marker}" ] || {{ touch "{marker}"; exec sleep 60; }}\nexec cc "$@"',
+    )
+    first = build_elsewhere(stuck, group=True)
+    wait_for(marker, first)
+    second = build_elsewhere(stuck)
+    with pytest.raises(subprocess.TimeoutExpired):
+        second.wait(3)
+    os.killpg(first.pid, signal.SIGKILL)
+    first.communicate(timeout=30)
+    out, err = second.communicate(timeout=60)
+    assert (second.returncode, out) == (0, "7\n"), err
+    assert [p.name for p in cache.iterdir()] == modules(cache)
+
+
+def test_who_holds_a_turn_is_alone_and_its_folder_is_empty_and_goes(tmp_path):
+    inside, worst, seen = 0, 0, []
+
+    def work(_: int) -> None:
+        nonlocal inside, worst
+        with turns.turn(tmp_path, "name", 60) as place:
+            inside += 1
+            worst = max(worst, inside)
+            seen.append(list(place.iterdir()))
+            (place / "file").write_text("")
+            time.sleep(0.002)
+            inside -= 1
+
+    with ThreadPoolExecutor(16) as pool:
+        list(pool.map(work, range(64)))
+    assert (worst, inside) == (1, 0)
+    assert seen == [[]] * 64
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_whose_turn_it_is_stays_however_old_it_looks(tmp_path):
+    (tmp_path / "build-file").write_text("")
+    (tmp_path / "build-link").symlink_to(tmp_path / "build-file")
+    with turns.turn(tmp_path, "name", 60) as place:
+        for path in tmp_path.iterdir():
+            os.utime(path, (time.time() - 4000,) * 2, follow_symlinks=False)
+        turns.sweep(tmp_path)
+        assert list(tmp_path.iterdir()) == [place.parent]
 
 
 @needs_cc
@@ -214,11 +298,7 @@ def test_a_killed_build_leaves_nothing_that_loads_and_the_next_one_works(when, t
     marker = tmp_path / "compiling"
     stuck = script(tmp_path / "stuck-cc", f'{write}\ntouch "{marker}"\nexec sleep 60')
     job = build_elsewhere(stuck, group=True)
-    deadline = time.monotonic() + 60
-    while not marker.exists():
-        assert job.poll() is None, job.communicate()
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+    wait_for(marker, job)
     os.killpg(job.pid, signal.SIGKILL)
     job.communicate(timeout=30)
     assert modules(cache) == []

@@ -1,0 +1,101 @@
+"""One process at a time builds a module: the others wait, and find it built.
+
+What is locked (flock) is the folder that is built in. The lock goes with the process that holds it,
+however that ends, so that a kill leaves a folder of a killed build and nothing else. Only who holds
+the lock removes the folder; who then gets the lock of a folder that is no longer there, or that
+another one has replaced, holds nothing and begins anew.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
+_ASKED_SECONDS = 0.05
+_STALE_SECONDS = 3600
+
+
+@contextmanager
+def turn(folder: Path, name: str, seconds: float) -> Iterator[Path]:
+    """Wait until no other process has the turn of a name; yield an empty folder to build in.
+
+    Where there are no locks, or after the time, the turn is taken beside the others: to build twice
+    is slow, never wrong.
+
+    Args:
+        folder: in which the folder is made, and removed in the end.
+        name: of what is built.
+        seconds: to wait.
+
+    Raises:
+        OSError: no folder can be made there.
+    """
+    place = folder / f"build-{name}"
+    until = time.monotonic() + seconds
+    while True:
+        place.mkdir(mode=0o700, exist_ok=True)
+        lock, others = _locked(place)
+        if lock is not None or not others or time.monotonic() > until:
+            break
+        time.sleep(_ASKED_SECONDS)
+    if lock is None:
+        if not others:
+            with suppress(OSError):
+                place.rmdir()
+        place = Path(tempfile.mkdtemp(prefix="build-", dir=folder))
+    try:
+        # Within: the compiler of a killed process may still be writing into the one before.
+        yield Path(tempfile.mkdtemp(dir=place))
+    finally:
+        shutil.rmtree(place, ignore_errors=True)
+        if lock is not None:
+            os.close(lock)
+
+
+def sweep(folder: Path) -> None:
+    """Remove what killed builds left behind an hour ago or earlier."""
+    for leftover in folder.glob("build-*"):
+        try:
+            if time.time() - leftover.lstat().st_mtime <= _STALE_SECONDS:
+                continue
+            if not leftover.is_dir() or leftover.is_symlink():
+                leftover.unlink()
+                continue
+            lock, others = _locked(leftover)
+            if not others:
+                shutil.rmtree(leftover, ignore_errors=True)
+            if lock is not None:
+                os.close(lock)
+        except OSError:
+            continue
+
+
+def _locked(place: Path) -> tuple[int | None, bool]:
+    """Return the descriptor of a folder that is now locked, or None and whether others hold it."""
+    if fcntl is None:
+        return None, False
+    try:
+        lock = os.open(place, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    except FileNotFoundError:  # just removed: whose turn it was has ended
+        return None, True
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        if os.path.samestat(os.fstat(lock), os.lstat(place)):
+            return lock, False
+    except (BlockingIOError, FileNotFoundError):
+        pass
+    except OSError:  # a disk without locks
+        os.close(lock)
+        return None, False
+    os.close(lock)
+    return None, True
