@@ -1,18 +1,21 @@
 """Logs as ROS messages: MCAP files and ROS 2 bags with sensor_msgs/msg/JointState.
 
-rosbags reads both, and old bags of SQLite; it is optional: `pip install 'symgen[ros]'`.
+rosbags reads both, and old bags of SQLite; it is optional: `pip install 'symgen[ros]'`. It runs in
+a process of its own, whose memory and time are bounded by the size of the file.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from symgen.data.bounded import read_bounded
 from symgen.data.columns import held_still
 from symgen.data.raw import FloatArray, Raw, Reading, one_line, refuse
 from symgen.errors import LogError, plain
@@ -52,10 +55,29 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
         currents: whether a field may hold currents (reading.columns {"i": "effort"}).
 
     Raises:
-        LogError: rosbags is missing, the bag is damaged, or its messages are not those of the
-            robot's joints.
+        LogError: rosbags is missing, the bag is damaged or takes more memory or time than it is
+            worth, or its messages are not those of the robot's joints.
     """
     fields = _fields(path, reading, currents)
+    if find_spec("rosbags") is None:
+        raise LogError(
+            f"{path}: rosbags is not installed; accepted: after pip install 'symgen[ros]'"
+        )
+    return read_bounded(read_joint_states, path, fields, reading, tuple(names))
+
+
+def read_joint_states(
+    path: Path, fields: Mapping[str, str], reading: Reading, names: Sequence[str]
+) -> Raw:
+    """Read the joint states of a bag in this process, whatever memory that takes.
+
+    Args:
+        path, reading, names: as for `read_bag`.
+        fields: the field of a message that each of our arrays comes from.
+
+    Raises:
+        LogError: as `read_bag`.
+    """
     with _opened(path, reading.topic) as (announced, messages):
         found = list(messages)
     if not found:
@@ -125,13 +147,9 @@ def _opened(path: Path, topic: str) -> Iterator[tuple[int, Iterator[_Message]]]:
     Yields:
         How many messages the bag says that it has, and the messages.
     """
-    try:
-        from rosbags.rosbag2 import Reader
-        from rosbags.typesys import Stores, get_typestore
-    except ImportError as error:
-        raise LogError(
-            f"{path}: rosbags is not installed; accepted: after pip install 'symgen[ros]'"
-        ) from error
+    from rosbags.rosbag2 import Reader
+    from rosbags.typesys import Stores, get_typestore
+
     # The definition of JointState is the same in every ROS 2, so that any store will do.
     store = get_typestore(Stores.ROS2_HUMBLE)
     try:
@@ -147,7 +165,7 @@ def _opened(path: Path, topic: str) -> Iterator[tuple[int, Iterator[_Message]]]:
             raw = (data for _, _, data in bag.messages(states))
             announced = sum(c.msgcount for c in states)
             yield announced, (_message(store.deserialize_cdr(data, _TYPE)) for data in raw)
-    except LogError:
+    except (LogError, MemoryError):
         raise
     except Exception as error:  # a damaged bag raises one of a dozen kinds
         what = f"{path}: cannot be read: {str(error)[:200] or type(error).__name__}"
