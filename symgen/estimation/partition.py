@@ -30,8 +30,9 @@ from symgen.estimation.logs import open_samples
 from symgen.estimation.recipe import Recipe
 from symgen.estimation.repairs import Repair
 from symgen.estimation.speeds import mended_speeds, shifted
-from symgen.estimation.system import Equations, windows
+from symgen.estimation.system import Equations
 from symgen.estimation.thin import ThinLog, packed_arrays, thin_log, thinned
+from symgen.estimation.windows import windows
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 

@@ -26,18 +26,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.mask import Bools, untouched
-from symgen.errors import IdentificationError
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.filtered import FilteredLog
-from symgen.estimation.integrals import POINTS, Integrals, cumulative_integral, over_windows
+from symgen.estimation.integrals import Integrals, cumulative_integral, over_windows
+from symgen.estimation.windows import Windows, chunks, placed_windows
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
 #: From q, qd, qdd (k, n) to what it gives for each sample.
 Model = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
-_OVERLAP = 10
-_CHUNK = 256  # nodes that are evaluated at once: what they give stays in a cache
-_FINE = 20  # nodes of a window, at least, where the log has so many
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,73 +115,6 @@ class LinearSystem:
         return np.concatenate([e.y for e in self.logs])
 
 
-@dataclass(frozen=True)
-class Windows:
-    """Sliding windows of a log, in nodes.
-
-    Attributes:
-        stride: samples from node to node.
-        steps: nodes of a window.
-        hop: nodes from the end of a window to that of the next.
-    """
-
-    stride: int
-    steps: int
-    hop: int
-
-    @property
-    def correlation(self) -> int:
-        """Windows that share samples."""
-        return max(1, self.steps // self.hop)
-
-    def ends(self, samples: int) -> NDArray[np.int64]:
-        """Return the nodes at which windows of a log of some samples end."""
-        return np.arange(self.steps, -(-samples // self.stride), self.hop)
-
-
-def placed_windows(log: FilteredLog, window: float) -> Windows:
-    """Place the windows of a log.
-
-    Raises:
-        IdentificationError: the window does not fit the log.
-    """
-    length = float(log.t[-1] - log.t[0])
-    if not 0 < window < length:
-        raise IdentificationError(
-            f"{log.name}: a window of {window:g} s does not fit a log of {length:.3g} s"
-        )
-    steps = max(1, round(window / log.step))
-    if abs(steps * log.step - window) > 0.5 * log.step + 1e-12:
-        raise IdentificationError(
-            f"{log.name}: a window of {window:g} s is shorter than half a sample ({log.step:g} s)"
-        )
-    return windows(log.step, log.stride, window)
-
-
-def windows(step: float, stride: int, window: float) -> Windows:
-    """Place windows, which end at every tenth part of their length.
-
-    Args:
-        step: of the log, s.
-        stride: samples from node to node, at most.
-        window: their length, s.
-    """
-    steps = max(1, round(window / step))
-    stride = min(stride, max(1, steps // _FINE))
-    nodes = max(1, round(steps / stride))
-    return Windows(stride, nodes, max(1, nodes // _OVERLAP))
-
-
-def _chunks(nodes: int, steps: int, hop: int) -> Iterator[tuple[slice, slice]]:
-    """Yield the ends of windows (numbers of nodes), and the nodes that they need."""
-    last = range(steps, nodes, hop)
-    a_chunk = max(1, max(_CHUNK, 2 * steps) // hop)
-    for first in range(0, len(last), a_chunk):
-        ends = last[first : first + a_chunk]
-        low = max(ends[0] - steps - POINTS, 0)
-        yield slice(ends[0], ends[-1] + 1, hop), slice(low, min(ends[-1] + 1 + POINTS, nodes))
-
-
 def energy_equations(evaluator: Evaluator, log: FilteredLog, window: float) -> Equations:
     """Build the energy equations of one log, in sliding windows.
 
@@ -227,7 +157,7 @@ def energy_rows(
         step: of the log, s.
     """
     parts = []
-    for ends, span in _chunks(len(q), w.steps, w.hop):
+    for ends, span in chunks(len(q), w.steps, w.hop):
         at = np.arange(ends.start, ends.stop, ends.step) - span.start
         h = evaluator.energy_regressor(q[span], qd[span])
         f = evaluator.friction_power(q[span], qd[span])
@@ -294,7 +224,7 @@ def momentum_rows(
     integrals, apart = Integrals(len(q), w.steps), w.stride * step
     kernel = evaluator["momentum_regressor"]
     filled = list(kernel.kernel.filled[1])
-    for ends, span in _chunks(len(q), w.steps, w.hop):
+    for ends, span in chunks(len(q), w.steps, w.hop):
         at = np.arange(ends.start, ends.stop, ends.step) - span.start
         p, slope = kernel(q[span], qd[span])
         count, now = p.shape[2], slice(done, done + len(at))

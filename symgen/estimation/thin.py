@@ -22,15 +22,14 @@ from symgen.estimation.recipe import Recipe
 from symgen.estimation.system import (
     Equations,
     Model,
-    Windows,
     compared_torques,
     energy_rows,
     energy_sides,
     momentum_rows,
     momentum_sides,
-    placed_windows,
     torque_sides,
 )
+from symgen.estimation.windows import Windows, placed_windows
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
