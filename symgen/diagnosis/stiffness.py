@@ -20,6 +20,7 @@ from symgen.data.signals import differentiate, lowpass, white_noise
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
 from symgen.diagnosis.evidence import Evidence, Scene
 from symgen.diagnosis.robust import covariance
+from symgen.estimation.statistics import f_tail
 from symgen.robot.effect import unit
 from symgen.robot.types import Robot
 
@@ -72,8 +73,6 @@ def stiffnesses(evidence: Evidence) -> list[Stiffness]:
 
 
 def _stiffness(evidence: Evidence, j: int) -> Stiffness:
-    from scipy.stats import t as student
-
     scenes, moves = evidence.scenes, evidence.moves[:, j] > 0
     travel = max(float(np.ptp(s.q[s.kept, j])) for s in scenes)
     bent = max(float(np.ptp(deflection(s, j)[s.kept])) for s in scenes)
@@ -99,7 +98,8 @@ def _stiffness(evidence: Evidence, j: int) -> Stiffness:
     if X[0] < _SURE * std[0]:
         return Stiffness(j, fault="its torque does not follow what its two encoders differ by")
     blocks = int(evidence.block.max()) + 1
-    p_value = float(2 * student.sf(X[0] / std[0], max(blocks - len(X), 1)))
+    ratio = max(float(X[0] / std[0]), 0.0)
+    p_value = f_tail(ratio**2, 1, max(blocks - len(X), 1))  # Student's, two-sided
     return Stiffness(j, (float(X[0]), float(std[0])), (float(X[1]), float(std[1])), p_value)
 
 
