@@ -1,0 +1,144 @@
+"""Where joints are at rest, and what equations there are worth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import symgen
+from symgen.data.mask import mean_speeds, resting, slow_speeds
+from symgen.data.signals import Samples, sampled
+from symgen.estimation.band import Band, Rests
+from symgen.estimation.filtered import filtered
+from symgen.estimation.fit import fit
+from symgen.estimation.rests import rests_of, weighed_rests
+from symgen.estimation.system import Equations, momentum_equations, torque_equations
+
+STEP = 0.004
+T = np.arange(0, 24, STEP)
+ROBOT = """
+[robot]
+name = "pendulum"
+gravity = [0.0, -9.81, 0.0]
+[[joint]]
+sigma = 0
+rotor_inertia = false
+"""
+#: ZZ, MX, MY, FS, FV of the pendulum.
+TRUE = np.array([0.8, 1.1, 0.3, 2.0, 0.7])
+
+
+def moved(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two seconds of motion, two of rest, again and again: position, and whether it rests."""
+    phase, count = np.mod(t, 4.0), np.floor(t / 4.0)
+    turned = np.minimum(phase, 2.0)
+    ends = np.array([0.0, 1.3, -0.9, 0.6, -1.5, 1.1, -0.4, 0.8])
+    k = count.astype(int)
+    s = turned / 2
+    return ends[k] + (ends[k + 1] - ends[k]) * s**3 * (10 - 15 * s + 6 * s**2), phase >= 2.0
+
+
+def log(stiction: float, noise: float = 0.0, coulomb: float = TRUE[3]) -> Samples:
+    q, rest = moved(T)
+    qd = np.gradient(q, STEP)
+    qdd = np.gradient(qd, STEP)
+    ZZ, MX, MY, _, FV = TRUE
+    gravity = 9.81 * (MX * np.cos(q) - MY * np.sin(q))
+    held = stiction * coulomb * np.sin(0.9 * np.floor(T / 4.0) + 1.0)
+    tau = ZZ * qdd + gravity + np.where(rest, held, coulomb * np.sign(qd) + FV * qd)
+    tau = tau + noise * np.random.default_rng(3).normal(size=len(T))
+    return sampled(
+        symgen.make_log("log", T, q[:, None], tau[:, None], np.where(rest, 0, qd)[:, None])
+    )
+
+
+@pytest.fixture(scope="module")
+def evaluator():
+    kernels = ("torque_regressor", "momentum_regressor", "friction_torque", "inverse_dynamics")
+    return symgen.load(symgen.derive(symgen.parse_robot(ROBOT, "pendulum"), kernels))
+
+
+def test_speeds_are_those_of_the_mean_of_a_tenth_of_a_second():
+    q = np.column_stack([3.0 * T, np.where(T < 10, 0.0, 1.0)])
+    found = mean_speeds(q, STEP)
+    np.testing.assert_allclose(found[:, 0], 3.0)
+    jump = np.flatnonzero(found[:, 1])
+    assert len(jump) * STEP == pytest.approx(0.1, abs=2 * STEP)
+    assert found[jump, 1].max() == pytest.approx(1.0 / 0.1, rel=0.05)
+
+
+def test_noise_of_an_encoder_hides_no_rest_and_a_reversal_is_none():
+    q, rest = moved(T)
+    noisy = q + 1e-4 * np.random.default_rng(0).normal(size=len(q))
+    found = resting(noisy[:, None], STEP, np.array([0.03]))[:, 0]
+    inside = rest & (np.mod(T, 4.0) > 2.1) & (np.mod(T, 4.0) < 3.9)
+    assert found[inside].all()
+    assert not found[(np.mod(T, 4.0) > 0.4) & (np.mod(T, 4.0) < 1.6)].any()
+    waves = resting(np.sin(2 * T)[:, None], STEP, np.array([0.03]))
+    assert not waves.any()
+
+
+def test_a_joint_that_is_held_never_rests():
+    slow, still = slow_speeds(np.array([2.0, 0.03, 0.5]), (0, 0, 1))
+    np.testing.assert_allclose(slow, [0.04, 0.0006, 0.01])
+    assert still.tolist() == [False, True, False]
+    q, _ = moved(T)
+    both = np.column_stack([q, 1e-3 * q])
+    known = rests_of([sampled(symgen.make_log("l", T, both, both))], (0, 0))
+    assert known is not None
+    assert known.slow[0] > 0
+    assert known.slow[1] < 0
+    assert (
+        rests_of([sampled(symgen.make_log("l", T, np.sin(T)[:, None], q[:, None]))], (0,)) is None
+    )
+
+
+@pytest.mark.parametrize(("coulomb", "low", "high"), [(0.0, 1.0, 1.0), (2.0, 1e-3, 0.1)])
+def test_the_weight_is_the_deviation_in_motion_over_that_at_rest(evaluator, coulomb, low, high):
+    samples = log(1.0, noise=0.05, coulomb=coulomb)
+    band = Band(250.0, 30.0, 4.0, "measured", rests_of([samples], (0,)))
+    found = weighed_rests(evaluator, [samples], band)
+    assert low <= found.rests.weight[0] <= high
+    assert weighed_rests(evaluator, [samples], Band(250.0, 30.0, 4.0, "measured")).rests is None
+
+
+@pytest.mark.parametrize("make", ["torque", "momentum"])
+def test_rows_that_a_rest_concerns_are_multiplied_and_no_others(evaluator, make):
+    samples = log(1.0)
+    slow = rests_of([samples], (0,)).slow
+
+    def rows(rests: Rests | None) -> Equations:
+        seen = filtered(samples, Band(250.0, 30.0, 4.0, "measured", rests))
+        if make == "torque":
+            return torque_equations(evaluator, seen)[0]
+        return momentum_equations(evaluator, seen, 0.2)[0]
+
+    plain, weighed = rows(None), rows(Rests(slow, (0.01,)))
+    assert plain.rest is None
+    share = np.where(weighed.rest, 0.01, 1.0)
+    np.testing.assert_allclose(weighed.W, plain.W * share[:, None])
+    np.testing.assert_allclose(weighed.y, plain.y * share)
+    np.testing.assert_allclose(weighed.resting(0.5).y, plain.y * np.where(weighed.rest, 0.5, 1.0))
+    reach = 0.125 if make == "torque" else 0.2  # half a period of 4 Hz; a window
+    rests = np.mod(weighed.t, 4.0) > 2.2
+    far = (np.mod(weighed.t, 4.0) > 0.3 + reach) & (np.mod(weighed.t, 4.0) < 1.7)
+    assert weighed.rest[rests].all()
+    assert not weighed.rest[far].any()
+    some = weighed.where(weighed.rest, "rest")
+    assert some.rest.all()
+    other = plain.with_sides(weighed)
+    np.testing.assert_allclose(other.y, plain.y)
+
+
+def test_what_a_model_leaves_is_told_apart_in_motion_and_at_rest(evaluator):
+    samples = log(1.0)
+    rests = Rests(rests_of([samples], (0,)).slow, (0.01,))
+    seen = filtered(samples, Band(250.0, 30.0, 4.0, "measured", rests))
+    plain = filtered(samples, Band(250.0, 30.0, 4.0, "measured"))
+    whole, all_alike = fit(evaluator, [seen], TRUE), fit(evaluator, [plain], TRUE)
+    np.testing.assert_allclose(whole.error, all_alike.error)  # weights are for fits alone
+    np.testing.assert_allclose(whole.size, all_alike.size)
+    assert whole.residual.relative > 0.1
+    assert whole.in_motion.residual.relative < 0.05
+    assert 0.3 < whole.rest[1, 0] / whole.size[0] < 0.7
+    assert not all_alike.rest.any()
