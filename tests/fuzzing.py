@@ -186,7 +186,7 @@ def read_result(path: Path) -> None:
     _finite(getattr(result, "X", None), getattr(result, "condition_number", None))
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
-        print_result(result, path)
+        print_result(result)
     out.getvalue().encode()
     if "\x1b" in out.getvalue():
         raise AssertionError("an escape in the output")

@@ -70,10 +70,10 @@ def furnish(folder: Path) -> None:
         shutil.rmtree(folder / "bag", ignore_errors=True)
     estimate = symgen.identify(folder / "arm.toml", [folder / "train.csv"],
                                validation=[folder / "test.csv"])  # fmt: skip
-    from symgen.report.content.estimate import estimate_files
+    from symgen.report.store import result_files
 
     (folder / "result").mkdir()
-    for path, content in estimate_files(estimate, robot).items():
+    for path, content in result_files(estimate, robot).items():
         (folder / "result" / path).write_bytes(content)
     (folder / "panda.urdf").write_text(gripper_arm.urdf())
     (folder / "ur5.urdf").write_text(URDF)

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from symgen.cli.progress import stages
+from symgen.report.terminal import print_content
 
 _SHOWING = {"compiling": 0.05, "(a)": 0.15, "(b)": 0.55}
 
@@ -22,11 +23,10 @@ _SHOWING = {"compiling": 0.05, "(a)": 0.15, "(b)": 0.55}
 @click.option("--runs", default=1000, show_default=True, type=click.IntRange(10, 100_000))
 def demo(into: Path, runs: int) -> int:
     """Run the example of Gautier and Khalil (1988) end to end."""
-    from symgen.report.demo import run_demo
+    from symgen.report.demo import PAGE, run_demo
 
-    blocks = []
     with stages(_SHOWING) as told:
-        for block in run_demo(into, runs, told):
-            blocks.append(block)
-    click.echo("\n".join(blocks))
+        found = run_demo(into, runs, told)
+    print_content(found)
+    click.echo(f"written: {into / PAGE}")
     return 0

@@ -9,7 +9,7 @@ import click
 
 from symgen.cli.progress import stages
 from symgen.cli.reading import listed, reading_options, robot_names
-from symgen.report.terminal import print_diagnosis
+from symgen.report.terminal import print_result
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading
@@ -59,7 +59,7 @@ def diagnose(
         )
         told("writing the page and the extended model")
         symgen.write(diagnosis, into)
-    print_diagnosis(diagnosis, into)
+    good = print_result(diagnosis)
     names = "diagnosis.json, report.html, robot.toml, parameters.toml, generated/"
     click.echo(f"written: {into} ({names})")
-    return 0 if diagnosis.verdict in ("consistent", "explained") else 1
+    return 0 if good else 1

@@ -10,7 +10,7 @@ import click
 from symgen.cli.progress import stages
 from symgen.cli.reading import reading_options
 from symgen.cli.workers import worker_options
-from symgen.report.terminal import table
+from symgen.report.terminal import print_result
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading
@@ -68,16 +68,6 @@ def fleet(
             progress=told,
         )
     files = symgen.write(found, into)
-    for note in found.notes:
-        click.echo(f"note: {note}")
-    rows = [
-        (kind, f.robot, f.since, f.says, f.effect, f"{f.p_value:.2g}")
-        for kind, findings in (("change", found.changes), ("outlier", found.outliers))
-        for f in findings
-    ]
-    if rows:
-        table(("", "robot", "since", "what", "effect", "p"), rows)
-    else:
-        click.echo("no robot changed, and none stands out")
+    steady = print_result(found)
     click.echo(f"written: {', '.join(map(str, files))}")
-    return 1 if rows else 0
+    return 0 if steady else 1

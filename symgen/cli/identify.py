@@ -11,7 +11,7 @@ import click
 from symgen.cli.progress import stages
 from symgen.cli.reading import again, diagnosing, numbers, one_of, reading_options, robot_names
 from symgen.cli.workers import worker_options
-from symgen.report.terminal import print_estimate
+from symgen.report.terminal import print_result
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading
@@ -124,8 +124,7 @@ def identify(
         files = symgen.write(estimate, into, robot=source, more=urdf)
     if kept is not None:
         shutil.rmtree(kept, ignore_errors=True)
-    print_estimate(estimate)
-    trusted = estimate.verdict == "trusted"
+    trusted = print_result(estimate)
     if model != "auto" and not trusted:
         click.echo(f"try: {again(model='auto', into=f'{into}-auto')}")
     if not trusted and any("--mask rest" in reason for reason in estimate.reasons):

@@ -9,7 +9,7 @@ import click
 
 from symgen.cli.progress import stages
 from symgen.cli.reading import reading_options, robot_names
-from symgen.report.terminal import print_payload
+from symgen.report.terminal import print_result
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading
@@ -74,6 +74,6 @@ def payload(
     if calibrate:
         gains["robot.toml"] = with_gains(symgen.read_robot(robot), found).encode()
     files = symgen.write(found, into, more=gains)
-    print_payload(found)
+    print_result(found)
     click.echo(f"written: {', '.join(map(str, files))}")
     return 0

@@ -9,7 +9,7 @@ import click
 
 from symgen.cli.progress import stages
 from symgen.cli.reading import reading_options, robot_names
-from symgen.report.terminal import print_prediction
+from symgen.report.terminal import print_result
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading
@@ -36,6 +36,6 @@ def predict(
         told("deriving and compiling the model")
         prediction = symgen.predict(robot, log, parameters, cutoff=cutoff, reading=reading)
     files = symgen.write(prediction, into)
-    print_prediction(prediction)
+    print_result(prediction)
     click.echo(f"written: {', '.join(map(str, files))}")
     return 0

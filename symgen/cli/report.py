@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from symgen.report.terminal import print_comparison, print_result
+from symgen.report.terminal import print_result
 
 
 @click.command()
@@ -21,7 +21,6 @@ def report(folder: Path, other: Path | None, into: Path | None) -> int:
     """
     import symgen
     from symgen.files import check_new, write_files
-    from symgen.identification.comparison import Comparison
     from symgen.report.store import read_result, result_page, result_robot
 
     if into is not None:
@@ -31,11 +30,7 @@ def report(folder: Path, other: Path | None, into: Path | None) -> int:
     result = read_result(folder) if other is None else symgen.compare(folder, other)
     if into is not None:
         write_files([(into, result_page(result, result_robot(folder)).encode())])
-    if isinstance(result, Comparison):
-        print_comparison(result)
-        good = result.verdict == "agree"
-    else:
-        good = print_result(result, folder)
+    good = print_result(result)
     if into is not None:
         click.echo(f"written: {into}")
     return 0 if good else 1

@@ -10,7 +10,7 @@ import click
 from symgen.cli.progress import meter, say
 from symgen.cli.reading import one_of, recording_options, robot_names
 from symgen.cli.workers import worker_options
-from symgen.report.terminal import print_study
+from symgen.report.terminal import print_result
 
 if TYPE_CHECKING:
     from symgen.experiment.recording import Recording
@@ -89,6 +89,6 @@ def study(
             meter=advance,
         )
     files = symgen.write(found, into)
-    print_study(found)
+    good = print_result(found)
     click.echo(f"written: {', '.join(map(str, files))}")
-    return 0
+    return 0 if good else 1

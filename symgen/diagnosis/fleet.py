@@ -8,7 +8,6 @@ What parameters alone do not name is put before diagnose, with the parameters th
 
 from __future__ import annotations
 
-import json
 import math
 import tempfile
 from collections.abc import Callable, Sequence
@@ -285,8 +284,3 @@ def _diagnosed(
         for e in told.effects
     ]  # fmt: skip
     return out or plain
-
-
-def fleet_json(found: Fleet) -> str:
-    """Return the text of fleet.json."""
-    return json.dumps(found.to_json(), indent=1) + "\n"

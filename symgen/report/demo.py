@@ -7,8 +7,8 @@ and says where the paper's errors fall in the distribution of seeded runs.
 from __future__ import annotations
 
 import json
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +29,9 @@ from symgen.experiment import paper
 from symgen.files import check_replaceable, write_folder
 from symgen.identification.online.identifier import Identifier
 from symgen.identification.workflow import identify
-from symgen.report.html import Banner, Section, Table, drawn, frames_section, page
+from symgen.report.content.parts import Banner, Content, Section, Table, frames_section
+from symgen.report.html import page
+from symgen.report.plots import curves as plots
 from symgen.robot.expressions import text
 from symgen.robot.toml_io import read_robot
 from symgen.runtime.evaluator import Evaluator, load
@@ -43,11 +45,12 @@ _COLUMNS = (
 _SHOWN = 16  # the first samples determine little: convergence is drawn from here on
 # Runs whose way to the result is followed, sample by sample.
 _DRAWN = {"c": 200, "casadi": 50}
-_MARKER, _PAGE = "demo.json", "demo.html"
+#: Names of the files.
+_MARKER, PAGE = "demo.json", "demo.html"
 
 
-def run_demo(folder: Path, runs: int, say: Callable[[str], None]) -> Iterator[str]:
-    """Run the example and write its page; yields blocks of text as they are ready.
+def run_demo(folder: Path, runs: int, say: Callable[[str], None]) -> Content:
+    """Run the example, write its page, and return what is said of it.
 
     Args:
         folder: gets demo.html and demo.json, whole or not at all.
@@ -58,28 +61,18 @@ def run_demo(folder: Path, runs: int, say: Callable[[str], None]) -> Iterator[st
         PackageError: the folder holds something else.
     """
     check_replaceable(folder, _MARKER)
-    begun = time.perf_counter()
     model = derive(read_robot("planar2r"))
-    derived = time.perf_counter() - begun
-    yield "Gautier and Khalil (1988), two revolute joints, gravity along z1\n"
-    yield "Canonical model, derived and proved minimal in %.0f ms" % (1e3 * derived)
+    say("compiling the model")
+    evaluator, simulated = load(model), dynamics(model)
     columns = closed_form(model.kernels[0])
-    for parameter, column in zip(model.base.parameters, columns, strict=True):
-        yield f"  {parameter.name:5} = {parameter.expression:16} DL = {column}"
+    pairs = zip(model.base.parameters, columns, strict=True)
     canonical = Table(
         ("parameter", "formula", "column DL"),
-        tuple(
-            (p.name, p.expression, column)
-            for p, column in zip(model.base.parameters, columns, strict=True)
-        ),
+        tuple((p.name, p.expression, column) for p, column in pairs),
     )
-    say("compiling the model")
-    evaluator = load(model)
-    yield f"\nEvaluated by: {evaluator.backend}"
-    simulated = dynamics(model)
     exact = _exact_block(evaluator, paper.exact_run(simulated))
-    yield exact
-    figures: list[Section] = []
+    told = (f"evaluated by: {evaluator.backend}", exact)
+    sections = [Section("Canonical model", (exact,), canonical, told=told)]
     summary: dict[str, Any] = {"schema": "symgen.demo/1", "runs": runs, "seed": _SEED}
     logs: dict[str, bytes] = {}
     for letter, words, simulate in (
@@ -97,33 +90,24 @@ def run_demo(folder: Path, runs: int, say: Callable[[str], None]) -> Iterator[st
         history = np.array([_recursive(evaluator, measured, k) for k in range(followed)])
         final = [*history[:, -1], *(_last(evaluator, measured, k) for k in range(followed, runs))]
         finals = np.array(final)
-        table = _errors(finals)
         summary[letter] = _summary(finals)
         logs |= {f"setup_{letter}_{k + 1}.csv": _csv(measured, k) for k in range(2)}
-        yield f"\nSet-up ({letter}): {words}\n{_plain(table)}"
-        yield _convergence_line(history)
-        figures += _sections(letter, words, measured, history, table)
-    yield "\nJoint speeds proportional to each other, as the paper warns:"
-    for noisy in (False, True):
-        yield "  " + _refused(
-            evaluator, paper.proportional_run(simulated, 1 if noisy else None), noisy
-        )
-    figures.insert(0, Section("Canonical model", (exact,), table=canonical))
-    figures.append(frames_section(model.robot))
-    html = page(
-        "The example of Gautier and Khalil (1988)",
-        (
-            "In 1988 M. Gautier and W. Khalil showed that a robot's energy gives its inertial "
-            "parameters without any acceleration, on a simulated arm of two joints. This page does "
-            f"it again: {runs} seeded runs of each of their set-ups, {paper.SAMPLES} samples of "
-            f"{paper.STEP} s, with the noise that they had.",
-        ),
-        figures,
-        _banner(summary, runs),
+        sections += _sections(letter, words, measured, history, _errors(finals))
+    still = [paper.proportional_run(simulated, noise) for noise in (None, 1)]
+    refused = tuple(map(partial(_refused, evaluator), still, ("without noise", "with noise")))
+    text = ("Joint speeds proportional to each other, as the paper warns:", *refused)
+    sections += [Section("Proportional speeds", text, told=text), frames_section(model.robot)]
+    lead = (
+        "In 1988 M. Gautier and W. Khalil showed that a robot's energy gives its inertial "
+        "parameters without any acceleration, on a simulated arm of two joints. This page does it "
+        f"again: {runs} seeded runs of each of their set-ups, {paper.SAMPLES} samples of "
+        f"{paper.STEP} s, with the noise that they had.",
     )
-    content = json.dumps(summary, indent=1) + "\n"
-    write_folder(folder, {_PAGE: html.encode(), _MARKER: content.encode(), **logs}, _MARKER)
-    yield f"\nwritten: {folder / _PAGE}   ({time.perf_counter() - begun:.1f} s in all)"
+    title = "The example of Gautier and Khalil (1988)"
+    content = Content(title, lead, tuple(sections), _banner(summary, runs))
+    files = {PAGE: page(content), _MARKER: json.dumps(summary, indent=1) + "\n"}
+    write_folder(folder, {k: v.encode() for k, v in files.items()} | logs, _MARKER)
+    return content
 
 
 def closed_form(kernel: Kernel) -> tuple[str, ...]:
@@ -231,7 +215,7 @@ def _banner(summary: dict[str, Any], runs: int) -> Banner:
     median = max(case["relative_error_quantiles"]["0.5"] for _, _, case in cases)
     return Banner(
         tone="warn" if beyond else "good",
-        verdict="Differs" if beyond else "Reproduced",
+        verdict="differs" if beyond else "reproduced",
         text=(
             f"Beyond 95 % of our runs are the paper's errors of {', '.join(beyond)}."
             if beyond
@@ -252,25 +236,15 @@ def _csv(runs: paper.Runs, k: int) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-def _plain(table: Table) -> str:
-    lines = (table.header, *table.rows)
-    widths = [max(len(line[i]) for line in lines) for i in range(len(table.header))]
-    return "\n".join(
-        "  " + "  ".join(cell.rjust(w) for cell, w in zip(line, widths, strict=True))
-        for line in lines
-    )
-
-
 def _convergence_line(history: FloatArray) -> str:
     half = np.abs(history[:, 50] / paper.X_TRUE - 1)
     inside = 100 * np.mean(half < 0.1, axis=0)
     words = ", ".join(f"{name} {v:.0f} %" for name, v in zip(paper.NAMES, inside, strict=True))
-    return f"  Within 10 % of the truth after 50 samples: {words} of {len(history)} runs"
+    return f"Within 10 % of the truth after 50 samples: {words} of {len(history)} runs"
 
 
-def _refused(evaluator: Evaluator, runs: paper.Runs, noisy: bool) -> str:
+def _refused(evaluator: Evaluator, runs: paper.Runs, kind: str) -> str:
     log = make_log("proportional", runs.t, runs.q[0], runs.tau[0], runs.qd[0])
-    kind = "with noise" if noisy else "without noise"
     try:
         identify(evaluator, log, model="energy", window=10 * paper.STEP)
     except IdentificationError as error:
@@ -281,8 +255,6 @@ def _refused(evaluator: Evaluator, runs: paper.Runs, noisy: bool) -> str:
 def _sections(
     letter: str, words: str, runs: paper.Runs, history: FloatArray, table: Table
 ) -> list[Section]:
-    from symgen.report.plots import curves as plots
-
     shown = {"q": (runs.q[0], "rad"), "qd": (runs.qd[0], "rad/s"), "tau": (runs.tau[0], "N m")}
     motion = plots.line_grid(
         [
@@ -310,18 +282,18 @@ def _sections(
         columns=2,
     )
     curves.update_yaxes(range=[0.5, 1.5])
+    within = _convergence_line(history)
     return [
-        drawn(
+        Section(
             f"Set-up ({letter})",
-            f"{words[:1].upper()}{words[1:]}. Drawn is the first run. {_COLUMNS}",
-            motion,
+            (f"{words[:1].upper()}{words[1:]}. Drawn is the first run. {_COLUMNS}",),
             table,
+            lambda: motion,
+            told=(words, within),
         ),
-        drawn(
+        Section(
             f"Set-up ({letter}): convergence",
-            "The recursive estimate of the first run; the band holds 90 % of the runs. "
-            + _convergence_line(history).strip()
-            + ".",
-            curves,
+            (f"The recursive estimate of the first run; the band holds 90 % of them. {within}.",),
+            figure=lambda: curves,
         ),
     ]

@@ -2,31 +2,53 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from symgen.codegen.model import derive
+from symgen.codegen.package import generate
 from symgen.diagnosis import fleet
 from symgen.diagnosis import reading as diagnosis_reading
 from symgen.diagnosis.diagnosis import Diagnosis
 from symgen.diagnosis.fleet import Fleet
+from symgen.diagnosis.replay import replayed
 from symgen.errors import ParameterError, SymgenError
 from symgen.experiment import study_result
 from symgen.experiment.study_result import Study
-from symgen.files import write_folder
-from symgen.identification import payload_result, prediction, reading
-from symgen.identification.comparison import Comparison
+from symgen.files import json_text, write_folder
+from symgen.identification import curves, payload_result, prediction, reading
 from symgen.identification.estimate import Estimate
+from symgen.identification.export import values_header
+from symgen.report.content import content
+from symgen.report.html import page
 from symgen.robot.toml_io import read_robot
+from symgen.robot.toml_text import parameters_toml, robot_toml
 from symgen.robot.types import Robot
 
-Result = Estimate | Diagnosis | prediction.Prediction | payload_result.Payload | Study
+if TYPE_CHECKING:
+    from symgen.report.content import Result, Shown
+
+_PAGE = "report.html"
 _READERS: dict[str, Callable[[Path], Result]] = {
     reading.MARKER: reading.read_estimate,
     diagnosis_reading.MARKER: diagnosis_reading.read_diagnosis,
     prediction.MARKER: prediction.read_prediction,
     payload_result.MARKER: payload_result.read_payload,
     study_result.MARKER: study_result.read_study,
+}
+
+_MARKERS: dict[type, str] = {
+    Estimate: reading.MARKER,
+    Diagnosis: diagnosis_reading.MARKER,
+    prediction.Prediction: prediction.MARKER,
+    payload_result.Payload: payload_result.MARKER,
+    Study: study_result.MARKER,
+    Fleet: fleet.MARKER,
 }
 
 
@@ -63,27 +85,12 @@ def result_robot(path: Path) -> Robot | None:
         return None
 
 
-def result_page(result: Result | Comparison, robot: Robot | None = None) -> str:
+def result_page(result: Shown, robot: Robot | None = None) -> str:
     """Return the HTML page of a result; the robot, where it is known, is drawn."""
-    from symgen.report.content.comparison import comparison_page
-    from symgen.report.content.diagnosis import diagnosis_page
-    from symgen.report.content.estimate import estimate_page
-    from symgen.report.content.payload import payload_page
-    from symgen.report.content.prediction import prediction_page
-    from symgen.report.content.study import study_page
-
-    if isinstance(result, Comparison):
-        return comparison_page(result)
-    if isinstance(result, Estimate):
-        return estimate_page(result, robot)
     if isinstance(result, Diagnosis):
         told = "Figures over time are on the page that diagnose wrote: its folder holds no curves."
-        return diagnosis_page(replace(result, notes=(*result.notes, told)))
-    if isinstance(result, payload_result.Payload):
-        return payload_page(result)
-    if isinstance(result, Study):
-        return study_page(result)
-    return prediction_page(result)
+        result = replace(result, notes=(*result.notes, told))
+    return page(content(result, robot))
 
 
 def write(
@@ -108,24 +115,78 @@ def write(
     Raises:
         PackageError: the folder holds something else, or cannot be written.
     """
-    from symgen.report.content.diagnosis import diagnosis_files
-    from symgen.report.content.estimate import estimate_files
-    from symgen.report.content.fleet import fleet_files
-    from symgen.report.content.payload import payload_files
-    from symgen.report.content.study import study_files
-
-    if isinstance(result, Estimate):
-        marker, files = reading.MARKER, estimate_files(result, robot)
-    elif isinstance(result, Diagnosis):
-        marker, files = diagnosis_reading.MARKER, diagnosis_files(result)
-    elif isinstance(result, prediction.Prediction):
-        marker, files = prediction.MARKER, result.to_files()
-    elif isinstance(result, payload_result.Payload):
-        marker, files = payload_result.MARKER, payload_files(result)
-    elif isinstance(result, Study):
-        marker, files = study_result.MARKER, study_files(result)
-    else:
-        marker, files = fleet.MARKER, fleet_files(result)
-    files |= more or {}
-    write_folder(Path(folder), files, marker)
+    files = result_files(result, robot) | dict(more or {})
+    write_folder(Path(folder), files, _MARKERS[type(result)])
     return tuple(Path(folder) / name for name in files)
+
+
+def result_files(result: Result | Fleet, robot: Robot | None = None) -> dict[str, bytes]:
+    """Return the files of a folder of results.
+
+    Args:
+        result: what was found.
+        robot: what was identified, for its drawing and its file beside an estimate.
+
+    Returns:
+        The JSON and report.html; of an estimate NAME_values.h, curves.npz, from which figures are
+        drawn, and robot.toml where the robot is given; of a diagnosis robot.toml and
+        parameters.toml of the extended robot, and its package under generated/; of a prediction
+        its CSV and no page.
+    """
+    if isinstance(result, prediction.Prediction):
+        return result.to_files()
+    if isinstance(result, Diagnosis):
+        return _diagnosis_files(result)
+    files = {_MARKERS[type(result)]: (_text(result) + "\n").encode()}
+    if isinstance(result, Estimate):
+        files[f"{result.robot}_values.h"] = values_header(result).encode()
+    files[_PAGE] = page(content(result, robot)).encode()
+    if isinstance(result, Estimate):
+        files[curves.FILE] = curves.curves_npz(result)
+        if robot is not None:
+            files["robot.toml"] = robot_toml(robot).encode()
+    return files
+
+
+def _text(result: Estimate | payload_result.Payload | Study | Fleet) -> str:
+    """The JSON of a result; an estimate, whose matrix of correlations is large, has rows of it."""
+    if isinstance(result, Estimate):
+        return json_text(result.to_json())
+    return json.dumps(result.to_json(), indent=1)
+
+
+def _diagnosis_files(diagnosis: Diagnosis) -> dict[str, bytes]:
+    """Return the files of a diagnosis, with robot and package of the extended model."""
+    model = derive(diagnosis.extended, "all")
+    tree = generate(model)
+    motion = None
+    try:
+        motion = replayed(diagnosis, model)
+    except SymgenError as error:
+        note = f"no motion under the measured torques: {error}"
+        diagnosis = replace(diagnosis, notes=(*diagnosis.notes, note))
+    files = {
+        _PAGE: page(content(diagnosis, motion=motion)).encode(),
+        "robot.toml": robot_toml(diagnosis.extended).encode(),
+        **{f"generated/{path}": data for path, data in tree.files.items()},
+    }
+    values = {p.name: p.value for p in diagnosis.parameters if math.isfinite(p.value)}
+    if values:
+        files["parameters.toml"] = parameters_toml(values.items()).encode()
+    # By these names a later diagnosis knows which files of the folder it may replace.
+    digests = {path: hashlib.sha256(data).hexdigest() for path, data in sorted(files.items())}
+    moved = None if motion is None else motion.to_json()
+    summary = _finite({**diagnosis.to_json(), "replay": moved, "digests": digests})
+    files[diagnosis_reading.MARKER] = (
+        json.dumps(summary, indent=1, allow_nan=False) + "\n"
+    ).encode()
+    return files
+
+
+def _finite(value: Any) -> Any:
+    """Return the value with null for every number that JSON has no word for."""
+    if isinstance(value, dict):
+        return {key: _finite(v) for key, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -10,9 +10,10 @@ import re
 from pathlib import Path
 
 import pytest
+from browser import Page
 from support import PROJECT
 
-from symgen.report.store import read_result
+from symgen.report.store import read_result, result_page
 
 WRITTEN = Path(__file__).with_name("schemas")
 RESULTS = [p for p in sorted(WRITTEN.iterdir()) if not p.name.startswith("manifest")]
@@ -47,7 +48,7 @@ def test_a_result_of_every_schema_is_read_and_printed(folder, command):
         said = [f"{p['value']:.5g}" for p in content["parameters"]]
     elif kind == "prediction":
         assert result.error.relative == content["torque_error"]["relative"]
-        said = [f"{100 * x:.3g}" for x in content["torque_error"]["per_joint"]]
+        said = [f"{100 * x:#.4g}" for x in content["torque_error"]["per_joint"]]
     elif kind == "diagnosis":
         said = [content["verdict"], *(e["name"] for e in content["effects"])]
     elif kind == "study":
@@ -58,6 +59,20 @@ def test_a_result_of_every_schema_is_read_and_printed(folder, command):
         said = [f"{content['mass']['value']:.5g}"[:4]]
     for text in said:
         assert text in out
+    _on_the_page_too(out, result_page(result))
+
+
+def _on_the_page_too(out: str, html: str) -> None:
+    """What the terminal says, the page says: cells of tables, figures, verdict and reasons."""
+    page = " ".join(Page(html).text.split())
+    for line in out.splitlines():
+        if line.startswith(("run: ", "repair: ", "note: ", "next: ", "residuals: ", "bias and std",
+                            "at once, ")):  # fmt: skip
+            continue
+        for cell in re.split(r"\s{2,}", line.removeprefix("verdict: ").removeprefix("  - ")):
+            words = cell.strip().split(": ", 1) if line.count(": ") == 1 else [cell.strip()]
+            for text in words:
+                assert text.lower() in page.lower(), line
 
 
 def test_an_estimate_of_any_version_gives_parameters(command, tmp_path):

@@ -24,13 +24,15 @@ from symgen.diagnosis.diagnosis import (
     work,
 )
 from symgen.diagnosis.mended import MendedChannel, largest, mended_channels
-from symgen.diagnosis.reading import read_diagnosis
+from symgen.diagnosis.reading import MARKER, read_diagnosis
 from symgen.diagnosis.replay import Replay
 from symgen.estimation.logs import open_samples
 from symgen.estimation.repairs import Repair
 from symgen.files import write_folder
-from symgen.report.content.diagnosis import MARKER, diagnosis_files, diagnosis_page
+from symgen.report.content import content as said_of
+from symgen.report.html import page as html_page
 from symgen.report.plots import diagnosis as diagnosis_plots
+from symgen.report.store import result_files
 
 
 def synthetic(name: str = "test.csv", robot: str = "planar2r") -> Diagnosis:
@@ -92,6 +94,10 @@ def moved(log: str = "test.csv") -> Replay:
     t = np.arange(2, 5, 0.025)
     off = np.stack([0 * t, np.sqrt(2) * np.sin(2 * np.pi * t)], axis=1)
     return Replay(log, t, 0.02 * off, 0.001 * off, ("rad", "rad"), ("torque_ripple",))
+
+
+def diagnosis_page(diagnosis: Diagnosis, motion: Replay | None = None) -> str:
+    return html_page(said_of(diagnosis, motion=motion))
 
 
 @pytest.fixture(scope="module")
@@ -303,7 +309,7 @@ def test_sparse_diagnosis_has_a_page() -> None:
 
 
 def test_a_diagnosis_is_read_as_it_was_but_for_its_curves(tmp_path: Path) -> None:
-    write_folder(tmp_path / "why", diagnosis_files(synthetic()), MARKER)
+    write_folder(tmp_path / "why", result_files(synthetic()), MARKER)
     again = read_diagnosis(tmp_path / "why")
     # diagnosis.json says beside why there is no motion under the measured torques
     kept = replace(again, notes=again.notes[: len(synthetic().notes)])
@@ -328,11 +334,11 @@ def test_a_diagnosis_is_read_as_it_was_but_for_its_curves(tmp_path: Path) -> Non
 
 def test_files_of_another_robot_are_replaced_and_what_is_not_ours_stays(tmp_path: Path) -> None:
     folder = tmp_path / "out"
-    first = diagnosis_files(synthetic())
+    first = result_files(synthetic())
     write_folder(folder, first, MARKER)
     (folder / "generated" / "mine.txt").write_text("kept")
     other = replace(synthetic(), extended=replace(synthetic().extended, name="other"))
-    write_folder(folder, diagnosis_files(other), MARKER)
+    write_folder(folder, result_files(other), MARKER)
     left = {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()}
     assert not [name for name in left if "planar2r" in name]
     assert "generated/mine.txt" in left

@@ -17,7 +17,7 @@ import symgen
 from symgen.estimation.batch import solve
 from symgen.estimation.filtered import unfiltered
 from symgen.estimation.system import LinearSystem, energy_equations, momentum_equations
-from symgen.report.content.estimate import estimate_page
+from symgen.report.store import result_page
 
 X = np.array([1.702, 0.05644, 0.15, 0.075])
 L1 = 0.5
@@ -234,7 +234,7 @@ class TestOtherModels:
         estimate = symgen.identify("planar2r", _motion(0.002, 16.0), model=model)
         assert np.abs(estimate.X / X - 1).max() < 1e-4
         assert estimate.train.per_joint is not None
-        assert len(estimate_page(estimate)) > 10_000
+        assert len(result_page(estimate)) > 10_000
 
     @pytest.mark.parametrize("model", ["auto", "momentum", "torque"])
     def test_emps_is_within_three_percent_of_the_published_values(self, model: str) -> None:

@@ -24,7 +24,7 @@ from symgen.identification.estimate import Consistency
 from symgen.identification.instruments import instrumented
 from symgen.identification.solving import ALL_METHODS
 from symgen.identification.validation import Part
-from symgen.report.content.estimate import estimate_page
+from symgen.report.store import result_page
 
 X = np.array([1.702, 0.05644, 0.15, 0.075])
 L1 = 0.5
@@ -250,7 +250,7 @@ def test_an_estimate_by_iv_tells_both_estimates_and_the_test() -> None:
 
 def test_the_page_shows_both_estimates_and_what_std_excludes() -> None:
     estimate = symgen.identify("planar2r", _log(7, 1e-2, 0.05), method="iv")
-    html = estimate_page(estimate)
+    html = result_page(estimate)
     assert "Values beside other methods" in html
     assert "by wls" in html
     assert "Durbin-Wu-Hausman" in html

@@ -10,7 +10,7 @@ from support import data_folder
 
 import symgen
 from symgen.identification.estimate import Estimate
-from symgen.report.content.estimate import estimate_files
+from symgen.report.store import result_files
 
 ROBOTS = {"emps": ".csv", "ur10": ".csv", "dp_c0": ".npz"}
 
@@ -25,7 +25,7 @@ def found(
         folder / "robot.toml", folder / f"train{suffix}", validation=folder / f"test{suffix}"
     )
     into = tmp_path_factory.mktemp(request.param)
-    for name, content in estimate_files(estimate).items():
+    for name, content in result_files(estimate).items():
         (into / name).write_bytes(content)
     return folder, estimate, into / "estimate.json"
 

@@ -18,7 +18,7 @@ from symgen.diagnosis.diagnosis import Curves, Diagnosis, FoundEffect, FoundPara
 from symgen.diagnosis.replay import driven, replayed, worst
 from symgen.errors import SymgenError
 from symgen.experiment.plant import KERNELS
-from symgen.report.content.diagnosis import diagnosis_files
+from symgen.report.store import result_files
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import load
 
@@ -172,7 +172,7 @@ def test_friction_that_drives_and_a_motion_too_stiff_are_refused(monkeypatch) ->
 
 def test_files_without_a_motion_are_whole_and_a_note_says_why() -> None:
     whole, bare = pushed(1.5, 4.0), replace(pushed(1.5, 4.0), values=(-1.0,))
-    with_motion, without = diagnosis_files(whole), diagnosis_files(bare)
+    with_motion, without = result_files(whole), result_files(bare)
     assert set(with_motion) == set(without)
     contents = [json.loads(f["diagnosis.json"]) for f in (with_motion, without)]
     assert contents[0]["replay"]["after"] < contents[0]["replay"]["before"]

@@ -18,12 +18,13 @@ from symgen.estimation.repairs import Repair
 from symgen.estimation.values import Balance, Contrast, Convergence, Residual, Trace
 from symgen.identification.estimate import Alternative, Estimate, ParameterEstimate, Use
 from symgen.identification.whiteness import whiteness
-from symgen.report import html as report
-from symgen.report.content.estimate import estimate_page
+from symgen.report import html as pages
+from symgen.report.content.parts import Content, Section, Table
 from symgen.report.plots import curves as plots
 from symgen.report.plots import parameters as parameter_plots
 from symgen.report.plots import residuals as residual_plots
 from symgen.report.plots import robot as robot_drawing
+from symgen.report.store import result_page
 
 
 def synthetic(robot: str = "arm2", log: str = "excite.csv", verdict: str = "doubtful") -> Estimate:
@@ -83,7 +84,7 @@ def synthetic(robot: str = "arm2", log: str = "excite.csv", verdict: str = "doub
 
 @pytest.fixture(scope="module")
 def html() -> str:
-    return estimate_page(synthetic())
+    return result_page(synthetic())
 
 
 def test_page_holds_verdict_fit_parameters_and_origin(html: str) -> None:
@@ -122,7 +123,7 @@ def test_the_page_says_uses_models_band_and_repairs() -> None:
             Alternative("momentum", math.inf, math.inf, None, None, False, "no window fits"),
         ),
     )
-    text = Page(estimate_page(estimate)).text
+    text = Page(result_page(estimate)).text
     for words in (
         estimate.headline,
         estimate.band.in_words(),
@@ -138,7 +139,7 @@ def test_the_page_says_uses_models_band_and_repairs() -> None:
 
 
 def test_trusted_says_so_without_reasons() -> None:
-    text = Page(estimate_page(synthetic(verdict="trusted"))).text
+    text = Page(result_page(synthetic(verdict="trusted"))).text
     assert "Trusted" in text
     assert "No check speaks against" in text
     assert "Do not rely" not in text
@@ -154,7 +155,7 @@ def test_page_is_self_contained_and_holds_plotly_once(html: str) -> None:
 
 
 def test_same_estimate_gives_the_same_page(html: str) -> None:
-    assert estimate_page(synthetic()) == html
+    assert result_page(synthetic()) == html
 
 
 def test_every_axis_has_a_title_with_a_unit(html: str) -> None:
@@ -175,7 +176,7 @@ def test_hostile_names_add_no_element(html: str) -> None:
         notes=(HOSTILE,),
         provenance=((HOSTILE, HOSTILE), *spoiled.provenance[1:]),
     )
-    page = Page(estimate_page(spoiled))
+    page = Page(result_page(spoiled))
     assert [tag for tag, _ in page.tags] == [tag for tag, _ in Page(html).tags]
     assert not any(key.startswith("on") for _, attrs in page.tags for key in attrs)
     labels = [b["label"] for f in page.figures for m in f["layout"].get("updatemenus", ())
@@ -194,7 +195,7 @@ def test_sparse_estimate_has_a_page() -> None:
         window_s=None, condition_number=float("inf"), prior=None, comparison=(), balances=(),
         whiteness=(),
     )  # fmt: skip
-    page = Page(estimate_page(bare))
+    page = Page(result_page(bare))
     assert "2 of 2" in page.text
     assert "∞" in page.text
     assert "unknown" in page.text
@@ -202,8 +203,8 @@ def test_sparse_estimate_has_a_page() -> None:
 
 
 def test_page_without_figure_leaves_plotly_out() -> None:
-    table = report.Table(("a", "b"), (("1", "<2>"),))
-    html = report.page("T", ("lead",), [report.Section("H", ("text",), table)])
+    table = Table(("a", "b"), (("1", "<2>"),))
+    html = pages.page(Content("T", ("lead",), (Section("H", ("text",), table),)))
     assert len(html) < 10_000
     assert "&lt;2&gt;" in html
 
@@ -299,7 +300,7 @@ def test_line_grid_draws_level_and_names_each_series_once() -> None:
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
 def test_browser_draws_every_figure_in_silence(tmp_path: Path) -> None:
     # names that would act, were they not harmless
-    html = estimate_page(synthetic(robot=HOSTILE, log=HOSTILE))
+    html = result_page(synthetic(robot=HOSTILE, log=HOSTILE))
     seen = visit(html, tmp_path)
     for place in range(1, 20):
         if f'id="figure{place}"' in html:
@@ -312,7 +313,7 @@ def test_browser_draws_every_figure_in_silence(tmp_path: Path) -> None:
 
 def test_the_first_section_is_torque_and_the_robot_is_drawn() -> None:
     robot = symgen.read_robot("planar2r")
-    html = estimate_page(synthetic(), robot)
+    html = result_page(synthetic(), robot)
     headings = re.findall(r"<h2>(.*?)</h2>", html)
     assert headings[0] == "Measured and predicted torque"
     assert headings.index("Parameters") + 2 == headings.index("The robot")
@@ -363,14 +364,14 @@ def test_nothing_is_clipped_on_a_wide_screen_a_narrow_one_and_a_phone(tmp_path: 
         ),
         repairs=(Repair("excite.csv", "tau2", "cut off at 14", 37, "masked"),),
     )
-    html = estimate_page(estimate, symgen.read_robot("panda"))
+    html = result_page(estimate, symgen.read_robot("panda"))
     assert clipped(html, tmp_path) == {1400: [], 800: [], 390: []}
 
 
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
 def test_what_is_clipped_is_seen(tmp_path: Path) -> None:
-    wide = report.Table(("a", "b"), (("x" * 200, "y" * 90),), ("name", "name"))
-    html = report.page("T", (), [report.Section("H", (), wide)])
+    wide = Table(("a", "b"), (("x" * 200, "y" * 90),), ("name", "name"))
+    html = pages.page(Content("T", (), (Section("H", (), wide),)))
     found = clipped(html, tmp_path)
     assert found[1400]
     assert found[800]

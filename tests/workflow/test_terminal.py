@@ -14,7 +14,7 @@ from documented import shell
 
 from symgen.cli import progress
 from symgen.cli.reading import diagnosing
-from symgen.report import terminal
+from symgen.report.content.parts import run_lines
 
 BASH = shutil.which("bash")
 
@@ -84,13 +84,12 @@ def test_a_command_to_try_is_whole_and_safe_for_the_shell() -> None:
     ]  # fmt: skip
 
 
-def test_a_run_says_band_cutoff_speeds_and_repairs_in_one_line(capsys) -> None:
+def test_a_run_says_band_cutoff_speeds_and_repairs_in_one_line() -> None:
     from symgen.estimation.band import Band
     from symgen.estimation.repairs import Repair
 
     mended = Repair("a.csv", "qd2", "1.8 ms late", 400, "shifted")
-    terminal._print_run(Band(500.0, 12.5, 3.5, "measured"), (mended, mended))
-    first, *rest = capsys.readouterr().out.splitlines()
+    first, *rest = run_lines(Band(500.0, 12.5, 3.5, "measured"), (mended, mended))
     assert re.match(
         r"run: 500 Hz, positions and speeds below 12.5 Hz, torques compared below 3.5 Hz, "
         r"speeds measured; repaired: qd2 of a.csv$",

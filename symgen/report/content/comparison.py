@@ -1,26 +1,35 @@
-"""The page of a comparison: two estimates of one robot."""
+"""What is said of a comparison: two estimates of one robot."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from symgen.estimation.values import Residual
 from symgen.identification.comparison import Comparison
 from symgen.identification.estimate import Estimate
+from symgen.report.content.parts import (
+    Banner,
+    Content,
+    Section,
+    Table,
+    counted,
+    number,
+    percent,
+)
 from symgen.report.folded import folded
-from symgen.report.html import Banner, Section, Table, counted, drawn, number, page, percent
 from symgen.report.plots import parameters as parameter_plots
 
 TONES = {"agree": "good", "differ": "warn", "unknown": "warn"}
 
 
-def comparison_page(comparison: Comparison) -> str:
-    """Return the page: verdict, parameters and their differences, residuals, provenance."""
+def comparison_content(comparison: Comparison) -> Content:
+    """Return verdict, parameters and their differences, residuals, provenance."""
     a, b = comparison.names
     lead = (f"Two estimates of the robot {comparison.a.robot}: a is {a}, b is {b}.",)
     banner = Banner(
         tone=TONES[comparison.verdict],
-        verdict=comparison.verdict.capitalize(),
+        verdict=comparison.verdict,
         text=comparison.summary,
         reasons=tuple(
             f"{p.name}: {number(p.a.value, 4)} in a, {number(p.b.value, 4)} {p.a.unit} in b, "
@@ -36,10 +45,10 @@ def comparison_page(comparison: Comparison) -> str:
         ),
     )
     title = f"Two estimates of {comparison.a.robot}"
-    return page(title, lead, _sections(comparison), banner)
+    return Content(title, lead, tuple(_sections(comparison)), banner)
 
 
-def side_by_side(comparison: Comparison) -> tuple[tuple[str, str, str], ...]:
+def _side_by_side(comparison: Comparison) -> tuple[tuple[str, str, str], ...]:
     """Return label, a, b of what the two say of themselves."""
 
     def share(residual: Residual | None) -> str:
@@ -90,13 +99,15 @@ def _sections(comparison: Comparison) -> list[Section]:
     text = (
         "Each value over that of the first estimate, with 2 std to either side; weak ones are pale."
     )
+    moved = partial(parameter_plots.moved, comparison)
     sections = [
-        drawn("Differences", difference, parameter_plots.moved(comparison), table),
-        drawn("Values", text, parameter_plots.both_values(comparison)),
+        Section("Differences", (difference,), table, moved, told=()),
+        Section("Values", (text,), figure=partial(parameter_plots.both_values, comparison)),
         Section(
             "Side by side",
             ("Residuals of different models and logs are not of the same quantity.",),
-            Table(("", "a", "b"), side_by_side(comparison), ("name", "number", "number")),
+            Table(("", "a", "b"), _side_by_side(comparison), ("name", "number", "number")),
+            told=(),
         ),
     ]
     for label, estimate in (("a", comparison.a), ("b", comparison.b)):
@@ -105,8 +116,9 @@ def _sections(comparison: Comparison) -> list[Section]:
     if comparison.left_out:
         told = f"{counted(len(comparison.left_out), 'parameter')} cannot be compared."
         left = Table(("name", "why"), comparison.left_out, ("name", "text"))
-        sections.append(Section("Not compared", (told,), left))
-    sections.append(Section("Notes", tuple(f"{n[:1].upper()}{n[1:]}." for n in comparison.notes)))
+        sections.append(Section("Not compared", (told,), left, told=()))
+    notes = tuple(f"{n[:1].upper()}{n[1:]}." for n in comparison.notes)
+    sections.append(Section("Notes", notes, told=tuple(f"note: {n}" for n in comparison.notes)))
     a, b = (dict(e.provenance) for e in (comparison.a, comparison.b))
     origin = [
         (key, _short(a.get(key, "-")), _short(b.get(key, "-"))) for key in dict.fromkeys((*a, *b))

@@ -1,19 +1,13 @@
-"""What `diagnose` writes: the page of a diagnosis, and the files of its folder."""
+"""What is said of a diagnosis."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any
+from functools import partial
 
-from symgen.codegen.model import derive
-from symgen.codegen.package import generate
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter, work
-from symgen.diagnosis.reading import MARKER
-from symgen.diagnosis.replay import Replay, replayed
+from symgen.diagnosis.replay import Replay
 from symgen.diagnosis.words import (
     TONES,
     alike,
@@ -25,66 +19,37 @@ from symgen.diagnosis.words import (
     told_once,
     undeclared,
 )
-from symgen.errors import SymgenError
-from symgen.report.html import Banner, Section, Table, drawn, frames_section, number, page
+from symgen.report.content.parts import (
+    Banner,
+    Content,
+    Section,
+    Table,
+    frames_section,
+    notes_section,
+    number,
+)
 from symgen.report.plots import diagnosis as diagnosis_plots
-from symgen.robot.toml_text import parameters_toml, robot_toml
+
+_MENDED = (
+    "Around the place where the repair changed the channel most, the largest change first; a line "
+    "that is missing is masked."
+)
 
 
-def diagnosis_files(diagnosis: Diagnosis) -> dict[str, bytes]:
-    """Return what `diagnose` writes into its folder.
-
-    Returns:
-        diagnosis.json, report.html, robot.toml and parameters.toml of the extended robot, and its
-        package under generated/.
-    """
-    model = derive(diagnosis.extended, "all")
-    tree = generate(model)
-    motion = None
-    try:
-        motion = replayed(diagnosis, model)
-    except SymgenError as error:
-        note = f"no motion under the measured torques: {error}"
-        diagnosis = replace(diagnosis, notes=(*diagnosis.notes, note))
-    files = {
-        "report.html": diagnosis_page(diagnosis, motion).encode(),
-        "robot.toml": robot_toml(diagnosis.extended).encode(),
-        **{f"generated/{path}": content for path, content in tree.files.items()},
-    }
-    values = {p.name: p.value for p in diagnosis.parameters if math.isfinite(p.value)}
-    if values:
-        files["parameters.toml"] = parameters_toml(values.items()).encode()
-    # By these names a later diagnosis knows which files of the folder it may replace.
-    digests = {path: hashlib.sha256(content).hexdigest() for path, content in sorted(files.items())}
-    moved = None if motion is None else motion.to_json()
-    content = _finite({**diagnosis.to_json(), "replay": moved, "digests": digests})
-    files[MARKER] = (json.dumps(content, indent=1, allow_nan=False) + "\n").encode()
-    return files
-
-
-def _finite(value: Any) -> Any:
-    """Return the value with null for every number that JSON has no word for."""
-    if isinstance(value, dict):
-        return {key: _finite(v) for key, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(v) for v in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def diagnosis_page(diagnosis: Diagnosis, motion: Replay | None = None) -> str:
-    """Return the page: verdict, gap, effects, torques, motion, portraits, rejected, settings."""
+def diagnosis_content(diagnosis: Diagnosis, motion: Replay | None = None) -> Content:
+    """Return verdict, gap, effects, torques, motion, portraits, rejected, settings."""
     lead = (
         f"What the model of {diagnosis.robot} and its logs disagree about, measured on data that "
         "the search never saw.",
     )
     title = f"Diagnosis of {diagnosis.robot}"
-    return page(title, lead, _sections(diagnosis, motion), _banner(diagnosis))
+    return Content(title, lead, tuple(_sections(diagnosis, motion)), _banner(diagnosis))
 
 
 def _banner(diagnosis: Diagnosis) -> Banner:
     return Banner(
         tone=TONES[diagnosis.verdict],
-        verdict=diagnosis.verdict.replace("-", " ").capitalize(),
+        verdict=diagnosis.verdict,
         text=summary(diagnosis),
         reasons=told_once(diagnosis.effects),
         facts=(
@@ -97,49 +62,49 @@ def _banner(diagnosis: Diagnosis) -> Banner:
 
 
 def _sections(diagnosis: Diagnosis, motion: Replay | None) -> list[Section]:
-    sections = []
-    figure = diagnosis_plots.residuals(diagnosis)
-    if figure is not None:
-        text = "Measured minus modelled torque in the motion's band, on data the search never saw."
-        sections.append(drawn("What is left", text, figure))
-    sections += [_gap_section(diagnosis), *_repair_sections(diagnosis)]
-    sections += _mended_sections(diagnosis)
+    text = "Measured minus modelled torque in the motion's band, on data the search never saw."
+    mended = partial(diagnosis_plots.mended, diagnosis)
+    sections = [
+        Section("What is left", (text,), figure=partial(diagnosis_plots.residuals, diagnosis)),
+        _gap_section(diagnosis),
+        *_repair_sections(diagnosis),
+        Section("Repaired channels", (_MENDED,), figure=mended),
+    ]
     if diagnosis.effects:
         text = (
             "An effect is a torque on the joint. Values come from the logs, identified with all "
             "other parameters; a constant without std was searched."
         )
-        sections.append(Section("Effects", (text,), _effect_table(diagnosis.effects)))
+        sections.append(Section("Effects", (text,), _effect_table(diagnosis.effects), told=()))
     tied = [e for e in diagnosis.effects if e.indistinguishable_from]
     if tied:
         text = "On these logs other effects would explain the same part of the gap as well."
         sections.append(Section("Not told apart", (text,), _alike_table(tied)))
     told = {tie(effect) for effect in tied}
     advice = tuple(line for line in diagnosis.advice if line not in told) + undeclared(diagnosis)
-    if advice or diagnosis.effects:
-        sections.append(Section("What to do", advice + _actions(diagnosis)))
-    figure = diagnosis_plots.torques(diagnosis)
-    if figure is not None:
-        found = "with the effects that were found" if diagnosis.effects else "as it is"
-        text = f"Measured, and by the model {found}; both in the motion's band."
-        sections.append(drawn("Torque", text, figure))
+    if advice or diagnosis.advice or diagnosis.effects:
+        next_ = (*diagnosis.advice, *undeclared(diagnosis), *_actions(diagnosis))
+        lines = tuple(f"next: {line}" for line in next_)
+        sections.append(Section("What to do", advice + _actions(diagnosis), told=lines))
+    found = "with the effects that were found" if diagnosis.effects else "as it is"
+    text = f"Measured, and by the model {found}; both in the motion's band."
+    figure = partial(diagnosis_plots.torques, diagnosis)
+    sections.append(Section("Torque", (text,), figure=figure))
     if motion is not None:
         sections.append(_motion_section(diagnosis, motion))
-    figure = diagnosis_plots.portraits(diagnosis)
-    if figure is not None:
-        text = "Measured minus modelled torque before" + (
-            ", and on top of it what the found effects changed. Where black covers blue nothing is "
-            "left."
-            if diagnosis.effects
-            else ", against speed and position: a shape in it is what no effect explains."
-        )
-        sections.append(drawn("Portraits of the residual", text, figure))
+    text = "Measured minus modelled torque before" + (
+        ", and on top of it what the found effects changed. Where black covers blue nothing is "
+        "left."
+        if diagnosis.effects
+        else ", against speed and position: a shape in it is what no effect explains."
+    )
+    figure = partial(diagnosis_plots.portraits, diagnosis)
+    sections.append(Section("Portraits of the residual", (text,), figure=figure))
     if diagnosis.rejected:
         text = f"The best of {diagnosis.tried} candidates that were not accepted, and why."
         rows = [(r.name, on_joints(r.joints), r.reason) for r in diagnosis.rejected]
         sections.append(Section("Rejected", (text,), _table(("effect", "on", "reason"), rows)))
-    if diagnosis.notes:
-        sections.append(Section("Notes", diagnosis.notes))
+    sections += notes_section(diagnosis.notes)
     sections.append(Section("Settings", table=_settings(diagnosis)))
     if diagnosis.parameters:
         text = "All parameters of the extended robot; parameters.toml holds them."
@@ -174,7 +139,8 @@ def _gap_section(diagnosis: Diagnosis) -> Section:
             f" As energy, over windows of {done.window:g} s, the model leaves "
             f"{percent(done.before)} of the work before and {percent(done.after)} after."
         )
-    return drawn("Gap", text, diagnosis_plots.gaps(diagnosis), _gap_table(diagnosis))
+    figure = partial(diagnosis_plots.gaps, diagnosis)
+    return Section("Gap", (text,), _gap_table(diagnosis), figure, told=())
 
 
 def _repair_sections(diagnosis: Diagnosis) -> list[Section]:
@@ -185,17 +151,6 @@ def _repair_sections(diagnosis: Diagnosis) -> list[Section]:
     table = Table(header, tuple(rows), ("name", "text", "words", "number", "words"))
     text = "Mended before anything else was looked for; the search went on behind it."
     return [Section("Repairs", (text,), table)]
-
-
-def _mended_sections(diagnosis: Diagnosis) -> list[Section]:
-    figure = diagnosis_plots.mended(diagnosis)
-    if figure is None:
-        return []
-    text = (
-        "Around the place where the repair changed the channel most, the largest change first; a "
-        "line that is missing is masked."
-    )
-    return [drawn("Repaired channels", text, figure)]
 
 
 def _motion_section(diagnosis: Diagnosis, motion: Replay) -> Section:
@@ -210,8 +165,8 @@ def _motion_section(diagnosis: Diagnosis, motion: Replay) -> Section:
     rows = tuple((f"joint {j}", number(a, 3), number(b, 3), unit) for j, a, b, unit in pairs)
     header = ("RMS distance", "before", "after", "unit")
     table = Table(header, rows, ("name", "number", "number", "unit"))
-    heading = "Motion under the measured torques"
-    return drawn(heading, text, diagnosis_plots.motion(diagnosis, motion), table)
+    figure = partial(diagnosis_plots.motion, diagnosis, motion)
+    return Section("Motion under the measured torques", (text,), table, figure)
 
 
 def _table(header: Sequence[str], rows: Sequence[tuple[str, ...]]) -> Table:

@@ -1,38 +1,32 @@
-"""What `identify` writes: the page of an estimate, and the files of its folder."""
+"""What is said of an estimate."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.files import json_text
-from symgen.identification.curves import FILE, curves_npz
 from symgen.identification.estimate import Estimate, ParameterEstimate
-from symgen.identification.export import values_header
-from symgen.identification.reading import MARKER
 from symgen.identification.whiteness import LEVEL, in_words
-from symgen.report.folded import folded
-from symgen.report.html import (
+from symgen.report.content.parts import (
     Banner,
+    Content,
     Section,
     Table,
     counted,
-    drawn,
     frames_section,
+    notes_section,
     number,
-    page,
     percent,
+    run_lines,
 )
+from symgen.report.folded import folded
 from symgen.report.plots import curves as plots
 from symgen.report.plots import parameters as parameter_plots
 from symgen.report.plots import residuals as residual_plots
-from symgen.robot.toml_text import robot_toml
 
 if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
-
     from symgen.robot.types import Robot
 
 _SPECTRUM = {
@@ -41,43 +35,32 @@ _SPECTRUM = {
     "torque": "Both torques have passed the same low-pass (see Notes). A peak below its cutoff is "
     "motion that the model does not explain.",
 }
-_FORMULAS = "Formulas"
+_LOGS = "The list above the plot chooses the log; validation stands on a tinted ground."
+_BALANCE = (
+    "Measured work of the drives since the start of the log; by the model it became kinetic and "
+    "potential energy, which come back, and friction, which does not. A rest that grows steadily "
+    "is a loss or an offset that the model misses."
+)
+_CONVERGENCE = (
+    "Each estimate over its final value, as data come in: a line that still moves at the end needs "
+    f"more data. At first the {plots.COURSES} are drawn that moved most in the second half, weak "
+    "ones apart; a click on the legend shows others."
+)
 #: Correlation from which two parameters are named as hardly told apart by the data.
 TIED = 0.9
 
 
-def estimate_files(estimate: Estimate, robot: Robot | None = None) -> dict[str, bytes]:
-    """Return what `identify` writes into its folder.
-
-    Args:
-        estimate: what was found.
-        robot: what was identified, for its drawing and its file.
-
-    Returns:
-        estimate.json, NAME_values.h, report.html, curves.npz, what the page is drawn from, and
-        robot.toml where the robot is given.
-    """
-    files = {
-        MARKER: (json_text(estimate.to_json()) + "\n").encode(),
-        f"{estimate.robot}_values.h": values_header(estimate).encode(),
-        "report.html": estimate_page(estimate, robot).encode(),
-        FILE: curves_npz(estimate),
-    }
-    return files if robot is None else files | {"robot.toml": robot_toml(robot).encode()}
-
-
-def estimate_page(estimate: Estimate, robot: Robot | None = None) -> str:
-    """Return the page: verdict, torque, uses, parameters, the robot, what is left, provenance."""
+def estimate_content(estimate: Estimate, robot: Robot | None = None) -> Content:
+    """Return verdict, torque, uses, parameters, the robot, what is left, provenance."""
     count = len(estimate.parameters)
     lead = (
         f"{counted(count, 'base parameter')} of the robot {estimate.robot}, identified with the "
         f"{estimate.model} model by the method {estimate.method}.",
     )
-    sections = _sections(estimate)
-    if robot is not None:  # before what explains the numbers
-        place = next(k for k, s in enumerate(sections) if s.heading == _FORMULAS) + 1
-        sections.insert(place, frames_section(robot))
-    return page(f"Identification of {estimate.robot}", lead, sections, _banner(estimate))
+    run = run_lines(estimate.band, estimate.repairs)
+    sections = tuple(_sections(estimate, robot))
+    title = f"Identification of {estimate.robot}"
+    return Content(title, lead, sections, _banner(estimate), run)
 
 
 def _banner(estimate: Estimate) -> Banner:
@@ -98,7 +81,7 @@ def _banner(estimate: Estimate) -> Banner:
     ]  # fmt: skip
     return Banner(
         tone="good" if trusted else "warn",
-        verdict=estimate.verdict.capitalize(),
+        verdict=estimate.verdict,
         text=(
             estimate.headline or "No check speaks against this estimate."
             if trusted
@@ -109,64 +92,52 @@ def _banner(estimate: Estimate) -> Banner:
     )
 
 
-def _sections(estimate: Estimate) -> list[Section]:
+def _sections(estimate: Estimate, robot: Robot | None) -> list[Section]:
     choice = _choice_sections(estimate)
     sections = [
         _fit_section(estimate),
         *choice[:1],
         _parameter_section(estimate),
         _formula_section(estimate),
+        *([] if robot is None else [frames_section(robot)]),  # before what explains the numbers
         *choice[1:],
         *_values_sections(estimate),
     ]
-    for quantity in dict.fromkeys(t.quantity for t in estimate.traces):
-        if quantity == "torque":
-            continue
-        figure = plots.measured_and_predicted(estimate, quantity)
-        if figure is not None:
-            text = "The list above the plot chooses the log; validation stands on a tinted ground."
-            sections.append(drawn(f"Measured and predicted {quantity}", text, figure))
-    figure = residual_plots.energy_balance(estimate)
-    if figure is not None:
-        text = (
-            "Measured work of the drives since the start of the log; by the model it became "
-            "kinetic and potential energy, which come back, and friction, which does not. A rest "
-            "that grows steadily is a loss or an offset that the model misses."
-        )
-        sections.append(drawn("Energy balance", text, figure))
-    course = plots.convergence(estimate)
-    if course is not None:
-        text = (
-            "Each estimate over its final value, as data come in: a line that still moves at the "
-            f"end needs more data. At first the {plots.COURSES} are drawn that moved most in the "
-            "second half, weak ones apart; a click on the legend shows others."
-        )
-        sections.append(drawn("Convergence", text, course))
-    for quantity in dict.fromkeys(t.quantity for t in estimate.traces):
-        figure = residual_plots.residual_spectrum(estimate, quantity)
-        if figure is not None:
-            text = _SPECTRUM.get(quantity, "")
-            sections.append(drawn(f"Spectrum of the {quantity} residual", text, figure))
-    figure = residual_plots.lag_correlation(estimate)
-    if figure is not None:
-        sections.append(_whiteness_section(estimate, figure))
-    figure = plots.correlation(estimate)
-    if figure is not None:
-        sections.append(_correlation_section(estimate, figure))
-    if estimate.notes:
-        sections.append(Section("Notes", estimate.notes))
-    sections.append(Section("Provenance", table=_provenance(estimate)))
-    return sections
+    quantities = dict.fromkeys(t.quantity for t in estimate.traces)
+    for quantity in quantities:
+        if quantity != "torque":
+            figure = partial(plots.measured_and_predicted, estimate, quantity)
+            sections.append(Section(f"Measured and predicted {quantity}", (_LOGS,), figure=figure))
+    sections += [
+        Section(
+            "Energy balance", (_BALANCE,), figure=partial(residual_plots.energy_balance, estimate)
+        ),
+        Section("Convergence", (_CONVERGENCE,), figure=partial(plots.convergence, estimate)),
+    ]
+    for quantity in quantities:
+        figure = partial(residual_plots.residual_spectrum, estimate, quantity)
+        text = (_SPECTRUM.get(quantity, ""),)
+        sections.append(Section(f"Spectrum of the {quantity} residual", text, figure=figure))
+    return [
+        *sections,
+        *_whiteness_sections(estimate),
+        *_correlation_sections(estimate),
+        *notes_section(estimate.notes),
+        Section("Provenance", table=_provenance(estimate)),
+    ]
 
 
 def _fit_section(estimate: Estimate) -> Section:
     """Measured beside predicted torque, and how far apart they are."""
-    text = "Relative residual ‖y - W X‖ / ‖y‖. Validation data were not used to estimate."
-    figure = plots.measured_and_predicted(estimate, "torque")
-    if figure is None:
-        return Section("Fit", (text,), table=_fit_table(estimate))
-    told = "The list above the plot chooses the log; validation stands on a tinted ground. " + text
-    return drawn("Measured and predicted torque", told, figure, _fit_table(estimate))
+    text, table = (
+        "Relative residual ‖y - W X‖ / ‖y‖. Validation data were not used to estimate.",
+        _fit_table(estimate),
+    )
+    if not plots.traces_of(estimate, "torque"):
+        return Section("Fit", (text,), table, told=())
+    figure = partial(plots.measured_and_predicted, estimate, "torque")
+    heading = "Measured and predicted torque"
+    return Section(heading, (f"{_LOGS} {text}",), table, figure, told=())
 
 
 def _choice_sections(estimate: Estimate) -> list[Section]:
@@ -203,7 +174,7 @@ def _choice_sections(estimate: Estimate) -> list[Section]:
             "",
         )
         styles = ("name", "number", "number", "number", "words", "words")
-        out.append(Section("Models", (text,), table=Table(header, models, styles)))
+        out.append(Section("Models", (text,), table=Table(header, models, styles), told=()))
     if estimate.repairs:
         mended = tuple(
             (r.log, r.channel, r.fault, str(r.samples), r.done) for r in estimate.repairs
@@ -264,14 +235,16 @@ def _parameter_section(estimate: Estimate) -> Section:
         f"Standard deviations exclude: {estimate.excludes or 'not said'}.",
         f"Physical consistency: {estimate.physical.reason}.",
     )
-    return Section("Parameters", texts, table, plots.parameters(estimate))
+    figure = partial(plots.parameters, estimate)
+    return Section("Parameters", texts, table, figure, told=texts[1:])
 
 
 def _formula_section(estimate: Estimate) -> Section:
     """What each parameter is, equal factors once."""
     rows = tuple((p.name, folded(p.expression)) for p in estimate.parameters)
     text = "Each base parameter in the standard parameters of the links; M3 + ... + M7 is a sum."
-    return Section(_FORMULAS, (text,), Table(("name", "formula"), rows, ("name", "formula")))
+    table = Table(("name", "formula"), rows, ("name", "formula"))
+    return Section("Formulas", (text,), table, told=())
 
 
 def _values_sections(estimate: Estimate) -> list[Section]:
@@ -286,7 +259,7 @@ def _values_sections(estimate: Estimate) -> list[Section]:
         "Weak parameters are pale, and their bars may leave the plot; a value of zero is left out.",
         *tests,
     )
-    figure = parameter_plots.values(estimate)
+    figure = partial(parameter_plots.values, estimate)
     header, styles = ["name"], ["name"]
     for _, label in others:
         header += [label, "std", "apart, std"]
@@ -302,9 +275,8 @@ def _values_sections(estimate: Estimate) -> list[Section]:
     told = " and ".join(
         (["prior"] if known else []) + ["other methods"] * bool(estimate.comparison)
     )
-    section = drawn(f"Values beside {told}", "", figure)
     table = Table(tuple(header), tuple(rows), tuple(styles))
-    return [replace(section, text=texts, table=table)]
+    return [Section(f"Values beside {told}", texts, table, figure, told=())]
 
 
 def bias_tests(estimate: Estimate) -> tuple[str, ...]:
@@ -317,8 +289,10 @@ def bias_tests(estimate: Estimate) -> tuple[str, ...]:
     )
 
 
-def _whiteness_section(estimate: Estimate, figure: Figure) -> Section:
+def _whiteness_sections(estimate: Estimate) -> list[Section]:
     tested = estimate.whiteness
+    if not tested:
+        return []
     off = sum(w.p_value < LEVEL for w in tested)
     verdict = (
         "All residuals are white as far as these lags show."
@@ -344,17 +318,25 @@ def _whiteness_section(estimate: Estimate, figure: Figure) -> Section:
         ("name", "unit", "number", "number", "number", "text"),
         frozenset(k for k, w in enumerate(tested) if w.p_value < LEVEL),
     )
-    return drawn("Whiteness", text, figure, table)
+    held = [w for w in tested if w.kind == "validation"] or tested
+    white = len(held) - sum(w.p_value < LEVEL for w in held)
+    worst = min(held, key=lambda w: w.p_value)
+    told = f"residuals: {white} of {len(held)} white; {in_words(worst)}"
+    figure = partial(residual_plots.lag_correlation, estimate)
+    return [Section("Whiteness", (text,), table, figure), Section("", told=(told,))]
 
 
-def _correlation_section(estimate: Estimate, figure: Figure) -> Section:
+def _correlation_sections(estimate: Estimate) -> list[Section]:
+    if not estimate.correlation.size:
+        return []
+    figure = partial(plots.correlation, estimate)
     names = [p.name for p in estimate.parameters]
     above = np.triu(np.nan_to_num(np.abs(estimate.correlation)), 1)
     tied = [(above[i, j], i, j) for i, j in np.argwhere(above > TIED)]
     tied.sort(key=lambda entry: (-entry[0], entry[1], entry[2]))
     if not tied:
         text = f"No two parameters are correlated beyond ±{TIED:g}."
-        return drawn("Correlation", text, figure)
+        return [Section("Correlation", (text,), figure=figure)]
     shown = tied[:15]
     text = (
         f"{counted(len(tied), 'pair')} of parameters correlated beyond ±{TIED:g}: the data hardly "
@@ -362,7 +344,7 @@ def _correlation_section(estimate: Estimate, figure: Figure) -> Section:
     )
     rows = tuple((names[i], names[j], number(estimate.correlation[i, j], 4)) for _, i, j in shown)
     table = Table(("parameter", "and", "correlation"), rows, ("name", "name", "number"))
-    return drawn("Correlation", text, figure, table)
+    return [Section("Correlation", (text,), table, figure)]
 
 
 def _provenance(estimate: Estimate) -> Table:

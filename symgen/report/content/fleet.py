@@ -1,26 +1,35 @@
-"""The page and the files of a fleet."""
+"""What is said of a fleet."""
 
 from __future__ import annotations
 
 import math
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.diagnosis.fleet import MARKER, Finding, Fleet, fleet_json
+from symgen.diagnosis.fleet import Finding, Fleet
 from symgen.diagnosis.robot_days import courses_of
-from symgen.report.html import Banner, Section, Table, counted, drawn, number, page, percent
+from symgen.report.content.parts import (
+    Banner,
+    Content,
+    Section,
+    Table,
+    counted,
+    notes_section,
+    number,
+    percent,
+)
 from symgen.report.plots import curves as plots
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
 
 _MOST = 12  # trends that are drawn
 
 
-def fleet_files(found: Fleet) -> dict[str, bytes]:
-    """Return fleet.json and report.html."""
-    return {MARKER: fleet_json(found).encode(), "report.html": fleet_page(found).encode()}
-
-
-def fleet_page(found: Fleet) -> str:
-    """Return the page of a fleet: what changed, what stands out, trends, every day."""
+def fleet_content(found: Fleet) -> Content:
+    """Return what changed, what stands out, trends, every day."""
     robots = list(dict.fromkeys(e.day.robot for e in found.estimates))
     lead = (
         f"{counted(len(robots), 'robot')} of the model {found.robot}, an estimate for each of "
@@ -30,24 +39,28 @@ def fleet_page(found: Fleet) -> str:
     says = tuple(f"{f.robot}: {f.says} since {f.since}" for f in all_findings)
     banner = Banner(
         tone="warn" if all_findings else "good",
-        verdict="Changed" if all_findings else "Steady",
+        verdict="changed" if all_findings else "steady",
         text="" if all_findings else "No robot changed, and none stands out.",
         reasons=says,
         facts=(("changes", str(len(found.changes))), ("outliers", str(len(found.outliers)))),
     )
     sections = [
-        Section(heading, (text,), _findings(findings))
+        Section(heading, (text,), _findings(findings), told=())
         for heading, text, findings in (
             ("Changes", "Since when, with p corrected for all that was looked at.", found.changes),
             ("Outliers", "Robots that were others from their first day on.", found.outliers),
         )
         if findings
     ]
-    sections += _trends(found)
-    sections.append(_errors(found, robots))
-    sections.append(Section("Days", (), _days(found)))
-    sections.append(Section("Notes", found.notes))
-    return page(f"Fleet of {found.robot}", lead, sections, banner)
+    trends = "What moved, day by day; the band is two standard deviations."
+    errors = partial(_errors, found, robots)
+    sections += [
+        Section("Trends", (trends,), figure=partial(_trends, found)),
+        Section("Torque error", ("On held-out motion of every day.",), figure=errors),
+        Section("Days", (), _days(found)),
+        *notes_section(found.notes),
+    ]
+    return Content(f"Fleet of {found.robot}", lead, tuple(sections), banner)
 
 
 def _findings(findings: tuple[Finding, ...]) -> Table:
@@ -60,7 +73,7 @@ def _findings(findings: tuple[Finding, ...]) -> Table:
     return Table(head, tuple(rows), ("name", "name", "words", "name", "name", "words", "number"))
 
 
-def _trends(found: Fleet) -> list[Section]:
+def _trends(found: Fleet) -> Figure | None:
     """Draw the parameters that moved, day by day, with two standard deviations."""
     courses = {c.robot: c for c in courses_of(found.estimates)}
     panels: list[plots.Panel] = []
@@ -76,13 +89,12 @@ def _trends(found: Fleet) -> list[Section]:
             band = (y - 2 * std, y + 2 * std)
             panels.append(plots.Panel(f"{f.robot}, {name}", x, {name: y}, name, band=band))
     if not panels:
-        return []
+        return None
     figure = plots.line_grid(panels, title="Trends", xlabel="day").update_layout(showlegend=False)
-    figure.update_xaxes(dtick=_every(max(len(panel.x) for panel in panels)))
-    return [drawn("Trends", "What moved, day by day; the band is two standard deviations.", figure)]
+    return figure.update_xaxes(dtick=_every(max(len(panel.x) for panel in panels)))
 
 
-def _errors(found: Fleet, robots: list[str]) -> Section:
+def _errors(found: Fleet, robots: list[str]) -> Figure:
     """Draw the torque error of every robot by day."""
     longest = max(sum(e.day.robot == r for e in found.estimates) for r in robots)
     x = np.arange(1.0, longest + 1)
@@ -94,8 +106,7 @@ def _errors(found: Fleet, robots: list[str]) -> Section:
     figure = plots.lines(
         x, series, title="Torque error", xlabel="day", ylabel="torque error, %", height=420
     )
-    figure.update_xaxes(dtick=_every(longest))
-    return drawn("Torque error", "On held-out motion of every day.", figure)
+    return figure.update_xaxes(dtick=_every(longest))
 
 
 def _every(days: int) -> int:

@@ -1,23 +1,22 @@
-"""The page and the files of a payload."""
+"""What is said of a payload."""
 
 from __future__ import annotations
 
-import json
+from symgen.identification.payload_result import Payload
+from symgen.report.content.parts import (
+    Banner,
+    Content,
+    Section,
+    Table,
+    notes_section,
+    number,
+    percent,
+    run_lines,
+)
 
-from symgen.identification.payload_result import MARKER, Payload
-from symgen.report.html import Banner, Section, Table, number, page, percent
 
-
-def payload_files(found: Payload) -> dict[str, bytes]:
-    """Return payload.json and report.html."""
-    return {
-        MARKER: (json.dumps(found.to_json(), indent=1) + "\n").encode(),
-        "report.html": payload_page(found).encode(),
-    }
-
-
-def payload_page(found: Payload) -> str:
-    """Return the page: the load with its precision, how well it explains the logs, notes."""
+def payload_content(found: Payload) -> Content:
+    """Return the load with its precision, how well it explains the logs, notes."""
     left, rows = found.residual, []
     for name, q, unit in found.rows():
         value = "not determined" if q.value is None else number(q.value)
@@ -38,9 +37,11 @@ def payload_page(found: Payload) -> str:
         ("name", "number"),
     )
     text = f"By {found.method}; error is ||measured - model|| over ||measured||."
-    sections = [Section("Load", (), table), Section("Fit", (text,), fit)]
-    if found.notes:
-        sections.append(Section("Notes", found.notes))
+    sections = (
+        Section("Load", (), table, told=()),
+        Section("Fit", (text,), fit, told=()),
+        *notes_section(found.notes),
+    )
     mass = found.mass
     told = "The mass is not determined" if mass.value is None else f"{number(mass.value, 4)} kg"
     if mass.value is not None and mass.std is not None:
@@ -49,4 +50,5 @@ def payload_page(found: Payload) -> str:
         f"With the load the model leaves {percent(left.after, 3)} of the torque, without it "
         f"{percent(left.before, 3)}; ± is twice the standard deviation."
     )
-    return page(f"Payload of {found.robot}", lead, sections, Banner("plain", told, text))
+    banner, run = Banner("plain", told, text), run_lines(found.band, found.repairs)
+    return Content(f"Payload of {found.robot}", lead, sections, banner, run)

@@ -1,8 +1,8 @@
-"""The page and the files of a study."""
+"""What is said of a study."""
 
 from __future__ import annotations
 
-import json
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +10,6 @@ import numpy as np
 from symgen.experiment.study_result import (
     COLUMNS,
     HEADER,
-    MARKER,
     Precision,
     Study,
     Tried,
@@ -19,7 +18,14 @@ from symgen.experiment.study_result import (
     overview,
     precision_rows,
 )
-from symgen.report.html import Banner, Section, Table, drawn, page, percent
+from symgen.report.content.parts import (
+    Banner,
+    Content,
+    Section,
+    Table,
+    notes_section,
+    percent,
+)
 from symgen.report.plots import curves as plots
 
 if TYPE_CHECKING:
@@ -28,16 +34,8 @@ if TYPE_CHECKING:
 _DRAWN = 8  # parameters of the chart
 
 
-def study_files(found: Study) -> dict[str, bytes]:
-    """Return study.json and report.html."""
-    return {
-        MARKER: (json.dumps(found.to_json(), indent=1) + "\n").encode(),
-        "report.html": study_page(found).encode(),
-    }
-
-
-def study_page(found: Study) -> str:
-    """Return the page: the answer, models and methods beside each other, parameters, settings."""
+def study_content(found: Study) -> Content:
+    """Return the answer, models and methods beside each other, parameters, settings."""
     s, best = found.settings, found.best
     lead = (
         f"What logs of these motions and sensors tell of {found.robot}: {s.runs} simulated runs of "
@@ -45,14 +43,14 @@ def study_page(found: Study) -> str:
         "the parameters that it was made of.",
     )
     if best is None or best.torque_error is None:
-        banner = Banner("bad", "Not determined", "No run determines the parameters.", found.notes)
-        return page(f"Study of {found.robot}", lead, [_settings(found)], banner)
+        banner = Banner("bad", "not determined", "No run determines the parameters.", found.notes)
+        return Content(f"Study of {found.robot}", lead, (_settings(found),), banner)
     facts = (
         ("torque error of held-out motion", percent(best.torque_error, 3)),
         ("coverage of 95 % intervals", percent(best.coverage, 2)),
     )
     told = f"{answer(found, best)}."
-    banner = Banner("plain", best.name.capitalize(), told, facts=facts)
+    banner = Banner("plain", best.name, told, facts=facts)
     words = ("name", *("number",) * (len(HEADER) - 1))
     ways = Section(
         "Models and methods",
@@ -63,6 +61,7 @@ def study_page(found: Study) -> str:
             "of 95 % held the truth, mean over the parameters.",
         ),
         Table(HEADER, tuple(overview(found)), words),
+        told=(f"at once, in the end, never: parameters within {s.target_percent:g} %",),
     )
     styles = ("name", *("number",) * (len(COLUMNS) - 2), "unit")
     flagged = frozenset(k for k, p in enumerate(best.parameters) if p.seconds is None)
@@ -74,11 +73,11 @@ def study_page(found: Study) -> str:
             f"square root of the time.{_falls(found, best)}",
         ),
         Table(COLUMNS, tuple(precision_rows(best)), styles, flagged),
+        told=("bias and std over the true value",),
     )
-    sections = [ways, *_chart(found, best), parameters, *_lengths(found), _settings(found)]
-    if found.notes:
-        sections.append(Section("Notes", found.notes))
-    return page(f"Study of {found.robot}", lead, sections, banner)
+    sections = (ways, *_chart(found, best), parameters, *_lengths(found), _settings(found))
+    notes = notes_section(found.notes)
+    return Content(f"Study of {found.robot}", lead, (*sections, *notes), banner)
 
 
 def _falls(found: Study, best: Tried) -> str:
@@ -91,11 +90,21 @@ def _falls(found: Study, best: Tried) -> str:
 
 
 def _chart(found: Study, best: Tried) -> list[Section]:
-    """Draw the error of the parameters that take longest over the time that is recorded."""
+    """The error of the parameters that take longest over the time that is recorded."""
     s = found.settings
     known = sorted((p for p in best.parameters if p.known), key=_needed)[-_DRAWN:]
     if not known:
         return []
+    text = (
+        f"Of the known parameters the {len(known)} that take longest: root mean square error over "
+        "the value, bias and std together. Dots are simulated, lines follow std / √time, the "
+        f"dashed one is {s.target_percent:g} %."
+    )
+    return [Section("How long to record", (text,), figure=partial(_courses, found, known))]
+
+
+def _courses(found: Study, known: list[Precision]) -> Figure:
+    s = found.settings
     longest = max([4 * s.seconds, *(1.5 * (p.seconds or 0.0) for p in known)])
     T = np.geomspace(s.seconds, longest, 60)
     figure = plots.lines(
@@ -110,13 +119,9 @@ def _chart(found: Study, best: Tried) -> list[Section]:
     _measured(figure, known, s.seconds, s.lengths)
     ticks = {"type": "log", "dtick": 1, "tickformat": "~g"}
     figure.update_xaxes(**ticks).update_yaxes(**ticks)
-    figure.add_hline(y=s.target_percent, line={"color": plots.INK, "width": 1, "dash": "dash"})
-    text = (
-        f"Of the known parameters the {len(known)} that take longest: root mean square error over "
-        "the value, bias and std together. Dots are simulated, lines follow std / √time, the "
-        f"dashed one is {s.target_percent:g} %."
+    return figure.add_hline(
+        y=s.target_percent, line={"color": plots.INK, "width": 1, "dash": "dash"}
     )
-    return [drawn("How long to record", text, figure)]
 
 
 def _measured(

@@ -1,0 +1,146 @@
+"""What is said of a result: a verdict, sections of words, tables and figures, before any look."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symgen.report.plots.robot import drawing
+from symgen.robot.table import HEADER, table_rows
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+    from symgen.estimation.band import Band
+    from symgen.estimation.repairs import Repair
+    from symgen.robot.types import Robot
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of texts.
+
+    Attributes:
+        header: one text a column.
+        rows: one text a column in each.
+        styles: "text", "number", "name", "words" or "formula" for each column; empty: all text.
+        flagged: indices of the rows to point out.
+    """
+
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    styles: tuple[str, ...] = ()
+    flagged: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading with paragraphs, then a figure or a picture (SVG of our own), then a table.
+
+    Attributes:
+        heading, text, table: words and numbers.
+        figure: draws it, when a page is made; where there is nothing to draw it returns None, and a
+            section without a table is left out.
+        picture: SVG.
+        told: lines that a terminal prints below the table; None: it shows nothing of the section.
+            Lines alone, without anything else, are not on a page.
+    """
+
+    heading: str
+    text: tuple[str, ...] = ()
+    table: Table | None = None
+    figure: Callable[[], Figure | None] | None = None
+    picture: str = ""
+    told: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Banner:
+    """What the reader must see first.
+
+    Attributes:
+        tone: "good", "warn", "bad", or "plain" where there is no verdict: the colour.
+        verdict: one or two words.
+        text: what it means, in a sentence.
+        reasons: why.
+        facts: label and value of the few numbers that matter.
+    """
+
+    tone: str
+    verdict: str
+    text: str
+    reasons: tuple[str, ...] = ()
+    facts: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Content:
+    """All that is said of a result, as a page and as the text of a terminal.
+
+    Attributes:
+        title: of the page.
+        lead: paragraphs below the title.
+        sections: in the order of page and terminal.
+        banner: the verdict: on top of the page, at the end of the text.
+        run: lines that a terminal prints first: what was done to the logs.
+    """
+
+    title: str
+    lead: tuple[str, ...]
+    sections: tuple[Section, ...]
+    banner: Banner | None = None
+    run: tuple[str, ...] = ()
+
+    @property
+    def good(self) -> bool:
+        """Whether the answer is yes, or there was no question."""
+        return self.banner is None or self.banner.tone in ("good", "plain")
+
+
+def run_lines(band: Band | None, repairs: Sequence[Repair]) -> tuple[str, ...]:
+    """Return what was done to the logs: a line of band, speeds and repairs; then each repair."""
+    said = "no band" if band is None else band.in_words()
+    channels = ", ".join(dict.fromkeys(f"{r.channel} of {r.log}" for r in repairs))
+    told = f"run: {said}; repaired: {channels or 'nothing'}"
+    return (told, *(f"repair: {r.in_words}" for r in repairs))
+
+
+def notes_section(notes: Sequence[str]) -> tuple[Section, ...]:
+    """Return the section of notes where there are any; the band stands in the line of the run."""
+    told = tuple(f"note: {note}" for note in notes if not note.startswith("band: "))
+    return (Section("Notes", tuple(notes), told=told),) if notes else ()
+
+
+def number(value: float, digits: int = 5) -> str:
+    """Return a number with so many significant digits, in words where it is not finite."""
+    if np.isnan(value):
+        return "unknown"
+    if np.isinf(value):
+        return "∞" if value > 0 else "-∞"
+    return f"{value or 0.0:#.{digits}g}".removesuffix(".")
+
+
+def percent(ratio: float, digits: int = 4) -> str:
+    """Return a ratio in percent."""
+    return f"{number(100 * ratio, digits)} %"
+
+
+def frames_section(robot: Robot) -> Section:
+    """The frames of a robot as its Denavit-Hartenberg table has them."""
+    text = (
+        "The table with all joints at zero: axes z as lines, x dashed; revolute joints are "
+        "circles, prismatic ones squares, each with the number of its frame."
+    )
+    rows = tuple(row[:-1] if not any(j.follows for j in robot.joints) else row
+                 for row in table_rows(robot))  # fmt: skip
+    header = HEADER[: len(rows[0])]
+    table = Table(header, rows, ("name", *("text",) * (len(header) - 1)))
+    return Section("The robot", (text,), table, picture=drawing(robot))
+
+
+def counted(count: int, noun: str) -> str:
+    """Return "1 pair", "2 pairs"."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
