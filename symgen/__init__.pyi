@@ -18,6 +18,7 @@ from symgen.data.signals import prepare as prepare
 from symgen.diagnosis.diagnosis import Diagnosis as Diagnosis
 from symgen.diagnosis.fleet import fleet as fleet
 from symgen.diagnosis.workflow import diagnose as diagnose
+from symgen.distributed import Workers as Workers
 from symgen.errors import (
     BuildError as BuildError,
     ExpressionError as ExpressionError,
@@ -61,6 +62,7 @@ from symgen.experiment.study_result import Study as Study
 from symgen.identification.comparison import compare as compare
 from symgen.identification.estimate import Estimate as Estimate
 from symgen.identification.export import values_header as values_header
+from symgen.identification.options import Fit as Fit
 from symgen.identification.payload import payload as payload
 from symgen.identification.physical.links import link_parameters as link_parameters
 from symgen.identification.prediction import predict as predict

@@ -18,6 +18,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
@@ -27,6 +28,31 @@ from symgen.errors import SymgenError
 Item = TypeVar("Item")
 _AHEAD = 3  # items a worker that are handed out at once
 _RETRIES = 3  # of an item whose workers die
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Who does the work of `identify`, `fleet` and `study`, and where it is kept.
+
+    Attributes:
+        processes: on this machine; None or 1 for this process alone, more need Dask.
+        scheduler: address of a Dask scheduler, which is used and left running.
+        work: folder in which a run that is interrupted keeps what is finished; a study keeps
+            nothing.
+
+    Raises:
+        SymgenError: no such number of processes, or both are given.
+    """
+
+    processes: int | None = None
+    scheduler: str | None = None
+    work: str | Path | None = None
+
+    def __post_init__(self) -> None:
+        if self.processes is not None and self.scheduler is not None:
+            raise SymgenError("--workers and --scheduler; accepted: one of them")
+        if self.processes is not None and self.processes < 1:
+            raise SymgenError(f"--workers {self.processes}; accepted: 1 or more")
 
 
 class Executor(Protocol):
@@ -91,20 +117,13 @@ def _call(task: Callable[[Item], bytes], item: Item) -> bytes:
 
 
 @contextmanager
-def executor(workers: int | None = None, scheduler: str | None = None) -> Iterator[Executor]:
+def executor(asked: Workers | None = None) -> Iterator[Executor]:
     """Give an executor, and end what was started for it.
-
-    Args:
-        workers: processes on this machine; None or 1 for this process alone.
-        scheduler: address of a Dask scheduler, which is used and left running.
 
     Raises:
         SymgenError: Dask is not installed, or no scheduler answers there.
     """
-    if workers is not None and scheduler is not None:
-        raise SymgenError("--workers and --scheduler; accepted: one of them")
-    if workers is not None and workers < 1:
-        raise SymgenError(f"--workers {workers}; accepted: 1 or more")
+    workers, scheduler = (None, None) if asked is None else (asked.processes, asked.scheduler)
     if scheduler is None and workers in (None, 1):
         yield Serial()
         return

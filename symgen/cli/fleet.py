@@ -9,7 +9,7 @@ import click
 
 from symgen.cli.progress import stages
 from symgen.cli.reading import reading_options
-from symgen.cli.workers import worker_options
+from symgen.cli.workers import worker_options, workers_of
 from symgen.report.terminal import print_result
 
 if TYPE_CHECKING:
@@ -62,9 +62,7 @@ def fleet(
             model=model,
             cutoff=cutoff,
             reading=reading,
-            workers=workers,
-            scheduler=scheduler,
-            work=work,
+            workers=workers_of(workers, scheduler, work),
             progress=told,
         )
     files = symgen.write(found, into)

@@ -10,7 +10,7 @@ import click
 
 from symgen.cli.progress import stages
 from symgen.cli.reading import again, diagnosing, numbers, one_of, reading_options, robot_names
-from symgen.cli.workers import worker_options
+from symgen.cli.workers import worker_options, workers_of
 from symgen.report.terminal import print_result
 
 if TYPE_CHECKING:
@@ -101,14 +101,9 @@ def identify(
             method=method,
             window=window,
             cutoff=cutoff,
-            prior=prior,
-            forgetting=forgetting,
-            commanded=list(commanded),
+            fit=symgen.Fit(prior, numbers("--weights", weights), list(commanded), forgetting),
             reading=reading,
-            weights=numbers("--weights", weights),
-            workers=workers,
-            scheduler=scheduler,
-            work=work,
+            workers=workers_of(workers, scheduler, work),
             progress=told,
         )
         told("writing the report")

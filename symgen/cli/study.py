@@ -9,7 +9,7 @@ import click
 
 from symgen.cli.progress import meter, say
 from symgen.cli.reading import one_of, recording_options, robot_names
-from symgen.cli.workers import worker_options
+from symgen.cli.workers import worker_options, workers_of
 from symgen.report.terminal import print_result
 
 if TYPE_CHECKING:
@@ -83,8 +83,7 @@ def study(
             runs=runs,
             target=target / 100,
             seed=seed,
-            workers=workers,
-            scheduler=scheduler,
+            workers=workers_of(workers, scheduler),
             progress=say,
             meter=advance,
         )

@@ -26,6 +26,7 @@ from symgen.data.signals import NORMAL
 from symgen.diagnosis.drift import LEVEL, Course, Named, Step, named, steps
 from symgen.diagnosis.robot_days import DayEstimate, IdentifyDay, courses_of, estimated, grouped
 from symgen.diagnosis.workflow import diagnose
+from symgen.distributed import Workers
 from symgen.errors import SymgenError
 from symgen.identification.parameters import link_columns, read_parameters, regrouping
 from symgen.identification.prediction import band_of
@@ -132,9 +133,7 @@ def fleet(
     model: str = "momentum",
     cutoff: float | None = None,
     reading: Reading | None = None,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    work: str | Path | None = None,
+    workers: Workers | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Fleet:
     """Identify every robot and day of a data set, and find what drifted and what stands out.
@@ -152,7 +151,7 @@ def fleet(
         model: energy, momentum or torque.
         cutoff: of the filters, Hz; by default that of the reference, or what suits the first day.
         reading: how logs are read.
-        workers, scheduler, work: as for `identify`.
+        workers: as for `identify`.
         progress: is told what is being done.
 
     Raises:
@@ -174,7 +173,7 @@ def fleet(
         first = identify(source, list(days[0].files), model=model, reading=reading)
         cutoff = first.band.cutoff_hz if first.band is not None else None
         task = replace(task, cutoff=cutoff)
-    estimates = estimated(task, days, workers, scheduler, work, progress)
+    estimates = estimated(task, days, workers, progress)
     found = _findings(source, derived, estimates, given, cutoff, reading, progress)
     return Fleet(source.name, derived.base.names, tuple(estimates), *found)
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from symgen.data.dataset import constant_column, identity
 from symgen.data.raw import Reading
 from symgen.diagnosis.drift import Course
-from symgen.distributed import WorkFolder, digest, executor, finished
+from symgen.distributed import Workers, WorkFolder, digest, executor, finished
 from symgen.errors import LogError, SymgenError, plain
 from symgen.estimation.recipe import NEEDED, Recipe
 from symgen.identification.reduction import loaded
@@ -96,15 +96,13 @@ class IdentifyDay:
 def estimated(
     task: IdentifyDay,
     days: Sequence[Day],
-    workers: int | None,
-    scheduler: str | None,
-    work: str | Path | None,
+    workers: Workers | None,
     progress: Callable[[str], None],
 ) -> list[DayEstimate]:
     """Identify all days that are not kept."""
     keys = [digest(repr(task), repr(day), *(identity(name) for name in day.files)) for day in days]
-    with tempfile.TemporaryDirectory(prefix="symgen-") as fresh, executor(workers, scheduler) as by:
-        folder = WorkFolder(Path(work or fresh))
+    with tempfile.TemporaryDirectory(prefix="symgen-") as fresh, executor(workers) as by:
+        folder = WorkFolder(Path((workers and workers.work) or fresh))
         sizes = [1] * len(days)
         finished(by, task, days, keys, folder, sizes, progress, "days", "days")
         out = []

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.log import Log
-from symgen.distributed import executor
+from symgen.distributed import Workers, executor
 from symgen.errors import ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.estimators import Estimator
@@ -69,8 +69,7 @@ def study(
     runs: int = 100,
     target: float = 0.02,
     seed: int = 0,
-    workers: int | None = None,
-    scheduler: str | None = None,
+    workers: Workers | None = None,
     progress: Callable[[str], None] = lambda _: None,
     meter: Callable[[float], None] = lambda _: None,
 ) -> Study:
@@ -92,8 +91,7 @@ def study(
         runs: how many.
         target: what a parameter is to be known to, over its value.
         seed: of all noise, and of the Fourier series.
-        workers: processes that share the runs; needs Dask from two on. The result is the same.
-        scheduler: address of a Dask scheduler whose workers do it.
+        workers: who shares the runs. The result is the same.
         progress: is told what is being done.
         meter: is told which part is done, from 0 to 1.
 
@@ -144,7 +142,7 @@ def study(
     items = [range(k, min(k + TOGETHER, runs)) for k in range(0, runs, TOGETHER)]
     done: dict[int, bytes] = {}
     progress(f"identifying {runs} runs by {len(ways)} ways")
-    with executor(workers, scheduler) as by:
+    with executor(workers) as by:
         for k, content in by.results(trials, items):
             done[k] = content
             meter(_BEFORE + (1 - _BEFORE) * len(done) / len(items))

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from symgen.codegen.model import derive
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
-from symgen.distributed import executor
+from symgen.distributed import Workers, executor
 from symgen.errors import IdentificationError, LogError
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.logs import (
@@ -37,10 +37,9 @@ from symgen.identification.case import (
     looked_at,
     require_condition,
 )
-from symgen.identification.estimate import (
-    Estimate,
-)
+from symgen.identification.estimate import Estimate
 from symgen.identification.judging import Run, judged
+from symgen.identification.options import Fit
 from symgen.identification.out_of_core import identify_data_set
 from symgen.identification.parts import is_long, paths_of
 from symgen.identification.prior import read_prior
@@ -54,8 +53,6 @@ from symgen.runtime.evaluator import Evaluator, load
 FloatArray = NDArray[np.float64]
 AUTO = "auto"
 MODELS = (AUTO, *NEEDED, STATIC)
-#: Methods for which logs can be given weights.
-WEIGHED = ("wls", "ols")
 _FEWEST = 10  # samples held out
 
 
@@ -68,20 +65,15 @@ def identify(
     method: str | Estimator = "wls",
     window: float = 0.2,
     cutoff: float | None = None,
-    prior: str | Path | None = None,
-    forgetting: float = 1.0,
-    commanded: Sequence[Source] | Source = (),
+    fit: Fit | None = None,
     reading: Reading | None = None,
-    weights: Sequence[float] | None = None,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    work: str | Path | None = None,
+    workers: Workers | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Estimate:
     """Identify a robot's base parameters from measured logs.
 
-    Logs that are a data set (a pattern, a folder, a URL), or for which workers or a work folder are
-    given, or Parquet and NPZ files of many samples for least squares, are read chunk by chunk, see
+    Logs that are a data set (a pattern, a folder, a URL), or for which workers are given, or
+    Parquet and NPZ files of many samples for least squares, are read chunk by chunk, see
     `symgen.identification.out_of_core`.
 
     Args:
@@ -98,16 +90,9 @@ def identify(
         window: length of the sliding windows of energy and momentum, s.
         cutoff: of the zero-phase filter of positions and speeds, Hz; by default the one with the
             smallest torque error on folds of the training logs left out of the fit.
-        prior: estimate.json, TOML with [parameters], or the .urdf that the robot was imported
-            from: pulls methods wls and consistent towards its values (see `read_prior`).
-        forgetting: weight of the past for each new equation, of method recursive, in (0, 1].
-        commanded: the commanded motion of each log, in their order, for the instruments of method
-            iv; by default they come from the encoders, where speeds were measured too.
+        fit: a prior, weights of logs, commanded motions, forgetting.
         reading: how logs are read, and what of them is left out of the equations.
-        weights: one a log, of its squared residuals; by default all alike. For wls and ols.
-        workers: processes that read and fold chunks; needs Dask from two on.
-        scheduler: address of a Dask scheduler whose workers do it.
-        work: folder in which a run that is interrupted keeps what is finished.
+        workers: who reads and folds chunks, and where what is finished is kept.
         progress: is told what is being done.
 
     Returns:
@@ -119,11 +104,12 @@ def identify(
     """
     if model not in MODELS:
         raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
-    chosen = Method.of(method, forgetting)
+    asked = fit or Fit()
+    chosen = Method.of(method, asked.forgetting)
     if not (math.isfinite(window) and window > 0):
         raise IdentificationError(f"a window of {window:g} s; accepted: a length above 0")
-    shares = _weights(weights, len(listed_logs(logs)), chosen.name)
-    sources, motions = listed_logs(logs), listed_logs(commanded)
+    sources, motions = listed_logs(logs), listed_logs(asked.commanded)
+    shares = asked.shares(len(sources), chosen.name)
     if motions and (chosen.name != "iv" or len(motions) != len(sources)):
         raise IdentificationError(
             f"{len(motions)} commanded motions for {len(sources)} logs and method {chosen.name}; "
@@ -137,27 +123,26 @@ def identify(
             evaluator,
             sources,
             listed_logs(validation),
-            _of_poses(chosen, prior, shares, evaluator),
-            chosen.name + (" with prior" if prior is not None else ""),
+            _of_poses(chosen, asked.prior, shares, evaluator),
+            chosen.name + (" with prior" if asked.prior is not None else ""),
             reading,
             progress,
         )
     recipes = _recipes(source, model, window, chosen)
-    spread = workers is not None or scheduler is not None or work is not None
     given = listed_logs(validation)
-    plain = chosen.plain and prior is None and weights is None and not motions
+    plain = chosen.plain and asked.prior is None and asked.weights is None and not motions
     whole = source.loaded or bool(source.on_logs)
-    if spread or is_long([*sources, *given], plain and not whole):
+    if workers is not None or is_long([*sources, *given], plain and not whole):
         refused = {
-            "weights": weights,
-            "prior": prior,
+            "weights": asked.weights,
+            "prior": asked.prior,
             "commanded": motions,
             "effects on samples": source.on_logs,
         }
         for name, value in refused.items():
             if value:
                 raise IdentificationError(f"{name} on a data set; accepted: none there")
-        with executor(workers, scheduler) as by:
+        with executor(workers) as by:
             return identify_data_set(
                 source,
                 paths_of(sources),
@@ -167,14 +152,14 @@ def identify(
                 by=by,
                 cutoff=cutoff,
                 reading=reading,
-                work=None if work is None else Path(work),
+                work=None if workers is None or workers.work is None else Path(workers.work),
                 progress=progress,
             )
     train, held, repairs = _look(source, sources, given, reading, progress)
     progress("deriving and compiling the model")
     evaluator = _loaded(robot, source, recipes)
-    if prior is not None:
-        chosen = replace(chosen, prior=read_prior(prior, evaluator.model))
+    if asked.prior is not None:
+        chosen = replace(chosen, prior=read_prior(asked.prior, evaluator.model))
     own_speeds = chosen.name == "iv" and not motions
     run = looked_at(
         evaluator, train, held, repairs, bool(given), cutoff, progress, own_speeds=own_speeds
@@ -251,20 +236,6 @@ def _split(s: Samples) -> tuple[Samples, Samples]:
         )
     late = s.cut(slice(cut, None))
     return s.cut(slice(None, cut)), replace(late, name=f"{s.name} (last fifth)", notes=())
-
-
-def _weights(weights: Sequence[float] | None, logs: int, method: str) -> Sequence[float]:
-    """Return one weight a log; refuse what cannot weigh."""
-    if weights is None:
-        return [1.0] * logs
-    if method not in WEIGHED:
-        raise IdentificationError(f"weights with method {method}; accepted: {', '.join(WEIGHED)}")
-    if len(weights) != logs or not all(0 < w < math.inf for w in weights):
-        shown = ", ".join(f"{w:g}" for w in weights)
-        raise IdentificationError(
-            f"weights {shown}; accepted: a number above 0 for each of {logs} logs"
-        )
-    return weights
 
 
 def _solve(

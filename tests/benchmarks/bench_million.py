@@ -102,7 +102,9 @@ def one(source: str, model: str, workers: int | None) -> None:
     import symgen
 
     begin = time.perf_counter()
-    estimate = symgen.identify(ROBOT, [source], model=model, workers=workers)
+    estimate = symgen.identify(
+        ROBOT, [source], model=model, workers=workers and symgen.Workers(workers)
+    )
     seconds = time.perf_counter() - begin
     own = resource.getrusage(resource.RUSAGE_SELF)
     user = own.ru_utime + resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime

@@ -53,7 +53,11 @@ def test_a_killed_worker_loses_nothing_and_counts_nothing_twice(
     monkeypatch.setattr(distributed.OnDask, "results", kills)
     work = tmp_path / "work"
     spread = symgen.identify(
-        robot(), str(logs / "*.parquet"), model="momentum", cutoff=5.0, workers=2, work=work
+        robot(),
+        str(logs / "*.parquet"),
+        model="momentum",
+        cutoff=5.0,
+        workers=symgen.Workers(2, work=work),
     )
     assert killed
     assert pytest.approx(alone.X, rel=1e-12) == spread.X
@@ -122,6 +126,6 @@ def test_logs_behind_a_web_server(logs: Path) -> None:
 def test_a_scheduler_that_does_not_answer_is_named() -> None:
     with (
         pytest.raises(symgen.SymgenError, match=r"--scheduler tcp://127.0.0.1:9.*; accepted: the"),
-        distributed.executor(scheduler="tcp://127.0.0.1:9"),
+        distributed.executor(distributed.Workers(scheduler="tcp://127.0.0.1:9")),
     ):
         pass

@@ -238,7 +238,7 @@ def test_a_log_of_weight_two_counts_as_if_it_were_given_twice(robot):
     options = {"validation": c, "method": "ols", "model": "momentum"}
     later = replace(a, t=a.t + 100.0)  # the same log again is refused
     twice = symgen.identify(robot, [a, later, b], **options)
-    weighed = symgen.identify(robot, [a, b], weights=[2, 1], **options)
+    weighed = symgen.identify(robot, [a, b], fit=symgen.Fit(weights=[2, 1]), **options)
     plain = symgen.identify(robot, [a, b], **options)
     np.testing.assert_allclose(weighed.X, twice.X, rtol=1e-9)
     assert "squared residuals of the logs are weighed by 2, 1" in weighed.notes
@@ -250,13 +250,13 @@ def test_wls_takes_the_weights_beside_its_own(robot):
     a, b, c = noisy(4, 0.2), noisy(5, 1.0), noisy(6, 0.2)
     options = {"validation": c, "model": "momentum"}
     alone = symgen.identify(robot, a, **options)
-    leaning = symgen.identify(robot, [a, b], weights=[1, 1e-9], **options)
+    leaning = symgen.identify(robot, [a, b], fit=symgen.Fit(weights=[1, 1e-9]), **options)
     np.testing.assert_allclose(leaning.X, alone.X, rtol=1e-6)
     # By hand: the weights of the last pass are sqrt(w) over the deviation of the residual.
     weights = [1.0, 0.25]
     recipe = Recipe("momentum", 0.2)
     evaluator = symgen.load(symgen.derive(robot, recipe.all_kernels))
-    given = symgen.identify(robot, [a, b], weights=weights, **options)
+    given = symgen.identify(robot, [a, b], fit=symgen.Fit(weights=weights), **options)
     rows = [
         recipe.equations(evaluator, filtered(open_samples(log, robot)[0], given.band))[0]
         for log in (a, b)
@@ -277,7 +277,7 @@ def test_wls_takes_the_weights_beside_its_own(robot):
 )  # fmt: skip
 def test_weights_that_weigh_nothing_are_refused(robot, resting, weights, method, word):
     with pytest.raises(symgen.IdentificationError, match=word):
-        symgen.identify(robot, list(resting), weights=weights, method=method)
+        symgen.identify(robot, list(resting), fit=symgen.Fit(weights=weights), method=method)
 
 
 def test_a_span_of_time_is_cut_before_anything_is_done(robot, cut_off):

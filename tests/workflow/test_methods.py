@@ -135,13 +135,13 @@ def test_iv_takes_the_commanded_motion_where_speeds_are_derived() -> None:
     with pytest.raises(symgen.IdentificationError, match="or the commanded motion"):
         symgen.identify("planar2r", log, method="iv")
     commanded = symgen.make_log("commanded", t, q, tau, qd)
-    estimate = symgen.identify("planar2r", log, method="iv", commanded=commanded)
+    estimate = symgen.identify("planar2r", log, method="iv", fit=symgen.Fit(commanded=commanded))
     assert np.abs(estimate.X / X - 1).max() < 0.02
     short = symgen.make_log("short", t[:900], q[:900], tau[:900], qd[:900])
     with pytest.raises(symgen.LogError, match="spans"):
-        symgen.identify("planar2r", log, method="iv", commanded=short)
+        symgen.identify("planar2r", log, method="iv", fit=symgen.Fit(commanded=short))
     with pytest.raises(symgen.IdentificationError, match="one for each log, with method iv"):
-        symgen.identify("planar2r", log, commanded=commanded)
+        symgen.identify("planar2r", log, fit=symgen.Fit(commanded=commanded))
 
 
 def test_huber_bears_torque_spikes() -> None:
@@ -168,14 +168,14 @@ def test_forgetting_follows_a_load_that_is_put_down() -> None:
     log = symgen.make_log("load", t, q, tau, qd)
     options = {"model": "energy", "method": "recursive"}
     kept = symgen.identify("planar2r", log, **options)
-    fading = symgen.identify("planar2r", log, forgetting=0.99, **options)
+    fading = symgen.identify("planar2r", log, fit=symgen.Fit(forgetting=0.99), **options)
     assert np.abs(fading.X / after - 1).max() < 0.01
     assert np.abs(kept.X / after - 1).max() > 0.1
     assert all(p.std < 0.01 * abs(p.value) for p in fading.parameters)
     with pytest.raises(symgen.IdentificationError, match="does not forget"):
-        symgen.identify("planar2r", log, forgetting=0.9)
+        symgen.identify("planar2r", log, fit=symgen.Fit(forgetting=0.9))
     with pytest.raises(symgen.IdentificationError, match="above 0 and at most 1"):
-        symgen.identify("planar2r", log, method="recursive", forgetting=1.5)
+        symgen.identify("planar2r", log, method="recursive", fit=symgen.Fit(forgetting=1.5))
 
 
 def _at_every_sample(evaluator: symgen.Evaluator, log: FilteredLog, window: float) -> Equations:
@@ -196,7 +196,9 @@ def test_forgetting_is_least_squares_with_weights_that_fade() -> None:
     log = _log(3, 1e-4, 0.02)  # smooth speeds: quadratures of different order agree
     evaluator = symgen.load("planar2r")
     held, options = _log(), {"model": "energy", "method": "recursive", "cutoff": 20.0}
-    found = symgen.identify("planar2r", log, validation=held, forgetting=0.998, **options)
+    found = symgen.identify(
+        "planar2r", log, validation=held, fit=symgen.Fit(forgetting=0.998), **options
+    )
     assert found.band is not None
     # a window that ends at every sample, as those of the recursion do
     motion = filtered(symgen.prepare(log), found.band)
@@ -235,7 +237,7 @@ def test_the_command_line_takes_method_and_prior(tmp_path) -> None:
     assert done.returncode == 2
     assert "accepted: wls, ols, huber, tls, iv, ridge, essential, consistent" in done.stderr
     with pytest.raises(symgen.IdentificationError, match="takes no prior; accepted: wls, cons"):
-        symgen.identify("planar2r", log, method="tls", prior=tmp_path / "cad.toml")
+        symgen.identify("planar2r", log, method="tls", fit=symgen.Fit(tmp_path / "cad.toml"))
 
 
 def test_an_estimate_by_iv_tells_both_estimates_and_the_test() -> None:
@@ -279,7 +281,7 @@ def test_a_prior_holds_what_a_poor_motion_does_not_show(tmp_path) -> None:
         "[parameters]\nZZ1R = 1.8\nZZ2 = 0.055\nMX2 = 0.16\nMY2 = 0.08\n"
     )
     free = symgen.identify("planar2r", log, model="momentum")
-    held = symgen.identify("planar2r", log, model="momentum", prior=tmp_path / "cad.toml")
+    held = symgen.identify("planar2r", log, model="momentum", fit=symgen.Fit(tmp_path / "cad.toml"))
     assert held.method == "wls with prior"
     assert np.abs(held.X / X - 1).max() < 0.3 < np.abs(free.X / X - 1).max()
     assert "errors of the prior" in held.excludes

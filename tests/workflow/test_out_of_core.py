@@ -72,7 +72,7 @@ def test_derived_speeds_masks_and_a_validation_log_too(logs: Path, tmp_path: Pat
     held = logs / "b.parquet"
     given = {"model": "momentum", "cutoff": 8.0, "validation": [held]}
     memory = symgen.identify(robot(), train, **given)
-    same(memory, symgen.identify(robot(), train, workers=1, **given), 1e-9)
+    same(memory, symgen.identify(robot(), train, workers=symgen.Workers(1), **given), 1e-9)
 
 
 def test_no_window_straddles_a_gap_and_stretches_are_logs(tmp_path: Path) -> None:
@@ -81,7 +81,7 @@ def test_no_window_straddles_a_gap_and_stretches_are_logs(tmp_path: Path) -> Non
     one = parquet(tmp_path / "gap.parquet", whole)
     two = [parquet(tmp_path / f"{k}.parquet", c) for k, c in enumerate((first, second))]
     apart = symgen.identify(robot(), two, model="momentum")
-    gap = symgen.identify(robot(), one, model="momentum", workers=1)
+    gap = symgen.identify(robot(), one, model="momentum", workers=symgen.Workers(1))
     assert pytest.approx(apart.X, rel=1e-9) == gap.X
     assert gap.torque_validation.relative == pytest.approx(apart.torque_validation.relative)
     with pytest.raises(symgen.LogError, match="split it there"):
@@ -127,18 +127,29 @@ def test_an_interrupted_run_goes_on_from_what_was_finished(
 
     monkeypatch.setattr(distributed.Serial, "results", breaks)
     with pytest.raises(BrokenError):
-        symgen.identify(robot(), str(logs), model="momentum", work=work)
+        symgen.identify(robot(), str(logs), model="momentum", workers=symgen.Workers(work=work))
     assert len(list(work.glob("*.npz"))) == 2
     monkeypatch.setattr(distributed.Serial, "results", results)
     said: list[str] = []
-    again = symgen.identify(robot(), str(logs), model="momentum", work=work, progress=said.append)
+    again = symgen.identify(
+        robot(),
+        str(logs),
+        model="momentum",
+        workers=symgen.Workers(work=work),
+        progress=said.append,
+    )
     assert any("samples were finished before" in line for line in said)
     assert any("a second" in line and "s left" in line for line in said)
     assert again.X.tobytes() == whole.X.tobytes()
     # other settings depend on nothing of it
     said.clear()
     symgen.identify(
-        robot(), str(logs), model="momentum", window=0.4, work=work, progress=said.append
+        robot(),
+        str(logs),
+        model="momentum",
+        window=0.4,
+        workers=symgen.Workers(work=work),
+        progress=said.append,
     )
     assert not any("finished before" in line for line in said)
 
@@ -169,7 +180,9 @@ def test_the_last_pass_goes_on_from_what_the_first_kept(
 
     monkeypatch.setattr(DataSet, "_streamed", counted)
     given = {"model": "momentum", "cutoff": 6.0}
-    kept = symgen.identify(robot(), str(logs), work=tmp_path / "work", **given)
+    kept = symgen.identify(
+        robot(), str(logs), workers=symgen.Workers(work=tmp_path / "work"), **given
+    )
     once, files = sum(read), list((tmp_path / "work").glob("*.rows"))
     assert len(files) > 4
     assert sum(f.stat().st_size for f in files) < once * 7 * 8
@@ -201,7 +214,9 @@ def test_long_logs_for_least_squares_are_read_chunk_by_chunk(
     huber = symgen.identify(robot(), path, model="momentum", method="huber")
     assert huber.method == "huber"
     monkeypatch.setattr(DataSet, "_whole", whole)
-    same(memory, symgen.identify(robot(), packed, model="momentum", workers=1), 1e-9)
+    same(
+        memory, symgen.identify(robot(), packed, model="momentum", workers=symgen.Workers(1)), 1e-9
+    )
 
 
 def test_csv_and_npz_in_a_folder_and_url_of_memory(tmp_path: Path) -> None:
@@ -232,21 +247,22 @@ def test_refusals_say_what_is_accepted(logs: Path, tmp_path: Path) -> None:
     refused("method huber on a data set; accepted: wls, ols", method="huber")
     refused("no file of a log is there; accepted: Parquet", str(tmp_path / "none*.parquet"))
     refused("trains and validates", validation=[logs / "a.parquet"])
-    refused("accepted: one of them", workers=2, scheduler="tcp://127.0.0.1:1")
+    with pytest.raises(symgen.SymgenError, match="accepted: one of them"):
+        symgen.Workers(2, "tcp://127.0.0.1:1")
     broken = tmp_path / "broken.parquet"
     broken.write_bytes(b"PAR1 and nothing else")
-    refused("broken.parquet: is not a readable Parquet file", broken, workers=1)
+    refused("broken.parquet: is not a readable Parquet file", broken, workers=symgen.Workers(1))
     bad = motion(1000)
     bad["q2"][777] = np.nan
     refused(
         r"bad.parquet, rows .*: column q2, sample .* \(t = 7.77 s\): nan",
-        parquet(tmp_path / "bad.parquet", bad), workers=1, cutoff=5.0,
+        parquet(tmp_path / "bad.parquet", bad), workers=symgen.Workers(1), cutoff=5.0,
     )  # fmt: skip
     backwards = motion(1000)
     backwards["t"][500] = 0.0
     refused(
         "column t, sample 500.*; accepted: finite, strictly increasing",
-        parquet(tmp_path / "back.parquet", backwards), workers=1,
+        parquet(tmp_path / "back.parquet", backwards), workers=symgen.Workers(1),
     )  # fmt: skip
 
 

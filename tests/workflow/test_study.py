@@ -122,7 +122,7 @@ def test_workers_change_nothing() -> None:
     given = {"recording": symgen.Recording(NOISE), "models": ["momentum"], "methods": ["wls"]}
     given |= {"trajectories": [_reference()], "runs": 17, "cutoff": CUTOFF}
     alone = symgen.study("planar2r", X, **given)
-    assert symgen.study("planar2r", X, **given, workers=2) == alone
+    assert symgen.study("planar2r", X, **given, workers=symgen.Workers(2)) == alone
 
 
 @pytest.fixture
