@@ -8,19 +8,23 @@ an error that names the key.
 from __future__ import annotations
 
 import json
+import math
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
 from symgen.errors import ParameterError
+from symgen.files import load_json
 
 Result = TypeVar("Result")
 
 
 def to_json(result: Any, schema: str) -> dict[str, Any]:
     """Return the content of the JSON file of a result."""
-    return {"schema": schema, **TypeAdapter(type(result)).dump_python(result, mode="json")}
+    return {"schema": schema, **as_json(result)}
 
 
 def from_json(kind: type[Result], content: dict[str, Any], file: Path) -> Result:
@@ -45,3 +49,59 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path) -> Result
             f"{content.get('schema')} as symgen writes it"
         ) from error
     return read
+
+
+def number(value: Any) -> float:
+    """Return a number; anything else is a TypeError."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise TypeError(f"{value!r} is no number")
+    return float(value)
+
+
+def or_nan(value: Any) -> float:
+    """Return a number; NaN for null."""
+    return math.nan if value is None else number(value)
+
+
+def read_json(file: Path, *schemas: str) -> dict[str, Any]:
+    """Return the content of a JSON file of one of some schemas.
+
+    Raises:
+        ParameterError: it cannot be read, or is of another kind.
+    """
+    try:
+        content = load_json(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:100]
+        raise ParameterError(
+            f"{file}: cannot be read ({reason}); accepted: schema {schemas[0]}"
+        ) from error
+    found = content.get("schema") if isinstance(content, dict) else None
+    if found not in schemas:
+        accepted = " or ".join(schemas)
+        raise ParameterError(f"{file}: its schema is {found!r}; accepted: {accepted}")
+    return dict(content)
+
+
+def as_json(value: Any) -> Any:
+    """Return a value as JSON has it: dataclasses and named tuples by their fields.
+
+    A number that JSON has no word for is null. A field of the metadata {"absent": True} has no key
+    where it is None: older files do not have it.
+    """
+    if is_dataclass(value):
+        held = {f: getattr(value, f.name) for f in fields(value)}
+        return {
+            f.name: as_json(v)
+            for f, v in held.items()
+            if v is not None or not f.metadata.get("absent")
+        }
+    if hasattr(value, "_asdict"):
+        value = value._asdict()
+    if isinstance(value, dict):
+        return {key: as_json(v) for key, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [as_json(v) for v in value]
+    if isinstance(value, (np.ndarray, np.generic)):
+        return as_json(value.tolist())
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -13,6 +13,7 @@ from symgen.diagnosis.mended import MendedChannel
 from symgen.estimation.repairs import Repair
 from symgen.files import html_table
 from symgen.robot.types import Robot
+from symgen.schemas import as_json
 
 FloatArray = NDArray[np.float64]
 SCHEMA = "symgen.diagnosis/1"
@@ -261,7 +262,7 @@ class Diagnosis:
             ],
             "candidates_tried": self.tried,
             "advice": list(self.advice),
-            "repairs": [r.to_json() for r in self.repairs],
+            "repairs": as_json(self.repairs),
             "notes": list(self.notes),
             "parameters": [_parameter(p) for p in self.parameters],
         }

@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,7 @@ from symgen.identification.workflow import identify
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import parameters_toml, robot_toml
 from symgen.robot.types import Robot
+from symgen.schemas import as_json
 
 FloatArray = NDArray[np.float64]
 SCHEMA = "symgen.fleet/1"
@@ -41,6 +42,14 @@ MARKER = "fleet.json"
 #: A torque error stands out where it is so many times that of the fleet, and beyond so many times
 #: the scatter of its logarithm.
 _TIMES, _BEYOND = 1.5, 6.0
+
+
+class Shift(NamedTuple):
+    """By how much a parameter changed, or what it is, and its standard deviation."""
+
+    name: str
+    value: float
+    std: float
 
 
 @dataclass(frozen=True)
@@ -61,21 +70,9 @@ class Finding:
     since: str
     effect: str
     joints: tuple[int, ...]
-    parameters: tuple[tuple[str, float, float], ...]
+    parameters: tuple[Shift, ...]
     p_value: float
     says: str
-
-    def to_json(self) -> dict[str, Any]:
-        """Return its entry in fleet.json."""
-        return {
-            "robot": self.robot,
-            "since": self.since,
-            "effect": self.effect,
-            "joints": list(self.joints),
-            "parameters": [{"name": n, "value": v, "std": s} for n, v, s in self.parameters],
-            "p_value": self.p_value,
-            "says": self.says,
-        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,8 +115,8 @@ class Fleet:
                 }
                 for e in self.estimates
             ],
-            "changes": [f.to_json() for f in self.changes],
-            "outliers": [f.to_json() for f in self.outliers],
+            "changes": as_json(self.changes),
+            "outliers": as_json(self.outliers),
             "notes": list(self.notes),
         }
 
@@ -224,7 +221,8 @@ def _findings(
 
 
 def _finding(step: Step, n: Named) -> Finding:
-    return Finding(step.robot, step.since, n.effect, n.joints, n.values, step.p_value, n.says)
+    values = tuple(Shift(*v) for v in n.values)
+    return Finding(step.robot, step.since, n.effect, n.joints, values, step.p_value, n.says)
 
 
 def _loud(estimates: Sequence[DayEstimate]) -> list[tuple[str, str, float, float]]:
@@ -277,7 +275,7 @@ def _diagnosed(
     out = [
         Finding(
             name, since, e.name, e.joints,
-            tuple((p.name, p.value, p.std) for p in e.parameters), p_value,
+            tuple(Shift(p.name, p.value, p.std) for p in e.parameters), p_value,
             f"{e.name} of joint {', '.join(map(str, e.joints))}" if e.joints else e.name,
         )
         for e in told.effects

@@ -16,8 +16,9 @@ from symgen.diagnosis.diagnosis import (
     Rejected,
 )
 from symgen.errors import ParameterError
-from symgen.identification.reading import number, or_nan, read_json, read_repair
+from symgen.estimation.repairs import Repair
 from symgen.robot.toml_io import read_robot
+from symgen.schemas import from_json, number, or_nan, read_json
 
 MARKER = "diagnosis.json"
 
@@ -72,7 +73,7 @@ def read_diagnosis(path: str | Path) -> Diagnosis:
             joints=joints,
             tried=int(content["candidates_tried"]),
             parameters=tuple(map(_parameter, content["parameters"])),
-            repairs=tuple(map(read_repair, content.get("repairs", ()))),
+            repairs=tuple(from_json(Repair, r, file) for r in content.get("repairs", ())),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise ParameterError(

@@ -6,8 +6,7 @@ Both are chosen from the training logs together, and used for everything that th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,23 +55,22 @@ class Band:
     cutoff_hz: float
     comparison_hz: float
     velocity: str
-    rests: Rests | None = None
+    rests: Rests | None = field(default=None, metadata={"absent": True})
 
     def filters(self, step: float) -> bool:
         """Whether positions of a log of this step pass a low-pass."""
         return self.cutoff_hz < OPEN / step
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the content of the key "band"."""
-        content: dict[str, Any] = {
-            "rate_hz": self.rate_hz,
-            "cutoff_hz": self.cutoff_hz,
-            "comparison_hz": self.comparison_hz,
-            "velocity": self.velocity,
-        }
+    def require(self) -> None:
+        """Raise ValueError where no run can have these filters."""
+        if not min(self.rate_hz, self.cutoff_hz, self.comparison_hz) > 0:
+            raise ValueError("band")
+        if self.velocity not in ("measured", "derived"):
+            raise ValueError("band")
         if self.rests is not None:
-            content["rests"] = {"slow": self.rests.slow, "weight": self.rests.weight}
-        return content
+            slow, weight = self.rests.slow, self.rests.weight
+            if len(slow) != len(weight) or not all(0 < w <= 1 for w in weight):
+                raise ValueError("rests")
 
     def in_words(self) -> str:
         """Return what every command says in one line."""

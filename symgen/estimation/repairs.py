@@ -59,11 +59,6 @@ class Repair:
     done: str
     values: tuple[tuple[str, float, float], ...] = ()
 
-    def to_json(self) -> dict[str, Any]:
-        """Return its entry of the key "repairs"."""
-        keys = ("log", "channel", "fault", "samples", "done")
-        return {key: getattr(self, key) for key in keys}
-
     @property
     def in_words(self) -> str:
         """The repair in one line."""

@@ -10,9 +10,8 @@ from typing import Any
 from symgen.estimation.band import Band
 from symgen.experiment.recording import Recording
 from symgen.files import html_table
-from symgen.identification.reading import read_json
 from symgen.identification.verdict import KNOWN
-from symgen.schemas import from_json, to_json
+from symgen.schemas import from_json, read_json, to_json
 
 SCHEMA = "symgen.study/1"
 MARKER = "study.json"

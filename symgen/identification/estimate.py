@@ -64,13 +64,8 @@ class Consistency:
     distance_sigma: float | None
     reason: str
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the content of the key "physical"."""
-        return {
-            "feasible": self.feasible,
-            "distance_sigma": self.distance_sigma,
-            "reason": self.reason,
-        }
+
+UNCHECKED = Consistency(None, None, "not checked")
 
 
 @dataclass(frozen=True)
@@ -91,11 +86,6 @@ class Use:
     def ok(self) -> bool:
         """Whether nothing speaks against it."""
         return not self.reasons
-
-    def to_json(self) -> dict[str, Any]:
-        """Return its entry of the key "uses"."""
-        known = {"known": list(self.known)} if self.name == "parameters" else {}
-        return {"ok": self.ok, **known, "reason": "; ".join(self.reasons)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +166,7 @@ class Estimate:
     traces: tuple[Trace, ...] = ()
     convergence: Convergence | None = None
     provenance: tuple[tuple[str, str], ...] = field(default=())
-    physical: Consistency = Consistency(None, None, "not checked")
+    physical: Consistency = UNCHECKED
     excludes: str = ""
     endogeneity: tuple[Endogeneity, ...] = ()
     comparison: tuple[Contrast, ...] = ()
@@ -232,93 +222,6 @@ class Estimate:
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of estimate.json (schema symgen.estimate/2)."""
+        from symgen.identification.reading import estimate_json
 
-        def both(train: Residual | None, validation: Residual | None) -> dict[str, Any] | None:
-            if train is None or validation is None:
-                return None
-            return {
-                key: {"relative": r.relative, "per_joint": r.per_joint and list(r.per_joint)}
-                for key, r in (("train", train), ("validation", validation))
-            }
-
-        return {
-            "schema": SCHEMA,
-            "robot": self.robot,
-            "joints": [{"number": number, "unit": unit} for number, unit in self.joints],
-            "model": self.model,
-            "method": self.method,
-            "parameters": [
-                {
-                    "name": p.name,
-                    "expression": p.expression,
-                    "value": p.value,
-                    "std": _finite(p.std),
-                    "relative_std_percent": _finite(p.relative_std_percent),
-                    "unit": p.unit,
-                }
-                for p in self.parameters
-            ],
-            "condition_number": self.condition_number,
-            "residual": both(self.train, self.validation),
-            "torque_residual": both(self.torque_train, self.torque_validation),
-            "cutoff_hz": self.cutoff_hz,
-            "window_s": self.window_s,
-            "verdict": self.verdict,
-            "reasons": list(self.reasons),
-            "headline": self.headline,
-            "uses": {use.name: use.to_json() for use in self.uses},
-            "band": self.band and self.band.to_json(),
-            "models": [
-                {
-                    "model": a.model,
-                    "condition_number": _finite(a.condition_number),
-                    "torque_residual": both(a.train, a.validation),
-                    "held_out_folds": _finite(a.held_out),
-                    "chosen": a.chosen,
-                    "reason": a.reason,
-                    "apart": [{"name": name, "std": std} for name, std in a.apart],
-                }
-                for a in self.alternatives
-            ],
-            "repairs": [r.to_json() for r in self.repairs],
-            "physical": self.physical.to_json(),
-            "std_excludes": self.excludes,
-            "endogeneity": [
-                {"columns": e.columns, "F": e.statistic, "df": list(e.df), "p_value": e.p_value}
-                for e in self.endogeneity
-            ],
-            "comparison": [self._contrast(c) for c in self.comparison],
-            "prior": self.prior and self._contrast(self.prior),
-            "correlation": [[_finite(float(x)) for x in row] for row in self.correlation],
-            "whiteness": [
-                {
-                    "quantity": w.quantity,
-                    "component": w.component,
-                    "kind": w.kind,
-                    "rows": w.rows,
-                    "step_s": w.step_s,
-                    "correlations": list(w.correlations),
-                    "bands": list(w.bands),
-                    "statistic": w.statistic,
-                    "p_value": w.p_value,
-                }
-                for w in self.whiteness
-            ],
-            "notes": list(self.notes),
-            "provenance": dict(self.provenance),
-        }
-
-    def _contrast(self, other: Contrast) -> dict[str, Any]:
-        return {
-            "method": other.method,
-            "parameters": [
-                {"name": p.name, "value": float(x), "std": _finite(float(s))}
-                for p, x, s in zip(self.parameters, other.X, other.std, strict=True)
-                if not np.isinf(s)
-            ],
-        }
-
-
-def _finite(value: float) -> float | None:
-    """JSON has no infinity and no NaN: null stands for them."""
-    return value if np.isfinite(value) else None
+        return estimate_json(self)

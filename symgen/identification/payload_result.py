@@ -10,8 +10,7 @@ from symgen import names
 from symgen.estimation.band import Band
 from symgen.estimation.repairs import Repair
 from symgen.identification.load import COM
-from symgen.identification.reading import read_json
-from symgen.schemas import from_json, to_json
+from symgen.schemas import from_json, read_json, to_json
 
 SCHEMA = "symgen.payload/1"
 MARKER = "payload.json"

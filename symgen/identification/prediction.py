@@ -26,22 +26,35 @@ from symgen.estimation.repairs import Repair
 from symgen.estimation.speeds import mended_speeds
 from symgen.estimation.values import Residual, Trace
 from symgen.identification.parameters import read_parameters
-from symgen.identification.reading import (
-    number,
-    read_band,
-    read_estimate,
-    read_json,
-    read_repair,
-)
+from symgen.identification.reading import Joint, read_estimate
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import load
+from symgen.schemas import from_json, read_json, to_json
 
 FloatArray = NDArray[np.float64]
 SCHEMA = "symgen.prediction/2"
 #: Whose error is that of the one band that it states, instead of a comparison band.
 OLDER = "symgen.prediction/1"
 MARKER, CURVES = "prediction.json", "prediction.csv"
+
+
+@dataclass(frozen=True, kw_only=True)
+class _File:
+    """prediction.json, key by key; the older schema had one low-pass, and no repairs."""
+
+    robot: str
+    joints: tuple[Joint, ...]
+    log: str
+    torque_error: Residual
+    band: Band | None = None
+    repairs: tuple[Repair, ...] = ()
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Older(_File):
+    band_hz: float | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,21 +97,17 @@ class Prediction:
         rows = np.column_stack([*columns, self.kinetic, self.potential])
         lines = [",".join(["t", *labels, "kinetic", "potential"])]
         lines += [",".join(f"{v:.9g}" for v in row) for row in rows]
-        summary = {
-            "schema": SCHEMA,
-            "robot": self.robot,
-            "joints": [{"number": number, "unit": unit} for number, unit in self.joints],
-            "log": self.torque.log,
-            "torque_error": {
-                "relative": self.error.relative,
-                "per_joint": list(self.error.per_joint or ()),
-            },
-            "band": self.band.to_json(),
-            "repairs": [r.to_json() for r in self.repairs],
-            "notes": list(self.notes),
-        }
+        summary = _File(
+            robot=self.robot,
+            joints=tuple(Joint(*joint) for joint in self.joints),
+            log=self.torque.log,
+            torque_error=self.error,
+            band=self.band,
+            repairs=self.repairs,
+            notes=self.notes,
+        )
         return {
-            MARKER: (json.dumps(summary, indent=1) + "\n").encode(),
+            MARKER: (json.dumps(to_json(summary, SCHEMA), indent=1) + "\n").encode(),
             CURVES: ("\n".join(lines) + "\n").encode(),
         }
 
@@ -178,27 +187,26 @@ def read_prediction(path: str | Path) -> Prediction:
     file = path / MARKER if path.is_dir() else path
     content = read_json(file, SCHEMA, OLDER)
     try:
-        error = content["torque_error"]
-        joints = tuple((int(j["number"]), str(j["unit"])) for j in content["joints"])
-        n = len(joints)
+        found = from_json(_Older if content["schema"] == OLDER else _File, content, file)
+        n = len(found.joints)
         text = file.with_name(CURVES).read_text(encoding="utf-8")
         rows = np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1, ndmin=2)
         t, measured, predicted, kinetic, potential = np.split(rows, np.cumsum([1, n, n, 1]), axis=1)
         if potential.shape[1] != 1 or not np.isfinite(rows).all():
             raise ValueError("columns")
-        older = content["schema"] == OLDER
+        band = found.band
+        if isinstance(found, _Older):
+            band = _older_band(found.band_hz, t[:, 0])
+        if band is None:
+            raise ValueError("band")
+        band.require()
+        trace = Trace(found.log, "validation", "torque", t[:, 0], measured, predicted)
+        joints = tuple((j.number, j.unit) for j in found.joints)
         return Prediction(
-            str(content["robot"]),
-            Trace(str(content["log"]), "validation", "torque", t[:, 0], measured, predicted),
-            Residual(number(error["relative"]), tuple(map(number, error["per_joint"]))),
-            kinetic[:, 0],
-            potential[:, 0],
-            _older_band(content["band_hz"], t[:, 0]) if older else read_band(content["band"]),
-            tuple(map(str, content["notes"])),
-            joints,
-            () if older else tuple(map(read_repair, content["repairs"])),
-        )
-    except (OSError, KeyError, TypeError, ValueError) as error:
+            found.robot, trace, found.torque_error, kinetic[:, 0], potential[:, 0], band,
+            found.notes, joints, found.repairs,
+        )  # fmt: skip
+    except (OSError, ValueError) as error:
         raise ParameterError(
             f"{file}: damaged, or {CURVES} beside it is ({type(error).__name__}); accepted: both "
             "as predict writes them"
@@ -210,7 +218,5 @@ def _older_band(band_hz: float | None, t: FloatArray) -> Band:
     if len(t) < 2 or not (np.diff(t) > 0).all():
         raise ValueError("t")
     rate = float(1 / np.median(np.diff(t)))
-    cutoff = rate / 2 if band_hz is None else number(band_hz)
-    if not 0 < cutoff < np.inf:
-        raise ValueError("band_hz")
+    cutoff = rate / 2 if band_hz is None else band_hz
     return Band(rate, cutoff, cutoff, "measured")

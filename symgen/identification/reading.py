@@ -1,32 +1,184 @@
-"""An estimate from the folder that identify wrote."""
+"""An estimate as estimate.json, and back: the one place that knows what the file holds.
+
+The classes here are the file, key by key; what older schemas do not hold has a default.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from symgen.errors import ParameterError
-from symgen.estimation.band import Band, Rests
+from symgen.estimation.band import Band
 from symgen.estimation.repairs import Repair
 from symgen.estimation.values import Contrast, Endogeneity, Residual, Whiteness
-from symgen.files import load_json
 from symgen.identification.curves import FILE, read_curves
 from symgen.identification.estimate import (
     READ,
     SCHEMA,
+    UNCHECKED,
     Alternative,
     Consistency,
     Estimate,
     ParameterEstimate,
     Use,
 )
+from symgen.schemas import from_json, read_json, to_json
 
 MARKER = "estimate.json"
 _PER_JOINT = ("torque", "momentum")  # residuals of one component a joint
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint by its number in the file, and the unit of its torque."""
+
+    number: int
+    unit: str
+
+
+@dataclass(frozen=True)
+class _Parameter:
+    name: str
+    expression: str
+    value: float
+    std: float | None
+    unit: str
+    relative_std_percent: float | None = None
+
+
+@dataclass(frozen=True)
+class _Both:
+    train: Residual
+    validation: Residual
+
+
+@dataclass(frozen=True)
+class _Value:
+    name: str
+    value: float
+    std: float | None
+
+
+@dataclass(frozen=True)
+class _Method:
+    method: str
+    parameters: tuple[_Value, ...]
+
+
+@dataclass(frozen=True)
+class _Apart:
+    name: str
+    std: float
+
+
+@dataclass(frozen=True)
+class _Model:
+    model: str
+    condition_number: float | None
+    torque_residual: _Both | None
+    held_out_folds: float | None
+    chosen: bool
+    reason: str
+    apart: tuple[_Apart, ...]
+
+
+@dataclass(frozen=True)
+class _Use:
+    ok: bool
+    reason: str
+    known: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Test:
+    columns: str
+    F: float
+    df: tuple[int, float]
+    p_value: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class _File:
+    robot: str
+    joints: tuple[Joint, ...] = ()
+    model: str
+    method: str
+    parameters: tuple[_Parameter, ...]
+    condition_number: float
+    residual: _Both
+    torque_residual: _Both | None = None
+    cutoff_hz: float | None
+    window_s: float | None
+    verdict: str
+    reasons: tuple[str, ...]
+    headline: str = ""
+    uses: dict[str, _Use] = field(default_factory=dict)
+    band: Band | None = None
+    models: tuple[_Model, ...] = ()
+    repairs: tuple[Repair, ...] = ()
+    physical: Consistency = UNCHECKED
+    std_excludes: str = ""
+    endogeneity: tuple[_Test, ...] = ()
+    comparison: tuple[_Method, ...] = ()
+    prior: _Method | None = None
+    correlation: tuple[tuple[float | None, ...], ...] = ()
+    whiteness: tuple[Whiteness, ...] = ()
+    notes: tuple[str, ...] = ()
+    provenance: dict[str, str] = field(default_factory=dict)
+
+
+def estimate_json(e: Estimate) -> dict[str, Any]:
+    """Return the content of estimate.json."""
+    names = [p.name for p in e.parameters]
+    file = _File(
+        robot=e.robot,
+        joints=tuple(Joint(*joint) for joint in e.joints),
+        model=e.model,
+        method=e.method,
+        parameters=tuple(
+            _Parameter(**asdict(p), relative_std_percent=p.relative_std_percent)
+            for p in e.parameters
+        ),
+        condition_number=e.condition_number,
+        residual=_Both(e.train, e.validation),
+        torque_residual=_both(e.torque_train, e.torque_validation),
+        cutoff_hz=e.cutoff_hz,
+        window_s=e.window_s,
+        verdict=e.verdict,
+        reasons=e.reasons,
+        headline=e.headline,
+        uses={use.name: _Use(use.ok, "; ".join(use.reasons), use.known) for use in e.uses},
+        band=e.band,
+        models=tuple(
+            _Model(
+                a.model,
+                a.condition_number,
+                _both(a.train, a.validation),
+                a.held_out,
+                a.chosen,
+                a.reason,
+                tuple(_Apart(*pair) for pair in a.apart),
+            )
+            for a in e.alternatives
+        ),
+        repairs=e.repairs,
+        physical=e.physical,
+        std_excludes=e.excludes,
+        endogeneity=tuple(_Test(t.columns, t.statistic, t.df, t.p_value) for t in e.endogeneity),
+        comparison=tuple(_method(c, names) for c in e.comparison),
+        prior=None if e.prior is None else _method(e.prior, names),
+        correlation=tuple(map(tuple, e.correlation.tolist())),
+        whiteness=e.whiteness,
+        notes=e.notes,
+        provenance=dict(e.provenance),
+    )
+    return to_json(file, SCHEMA)
 
 
 def read_estimate(path: str | Path) -> Estimate:
@@ -42,211 +194,108 @@ def read_estimate(path: str | Path) -> Estimate:
     """
     path = Path(path)
     file = path / MARKER if path.is_dir() else path
-    content = read_json(file, *READ)
+    found = from_json(_File, read_json(file, *READ), file)
     try:
-        estimate = _estimate(content)
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        estimate = _estimate(found)
+    except ValueError as error:
         raise ParameterError(
-            f"{file}: damaged ({type(error).__name__}: {' '.join(str(error).split())[:100]}); "
-            f"accepted: schema {SCHEMA} as identify writes it"
+            f"{file}: damaged ({error}); accepted: schema {SCHEMA} as identify writes it"
         ) from error
     traces, balances, course = read_curves(file.with_name(FILE), len(estimate.parameters))
-    return Estimate(
-        **{**vars(estimate), "traces": traces, "balances": balances, "convergence": course}
-    )
+    return replace(estimate, traces=traces, balances=balances, convergence=course)
 
 
-def read_json(file: Path, *schemas: str) -> dict[str, Any]:
-    """Return the content of a JSON file of one of some schemas.
+def _estimate(f: _File) -> Estimate:
+    """Return what a file holds.
 
     Raises:
-        ParameterError: it cannot be read, or is of another kind.
+        ValueError: parts of it do not belong together.
     """
-    try:
-        content = load_json(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:100]
-        raise ParameterError(
-            f"{file}: cannot be read ({reason}); accepted: schema {schemas[0]}"
-        ) from error
-    found = content.get("schema") if isinstance(content, dict) else None
-    if found not in schemas:
-        accepted = " or ".join(schemas)
-        raise ParameterError(f"{file}: its schema is {found!r}; accepted: {accepted}")
-    return dict(content)
-
-
-def _estimate(content: dict[str, Any]) -> Estimate:
-    parameters = tuple(
-        ParameterEstimate(
-            str(p["name"]),
-            str(p["expression"]),
-            number(p["value"]),
-            or_nan(p["std"]),
-            str(p["unit"]),
-        )
-        for p in content["parameters"]
-    )
-    if len({p.name for p in parameters}) < len(parameters) or not parameters:
+    names = [p.name for p in f.parameters]
+    if len(set(names)) < len(names) or not names:
         raise ValueError("parameters are missing, or there twice")
-    names = [p.name for p in parameters]
-    train, validation = _residuals(content["residual"])
-    torque = content.get("torque_residual")
-    torque_train, torque_validation = (None, None) if torque is None else _residuals(torque)
-    correlation = np.array(
-        [[or_nan(x) for x in row] for row in content.get("correlation", ())], dtype=float
-    )
+    correlation = np.array([[_or(x, math.nan) for x in row] for row in f.correlation], dtype=float)
     if correlation.size and correlation.shape != (len(names), len(names)):
         raise ValueError("correlation has another size")
-    known = (torque_validation and torque_validation.per_joint) or ()
-    joints = tuple((int(j["number"]), str(j["unit"])) for j in content.get("joints", ()))
-    tested = tuple(map(_whiteness, content.get("whiteness", ())))
-    if any(not 0 <= w.component < _components(w.quantity, len(joints)) for w in tested):
-        raise ValueError("whiteness of a joint that is not there")
-    physical = content.get("physical", {})
-    prior = content.get("prior")
+    torque = f.torque_residual
+    known = (torque and torque.validation.per_joint) or ()
+    for w in f.whiteness:
+        count = max(1, len(f.joints)) if w.quantity in _PER_JOINT else 1
+        if not 0 <= w.component < count:
+            raise ValueError("whiteness of a joint that is not there")
+        if len(w.correlations) != len(w.bands) or not w.bands:
+            raise ValueError("lags of whiteness")
+    if f.band is not None:
+        f.band.require()
     return Estimate(
-        robot=str(content["robot"]),
-        joints=joints or tuple((j, "N m or N") for j in range(1, len(known) + 1)),
-        model=str(content["model"]),
-        method=str(content["method"]),
-        parameters=parameters,
-        condition_number=number(content["condition_number"]),
-        train=train,
-        validation=validation,
-        torque_train=torque_train,
-        torque_validation=torque_validation,
-        cutoff_hz=_number_or_none(content["cutoff_hz"]),
-        window_s=_number_or_none(content["window_s"]),
-        verdict=str(content["verdict"]),
-        reasons=tuple(map(str, content["reasons"])),
-        notes=tuple(map(str, content.get("notes", ()))),
+        robot=f.robot,
+        joints=tuple((j.number, j.unit) for j in f.joints)
+        or tuple((j, "N m or N") for j in range(1, len(known) + 1)),
+        model=f.model,
+        method=f.method,
+        parameters=tuple(
+            ParameterEstimate(p.name, p.expression, p.value, _or(p.std, math.nan), p.unit)
+            for p in f.parameters
+        ),
+        condition_number=f.condition_number,
+        train=f.residual.train,
+        validation=f.residual.validation,
+        torque_train=None if torque is None else torque.train,
+        torque_validation=None if torque is None else torque.validation,
+        cutoff_hz=f.cutoff_hz,
+        window_s=f.window_s,
+        verdict=f.verdict,
+        reasons=f.reasons,
+        notes=f.notes,
         correlation=correlation if correlation.size else np.empty((0, 0)),
-        provenance=tuple((str(k), str(v)) for k, v in content.get("provenance", {}).items()),
-        physical=Consistency(
-            physical.get("feasible"),
-            _number_or_none(physical.get("distance_sigma")),
-            str(physical.get("reason", "not checked")),
+        provenance=tuple(f.provenance.items()),
+        physical=f.physical,
+        excludes=f.std_excludes,
+        endogeneity=tuple(Endogeneity(t.columns, t.F, t.df, t.p_value) for t in f.endogeneity),
+        comparison=tuple(_contrast(m, names, math.nan) for m in f.comparison),
+        prior=None if f.prior is None else _contrast(f.prior, names, math.inf),
+        whiteness=f.whiteness,
+        band=f.band,
+        repairs=f.repairs,
+        alternatives=tuple(map(_alternative, f.models)),
+        uses=tuple(
+            Use(name, (u.reason,) if u.reason else (), u.known) for name, u in f.uses.items()
         ),
-        excludes=str(content.get("std_excludes", "")),
-        endogeneity=tuple(
-            Endogeneity(
-                str(e["columns"]),
-                number(e["F"]),
-                (int(e["df"][0]), number(e["df"][1])),
-                number(e["p_value"]),
-            )
-            for e in content.get("endogeneity", ())
-        ),
-        comparison=tuple(_contrast(c, names, math.nan) for c in content.get("comparison", ())),
-        prior=None if prior is None else _contrast(prior, names, math.inf),
-        whiteness=tested,
-        band=None if content.get("band") is None else read_band(content["band"]),
-        repairs=tuple(map(read_repair, content.get("repairs", ()))),
-        alternatives=tuple(map(_alternative, content.get("models", ()))),
-        uses=tuple(_use(name, use) for name, use in content.get("uses", {}).items()),
-        headline=str(content.get("headline", "")),
+        headline=f.headline,
     )
 
 
-def _components(quantity: str, joints: int) -> int:
-    """Return how many components the residual of a quantity has."""
-    return max(1, joints) if quantity in _PER_JOINT else 1
-
-
-def read_repair(content: dict[str, Any]) -> Repair:
-    """Read an entry of the key "repairs"."""
-    log, channel, fault, done = (str(content[key]) for key in ("log", "channel", "fault", "done"))
-    return Repair(log, channel, fault, int(content["samples"]), done)
-
-
-def read_band(content: dict[str, Any]) -> Band:
-    """Read the key "band"."""
-    rate, cutoff, comparison = (
-        number(content[key]) for key in ("rate_hz", "cutoff_hz", "comparison_hz")
-    )
-    if not min(rate, cutoff, comparison) > 0 or content["velocity"] not in ("measured", "derived"):
-        raise ValueError("band")
-    rests = content.get("rests")
-    if rests is not None:
-        slow, weight = (tuple(map(number, rests[key])) for key in ("slow", "weight"))
-        if len(slow) != len(weight) or not all(0 < w <= 1 for w in weight):
-            raise ValueError("rests")
-        rests = Rests(slow, weight)
-    return Band(rate, cutoff, comparison, str(content["velocity"]), rests)
-
-
-def _alternative(content: dict[str, Any]) -> Alternative:
-    torque = content["torque_residual"]
-    train, validation = (None, None) if torque is None else _residuals(torque)
+def _alternative(m: _Model) -> Alternative:
+    torque = m.torque_residual
     return Alternative(
-        str(content["model"]),
-        or_inf(content["condition_number"]),
-        or_inf(content["held_out_folds"]),
-        train,
-        validation,
-        bool(content["chosen"]),
-        str(content["reason"]),
-        tuple((str(a["name"]), number(a["std"])) for a in content["apart"]),
+        m.model,
+        _or(m.condition_number, math.inf),
+        _or(m.held_out_folds, math.inf),
+        None if torque is None else torque.train,
+        None if torque is None else torque.validation,
+        m.chosen,
+        m.reason,
+        tuple((a.name, a.std) for a in m.apart),
     )
 
 
-def _use(name: str, content: dict[str, Any]) -> Use:
-    reason = str(content["reason"])
-    known = tuple(map(str, content.get("known", ())))
-    return Use(name, (reason,) if reason else (), known)
+def _both(train: Residual | None, validation: Residual | None) -> _Both | None:
+    return None if train is None or validation is None else _Both(train, validation)
 
 
-def or_inf(value: Any) -> float:
-    """Return a number; infinity for null."""
-    return math.inf if value is None else number(value)
+def _method(other: Contrast, names: Sequence[str]) -> _Method:
+    """Return the parameters that a method or a prior knows."""
+    found = zip(names, other.X.tolist(), other.std.tolist(), strict=True)
+    return _Method(other.method, tuple(_Value(*p) for p in found if not math.isinf(p[2])))
 
 
-def _whiteness(w: dict[str, Any]) -> Whiteness:
-    if len(w["correlations"]) != len(w["bands"]) or not w["bands"]:
-        raise ValueError("lags of whiteness")
-    return Whiteness(
-        str(w["quantity"]),
-        int(w["component"]),
-        str(w["kind"]),
-        int(w["rows"]),
-        number(w["step_s"]),
-        tuple(map(number, w["correlations"])),
-        tuple(map(number, w["bands"])),
-        number(w["statistic"]),
-        number(w["p_value"]),
-    )
-
-
-def _residuals(both: dict[str, Any]) -> tuple[Residual, Residual]:
-    def one(content: dict[str, Any]) -> Residual:
-        joints = content["per_joint"]
-        found = None if joints is None else tuple(map(number, joints))
-        return Residual(number(content["relative"]), found)
-
-    return one(both["train"]), one(both["validation"])
-
-
-def _contrast(content: dict[str, Any], names: Sequence[str], missing: float) -> Contrast:
+def _contrast(m: _Method, names: Sequence[str], missing: float) -> Contrast:
     """Return values in the order of X; a parameter that is not named has the std `missing`."""
-    found = {str(p["name"]): (number(p["value"]), or_nan(p["std"])) for p in content["parameters"]}
-    pairs = [found.get(name, (0.0, missing)) for name in names]
-    return Contrast(
-        str(content["method"]), *(np.array(column) for column in zip(*pairs, strict=True))
-    )
+    found = {p.name: (p.value, _or(p.std, math.nan)) for p in m.parameters}
+    X, std = zip(*(found.get(name, (0.0, missing)) for name in names), strict=True)
+    return Contrast(m.method, np.array(X), np.array(std))
 
 
-def or_nan(value: Any) -> float:
-    """Return a number; NaN for null."""
-    return math.nan if value is None else number(value)
-
-
-def _number_or_none(value: Any) -> float | None:
-    return None if value is None else number(value)
-
-
-def number(value: Any) -> float:
-    """Return a number; anything else is a TypeError."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise TypeError(f"{value!r} is no number")
-    return float(value)
+def _or(value: float | None, missing: float) -> float:
+    """Return a number, and what stands in a file as null."""
+    return missing if value is None else value

@@ -19,7 +19,6 @@ from symgen.estimation.values import Balance, Residual, Trace
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
-_CHECKED = 2000  # samples of each log at which the kinetic energy is looked at
 _AT_ONCE = 8192  # samples whose energies are evaluated together
 
 

@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from symgen.codegen.model import derive
 from symgen.codegen.package import generate
@@ -29,6 +29,7 @@ from symgen.report.html import page
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import parameters_toml, robot_toml
 from symgen.robot.types import Robot
+from symgen.schemas import as_json
 
 if TYPE_CHECKING:
     from symgen.report.content import Result, Shown
@@ -176,17 +177,8 @@ def _diagnosis_files(diagnosis: Diagnosis) -> dict[str, bytes]:
     # By these names a later diagnosis knows which files of the folder it may replace.
     digests = {path: hashlib.sha256(data).hexdigest() for path, data in sorted(files.items())}
     moved = None if motion is None else motion.to_json()
-    summary = _finite({**diagnosis.to_json(), "replay": moved, "digests": digests})
+    summary = as_json({**diagnosis.to_json(), "replay": moved, "digests": digests})
     files[diagnosis_reading.MARKER] = (
         json.dumps(summary, indent=1, allow_nan=False) + "\n"
     ).encode()
     return files
-
-
-def _finite(value: Any) -> Any:
-    """Return the value with null for every number that JSON has no word for."""
-    if isinstance(value, dict):
-        return {key: _finite(v) for key, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(v) for v in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

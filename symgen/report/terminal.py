@@ -42,7 +42,7 @@ def table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
 def _echo(text: str, nl: bool = True) -> None:
     """Print a text, in plain letters where the terminal has no others."""
     try:
-        text.encode(sys.stdout.encoding or "utf-8")
+        text.encode(getattr(sys.stdout, "encoding", None) or "utf-8")
     except UnicodeEncodeError:
         text = text.translate(_PLAIN)
     click.echo(text, nl=nl)
@@ -186,7 +186,7 @@ def print_plan(plan: Plan) -> None:
 def print_text(text: str) -> None:
     """Print a text that may hold dots of Braille; a terminal without them gets stars."""
     try:
-        text.encode(sys.stdout.encoding or "utf-8")
+        text.encode(getattr(sys.stdout, "encoding", None) or "utf-8")
     except UnicodeEncodeError:
         text = "".join("*" if ord(c) > 0x2800 else c if ord(c) < 128 else "-" for c in text)
     click.echo(text)

@@ -122,6 +122,6 @@ def test_top_level_holds_what_it_should() -> None:
 def test_public_names_exist_and_are_documented() -> None:
     import symgen
 
-    assert len(symgen.__all__) <= 70  # nine ways to estimate, eight objects of options, one a command
+    assert len(symgen.__all__) <= 70  # nine ways to estimate, eight objects of options
     for name in symgen.__all__:
         assert getattr(symgen, name).__doc__, name
