@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import click
 
 from symgen.cli.progress import stages
 from symgen.cli.reading import listed, reading_options, robot_names
 from symgen.report.terminal import print_result
-
-if TYPE_CHECKING:
-    from symgen.data.raw import Reading
 
 #: First word of what a command says, and the part of its time that has passed then.
 _DIAGNOSING = {"reading": 0.02, "deriving": 0.05, "checking": 0.12, "trying": 0.2,
@@ -33,12 +30,9 @@ _DIAGNOSING = {"reading": 0.02, "deriving": 0.05, "checking": 0.12, "trying": 0.
 def diagnose(
     robot: str,
     logs: tuple[str, ...],
-    validation: tuple[str, ...],
-    parameters: str | None,
     effects: str | None,
-    cutoff: float | None,
-    reading: Reading,
     into: Path,
+    **options: Any,
 ) -> int:
     """Find what the model of ROBOT misses in LOGS, name it, add it, and show the gap shrink."""
     import symgen
@@ -50,12 +44,9 @@ def diagnose(
         diagnosis = symgen.diagnose(
             robot,
             list(logs),
-            validation=list(validation),
-            parameters=parameters,
             effects=None if effects is None else listed(effects),
-            cutoff=cutoff,
-            reading=reading,
             progress=told,
+            **options,
         )
         told("writing the page and the extended model")
         symgen.write(diagnosis, into)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import click
 
@@ -11,9 +11,6 @@ from symgen.cli.progress import stages
 from symgen.cli.reading import reading_options
 from symgen.cli.workers import worker_options, workers_of
 from symgen.report.terminal import print_result
-
-if TYPE_CHECKING:
-    from symgen.data.raw import Reading
 
 #: First word of what is said, and the part of the time that has passed then.
 _DAYS = {"choosing": 0.02, "days": 0.1, "diagnosing": 0.85}
@@ -33,15 +30,11 @@ _DAYS = {"choosing": 0.02, "days": 0.1, "diagnosing": 0.85}
 def fleet(
     robot: str,
     logs: tuple[str, ...],
-    by: str | None,
-    reference: str | None,
-    model: str,
-    cutoff: float | None,
     workers: int | None,
     scheduler: str | None,
     work: Path | None,
-    reading: Reading,
     into: Path,
+    **options: Any,
 ) -> int:
     """Identify every robot and day of LOGS; say which drifted since when, and which stands out.
 
@@ -57,13 +50,9 @@ def fleet(
         found = symgen.fleet(
             robot,
             list(logs),
-            by=by,
-            reference=reference,
-            model=model,
-            cutoff=cutoff,
-            reading=reading,
             workers=workers_of(workers, scheduler, work),
             progress=told,
+            **options,
         )
     files = symgen.write(found, into)
     steady = print_result(found)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import click
 
@@ -12,9 +12,6 @@ from symgen.cli.progress import stages
 from symgen.cli.reading import again, diagnosing, numbers, one_of, reading_options, robot_names
 from symgen.cli.workers import worker_options, workers_of
 from symgen.report.terminal import print_result
-
-if TYPE_CHECKING:
-    from symgen.data.raw import Reading
 
 #: First word of what is said, and the part of the time that has passed then.
 _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0.5,
@@ -61,8 +58,6 @@ def identify(
     validation: tuple[str, ...],
     model: str,
     method: str,
-    window: float,
-    cutoff: float | None,
     prior: str | None,
     forgetting: float,
     commanded: tuple[str, ...],
@@ -70,8 +65,8 @@ def identify(
     workers: int | None,
     scheduler: str | None,
     work: Path | None,
-    reading: Reading,
     into: Path,
+    **options: Any,
 ) -> int:
     """Identify the parameters of ROBOT from LOGS (CSV, Parquet, NPZ, MCAP or ROS 2 bags).
 
@@ -99,12 +94,10 @@ def identify(
             validation=list(validation),
             model=model,
             method=method,
-            window=window,
-            cutoff=cutoff,
             fit=symgen.Fit(prior, numbers("--weights", weights), list(commanded), forgetting),
-            reading=reading,
             workers=workers_of(workers, scheduler, work),
             progress=told,
+            **options,
         )
         told("writing the report")
         said, urdf = "", {}

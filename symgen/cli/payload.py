@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import click
 
 from symgen.cli.progress import stages
 from symgen.cli.reading import reading_options, robot_names
 from symgen.report.terminal import print_result
-
-if TYPE_CHECKING:
-    from symgen.data.raw import Reading
 
 
 @click.command()
@@ -34,15 +31,9 @@ if TYPE_CHECKING:
 def payload(
     robot: str,
     logs: tuple[str, ...],
-    parameters: str | None,
-    without: tuple[str, ...],
-    mass: float | None,
-    gain: float | None,
     calibrate: bool,
-    model: str,
-    cutoff: float | None,
-    reading: Reading,
     into: Path,
+    **options: Any,
 ) -> int:
     """Identify mass, centre of mass and inertia of what ROBOT carries in LOGS.
 
@@ -60,15 +51,9 @@ def payload(
         found = symgen.payload(
             robot,
             list(logs),
-            parameters=parameters,
-            without=list(without),
-            mass=mass,
-            gain=gain,
             calibrate=calibrate,
-            model=model,
-            cutoff=cutoff,
-            reading=reading,
             progress=told,
+            **options,
         )
     gains = {}
     if calibrate:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import click
 
@@ -11,9 +11,6 @@ from symgen.cli.progress import meter, say
 from symgen.cli.reading import recording_options, robot_names
 from symgen.errors import ParameterError
 from symgen.report.terminal import print_simulation
-
-if TYPE_CHECKING:
-    from symgen.experiment.recording import Recording
 
 
 @click.command()
@@ -31,17 +28,7 @@ if TYPE_CHECKING:
 @click.option("--seed", default=0, show_default=True, help="Of noise and Fourier series.")
 @click.option("--into", type=click.Path(path_type=Path), required=True, help="log.csv or log.npz.")
 def simulate(
-    robot: str,
-    parameters: str,
-    trajectory: str | None,
-    torque: str | None,
-    hold: bool,
-    temperature: str | None,
-    recording: Recording,
-    duration: float,
-    runs: int,
-    seed: int,
-    into: Path,
+    robot: str, parameters: str, temperature: str | None, runs: int, into: Path, **options: Any
 ) -> int:
     """Simulate ROBOT with given parameters under a controller, and write the log that it leaves."""
     import symgen
@@ -54,16 +41,11 @@ def simulate(
         done = symgen.simulate(
             robot,
             parameters,
-            trajectory=trajectory,
-            torque=torque,
-            hold=hold,
-            recording=recording,
             temperature=None if temperature is None else _course(temperature),
-            duration=duration,
             runs=runs,
-            seed=seed,
             progress=say,
             meter=advance,
+            **options,
         )
     write_files(done.files(into))
     print_simulation(done)

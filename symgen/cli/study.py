@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import click
 
@@ -11,9 +11,6 @@ from symgen.cli.progress import meter, say
 from symgen.cli.reading import one_of, recording_options, robot_names
 from symgen.cli.workers import worker_options, workers_of
 from symgen.report.terminal import print_result
-
-if TYPE_CHECKING:
-    from symgen.experiment.recording import Recording
 
 _MODELS = ("energy", "momentum", "torque")
 _METHODS = ("ols", "wls", "iv", "huber", "tls", "ridge", "essential", "consistent", "recursive")
@@ -44,19 +41,13 @@ def study(
     robot: str,
     parameters: str,
     trajectory: tuple[str, ...],
-    held_out: str | None,
-    recording: Recording,
     model: tuple[str, ...],
     method: tuple[str, ...],
-    window: float,
-    cutoff: float | None,
-    duration: float,
-    runs: int,
     target: float,
-    seed: int,
     workers: int | None,
     scheduler: str | None,
     into: Path,
+    **options: Any,
 ) -> int:
     """Tell how well motions and sensors determine ROBOT, and how long must be recorded.
 
@@ -73,19 +64,13 @@ def study(
             robot,
             parameters,
             trajectories=trajectory,
-            held_out=held_out,
-            recording=recording,
             models=model,
             methods=method or _METHODS[:3],
-            window=window,
-            cutoff=cutoff,
-            duration=duration,
-            runs=runs,
             target=target / 100,
-            seed=seed,
             workers=workers_of(workers, scheduler),
             progress=say,
             meter=advance,
+            **options,
         )
     files = symgen.write(found, into)
     good = print_result(found)
