@@ -10,7 +10,7 @@ import html
 import json
 import re
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -96,6 +96,17 @@ def generate(
     if not is_robot_name(name):
         raise PackageError(f"prefix {name!r}; accepted: a C identifier that hides no header of C")
     return _Writer(model, target, dtype, chosen, tex, name, added).tree()
+
+
+def library(model: Model, kernels: Sequence[str] | None = None) -> dict[str, bytes]:
+    """Return the sources and headers of a model's functions in double: what an evaluator builds.
+
+    They are those of `generate` for target "c", without what goes beside them.
+    """
+    chosen = tuple(k for k in model.kernels if kernels is None or k.name in kernels)
+    writer = _Writer(model, "c", "double", chosen, False, model.robot.name, ())
+    described = [writer.describe(k) for k in chosen]
+    return {path: text.encode() for path, text in writer.library(described)}
 
 
 def default_prefix(robot: str, dtype: str) -> str:
@@ -187,8 +198,7 @@ class _Writer:
             return ()
         return example.programs(self.model, self.kernels, identifier=bool(self.runtime()))
 
-    def c_files(self, verified: Mapping[str, Any]) -> list[tuple[str, str]]:
-        described = [(k, self.describe(k)) for k in self.kernels]
+    def library(self, described: Sequence[dict[str, Any]]) -> list[tuple[str, str]]:
         out = [
             (
                 f"{self.name}.h",
@@ -201,7 +211,7 @@ class _Writer:
                     dtype=self.dtype,
                     geometry=self.geometry(),
                     base=self.named_base(),
-                    kernels=[d for _, d in described],
+                    kernels=described,
                     version=self.version,
                     major=_VERSION[0],
                     minor=_VERSION[1],
@@ -211,14 +221,19 @@ class _Writer:
                 ),
             )
         ]
-        out += [(f"{self.name}_{k.name}.c", self.render("kernel.c", k=d)) for k, d in described]
+        out += [(f"{self.name}_{d['name']}.c", self.render("kernel.c", k=d)) for d in described]
         for stem in self.runtime():
             out += [self.plain(f"{stem}{suffix}") for suffix in (".h", ".c")]
+        if any(d["needs_sincos"] for d in described):
+            out.append(self.plain(_SINCOS))  # private to the sources
+        return out
+
+    def c_files(self, verified: Mapping[str, Any]) -> list[tuple[str, str]]:
+        out = self.library([self.describe(k) for k in self.kernels])
+        private = f"{self.name}_{_SINCOS}"
         sources = [path for path, _ in out if path.endswith(".c")]
         out.append((f"{self.name}.hpp", cpp.header(self.name, self.model, self.kernels)))
-        headers = [path for path, _ in out if path.endswith((".h", ".hpp"))]
-        if any(d["needs_sincos"] for _, d in described):
-            out.append(self.plain(_SINCOS))  # private to the sources
+        headers = [p for p, _ in out if p.endswith((".h", ".hpp")) and p != private]
         out.append((f"{self.name}_check.c", self.check_c(verified)))
         if self.examples():
             out.append((f"example/{self.name}_simulated.h", self.example("simulated.h")))

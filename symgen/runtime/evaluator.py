@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from symgen.codegen.casadi_model import casadi_function
 from symgen.codegen.kernels import LINK, SCALARS, SHARED, Kernel
 from symgen.codegen.model import Model, derive
-from symgen.codegen.package import generate
+from symgen.codegen.package import library
 from symgen.codegen.panels import panelled
 from symgen.codegen.prototypes import declarations as prototypes
 from symgen.errors import BuildError, ParameterError, SymgenWarning
@@ -151,7 +151,7 @@ def _say_once(message: str) -> None:
 
 
 def _compiled(model: Model, compiler: Compiler) -> Evaluator:
-    sources = generate(model, target="c").library
+    sources = library(model)
     name = model.robot.name
     declarations = "\n".join(line for k in model.kernels for line in prototypes(name, k, "double"))
     apart = model.robot.gravity_input  # its identifier takes g: for C alone

@@ -28,7 +28,7 @@ from typing import Any
 
 from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import derive
-from symgen.codegen.package import generate
+from symgen.codegen.package import library
 from symgen.codegen.panels import panel_sources
 from symgen.errors import BuildError
 from symgen.robot.toml_io import read_robot
@@ -119,12 +119,6 @@ def panel_flags(compiler: Compiler) -> Chosen:
     return _asked() or _panels(compiler)
 
 
-def forget_flags() -> None:
-    """Look at the cache folder anew: what was found is remembered for each compiler."""
-    _kernels.cache_clear()
-    _panels.cache_clear()
-
-
 @cache
 def _kernels(compiler: Compiler) -> Chosen:
     return fastest("kernels", SETS, compiler, _contest)
@@ -168,7 +162,7 @@ def _contest() -> Contest:
         for kernel in model.kernels
         if kernel.name in _KERNELS
     ]
-    return Contest(generate(model, target="c", kernels=_KERNELS).library, functions)
+    return Contest(library(model, _KERNELS), functions)
 
 
 def _panel_contest() -> Contest:
@@ -176,7 +170,7 @@ def _panel_contest() -> Contest:
     model = derive(read_robot(_ROBOT), _KERNELS[:1])
     kernel = model.kernel(_KERNELS[0])
     assert kernel is not None
-    sources = generate(model, target="c", kernels=()).library | panel_sources(model, kernel)
+    sources = library(model, ()) | panel_sources(model, kernel)
     functions = [_entry(_ROBOT, kernel, layout, (0, _SAMPLES)) for layout in ("panels", "rows")]
     return Contest(sources, functions)
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symgen.codegen.folding import fold_sources, foldable
 from symgen.codegen.kernels import Kernel
-from symgen.codegen.package import generate
+from symgen.codegen.package import library
 from symgen.errors import BuildError, ParameterError
 from symgen.runtime.build import build_module, find_compiler
 from symgen.runtime.calls import FloatArray, checked
@@ -120,7 +120,7 @@ class Fold:
             if compiler is None:
                 raise BuildError("the evaluator's compiler is gone")
             model = evaluator.model
-            sources = generate(model, target="c", kernels=()).library
+            sources = library(model, ())
             sources |= fold_sources(model, self.kernel)
             name = f"{model.robot.name}_{kernel}"
             arrays = ", ".join(f"const double *{a}" for a, _ in self.kernel.tape.inputs)

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from symgen.codegen.kernels import SHARED, Kernel
 from symgen.codegen.model import Model
-from symgen.codegen.package import generate
+from symgen.codegen.package import library
 from symgen.codegen.panels import panel_sources
 from symgen.errors import ParameterError
 from symgen.runtime.build import Compiler, build_module
@@ -52,7 +52,7 @@ class Panels:
             f"int {name}_rows(int stream, size_t N, {listed});\n"
             f"int {name}_panels(int stream, size_t N, {listed});\n"
         )
-        sources = generate(model, target="c", kernels=()).library | panel_sources(model, kernel)
+        sources = library(model, ()) | panel_sources(model, kernel)
         flags = panel_flags(compiler).flags.flags
         module = build_module(sources, declarations, compiler, flags)
         self.kernel = kernel

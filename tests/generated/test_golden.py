@@ -55,12 +55,6 @@ def python(*arguments: str, **environment: str) -> subprocess.Popen[str]:
 
 
 @pytest.fixture
-def cache(tmp_path, monkeypatch):
-    """Compiled models of this test only."""
-    monkeypatch.setenv("SYMGEN_CACHE", str(tmp_path / "cache"))
-
-
-@pytest.fixture
 def copy(tmp_path, monkeypatch):
     """A copy of the golden planar2r to be spoiled; compiling plays no part in comparing."""
     monkeypatch.setattr("symgen.runtime.check.find_compiler", lambda: None)
@@ -80,8 +74,9 @@ def differences(folder: Path) -> tuple[str, ...]:
 # Equal.
 
 
-@pytest.mark.usefixtures("cache")
-def test_golden_set_is_what_generating_again_gives_and_agrees_with_50_digits():
+def test_golden_set_is_what_generating_again_gives_and_agrees_with_50_digits(monkeypatch):
+    # What a compiler says of stacks is looked at by tests of its own.
+    monkeypatch.setattr("symgen.runtime.check.worst_case_stack", lambda *_: None)
     results = symgen.check(GOLDEN)
     assert [r.folder.name for r in results] == PACKAGES
     assert {"panda", "planar2r", "puma560"} <= set(PACKAGES)
