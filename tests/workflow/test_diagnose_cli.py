@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -50,7 +51,7 @@ def test_a_hidden_spring_is_found_added_and_shown(run, logs, tmp_path):
     code, out, err = run("diagnose", "planar2r", logs[0], "--validation", logs[1], "--into", into)
     assert code == 0, out + err
     assert "\x1b" not in out
-    assert out.startswith("explained: ")
+    assert "\nverdict: explained\n" in out
     assert len(out.splitlines()) <= 24
     for words in ("gravity_spring", "K2", "N m/rad", "joint 2", "noise floor", "next: "):
         assert words in out, words
@@ -100,7 +101,7 @@ def test_a_hidden_spring_is_found_added_and_shown(run, logs, tmp_path):
 def test_nothing_is_named_where_nothing_is_wrong(run, clean, tmp_path):
     code, out, _ = run("diagnose", "planar2r", clean, "--into", tmp_path / "out")
     assert code == 0
-    assert "consistent: " in out
+    assert "\nverdict: consistent\n" in out
     content = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
     assert (content["where"], content["effects"]) == ([], [])
     assert content["replay"]["before"] == pytest.approx(content["replay"]["after"], rel=1e-2)
@@ -115,7 +116,7 @@ def test_effects_limit_the_search_and_what_they_cannot_say_is_unexplained(run, l
     named = {e["name"] for e in (*content["effects"], *content["rejected"])}
     assert named <= {"torque_offset", "viscous_friction"}
     assert code == 1
-    assert out.startswith(("unexplained: ", "partly-explained: "))
+    assert re.search(r"^verdict: (partly-|un)explained$", out, re.MULTILINE)
 
 
 def test_an_interrupt_leaves_nothing(run, logs, tmp_path, monkeypatch):
