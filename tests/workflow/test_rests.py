@@ -23,7 +23,7 @@ import symgen
 from symgen.estimation.band import Band, Rests
 from symgen.estimation.blocks import BLOCKS, Blocks, block_errors, held_out_error
 from symgen.estimation.recorded import Recorded
-from symgen.identification.reading import read_band
+from symgen.schemas import as_json, from_json
 
 ARMS = ("planar3r", "arm4r", "wrist6r")
 
@@ -97,7 +97,9 @@ def test_a_log_in_chunks_gives_the_same(tmp_path: Path) -> None:
     robot.write_text(run.robot_toml, "utf-8")
     given = {"validation": [paths[1]], "model": "momentum"}
     whole = symgen.identify(robot, [paths[0]], **given)
-    pieces = symgen.identify(robot, [paths[0]], work=tmp_path / "work", **given)
+    pieces = symgen.identify(
+        robot, [paths[0]], workers=symgen.Workers(work=tmp_path / "work"), **given
+    )
     assert pieces.band.rests is not None
     assert whole.band.rests is not None
     for a, b in zip(whole.parameters, pieces.parameters, strict=True):
@@ -133,7 +135,9 @@ def test_static_friction_is_no_effect_that_is_missing(tmp_path: Path) -> None:
 
 def test_weights_travel_with_the_band() -> None:
     band = Band(250.0, 8.0, 3.0, "measured", Rests((0.02, -1.0), (0.05, 1.0)))
-    assert read_band(json.loads(json.dumps(band.to_json()))) == band
-    assert read_band({k: v for k, v in band.to_json().items() if k != "rests"}).rests is None
+    content, file = as_json(band), Path("estimate.json")
+    assert from_json(Band, json.loads(json.dumps(content)), file) == band
+    older = {k: v for k, v in content.items() if k != "rests"}
+    assert from_json(Band, older, file).rests is None
     with pytest.raises(ValueError, match="rests"):
-        read_band({**band.to_json(), "rests": {"slow": [0.1], "weight": [0.0]}})
+        from_json(Band, content | {"rests": {"slow": [0.1], "weight": [0.0]}}, file).require()
