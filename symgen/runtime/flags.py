@@ -134,10 +134,10 @@ def _asked() -> Chosen | None:
     wanted = os.environ.get("SYMGEN_FLAGS", "").strip()
     if not wanted:
         return None
-    for known in SETS:
-        if known.name == wanted:
-            return Chosen(known, {}, "asked for by SYMGEN_FLAGS")
-    accepted = ", ".join(s.name for s in SETS)
+    sets = {known.name: known for known in (*PANEL_SETS, *SETS)}
+    if wanted in sets:
+        return Chosen(sets[wanted], {}, "asked for by SYMGEN_FLAGS")
+    accepted = ", ".join(dict.fromkeys(s.name for s in (*SETS, *PANEL_SETS)))
     raise BuildError(f"SYMGEN_FLAGS is {wanted!r}; accepted: {accepted}")
 
 

@@ -2,17 +2,23 @@
 
     pytest -m slow tests/robustness/test_installed.py
 
-With the newest libraries that pip finds, with the oldest that pyproject.toml allows (as uv resolves
-them), and with each compiler. Without a registry, or without uv, tests are skipped with the reason.
+On every Python from 3.11 that there is, with the newest libraries that pip finds, with the oldest
+that pyproject.toml allows (as uv resolves them), and with each compiler. What is not there is
+skipped with the reason. The long run writes installed_figures.json; by default the list of commands
+is checked.
 """
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import shutil
 import subprocess
 import sys
 import tarfile
+import time
+import tomllib
 import venv
 import zipfile
 from pathlib import Path
@@ -21,10 +27,10 @@ import pytest
 from support import PROJECT
 from support_commands import LIMITS, LOADED, PARAMETERS, URDF
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(os.name == "nt", reason="paths of POSIX environments"),
-]
+from symgen.cli import cli
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="paths of POSIX environments")
+FIGURES = Path(__file__).with_name("installed_figures.json")
 BUILD = "import hatchling.build as b, sys; print(b.build_{kind}(sys.argv[1]))"
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 #: What the wheel must bring beside modules.
@@ -73,6 +79,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     return sdist, build("wheel", source)
 
 
+@pytest.mark.slow
 def test_the_wheel_holds_modules_templates_and_tables_and_no_tests(built):
     sdist, wheel = built
     with zipfile.ZipFile(wheel) as archive:
@@ -106,10 +113,44 @@ report est
 report est est
 simulate planar2r --parameters loaded.toml --duration 4 --into loaded.csv
 payload planar2r loaded.csv --parameters p.toml --into payload
+study planar2r --parameters p.toml --runs 2 --duration 4 --into study
+simulate planar2r --parameters p.toml --duration 4 --into cell/r1/1.csv
+simulate planar2r --parameters p.toml --duration 4 --into cell/r1/2.csv
+fleet planar2r cell --into fleet
 simulate arm.toml --parameters arm_parameters.toml --duration 4 --into arm.csv
 identify arm.toml arm.csv --into arm-est
 export arm-est --from arm.urdf --to out.urdf
 demo --runs 20
+"""
+
+
+def test_every_command_is_tried_where_symgen_is_installed():
+    assert {words.split()[0] for words in COMMANDS.split("\n") if words} >= set(cli.commands)
+
+
+def _kept(what: str, folder: Path, seconds: float) -> None:
+    """Write down what an environment held, in which every command ran."""
+    listed = subprocess.run(
+        [folder / "bin" / "python", "-c", VERSIONS], capture_output=True, text=True, check=True
+    )
+    figures = json.loads(FIGURES.read_text("utf-8")) if FIGURES.exists() else {}
+    figures[what] = {"seconds": round(seconds), **json.loads(listed.stdout)}
+    lines = ",\n".join(f" {json.dumps(k)}: {json.dumps(v)}" for k, v in sorted(figures.items()))
+    FIGURES.write_text(f"{{\n{lines}\n}}\n", "utf-8")
+
+
+#: The libraries that symgen asks for, by name.
+NEEDED = [
+    re.split("[><=]", name)[0]
+    for name in tomllib.loads((PROJECT / "pyproject.toml").read_text("utf-8"))["project"][
+        "dependencies"
+    ]
+]
+VERSIONS = f"""
+import json, platform
+from importlib.metadata import version
+found = {{name: version(name) for name in {NEEDED!r}}}
+print(json.dumps({{"python": platform.python_version(), **found}}))
 """
 
 
@@ -120,6 +161,12 @@ def _smoke(symgen: Path, folder: Path, commands: str = COMMANDS, **change: str) 
     arm = URDF.replace('"one"', '"arm"').replace('effort="1"', 'effort="9"')
     (folder / "arm.urdf").write_text(arm)
     said = ""
+    for command in sorted(cli.commands) if commands == COMMANDS else ():
+        helped = subprocess.run(
+            [symgen, command, "--help"], capture_output=True, text=True, env=_environment(folder)
+        )
+        assert (helped.returncode, helped.stderr) == (0, ""), helped.stderr
+        assert f"symgen {command}" in helped.stdout
     for words in commands.strip().splitlines():
         done = subprocess.run(
             [symgen, *words.split()],
@@ -141,6 +188,7 @@ def _smoke(symgen: Path, folder: Path, commands: str = COMMANDS, **change: str) 
     return said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", PYTHONS)
 def test_every_command_runs_where_the_wheel_alone_is_installed(version, built, tmp_path):
     python = shutil.which(f"python{version}")
@@ -151,13 +199,16 @@ def test_every_command_runs_where_the_wheel_alone_is_installed(version, built, t
         pytest.skip(f"Python {version} is not on this machine")
     place = tmp_path / "env" / "bin"
     _pip(place / "python", built[1])
+    begun = time.monotonic()
     _smoke(place / "symgen", tmp_path)
+    _kept(f"Python {version}, newest", place.parent, time.monotonic() - begun)
 
 
+@pytest.mark.slow
 def test_every_command_runs_with_the_oldest_libraries_that_are_allowed(built, tmp_path):
-    uv = shutil.which("uv")
-    if uv is None:
-        pytest.skip("uv is not on this machine")
+    venv.create(tmp_path / "tools", with_pip=True)
+    _pip(tmp_path / "tools" / "bin" / "python", "uv")
+    uv = tmp_path / "tools" / "bin" / "uv"
     oldest = tmp_path / "oldest.txt"
     lowest = ["--resolution", "lowest-direct", "--python-version", "3.11"]
     for command in (
@@ -165,12 +216,30 @@ def test_every_command_runs_with_the_oldest_libraries_that_are_allowed(built, tm
         [uv, "venv", "-q", "--python", "3.11", tmp_path / "env"],
         [uv, "pip", "install", "-q", "--python", tmp_path / "env", "-r", oldest, built[1]],
     ):
-        done = subprocess.run(command, capture_output=True, text=True)
+        done = subprocess.run(command, capture_output=True, text=True, env=_like_pip())
         if "No Python at" in done.stderr or "fetch" in done.stderr or "not find" in done.stderr:
             pytest.skip(f"uv: {done.stderr.strip().splitlines()[-1]}")
         assert done.returncode == 0, done.stderr
     assert "sympy==1.12" in oldest.read_text().split()
+    begun = time.monotonic()
     _smoke(tmp_path / "env" / "bin" / "symgen", tmp_path)
+    _kept("Python 3.11, oldest", tmp_path / "env", time.monotonic() - begun)
+
+
+def _like_pip() -> dict[str, str]:
+    """Return an environment in which uv finds what pip finds; it reads no pip.conf."""
+    listed = subprocess.run(
+        [sys.executable, "-m", "pip", "config", "list"], capture_output=True, text=True, check=True
+    )
+    known = {"index-url": "UV_DEFAULT_INDEX", "extra-index-url": "UV_INDEX",
+             "find-links": "UV_FIND_LINKS", "cert": "SSL_CERT_FILE"}  # fmt: skip
+    change = {"UV_INDEX_STRATEGY": "unsafe-best-match"}  # as pip does with several
+    for line in listed.stdout.splitlines():
+        key, _, value = line.partition("=")
+        name = known.get(key.split(".")[-1])
+        if name:
+            change[name] = value.strip("'")
+    return {**os.environ, **change}
 
 
 @pytest.fixture(scope="module")
@@ -192,6 +261,7 @@ check package
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "ziglang", "none"])
 def test_an_installed_symgen_takes_the_compiler_that_there_is(compiler, installed, tmp_path):
     """It alone is on the PATH; without any, CasADi computes, and that is said once a command."""

@@ -142,6 +142,8 @@ def test_a_set_may_be_named_and_a_wrong_name_is_one_line(compiler, monkeypatch):
     monkeypatch.setenv("SYMGEN_FLAGS", "plain")
     assert flags.chosen_flags(compiler).flags.flags == ()
     assert flags.panel_flags(compiler).flags.flags == ()
+    monkeypatch.setenv("SYMGEN_FLAGS", "avx512")  # of panels, and for single calls, too
+    assert "-mavx512f" in flags.chosen_flags(compiler).flags.flags
     monkeypatch.setenv("SYMGEN_FLAGS", "-O3")
     with pytest.raises(symgen.BuildError, match="SYMGEN_FLAGS is '-O3'; accepted: plain, fma,"):
         flags.chosen_flags(compiler)
