@@ -6,10 +6,7 @@ Same model, same bytes: no dates, no paths, no order of sets, nothing of the Sym
 from __future__ import annotations
 
 import hashlib
-import html
 import json
-import re
-import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,13 +19,14 @@ from symgen.codegen.backends import Package, cpp, optimal_control
 from symgen.codegen.c_printer import DTYPES, CFunction, literal, operation_counts, print_kernel
 from symgen.codegen.c_runtime import runtime_parts, runtime_source
 from symgen.codegen.check_program import checks
-from symgen.codegen.kernels import LINK, SCALARS, Kernel
+from symgen.codegen.kernels import Kernel
 from symgen.codegen.manifest import SCHEMA, base_table, described
 from symgen.codegen.model import Model
 from symgen.codegen.parts import in_parts
 from symgen.codegen.prototypes import arguments, declarations
 from symgen.codegen.targets import BACKENDS, backends
 from symgen.codegen.verification import DIGITS, POINTS, TOLERANCE, verification
+from symgen.codegen.wording import columns_text, input_text, markdown, shape_text, wrapped
 from symgen.codegen.worst_case import worst_case
 from symgen.errors import PackageError
 from symgen.files import rendered, write_folder
@@ -264,13 +262,13 @@ class _Writer:
         counts = operation_counts([kernel.tape])
         listed = arguments(kernel, self.dtype)
         names = [a.name for a in listed]
-        shapes = [f"{name}: {_input(name, len(s))}" for name, s in kernel.tape.inputs] + [
-            f"{o.name}: {_shape(o.shape)}{_columns(o.columns)}" for o in kernel.outputs
+        shapes = [f"{name}: {input_text(name, len(s))}" for name, s in kernel.tape.inputs] + [
+            f"{o.name}: {shape_text(o.shape)}{columns_text(o.columns)}" for o in kernel.outputs
         ]
         return {
             "name": kernel.name,
-            "doc": _wrapped(kernel.doc),
-            "shapes": [line for shape in shapes for line in _wrapped(shape, "  ")],
+            "doc": wrapped(kernel.doc),
+            "shapes": [line for shape in shapes for line in wrapped(shape, "  ")],
             "returns": "int" if kernel.guards else "void",
             "guarded": bool(kernel.guards),
             "batch": kernel.batch,
@@ -280,7 +278,7 @@ class _Writer:
             "declarations": [
                 line
                 for text in declarations(self.name, kernel, self.dtype)
-                for line in _wrapped(text, "    ", _LINE)
+                for line in wrapped(text, "    ", _LINE)
             ],
             "operations": ", ".join(f"{v} {key}" for key, v in counts.items() if v)
             or "0 operations",
@@ -300,7 +298,7 @@ class _Writer:
     def named_base(self) -> list[dict[str, Any]]:
         """Return name and comment of each base parameter, in lines that are not too long."""
         return [
-            {"name": b["name"], "lines": _wrapped(f"{b['expression']} [{b['unit']}]")}
+            {"name": b["name"], "lines": wrapped(f"{b['expression']} [{b['unit']}]")}
             for b in base_table(self.model)
         ]
 
@@ -325,14 +323,14 @@ class _Writer:
                         str(j.antecedent),
                         *(text(getattr(j, key)) for key in keys),
                         text(sum((c * joint_variable(k) for k, c in j.shares), j.offset)),
-                        _markdown(j.name) or "-",
+                        markdown(j.name) or "-",
                     ]
                 )
                 for j in robot.joints
             ],
             "effects": [
                 {
-                    "name": _markdown(e.name),
+                    "name": markdown(e.name),
                     "joint": j,
                     "torque": text(torque),
                     "constants": e.nonlinear,
@@ -378,28 +376,3 @@ class _Writer:
             **example.facts(self.model, self.kernels),
             **example.parameters(self.model, "f" if self.dtype == "float" else ""),
         )
-
-
-def _shape(shape: tuple[int, ...]) -> str:
-    return f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"
-
-
-def _input(name: str, size: int) -> str:
-    if name == LINK:
-        return f"number of a joint in robot.toml, 1 to {size}"
-    return "a number" if name in SCALARS else f"({size},)"
-
-
-def _wrapped(text: str, indent: str = "", width: int = _LINE - 4) -> list[str]:
-    return textwrap.wrap(
-        text, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
-    )
-
-
-def _columns(columns: tuple[str, ...]) -> str:
-    return f": {', '.join(columns)}" if columns else ""
-
-
-def _markdown(name: str) -> str:
-    """Return a free text as Markdown that shows it: no tag of HTML, no link, no cell of its own."""
-    return re.sub(r"([\\`*\[\]|!])", r"\\\1", html.escape(name, quote=False))
