@@ -250,17 +250,21 @@ def simulation_use(
     return Use("simulation", tuple(reasons))
 
 
-def verdict(prediction: Use, parameters: Use, simulation: Use, count: int) -> Verdict:
+def verdict(
+    prediction: Use, parameters: Use, simulation: Use, count: int, rests: Sequence[str] = ()
+) -> Verdict:
     """Put the uses together.
 
     Args:
         prediction, parameters, simulation: as judged.
         count: number of parameters.
+        rests: what is said of joints at rest.
     """
     uses = (prediction, parameters, simulation)
     if not prediction.ok:
         return Verdict(uses, prediction.reasons, f"doubtful: {'; '.join(prediction.reasons)}")
-    beside = [f"{len(parameters.known)} of {count} parameters known", *parameters.reasons]
+    known = f"{len(parameters.known)} of {count} parameters known"
+    beside = [*rests, known, *parameters.reasons]
     beside += [f"not for simulation: {reason}" for reason in simulation.reasons]
     mend = []
     if unphysical(parameters) or not simulation.ok:
