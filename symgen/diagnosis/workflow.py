@@ -40,6 +40,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.filtered import filtered
 from symgen.estimation.logs import (
+    HELD_OUT,
     Source,
     in_one_band,
     listed_logs,
@@ -59,7 +60,6 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 
 FloatArray = NDArray[np.float64]
-_HELD_OUT = 0.2
 #: Share of the square of the gap that undoing a fault of the measuring chain has to close.
 _CLOSES = 0.1
 #: Gaps that are as good as equal.
@@ -318,7 +318,7 @@ def _scenes(look: _Look, band: Band) -> tuple[list[Scene], list[Scene], tuple[st
         return given, held, notes
     train, late = [], []
     for s in given:
-        cut = s.t[0] + (1 - _HELD_OUT) * (s.t[-1] - s.t[0])
+        cut = s.t[0] + (1 - HELD_OUT) * (s.t[-1] - s.t[0])
         train.append(s.cut(float(s.t[0]), float(cut)))
         late.append(replace(s.cut(float(cut), float(s.t[-1])), name=f"{s.name} (last fifth)"))
     note = "no validation log is given: the gap is that of the last fifth of each log"

@@ -27,7 +27,7 @@ MEMORY = 2.0
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class TorqueFit:
     """Measured and modelled torque of some logs in the comparison band.
 
     Attributes:
@@ -42,21 +42,21 @@ class Fit:
     traces: tuple[Trace, ...]
     rest: FloatArray
 
-    def __add__(self, other: Fit) -> Fit:
+    def __add__(self, other: TorqueFit) -> TorqueFit:
         """Return the fit of both."""
         traces, rest = self.traces + other.traces, self.rest + other.rest
-        return Fit(self.error + other.error, self.size + other.size, traces, rest)
+        return TorqueFit(self.error + other.error, self.size + other.size, traces, rest)
 
     @classmethod
-    def none(cls, n: int) -> Fit:
+    def none(cls, n: int) -> TorqueFit:
         """Return the fit of no log of n joints."""
         return cls(np.zeros(n), np.zeros(n), (), np.zeros((2, n)))
 
     @property
-    def in_motion(self) -> Fit:
+    def in_motion(self) -> TorqueFit:
         """That of joints in motion: at rest, friction can be anything between its limits."""
         error, size = self.error - self.rest[0], self.size - self.rest[1]
-        return Fit(error, size, (), np.zeros_like(self.rest))
+        return TorqueFit(error, size, (), np.zeros_like(self.rest))
 
     @property
     def ratios(self) -> FloatArray:
@@ -72,7 +72,7 @@ class Fit:
 
 def fit(
     evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray, kind: str = "validation"
-) -> Fit:
+) -> TorqueFit:
     """Compare the torque of a model with the measured one.
 
     Args:
@@ -85,7 +85,7 @@ def fit(
         LogError: a mask leaves nothing to compare.
     """
     inverse = evaluator["inverse_dynamics"]
-    out = Fit.none(evaluator.model.robot.n)
+    out = TorqueFit.none(evaluator.model.robot.n)
     for log in logs:
         chunks = log.modelled(lambda q, qd, qdd: inverse(q, qd, qdd, X))
         out += of_torque(log, np.concatenate([torque for _, torque in chunks]), kind)
@@ -103,7 +103,7 @@ def of_torque(
     torque: FloatArray,
     kind: str = "validation",
     own: NDArray[np.bool_] | None = None,
-) -> Fit:
+) -> TorqueFit:
     """Compare a torque at the kept samples of a log, (K, n), with the measured one there.
 
     Args:
@@ -130,9 +130,9 @@ def squares(
     free: Bools,
     measured: FloatArray,
     torque: FloatArray,
-    resting: Bools | None,
+    resting: Bools | None = None,
     traces: tuple[Trace, ...] = (),
-) -> Fit:
+) -> TorqueFit:
     """Sum up what a torque leaves of the measured one.
 
     Args:
@@ -146,4 +146,4 @@ def squares(
     if resting is not None:
         rest = np.sum((free & resting) * both, axis=1)
     error, size = np.sum(free * both, axis=1)
-    return Fit(error, size, traces, rest)
+    return TorqueFit(error, size, traces, rest)

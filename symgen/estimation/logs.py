@@ -25,6 +25,8 @@ from symgen.robot.types import Robot
 _TORQUES = (1e-9, 1e9)  # N m or N
 _BEYOND = 1.0  # of the range of a joint; gears make more of it
 Source = str | Path | Log
+#: Share of each log that is held out where no validation log is given.
+HELD_OUT = 0.2
 
 
 def listed_logs(logs: Sequence[Source] | Source) -> list[Source]:

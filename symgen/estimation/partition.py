@@ -24,7 +24,7 @@ from symgen.data.stretch import Stretch
 from symgen.estimation.band import Band
 from symgen.estimation.decimation import decimation
 from symgen.estimation.filtered import FilteredLog, filtered, stride_of
-from symgen.estimation.fit import Fit, of_torque, squares
+from symgen.estimation.fit import TorqueFit, of_torque, squares
 from symgen.estimation.fold import LAGS
 from symgen.estimation.logs import open_samples
 from symgen.estimation.recipe import Recipe
@@ -220,7 +220,7 @@ class ChunkOfLog:
         own = np.array([*self.own, float(self.ended)])
         return packed_arrays({**self.log.arrays(), "own": own})
 
-    def fit(self, evaluator: Evaluator, X: FloatArray) -> Fit:
+    def fit(self, evaluator: Evaluator, X: FloatArray) -> TorqueFit:
         """Compare its own torques with those of a model, without traces."""
         log = self.log
         if isinstance(log, ThinLog):

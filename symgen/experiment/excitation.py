@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from symgen.errors import IdentificationError, ParameterError
+from symgen.estimation.logs import HELD_OUT
 from symgen.estimation.recipe import require_model
 from symgen.experiment.bounds import Bounds, bounds
 from symgen.experiment.cell import KINDS
@@ -33,7 +34,6 @@ from symgen.robot.types import Limits, Robot, require_gravity
 #: Condition number above which runs determine nothing: refused.
 SINGULAR = 1e5
 _DRAWS = 8  # random motions of which each search begins with the best
-_HELD_OUT = 0.2
 _LONGEST = 600.0  # s, of a run
 _USUAL = 10.0  # s, the shortest run that is chosen without being asked for
 
@@ -161,7 +161,7 @@ def _durations(
     if duration is None:
         parameters = len(task.model.base.parameters)
         per_window = 1 if task.name == "energy" else task.model.robot.n
-        needed = WINDOWS * parameters * task.window / per_window / (1 - _HELD_OUT)
+        needed = WINDOWS * parameters * task.window / per_window / (1 - HELD_OUT)
         usual = _USUAL if task.name == "torque" else max(_USUAL, needed / runs + task.window)
         return (float(math.ceil(usual)),) * runs
     given = [duration] if isinstance(duration, (int, float)) else list(duration)

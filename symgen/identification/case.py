@@ -29,8 +29,6 @@ from symgen.identification.solving import Method, settled
 from symgen.identification.validation import Part
 from symgen.runtime.evaluator import Evaluator
 
-#: Share of each log that is held out where no validation log is given.
-HELD_OUT = 0.2
 _SHIFTS = 3  # of torques that are late
 
 

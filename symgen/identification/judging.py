@@ -13,7 +13,7 @@ import symgen.identification.verdict as verdicts
 from symgen import names
 from symgen.estimation.band import Band
 from symgen.estimation.filtered import FilteredLog
-from symgen.estimation.fit import Fit, fit
+from symgen.estimation.fit import TorqueFit, fit
 from symgen.estimation.logs import digest
 from symgen.estimation.masking import resting
 from symgen.estimation.recipe import Recipe
@@ -72,8 +72,8 @@ class Outcome:
 
     train: Residual
     held: Residual
-    own: Fit
-    seen: Fit
+    own: TorqueFit
+    seen: TorqueFit
     windows: float
 
 
@@ -212,7 +212,7 @@ def judged(
     )
 
 
-def _at_rest(band: Band, seen: Fit) -> tuple[str, ...]:
+def _at_rest(band: Band, seen: TorqueFit) -> tuple[str, ...]:
     """Tell joints that move from joints at rest, where the logs that judge have any."""
     if band.rests is None or not seen.rest.any():
         return ()
@@ -224,7 +224,7 @@ def _at_rest(band: Band, seen: Fit) -> tuple[str, ...]:
     )
 
 
-def _of_rests(band: Band, seen: Fit) -> tuple[str, ...]:
+def _of_rests(band: Band, seen: TorqueFit) -> tuple[str, ...]:
     """Say what rests do, where joints of the training logs or of those that judge have any."""
     return tuple(
         f"joints stand still at times, where friction can be anything between its limits: {told}; "

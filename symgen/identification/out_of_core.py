@@ -28,7 +28,7 @@ from symgen.data.signals import Samples
 from symgen.distributed import Executor, WorkFolder, digest, finished
 from symgen.errors import IdentificationError
 from symgen.estimation.estimators import PASSES
-from symgen.estimation.fit import Fit, fit
+from symgen.estimation.fit import TorqueFit, fit
 from symgen.estimation.instrumental import bias_of_least_squares
 from symgen.estimation.logs import open_samples
 from symgen.estimation.partition import Part, Partition, Settings, partitions
@@ -280,7 +280,7 @@ class _Streamed:
                     j += 1
         return Summaries(self.folder, places), merged_repairs(repairs), clean
 
-    def _added(self, keys: Sequence[str]) -> tuple[FloatArray, dict[str, Fit]]:
+    def _added(self, keys: Sequence[str]) -> tuple[FloatArray, dict[str, TorqueFit]]:
         """Add up sums of scores and errors of torque."""
         first = unpacked(self.folder, keys[0])
         total = {name: np.zeros_like(array) for name, array in first.items()}
@@ -288,12 +288,12 @@ class _Streamed:
             for name, array in unpacked(self.folder, key).items():
                 total[name] += array
         return total["meat"], {
-            kind: Fit(traces=(), **{key: total[f"{kind}.{key}"] for key in FIT_SUMS})
+            kind: TorqueFit(traces=(), **{key: total[f"{kind}.{key}"] for key in FIT_SUMS})
             for kind in ("train", "validation")
         }
 
     def _outcome(
-        self, case: Case, X: FloatArray, own: Chosen, held: Chosen, fits: Mapping[str, Fit]
+        self, case: Case, X: FloatArray, own: Chosen, held: Chosen, fits: Mapping[str, TorqueFit]
     ) -> Outcome:
         """Return how X fits all equations and torques; curves are those of the sample."""
         run = case.run

@@ -13,10 +13,9 @@ from symgen.data.log import Log
 from symgen.data.stretch import Stretch
 from symgen.data.tables import COUNTED, rows_of
 from symgen.errors import LogError
-from symgen.estimation.logs import Source
+from symgen.estimation.logs import HELD_OUT, Source
 from symgen.estimation.partition import Part
 from symgen.estimation.recipe import Recipe
-from symgen.identification.case import HELD_OUT
 
 Progress = Callable[[str], None]
 #: Samples, of all training and of all validation logs, that are looked at in memory; stretches.

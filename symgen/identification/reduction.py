@@ -21,7 +21,7 @@ from symgen.codegen.model import derive
 from symgen.data.dataset import DataSet
 from symgen.data.raw import Reading
 from symgen.distributed import WorkFolder, written
-from symgen.estimation.fit import Fit
+from symgen.estimation.fit import TorqueFit
 from symgen.estimation.fold import Summary, bartlett, merged_tree, scores, summarised
 from symgen.estimation.partition import (
     Chunk,
@@ -172,7 +172,7 @@ class ErrorReduction(Reduction):
         """Return the sums of scores, and by kind of log the squared error and size of torque."""
         p, n = len(self.X), self.evaluator.model.robot.n
         meat = np.zeros((p, p))
-        fits = {kind: Fit.none(n) for kind in ("train", "validation")}
+        fits = {kind: TorqueFit.none(n) for kind in ("train", "validation")}
         for number, kind, chunk in self.kept(work):
             fits[kind] += chunk.fit(self.evaluator, self.X)
             if kind != "train":

@@ -29,7 +29,8 @@ from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, LogError
 from symgen.estimation.estimators import Estimator, Huber, Ols, Prior, Wls
-from symgen.estimation.logs import Source, digest, require_other_data
+from symgen.estimation.fit import squares
+from symgen.estimation.logs import HELD_OUT, Source, digest, require_other_data
 from symgen.estimation.poses import (
     Shown,
     coulomb_columns,
@@ -54,7 +55,7 @@ from symgen.runtime.evaluator import Evaluator
 FloatArray = NDArray[np.float64]
 STATIC = "static"
 METHODS = (Wls.name, Ols.name, Huber.name)
-_HELD_OUT, _FEWEST = 0.2, 3
+_FEWEST = 3
 _NORMAL = 1.96
 #: Of the torques held out this share may lie outside the bounds; more, by chance, at this level.
 _OUTSIDE, _LEVEL = 0.05, 0.01
@@ -123,11 +124,11 @@ def _within(estimator: Estimator, shown: Shown) -> Estimator:
 
 def _split(poses: Samples) -> tuple[Samples, Samples]:
     """Hold out the last fifth of a table."""
-    late = round(len(poses.t) * _HELD_OUT)
+    late = round(len(poses.t) * HELD_OUT)
     if late < _FEWEST:
         raise LogError(
             f"{poses.name}: {len(poses.t)} poses are too few to hold out a fifth; accepted: "
-            f"{math.ceil(_FEWEST / _HELD_OUT)} and more, or a second table for validation"
+            f"{math.ceil(_FEWEST / HELD_OUT)} and more, or a second table for validation"
         )
     cut = len(poses.t) - late
     last = poses.cut(slice(cut, None))
@@ -258,11 +259,8 @@ def _trace(evaluator: Evaluator, poses: Samples, X: FloatArray, kind: str) -> Tr
 def _residual(traces: Sequence[Trace]) -> Residual:
     """Return ||tau - model|| / ||tau||, in all and by joint."""
     measured = np.concatenate([t.measured for t in traces])
-    left = measured - np.concatenate([t.predicted for t in traces])
-    size = np.linalg.norm(measured, axis=0)
-    joints = np.linalg.norm(left, axis=0) / np.where(size > 0, size, np.inf)
-    total = float(np.linalg.norm(left) / max(float(np.linalg.norm(size)), 1e-300))
-    return Residual(total, tuple(map(float, joints)))
+    predicted = np.concatenate([t.predicted for t in traces])
+    return squares(np.ones(measured.shape, dtype=bool), measured, predicted).residual
 
 
 def _beyond_bounds(

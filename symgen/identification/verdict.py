@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.data.mask import at_rest
 from symgen.estimation.filtered import FilteredLog
-from symgen.estimation.fit import Fit
+from symgen.estimation.fit import TorqueFit
 from symgen.estimation.speeds import at_standstill
 from symgen.identification.estimate import Consistency, ParameterEstimate, Use
 from symgen.identification.parameters import mass_matrices
@@ -77,8 +77,8 @@ class Verdict:
 
 
 def prediction_use(
-    train: Fit,
-    held: Fit,
+    train: TorqueFit,
+    held: TorqueFit,
     elsewhere: float,
     faults: Sequence[str],
     suspects: Sequence[str] = (),
@@ -119,7 +119,7 @@ def prediction_use(
     return Use("prediction", tuple(reasons))
 
 
-def _counts(fit: Fit, j: int) -> bool:
+def _counts(fit: TorqueFit, j: int) -> bool:
     """Whether a joint's torque is more than a hundredth of the whole."""
     return bool(fit.size[j] > 1e-4 * fit.size.sum())
 

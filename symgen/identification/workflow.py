@@ -21,6 +21,7 @@ from symgen.distributed import Workers, executor
 from symgen.errors import IdentificationError, LogError
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.logs import (
+    HELD_OUT,
     Source,
     listed_logs,
     open_logs,
@@ -30,7 +31,6 @@ from symgen.estimation.logs import (
 from symgen.estimation.recipe import JUDGING, NEEDED, Recipe
 from symgen.estimation.repairs import Repair
 from symgen.identification.case import (
-    HELD_OUT,
     checked_run,
     chosen_case,
     determined,
