@@ -87,7 +87,9 @@ def geared_joints(trial: Trial) -> list[Fault]:
     """Find joints that were recorded through another gear ratio."""
     joints = range(len(trial.case.base.size))
     found = (_fitted_ratio(trial, j) for j in joints if _another_ratio_helps(trial, j))
-    return trial.judged(f for f in found if abs(math.log(f.value)) > _RATIO)
+    # An error that falls to the end of what is tried is that of a joint of which little is known.
+    inside = (f for f in found if _RATIO < abs(math.log(f.value)) < _LOGARITHMS[-1])
+    return trial.judged(inside)
 
 
 def _another_ratio_helps(trial: Trial, j: int) -> bool:

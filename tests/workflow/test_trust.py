@@ -19,6 +19,7 @@ try:
 except ImportError as missing:
     pytest.skip(f"needs Pinocchio: {missing}", allow_module_level=True)
 
+from oracles import clean_runs
 from workflow import trust_study
 
 FIGURES = Path(__file__).parent / "trust_figures.json"
@@ -105,3 +106,8 @@ def test_runs_are_counted_as_the_goals_have_them() -> None:
     assert sums["share_of_deserving"] == 0.5
     assert not trust_study.reached(sums)
     assert trust_study.reached(trust_study.summary(rows[:1]))
+
+
+def test_an_error_that_falls_to_the_end_of_the_ratios_tried_is_no_gear_ratio() -> None:
+    found = trust_study.identified(clean_runs.run(30_085, faulty=trust_study.FAULTY))
+    assert not any("gear ratio" in reason for reason in found["reasons"]), found["reasons"]
