@@ -115,8 +115,6 @@ def identify(
     trusted = print_result(estimate)
     if model != "auto" and not trusted:
         click.echo(f"try: {again(model='auto', into=f'{into}-auto')}")
-    if not trusted and any("--mask rest" in reason for reason in estimate.reasons):
-        click.echo(f"try: {again(mask='rest', into=f'{into}-moving')}")
     if model == "auto" and not trusted:
         click.echo(f"try: {diagnosing(robot, logs, validation, f'{into}-why')}")
     if estimate.physical.feasible is False and method == "wls" and trusted:

@@ -16,6 +16,7 @@ from symgen.estimation.system import Equations
 from symgen.robot.types import Robot
 
 _MUCH = 0.03  # share of samples at rest that is worth a word
+_SELDOM = 0.2  # share of samples in motion that shows little
 
 
 def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Samples:
@@ -117,5 +118,23 @@ def resting(logs: Sequence[Samples], robot: Robot) -> tuple[str, ...]:
             out.append(
                 f"{samples.name}: a joint stands still in {100 * share:.2g} % of the samples: "
                 "friction can be anything there, and the gap counts it (--mask rest leaves it out)"
+            )
+    return tuple(out)
+
+
+def seldom_moving(logs: Sequence[FilteredLog]) -> tuple[str, ...]:
+    """Say which joints are at rest for most of a log: what they do in motion is hardly seen."""
+    out = []
+    for log in logs:
+        if log.at_rest is None:
+            continue
+        moving = 1 - log.at_rest.mean(axis=0)
+        few = np.flatnonzero(moving < _SELDOM)
+        if len(few):
+            listed = ", ".join(str(j + 1) for j in few)
+            out.append(
+                f"{log.name}: movable joints {listed} move in at most "
+                f"{100 * moving[few].max():.2g} % of the samples; symgen excite writes a motion in "
+                "which all joints move"
             )
     return tuple(out)

@@ -15,7 +15,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.fit import TorqueFit, fit
 from symgen.estimation.logs import digest
-from symgen.estimation.masking import resting
+from symgen.estimation.masking import seldom_moving
 from symgen.estimation.recipe import Recipe
 from symgen.estimation.regression import Solution
 from symgen.estimation.repairs import LEFT, Repair
@@ -139,7 +139,7 @@ def judged(
             ),
             (
                 *(f"{r.log}: {r.channel} {r.fault}" for r in run.repairs if r.done == LEFT),
-                *resting([log.samples for log in run.logs], robot),
+                *seldom_moving(run.train),
             ),
         ),
         verdicts.parameters_use(

@@ -11,6 +11,7 @@ from symgen.data.signals import Samples, sampled
 from symgen.estimation.band import Band, Rests
 from symgen.estimation.filtered import filtered
 from symgen.estimation.fit import fit
+from symgen.estimation.masking import seldom_moving
 from symgen.estimation.rests import rests_of, weighed_rests
 from symgen.estimation.system import Equations, momentum_equations, torque_equations
 
@@ -142,3 +143,16 @@ def test_what_a_model_leaves_is_told_apart_in_motion_and_at_rest(evaluator):
     assert whole.in_motion.residual.relative < 0.05
     assert 0.3 < whole.rest[1, 0] / whole.size[0] < 0.7
     assert not all_alike.rest.any()
+
+
+def test_a_joint_that_moves_in_few_of_the_samples_is_said():
+    q, _ = moved(T)
+    late = np.where(T < 21, q[0], moved(T - 20)[0])
+    seldom = sampled(
+        symgen.make_log("seldom", T, np.column_stack([q, late]), np.zeros((len(T), 2)))
+    )
+    band = Band(250.0, 30.0, 4.0, "measured", rests_of([seldom], (0, 0)))
+    (said,) = seldom_moving([filtered(seldom, band)])
+    assert said.startswith("seldom: movable joints 2 move in at most ")
+    assert seldom_moving([filtered(seldom, Band(250.0, 30.0, 4.0, "measured"))]) == ()
+    assert seldom_moving([filtered(log(1.0), Band(250.0, 30.0, 4.0, "measured"))]) == ()
