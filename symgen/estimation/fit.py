@@ -69,6 +69,19 @@ class TorqueFit:
         total = math.sqrt(float(self.error.sum()) / max(float(self.size.sum()), 1e-300))
         return Residual(total, tuple(map(float, self.ratios)))
 
+    @property
+    def told_apart(self) -> tuple[str, ...]:
+        """Say what is left of joints that move and of joints at rest, where any rests."""
+        if not self.rest.any():
+            return ()
+        error, size = self.rest.sum(axis=1)
+        moving = 100 * self.in_motion.residual.relative
+        still = 100 * math.sqrt(error / max(size, 1e-300))
+        return (
+            f"the torque error is {moving:.3g} % of joints that move and "
+            f"{still:.3g} % of joints at rest",
+        )
+
 
 def fit(
     evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray, kind: str = "validation"

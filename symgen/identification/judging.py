@@ -147,7 +147,7 @@ def judged(
         ),
         verdicts.simulation_use(evaluator, run.train, X, parameters),
         len(parameters),
-        _at_rest(run.band, seen),
+        seen.told_apart,
     )
     notes = tuple(note for log in run.logs for note in log.samples.notes)
     notes += (f"band: {run.band.in_words()}", *_of_rests(run.band, seen))
@@ -212,26 +212,15 @@ def judged(
     )
 
 
-def _at_rest(band: Band, seen: TorqueFit) -> tuple[str, ...]:
-    """Tell joints that move from joints at rest, where the logs that judge have any."""
-    if band.rests is None or not seen.rest.any():
-        return ()
-    error, size = seen.rest.sum(axis=1)
-    moving, still = seen.in_motion.residual.relative, np.sqrt(error / max(size, 1e-300))
-    return (
-        f"the torque error on held-out motion is {100 * moving:.3g} % of joints that move and "
-        f"{100 * still:.3g} % of joints at rest",
-    )
-
-
 def _of_rests(band: Band, seen: TorqueFit) -> tuple[str, ...]:
-    """Say what rests do, where joints of the training logs or of those that judge have any."""
+    """Say what rests do, where the logs that judge have any."""
+    if band.rests is None:
+        return ()
+    weights = band.rests.weight
     return tuple(
         f"joints stand still at times, where friction can be anything between its limits: {told}; "
-        f"equations at rest weigh {min(band.rests.weight):.2g} to {max(band.rests.weight):.2g} of "
-        "those in motion"
-        for told in _at_rest(band, seen)
-        if band.rests is not None
+        f"equations at rest weigh {min(weights):.2g} to {max(weights):.2g} of those in motion"
+        for told in seen.told_apart
     )
 
 

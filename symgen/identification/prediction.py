@@ -146,7 +146,7 @@ def predict(
     if cutoff is not None:
         band = replace(band, cutoff_hz=cutoff)
     seen = filtered(samples, band)
-    error = fit(evaluator, [seen], X).residual
+    compared = fit(evaluator, [seen], X)
     torque = np.asarray(evaluator["inverse_dynamics"](seen.q, seen.qd, seen.qdd, X))
     beside = 0.0 if samples.beside is None else samples.beside
     measured, torque = seen.tau + beside, torque + beside
@@ -156,11 +156,11 @@ def predict(
     return Prediction(
         source.name,
         Trace(samples.name, "validation", "torque", seen.t, measured, torque, 0),
-        error,
+        compared.residual,
         kinetic[:, 0],
         potential[:, 0],
         band,
-        (*samples.notes, f"band: {band.in_words()}"),
+        (*samples.notes, f"band: {band.in_words()}", *compared.told_apart),
         tuple((j.number, names.unit("FS", j.sigma)) for j in source.movable),
         (*repairs, *mended),
     )
