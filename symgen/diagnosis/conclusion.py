@@ -114,7 +114,7 @@ def conclude(study: Study, selection: Selection, notes: tuple[str, ...]) -> Diag
             Rejected(s.candidate.name, numbers(study.robot, s.candidate), s.fault)
             for s in selection.rejected[:_SHOWN]
         ),
-        advice=_advice(found, verdict),
+        advice=_advice(found, verdict, _quiet(after, floor)),
         notes=notes,
         extended=robot,
         joints=tuple(j.number for j in study.robot.movable),
@@ -280,8 +280,11 @@ def _quiet(gap: Gap, floor: Gap) -> bool:
     return joints and gap.total <= max(_QUIET * floor.total, _SMALL)
 
 
-def _advice(found: Sequence[FoundEffect], verdict: str) -> tuple[str, ...]:
+def _advice(found: Sequence[FoundEffect], verdict: str, quiet: bool) -> tuple[str, ...]:
     out = [tie(e) for e in found if e.indistinguishable_from and e.separate]
+    if quiet and verdict in ("partly-explained", "unexplained"):
+        out.append("what is left is noise and static friction at rest: no effect is missing in it")
+        return tuple(out)
     if verdict == "partly-explained":
         out.append("a part of the gap has no name: look at the portraits of the residual")
     if verdict == "unexplained":
