@@ -23,10 +23,16 @@ _SHOWING = {"compiling": 0.05, "(a)": 0.15, "(b)": 0.55}
 @click.option("--runs", default=1000, show_default=True, type=click.IntRange(10, 100_000))
 def demo(into: Path, runs: int) -> int:
     """Run the example of Gautier and Khalil (1988) end to end."""
-    from symgen.report.demo import PAGE, run_demo
+    from symgen.experiment.reproduction import MARKER, PAGE, reproduce
+    from symgen.files import check_replaceable, write_folder
+    from symgen.report.content.demo import demo_content
+    from symgen.report.html import page
 
+    check_replaceable(into, MARKER)
     with stages(_SHOWING) as told:
-        found = run_demo(into, runs, told)
-    print_content(found)
+        found = reproduce(runs, told)
+        said = demo_content(found)
+    write_folder(into, {PAGE: page(said).encode(), **found.files()}, MARKER)
+    print_content(said)
     click.echo(f"written: {into / PAGE}")
     return 0

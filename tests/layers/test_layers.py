@@ -14,7 +14,7 @@ from support import PROJECT
 SOURCES = sorted((PROJECT / "symgen").rglob("*.py"))
 DOORS = {
     # An effect that was found becomes an exact declaration.
-    "sympy": ("robot", "symbolic", "codegen", "report/demo", "diagnosis/extend"),
+    "sympy": ("robot", "symbolic", "codegen", "report/content/demo", "diagnosis/extend"),
     "jinja2": ("files",),
     "casadi": ("codegen/casadi_model", "experiment/search", "runtime/confined"),
     "cffi": ("runtime/build",),

@@ -15,7 +15,7 @@ import symgen
 from symgen.codegen.casadi_model import dynamics
 from symgen.codegen.model import derive
 from symgen.experiment import paper
-from symgen.report.demo import closed_form
+from symgen.report.content.demo import closed_form
 
 MODEL = derive(symgen.read_robot("planar2r"))
 
