@@ -86,3 +86,11 @@ def test_a_body_on_a_link_is_its_points_among_those_of_the_link(link: int, sign:
     )  # fmt: skip
     np.testing.assert_allclose(found, _base(after), rtol=1e-10, atol=1e-12)
     assert np.abs(found - _base(before)).max() > 0.1
+
+
+@pytest.mark.parametrize("tape", [base_parameters_tape, add_body_tape])
+def test_steps_have_names_that_c_takes_and_each_has_its_own(tape) -> None:
+    found = [symbol.name for symbol, _ in tape(MODEL.robot, MODEL.base).steps]
+    assert found
+    assert [name for name in found if not (name.isidentifier() and name.isascii())] == []
+    assert len(set(found)) == len(found)

@@ -51,7 +51,7 @@ def test_each_of_the_ten_alone_is_transported_exactly() -> None:
 TABLES = {
     "parallel": Arm.from_table({"sigma": [0, 0, 0], "d": [0.1, 0.5, 0.4], "r": [0.2, 0, 0.3],
                                 "gravity": [0, -9.81, 0]}),
-    "twisted": Arm.from_table({"sigma": [0, 0, 0], "alpha": [0.2, 0.9, -0.5], "b": [0, 0.3, 0],
+    "twisted": Arm.from_table({"sigma": [0, 0, 0], "alpha": [0.2, 0.9, -0.5], "b": [0, 0.3, 0.4],
                                "d": [0, 0.5, 0.4], "gamma": [0, 0.6, 0.1], "r": [0.2, 0.1, 0.3]}),
     "prismatic": Arm.from_table({"sigma": [1, 0, 1, 0, 1], "alpha": [0.4, 0.7, 0.3, 0, 1.1],
                                  "theta": [0.2, 0, -0.8, 0, 0.5], "d": [0, 0.2, 0.1, 0.4, 0],

@@ -165,6 +165,7 @@ def test_what_the_model_says_itself_is_absorbed(parts):
     score = judge(e, candidate(), said, 1)
     assert score.fault == "the model absorbs it"
     assert (score.gain, score.coefficients.tolist(), score.std.tolist()) == (0, [0], [0])
+    assert (score.p_value, score.closes) == (1, 0)
     assert quick_gain(e, said) == 0
     # Of five per cent of it, no more than that counts as its own.
     nearly = {j: said[j] + 0.02 * column for j in range(N)}
@@ -210,6 +211,20 @@ def test_what_belongs_to_the_chain_has_to_explain_more(parts, kind, size, says):
     score = judge(e, candidate(kind), columns, 1)
     assert says in score.fault
     assert bool(says) == bool(score.fault)
+    if says:
+        assert score.fault.startswith(f"it explains {100 * score.gain:.2g} % ")
+
+
+@pytest.mark.parametrize("stds", [2.6, 3.2])
+def test_an_effect_counts_from_a_hundredth_of_the_residual(parts, stds):
+    """In squares: 1 - 0.99^2."""
+    e, columns = effect(0.2, parts)
+    first = judge(e, candidate(), columns, 1)
+    y = e.y.copy()
+    y[:, 0] += (stds * first.std[0] - first.coefficients[0]) * columns[0][:, 0]
+    score = judge(evidence(y, e.W), candidate(), columns, 1)
+    assert (0.01 < score.gain < 0.0199) if stds == 2.6 else (0.0199 < score.gain < 0.0398)
+    assert ("needed: 2 %" in score.fault) == (stds == 2.6)
 
 
 def test_what_has_a_measurement_of_its_own_is_physics(parts):
@@ -271,6 +286,21 @@ def test_a_negative_coefficient_counts_from_two_std(parts, draw, stds, wrong):
     moved = judge(evidence(y, e.W), candidate(sign="positive", m=2), columns, 1)
     assert moved.coefficients[1] / moved.std[1] == pytest.approx(stds, rel=1e-6)
     assert ("wrong sign" in moved.fault) == wrong
+
+
+def test_positive_coefficients_of_three_std_each_are_positive(parts, draw):
+    """None of them is much above its error; all together they are significant."""
+    e, _ = effect(0.0, parts)
+    e = replace(e, block=np.arange(K) * 100 // K)
+    columns = {j: draw.normal(size=(K, 12)) for j in range(N)}
+    score = judge(e, candidate(m=12), columns, 1)
+    y = e.y.copy()
+    for j in range(N):
+        y[:, j] += columns[j] @ (3 * score.std - score.coefficients)
+    moved = replace(evidence(y, e.W), block=e.block)
+    found = judge(moved, candidate(sign="positive", m=12), columns, 1)
+    np.testing.assert_allclose(found.coefficients / found.std, 3, rtol=1e-6)
+    assert found.fault == ""
 
 
 @pytest.mark.parametrize(("share", "larger"), [(0.06, True), (0.25, True), (0.5, False)])
