@@ -1,4 +1,4 @@
-"""Forward dynamics: M qdd = tau - h solved by M = L^T D L, without square roots."""
+"""Forward dynamics: M qdd = tau - h by M = L^T D L, without square roots, or by recursion."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from symgen.symbolic.articulated import linear_solution
 from symgen.symbolic.constraints import Rows
 from symgen.symbolic.dynamics import (
     Plant,
@@ -17,6 +18,9 @@ from symgen.symbolic.dynamics import (
 )
 from symgen.symbolic.effects import effect_columns
 from symgen.symbolic.kinematics import variables
+
+#: Joints from which articulated bodies take fewer steps than factors of the mass matrix.
+MANY = 14
 
 
 def driving(p: Plant) -> tuple[dict[int, sp.Expr], list[sp.Expr]]:
@@ -59,9 +63,13 @@ def driving(p: Plant) -> tuple[dict[int, sp.Expr], list[sp.Expr]]:
 def forward_dynamics(p: Plant) -> tuple[list[sp.Expr], list[sp.Expr]]:
     """Return (qdd, pivots): M is positive definite exactly when all pivots of L D L^T are.
 
-    Beside the pivots stand what must be positive for effects of the load to be solvable.
+    Beside the pivots stand what must be positive for effects of the load to be solvable. Many
+    joints are solved one by one (`articulated`).
     """
     right, positive = driving(p)
+    if p.robot.n >= MANY and len(p.robot.moving) == p.robot.n and not p.robot.couplings:
+        qdd, pivots = linear_solution(p, right)
+        return [qdd[k] for k in p.numbers], [*positive, *pivots]
     factor = factored(p, mass_matrix(p))
     qdd = solved(p, factor, right, "o")
     return [qdd[k] for k in p.numbers], [*positive, *factor.pivots]
