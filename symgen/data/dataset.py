@@ -222,7 +222,7 @@ class DataSet:
             stored = table.schema_arrow.names[names.index("t")]
             for batch in table.iter_batches(_BATCH, columns=[stored], use_threads=False):
                 if batch.num_rows:
-                    yield batch.column(0).to_numpy(zero_copy_only=False).astype(np.float64)
+                    yield _numbers(batch.column(0)).astype(np.float64)
 
     def measures_speed(self, name: str) -> bool:
         """Whether a file has speeds."""
@@ -337,7 +337,7 @@ class DataSet:
                     if batch is None:
                         refuse(name, f"ends before row {last}", "a file that does not change")
                     if row + batch.num_rows > first and batch.num_rows:
-                        found = {c: batch.column(c).to_numpy(zero_copy_only=False) for c in stored}
+                        found = {c: _numbers(batch.column(c)) for c in stored}
                         held.append((row, [found[c] for c in stored]))
                     row += batch.num_rows
                 arrays, k = dict[str, FloatArray | None](), 0
@@ -350,6 +350,14 @@ class DataSet:
                 assert q is not None
                 qd, tau, i = (arrays.get(role) for role in ("qd", "tau", "i"))
                 yield Raw(t[:, 0], q, qd, tau, i, (), notes)
+
+
+def _numbers(column: Any) -> NDArray[Any]:
+    """Return a column of Arrow as an array: plain numbers where they lie."""
+    try:
+        return np.from_dlpack(column)
+    except (AttributeError, TypeError):  # gaps, no numbers, or an Arrow that cannot
+        return np.asarray(column.to_numpy(zero_copy_only=False))  # imports pandas, where it is
 
 
 def _filled(

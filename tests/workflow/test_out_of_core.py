@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
@@ -17,6 +19,7 @@ from symgen.data.dataset import DataSet, listed_files
 from symgen.estimation import partition
 from symgen.identification import out_of_core, reduction
 from symgen.identification.parts import is_long
+from symgen.robot.toml_text import robot_toml
 
 #: Own rows of a chunk and of a partition: many of both in a log of some thousand samples.
 CHUNK, PARTITION = 900, 1800
@@ -107,6 +110,25 @@ def test_each_row_is_the_own_of_one_chunk_and_is_decoded_once(
     assert all((count == 1).all() for count in seen.values())
     assert len(cover) > 4
     assert max(len(part.chunks) for part in cover) > 1
+
+
+def test_what_a_run_does_not_need_is_not_imported(logs: Path) -> None:
+    """The command with its page, on files read chunk by chunk: seconds of every run."""
+    (logs / "robot.toml").write_text(robot_toml(robot()))
+    code = (
+        "import sys; from symgen.__main__ import main\n"
+        "try: main()\n"
+        "except SystemExit: pass\n"
+        "print(*sorted(m for m in sys.modules), file=sys.stderr)"
+    )
+    command = [sys.executable, "-c", code, "identify", str(logs / "robot.toml")]
+    command += [str(logs / "*.parquet"), "--model", "momentum", "--into", str(logs / "result")]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert (logs / "result" / "report.html").exists(), done.stderr
+    imported = set(done.stderr.split())
+    assert {"numpy", "pyarrow.parquet"} <= imported
+    spared = {"pandas", "scipy.stats", "scipy.signal", "scipy.optimize", "casadi", "dask"}
+    assert not imported & spared
 
 
 class BrokenError(Exception):
