@@ -91,7 +91,7 @@ def amplitude_density(t: FloatArray, values: FloatArray) -> tuple[FloatArray, Fl
         power += np.abs(np.fft.rfft(hann * (part - level), axis=1)) ** 2
     power *= 2 * step / (np.sum(hann**2) * len(starts))
     power[:, -1] /= 2 - length % 2  # half the rate has no mirror
-    f: FloatArray = np.fft.rfftfreq(length, step)
+    f = np.asarray(np.fft.rfftfreq(length, step), dtype=np.float64)
     return f[1:], np.sqrt(power[:, 1:]).T
 
 
