@@ -80,8 +80,12 @@ def check(
 
 
 def rivals_physics(fault: Fault) -> bool:
-    """Whether physics of one joint may look like it: another gear ratio, a step of a torque."""
-    return fault.name == "ratio" or (fault.name == "step" and fault.channel.startswith("tau"))
+    """Whether physics may look like it: another gear ratio, a step of a torque, a late torque.
+
+    Friction that a robot file leaves out has the phase of a delay.
+    """
+    step = fault.name == "step" and fault.channel.startswith("tau")
+    return step or fault.name in ("ratio", DELAY)
 
 
 def _channels(

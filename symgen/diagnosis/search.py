@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -129,6 +129,13 @@ class Search:
         if i not in self._fixed:
             self._fixed[i] = candidate.seen(stage.evidence, stage.torques)
         return self._fixed[i]
+
+    def on_joints(self, joints: tuple[int, ...]) -> Iterator[tuple[Candidate, Columns]]:
+        """Yield every candidate on some joints with its columns beside the declared model."""
+        stage = self._stage(())
+        for i, candidate in enumerate(self.pool):
+            if candidate.joints == joints:
+                yield candidate, self._columns(i, stage)
 
     def _ranked(self, stage: _Stage) -> list[tuple[float, int, Columns]]:
         """Return the best constants of every candidate, the largest gain first."""

@@ -21,9 +21,11 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.diagnosis.candidates import Candidate
 from symgen.diagnosis.evidence import Evidence, Scene
+from symgen.diagnosis.search import Search as NamedSearch
 from symgen.diagnosis.search import Selection
 from symgen.diagnosis.select import Score, judge
 from symgen.diagnosis.shapes import Torques
+from symgen.diagnosis.standard_friction import friction_instead
 from symgen.robot.effect import Search, definitions, unit
 from symgen.robot.types import Robot
 
@@ -348,16 +350,16 @@ class _Finder:
 def with_unnamed(
     selection: Selection,
     robot: Robot,
-    base: Evidence,
+    search: NamedSearch,
     noise: FloatArray,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Selection:
-    """Add expressions for what the named effects leave.
+    """Add expressions for what the named effects leave; friction where it leaves no more.
 
     Args:
         selection: of the named search.
         robot: as declared.
-        base: evidence of the model as it is declared.
+        search: with the candidates, and the evidence of the model as it is declared.
         noise: (n,) standard deviation of the torque's noise in the band.
         progress: is told what is being tried.
     """
@@ -365,13 +367,17 @@ def with_unnamed(
     if not (loud > _STRUCTURED).any():
         return selection
     progress("looking for expressions that have no name")
-    finder = _Finder(robot, base, noise, selection.tried)
+    finder = _Finder(robot, search.base, noise, selection.tried)
     accepted = list(selection.accepted)
     alike = {id(s): a for s, a in zip(selection.accepted, selection.alike, strict=True)}
     for j in np.argsort(-loud):
         if finder.structured(finder.evidence(accepted))[j] < _STRUCTURED:
             continue
-        accepted = finder.instead(int(j), accepted, alike) or accepted
+        whole = finder.instead(int(j), accepted, alike)
+        if whole is None:
+            continue
+        *rest, expression = whole
+        accepted = [*rest, *(friction_instead(search, int(j), rest, expression) or [expression])]
     accepted.sort(key=lambda s: -s.gain)
     return replace(
         selection,

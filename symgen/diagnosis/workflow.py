@@ -289,11 +289,10 @@ class _Asked:
             make(self.robot, study.base, self.effects, given=self.given is not None)
             for make in (candidates, special_candidates)
         )
-        selection = Search(study.base, pool, study.torques, self.progress).run()
+        search = Search(study.base, pool, study.torques, self.progress)
+        selection, noise = search.run(), study.noise()
         if self.given is None and (self.effects is None or "unnamed" in self.effects):
-            selection = with_unnamed(
-                selection, self.robot, study.base, study.noise(), self.progress
-            )
+            selection = with_unnamed(selection, self.robot, search, noise, self.progress)
         self.progress("deriving, compiling and identifying the extended model")
         rests = resting([*self.look.train, *self.look.held], self.robot)
         whole = conclude(study, selection, (*notes, *rests, *self.unseen))
