@@ -28,6 +28,7 @@ from symgen.diagnosis.gate import (
     with_chain,
 )
 from symgen.diagnosis.mended import MendedChannel, largest, mended_channels, undone_channels
+from symgen.diagnosis.misfit import beyond_misfit
 from symgen.diagnosis.sanity import Fault
 from symgen.diagnosis.search import Search
 from symgen.diagnosis.special import special_candidates
@@ -293,6 +294,8 @@ class _Asked:
         selection, noise = search.run(), study.noise()
         if self.given is None and (self.effects is None or "unnamed" in self.effects):
             selection = with_unnamed(selection, self.robot, search, noise, self.progress)
+        if self.given is None:
+            selection = beyond_misfit(selection, search, noise)
         self.progress("deriving, compiling and identifying the extended model")
         rests = resting([*self.look.train, *self.look.held], self.robot)
         whole = conclude(study, selection, (*notes, *rests, *self.unseen))
