@@ -92,7 +92,7 @@ class _Model:
 class _Use:
     ok: bool
     reason: str
-    known: tuple[str, ...] = ()
+    known: tuple[str, ...] | None = field(default=None, metadata={"absent": True})
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,10 @@ def estimate_json(e: Estimate) -> dict[str, Any]:
         verdict=e.verdict,
         reasons=e.reasons,
         headline=e.headline,
-        uses={use.name: _Use(use.ok, "; ".join(use.reasons), use.known) for use in e.uses},
+        uses={
+            u.name: _Use(u.ok, "; ".join(u.reasons), u.known if u.name == "parameters" else None)
+            for u in e.uses
+        },
         band=e.band,
         models=tuple(
             _Model(
@@ -259,7 +262,7 @@ def _estimate(f: _File) -> Estimate:
         repairs=f.repairs,
         alternatives=tuple(map(_alternative, f.models)),
         uses=tuple(
-            Use(name, (u.reason,) if u.reason else (), u.known) for name, u in f.uses.items()
+            Use(name, (u.reason,) if u.reason else (), u.known or ()) for name, u in f.uses.items()
         ),
         headline=f.headline,
     )
