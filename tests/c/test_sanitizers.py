@@ -1,4 +1,4 @@
-"""The C runtime under clang's sanitizers and its fuzzer, and under every warning that it has.
+"""The C under clang's sanitizers and its fuzzer, and under every warning that it has.
 
 A short run by default; a long one, a million inputs for each package, on purpose:
 
@@ -275,6 +275,23 @@ def test_state_functions_hold_on_any_input_for_a_while(fuzzer, name, dtype):
 @pytest.mark.parametrize(("name", "dtype"), PACKAGES)
 def test_state_functions_hold_on_any_input(fuzzer, name, dtype):
     _fuzz(fuzzer(name, dtype), ALL)
+
+
+@pytest.mark.parametrize(
+    ("name", "dtype"),
+    [PACKAGES[0], pytest.param(*PACKAGES[1], marks=pytest.mark.slow)],
+)
+def test_every_kernel_computes_its_values_under_the_sanitizers(
+    name, dtype, tmp_path, tmp_path_factory
+):
+    """The package's own program, which knows 50-digit values of every kernel at some points."""
+    reason = _reason(tmp_path_factory)
+    if reason:
+        pytest.skip(reason)
+    folder = write(name, dtype, tmp_path / name, "all")
+    flags = ["-std=c99", "-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+    run([str(CLANG), *flags, *c_files(folder, check=True), "-lm", "-o", "check"], folder)
+    run([folder / "check"], folder)
 
 
 @pytest.mark.skipif(CLANG is None, reason="clang is not on this machine")

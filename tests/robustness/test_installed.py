@@ -113,9 +113,9 @@ report est
 report est est
 simulate planar2r --parameters loaded.toml --duration 4 --into loaded.csv
 payload planar2r loaded.csv --parameters p.toml --into payload
-study planar2r --parameters p.toml --runs 2 --duration 4 --into study
-simulate planar2r --parameters p.toml --duration 4 --into cell/r1/1.csv
-simulate planar2r --parameters p.toml --duration 4 --into cell/r1/2.csv
+study planar2r --parameters p.toml --runs 8 --duration 4 --into study
+simulate planar2r --parameters p.toml --duration 4 --into cell/robot=r1/day=1/log.csv
+simulate planar2r --parameters p.toml --duration 4 --into cell/robot=r1/day=2/log.csv
 fleet planar2r cell --into fleet
 simulate arm.toml --parameters arm_parameters.toml --duration 4 --into arm.csv
 identify arm.toml arm.csv --into arm-est
