@@ -54,13 +54,6 @@ def figures() -> dict[str, Any]:
     return dict(json.loads(FIGURES.read_text()))
 
 
-def test_four_of_five_hidden_changes_are_named_and_nothing_else(figures: dict[str, Any]) -> None:
-    assert (figures["robots"], figures["days"]) == (20, 10)
-    findings = [*figures["changes"], *figures["outliers"]]
-    assert named(findings) >= 4
-    assert not false_alarms(findings)
-
-
 @pytest.mark.parametrize(("number", "day"), [(5, 2), (7, 6)])
 def test_the_figures_come_out_again(
     figures: dict[str, Any], tmp_path: Path, robot: str, number: int, day: int
@@ -78,6 +71,7 @@ def test_five_hidden_changes_in_twenty_robots_and_ten_days(
 ) -> None:
     simulated(tmp_path / "logs", 20, 10, HIDDEN)
     found = symgen.fleet(robot, str(tmp_path / "logs"), cutoff=CUTOFF).to_json()
+    assert (figures["robots"], figures["days"]) == (20, 10)
     findings = [*found["changes"], *found["outliers"]]
     assert named(findings) >= 4, findings
     assert not false_alarms(findings)
