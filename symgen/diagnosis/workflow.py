@@ -155,9 +155,11 @@ def _of_rivals(
 ) -> Diagnosis:
     """Return what leaves the smaller gap: the faults undone, or what physics makes of them.
 
-    Physics is named where both do the same: it needs no part of the recorder to be wrong.
+    Physics is named where both do the same: it needs no part of the recorder to be wrong. Where it
+    names one of the faults itself, that is undone.
     """
-    if physics.after.total > _ALIKE * undone.after.total:
+    same = {f.name for f in faults} & {e.name for e in physics.effects}
+    if same or physics.after.total > _ALIKE * undone.after.total:
         return undone
     percent = 100 * undone.after.total
     rejected = (
