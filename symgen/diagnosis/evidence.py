@@ -167,6 +167,8 @@ class Evidence:
         moves: (K, n) weight of the rows: 1.0 where the joint moves, 0.0 where it turns round and
             friction is undefined, and in between in its rests, see `symgen.estimation.rests`.
         block: (K,) number of the block of each instant.
+        rest: (n,) sum of the squares that rows at rest leave, whitened, beyond what their weight
+            lets the residual have of it: the gap counts them whole.
     """
 
     scenes: tuple[Scene, ...]
@@ -176,6 +178,7 @@ class Evidence:
     sigma: FloatArray
     moves: FloatArray
     block: NDArray[np.int64]
+    rest: FloatArray
 
     @property
     def n(self) -> int:
@@ -262,7 +265,7 @@ def given_evidence(evaluator: Evaluator, scenes: Sequence[Scene], X: FloatArray)
 def solved(scenes: tuple[Scene, ...], W: FloatArray, y: FloatArray) -> Evidence:
     """Solve y = W X, joints weighed by the standard deviation of their residual."""
     p = W.shape[2]
-    moves = np.concatenate([_moving(s) for s in scenes])
+    moves = np.concatenate([_weight(s) for s in scenes])
     count = np.maximum(moves.sum(axis=0), 1.0)
     least = 1e-6 * float(np.sqrt(np.mean(y**2))) + _TINY  # a dead channel has no spread at all
     sigma = np.maximum(np.std(y, axis=0), least)
@@ -274,17 +277,25 @@ def solved(scenes: tuple[Scene, ...], W: FloatArray, y: FloatArray) -> Evidence:
         floor = np.maximum(1e-6 * np.sqrt(np.mean(y**2, axis=0)), least * 1e-3)
         sigma = np.maximum(np.sqrt(np.sum(error**2, axis=0) / count), floor)
     counts = [len(range(*s.kept.indices(len(s.t)))) for s in scenes]
-    return Evidence(scenes, W, y, X, sigma, moves, _blocks(counts))
+    beyond = np.maximum(np.concatenate([_moving(s) for s in scenes]) - moves**2, 0.0)
+    rest = np.sum(beyond * (y - W @ X) ** 2, axis=0) / sigma**2
+    return Evidence(scenes, W, y, X, sigma, moves, _blocks(counts), rest)
 
 
 def _moving(s: Scene) -> FloatArray:
     """Return 1.0 where a joint moves, (K, n): not held, faster than 0.5 % of its RMS speed."""
     speed = np.sqrt(np.mean(s.qd**2, axis=0))
     moves = np.abs(s.qd[s.kept]) > _REST * speed
-    known = s.log.band.rests
-    if s.rest is not None and known is not None:
-        moves = np.where(s.rest[s.kept], known.weight, moves)
-    return np.asarray(moves if s.held is None else moves * ~s.held[s.kept], dtype=float)
+    return np.asarray(moves if s.held is None else moves & ~s.held[s.kept], dtype=float)
+
+
+def _weight(s: Scene) -> FloatArray:
+    """Return the weight of rows, (K, n): that of rests where the joint rests."""
+    moves, known = _moving(s), s.log.band.rests
+    if s.rest is None or known is None:
+        return moves
+    weight = np.where(s.rest[s.kept], known.weight, moves)
+    return np.asarray(weight if s.held is None else weight * ~s.held[s.kept])
 
 
 def least_squares(A: FloatArray, b: FloatArray) -> FloatArray:

@@ -146,7 +146,8 @@ def judge(evidence: Evidence, candidate: Candidate, columns: Columns, tried: int
     p_value = float(fisher.sf(wald / r * freedom / max(blocks - 1, 1), r, freedom))
     coefficients = p.directions @ p.fit
     std = np.sqrt(np.maximum(np.diag(p.directions @ spread @ p.directions.T), 0))
-    closes = 1 - left / was if was else 0.0
+    still = float(evidence.rest @ share)  # the whole gap counts rests, too
+    closes = 1 - (left + still) / (was + still) if was else 0.0
     score = Score(candidate, columns, coefficients, std, gain, explained, p_value, closes)
     return replace(score, fault=_fault(evidence, score, p, tried))
 

@@ -38,7 +38,7 @@ def evidence(y: np.ndarray, W: np.ndarray, sigma=(1.0, 1.0), moves=None) -> Evid
     )[0]
     block = np.arange(K) * 20 // K
     scenes: Any = (SimpleNamespace(measured=y),)
-    return Evidence(scenes, W, y, X, np.array(sigma), moves, block)
+    return Evidence(scenes, W, y, X, np.array(sigma), moves, block, np.zeros(y.shape[1]))
 
 
 @pytest.fixture
@@ -382,3 +382,15 @@ def _by_hand(W, y, columns, weight, joints) -> int:
         if errors[1] >= errors[0]:
             return f + 1
     return 0
+
+
+def test_the_whole_gap_counts_what_rests_leave(parts):
+    e, columns = effect(0.8, parts)
+    plain = judge(e, candidate(), columns, 1)
+    share = (e.sigma / e.size) ** 2
+    was = float(np.sum(e.residual**2, axis=0) @ share)
+    rest = np.array([was / share[0], 0.0])  # as much again
+    score = judge(replace(e, rest=rest), candidate(), columns, 1)
+    assert score.closes == pytest.approx(plain.closes / 2)
+    np.testing.assert_array_equal(score.coefficients, plain.coefficients)
+    assert score.gain == plain.gain
