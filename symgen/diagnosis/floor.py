@@ -73,7 +73,9 @@ def at_rest(
     q = np.ascontiguousarray(s.q[s.kept])
     slow, none = np.tile(np.abs(known.slow), (len(q), 1)), np.zeros_like(q)
     friction = np.abs(model(q, slow, none) - model(q, -slow, none)) / 2
-    left = np.where(s.rest[s.kept], np.minimum(np.abs(error), friction), 0.0)
+    still = np.zeros_like(s.rest) if s.log.at_rest is None else s.log.at_rest
+    worse = still[s.kept] & (np.array(known.weight) < 1)  # than joints in motion
+    left = np.where(worse, np.minimum(np.abs(error), friction), 0.0)
     return np.asarray(np.sqrt(np.mean(left**2, axis=0)))
 
 

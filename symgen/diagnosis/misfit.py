@@ -44,7 +44,7 @@ def beyond_misfit(selection: Selection, search: Search, noise: FloatArray) -> Se
     withdrawn: list[Score] = []
     bars: dict[tuple[int, ...], float] = {}
     while accepted:
-        asked = [s for s in accepted if len(s.candidate.joints) == 1 and not s.candidate.measured]
+        asked = [s for s in accepted if _of_one_joint(s) and not s.candidate.measured]
         shares = [share_of_unknown(search.base, accepted, s, noise) for s in asked]
         below = []
         for s, share in zip(asked, shares, strict=True):
@@ -71,6 +71,12 @@ def beyond_misfit(selection: Selection, search: Search, noise: FloatArray) -> Se
         alike=tuple(alike.get(id(s), ()) for s in accepted),
         rejected=(*withdrawn, *selection.rejected),
     )
+
+
+def _of_one_joint(score: Score) -> bool:
+    """Whether an effect is a torque of one joint alone: a length, say, shows on others, too."""
+    joints = score.candidate.joints
+    return len(joints) == 1 and all(j == joints[0] or not c.any() for j, c in score.columns.items())
 
 
 #: Shares that no bar reaches.

@@ -43,7 +43,12 @@ def turn(folder: Path, name: str, seconds: float) -> Iterator[Path]:
     place = folder / f"build-{name}"
     until = time.monotonic() + seconds
     while True:
-        place.mkdir(mode=0o700, exist_ok=True)
+        try:
+            place.mkdir(mode=0o700, exist_ok=True)
+        except FileExistsError:  # no folder, or one that has just gone with the turn before
+            if place.is_symlink() or (place.exists() and not place.is_dir()):
+                raise
+            continue
         lock, others = _locked(place)
         if lock is not None or not others or time.monotonic() > until:
             break

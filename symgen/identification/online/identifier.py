@@ -33,9 +33,9 @@ _MODES = {"start": 0, "sliding": 1, "consecutive": 2}
 class Identifier:
     """Recursive least squares on the energy theorem, or on momentum, sample by sample.
 
-    Integrals by the polynomial through the six samples around each step (sixth order; a window
-    closes seven samples after its last, and its equations are taken one a step); QR by Givens
-    rotations, so that no covariance is inverted and none can lose its sign.
+    Integrals by the polynomial through the six samples around each step (sixth order, known two
+    samples later); QR by Givens rotations, so that no covariance is inverted and none can lose its
+    sign.
 
     Args:
         evaluator: the loaded model.
