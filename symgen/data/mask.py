@@ -97,8 +97,9 @@ def slow_speeds(largest: FloatArray, sigma: Sequence[int]) -> tuple[FloatArray, 
 
 
 def mean_speeds(q: FloatArray, step: float) -> FloatArray:
-    """Return how fast joints move on the average of 0.1 s, (N, n): encoders tell it better than
-    tachometers, whose noise hides a rest.
+    """Return how fast joints move on the average of 0.1 s, (N, n), rad/s (m/s).
+
+    Encoders tell it better than tachometers, whose noise hides a rest.
 
     Args:
         q: (N, n) positions, rad (m).

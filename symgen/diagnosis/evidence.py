@@ -265,7 +265,8 @@ def given_evidence(evaluator: Evaluator, scenes: Sequence[Scene], X: FloatArray)
 def solved(scenes: tuple[Scene, ...], W: FloatArray, y: FloatArray) -> Evidence:
     """Solve y = W X, joints weighed by the standard deviation of their residual."""
     p = W.shape[2]
-    moves = np.concatenate([_weight(s) for s in scenes])
+    moving = [_moving(s) for s in scenes]
+    moves = np.concatenate([_weight(s, own) for s, own in zip(scenes, moving, strict=True)])
     count = np.maximum(moves.sum(axis=0), 1.0)
     least = 1e-6 * float(np.sqrt(np.mean(y**2))) + _TINY  # a dead channel has no spread at all
     sigma = np.maximum(np.std(y, axis=0), least)
@@ -277,7 +278,7 @@ def solved(scenes: tuple[Scene, ...], W: FloatArray, y: FloatArray) -> Evidence:
         floor = np.maximum(1e-6 * np.sqrt(np.mean(y**2, axis=0)), least * 1e-3)
         sigma = np.maximum(np.sqrt(np.sum(error**2, axis=0) / count), floor)
     counts = [len(range(*s.kept.indices(len(s.t)))) for s in scenes]
-    beyond = np.maximum(np.concatenate([_moving(s) for s in scenes]) - moves**2, 0.0)
+    beyond = np.maximum(np.concatenate(moving) - moves**2, 0.0)
     rest = np.sum(beyond * (y - W @ X) ** 2, axis=0) / sigma**2
     return Evidence(scenes, W, y, X, sigma, moves, _blocks(counts), rest)
 
@@ -289,12 +290,12 @@ def _moving(s: Scene) -> FloatArray:
     return np.asarray(moves if s.held is None else moves & ~s.held[s.kept], dtype=float)
 
 
-def _weight(s: Scene) -> FloatArray:
-    """Return the weight of rows, (K, n): that of rests where the joint rests."""
-    moves, known = _moving(s), s.log.band.rests
+def _weight(s: Scene, moving: FloatArray) -> FloatArray:
+    """Return the weight of rows, (K, n): that of rests where the joint rests, else `moving`."""
+    known = s.log.band.rests
     if s.rest is None or known is None:
-        return moves
-    weight = np.where(s.rest[s.kept], known.weight, moves)
+        return moving
+    weight = np.where(s.rest[s.kept], known.weight, moving)
     return np.asarray(weight if s.held is None else weight * ~s.held[s.kept])
 
 

@@ -67,13 +67,12 @@ def at_rest(
         error: (K, n) measured minus modelled torque in the band, at the kept instants.
         model: torque from q, qd, qdd, (k, n) each.
     """
-    known = s.log.band.rests
-    if s.rest is None or known is None:
+    still, known = s.log.at_rest, s.log.band.rests
+    if still is None or known is None:
         return np.zeros(error.shape[1])
     q = np.ascontiguousarray(s.q[s.kept])
     slow, none = np.tile(np.abs(known.slow), (len(q), 1)), np.zeros_like(q)
     friction = np.abs(model(q, slow, none) - model(q, -slow, none)) / 2
-    still = np.zeros_like(s.rest) if s.log.at_rest is None else s.log.at_rest
     worse = still[s.kept] & (np.array(known.weight) < 1)  # than joints in motion
     left = np.where(worse, np.minimum(np.abs(error), friction), 0.0)
     return np.asarray(np.sqrt(np.mean(left**2, axis=0)))

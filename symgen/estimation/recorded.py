@@ -78,7 +78,10 @@ class Recorded:
 
 def equations_of(evaluator: Evaluator, logs: Iterable[FilteredLog]) -> Rows:
     """Return the torque equations of logs, of which rests say nothing: they blame no channel."""
-    return [tuple(e.resting(_AT_REST) for e in torque_equations(evaluator, log)) for log in logs]
+    return [
+        tuple(e.with_rest_weight(_AT_REST) for e in torque_equations(evaluator, log))
+        for log in logs
+    ]
 
 
 def with_column(

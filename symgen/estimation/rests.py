@@ -66,7 +66,8 @@ def weighed_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> 
             at_rest = np.concatenate(rest)
             weight[j] = _ratio(left[~at_rest], left[at_rest])
         equations = [
-            tuple(e.resting(w) for e, w in zip(log, weight, strict=True)) for log in equations
+            tuple(e.with_rest_weight(w) for e, w in zip(log, weight, strict=True))
+            for log in equations
         ]
     return replace(band, rests=replace(band.rests, weight=tuple(weight)))
 

@@ -46,7 +46,7 @@ class Equations:
     position of the joint whose equations these are, None for energy. y is in J, N m s or N m.
     `Z` are instruments, (K, p): the same rows along a motion that is free of the noise in W.
     `weight` is that of the log's squared residuals beside those of others. `rest` (K,) tells which
-    rows the joint's rests concern, and `at_rest` what their W and y were multiplied by.
+    rows the joint's rests concern, and `rest_weight` what their W and y were multiplied by.
     """
 
     name: str
@@ -58,7 +58,7 @@ class Equations:
     weight: float = 1.0
     Z: FloatArray | None = None
     rest: Bools | None = None
-    at_rest: float = 1.0
+    rest_weight: float = 1.0
 
     def with_rows(self, W: FloatArray) -> Equations:
         """Return the equations whose sides these are: with W (K, p), and rows at rest weighed."""
@@ -71,14 +71,14 @@ class Equations:
         """What W and y of each row are multiplied by, (K,)."""
         if self.rest is None:
             return np.ones(len(self.y))
-        return np.where(self.rest, self.at_rest, 1.0)
+        return np.where(self.rest, self.rest_weight, 1.0)
 
-    def resting(self, weight: float) -> Equations:
+    def with_rest_weight(self, weight: float) -> Equations:
         """Return the equations with another weight of rows at rest."""
-        if self.rest is None or weight == self.at_rest:
+        if self.rest is None or weight == self.rest_weight:
             return self
-        change = np.where(self.rest, weight / self.at_rest, 1.0)
-        return replace(self, W=self.W * change[:, None], y=self.y * change, at_rest=weight)
+        change = np.where(self.rest, weight / self.rest_weight, 1.0)
+        return replace(self, W=self.W * change[:, None], y=self.y * change, rest_weight=weight)
 
     def with_sides(self, other: Equations) -> Equations:
         """Return the equations with the y of others, weighed as their own was."""
@@ -210,7 +210,7 @@ def _with_rests(
     known = log.band.rests
     assert known is not None  # there are rests
     return [
-        replace(e, rest=rest, at_rest=weight) if rest.any() else e
+        replace(e, rest=rest, rest_weight=weight) if rest.any() else e
         for e, rest, weight in zip(sides, rests, known.weight, strict=True)
     ]
 

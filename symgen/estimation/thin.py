@@ -110,7 +110,7 @@ class ThinLog:
             arrays["rest"] = np.stack(
                 [np.zeros(len(e.y), bool) if e.rest is None else e.rest for e in self.sides]
             )
-            arrays["at_rest"] = np.array([e.at_rest for e in self.sides])
+            arrays["rest_weight"] = np.array([e.rest_weight for e in self.sides])
         if self.resting is not None:
             arrays["resting"] = self.resting
         arrays["joints"] = np.array([-1 if e.joint is None else e.joint for e in self.sides])
@@ -161,7 +161,7 @@ def thin_log(arrays: Mapping[str, NDArray[Any]]) -> ThinLog:
         for k, j in enumerate(joints)
     )
     if "rest" in arrays:
-        weights = zip(sides, arrays["rest"], map(float, arrays["at_rest"]), strict=True)
-        sides = tuple(replace(e, rest=rest, at_rest=weight) for e, rest, weight in weights)
+        weights = zip(sides, arrays["rest"], map(float, arrays["rest_weight"]), strict=True)
+        sides = tuple(replace(e, rest=rest, rest_weight=weight) for e, rest, weight in weights)
     seen = arrays["t"], arrays["measured"], arrays.get("resting")
     return ThinLog(name, rows, motion, w, own, sides, *seen)

@@ -119,7 +119,9 @@ def test_rows_that_a_rest_concerns_are_multiplied_and_no_others(evaluator, make)
     share = np.where(weighed.rest, 0.01, 1.0)
     np.testing.assert_allclose(weighed.W, plain.W * share[:, None])
     np.testing.assert_allclose(weighed.y, plain.y * share)
-    np.testing.assert_allclose(weighed.resting(0.5).y, plain.y * np.where(weighed.rest, 0.5, 1.0))
+    np.testing.assert_allclose(
+        weighed.with_rest_weight(0.5).y, plain.y * np.where(weighed.rest, 0.5, 1.0)
+    )
     reach = 0.125 if make == "torque" else 0.2  # half a period of 4 Hz; a window
     rests = np.mod(weighed.t, 4.0) > 2.2
     far = (np.mod(weighed.t, 4.0) > 0.3 + reach) & (np.mod(weighed.t, 4.0) < 1.7)
