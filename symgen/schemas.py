@@ -11,15 +11,17 @@ import json
 import math
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
-from pydantic import TypeAdapter, ValidationError
+from pydantic import BeforeValidator, TypeAdapter, ValidationError
 
 from symgen.errors import ParameterError
 from symgen.files import load_json
 
 Result = TypeVar("Result")
+#: A number that JSON has as null where it is NaN.
+OrNan = Annotated[float, BeforeValidator(lambda value: math.nan if value is None else value)]
 
 
 def to_json(result: Any, schema: str) -> dict[str, Any]:
@@ -49,18 +51,6 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path) -> Result
             f"{content.get('schema')} as symgen writes it"
         ) from error
     return read
-
-
-def number(value: Any) -> float:
-    """Return a number; anything else is a TypeError."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise TypeError(f"{value!r} is no number")
-    return float(value)
-
-
-def or_nan(value: Any) -> float:
-    """Return a number; NaN for null."""
-    return math.nan if value is None else number(value)
 
 
 def read_json(file: Path, *schemas: str) -> dict[str, Any]:

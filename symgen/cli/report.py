@@ -16,8 +16,9 @@ from symgen.report.terminal import print_result
 def report(folder: Path, other: Path | None, into: Path | None) -> int:
     """Print the result in FOLDER again, or compare the estimates in FOLDER and OTHER.
 
-    FOLDER is what identify, diagnose, predict, payload or study wrote; --into writes its page anew.
-    Exit codes are those of the command that wrote it; of a comparison 0 where the two agree.
+    FOLDER is what identify, diagnose, predict, payload, study or fleet wrote; --into writes its
+    page anew. Exit codes are those of the command that wrote it; of a comparison 0 where the two
+    agree.
     """
     import symgen
     from symgen.files import check_new, write_files

@@ -13,10 +13,9 @@ from symgen.diagnosis.mended import MendedChannel
 from symgen.estimation.repairs import Repair
 from symgen.files import html_table
 from symgen.robot.types import Robot
-from symgen.schemas import as_json
+from symgen.schemas import OrNan
 
 FloatArray = NDArray[np.float64]
-SCHEMA = "symgen.diagnosis/1"
 VERDICTS = ("consistent", "explained", "partly-explained", "unexplained", "bad-measurement")
 
 
@@ -34,18 +33,14 @@ class Gap:
         """Root mean square over the joints."""
         return float(np.sqrt(np.mean(np.square(self.per_joint))))
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the contract's keys."""
-        return {"total": self.total, "per_joint": list(self.per_joint)}
-
 
 @dataclass(frozen=True)
 class FoundParameter:
     """A coefficient or a constant of an effect; std is NaN for a constant that was searched."""
 
     name: str
-    value: float
-    std: float
+    value: OrNan
+    std: OrNan
     unit: str
 
 
@@ -116,17 +111,13 @@ class Curves:
 class Work:
     """The gap as energy: RMS of the work that a model leaves over RMS of the measured work.
 
-    Work is the integral of qd' tau over windows of `window` s, as in the energy model: joints
+    Work is the integral of qd' tau over windows of `window_s`, as in the energy model: joints
     count by their power, not each for itself.
     """
 
-    window: float
+    window_s: float
     before: float
     after: float
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the key "energy" of diagnosis.json."""
-        return {"window_s": self.window, "before": self.before, "after": self.after}
 
 
 def work(curves: Sequence[Curves], window: float = 0.2) -> Work | None:
@@ -217,61 +208,7 @@ class Diagnosis:
         return html_table(repr(self), header, rows)
 
     def to_json(self) -> dict[str, Any]:
-        """Return the content of diagnosis.json."""
-        return {
-            "schema": SCHEMA,
-            "robot": self.robot,
-            "verdict": self.verdict,
-            "cutoff_hz": self.cutoff_hz,
-            "gap": {
-                "metric": "torque",
-                "before": self.before.to_json(),
-                "after": self.after.to_json(),
-                "noise_floor": self.floor.to_json(),
-            },
-            "energy": None if (done := work(self.curves)) is None else done.to_json(),
-            "where": [
-                {
-                    "joint": p.joint,
-                    "share": p.share,
-                    "pattern": p.pattern,
-                    "time_window": None if p.time_window is None else list(p.time_window),
-                }
-                for p in self.where
-            ],
-            "effects": [
-                {
-                    "name": e.name,
-                    "joints": list(e.joints),
-                    "parameters": [_parameter(p) for p in e.parameters],
-                    "expression": e.expression,
-                    "p_value": e.p_value,
-                    "gap_reduction": e.gap_reduction,
-                    "indistinguishable_from": [
-                        {"name": name, "joints": list(joints)}
-                        for name, joints in e.indistinguishable_from
-                    ],
-                    "separate": e.separate,
-                    "in_robot_toml": e.declared,
-                }
-                for e in self.effects
-            ],
-            "rejected": [
-                {"name": r.name, "joints": list(r.joints), "reason": r.reason}
-                for r in self.rejected
-            ],
-            "candidates_tried": self.tried,
-            "advice": list(self.advice),
-            "repairs": as_json(self.repairs),
-            "notes": list(self.notes),
-            "parameters": [_parameter(p) for p in self.parameters],
-        }
+        """Return the content of diagnosis.json (schema symgen.diagnosis/1)."""
+        from symgen.diagnosis.reading import diagnosis_json
 
-
-def _parameter(p: FoundParameter) -> dict[str, Any]:
-    return {
-        "name": p.name,
-        "value": p.value,
-        "std": p.std if np.isfinite(p.std) else None,
-        "unit": p.unit,
-    }
+        return diagnosis_json(self)

@@ -34,11 +34,8 @@ from symgen.identification.workflow import identify
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import parameters_toml, robot_toml
 from symgen.robot.types import Robot
-from symgen.schemas import as_json
 
 FloatArray = NDArray[np.float64]
-SCHEMA = "symgen.fleet/1"
-MARKER = "fleet.json"
 #: A torque error stands out where it is so many times that of the fleet, and beyond so many times
 #: the scatter of its logarithm.
 _TIMES, _BEYOND = 1.5, 6.0
@@ -96,29 +93,10 @@ class Fleet:
     notes: tuple[str, ...]
 
     def to_json(self) -> dict[str, Any]:
-        """Return the content of fleet.json."""
-        return {
-            "schema": SCHEMA,
-            "robot": self.robot,
-            "estimates": [
-                {
-                    "robot": e.day.robot,
-                    "day": e.day.day,
-                    "torque_residual": e.torque if math.isfinite(e.torque) else None,
-                    "verdict": e.verdict,
-                    "parameters": None
-                    if e.X is None or e.covariance is None
-                    else [
-                        {"name": n, "value": float(x), "std": float(math.sqrt(max(v, 0.0)))}
-                        for n, x, v in zip(self.names, e.X, np.diag(e.covariance), strict=True)
-                    ],
-                }
-                for e in self.estimates
-            ],
-            "changes": as_json(self.changes),
-            "outliers": as_json(self.outliers),
-            "notes": list(self.notes),
-        }
+        """Return the content of fleet.json (schema symgen.fleet/1)."""
+        from symgen.diagnosis.fleet_reading import fleet_json
+
+        return fleet_json(self)
 
 
 def fleet(

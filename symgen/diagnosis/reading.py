@@ -1,12 +1,12 @@
-"""A diagnosis from the folder that diagnose wrote."""
+"""A diagnosis as JSON, and from the folder that diagnose wrote."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from symgen.diagnosis.diagnosis import (
-    SCHEMA,
     VERDICTS,
     Diagnosis,
     FoundEffect,
@@ -14,13 +14,100 @@ from symgen.diagnosis.diagnosis import (
     Gap,
     Place,
     Rejected,
+    Work,
+    work,
 )
 from symgen.errors import ParameterError
 from symgen.estimation.repairs import Repair
 from symgen.robot.toml_io import read_robot
-from symgen.schemas import from_json, number, or_nan, read_json
+from symgen.schemas import OrNan, from_json, read_json, to_json
 
 MARKER = "diagnosis.json"
+SCHEMA = "symgen.diagnosis/1"
+
+
+@dataclass(frozen=True)
+class _Gap:
+    total: OrNan
+    per_joint: tuple[OrNan, ...]
+
+
+@dataclass(frozen=True)
+class _Gaps:
+    metric: str
+    before: _Gap
+    after: _Gap
+    noise_floor: _Gap
+
+
+@dataclass(frozen=True)
+class _Alike:
+    name: str
+    joints: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class _Effect:
+    name: str
+    joints: tuple[int, ...]
+    parameters: tuple[FoundParameter, ...]
+    expression: str
+    p_value: OrNan
+    gap_reduction: OrNan
+    indistinguishable_from: tuple[_Alike, ...]
+    separate: str
+    in_robot_toml: bool
+
+
+@dataclass(frozen=True)
+class _File:
+    robot: str
+    verdict: str
+    cutoff_hz: float | None
+    gap: _Gaps
+    energy: Work | None
+    where: tuple[Place, ...]
+    effects: tuple[_Effect, ...]
+    rejected: tuple[Rejected, ...]
+    candidates_tried: int
+    advice: tuple[str, ...]
+    notes: tuple[str, ...]
+    parameters: tuple[FoundParameter, ...]
+    repairs: tuple[Repair, ...] = ()
+
+
+def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
+    """Return the content of diagnosis.json."""
+    gaps = (_Gap(gap.total, gap.per_joint) for gap in (d.before, d.after, d.floor))
+    file = _File(
+        robot=d.robot,
+        verdict=d.verdict,
+        cutoff_hz=d.cutoff_hz,
+        gap=_Gaps("torque", *gaps),
+        energy=work(d.curves),
+        where=d.where,
+        effects=tuple(
+            _Effect(
+                e.name,
+                e.joints,
+                e.parameters,
+                e.expression,
+                e.p_value,
+                e.gap_reduction,
+                tuple(_Alike(*other) for other in e.indistinguishable_from),
+                e.separate,
+                e.declared,
+            )
+            for e in d.effects
+        ),
+        rejected=d.rejected,
+        candidates_tried=d.tried,
+        advice=d.advice,
+        notes=d.notes,
+        parameters=d.parameters,
+        repairs=d.repairs,
+    )
+    return to_json(file, SCHEMA)
 
 
 def read_diagnosis(path: str | Path) -> Diagnosis:
@@ -38,81 +125,48 @@ def read_diagnosis(path: str | Path) -> Diagnosis:
     path = Path(path)
     file = path / MARKER if path.is_dir() else path
     content = read_json(file, SCHEMA)
+    content = {key: value for key, value in content.items() if key not in ("replay", "digests")}
+    f = from_json(_File, content, file)
     extended = read_robot(file.with_name("robot.toml"))
-    try:
-        gap = content["gap"]
-        band = content["cutoff_hz"]
-        joints = tuple(j.number for j in extended.movable)
-        before, after, floor = (_gap(gap[key]) for key in ("before", "after", "noise_floor"))
-        lengths = {len(g.per_joint) for g in (before, after, floor)}
-        if content["verdict"] not in VERDICTS or lengths != {len(joints)}:
-            raise ValueError("verdict or joints")
-        return Diagnosis(
-            robot=str(content["robot"]),
-            verdict=content["verdict"],
-            cutoff_hz=None if band is None else number(band),
-            before=before,
-            after=after,
-            floor=floor,
-            where=tuple(
-                Place(
-                    int(p["joint"]),
-                    number(p["share"]),
-                    str(p["pattern"]),
-                    None if p["time_window"] is None else _pair(p["time_window"]),
-                )
-                for p in content["where"]
-            ),
-            effects=tuple(map(_effect, content["effects"])),
-            rejected=tuple(
-                Rejected(str(r["name"]), _joints(r), str(r["reason"])) for r in content["rejected"]
-            ),
-            advice=tuple(map(str, content["advice"])),
-            notes=tuple(map(str, content["notes"])),
-            extended=extended,
-            joints=joints,
-            tried=int(content["candidates_tried"]),
-            parameters=tuple(map(_parameter, content["parameters"])),
-            repairs=tuple(from_json(Repair, r, file) for r in content.get("repairs", ())),
-        )
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    joints = tuple(j.number for j in extended.movable)
+    before, after, floor = (
+        Gap(gap.per_joint) for gap in (f.gap.before, f.gap.after, f.gap.noise_floor)
+    )
+    sizes = {len(gap.per_joint) for gap in (before, after, floor)}
+    if f.verdict not in VERDICTS or sizes != {len(joints)}:
+        what = f"verdict {f.verdict!r}" if f.verdict not in VERDICTS else "gap.per_joint"
         raise ParameterError(
-            f"{file}: damaged ({type(error).__name__}: {' '.join(str(error).split())[:100]}); "
-            f"accepted: schema {SCHEMA} as diagnose writes it"
-        ) from error
+            f"{file}: damaged at {what}; accepted: schema {SCHEMA} as diagnose writes it"
+        )
+    return Diagnosis(
+        robot=f.robot,
+        verdict=f.verdict,
+        cutoff_hz=f.cutoff_hz,
+        before=before,
+        after=after,
+        floor=floor,
+        where=f.where,
+        effects=tuple(map(_effect, f.effects)),
+        rejected=f.rejected,
+        advice=f.advice,
+        notes=f.notes,
+        extended=extended,
+        joints=joints,
+        tried=f.candidates_tried,
+        parameters=f.parameters,
+        repairs=f.repairs,
+    )
 
 
-def _effect(content: dict[str, Any]) -> FoundEffect:
+def _effect(e: _Effect) -> FoundEffect:
     return FoundEffect(
-        str(content["name"]),
-        _joints(content),
-        tuple(map(_parameter, content["parameters"])),
-        str(content["expression"]),
-        or_nan(content["p_value"]),
-        or_nan(content["gap_reduction"]),
-        tuple((str(o["name"]), _joints(o)) for o in content["indistinguishable_from"]),
-        str(content["separate"]),
-        bool(content["in_robot_toml"]),
+        e.name,
+        e.joints,
+        e.parameters,
+        e.expression,
+        e.p_value,
+        e.gap_reduction,
+        tuple((other.name, other.joints) for other in e.indistinguishable_from),
+        e.separate,
+        e.in_robot_toml,
     )
-
-
-def _parameter(content: dict[str, Any]) -> FoundParameter:
-    return FoundParameter(
-        str(content["name"]),
-        or_nan(content["value"]),
-        or_nan(content["std"]),
-        str(content["unit"]),
-    )
-
-
-def _gap(content: dict[str, Any]) -> Gap:
-    return Gap(tuple(map(or_nan, content["per_joint"])))
-
-
-def _joints(content: dict[str, Any]) -> tuple[int, ...]:
-    return tuple(map(int, content["joints"]))
-
-
-def _pair(values: list[Any]) -> tuple[float, float]:
-    first, last = map(number, values)
-    return first, last

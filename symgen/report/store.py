@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from symgen.codegen.model import derive
 from symgen.codegen.package import generate
-from symgen.diagnosis import fleet
+from symgen.diagnosis import fleet_reading
 from symgen.diagnosis import reading as diagnosis_reading
 from symgen.diagnosis.diagnosis import Diagnosis
 from symgen.diagnosis.fleet import Fleet
@@ -41,6 +41,7 @@ _READERS: dict[str, Callable[[Path], Result]] = {
     prediction.MARKER: prediction.read_prediction,
     payload_result.MARKER: payload_result.read_payload,
     study_result.MARKER: study_result.read_study,
+    fleet_reading.MARKER: fleet_reading.read_fleet,
 }
 
 _MARKERS: dict[type, str] = {
@@ -49,12 +50,12 @@ _MARKERS: dict[type, str] = {
     prediction.Prediction: prediction.MARKER,
     payload_result.Payload: payload_result.MARKER,
     Study: study_result.MARKER,
-    Fleet: fleet.MARKER,
+    Fleet: fleet_reading.MARKER,
 }
 
 
 def read_result(path: str | Path) -> Result:
-    """Read what identify, diagnose, predict, payload or study wrote.
+    """Read what identify, diagnose, predict, payload, study or fleet wrote.
 
     Args:
         path: the folder, or the JSON file in it.
@@ -71,8 +72,8 @@ def read_result(path: str | Path) -> Result:
         if not path.exists():
             what = "it is not there"
         raise ParameterError(
-            f"{path}: {what}; accepted: a folder that identify, diagnose, predict, payload "
-            f"or study wrote, or the {', '.join(_READERS)} in it"
+            f"{path}: {what}; accepted: a folder that identify, diagnose, predict, payload, "
+            f"study or fleet wrote, or the {', '.join(_READERS)} in it"
         )
     return _READERS[found[0]](path / found[0])
 
@@ -95,7 +96,7 @@ def result_page(result: Shown, robot: Robot | None = None) -> str:
 
 
 def write(
-    result: Result | Fleet,
+    result: Result,
     folder: str | Path,
     *,
     robot: Robot | None = None,
@@ -121,7 +122,7 @@ def write(
     return tuple(Path(folder) / name for name in files)
 
 
-def result_files(result: Result | Fleet, robot: Robot | None = None) -> dict[str, bytes]:
+def result_files(result: Result, robot: Robot | None = None) -> dict[str, bytes]:
     """Return the files of a folder of results.
 
     Args:

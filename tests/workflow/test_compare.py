@@ -318,7 +318,7 @@ def test_pages_are_not_written_over_anything(refused, folders, tmp_path) -> None
 
 
 def test_wrong_folders_are_refused_in_a_line(refused, folders, tmp_path) -> None:
-    accepted = "accepted: a folder that identify, diagnose, predict, payload or study wrote"
+    accepted = "accepted: a folder that identify, diagnose, predict, payload, study or fleet wrote"
     refused("report", tmp_path / "nowhere", words=("it is not there", accepted))
     refused("report", tmp_path, words=("it holds no result", accepted))
     for name in ("estimate.json", "prediction.json"):

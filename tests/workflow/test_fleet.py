@@ -12,6 +12,7 @@ from workflow.fleet_study import CUTOFF, FIGURES, HIDDEN, ROBOT, false_alarms, n
 
 import symgen
 from symgen.cli import cli
+from symgen.report.store import read_result
 
 
 @pytest.fixture
@@ -35,6 +36,7 @@ def test_a_small_fleet(tmp_path: Path, robot: str) -> None:
     (carried,) = (f for f in content["changes"] if f["effect"] == "payload")
     mass = next(p for p in carried["parameters"] if p["name"] == "ML")
     assert abs(mass["value"] - 1.2) < 4 * mass["std"]
+    assert read_result(into).to_json() == content
     page = (into / "report.html").read_text()
     assert "friction of joint 1 up" in page
     assert "Trends" in page

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from symgen.report.content.parts import Content
     from symgen.robot.types import Robot
 
-    Result: TypeAlias = Estimate | Diagnosis | Prediction | Payload | Study
-    Shown: TypeAlias = Result | Fleet | Comparison
+    Result: TypeAlias = Estimate | Diagnosis | Prediction | Payload | Study | Fleet
+    Shown: TypeAlias = Result | Comparison
 
 
 def content(result: Shown, robot: Robot | None = None, motion: Replay | None = None) -> Content:

@@ -136,7 +136,7 @@ def _gap_section(diagnosis: Diagnosis) -> Section:
     done = work(diagnosis.curves)
     if done is not None:
         text += (
-            f" As energy, over windows of {done.window:g} s, the model leaves "
+            f" As energy, over windows of {done.window_s:g} s, the model leaves "
             f"{percent(done.before)} of the work before and {percent(done.after)} after."
         )
     figure = partial(diagnosis_plots.gaps, diagnosis)
