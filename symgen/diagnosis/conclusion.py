@@ -21,19 +21,20 @@ from symgen.diagnosis.diagnosis import (
 from symgen.diagnosis.evidence import (
     Evidence,
     evidence,
+    model_torque,
     ratio,
-    regressor,
+    torque_at,
 )
 from symgen.diagnosis.extend import extended, with_values
 from symgen.diagnosis.floor import at_rest, noise_floor
 from symgen.diagnosis.found import coefficients, found_effects, numbers
-from symgen.diagnosis.given import changed
+from symgen.diagnosis.given import changed, link_values
 from symgen.diagnosis.portrait import places
 from symgen.diagnosis.refine import all_slopes, settled_constants
 from symgen.diagnosis.search import MEASURING, Selection
 from symgen.diagnosis.select import Score
 from symgen.diagnosis.shapes import Torques
-from symgen.diagnosis.study import KERNELS, Study, model_torque, torque_at
+from symgen.diagnosis.study import KERNELS, Study, torques_of
 from symgen.diagnosis.words import tie
 from symgen.estimation.batch import solve
 from symgen.estimation.regression import Solution
@@ -158,12 +159,9 @@ def _gaps(
     inside = study.parameters(study.beside(selection.accepted))
     curves, noise, span, free = [], [], [], []
     for s in study.held:
-        W0, W1 = regressor(study.evaluator, s, study.X), regressor(evaluator, s, X)
-        declared, whole = W0 @ study.X, W1 @ X
-        rigid = evaluator.model.inertial
-        links = study.split(W0, inside).links
-        torques = Torques(whole.copy(), W1[:, :, rigid:] @ X[rigid:], links)
-        at = p
+        declared = model_torque(study.evaluator, study.X, s)
+        torques = torques_of(evaluator, X, s, link_values(study.evaluator.model, inside))
+        whole, at = torques.model.copy(), p
         for score in corrected:
             columns = score.candidate.columns(s, torques)
             for j, c in columns.items():
@@ -177,7 +175,7 @@ def _gaps(
             s.t[s.kept],
             s.q[s.kept],
             s.qd[s.kept],
-            s.seen(s.tau),
+            s.measured,
             before,
             before + s.seen(whole - declared) if differs else before,
             None if s.mask is None else s.free[s.kept],

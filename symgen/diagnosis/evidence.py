@@ -1,24 +1,22 @@
-"""What a log says in the motion's band: torques, regressor and residual, row by row.
+"""What logs say beside a model: torques, regressor and residual, row by row.
 
-Positions, speeds and accelerations pass a zero-phase low-pass wider than the motion's band; the
-regressor is evaluated on them and passes that of the band, as does the measured torque (parallel
-filtering, Gautier 1997). Rows are one
-joint at one kept instant; they are whitened by the standard deviation of their joint's residual.
+Rows are the torque equations of `symgen.estimation.system`: one joint at one kept instant of the
+comparison band. They are whitened by the standard deviation of their joint's residual.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.mask import touched
+from symgen.data.mask import Bools
 from symgen.data.signals import lowpass, white_noise
 from symgen.estimation.filtered import FilteredLog
-from symgen.estimation.system import torque_columns
+from symgen.estimation.system import torque_rows
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
@@ -33,80 +31,116 @@ _BLOCKS = 20  # of time, for robust errors
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """One log in the motion's band.
+    """One log of a diagnosis, or a part of it, as `symgen.estimation.filtered` has it.
 
     Attributes:
-        log: the log as it was filtered.
-        name: of the log.
-        t: (N,) time, s.
-        q, qd, qdd: (N, n) in the band, at full rate.
-        tau: (N, n) measured torque, unfiltered.
-        step: sampling step, s.
-        band: cutoff of the low-pass, Hz; None where none fits below the Nyquist frequency.
+        log: the log in the band of the run.
         kept: the samples that rows are made of.
+        name: of the log.
+        mask: (N, n) where the user asked that a torque has no say, in the gap neither; or None.
+        held: (N, n) the same where a torque is at its limit or near it in time, besides.
         limit: (n,) limits of the torque that was measured; None for none.
-        held: (N, n) where the torque is at its limit or near it in time, and has no say.
-        wide: cutoff of the low-pass that positions and speeds passed first, Hz; None for none.
-        noise: standard deviation of their white noise, (n,) each, that of speeds None where they
-            are derived from positions; None where it was not seen.
-        mask: (N, n) where the user asked that it has none, in the gap neither; None for nowhere.
-        rest: (N, n) where a rest of the joint is near in time; None for nowhere.
+        noise: standard deviation of the white noise of positions and speeds, (n,) each, that of
+            speeds None where they are derived from positions; None where it was not seen.
     """
 
     log: FilteredLog
-    name: str
-    t: FloatArray
-    q: FloatArray
-    qd: FloatArray
-    qdd: FloatArray
-    tau: FloatArray
-    step: float
-    band: float | None
     kept: slice
+    name: str
+    mask: Bools | None = None
+    held: Bools | None = None
     limit: FloatArray | None = None
-    held: NDArray[np.bool_] | None = None
-    wide: float | None = None
     noise: tuple[FloatArray, FloatArray | None] | None = None
-    mask: NDArray[np.bool_] | None = None
-    rest: NDArray[np.bool_] | None = None
 
     @property
-    def free(self) -> NDArray[np.bool_]:
+    def t(self) -> FloatArray:
+        """(N,) time, s."""
+        return self.log.t
+
+    @property
+    def q(self) -> FloatArray:
+        """(N, n) positions below the cutoff, at full rate."""
+        return self.log.q
+
+    @property
+    def qd(self) -> FloatArray:
+        """(N, n) speeds below it."""
+        return self.log.qd
+
+    @property
+    def qdd(self) -> FloatArray:
+        """(N, n) accelerations below it."""
+        return self.log.qdd
+
+    @property
+    def tau(self) -> FloatArray:
+        """(N, n) measured torque, unfiltered."""
+        return self.log.tau
+
+    @property
+    def step(self) -> float:
+        """Sampling step, s."""
+        return self.log.step
+
+    @property
+    def band(self) -> float | None:
+        """Cutoff of the comparison band, Hz; None where nothing is filtered."""
+        return self.log.rows.cutoff
+
+    @property
+    def wide(self) -> float | None:
+        """Cutoff of the low-pass of positions and speeds, Hz; None where they pass none."""
+        band = self.log.band
+        return band.cutoff_hz if band.filters(self.step) else None
+
+    @property
+    def rows(self) -> slice:
+        """Which of the log's own kept samples these are."""
+        own = self.log.kept
+        return slice(*np.searchsorted(own, [self.kept.start, self.kept.stop]))
+
+    @cached_property
+    def whole(self) -> FilteredLog:
+        """The log as if it had no mask: rows near one are left out, none is weighed."""
+        if self.log.mask is None:
+            return self.log
+        return replace(self.log, samples=replace(self.log.samples, mask=None))
+
+    @property
+    def free(self) -> Bools:
         """Where the torque is not masked, (N, n)."""
         return np.ones(self.tau.shape, dtype=bool) if self.mask is None else ~self.mask
+
+    @cached_property
+    def measured(self) -> FloatArray:
+        """The measured torque in the band at the kept instants, (K, n)."""
+        return self.whole.measured[self.rows]
 
     def limited(self, torque: FloatArray) -> FloatArray:
         """Cut a torque (N, n) at the limits."""
         return torque if self.limit is None else np.clip(torque, -self.limit, self.limit)
 
     def smooth(self, x: FloatArray) -> FloatArray:
-        """Pass (N, ...) through the scene's low-pass."""
-        if self.band is None:
-            return x
-        flat = np.ascontiguousarray(x.reshape(len(x), -1))
-        return lowpass(flat, self.step, self.band).reshape(x.shape)
+        """Return a signal (N, ...) in the band at full rate."""
+        return x if self.band is None else lowpass(x, self.step, self.band)
 
     def seen(self, x: FloatArray) -> FloatArray:
-        """Return (N', ...): in the band, at the kept instants."""
-        return self.smooth(x)[self.kept]
+        """Return a signal (N, ...) in the band at the kept instants, (K, ...)."""
+        return self.whole.compared(x)[self.rows]
 
     def modelled(
         self, model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
     ) -> FloatArray:
-        """Return a model of q, qd, qdd in the band at the kept instants, (K, ...).
+        """Return a model of q, qd, qdd in the band at the kept instants, (K, ...)."""
+        return np.concatenate([x for _, x in self.whole.modelled(model)])[self.rows]
 
-        It is the way of `symgen.estimation.fit`, whose numbers are those of identify and predict.
-        """
-        unmasked = replace(self.log.samples, mask=None)  # rows near a mask are left out as a whole
-        motion = replace(self.log, samples=unmasked, q=self.q, qd=self.qd)
-        rows: FloatArray = np.concatenate([x for _, x in motion.modelled(model)])
-        kept = self.log.kept
-        return np.asarray(rows[(kept >= self.kept.start) & (kept < self.kept.stop)])
+    def along(self, q: FloatArray, qd: FloatArray) -> Scene:
+        """Return the scene with another motion, (N, n) each."""
+        return replace(self, log=replace(self.log, q=q, qd=qd))
 
-    @cached_property
-    def measured(self) -> FloatArray:
-        """The measured torque in the band at the kept instants, (K, n)."""
-        return self.seen(self.tau)
+    def with_torque(self, tau: FloatArray) -> Scene:
+        """Return the scene with other measured torques, (N, n)."""
+        return replace(self, log=replace(self.log, samples=replace(self.log.samples, tau=tau)))
 
     def cut(self, start: float, end: float) -> Scene:
         """Return the rows of a span of time; signals keep their full length for the filter."""
@@ -120,8 +154,7 @@ class Scene:
 
 def scene(log: FilteredLog) -> Scene:
     """See a log in the band of the run: rows in the comparison band."""
-    samples, kept = log.samples, log.kept
-    noise = wide = None
+    samples, kept, noise = log.samples, log.kept, None
     if log.band.filters(log.step):
         wide = log.band.cutoff_hz
         derived = log.band.velocity == "derived" or samples.velocity_derived
@@ -132,25 +165,13 @@ def scene(log: FilteredLog) -> Scene:
     every = int(kept[1] - kept[0]) if len(kept) > 1 else 1
     reach = 0 if log.rows.cutoff is None else int(1 / (log.rows.cutoff * log.step))
     mask = None if log.mask is None else log.mask.near(reach)
-    rest = None
-    if log.at_rest is not None:
-        rest = np.column_stack([touched(joint, reach) for joint in log.at_rest.T])
     return Scene(
         log,
-        log.name,
-        log.t,
-        log.q,
-        log.qd,
-        log.qdd,
-        log.tau,
-        log.step,
-        log.rows.cutoff,
         slice(int(kept[0]), int(kept[-1]) + 1, every),
-        wide=wide,
-        noise=noise,
-        held=mask,
+        log.name,
         mask=mask,
-        rest=rest,
+        held=mask,
+        noise=noise,
     )
 
 
@@ -236,17 +257,12 @@ def ratio(error: FloatArray, torque: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.mean(error**2, axis=0)) / np.where(size > 0, size, np.inf))
 
 
-def regressor(evaluator: Evaluator, s: Scene, X: FloatArray | None = None) -> FloatArray:
-    """Return the model's regressor at full rate, (N, n, p), see `torque_columns`."""
-    return torque_columns(evaluator, s.q, s.qd, s.qdd, X)
-
-
 def evidence(evaluator: Evaluator, scenes: Sequence[Scene]) -> Evidence:
     """Fit the model to some logs; effects that hold the model's torque settle in a few rounds."""
     y = np.concatenate([s.measured for s in scenes])
 
     def fitted(X: FloatArray | None) -> Evidence:
-        W = np.concatenate([s.seen(regressor(evaluator, s, X)) for s in scenes])
+        W = np.concatenate([torque_rows(evaluator, s.whole, X)[s.rows] for s in scenes])
         return solved(tuple(scenes), W, y)
 
     found = fitted(None)
@@ -258,8 +274,21 @@ def evidence(evaluator: Evaluator, scenes: Sequence[Scene]) -> Evidence:
 
 def given_evidence(evaluator: Evaluator, scenes: Sequence[Scene], X: FloatArray) -> Evidence:
     """Compare a model of given parameters (p,) with some logs: y is what it misses, W is empty."""
-    y = np.concatenate([s.seen(s.tau - regressor(evaluator, s, X) @ X) for s in scenes])
+    model = partial(torque_at, evaluator, X)
+    y = np.concatenate([s.measured - s.modelled(model) for s in scenes])
     return solved(tuple(scenes), np.zeros((*y.shape, 0)), y)
+
+
+def torque_at(
+    evaluator: Evaluator, X: FloatArray, q: FloatArray, qd: FloatArray, qdd: FloatArray
+) -> FloatArray:
+    """Return the model's torque at some states, (k, n)."""
+    return np.asarray(evaluator["inverse_dynamics"](q, qd, qdd, X))
+
+
+def model_torque(evaluator: Evaluator, X: FloatArray, s: Scene) -> FloatArray:
+    """Return the model's torque at full rate, (N, n)."""
+    return torque_at(evaluator, X, s.q, s.qd, s.qdd)
 
 
 def solved(scenes: tuple[Scene, ...], W: FloatArray, y: FloatArray) -> Evidence:
@@ -292,10 +321,10 @@ def _moving(s: Scene) -> FloatArray:
 
 def _weight(s: Scene, moving: FloatArray) -> FloatArray:
     """Return the weight of rows, (K, n): that of rests where the joint rests, else `moving`."""
-    known = s.log.band.rests
-    if s.rest is None or known is None:
+    resting, known = s.log.resting, s.log.band.rests
+    if resting is None or known is None:
         return moving
-    weight = np.where(s.rest[s.kept], known.weight, moving)
+    weight = np.where(resting[s.rows], known.weight, moving)
     return np.asarray(weight if s.held is None else weight * ~s.held[s.kept])
 
 

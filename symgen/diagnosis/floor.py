@@ -15,7 +15,6 @@ At rest, friction is anything up to what it is in motion: what is left there cou
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,4 +105,4 @@ def _shaken(s: Scene, noise: tuple[FloatArray, FloatArray | None]) -> Scene:
         qd = differentiate(q, s.step)
     else:
         qd = lowpass(draw.normal(size=s.q.shape) * of_qd, s.step, edge)
-    return replace(s, q=s.q + q, qd=s.qd + qd, qdd=s.qdd + differentiate(qd, s.step))
+    return s.along(s.q + q, s.qd + qd)

@@ -95,7 +95,7 @@ def _channels(
     robot = evaluator.model.robot
     if robot.loaded:
         return ()
-    logs, other = ([replace(s.log, q=s.q, qd=s.qd) for s in group] for group in (train, held))
+    logs, other = ([s.log for s in group] for group in (train, held))
     out = []
     for f in channel_faults(evaluator, logs, other):
         mild = f.kind == "gain" and 1 / _ANOTHER < f.value < _ANOTHER
@@ -114,9 +114,7 @@ def _channels(
 
 
 def _undone(fault: ChannelFault, s: Scene) -> Scene:
-    seen = replace(s.log, q=s.q, qd=s.qd, samples=replace(s.log.samples, tau=s.tau))
-    log = fault.undone(seen)
-    return replace(s, log=log, q=log.q, qd=log.qd, qdd=log.qdd, tau=log.tau)
+    return replace(s, log=fault.undone(s.log))
 
 
 def _pooled(faults: Iterable[Fault]) -> tuple[Fault, ...]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -221,7 +221,7 @@ def _derived(joints: tuple[int, ...]) -> Callable[[Scene], Scene]:
         qd = s.qd.copy()
         for j in joints:
             qd[:, j] = differentiate(s.q[:, j], s.step)
-        return replace(s, qd=qd, qdd=differentiate(qd, s.step))
+        return s.along(s.q, qd)
 
     return correct
 

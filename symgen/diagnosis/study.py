@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.diagnosis.evidence import Evidence, Scene, evidence, given_evidence, regressor
+from symgen.diagnosis.evidence import Evidence, Scene, evidence, given_evidence, model_torque
 from symgen.diagnosis.floor import noise_floor
 from symgen.diagnosis.given import link_values
 from symgen.diagnosis.select import Score
@@ -31,7 +31,6 @@ class Study:
         held: the logs that show the gap.
         X: (p,) parameters of the model: fitted to the training logs, or given.
         given: whether they are given.
-        full: (N, n, p) regressor of every training log at its own rate.
     """
 
     evaluator: Evaluator
@@ -39,7 +38,6 @@ class Study:
     held: tuple[Scene, ...]
     X: FloatArray
     given: bool
-    full: tuple[FloatArray, ...]
 
     @property
     def robot(self) -> Robot:
@@ -53,19 +51,13 @@ class Study:
             found: the evidence with the columns of what was accepted so far.
         """
         X = self.parameters(found)
-        return [self.split(W, X) for W in self.full]
-
-    def split(self, W: FloatArray, X: FloatArray) -> Torques:
-        """Return a model's torque and its friction, from its regressor at full rate."""
-        model = self.evaluator.model
-        first = model.inertial
-        return Torques(W @ X, W[:, :, first:] @ X[first:], link_values(model, X))
+        return [torques_of(self.evaluator, X, s) for s in self.base.scenes]
 
     def noise(self) -> FloatArray:
         """Return the standard deviation of the residual that noise alone leaves, (n,)."""
         model = partial(model_torque, self.evaluator, self.X)
-        pairs = zip(self.base.scenes, self.full, strict=True)
-        parts = [noise_floor(s, s.tau - W @ self.X, model, self.base.scenes) ** 2 for s, W in pairs]
+        scenes = self.base.scenes
+        parts = [noise_floor(s, s.tau - model(s), model, scenes) ** 2 for s in scenes]
         return np.asarray(np.sqrt(np.mean(parts, axis=0)))
 
     def parameters(self, found: Evidence) -> FloatArray:
@@ -90,17 +82,22 @@ def studied(
     else:
         base = given_evidence(evaluator, train, given)
         X = given
-    full = tuple(regressor(evaluator, s, X) for s in train)
-    return Study(evaluator, base, tuple(held), X, given is not None, full)
+    return Study(evaluator, base, tuple(held), X, given is not None)
 
 
-def torque_at(
-    evaluator: Evaluator, X: FloatArray, q: FloatArray, qd: FloatArray, qdd: FloatArray
-) -> FloatArray:
-    """Return the model's torque at some states, (k, n)."""
-    return np.asarray(evaluator["inverse_dynamics"](q, qd, qdd, X))
+def torques_of(
+    evaluator: Evaluator, X: FloatArray, s: Scene, links: FloatArray | None = None
+) -> Torques:
+    """Return a model's torque and its friction along a log, beside its links' parameters.
 
-
-def model_torque(evaluator: Evaluator, X: FloatArray, s: Scene) -> FloatArray:
-    """Return the model's torque at full rate, (N, n)."""
-    return torque_at(evaluator, X, s.q, s.qd, s.qdd)
+    Args:
+        evaluator: the compiled model.
+        X: (p,) parameters.
+        s: the log.
+        links: parameters of the links, where they are others.
+    """
+    model = evaluator.model
+    rigid = np.where(np.arange(len(X)) < model.inertial, X, 0.0)
+    whole = model_torque(evaluator, X, s)
+    friction = whole - model_torque(evaluator, rigid, s)
+    return Torques(whole, friction, link_values(model, X) if links is None else links)

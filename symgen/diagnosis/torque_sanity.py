@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from symgen.data.mask import at_rest
 from symgen.data.signals import Samples
 from symgen.diagnosis.diagnosis import FoundParameter
-from symgen.diagnosis.evidence import Evidence, Scene, least_squares, regressor, solved
+from symgen.diagnosis.evidence import Evidence, Scene, least_squares, model_torque, solved
 from symgen.diagnosis.sanity import (
     Fault,
     covariance_of,
@@ -48,7 +48,7 @@ _CUT = 0.01  # least gain, of the joint's sum of squares
 
 def modelled(evaluator: Evaluator, base: Evidence) -> list[FloatArray]:
     """Return the model's torque in the band along every training log, (N, n)."""
-    return [s.smooth(regressor(evaluator, s, base.X) @ base.X) for s in base.scenes]
+    return [s.smooth(model_torque(evaluator, base.X, s)) for s in base.scenes]
 
 
 def torque_faults(
@@ -161,7 +161,7 @@ def _level(log: str, j: int, steps: Mapping[int, float], s: Scene) -> Scene:
     tau = s.tau.copy()
     for i, height in steps.items():
         tau[i + 1 :, j] -= height
-    return replace(s, tau=tau, log=replace(s.log, samples=replace(s.log.samples, tau=tau)))
+    return s.with_torque(tau)
 
 
 def _step(before: FloatArray, after: FloatArray, x: FloatArray, i: int) -> float:
@@ -214,16 +214,16 @@ def saturations(evaluator: Evaluator, base: Evidence) -> list[Fault]:
         evaluator: the compiled model.
         base: the model's evidence on the training logs.
     """
-    full = [regressor(evaluator, s, base.X)[_span(s)] for s in base.scenes]
     out = []
     for j in moving(base.scenes[0]):
-        fault = _saturation(evaluator.model.robot, full, base, j)
+        fault = _saturation(evaluator, base, j)
         if fault is not None:
             out.append(fault)
     return out
 
 
-def _saturation(robot: Robot, full: Sequence[FloatArray], base: Evidence, j: int) -> Fault | None:
+def _saturation(evaluator: Evaluator, base: Evidence, j: int) -> Fault | None:
+    robot = evaluator.model.robot
     free = [s.free[_span(s), j] for s in base.scenes]
     tau = np.concatenate([s.tau[_span(s), j][f] for s, f in zip(base.scenes, free, strict=True)])
     if len(tau) < _LEAST:
@@ -231,7 +231,8 @@ def _saturation(robot: Robot, full: Sequence[FloatArray], base: Evidence, j: int
     noise = _noise(tau) + 1e-6 * float(np.abs(tau).max())
     X, limit, W = base.X, math.inf, base.W
     for _ in range(_ROUNDS):
-        model = np.concatenate([w[f, j] @ X for w, f in zip(full, free, strict=True)])
+        whole = [model_torque(evaluator, X, s)[_span(s), j] for s in base.scenes]
+        model = np.concatenate([w[f] for w, f in zip(whole, free, strict=True)])
         last, limit = limit, _nearest(tau, model)
         if not _gains(tau, model, limit):
             return None

@@ -11,6 +11,8 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -214,9 +216,8 @@ nonlinear = {{ p = [0.4, 2.5], s = [0.1, 0.3], h = "L1/4" }}
     robot = symgen.parse_robot(text + effect)
     draw = np.random.default_rng(4)
     q, qd, qdd = draw.uniform(-1, 1, (3, 50, 2))
-    # fmt: off
-    s = Scene(None, "random", np.arange(50) * 0.1, q, qd, qdd, 0 * q, 0.1, None, slice(0, 50))  # type: ignore[arg-type]
-    # fmt: on
+    log: Any = SimpleNamespace(t=np.arange(50) * 0.1, q=q, qd=qd, qdd=qdd)
+    s = Scene(log, slice(0, 50), "random")
     chosen = list(candidates(robot, None, ["odd"]))[17]  # type: ignore[arg-type]
     p, w = chosen.constants["p"], chosen.constants["s"]
     ours = chosen.columns(s, Torques(0 * q, 0 * q, np.zeros((2, 10))))[1]
