@@ -60,7 +60,6 @@ def test_no_visible_fault_is_trusted_with_a_wrong_model(sums: dict[str, Any]) ->
     assert sums["trusted_wrong"] == 0
 
 
-@pytest.mark.xfail(reason="the gain of joint 1 of arm4r-8, which its folds do not show: 1 of 41")
 def test_no_visible_fault_is_explained_away(sums: dict[str, Any]) -> None:
     assert sums["explained_away"] == 0
 
