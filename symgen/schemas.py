@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import fields, is_dataclass
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -41,8 +42,9 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path) -> Result
         ParameterError: the content is another.
     """
     given = {key: value for key, value in content.items() if key != "schema"}
+    known = _adapter(kind)  # type: ignore[arg-type]  # a class is hashable
     try:
-        read: Result = TypeAdapter(kind).validate_json(json.dumps(given), strict=True)
+        read: Result = known.validate_json(json.dumps(given), strict=True)
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
@@ -51,6 +53,18 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path) -> Result
             f"{content.get('schema')} as symgen writes it"
         ) from error
     return read
+
+
+@cache
+def _adapter(kind: type[Any]) -> TypeAdapter[Any]:
+    """Return what reads a dataclass; to make it takes longer than to read a file."""
+    return TypeAdapter(kind)
+
+
+def result_file(path: str | Path, name: str) -> Path:
+    """Return the JSON file of a result: the path itself, or of this name in that folder."""
+    path = Path(path)
+    return path / name if path.is_dir() else path
 
 
 def read_json(file: Path, *schemas: str) -> dict[str, Any]:

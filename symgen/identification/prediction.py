@@ -194,6 +194,8 @@ def read_prediction(path: str | Path) -> Prediction:
         t, measured, predicted, kinetic, potential = np.split(rows, np.cumsum([1, n, n, 1]), axis=1)
         if potential.shape[1] != 1 or not np.isfinite(rows).all():
             raise ValueError("columns")
+        if n == 0 or len(found.torque_error.per_joint or ()) != n:
+            raise ValueError("torque_error")
         band = found.band
         if isinstance(found, _Older):
             band = _older_band(found.band_hz, t[:, 0])

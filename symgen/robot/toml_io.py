@@ -168,7 +168,8 @@ class _Reader:
 
     def at_values(self, expr: sp.Expr) -> sp.Expr:
         """Return an expression at the file's values of the named lengths."""
-        return expr.subs({sp.Symbol(k, real=True): v for k, v in self.geometry.items()})
+        named = {s: self.geometry[s.name] for s in expr.free_symbols if s.name in self.geometry}
+        return expr.subs(named) if named else expr  # most are plain numbers
 
     def expression(self, value: int | Decimal | str, place: str, known: Collection[str]) -> sp.Expr:
         written = shortened(str(value))

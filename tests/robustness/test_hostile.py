@@ -86,6 +86,19 @@ def one_line(code: int, lines: list[str], *words: str) -> None:
 # Numbers and texts of JSON and TOML.
 
 
+@pytest.mark.parametrize("errors", ["null", "[]", "[0.1]", "[0.1, 0.2, 0.3]"])
+def test_errors_of_a_prediction_are_one_for_each_joint(command, tmp_path, errors):
+    for file in (PROJECT / "tests" / "reference" / "schemas" / "prediction-2").glob("prediction.*"):
+        shutil.copy(file, tmp_path)
+    file = tmp_path / "prediction.json"
+    assert command("report", tmp_path)[0] == 0
+    text, count = re.subn(r'("per_joint": )\[[^]]*\]', rf"\g<1>{errors}", file.read_text("utf-8"))
+    assert count == 1
+    file.write_text(text, "utf-8")
+    code, _, err = command("report", tmp_path)
+    one_line(code, messages(err), "prediction.json")
+
+
 def test_the_estimate_that_the_cases_below_spoil_is_good(report):
     code, out, lines = report(json.dumps({**ESTIMATE, "whiteness": [WHITE]}))
     assert (code, lines) == (0, [])
