@@ -12,7 +12,7 @@ import numpy as np
 from symgen.diagnosis.fleet import Finding, Fleet, Shift
 from symgen.diagnosis.robot_days import Day, DayEstimate
 from symgen.errors import ParameterError
-from symgen.schemas import OrNan, from_json, read_json, to_json
+from symgen.schemas import OrNan, from_json, read_json, result_file, to_json
 
 MARKER = "fleet.json"
 SCHEMA = "symgen.fleet/1"
@@ -61,8 +61,7 @@ def read_fleet(path: str | Path) -> Fleet:
     Raises:
         ParameterError: there is none, or it is damaged.
     """
-    path = Path(path)
-    file = path / MARKER if path.is_dir() else path
+    file = result_file(path, MARKER)
     f = from_json(_File, read_json(file, SCHEMA), file)
     names = {tuple(p.name for p in day.parameters) for day in f.estimates if day.parameters}
     if len(names) > 1:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from symgen.diagnosis.diagnosis import (
 from symgen.errors import ParameterError
 from symgen.estimation.repairs import Repair
 from symgen.robot.toml_io import read_robot
-from symgen.schemas import OrNan, from_json, read_json, to_json
+from symgen.schemas import OrNan, from_json, read_json, result_file, to_json
 
 MARKER = "diagnosis.json"
 SCHEMA = "symgen.diagnosis/1"
@@ -74,6 +74,9 @@ class _File:
     notes: tuple[str, ...]
     parameters: tuple[FoundParameter, ...]
     repairs: tuple[Repair, ...] = ()
+    # what stands beside it: the motion under the measured torques, and the files of the folder
+    replay: dict[str, Any] | None = field(default=None, metadata={"absent": True})
+    digests: dict[str, str] | None = field(default=None, metadata={"absent": True})
 
 
 def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
@@ -122,11 +125,8 @@ def read_diagnosis(path: str | Path) -> Diagnosis:
         ParameterError: there is none, or it is damaged.
         RobotError: robot.toml beside it cannot be read.
     """
-    path = Path(path)
-    file = path / MARKER if path.is_dir() else path
-    content = read_json(file, SCHEMA)
-    content = {key: value for key, value in content.items() if key not in ("replay", "digests")}
-    f = from_json(_File, content, file)
+    file = result_file(path, MARKER)
+    f = from_json(_File, read_json(file, SCHEMA), file)
     extended = read_robot(file.with_name("robot.toml"))
     joints = tuple(j.number for j in extended.movable)
     before, after, floor = (

@@ -10,7 +10,7 @@ from symgen import names
 from symgen.estimation.band import Band
 from symgen.estimation.repairs import Repair
 from symgen.identification.load import COM
-from symgen.schemas import from_json, read_json, to_json
+from symgen.schemas import from_json, read_json, result_file, to_json
 
 SCHEMA = "symgen.payload/1"
 MARKER = "payload.json"
@@ -102,5 +102,5 @@ def read_payload(path: str | Path) -> Payload:
     Raises:
         ParameterError: there is none, or it is damaged.
     """
-    file = Path(path) / MARKER if Path(path).is_dir() else Path(path)
+    file = result_file(path, MARKER)
     return from_json(Payload, read_json(file, SCHEMA), file)

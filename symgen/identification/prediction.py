@@ -30,7 +30,7 @@ from symgen.identification.reading import Joint, read_estimate
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import load
-from symgen.schemas import from_json, read_json, to_json
+from symgen.schemas import from_json, read_json, result_file, to_json
 
 FloatArray = NDArray[np.float64]
 SCHEMA = "symgen.prediction/2"
@@ -183,8 +183,7 @@ def read_prediction(path: str | Path) -> Prediction:
     Raises:
         ParameterError: there is none, or it is damaged.
     """
-    path = Path(path)
-    file = path / MARKER if path.is_dir() else path
+    file = result_file(path, MARKER)
     content = read_json(file, SCHEMA, OLDER)
     try:
         found = from_json(_Older if content["schema"] == OLDER else _File, content, file)

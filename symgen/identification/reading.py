@@ -28,7 +28,7 @@ from symgen.identification.estimate import (
     ParameterEstimate,
     Use,
 )
-from symgen.schemas import from_json, read_json, to_json
+from symgen.schemas import from_json, read_json, result_file, to_json
 
 MARKER = "estimate.json"
 _PER_JOINT = ("torque", "momentum")  # residuals of one component a joint
@@ -195,8 +195,7 @@ def read_estimate(path: str | Path) -> Estimate:
     Raises:
         ParameterError: there is no estimate, or it is damaged.
     """
-    path = Path(path)
-    file = path / MARKER if path.is_dir() else path
+    file = result_file(path, MARKER)
     found = from_json(_File, read_json(file, *READ), file)
     try:
         estimate = _estimate(found)
