@@ -11,25 +11,31 @@ stands once, in the stub beside this file that editors and type checkers read.
 
 from __future__ import annotations
 
-import ast
-import importlib
-from pathlib import Path
-from typing import Any
-
-_WHERE = {
-    name.name: str(line.module)
-    for line in ast.parse(Path(__file__).with_suffix(".pyi").read_text("utf-8")).body
-    if isinstance(line, ast.ImportFrom)
-    for name in line.names
-}
-__all__ = sorted(_WHERE)
+_where: dict[str, str] = {}
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _WHERE:
+def _modules() -> dict[str, str]:
+    """Return the module of every name, as the stub has it."""
+    if not _where:
+        import ast
+        from pathlib import Path
+
+        for line in ast.parse(Path(__file__).with_suffix(".pyi").read_text("utf-8")).body:
+            if isinstance(line, ast.ImportFrom):
+                _where.update({name.name: str(line.module) for name in line.names})
+    return _where
+
+
+def __getattr__(name: str) -> object:
+    modules = _modules()
+    if name == "__all__":
+        return sorted(modules)
+    if name not in modules:
         raise AttributeError(f"module 'symgen' has no attribute {name!r}")
-    return getattr(importlib.import_module(_WHERE[name]), name)
+    import importlib
+
+    return getattr(importlib.import_module(modules[name]), name)
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return sorted(_modules())

@@ -1,4 +1,7 @@
-"""The command symgen, and python -m symgen."""
+"""The command symgen, and python -m symgen.
+
+Little is imported before `main` runs: until then Ctrl-C is the interpreter's traceback.
+"""
 
 from __future__ import annotations
 
@@ -13,12 +16,15 @@ def main() -> None:
         signal.signal(signal.SIGINT, _leave)
     from symgen.cli import main as run
 
-    if signal.getsignal(signal.SIGINT) is _leave:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-    run()
+    try:
+        if signal.getsignal(signal.SIGINT) is _leave:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        run()
+    except KeyboardInterrupt:  # before it looked for one, or after
+        _leave()
 
 
-def _leave(_number: int, _frame: FrameType | None) -> None:
+def _leave(_number: int = signal.SIGINT, _frame: FrameType | None = None) -> None:
     os.write(2, b"symgen: interrupted\n")
     os._exit(130)
 

@@ -304,7 +304,8 @@ def test_interrupted_at_any_time_is_a_line(world, command):
         job.send_signal(signal.SIGINT)
         _, err = job.communicate(timeout=60)
         assert "Traceback" not in err, err
-        assert job.returncode in (0, 1, 130)
+        # Where it met code that exec made, CPython dies of the signal; to a shell that is 130, too.
+        assert job.returncode in (0, 1, 130, -signal.SIGINT)
     _clear(world)
 
 
