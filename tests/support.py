@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import warnings
 from dataclasses import fields
 from pathlib import Path
@@ -57,6 +58,11 @@ def excited(robot: Robot | str, **options: Any) -> Plan:
         for name, kind in (("limits", Limits), ("motion", Motion), ("search", Search))
     }
     return symgen.excite(robot, **made, **({"model": "energy"} | options))
+
+
+def heeds_ctrl_c() -> None:
+    """Have a process heed Ctrl-C: what a shell starts with `&` inherits that it is ignored."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def messages(err: str) -> list[str]:

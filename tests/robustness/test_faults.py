@@ -23,7 +23,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from support import messages
+from support import heeds_ctrl_c, messages
 from support_commands import LIMITS, LOADED, PARAMETERS, URDF
 
 import symgen
@@ -298,7 +298,7 @@ def test_interrupted_at_any_time_is_a_line(world, command):
     lasts = time.monotonic() - begun
     for k in range(6):
         _clear(world)
-        job = start(world, command, COMMANDS[command][1])
+        job = start(world, command, COMMANDS[command][1], preexec_fn=heeds_ctrl_c)
         # Before this the interpreter itself is starting, and what it says is its own.
         time.sleep(0.15 + lasts * k / 6)
         job.send_signal(signal.SIGINT)

@@ -18,7 +18,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from support import PROJECT, messages
+from support import PROJECT, heeds_ctrl_c, messages
 
 import symgen
 from symgen.data.columns import columns_from
@@ -438,6 +438,7 @@ def test_ctrl_c_in_the_first_moments_is_a_line(tmp_path):
         text=True,
         cwd=tmp_path,
         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(PROJECT)])},
+        preexec_fn=heeds_ctrl_c,
     )
     assert job.stdout.readline() == "\n"
     job.send_signal(signal.SIGINT)

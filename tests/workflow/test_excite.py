@@ -18,7 +18,7 @@ import pytest
 from oracles import planar2r
 from oracles.transforms import Arm, column_names, energy_regressor
 from scipy.interpolate import BSpline
-from support import excited
+from support import excited, heeds_ctrl_c
 
 import symgen
 from symgen import Limits, cli
@@ -374,7 +374,8 @@ def test_ctrl_c_ends_the_search_with_the_best_that_it_has(tmp_path) -> None:
     command = [sys.executable, "-m", "symgen", "excite", "planar2r", *SHORT[:6],
                "--searches", "9999", "--budget", "300",
                "--into", str(tmp_path / "t.csv")]  # fmt: skip
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    pipes = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    process = subprocess.Popen(command, **pipes, preexec_fn=heeds_ctrl_c)
     for line in process.stderr:
         if "search 2: begins" in line:
             process.send_signal(signal.SIGINT)
