@@ -78,6 +78,28 @@ void panda_least_squares_merge(panda_least_squares *s, const panda_least_squares
 int panda_least_squares_solve(const panda_least_squares *s, panda_real *X, panda_real *std,
                              panda_real *rss);
 
+/* A solution in pieces, for a cycle that a whole one would not fit: of what s holds when it begins,
+ * whatever is added to s meanwhile.
+ */
+typedef struct panda_least_squares_solution {
+    panda_real X[panda_PARAMETERS];   /* as panda_least_squares_solve gives them; the last good ones */
+    panda_real std[panda_PARAMETERS]; /* until a solution is complete */
+    int missing; /* 0, or the number (from 1) of the first parameter that is not determined */
+    int left;    /* pieces to go */
+    panda_real sigma;
+    panda_real squares[panda_PARAMETERS];
+    panda_real R[panda_PARAMETERS * (panda_PARAMETERS + 1) / 2];
+    panda_real z[panda_PARAMETERS];
+} panda_least_squares_solution;
+
+/* Begin a solution: copies R and z. */
+void panda_least_squares_begin(panda_least_squares_solution *found, const panda_least_squares *s);
+
+/* Go on by so many pieces, of panda_PARAMETERS + 1 in all, each of at most panda_PARAMETERS^2 / 2
+ * products. Returns how many are left: 0 when `missing` is set, and where that is 0 X and std.
+ */
+int panda_least_squares_proceed(panda_least_squares_solution *found, int pieces);
+
 #ifdef __cplusplus
 }
 #endif

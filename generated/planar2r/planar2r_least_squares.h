@@ -78,6 +78,28 @@ void planar2r_least_squares_merge(planar2r_least_squares *s, const planar2r_leas
 int planar2r_least_squares_solve(const planar2r_least_squares *s, planar2r_real *X, planar2r_real *std,
                              planar2r_real *rss);
 
+/* A solution in pieces, for a cycle that a whole one would not fit: of what s holds when it begins,
+ * whatever is added to s meanwhile.
+ */
+typedef struct planar2r_least_squares_solution {
+    planar2r_real X[planar2r_PARAMETERS];   /* as planar2r_least_squares_solve gives them; the last good ones */
+    planar2r_real std[planar2r_PARAMETERS]; /* until a solution is complete */
+    int missing; /* 0, or the number (from 1) of the first parameter that is not determined */
+    int left;    /* pieces to go */
+    planar2r_real sigma;
+    planar2r_real squares[planar2r_PARAMETERS];
+    planar2r_real R[planar2r_PARAMETERS * (planar2r_PARAMETERS + 1) / 2];
+    planar2r_real z[planar2r_PARAMETERS];
+} planar2r_least_squares_solution;
+
+/* Begin a solution: copies R and z. */
+void planar2r_least_squares_begin(planar2r_least_squares_solution *found, const planar2r_least_squares *s);
+
+/* Go on by so many pieces, of planar2r_PARAMETERS + 1 in all, each of at most planar2r_PARAMETERS^2 / 2
+ * products. Returns how many are left: 0 when `missing` is set, and where that is 0 X and std.
+ */
+int planar2r_least_squares_proceed(planar2r_least_squares_solution *found, int pieces);
+
 #ifdef __cplusplus
 }
 #endif

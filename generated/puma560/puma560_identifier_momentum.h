@@ -5,8 +5,7 @@
  *     integral tau dt = {P(t2) - P(t1) - integral DL dt} X_inertial + integral F dt X_friction
  *
  * with P = dT/dqd and DL = dL/dq, the columns of puma560_momentum_regressor, and F those of
- * puma560_friction_torque. No acceleration is needed. The rows of all joints take the same weight, and
- * forgetting is per row: to forget at f per window, give its puma560_JOINTS-th root.
+ * puma560_friction_torque. No acceleration is needed. The rows of all joints take the same weight.
  *
  * Begin a state here; all else is done by the functions of puma560_identifier.h.
  */

@@ -78,6 +78,28 @@ void puma560_least_squares_merge(puma560_least_squares *s, const puma560_least_s
 int puma560_least_squares_solve(const puma560_least_squares *s, puma560_real *X, puma560_real *std,
                              puma560_real *rss);
 
+/* A solution in pieces, for a cycle that a whole one would not fit: of what s holds when it begins,
+ * whatever is added to s meanwhile.
+ */
+typedef struct puma560_least_squares_solution {
+    puma560_real X[puma560_PARAMETERS];   /* as puma560_least_squares_solve gives them; the last good ones */
+    puma560_real std[puma560_PARAMETERS]; /* until a solution is complete */
+    int missing; /* 0, or the number (from 1) of the first parameter that is not determined */
+    int left;    /* pieces to go */
+    puma560_real sigma;
+    puma560_real squares[puma560_PARAMETERS];
+    puma560_real R[puma560_PARAMETERS * (puma560_PARAMETERS + 1) / 2];
+    puma560_real z[puma560_PARAMETERS];
+} puma560_least_squares_solution;
+
+/* Begin a solution: copies R and z. */
+void puma560_least_squares_begin(puma560_least_squares_solution *found, const puma560_least_squares *s);
+
+/* Go on by so many pieces, of puma560_PARAMETERS + 1 in all, each of at most puma560_PARAMETERS^2 / 2
+ * products. Returns how many are left: 0 when `missing` is set, and where that is 0 X and std.
+ */
+int puma560_least_squares_proceed(puma560_least_squares_solution *found, int pieces);
+
 #ifdef __cplusplus
 }
 #endif

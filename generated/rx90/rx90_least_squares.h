@@ -78,6 +78,28 @@ void rx90_least_squares_merge(rx90_least_squares *s, const rx90_least_squares *o
 int rx90_least_squares_solve(const rx90_least_squares *s, rx90_real *X, rx90_real *std,
                              rx90_real *rss);
 
+/* A solution in pieces, for a cycle that a whole one would not fit: of what s holds when it begins,
+ * whatever is added to s meanwhile.
+ */
+typedef struct rx90_least_squares_solution {
+    rx90_real X[rx90_PARAMETERS];   /* as rx90_least_squares_solve gives them; the last good ones */
+    rx90_real std[rx90_PARAMETERS]; /* until a solution is complete */
+    int missing; /* 0, or the number (from 1) of the first parameter that is not determined */
+    int left;    /* pieces to go */
+    rx90_real sigma;
+    rx90_real squares[rx90_PARAMETERS];
+    rx90_real R[rx90_PARAMETERS * (rx90_PARAMETERS + 1) / 2];
+    rx90_real z[rx90_PARAMETERS];
+} rx90_least_squares_solution;
+
+/* Begin a solution: copies R and z. */
+void rx90_least_squares_begin(rx90_least_squares_solution *found, const rx90_least_squares *s);
+
+/* Go on by so many pieces, of rx90_PARAMETERS + 1 in all, each of at most rx90_PARAMETERS^2 / 2
+ * products. Returns how many are left: 0 when `missing` is set, and where that is 0 X and std.
+ */
+int rx90_least_squares_proceed(rx90_least_squares_solution *found, int pieces);
+
 #ifdef __cplusplus
 }
 #endif

@@ -1,5 +1,6 @@
 #include "twin_identifier.h"
 
+#include <float.h>
 #include <limits.h>
 #include <math.h>
 #include <stdint.h>
@@ -9,10 +10,11 @@
 
 /* An interval is integrated by the polynomial through its two ends and so many samples on each
  * side, as far as there are any. */
-#define REACH twin_IDENTIFIER_DELAY
+#define REACH ((twin_IDENTIFIER_NODES - 2) / 2)
 #define NODES twin_IDENTIFIER_NODES
-/* Values of the samples that may still end an interval. */
-#define VALUES (twin_IDENTIFIER_DELAY + 1)
+
+/* Loops over so many numbers at a time become vector instructions at -O2, too. */
+#define LANES 4
 
 /* By so much the rule may enlarge errors of the samples: the sum of the sizes of its weights over
  * the step. Six points at even steps have 1.26. Beside an interval much longer than its neighbours
@@ -32,13 +34,12 @@
 /* The arrays behind the head, of `width` values each: [value or rate] of the inertial columns of
  * all equations, then of their friction columns, then of their right-hand sides. */
 enum {
-    AT_RATE = 0,                 /* rates at the latest NODES samples, cyclic */
-    AT_VALUE = AT_RATE + NODES,  /* values at the latest VALUES samples, cyclic */
-    AT_START = AT_VALUE + VALUES, /* value where the window began (start, consecutive) */
-    AT_SUM,                      /* integrals since the base */
-    AT_CARRY,                    /* what rounding put into them too much (Kahan) */
-    AT_BLOCK,                    /* integrals of the block before the base (sliding) */
-    AT_RING = twin_IDENTIFIER_ARRAYS /* value + integral at the latest `window` samples (sliding) */
+    AT_VALUE = 0, /* of the sample that is looked at */
+    AT_RATE,
+    AT_CARRY,     /* what rounding put into the two newest windows too much (Kahan) */
+    AT_TOTAL_CARRY = AT_CARRY + 1, /* (start, where there is one window at a time) */
+    AT_WINDOW = twin_IDENTIFIER_ARRAYS, /* change of value + integral of rate, of each window */
+    AT_TOTAL = AT_WINDOW + twin_IDENTIFIER_BESIDE + 1 /* of all windows so far (start) */
 };
 
 /* The offset of state is the alignment it needs. */
@@ -114,16 +115,14 @@ static twin_real weigh(const twin_real *x, int count, twin_real *weight)
     return gain;
 }
 
-/* Add the integral over the interval that begins at node `left` of the latest `samples` ones to the
- * running integrals. Compensated (Kahan): over a long window of many small steps a plain float sum
- * would lose them digit by digit. */
+/* Give the samples around the interval that begins at node `left` of the latest `samples` ones
+ * their weights in its integral. */
 static void integrate(twin_identifier *s, int left)
 {
     const twin_real *steps = s->steps + (NODES - s->samples); /* steps[j]: from node j to j + 1 */
     const twin_real h = steps[left];
     twin_real x[NODES];
     twin_real weight[NODES] = {0};
-    const twin_real *rate[NODES];
     int first = left;
     int count = 2;
     x[left] = 0;
@@ -143,42 +142,127 @@ static void integrate(twin_identifier *s, int left)
         }
     }
     for (int j = 0; j < count; j++) {
-        rate[j] = array(s, (size_t)(AT_RATE + (s->next + NODES - s->samples + first + j) % NODES));
-        weight[j] *= h;
+        const int node = first + j;
+        s->weight[(s->next + NODES - s->samples + node) % NODES][left + REACH + 1 - node] =
+            weight[j] * h;
     }
-    twin_real *sum = array(s, AT_SUM);
-    twin_real *carry = array(s, AT_CARRY);
-    for (size_t i = 0; i < s->width; i++) {
-        twin_real increment = 0;
-        for (int j = 0; j < count; j++) {
-            increment += weight[j] * rate[j][i];
+}
+
+/* sum += factor x, where carry holds what rounding has added too much (Kahan): over a long window
+ * of many small steps a plain float sum would lose them digit by digit. */
+static void accumulate(twin_real *sum, twin_real *carry, const twin_real *x, twin_real factor,
+                       size_t size)
+{
+    size_t i = 0;
+    for (; i + LANES <= size; i += LANES) {
+        twin_real old[LANES];
+        twin_real part[LANES];
+        twin_real total[LANES];
+        for (int l = 0; l < LANES; l++) {
+            old[l] = sum[i + (size_t)l];
+            part[l] = factor * x[i + (size_t)l] - carry[i + (size_t)l];
         }
-        const twin_real part = increment - carry[i];
+        for (int l = 0; l < LANES; l++) {
+            total[l] = old[l] + part[l];
+            part[l] = (total[l] - old[l]) - part[l];
+        }
+        for (int l = 0; l < LANES; l++) {
+            sum[i + (size_t)l] = total[l];
+            carry[i + (size_t)l] = part[l];
+        }
+    }
+    for (; i < size; i++) {
+        const twin_real part = factor * x[i] - carry[i];
         const twin_real total = sum[i] + part;
         carry[i] = (total - sum[i]) - part;
         sum[i] = total;
     }
 }
 
+/* The same without a carry. */
+static void add_plain(twin_real *sum, const twin_real *x, twin_real factor, size_t size)
+{
+    size_t i = 0;
+    for (; i + LANES <= size; i += LANES) {
+        twin_real total[LANES];
+        for (int l = 0; l < LANES; l++) {
+            total[l] = sum[i + (size_t)l] + factor * x[i + (size_t)l];
+        }
+        for (int l = 0; l < LANES; l++) {
+            sum[i + (size_t)l] = total[l];
+        }
+    }
+    for (; i < size; i++) {
+        sum[i] += factor * x[i];
+    }
+}
+
+static int place_before(const twin_identifier *s, int place)
+{
+    return place == 0 ? s->places - 1 : place - 1;
+}
+
+static int place_after(const twin_identifier *s, int place)
+{
+    return place + 1 == s->places ? 0 : place + 1;
+}
+
+/* A window older than the two newest gets what the samples around its end bring, five at most: its
+ * carry is gone, at the cost of one rounding. */
+static void add_to_window(twin_identifier *s, int place, const twin_real *x, twin_real factor)
+{
+    twin_real *sum = array(s, (size_t)(AT_WINDOW + place));
+    const int older = AT_CARRY + 1 - s->carry;
+    if (place == s->newest) {
+        accumulate(sum, array(s, (size_t)(AT_CARRY + s->carry)), x, factor, s->width);
+    } else if (s->mode == twin_WINDOW_SLIDING && place == place_before(s, s->newest)) {
+        accumulate(sum, array(s, (size_t)older), x, factor, s->width);
+    } else {
+        add_plain(sum, x, factor, s->width);
+    }
+}
+
+static void begin_window(twin_identifier *s, int place)
+{
+    const size_t bytes = s->width * sizeof(twin_real);
+    s->newest = place;
+    s->carry = s->mode == twin_WINDOW_SLIDING ? 1 - s->carry : 0;
+    memset(array(s, (size_t)(AT_WINDOW + place)), 0, bytes);
+    memset(array(s, (size_t)(AT_CARRY + s->carry)), 0, bytes);
+}
+
+/* Forget the samples and the open windows. */
 static void rebase(twin_identifier *s)
 {
-    memset(array(s, AT_SUM), 0, s->width * sizeof(twin_real));
-    memset(array(s, AT_CARRY), 0, s->width * sizeof(twin_real));
-    s->position = 0;
+    const int before = REACH + 1; /* the first sample */
+    s->samples = 0;
+    s->begun = 0;
+    s->place = 0;
+    s->left = s->length + (size_t)before;
+    s->whole = 0;
+    s->pending = 0;
+    begin_window(s, s->places - 1); /* what falls to the window before the first one */
+    begin_window(s, 0);
+    if (s->mode == twin_WINDOW_START) {
+        memset(array(s, AT_TOTAL), 0, s->width * sizeof(twin_real));
+        memset(array(s, AT_TOTAL_CARRY), 0, s->width * sizeof(twin_real));
+    }
 }
 
 /* What is wrong with an equation, if anything: the innovation test and the excitation test. */
 static int judged(twin_identifier *s, const twin_real *row, twin_real y)
 {
     const twin_least_squares *past = &s->least_squares;
-    const size_t longest = s->mode == twin_WINDOW_SLIDING ? s->window : 0;
-    const size_t patience = 2 * (size_t)s->equations * (longest + NODES);
+    const size_t patience = 2u * (size_t)s->equations * (size_t)s->places;
     const double freedom = past->count - (double)twin_PARAMETERS;
     const twin_real least =
         (twin_real)LEAST_LEVERAGE * (twin_real)twin_PARAMETERS * (1 - past->forgetting);
     const twin_real size = y < 0 ? -y : y;
     twin_real innovation = 0;
     twin_real leverage = 0;
+    if (!all_finite(row, twin_PARAMETERS + 1u)) {
+        return twin_OUTLIER;
+    }
     const int open = twin_least_squares_foresee(past, row, y, &innovation, &leverage);
     const twin_real wrong = innovation < 0 ? -innovation : innovation;
     if (open == 0 && leverage < least) {
@@ -199,64 +283,108 @@ static int judged(twin_identifier *s, const twin_real *row, twin_real y)
     return twin_OK;
 }
 
-/* Take in the equations of the window from `start` to where the value is `end`. */
-static void close_window(twin_identifier *s, const twin_real *end, const twin_real *start)
+/* Take in the next equation of the window that has closed. */
+static void take_row(twin_identifier *s)
 {
-    const twin_real *sum = array(s, AT_SUM);
-    const twin_real *block = array(s, AT_BLOCK);
     const size_t equations = (size_t)s->equations;
-    for (size_t e = 0; e < equations; e++) {
-        twin_real row[twin_PARAMETERS + 1];
-        for (size_t i = 0; i <= twin_PARAMETERS; i++) {
-            const size_t k = i < twin_INERTIAL     ? e * twin_INERTIAL + i
-                             : i < twin_PARAMETERS ? equations * twin_INERTIAL + e * FRICTION +
-                                                         (i - twin_INERTIAL)
-                                                   : equations * twin_PARAMETERS + e;
-            row[i] = ((end[k] + sum[k]) - start[k]) + block[k];
-        }
-        const int status = judged(s, row, row[twin_PARAMETERS]);
-        if (status == twin_OK) {
-            (void)twin_least_squares_update(&s->least_squares, row, row[twin_PARAMETERS]);
-        }
-        s->status |= status;
+    const int taken = s->equations - s->pending;
+    const size_t e = (size_t)taken;
+    const twin_real *sum =
+        array(s, (size_t)(s->mode == twin_WINDOW_START ? AT_TOTAL : AT_WINDOW + s->last));
+    twin_real row[twin_PARAMETERS + 1];
+    for (size_t i = 0; i <= twin_PARAMETERS; i++) {
+        row[i] = sum[i < twin_INERTIAL     ? e * twin_INERTIAL + i
+                     : i < twin_PARAMETERS ? equations * twin_INERTIAL + e * FRICTION +
+                                                 (i - twin_INERTIAL)
+                                           : equations * twin_PARAMETERS + e];
     }
+    const int status = judged(s, row, row[twin_PARAMETERS]);
+    if (status == twin_OK) {
+        (void)twin_least_squares_update(&s->least_squares, row, row[twin_PARAMETERS]);
+    }
+    s->status |= status;
+    s->pending--;
 }
 
-/* Pass one interval, which has been integrated and ends where the value is `end`.
- *
- * Mode sliding. The integral over a window is a difference of running integrals. Running from the
- * first sample they would grow for ever, and their difference would drown in their rounding. So
- * they start again from 0 every `window` samples: a window that began in the block before this one
- * is (this block's so far - what that block held where the window began) + (that block's integral).
- * None of the three exceeds what one window holds, so the error does not grow with the run; and
- * every step costs the same, whatever the length of the window.
- */
-static void advance(twin_identifier *s, const twin_real *end)
+/* Pass the end of a window: its equations are to be taken. */
+static void close_window(twin_identifier *s)
 {
-    const size_t bytes = s->width * sizeof(twin_real);
-    s->position++;
+    if (s->mode == twin_WINDOW_START) {
+        accumulate(array(s, AT_TOTAL), array(s, AT_TOTAL_CARRY),
+            array(s, (size_t)(AT_WINDOW + s->place)), 1, s->width);
+    }
     if (s->mode != twin_WINDOW_SLIDING) {
-        if (s->mode == twin_WINDOW_START || s->position == s->window) {
-            close_window(s, end, array(s, AT_START));
+        s->last = s->place;
+        s->pending = s->equations;
+    } else if (s->whole != 0) {
+        s->last = place_before(s, s->place);
+        s->pending = s->equations;
+    }
+    s->whole = 1;
+}
+
+/* Look at the oldest sample, whose weights are known in all intervals that it has a part in: from
+ * the third before it on.
+ *
+ * Mode sliding. Windows begin every `length` intervals. The mean of the windows of `length`
+ * intervals that begin in one of these stretches gives interval k of it (from 0) the weight
+ * (k + 1) / length, interval k of the next the rest to 1, and the values at the beginnings of
+ * intervals -1 / length here and 1 / length there. Two windows are open at a time, each of them a
+ * sum that starts from 0 and never exceeds what it stands for: the error does not grow with the
+ * run, and every step costs the same, whatever the length.
+ */
+static void absorb(twin_identifier *s)
+{
+    const int sliding = s->mode == twin_WINDOW_SLIDING;
+    const twin_real *x = s->sample[s->next];
+    const twin_real *weight = s->weight[s->next];
+    const twin_real share = 1 / (twin_real)s->length;
+    twin_real *value = array(s, AT_VALUE);
+    twin_real *rate = array(s, AT_RATE);
+    twin_real rising = 0;
+    twin_real falling = 0;
+    size_t left = s->left;
+    int place = s->place;
+    s->columns(x, x + twin_JOINTS, x + 2 * twin_JOINTS, value, rate);
+    if (s->begun == 0 && !sliding) {
+        add_to_window(s, place, value, -1);
+    }
+    for (int j = 0; j < NODES; j++) {
+        left--;
+        const twin_real rest = sliding ? share * (twin_real)left : 0;
+        rising += (1 - rest) * weight[j];
+        falling += rest * weight[j];
+        if (sliding && j == REACH + 1) {
+            add_to_window(s, place, value, -share);
+            add_to_window(s, place_before(s, place), value, share);
         }
-        if (s->mode == twin_WINDOW_CONSECUTIVE && s->position == s->window) {
-            memcpy(array(s, AT_START), end, bytes);
-            rebase(s);
+        if (left == 0 || j == NODES - 1) {
+            add_to_window(s, place, rate, rising);
+            if (sliding) {
+                add_to_window(s, place_before(s, place), rate, falling);
+            }
+            rising = 0;
+            falling = 0;
         }
-        return;
+        if (left == 0 && j < NODES - 1) {
+            const int after = place_after(s, place);
+            if (j == NODES - 2 || s->begun == 0) {
+                begin_window(s, after);
+            }
+            if (!sliding && j == REACH) {
+                add_to_window(s, place, value, 1);
+                add_to_window(s, after, value, -1);
+            }
+            place = after;
+            left = s->length;
+        }
     }
-    if (s->position == s->window) {
-        memcpy(array(s, AT_BLOCK), array(s, AT_SUM), bytes);
-        rebase(s);
-        s->full = 1;
-    }
-    const twin_real *sum = array(s, AT_SUM);
-    twin_real *oldest = array(s, AT_RING + s->position);
-    if (s->full) {
-        close_window(s, end, oldest);
-    }
-    for (size_t i = 0; i < s->width; i++) {
-        oldest[i] = end[i] + sum[i];
+    s->begun = 1;
+    s->left--;
+    if (s->left == 0) {
+        close_window(s);
+        s->place = place_after(s, s->place);
+        s->left = s->length;
     }
 }
 
@@ -270,9 +398,7 @@ size_t twin_identifier_size_of(int equations, size_t window)
     if (equations < 1 || equations > twin_JOINTS) {
         return 0;
     }
-    const size_t slot = (size_t)equations * (twin_PARAMETERS + 1) * sizeof(twin_real);
-    const size_t room = SIZE_MAX - sizeof(twin_identifier) - AT_RING * slot;
-    return window > room / slot ? 0 : twin_IDENTIFIER_BYTES_OF(equations, window);
+    return twin_IDENTIFIER_BYTES_OF(equations, window);
 }
 
 int twin_identifier_init(void *state, size_t bytes, size_t window, int mode, twin_real forgetting)
@@ -300,36 +426,49 @@ int twin_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
     s->equations = equations;
     s->width = (size_t)equations * (twin_PARAMETERS + 1);
     s->mode = mode;
-    s->window = window;
-    return twin_least_squares_init(&s->least_squares, forgetting);
+    s->length = mode == twin_WINDOW_START ? (size_t)equations
+                : sliding                 ? window / 2 + window % 2
+                                          : window;
+    /* A window that has closed waits for its equations to be taken before its place is used. */
+    s->places = sliding ? (int)twin_IDENTIFIER_PLACES(equations, window)
+                        : twin_IDENTIFIER_BESIDE + 1;
+    const size_t rows = ((size_t)equations - 1u) / s->length + 1u;
+    s->rows = (int)rows;
+    rebase(s);
+    /* Per equation: so many come every `length` samples. */
+    const double share = pow((double)forgetting, (double)s->length / (double)equations);
+    const double least = (double)FLT_MIN; /* nothing is left of the past */
+    return twin_least_squares_init(&s->least_squares, (twin_real)(share > least ? share : least));
 }
 
 int twin_identifier_step(void *state, const twin_real *q, const twin_real *qd,
                          const twin_real *tau, twin_real dt)
 {
     twin_identifier *s = (twin_identifier *)state;
-    /* Written over the oldest sample, which nobody reads any more. */
-    twin_real *rate = array(s, (size_t)(AT_RATE + s->next));
-    twin_real *value = array(s, (size_t)(AT_VALUE + s->next % VALUES));
     if (!all_plausible(q) || !all_plausible(qd) || !all_plausible(tau) ||
         (s->samples > 0 && !(dt > 0 && isfinite(dt)))) {
         return twin_NOT_FINITE;
     }
-    s->columns(q, qd, tau, value, rate);
-    if (!all_finite(value, s->width) || !all_finite(rate, s->width)) {
-        return twin_NOT_FINITE;
-    }
-    s->status = twin_OK;
+    /* Over the oldest sample, which nobody needs any more. */
+    memcpy(s->sample[s->next], q, twin_JOINTS * sizeof *q);
+    memcpy(s->sample[s->next] + twin_JOINTS, qd, twin_JOINTS * sizeof *qd);
+    memcpy(s->sample[s->next] + 2 * twin_JOINTS, tau, twin_JOINTS * sizeof *tau);
+    memset(s->weight[s->next], 0, sizeof s->weight[0]);
     memmove(s->steps, s->steps + 1, sizeof s->steps - sizeof s->steps[0]);
     s->steps[NODES - 2] = dt;
     s->next = (s->next + 1) % NODES;
     s->samples += s->samples < NODES;
-    if (s->samples == 1) {
-        memcpy(array(s, s->mode == twin_WINDOW_SLIDING ? AT_RING : AT_START), value,
-               s->width * sizeof(twin_real));
-    } else if (s->samples >= REACH + 2) {
+    if (s->samples >= REACH + 2) {
         integrate(s, s->samples - REACH - 2);
-        advance(s, array(s, (size_t)(AT_VALUE + s->next % VALUES)));
+    }
+    if (s->samples == NODES) {
+        absorb(s);
+    }
+    if (s->pending > 0) {
+        s->status = twin_OK;
+        for (int row = 0; row < s->rows && s->pending > 0; row++) {
+            take_row(s);
+        }
         if (s->mode == twin_WINDOW_START && (s->status & twin_OUTLIER) != 0) {
             twin_identifier_restart(state); /* every later window would hold the outlier, too */
         }
@@ -347,8 +486,6 @@ void twin_identifier_restart(void *state)
     twin_identifier *s = (twin_identifier *)state;
     rebase(s);
     s->next = 0;
-    s->samples = 0;
-    s->full = 0;
 }
 
 int twin_identifier_run(void *state, size_t N, const twin_real *t, const twin_real *q,

@@ -11,8 +11,11 @@
  * Integrals are those of the polynomial of fifth degree through the six samples around each step
  * (of lower degree in the first two), for uneven steps too: of sixth order where the integrand is
  * smooth. At a reversal, where the Coulomb column |qd| has a kink, they are of second order, as
- * those of any such rule. Samples on both sides are needed: a window closes
- * twin_IDENTIFIER_DELAY samples after its last, and the last ones of a log end no window.
+ * those of any such rule. The weight of a sample in them is known five samples later: then its
+ * columns are evaluated, once, and added to the windows that it belongs to, so that no column is
+ * kept for a sample. A window closes twin_IDENTIFIER_DELAY samples after its last; its equations
+ * are taken one a step from then on (a few a step where a window has fewer samples than that). What
+ * has not been taken when a log ends is not.
  *
  * One thread at a time per state; states are independent. The caller owns the memory, aligned as
  * malloc aligns it or as a double is. Do not compile with -ffast-math.
@@ -27,6 +30,17 @@
  *         twin_identifier_step(&memory, q, qd, tau, dt);
  *         if (twin_identifier_read(&memory, X, std) == 0) { ... X is determined ... }
  *     }
+ *
+ * Reading X and std takes many times as long as a step. In a cycle that it would not fit, read in
+ * pieces, from a copy of what has been learned when it began:
+ *
+ *     static twin_least_squares_solution found;
+ *     twin_least_squares_begin(&found, twin_identifier_state(&memory));
+ *     ... then in every cycle, after the step ...
+ *         if (twin_least_squares_proceed(&found, 4) == 0) {
+ *             if (found.missing == 0) { ... found.X, found.std ... }
+ *             twin_least_squares_begin(&found, twin_identifier_state(&memory));
+ *         }
  */
 #ifndef twin_IDENTIFIER_H
 #define twin_IDENTIFIER_H
@@ -40,22 +54,29 @@ extern "C" {
 #endif
 
 enum {
-    /* Every window starts at the first sample, as in the original paper. For short experiments:
-     * errors of torque and integration add up over the run. */
+    /* Every window starts at the first sample, as in the original paper; one closes every so many
+     * samples as it has equations. For short experiments: errors of torque and integration add up
+     * over the run. */
     twin_WINDOW_START = 0,
-    /* Every sample closes a window that began `window` samples before. The windows overlap, so
-     * their residuals are correlated and std comes out too small, by up to sqrt(window). */
+    /* Windows of `window` samples, the next even number of them, each of which begins in the middle
+     * of the one before: two open at a time. An equation is the mean over all windows of half that
+     * length that lie in it, that is, weighted by a triangle: what the noise of a single sample at
+     * an end does to it falls with the number of samples. Neighbours share half of their samples,
+     * so std comes out too small, by up to a fifth. */
     twin_WINDOW_SLIDING = 1,
     /* A window begins where the last one ended: one row every `window` samples. */
     twin_WINDOW_CONSECUTIVE = 2
 };
 
 enum {
-    /* Samples that an interval waits for, after its end. */
-    twin_IDENTIFIER_DELAY = 2,
-    twin_IDENTIFIER_NODES = (2 * twin_IDENTIFIER_DELAY) + 2,
-    /* Arrays behind the head, the ring apart. */
-    twin_IDENTIFIER_ARRAYS = twin_IDENTIFIER_NODES + twin_IDENTIFIER_DELAY + 1 + 4
+    /* Samples that an interval is integrated by. */
+    twin_IDENTIFIER_NODES = 6,
+    /* Samples that a window waits for, after its last. */
+    twin_IDENTIFIER_DELAY = twin_IDENTIFIER_NODES + 1,
+    /* Windows that a sample may belong to beside its own, where they are short. */
+    twin_IDENTIFIER_BESIDE = twin_IDENTIFIER_NODES - 1,
+    /* Arrays behind the head, the windows apart. */
+    twin_IDENTIFIER_ARRAYS = 4
 };
 
 /* What a model is to the identifier. For each equation of a window,
@@ -69,39 +90,57 @@ typedef void twin_identifier_columns(const twin_real *q, const twin_real *qd,
                                      const twin_real *tau, twin_real *value, twin_real *rate);
 
 /* The head of the memory, public only to give its size to the compiler. Behind it arrays of `width`
- * values, in mode sliding one for each of the last `window` samples among them. */
+ * values, one for each open window among them. */
 typedef struct twin_identifier {
     twin_least_squares least_squares;
     twin_identifier_columns *columns;
     size_t width;    /* equations (twin_PARAMETERS + 1) */
-    size_t window;
-    size_t position; /* intervals since the base */
-    twin_real steps[twin_IDENTIFIER_NODES - 1]; /* between the latest samples, the newest last */
+    size_t length;   /* intervals between the beginnings of two windows */
+    size_t left;     /* to the next beginning, from the third before the oldest sample on */
+    /* q, qd, tau of the latest samples, cyclic, and their weights in the intervals around them. */
+    twin_real sample[twin_IDENTIFIER_NODES][3 * twin_JOINTS];
+    twin_real weight[twin_IDENTIFIER_NODES][twin_IDENTIFIER_NODES];
+    twin_real steps[twin_IDENTIFIER_NODES - 1]; /* between them, the newest last */
     int equations;   /* a window */
+    int rows;        /* equations taken a step, at most */
     int mode;
-    int next;        /* where the next sample goes, cyclic */
+    int next;        /* where the next sample goes */
     int samples;     /* how many of the latest there are, up to twin_IDENTIFIER_NODES */
-    int full;        /* nonzero: the ring holds a whole window */
-    int status;      /* of the latest step: bits of twin_status */
+    int begun;       /* nonzero: the first sample is behind */
+    int places;      /* for windows, cyclic */
+    int place;       /* of the window that began last at the third interval before the oldest */
+    int newest;      /* place of the window that began last */
+    int carry;       /* which carry is that of the newest: 0 or 1 */
+    int whole;       /* nonzero: a window has begun in which the oldest sample falls (sliding) */
+    int last;        /* place of the window whose equations are taken */
+    int pending;     /* how many are still to be taken */
+    int status;      /* of the equations looked at last: bits of twin_status */
     size_t refused;  /* equations in a row that were outliers */
     twin_real largest; /* right-hand side of an equation taken */
 } twin_identifier;
 
-/* Bytes of memory for a window of so many samples, as a constant expression. */
+/* Bytes of memory for a window of so many samples, as a constant expression: the same for every
+ * window of at least twice (equations + 4) samples. */
 #define twin_IDENTIFIER_BYTES(window) twin_IDENTIFIER_BYTES_OF(1, window)
-#define twin_IDENTIFIER_BYTES_OF(equations, window)                          \
-    (sizeof(twin_identifier) + ((size_t)twin_IDENTIFIER_ARRAYS + (window)) * \
-        (size_t)(equations) * (twin_PARAMETERS + 1) * sizeof(twin_real))
+#define twin_IDENTIFIER_BYTES_OF(equations, window)                                       \
+    (sizeof(twin_identifier) +                                                            \
+        ((size_t)twin_IDENTIFIER_ARRAYS + twin_IDENTIFIER_PLACES(equations, window)) *    \
+            (size_t)(equations) * (twin_PARAMETERS + 1) * sizeof(twin_real))
+#define twin_IDENTIFIER_PLACES(equations, window)                                         \
+    ((size_t)(window) / 2u + (size_t)(window) % 2u >= (size_t)(equations) + 4u            \
+        ? 3u : (size_t)twin_IDENTIFIER_BESIDE + 2u)
 
-/* The same as a function; 0 when it exceeds a size_t. Only mode sliding needs memory for its
- * window: 0 is enough for the two others. */
+/* The same as a function; 0 where there is no such identifier. Only mode sliding needs memory for
+ * its window: 0 is enough for the two others. */
 size_t twin_identifier_size(size_t window);
 
 /* Begin with no data.
  *
  * state: at least twin_identifier_size(window) bytes; window: length in samples, at least 1,
- * ignored in mode start; forgetting, in (0, 1]: weight of the past, per row (1: keep everything;
- * below 1, equations that would teach less than is forgotten are left out: see the status).
+ * ignored in mode start; forgetting, in (0, 1]: weight of the past, per sample (1: keep everything;
+ * below 1, equations that would teach less than is forgotten are left out: see the status). So
+ * 1 / (1 - forgetting) samples are remembered, whatever the mode, the window and the equations of a
+ * window; they must hold several times the equations that X needs.
  * Returns 0; nonzero (and the memory untouched) when an argument is out of range, the memory too
  * small or badly aligned.
  */
@@ -109,7 +148,7 @@ int twin_identifier_init(void *state, size_t bytes, size_t window, int mode,
                          twin_real forgetting);
 
 /* The same for another model that is linear in X and has equations of this kind, from 1 to
- * twin_JOINTS of them a window; all take the same weight, and forgetting is per equation. */
+ * twin_JOINTS of them a window, which all take the same weight. */
 size_t twin_identifier_size_of(int equations, size_t window);
 int twin_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
                             twin_real forgetting, int equations,
@@ -120,32 +159,33 @@ int twin_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
  * and the sample is as if it had never been, when a number is not finite or larger than 1e9, which
  * no robot's is, or dt not positive.
  *
- * At most one window closes, the first with the fourth sample at the earliest; the work is bounded,
- * whatever the window. Beside a step much longer than its neighbours (from about three times on)
- * fewer samples are used, down to the trapezoid: no polynomial reaches so far.
+ * At most one window closes, the first with the ninth sample at the earliest; the work is bounded,
+ * whatever the window: the columns of one sample, and one equation. Beside a step much longer than
+ * its neighbours (from about three times on) fewer samples are used, down to the trapezoid: no
+ * polynomial reaches so far.
  */
 int twin_identifier_step(void *state, const twin_real *q, const twin_real *qd,
                          const twin_real *tau, twin_real dt);
 
-/* What came of the equations that the latest step closed, as bits: twin_OK, all were taken, or
- * there were none; otherwise some were not, and what was learned before stays as it is.
+/* What came of the equations that a step looked at last, as bits: twin_OK, all were taken, or there
+ * were none so far; otherwise some were not, and what was learned before stays as it is.
  *
  * twin_OUTLIER: the right-hand side is more than 10 standard deviations from what the X so far,
  * known as well as it is, predicts, and by more than a tenth of the largest right-hand side taken
- * so far: a sample in the window is absurd. Windows that start at the first sample begin anew.
- * Where twice as many equations in a row are outliers as a window has samples, it is the robot
- * that has changed, and they are taken.
+ * so far, or an equation is not finite: a sample in the window is absurd. Windows that start at the
+ * first sample begin anew. Where twice as many windows in a row are outliers as one sample can
+ * spoil, it is the robot that has changed, and they are taken.
  *
- * twin_NOT_EXCITED: with forgetting f, an equation makes the past weigh (1 - f) twin_PARAMETERS
- * less, over all directions; one that brings less than a hundredth of that (its leverage, see
- * twin_least_squares.h) would replace what is known by noise, as at standstill.
+ * twin_NOT_EXCITED: with forgetting, an equation leaves the past a share f of its weight, which is
+ * (1 - f) twin_PARAMETERS less over all directions; one that brings less than a hundredth of that
+ * (its leverage, see twin_least_squares.h) would replace what is known by noise, as at standstill.
  *
  * Before X is determined nothing can be compared, and every equation is taken.
  */
 int twin_identifier_status(const void *state);
 
-/* Forget the open windows, not what was learned: the next sample is a first one. For a new log, or
- * after a gap in the samples. */
+/* Forget the open windows and equations that are still to be taken, not what was learned: the next
+ * sample is a first one. For a new log, or after a gap in the samples. */
 void twin_identifier_restart(void *state);
 
 /* Restart, then step through a whole log: t (N,), q, qd, tau (N, twin_JOINTS), row-major. Returns

@@ -78,6 +78,28 @@ void twin_least_squares_merge(twin_least_squares *s, const twin_least_squares *o
 int twin_least_squares_solve(const twin_least_squares *s, twin_real *X, twin_real *std,
                              twin_real *rss);
 
+/* A solution in pieces, for a cycle that a whole one would not fit: of what s holds when it begins,
+ * whatever is added to s meanwhile.
+ */
+typedef struct twin_least_squares_solution {
+    twin_real X[twin_PARAMETERS];   /* as twin_least_squares_solve gives them; the last good ones */
+    twin_real std[twin_PARAMETERS]; /* until a solution is complete */
+    int missing; /* 0, or the number (from 1) of the first parameter that is not determined */
+    int left;    /* pieces to go */
+    twin_real sigma;
+    twin_real squares[twin_PARAMETERS];
+    twin_real R[twin_PARAMETERS * (twin_PARAMETERS + 1) / 2];
+    twin_real z[twin_PARAMETERS];
+} twin_least_squares_solution;
+
+/* Begin a solution: copies R and z. */
+void twin_least_squares_begin(twin_least_squares_solution *found, const twin_least_squares *s);
+
+/* Go on by so many pieces, of twin_PARAMETERS + 1 in all, each of at most twin_PARAMETERS^2 / 2
+ * products. Returns how many are left: 0 when `missing` is set, and where that is 0 X and std.
+ */
+int twin_least_squares_proceed(twin_least_squares_solution *found, int pieces);
+
 #ifdef __cplusplus
 }
 #endif

@@ -43,7 +43,9 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
     "--cutoff", type=float, help="Of the filter of q and qd, Hz; by default it is chosen."
 )
 @click.option("--prior", help="estimate.json, TOML or .urdf to pull wls and consistent towards.")
-@click.option("--forgetting", default=1.0, help="Weight of the past, of method recursive.")
+@click.option(
+    "--forgetting", default=1.0, help="Weight of the past for each new sample, of method recursive."
+)
 @click.option("--commanded", multiple=True, help="Commanded motion of each log, for method iv.")
 @click.option("--weights", help="Of the logs' squared residuals, one each: 1,0.5,..")
 @worker_options

@@ -92,23 +92,6 @@ def require_left(name: str, equations: Sequence[Equations]) -> None:
             )
 
 
-def unmasked_pieces(log: FilteredLog, model: str) -> list[FilteredLog]:
-    """Return the pieces of a log between masked samples, for an identifier that takes them whole.
-
-    Args:
-        log: the log in the band of the run.
-        model: "energy", or "momentum", where a piece ends as soon as any joint is masked.
-    """
-    if log.mask is None:
-        return [log]
-    bad = log.mask.robot if model == "energy" else log.mask.joint.any(axis=1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[1], bad.astype(np.int8), [1]])))
-    spans = [slice(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
-    return [
-        FilteredLog(log.samples.cut(span), log.band, log.q[span], log.qd[span]) for span in spans
-    ]
-
-
 def resting(logs: Sequence[Samples], robot: Robot) -> tuple[str, ...]:
     """Say where joints of unmasked logs stand still, so that friction there can be anything."""
     out = []

@@ -207,20 +207,20 @@ def _leverage(weight: float | FloatArray, rows: FloatArray) -> FloatArray:
     return np.asarray(np.minimum(h, _FULL))
 
 
-def precision(
-    system: LinearSystem, X: FloatArray, weights: Sequence[FloatArray] | None = None
-) -> Solution:
-    """Return the precision of a least-squares estimate X that came from elsewhere.
+def weighed(system: LinearSystem, weights: Sequence[FloatArray]) -> Solution:
+    """Return the least-squares estimate with a weight for every row.
 
     Args:
         system: the equations.
-        X: the parameters, (p,).
-        weights: of the rows, (K,) a log; by default all alike.
+        weights: of the residuals, (K,) a log.
+
+    Raises:
+        IdentificationError: the data do not determine the parameters.
     """
-    rows = [np.ones(len(e.y)) for e in system.logs] if weights is None else weights
-    parts = factors(system, rows)
-    _, scale, R = merged(parts, np.ones(len(parts)), system.names)
-    return least_squares_solution(system, X, scale, R, rows)
+    require_rows(system)
+    parts = factors(system, weights)
+    X, scale, R = merged(parts, np.ones(len(parts)), system.names)
+    return least_squares_solution(system, X, scale, R, weights)
 
 
 def condition(R: FloatArray) -> float:

@@ -24,7 +24,8 @@ class Fit:
         weights: one a log, of its squared residuals; None: all alike. For wls and ols.
         commanded: the commanded motion of each log, in their order, for the instruments of method
             iv; by default they come from the encoders, where speeds were measured too.
-        forgetting: weight of the past for each new equation, of method recursive, in (0, 1].
+        forgetting: weight of the past for each new sample, of method recursive, in (0, 1]: some
+            1 / (1 - forgetting) samples are remembered, whatever the model and the window.
     """
 
     prior: str | Path | None = None

@@ -17,17 +17,15 @@ from symgen.estimation.estimators import NOISE_BIAS, Estimator, Prior, Wls
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.fold import triangle
 from symgen.estimation.instrumental import InstrumentalVariables, bias_of_least_squares
-from symgen.estimation.masking import unmasked_pieces
 from symgen.estimation.recipe import Recipe, require_model
 from symgen.estimation.regression import (
     Solution,
     column_norms,
-    precision,
     undetermined,
+    weighed,
 )
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.values import Convergence
-from symgen.identification.online.identifier import Identifier
 from symgen.identification.physical.consistent import Consistent
 from symgen.identification.validation import Part
 from symgen.runtime.evaluator import Evaluator
@@ -130,7 +128,9 @@ def solved(
         IdentificationError: they do not determine the parameters, or the method cannot be used.
     """
     if method.name == "recursive":
-        solution = _recursive(evaluator, system, train, method, recipe)
+        if recipe.model == "torque":
+            raise IdentificationError("method recursive works on the models of energy and momentum")
+        solution = weighed(system, _memory(train, method.forgetting))
     else:
         solution = method.estimator(evaluator).solve(system)
     if method.name in _UNBIASED:
@@ -170,36 +170,21 @@ def settled(evaluator: Evaluator, logs: Sequence[FilteredLog], recipe: Recipe) -
     )
 
 
-def _recursive(
-    evaluator: Evaluator,
-    system: LinearSystem,
-    train: Sequence[Part],
-    method: Method,
-    recipe: Recipe,
-) -> Solution:
-    if recipe.model == "torque":
-        raise IdentificationError("method recursive works on the models of energy and momentum")
-    steps = {max(1, round(recipe.window / p.samples.step)) for p in train}
-    if len(steps) > 1:
-        raise IdentificationError("method recursive needs logs of one sampling rate")
-    identifier = Identifier(
-        evaluator, steps.pop(), model=recipe.model, forgetting=method.forgetting
-    )
-    for part in train:
-        for s in unmasked_pieces(part.log, recipe.model):
-            identifier.run(s.t, s.q, s.qd, s.tau)
-    return precision(system, identifier.read()[0], _memory(train, method.forgetting))
-
-
 def _memory(train: Sequence[Part], forgetting: float) -> list[FloatArray]:
-    """Return the weight of every row of the batch in a recursion that forgets, a log at a time."""
+    """Return the weight of every row in a recursion that forgets, (K,) a log and joint.
+
+    Its squared residual weighs forgetting^k, with k the samples from the end of its window to the
+    last end of all: whatever the window, its overlap and the joints, 1 / (1 - forgetting) samples
+    are remembered. Time of which a mask leaves no equation is not counted.
+    """
     out: list[FloatArray] = []
-    later = 0.0  # equations of the recursion after this log
+    later = 0.0  # samples after this log
     for part in reversed(train):
-        joints = len(part.equations)
-        ages = [later + joints * (e.t[-1] - e.t) / part.samples.step for e in part.equations]
-        out = [*(np.sqrt(forgetting) ** age for age in ages), *out]
-        later += joints * len(part.samples.t)
+        ends = np.unique(np.concatenate([e.t for e in part.equations]))
+        hop = float(np.diff(ends).min(initial=part.log.t[-1] - part.log.t[0])) / part.samples.step
+        ages = [later + hop * (len(ends) - 1 - np.searchsorted(ends, e.t)) for e in part.equations]
+        out = [*(forgetting ** (age / 2) for age in ages), *out]
+        later += hop * len(ends)
     return out
 
 

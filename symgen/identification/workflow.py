@@ -86,7 +86,7 @@ def identify(
             or "static": rows are still poses, see `symgen.identification.static`.
         method: an estimator, such as `symgen.Wls()`, or its name: "wls" (each log and joint weighed
             by its own residual), "ols", "huber", "tls", "iv", "ridge", "essential"; "consistent"
-            (parameters that a robot can have); or "recursive" (the C core, sample by sample).
+            (parameters that a robot can have); or "recursive" (least squares that may forget).
         window: length of the sliding windows of energy and momentum, s.
         cutoff: of the zero-phase filter of positions and speeds, Hz; by default the one with the
             smallest torque error on folds of the training logs left out of the fit.

@@ -193,9 +193,16 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
             case 0:
                 NAME_least_squares_merge(&other, NAME_identifier_state(state));
                 break;
-            case 1:
-                (void)NAME_least_squares_solve(&other, X, std, &rss);
+            case 1: { /* in pieces as at once */
+                NAME_least_squares_solution found = {0};
+                const int missing = NAME_least_squares_solve(&other, X, std, &rss);
+                NAME_least_squares_begin(&found, &other);
+                while (NAME_least_squares_proceed(&found, 1 + byte(&in) % 3) > 0) {
+                }
+                require(found.missing == missing);
+                require(missing != 0 || memcmp(found.X, X, sizeof X) == 0);
                 break;
+            }
             default:
                 NAME_identifier_restart(state);
                 NAME_identifier_restart(before);

@@ -212,6 +212,30 @@ def test_forgetting_is_least_squares_with_weights_that_fade() -> None:
     assert np.all(apart < 0.25 * np.array([p.std for p in found.parameters]))
 
 
+@pytest.mark.parametrize("model", ["energy", "momentum"])
+@pytest.mark.parametrize("window", [0.1, 0.4])
+def test_forgetting_is_a_time_whatever_the_equations(model: str, window: float) -> None:
+    """Windows of 0.1 s end at every sample, those of 0.4 s at every fourth; momentum has two each.
+
+    Of two logs, the first is older by the second.
+    """
+    logs = [_log(3, 1e-4, 0.02), _log(4, 1e-4, 0.02)]
+    options = {"model": model, "method": "recursive", "cutoff": 20.0, "window": window}
+    found = symgen.identify(
+        "planar2r", logs, validation=_log(), fit=symgen.Fit(forgetting=0.999), **options
+    )
+    recipe, rows = Recipe(model, window), []
+    evaluator = symgen.load(symgen.derive("planar2r", recipe.all_kernels))
+    assert found.band is not None
+    for log, later in zip(logs, (20.0 - window, 0.0), strict=True):
+        for e in recipe.equations(evaluator, filtered(symgen.prepare(log), found.band)):
+            fading = 0.999 ** ((later + e.t[-1] - e.t) / STEP / 2)
+            rows.append(fading[:, None] * np.column_stack([e.W, e.y]))
+    whole = np.concatenate(rows)
+    expected = np.linalg.lstsq(whole[:, :-1], whole[:, -1], rcond=None)[0]
+    np.testing.assert_allclose(found.X, expected, rtol=1e-9)
+
+
 def test_the_command_line_takes_method_and_prior(tmp_path) -> None:
     log = _log(7, 1e-4, 0.05)
     rows = np.column_stack([log.t, log.q, log.qd, log.tau])

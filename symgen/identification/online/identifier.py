@@ -33,15 +33,15 @@ _MODES = {"start": 0, "sliding": 1, "consecutive": 2}
 class Identifier:
     """Recursive least squares on the energy theorem, or on momentum, sample by sample.
 
-    Integrals by the polynomial through the six samples around each step (sixth order, known two
-    samples later); QR by Givens rotations, so that no covariance is inverted and none can lose its
-    sign.
+    Integrals by the polynomial through the six samples around each step (sixth order; a window
+    closes seven samples after its last, and its equations are taken one a step); QR by Givens
+    rotations, so that no covariance is inverted and none can lose its sign.
 
     Args:
         evaluator: the loaded model.
         window: length of a window in samples; without meaning for mode "start".
         mode: "start", "sliding" or "consecutive".
-        forgetting: weight of the past for each new equation, in (0, 1].
+        forgetting: weight of the past for each new sample, in (0, 1].
         model: "energy", one equation a window, or "momentum", n equations a window, all with the
             same weight.
 

@@ -31,6 +31,7 @@ LARGEST_GAIN = 2.0
 #: The guard of identifier.c, which says what they are.
 LARGEST_SAMPLE, GATE, LEAST_WRONG, LEAST_LEVERAGE = 1e9, 10.0, 0.1, 0.01
 OK, NOT_FINITE, OUTLIER, NOT_EXCITED = 0, 2, 4, 8  # as NAME.h numbers them
+_LEAST_SHARE = float(np.finfo(np.float32).tiny)  # nothing is left of the past
 _BLOCK = 256  # equations that are looked at together, where no past is forgotten
 _AT = np.array([0.11270166537925831, 0.5, 0.8872983346207417])
 _SHARE = np.array([5.0, 8.0, 5.0]) / 18.0
@@ -94,20 +95,13 @@ class WindowIdentifier:
 
     For each equation of a window, [w, y] = change of value + integral of rate and w'X = y; every
     one is a row of a recursive least squares. The integral over an interval is that of the
-    polynomial through six samples, two on each side of it, of sixth order on uneven steps too: it
-    is known two samples later.
+    polynomial through six samples, two on each side of it, of sixth order on uneven steps too. The
+    weight of a sample is known five samples later; it is added to the windows that it belongs to.
 
     Attributes:
         least_squares: the state of the least squares; read it or merge it into another.
-        status: of the equations of the latest step, bits of OUTLIER and NOT_EXCITED.
+        status: of the equations that a step looked at last, bits of OUTLIER and NOT_EXCITED.
     """
-
-    # Integrals since the base, what rounding put into them, those of the block before (sliding),
-    # and the value where the window began (start, consecutive).
-    _sum: Array
-    _carry: Array
-    _block: Array
-    _start: Array
 
     def __init__(
         self,
@@ -126,12 +120,13 @@ class WindowIdentifier:
                 or (N, equations, p + 1), the right-hand side last.
             parameters: p.
             equations: of a window: 1 for energy, n for momentum.
-            mode: "start", every window starts at the first sample, as in the paper; "sliding",
-                every sample closes a window that began `window` samples before (residuals are
-                correlated: std comes out too small, by up to sqrt(window)); "consecutive", a
-                window begins where the last one ended.
-            window: length in samples, at least 1; ignored in mode "start".
-            forgetting: weight of the past per row, in (0, 1].
+            mode: "start", every window starts at the first sample, as in the paper; "sliding", a
+                window begins in the middle of the one before and weighs its samples by a triangle
+                (std comes out too small, by up to a fifth); "consecutive", a window begins where
+                the last one ended.
+            window: length in samples, at least 1, in mode "sliding" the next even number of them;
+                ignored in mode "start".
+            forgetting: weight of the past per sample, in (0, 1].
 
         Raises:
             ValueError: an argument is out of range.
@@ -142,26 +137,34 @@ class WindowIdentifier:
             raise ValueError(f"window is {window} samples; at least 1 is needed")
         if equations < 1:
             raise ValueError(f"equations is {equations}; at least 1 is needed")
-        self.least_squares = LeastSquares(parameters, forgetting)
+        if not 0.0 < forgetting <= 1.0:
+            raise ValueError(f"forgetting is {forgetting}; a number in (0, 1] is accepted")
         self._columns = columns
         self._mode = mode
-        self._window = window
         self._shape = (equations, parameters + 1)
-        # Ring of value + integral, one entry per sample of the window.
-        self._ring: Array = np.zeros((window if mode == "sliding" else 0, *self._shape))
+        self._length = {"start": equations, "sliding": (window + 1) // 2}.get(mode, window)
+        brief = mode != "sliding" or self._length < equations + 4
+        self._patience = 2 * equations * (3 if not brief else NODES + (mode == "sliding"))
+        self._rows_a_step = -(-equations // self._length)
+        # Per equation: so many come every `length` samples.
+        share = forgetting ** (self._length / equations)
+        self.least_squares = LeastSquares(parameters, max(share, _LEAST_SHARE))
         self.status = OK
         self._refused, self._largest = 0, 0.0
         self.restart()
 
     def restart(self) -> None:
         """Forget the open windows, not what was learned: the next sample is a first one."""
-        self._full = False
-        self._values: list[Array] = []
-        self._rates: list[Array] = []
+        self._samples: list[tuple[Array, Array]] = []  # value and rate of the latest NODES
+        self._weights: list[list[float]] = []  # theirs in the intervals around them
         self._steps: list[float] = []
-        self._block = np.zeros(self._shape)
-        self._start = self._block
-        self._rebase()
+        # Windows that are open, with what rounding put into them too much, and the one before the
+        # first; the sum of all (start).
+        self._open = [self._nothing(), self._nothing()]
+        self._total = self._nothing()
+        self._begun, self._whole = False, False
+        self._left = self._length + REACH + 1
+        self._pending: list[Array] = []
 
     def step(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, dt: float) -> int:
         """Take the next sample.
@@ -179,28 +182,29 @@ class WindowIdentifier:
         q, qd, tau = (np.asarray(x, dtype=np.float64) for x in (q, qd, tau))
         if not all(bool((np.abs(x) <= LARGEST_SAMPLE).all()) for x in (q, qd, tau)):
             return NOT_FINITE
-        if self._rates and not (dt > 0.0 and isfinite(dt)):
+        if self._samples and not (dt > 0.0 and isfinite(dt)):
             return NOT_FINITE
         value, rate = self._evaluate(q, qd, tau)
-        if not (bool(np.isfinite(value).all()) and bool(np.isfinite(rate).all())):
-            return NOT_FINITE
         self._absorb(self._take(value, rate, dt))
         return OK
 
     def _absorb(self, rows: Array) -> None:
-        """Take in the equations that closed, but for outliers and those that teach nothing."""
-        self.status = OK
+        """Take equations in, but for outliers and those that teach nothing."""
+        if len(rows):
+            self.status = OK
         for row in rows:
             status = self._judged(row[:-1], float(row[-1]))
             if status == OK:
                 self.least_squares.update(row[:-1], float(row[-1]))
             self.status |= status
-        if self._mode == "start" and self.status & OUTLIER:
+        if self._mode == "start" and len(rows) and self.status & OUTLIER:
             self.restart()
 
     def _judged(self, row: Array, y: float) -> int:
         """Return what is wrong with an equation, if anything: see identifier.c."""
         past = self.least_squares
+        if not (isfinite(y) and bool(np.isfinite(row).all())):
+            return OUTLIER
         seen = past.foresee(row[None], np.array([y]))
         freedom = past.count - row.size
         if seen is not None and seen[1][0] < LEAST_LEVERAGE * row.size * (1.0 - past.forgetting):
@@ -209,8 +213,7 @@ class WindowIdentifier:
             gate = GATE * sqrt(past.rss / freedom * (1.0 + seen[1][0]))
             if abs(seen[0][0]) > gate:
                 self._refused += 1
-                longest = self._window if self._mode == "sliding" else 0
-                if self._refused <= 2 * self._shape[0] * (longest + NODES):
+                if self._refused <= self._patience:
                     return OUTLIER
         else:
             self._refused = 0
@@ -236,27 +239,79 @@ class WindowIdentifier:
             return self._columns(q, qd, tau)
 
     def _take(self, value: Array, rate: Array, dt: float) -> Array:
-        """Take a sample in; return the rows [w, y] of the window that closes, if any."""
-        if self._rates:
+        """Take a sample in; return the equations [w, y] whose turn it is, (K, p + 1)."""
+        if self._samples:
             self._steps = [*self._steps, dt][1 - NODES :]
-        self._rates = [*self._rates, rate][-NODES:]
-        self._values = [*self._values, value][-REACH - 1 :]
-        count = len(self._rates)
-        if count == 1:
-            self._start = value
-            if self._mode == "sliding":
-                self._ring[0] = value
-        if count < REACH + 2:
-            return np.zeros((0, self._shape[1]))
-        left = count - REACH - 2
-        first, weights = _rule(tuple(self._steps), left)
-        increment = np.zeros(self._shape)
-        for weight, node in zip(weights, self._rates[first:], strict=False):
-            increment += weight * self._steps[left] * node
-        part = increment - self._carry  # Kahan's compensated sum
-        total = self._sum + part
-        self._carry, self._sum = (total - self._sum) - part, total
-        return self._advance(self._values[0])
+        self._samples = [*self._samples, (value, rate)][-NODES:]
+        self._weights = [*self._weights, [0.0] * NODES][-NODES:]
+        left = len(self._samples) - REACH - 2
+        if left >= 0:
+            first, weights = _rule(tuple(self._steps), left)
+            for node, weight in enumerate(weights, first):
+                self._weights[node][left + REACH + 1 - node] = weight * self._steps[left]
+        if len(self._samples) == NODES:
+            self._look_at(*self._samples[0], self._weights[0])
+        due = self._pending[: self._rows_a_step]
+        self._pending = self._pending[self._rows_a_step :]
+        return np.array(due) if due else np.zeros((0, self._shape[1]))
+
+    def _nothing(self) -> tuple[Array, Array]:
+        return np.zeros(self._shape), np.zeros(self._shape)
+
+    def _look_at(self, value: Array, rate: Array, weights: Sequence[float]) -> None:
+        """Add a sample to the windows that it belongs to: see `absorb` in identifier.c."""
+        sliding, share = self._mode == "sliding", 1.0 / self._length
+        at, left, rising, falling = 1, self._left, 0.0, 0.0
+        if not self._begun and not sliding:
+            self._add(at, value, -1.0)
+        for j in range(NODES):
+            left -= 1
+            rest = share * left if sliding else 0.0
+            rising += (1.0 - rest) * weights[j]
+            falling += rest * weights[j]
+            if sliding and j == REACH + 1:
+                self._add(at, value, -share)
+                self._add(at - 1, value, share)
+            if left == 0 or j == NODES - 1:
+                self._add(at, rate, rising)
+                if sliding:
+                    self._add(at - 1, rate, falling)
+                rising, falling = 0.0, 0.0
+            if left == 0 and j < NODES - 1:
+                if at + 1 == len(self._open):
+                    self._open.append(self._nothing())
+                if not sliding and j == REACH:
+                    self._add(at, value, 1.0)
+                    self._add(at + 1, value, -1.0)
+                at, left = at + 1, self._length
+        self._begun = True
+        self._left -= 1
+        if self._left == 0:
+            self._close()
+            self._left = self._length
+
+    def _add(self, at: int, x: Array, factor: float) -> None:
+        """Add to an open window; one that is not among the newest has no carry any more."""
+        total, carry = self._open[at]
+        newest = len(self._open) - 1 - at
+        with np.errstate(over="ignore", invalid="ignore"):
+            if newest == 0 or (self._mode == "sliding" and newest == 1):
+                self._open[at] = _compensated(total, carry, factor * x)
+            else:
+                self._open[at] = total + factor * x, carry
+
+    def _close(self) -> None:
+        """Pass the end of a window; its equations are to be taken."""
+        before, ended = self._open[0], self._open[1]
+        self._open.pop(0)
+        if self._mode == "start":
+            self._total = _compensated(*self._total, ended[0])
+            self._pending = list(self._total[0])
+        elif self._mode == "consecutive":
+            self._pending = list(ended[0])
+        elif self._whole:
+            self._pending = list(before[0])
+        self._whole = True
 
     def run(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> int:
         """Restart, then step through a whole log.
@@ -277,8 +332,6 @@ class WindowIdentifier:
         good = np.isfinite(t) & np.isfinite(steps) & ((steps > 0) | (np.arange(t.size) == 0))
         for array in (q, qd, tau):
             good &= (np.abs(array) <= LARGEST_SAMPLE).all(axis=1)
-        for array in (value, rate):
-            good &= np.isfinite(array).all(axis=tuple(range(1, array.ndim)))
         count = t.size if good.all() else int(np.argmin(good))
         if self._mode == "start":  # an outlier begins windows anew
             for k in range(count):
@@ -297,31 +350,13 @@ class WindowIdentifier:
         X, std, _ = self.least_squares.solve()
         return X, std
 
-    def _rebase(self) -> None:
-        self._sum = np.zeros(self._shape)
-        self._carry = np.zeros(self._shape)
-        self._position = 0
 
-    def _advance(self, end: Array) -> Array:
-        """Pass one interval, which ends where the value is `end`; the rows of a closing window."""
-        nothing: Array = np.zeros((0, self._shape[1]))
-        self._position += 1
-        closes = self._position == self._window
-        if self._mode != "sliding":
-            rows: Array = end + self._sum - self._start
-            if self._mode == "consecutive" and closes:
-                self._start = end
-                self._rebase()
-            return rows if closes or self._mode == "start" else nothing
-        # Sliding: identifier.c says why in blocks.
-        if closes:
-            self._block = self._sum
-            self._rebase()
-            self._full = True
-        here = end + self._sum
-        rows = here - self._ring[self._position] + self._block if self._full else nothing
-        self._ring[self._position] = here
-        return rows
+def _compensated(total: Array, carry: Array, x: Array) -> tuple[Array, Array]:
+    """Return total + x, and what rounding put into it too much."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        part = x - carry
+        new = total + part
+        return new, (new - total) - part
 
 
 @lru_cache(maxsize=256)

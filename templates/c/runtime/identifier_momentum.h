@@ -5,8 +5,7 @@
  *     integral tau dt = {P(t2) - P(t1) - integral DL dt} X_inertial + integral F dt X_friction
  *
  * with P = dT/dqd and DL = dL/dq, the columns of NAME_momentum_regressor, and F those of
- * NAME_friction_torque. No acceleration is needed. The rows of all joints take the same weight, and
- * forgetting is per row: to forget at f per window, give its NAME_JOINTS-th root.
+ * NAME_friction_torque. No acceleration is needed. The rows of all joints take the same weight.
  *
  * Begin a state here; all else is done by the functions of NAME_identifier.h.
  */

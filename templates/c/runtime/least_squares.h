@@ -78,6 +78,28 @@ void NAME_least_squares_merge(NAME_least_squares *s, const NAME_least_squares *o
 int NAME_least_squares_solve(const NAME_least_squares *s, NAME_real *X, NAME_real *std,
                              NAME_real *rss);
 
+/* A solution in pieces, for a cycle that a whole one would not fit: of what s holds when it begins,
+ * whatever is added to s meanwhile.
+ */
+typedef struct NAME_least_squares_solution {
+    NAME_real X[NAME_PARAMETERS];   /* as NAME_least_squares_solve gives them; the last good ones */
+    NAME_real std[NAME_PARAMETERS]; /* until a solution is complete */
+    int missing; /* 0, or the number (from 1) of the first parameter that is not determined */
+    int left;    /* pieces to go */
+    NAME_real sigma;
+    NAME_real squares[NAME_PARAMETERS];
+    NAME_real R[NAME_PARAMETERS * (NAME_PARAMETERS + 1) / 2];
+    NAME_real z[NAME_PARAMETERS];
+} NAME_least_squares_solution;
+
+/* Begin a solution: copies R and z. */
+void NAME_least_squares_begin(NAME_least_squares_solution *found, const NAME_least_squares *s);
+
+/* Go on by so many pieces, of NAME_PARAMETERS + 1 in all, each of at most NAME_PARAMETERS^2 / 2
+ * products. Returns how many are left: 0 when `missing` is set, and where that is 0 X and std.
+ */
+int NAME_least_squares_proceed(NAME_least_squares_solution *found, int pieces);
+
 #ifdef __cplusplus
 }
 #endif
