@@ -51,7 +51,7 @@ from symgen.estimation.logs import (
     require_logs,
     require_other_data,
 )
-from symgen.estimation.masking import resting
+from symgen.estimation.masking import rests_in_words
 from symgen.estimation.repairs import Repair
 from symgen.identification.parameters import read_parameters
 from symgen.identification.prediction import band_of
@@ -299,7 +299,7 @@ class _Asked:
         if self.given is None:
             selection = beyond_misfit(selection, search, noise)
         self.progress("deriving, compiling and identifying the extended model")
-        rests = resting([*self.look.train, *self.look.held], self.robot)
+        rests = rests_in_words([*self.look.train, *self.look.held], self.robot)
         whole = conclude(study, selection, (*notes, *rests, *self.unseen))
         whole = with_stiffness(whole, self.robot, stiffnesses(study.base))
         whole = replace(whole, mended=drawn)

@@ -92,7 +92,7 @@ def require_left(name: str, equations: Sequence[Equations]) -> None:
             )
 
 
-def resting(logs: Sequence[Samples], robot: Robot) -> tuple[str, ...]:
+def rests_in_words(logs: Sequence[Samples], robot: Robot) -> tuple[str, ...]:
     """Say where joints of unmasked logs stand still, so that friction there can be anything."""
     out = []
     for samples in logs:
