@@ -190,6 +190,20 @@ def test_the_recursive_method_takes_the_same_windows(robot, cut_off):
     assert error(recursive) < 1e-3
 
 
+def test_time_that_a_mask_leaves_out_is_not_forgotten(robot, cut_off):
+    mask, fit = ("saturation",), symgen.Fit(forgetting=0.99)
+    options = {"model": "energy", "method": "recursive", "cutoff": 20, "window": 0.2}
+    found = identified(robot, cut_off, mask, fit=fit, **options)
+    masked, _ = open_samples(cut_off[0], robot, symgen.Reading(mask=mask))
+    evaluator = symgen.load(symgen.derive(robot))
+    (e,) = Recipe("energy", 0.2).equations(evaluator, filtered(masked, found.band))
+    gaps = np.round(np.diff(e.t) / STEP)
+    assert gaps.max() > gaps.min()
+    fading = 0.99 ** (gaps.min() * np.arange(len(e.t))[::-1] / 2)
+    expected = np.linalg.lstsq(fading[:, None] * e.W, fading * e.y, rcond=None)[0]
+    np.testing.assert_allclose(found.X, expected, rtol=1e-8)
+
+
 def test_the_error_of_a_prediction_leaves_masked_torques_out(robot, cut_off, tmp_path):
     values = tmp_path / "true.toml"
     names = symgen.derive(robot).base.names
