@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from symgen.data.bags import is_bag
 from symgen.data.log import READERS, Log, checked
 from symgen.data.raw import BESIDE, ROLES, Raw, Reading, one_line, refuse
-from symgen.data.signals import GAP
+from symgen.data.signals import holes
 from symgen.data.stored import StoredArray, stored_arrays
 from symgen.data.stretch import Stretch, within
 from symgen.data.tables import COLUMNS, assigned
@@ -183,7 +183,8 @@ class DataSet:
                 refuse(name, what, "finite, strictly increasing time in s")
             if median == 0.0 and len(t) > 1:
                 median = float(np.median(steps[1:]))
-            cuts = np.flatnonzero(steps > GAP * median)
+            before = np.concatenate([[last], t]) if np.isfinite(last) else t
+            cuts = holes(before, median or np.inf) + 1 - (len(before) - len(t))
             for begin, end in zip([0, *cuts], [*cuts, len(t)], strict=True):
                 if begin == end:
                     continue

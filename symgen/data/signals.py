@@ -39,6 +39,7 @@ GAP = 10.0
 #: Periods of its cutoff after which the impulse response of `lowpass` is below 1e-10 of its top.
 TAIL = 9.6
 
+_MADE_GOOD = 100  # samples after a wide step that are looked at
 _SLOW = 10.0  # Hz
 _MISSING = 0.3  # of the steps may be other than the clock's
 _ENDS = 8 * CARDINAL  # samples at an end of a log whose slopes are taken anew
@@ -146,6 +147,24 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
     return Samples(log.name, t, q, qd, tau, step, None, words, derived, temp=temp, qs=qs)
 
 
+def holes(t: FloatArray, step: float) -> npt.NDArray[np.int64]:
+    """Return after which samples others are missing: those before a step of over GAP steps.
+
+    Stamps of a busy host come late and then several at once: where the samples after a wide step
+    make it good within some ten times GAP of them, none is missing.
+
+    Args:
+        t: (N,) times, s.
+        step: between samples, s.
+    """
+    wide = np.flatnonzero(np.diff(t) > GAP * step)
+    missing = []
+    for k in wide:
+        after = t[k + 1 : k + 1 + _MADE_GOOD]
+        missing.append(np.min((after - t[k]) / step - np.arange(1, len(after) + 1)))
+    return np.asarray(wide[np.array(missing, dtype=float) > GAP / 2], dtype=np.int64)
+
+
 def _evenly(
     log: Log, clock: tuple[float, float] | None = None
 ) -> tuple[FloatArray, FloatArray, FloatArray | None, FloatArray, float, list[str]]:
@@ -159,8 +178,7 @@ def _evenly(
     notes = list(log.notes)
     steps = np.diff(t)
     median = float(np.median(steps))
-    hole = int(np.argmax(steps))
-    if steps[hole] > GAP * median:
+    for hole in holes(t, median)[:1]:
         raise LogError(
             f"{log.name}: no samples between t = {t[hole]:.6g} s and t = {t[hole + 1]:.6g} s, "
             f"where the step is {median:.4g} s elsewhere; accepted: a log without gaps, so split "

@@ -19,7 +19,7 @@ from symgen import names
 from symgen.data.log import Log, rows
 from symgen.data.mask import Bools, spans
 from symgen.data.raw import read_only
-from symgen.data.signals import GAP, STEP_TOLERANCE
+from symgen.data.signals import GAP, STEP_TOLERANCE, holes
 from symgen.data.spline import interpolated
 from symgen.estimation.jumps import jumps, least_step, without
 
@@ -254,10 +254,7 @@ def _on_its_clock(log: Log, ticks: FloatArray) -> tuple[Log, list[Repair]]:
     t = log.t
     steps = np.diff(t)
     median = float(np.median(steps))
-    if (
-        float(np.max(np.abs(steps - median))) <= STEP_TOLERANCE * median
-        or steps.max() > GAP * median
-    ):
+    if float(np.max(np.abs(steps - median))) <= STEP_TOLERANCE * median or len(holes(t, median)):
         return log, []
     disagree = _disagreement(log)
     own = disagree(t)
