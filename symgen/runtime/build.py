@@ -37,6 +37,8 @@ _NATIVE = "-march=native"  # all that this machine's processor has
 _TIMEOUT_SECONDS = 300
 _PROBE_SECONDS = 20
 _ONE_LINE = b"int probe(void) { return 1; }\n"
+#: To an assembler's text: zig takes -fsyntax-only as a wish to link, and builds a C library first.
+_ASSEMBLE = ("-S", "-o", "-", "-x", "c", "-")
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
@@ -103,8 +105,8 @@ def _probe(command: tuple[str, ...]) -> tuple[int | None, str]:
 
 def _silent(command: tuple[str, ...]) -> str:
     return (
-        f"{command[0]} does not answer a probe of one line in {_PROBE_SECONDS:g} s and is left "
-        "alone; SYMGEN_CC chooses another compiler"
+        f"{' '.join(command)} does not answer a probe of one line in {_PROBE_SECONDS:g} s and is "
+        "left alone; SYMGEN_CC chooses another compiler"
     )
 
 
@@ -196,7 +198,7 @@ def build_module(
     if known is not None:
         return known
     sweep(folder)
-    if _probe((*compiler.command, "-fsyntax-only", "-x", "c", "-"))[0] is None:
+    if _probe((*compiler.command, *_ASSEMBLE))[0] is None:
         raise BuildError(_silent(compiler.command))
     try:
         with turn(folder, module, _TIMEOUT_SECONDS) as work:

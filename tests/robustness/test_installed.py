@@ -21,6 +21,7 @@ import time
 import tomllib
 import venv
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -188,14 +189,25 @@ def _smoke(symgen: Path, folder: Path, commands: str = COMMANDS, **change: str) 
     return said
 
 
+def _pythons(version: str) -> Iterator[str | Path]:
+    """Yield what may be a Python of a version: this one, that of the PATH, those of pyenv."""
+    if version == f"{sys.version_info.major}.{sys.version_info.minor}":
+        yield sys.executable
+    found = shutil.which(f"python{version}")
+    if found is not None:
+        yield found
+    of_pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
+    yield from of_pyenv.glob(f"{version}.*/bin/python{version}")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("version", PYTHONS)
 def test_every_command_runs_where_the_wheel_alone_is_installed(version, built, tmp_path):
-    python = shutil.which(f"python{version}")
-    if version == f"{sys.version_info.major}.{sys.version_info.minor}":
-        python = sys.executable
-    made = python and subprocess.run([python, "-m", "venv", tmp_path / "env"], capture_output=True)
-    if not made or made.returncode != 0:
+    made = (
+        subprocess.run([python, "-m", "venv", tmp_path / "env"], capture_output=True).returncode
+        for python in _pythons(version)
+    )
+    if 0 not in made:
         pytest.skip(f"Python {version} is not on this machine")
     place = tmp_path / "env" / "bin"
     _pip(place / "python", built[1])
@@ -274,14 +286,18 @@ def test_an_installed_symgen_takes_the_compiler_that_there_is(compiler, installe
         (programs / name).symlink_to(found)
     if compiler == "ziglang":
         _pip(installed / "python", "ziglang>=0.13")
+    begun = time.monotonic()
     try:
         said = _smoke(installed / "symgen", tmp_path, COMPILED, PATH=str(programs), CC="")
     finally:
         if compiler == "ziglang":
             uninstall = ["-m", "pip", "uninstall", "-q", "-y", "ziglang"]
             subprocess.run([installed / "python", *uninstall], check=True, capture_output=True)
+    assert "does not answer" not in said
+    assert " fails: " not in said
     if compiler == "none":
         assert "no C compiler was found" in said
     else:
         assert "no C compiler was found" not in said
         assert {"gcc": "gcc", "clang": "clang", "ziglang": "ziglang cc"}[compiler] in said
+    _kept(f"compiler: {compiler}", installed.parent, time.monotonic() - begun)

@@ -65,7 +65,7 @@ def script(path: Path, body: str) -> str:
     """Write a compiler: it tells its version, and otherwise runs `body`."""
     answers = 'if [ "$1" = --version ]; then echo fake 1; exit 0; fi\n'
     # What processor? Does it answer at all?
-    answers += 'for a; do case "$a" in -E|-fsyntax-only) exec cc "$@";; esac; done\n'
+    answers += 'for a; do case "$a" in -E|-S) exec cc "$@";; esac; done\n'
     path.write_text(f"#!/bin/sh\n{answers}{body}\n")
     path.chmod(0o755)
     return str(path)
@@ -521,6 +521,13 @@ def test_a_compiler_that_hangs_is_a_build_error(tmp_path, cache, monkeypatch):
         build_module(SOURCES, DECLARATIONS, compiler)
     assert "\n" not in str(caught.value)
     assert list(cache.iterdir()) == []
+
+
+def test_the_probe_asks_for_no_link(tmp_path, cache):
+    """As zig cc does where only the syntax is asked for; that takes half a minute at first."""
+    links = 'for a; do if [ "$a" = -fsyntax-only ]; then exec sleep 60; fi; done; exec cc "$@"'
+    assert build_module(SOURCES, DECLARATIONS, Compiler((script(tmp_path / "zig", links),), "1"))
+    assert len(modules(cache)) == 1
 
 
 def test_a_compiler_that_does_not_answer_a_probe_is_said_and_left_alone(
