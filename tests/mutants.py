@@ -271,7 +271,8 @@ def _tested(copy: Path, tests: Sequence[str], plugin: _First) -> str:
         os.dup2(sink, 2)
     os.chdir(copy)
     sys.path[:0] = [str(copy), str(copy / "tests")]
-    sys.dont_write_bytecode = True
+    # Without any change all that is imported is compiled, once; a change is newer than that.
+    sys.dont_write_bytecode = not isinstance(plugin, _Recorder)
     import pytest
 
     options = ["-x", "-q", "-p", "no:cacheprovider", f"--basetemp={copy / 'temporary'}"]
@@ -373,11 +374,14 @@ def main() -> None:
     asked = parser.parse_args()
     sys.dont_write_bytecode = True
     # What every fork needs and takes seconds to load.
-    for library in ("pytest", "sympy", "casadi", "pyarrow", "scipy.stats", "statsmodels.api"):
+    for library in ("pytest", "hypothesis", "sympy", "casadi", "pyarrow.parquet", "pydantic",
+                    "click", "rich.console", "jinja2", "cffi", "scipy.stats", "scipy.signal",
+                    "statsmodels.api"):  # fmt: skip
         importlib.import_module(library)
 
     draw = random.Random(f"{asked.group} {asked.seed}")
-    chosen = asked.at or sorted(draw.sample(range(len(places(asked.group))), asked.count))
+    # In any order, so that those that were tried when somebody stops it are a sample, too.
+    chosen = asked.at or draw.sample(range(len(places(asked.group))), asked.count)
     pairs = list(zip(chosen, asked.by, strict=True)) if asked.by else []
     for found in again(asked.group, pairs) if pairs else tried(asked.group, chosen):
         print(json.dumps(asdict(found)), flush=True)

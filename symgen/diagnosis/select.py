@@ -119,8 +119,8 @@ def project(evidence: Evidence, columns: Columns) -> Projection:
     # What the fit makes of true coefficients c: M c. Known is one with 1 in its row of M.
     M = (directions / values) @ free.T @ left
     scale = np.linalg.norm(flat, axis=0)
-    off = np.abs((M - np.eye(m)) * scale[:, None] / np.where(scale > 0, scale, 1.0))
-    return Projection(C, free.reshape(K, n, -1), directions, fit, off.max(axis=1) < _FREE)
+    known = (np.abs(M - np.eye(m)) * scale[:, None] <= _FREE * scale).all(axis=1)
+    return Projection(C, free.reshape(K, n, len(values)), directions, fit, known)
 
 
 def judge(evidence: Evidence, candidate: Candidate, columns: Columns, tried: int) -> Score:
@@ -147,7 +147,7 @@ def judge(evidence: Evidence, candidate: Candidate, columns: Columns, tried: int
     coefficients = p.directions @ p.fit
     std = np.sqrt(np.maximum(np.diag(p.directions @ spread @ p.directions.T), 0))
     still = float(evidence.rest @ share)  # the whole gap counts rests, too
-    closes = 1 - (left + still) / (was + still) if was else 0.0
+    closes = 1 - (left + still) / (was + still)
     score = Score(candidate, columns, coefficients, std, gain, explained, p_value, closes)
     return replace(score, fault=_fault(evidence, score, p, tried))
 

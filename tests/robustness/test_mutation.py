@@ -2,10 +2,12 @@
 
     pytest -m slow tests/robustness/test_mutation.py
 
-tries 40 mutants of each group (80 of estimation) and writes mutation_figures.json: how many were
-killed, by which test, and who survived; "because" says why no test can kill one that computes the
-same, "" where a test is missing. SYMGEN_MUTANTS sets their number, SYMGEN_SEED the word that draws
-them. The default test kills two of each group again.
+tries 40 mutants of each group (120 of estimation) and writes mutation_figures.json: how many were
+killed, by which test, and who survived, with the 95 % interval of their share among all places;
+"because" says why no test can kill one that computes the same, "" where a test is missing, and
+names the test that was written since: `-k killed_by_a_new_test` shows it that mutant (the interval
+is then that of what tests were written for). SYMGEN_MUTANTS sets their number, SYMGEN_SEED the word
+that draws them. The default test kills two of each group again.
 """
 
 from __future__ import annotations
@@ -15,27 +17,40 @@ import os
 import random
 import subprocess
 import sys
+import tempfile
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from mutants import GROUPS, mutant, places
+from scipy.stats import binomtest
 from support import PROJECT
 
 FIGURES = Path(__file__).with_name("mutation_figures.json")
-COUNT = {"estimation": 80}
+COUNT = {"estimation": 120}
 MUTANTS = int(os.environ.get("SYMGEN_MUTANTS", "40"))
 SEED = os.environ.get("SYMGEN_SEED", "1")
 SURVIVE = 0.15
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="mutants run in forks")
 
 
-def _tried(group: str, count: int, *options: object) -> list[dict[str, Any]]:
+def _tried(group: str, count: int, *options: object) -> Iterator[dict[str, Any]]:
+    """Yield mutants as they are tried."""
     script = [sys.executable, PROJECT / "tests" / "mutants.py", group, count, *options]
-    done = subprocess.run([*map(str, script)], capture_output=True, text=True, cwd=PROJECT)
-    assert done.returncode == 0, done.stderr[-2000:]
-    return [json.loads(line) for line in done.stdout.splitlines()]
+    with (
+        tempfile.TemporaryFile("w+") as said,
+        subprocess.Popen(
+            [*map(str, script)], stdout=subprocess.PIPE, stderr=said, text=True, cwd=PROJECT
+        ) as job,
+    ):
+        for line in job.stdout or ():
+            print(line, end="", flush=True)
+            yield json.loads(line)
+        job.wait()
+        said.seek(0)
+        assert job.returncode == 0, said.read()[-2000:]
 
 
 def _key(m: dict[str, Any]) -> tuple[str, ...]:
@@ -52,22 +67,47 @@ def _reasons(figures: dict[str, Any], found: list[dict[str, Any]]) -> list[dict[
 @pytest.mark.slow
 @pytest.mark.parametrize("group", GROUPS)
 def test_few_faults_survive(group):
-    found = _tried(group, COUNT.get(group, MUTANTS), "--seed", SEED)
-    figures = json.loads(FIGURES.read_text("utf-8")) if FIGURES.exists() else {}
-    alive = _reasons(figures.get(group, {}), found)
-    figures[group] = {
-        "places": len(places(group)),
-        "seed": SEED,
-        "tried": len(found),
-        "survived": len(alive),
-        "survivors": alive,
-        "killed": [m for m in found if m["killed_by"]],
-    }
-    FIGURES.write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
+    before = json.loads(FIGURES.read_text("utf-8"))[group] if FIGURES.exists() else {}
+    found, alive = [], []
+    for m in _tried(group, COUNT.get(group, MUTANTS), "--seed", SEED):
+        found.append(m)
+        alive = _reasons(before, found)
+        killed = [m for m in found if m["killed_by"]]
+        _kept(group, alive, killed, seed=SEED)
     missing = [m for m in alive if not m["because"]]
-    share = len(alive) / len(found)
-    print(f"{group}: {len(alive)} of {len(found)} survived, {share:.0%}; unanswered {len(missing)}")
+    print(f"unanswered: {len(missing)}")
     assert len(missing) < SURVIVE * len(found)
+
+
+def _kept(
+    group: str, alive: list[dict[str, Any]], killed: list[dict[str, Any]], **more: object
+) -> None:
+    """Write who survived of a group and who did not, and print how many."""
+    tried = len(alive) + len(killed)
+    interval = binomtest(len(alive), tried).proportion_ci(method="wilson")
+    of = {"tried": tried, "survived": len(alive), "interval": [round(x, 3) for x in interval],
+          "survivors": alive, "killed": killed}  # fmt: skip
+    figures = json.loads(FIGURES.read_text("utf-8")) if FIGURES.exists() else {}
+    figures[group] = {**figures.get(group, {}), "places": len(places(group)), **more, **of}
+    FIGURES.write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
+    low, high = (f"{100 * x:.0f} %" for x in of["interval"])
+    print(f"{group}: {len(alive)} of {tried} survived, 95 % interval {low} to {high}")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("group", GROUPS)
+def test_survivors_are_killed_by_a_new_test(group):
+    """Those whose "because" is a test."""
+    of = json.loads(FIGURES.read_text("utf-8"))[group]
+    now = {_key(vars(mutant(k, *place)[0])): k for k, place in enumerate(places(group))}
+    tested = [m for m in of["survivors"] if m["because"].startswith("tests/")]
+    if not tested:
+        pytest.skip("no survivor names a test")
+    pairs = "--at", *(now[_key(m)] for m in tested), "--by", *(m["because"] for m in tested)
+    found = {_key(m): m for m in _tried(group, 0, *pairs) if m["killed_by"]}
+    alive = [m for m in of["survivors"] if _key(m) not in found]
+    _kept(group, alive, [*of["killed"], *found.values()])
+    assert len(found) == len(tested)
 
 
 @pytest.mark.parametrize("group", GROUPS)

@@ -34,9 +34,9 @@ def evidence(y: np.ndarray, W: np.ndarray, sigma=(1.0, 1.0), moves=None) -> Evid
     moves = np.ones((K, N)) if moves is None else moves
     weight = moves / np.array(sigma)
     X = np.linalg.lstsq(
-        (W * weight[:, :, None]).reshape(K * N, -1), (y * weight).ravel(), rcond=None
+        (W * weight[:, :, None]).reshape(y.size, -1), (y * weight).ravel(), rcond=None
     )[0]
-    block = np.arange(K) * 20 // K
+    block = np.arange(len(y)) * 20 // len(y)
     scenes: Any = (SimpleNamespace(measured=y),)
     return Evidence(scenes, W, y, X, np.array(sigma), moves, block, np.zeros(y.shape[1]))
 
@@ -184,6 +184,24 @@ def test_coefficients_that_share_a_direction_with_the_model_are_not_known(parts,
     p = project(e, {j: np.hstack([free, said[j] + column, column]) for j in range(N)})
     assert p.directions.shape == (3, 2)
     assert p.known.tolist() == [True, False, False]
+
+
+def test_a_column_of_zeros_is_known_to_do_nothing_and_is_not_positive(parts):
+    W, X, noise, column = parts
+    e = evidence(W @ X + noise + 0.8 * column, W)
+    nothing = np.zeros((K, 1))
+    assert judge(e, candidate(), {0: nothing}, 1).fault == "the model absorbs it"
+    # Beside coefficients that are not known it alone is looked at.
+    columns = {j: np.hstack([nothing, W[:, j] @ [[1.0], [2.0], [0.0]] + column, column])
+               for j in range(N)}  # fmt: skip
+    assert project(e, columns).known.tolist() == [True, False, False]
+    score = judge(e, candidate(sign="positive", m=3), columns, 1)
+    assert (score.coefficients[0], score.std[0]) == (0, 0)
+    assert score.fault == "its coefficient has the wrong sign"
+    assert judge(e, candidate(m=3), columns, 1).fault == ""
+    # Nor is it negative.
+    columns = {j: np.hstack([nothing, column]) for j in range(N)}
+    assert judge(e, candidate(sign="positive", m=2), columns, 1).fault == ""
 
 
 def effect(size: float, parts, joint: int = 0) -> tuple[Evidence, dict[int, np.ndarray]]:
@@ -358,6 +376,15 @@ def test_folds_are_those_of_cross_validation_by_hand(joints):
         answers.append(_worse_fold(e, p, list(joints)))
         assert answers[-1] == _by_hand(W, y, columns, moves / sigma, joints), seed
     assert {0, 1, 2, 3} <= set(answers)
+
+
+def test_what_changes_no_fit_makes_none_better():
+    """Pairs of plus and minus in each fold, beside a constant: all sums are whole numbers."""
+    free = np.zeros(16)
+    free[:12] = [1, -1] * 5 + [0.25, -0.25]  # the last is what completes the fifth fold
+    e = evidence(np.full((16, 1), 2.0), np.ones((16, 1, 1)), (1.0,), np.ones((16, 1)))
+    p: Any = SimpleNamespace(free=free[:, None, None])
+    assert _worse_fold(e, p, [0]) == 1
 
 
 def _by_hand(W, y, columns, weight, joints) -> int:
