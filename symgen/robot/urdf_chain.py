@@ -147,7 +147,8 @@ class Chain:
             **{key: recognition.length(value) for key, value in lengths.items()},
         }
         if abs(b) > _FAR or abs(r) > _FAR:
-            tilt = context().asin(dh.norm(dh.cross(base.z, line.direction)))
+            across = dh.norm(dh.cross(base.z, line.direction))  # may be a digit more than 1
+            tilt = context().atan2(across, abs(dh.dot(base.z, line.direction)))
             self.notes.append(
                 f"joint {joint.name!r}: its axis is {float(tilt):.3g} rad from parallel to the one "
                 f"before, which puts b and r at {float(b):.3g} and {float(r):.3g} m"

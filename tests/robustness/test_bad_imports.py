@@ -144,6 +144,15 @@ def test_import_again_replaces_what_nobody_changed_and_nothing_else(run, good, t
     assert into.read_text() == edited
 
 
+@pytest.mark.parametrize("slope", ["-0.22", "-0.45", "-0.48", "-0.5", "-0.6"])
+def test_an_axis_across_the_one_before_is_a_right_angle_away_however_far(slope):
+    """Rounding makes some of these sines larger than 1."""
+    place = '<origin xyz="0 1e5 0.2" rpy="1.5707963267948966 0 0"/>'
+    text = GOOD.replace('<origin xyz="0 0 0.3" rpy="0 0 1.5708"/>', place)
+    found = import_urdf(text.replace('<axis xyz="0 1 0"/>', f'<axis xyz="{slope} 0 1"/>'))
+    assert any("'turn': its axis is 1.57 rad from parallel" in note for note in found.notes)
+
+
 @pytest.mark.parametrize("into", ["robot.urdf", "folder.toml", "file/robot.toml"])
 def test_import_writes_only_where_a_file_can_be(run, good, tmp_path, into):
     (tmp_path / "folder.toml").mkdir()
