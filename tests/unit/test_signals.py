@@ -352,3 +352,21 @@ def test_pieces_of_a_log_have_its_comparison_band() -> None:
     assert comparison_band(cut) > 1.3 * own
     faded = comparison_band([replace(s, piece=True) for s in cut])
     assert faded == pytest.approx(own, abs=2 / (1500 * step))  # the resolution of a piece
+
+
+def _late(at: int, by: float, of: float = 1e-3, count: int = 2000) -> np.ndarray:
+    """Stamps of a clock; one comes late by some time, those after it half a step apart."""
+    t = of * np.arange(count)
+    t[at] += by
+    return np.maximum.accumulate(t - of / 2 * np.arange(count)) + of / 2 * np.arange(count)
+
+
+def test_stamps_that_come_late_and_are_made_good_are_no_hole() -> None:
+    t = _late(700, 0.0121)
+    assert np.diff(t).max() > 0.013
+    q = np.column_stack([np.sin(3 * t)])
+    assert len(prepare(make_log("host", t, q, 0 * q)).t) > 1900
+    missing = np.delete(t, slice(1200, 1212))
+    q = np.column_stack([np.sin(3 * missing)])
+    with pytest.raises(LogError, match=r"no samples between t = 1\.199 s and t = 1\.212 s"):
+        prepare(make_log("host", missing, q, 0 * q))
