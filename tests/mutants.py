@@ -374,7 +374,7 @@ def main() -> None:
     asked = parser.parse_args()
     sys.dont_write_bytecode = True
     # What every fork needs and takes seconds to load.
-    for library in ("pytest", "hypothesis", "sympy", "casadi", "pyarrow.parquet", "pydantic",
+    for library in ("pytest", "sympy", "casadi", "pyarrow.parquet", "pydantic",
                     "click", "rich.console", "jinja2", "cffi", "scipy.stats", "scipy.signal",
                     "statsmodels.api"):  # fmt: skip
         importlib.import_module(library)

@@ -20,7 +20,11 @@ _OPTIONAL = (
     ("mujoco", "MJCF files", "symgen[mjcf]"),
     ("pandas", "Estimate.to_dataframe", "pandas"),
 )
-_PROBE = b"int probe(void) { return 1; }\n"
+_DECLARED = "int probe(void);"
+_PROBE = {
+    "probe.h": f"{_DECLARED}\n".encode(),
+    "probe.c": b'#include "probe.h"\nint probe(void) { return 1; }\n',
+}
 
 
 @dataclass(frozen=True)
@@ -68,7 +72,7 @@ def _compiler() -> Finding:
     if compiler is None:
         return Finding("C compiler", True, "none: CasADi evaluates the models", missing_compiler())
     try:
-        build_module({"probe.c": _PROBE}, "int probe(void);", compiler)
+        build_module(_PROBE, _DECLARED, compiler)
         chosen = chosen_flags(compiler)
     except SymgenError as error:  # CasADi takes its place, which is slower
         return Finding(

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -32,6 +34,23 @@ def test_a_missing_compiler_is_said_and_is_no_fault(monkeypatch: pytest.MonkeyPa
     assert found.well
     assert found.found.startswith("none")
     assert "symgen[cc]" in found.advice
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler (cc) on this machine")
+def test_a_compiler_that_asks_for_declarations_is_well(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """As GCC from 14 and clang from 16 do by default."""
+    monkeypatch.setenv("SYMGEN_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("SYMGEN_CC", "cc -Werror=implicit-function-declaration")
+    monkeypatch.setenv("SYMGEN_FLAGS", "plain")
+    forget_compilers()
+    try:
+        found = _named()["C compiler"]
+    finally:
+        forget_compilers()
+    assert "fails" not in found.found
+    assert found.advice == ""
 
 
 def test_a_missing_library_is_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
