@@ -10,7 +10,7 @@ from symgen.data.log import make_log
 from symgen.estimation.jumps import jumps
 from symgen.estimation.log_checks import cut_off, stuck_rows
 from symgen.estimation.logs import open_samples
-from symgen.estimation.repairs import held_for, repaired
+from symgen.estimation.repairs import held_for, repaired, repeated_rows
 from symgen.estimation.speeds import mended_speeds
 from symgen.names import REVOLUTE
 
@@ -127,6 +127,18 @@ def test_speeds_are_not_blamed_where_the_position_is_stuck(seed: int) -> None:
     mended, more = mended_speeds(samples, 5.0)
     assert not more
     assert np.array_equal(mended.qd, samples.qd)
+
+
+@pytest.mark.parametrize(("both", "found"), [(3, False), (7, False), (9, True), (20, True)])
+def test_rows_repeat_where_that_is_more_than_five_times_chance_and_three(both, found) -> None:
+    """Of 1000 steps one channel stands still in 50, the other in 20: in one of them both would."""
+    q, tau = np.full((1001, 1), 1e-3), np.full((1001, 1), 1e-3)
+    q[10:510:10] = 0.0
+    tau[10 : 10 * both + 10 : 10] = 0.0
+    tau[515 : 515 + 10 * (20 - both) : 10] = 0.0
+    rows = np.arange(0.0, 10.005, 0.01)
+    flags = repeated_rows(make_log("log", rows, np.cumsum(q, axis=0), np.cumsum(tau, axis=0), None))
+    assert np.flatnonzero(flags).tolist() == ([*range(10, 10 * both + 10, 10)] if found else [])
 
 
 def test_stamps_in_milliseconds_are_refused_with_the_way_out() -> None:
