@@ -21,6 +21,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -29,7 +30,15 @@ from typing import Any
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
-from peers import PINOCCHIO, begin_cxx, casadi_c, pinocchio_model, pinocchio_objects, pointer
+from peers import (
+    PINOCCHIO,
+    begin_cxx,
+    casadi_c,
+    figaroh_builder,
+    pinocchio_model,
+    pinocchio_objects,
+    pointer,
+)
 from rich.console import Console
 from rich.table import Table
 from scipy.linalg import blas
@@ -142,6 +151,8 @@ def kernel_ways(
         n = model.robot.n
         q, qd, third = draw.uniform(-1, 1, (3, count, n))
         one = (q[0].copy(), qd[0].copy(), third[0].copy())
+        if name == "torque_regressor" and (build := figaroh_builder(body)) is not None:
+            ways["FIGAROH"] = (lambda: build(q, qd, third), count)
         ways["Pinocchio Python"] = (lambda: PINOCCHIO[name](pin, body, data, *one), 1)
         if not isinstance(cxx, str):
             size = {
@@ -205,6 +216,60 @@ def fold_ways(evaluator: symgen.Evaluator, name: str) -> tuple[dict[str, tuple[C
     return ways, columns
 
 
+def on_two_threads(evaluator: symgen.Evaluator, name: str) -> dict[str, float]:
+    """How much more two threads do than one, each on arrays of its own.
+
+    "plain C" is a kernel's loop of single calls, which needs nothing but its core.
+    """
+    function = evaluator[name]
+    kernel, panels = function.kernel, function.panels()
+    assert panels is not None
+    draw = np.random.default_rng(4)
+    small = max(16, IN_CACHE // (8 * kernel.size) // 8 * 8)
+    large = min(2 * cache_bytes(), 2**27) // (8 * kernel.size) // 64 * 64
+
+    def drawn(count: int) -> list[np.ndarray]:
+        return [draw.uniform(-1, 1, (count, len(s))) for _, s in kernel.tape.inputs]
+
+    pairs: dict[str, list[Call]] = {
+        "plain C": [bound(function.bind(small), drawn(small)) for _ in range(2)],
+        "panels in cache": [bound(panels.bind(small, rows=False), drawn(small)) for _ in range(2)],
+        "panels to memory": [bound(panels.bind(large, rows=False), drawn(large)) for _ in range(2)],
+    }
+    rows = kernel.size // len(kernel.outputs[0].columns)
+    for method in ("normal", "orthogonal"):
+        inputs, y = drawn(4096), draw.normal(size=(4096, rows) if rows > 1 else 4096)
+        folds = [Fold(evaluator, name, method) for _ in range(2)]
+        pairs[f"folded, {method}"] = [lambda f=f, x=inputs, y=y: f(x, y) for f in folds]
+    return {way: _more(calls) for way, calls in pairs.items()}
+
+
+def _more(calls: list[Call]) -> float:
+    """Return the median of twice the time of one call over that of two at once, in turns."""
+    count, seconds = 1, 0.0
+    while seconds < 20 * AT_LEAST:
+        count *= 2
+        seconds = _together(calls[:1], count)
+    found = [2 * _together(calls[:1], count) / _together(calls, count) for _ in range(REPEATS)]
+    return statistics.median(found)
+
+
+def _together(calls: list[Call], count: int) -> float:
+    """Return the seconds that threads need for so many of their calls."""
+
+    def work(call: Call) -> None:
+        for _ in range(count):
+            call()
+
+    threads = [threading.Thread(target=work, args=(call,)) for call in calls]
+    begun = time.perf_counter()
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return time.perf_counter() - begun
+
+
 def flag_ratios(chosen: Any) -> dict[str, float]:
     """Return the time of each raced set over the best one's."""
     best = min(chosen.ratios.values(), default=1.0)
@@ -261,6 +326,7 @@ def main() -> None:
     cached: dict[str, dict[str, float]] = {}
     memory: dict[str, dict[str, float]] = {}
     folded: dict[str, dict[str, float]] = {}
+    threads: dict[str, dict[str, float]] = {}
     with tempfile.TemporaryDirectory() as temporary:
         cxx = pinocchio(Path(temporary), PINOCCHIO.keys() & kernels, ("-march=native",))
         if isinstance(cxx, str):
@@ -283,6 +349,7 @@ def main() -> None:
                 if kernel in ("energy_regressor", "torque_regressor"):
                     fold, columns = fold_ways(evaluator, kernel)
                     folded[f"{robot} {kernel}, {columns} columns, a row"] = measure(fold)
+                    threads[f"{robot} {kernel}"] = on_two_threads(evaluator, kernel)
     figures = {
         "schema": "symgen.speed/1",
         "machine": platform.processor() or platform.machine(),
@@ -292,6 +359,7 @@ def main() -> None:
         "cache": cached,
         "memory": memory,
         "fold": folded,
+        "two_threads": threads,
     }
     asked.into.write_text(json.dumps(figures, indent=1) + "\n")
     console = Console(highlight=False, width=170)
@@ -299,6 +367,9 @@ def main() -> None:
     console.print(shown("in cache, over the single call", cached, "single"))
     console.print(shown("to memory, over streaming stores alone", memory, "stores alone"))
     console.print(shown("rows evaluated and folded, over dsyrk alone", folded, "dsyrk"))
+    console.print("two threads over one:")
+    for name, row in threads.items():
+        console.print(f"  {name}: " + ", ".join(f"{way} {x:.2f}" for way, x in row.items()))
     console.print(
         f"medians of {REPEATS} repeats in turn; {time.perf_counter() - began:.0f} s; "
         f"every figure in {asked.into}"

@@ -1,4 +1,4 @@
-"""What a user would pick instead of symgen, ready to be timed: Pinocchio, CasADi's C, NumPy."""
+"""Peers of symgen, ready to be timed: Pinocchio, CasADi's C, NumPy, FIGAROH."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ import subprocess
 import sys
 import sysconfig
 import warnings
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import casadi
@@ -67,6 +68,17 @@ def pinocchio_model(robot: symgen.Robot) -> tuple[Any, Any] | None:
         model.appendBodyToJoint(number, pin.Inertia.Random(), pin.SE3.Identity())
     model.gravity.linear = np.array([float(g.subs(values)) for g in robot.gravity])
     return pin, model
+
+
+def figaroh_builder(model: Any) -> Callable[..., Any] | None:
+    """FIGAROH's rows of torque for (N, n) each of q, qd, qdd; None where it is not installed."""
+    try:
+        from figaroh.tools.regressor import RegressorBuilder
+    except ImportError:
+        return None
+    robot = SimpleNamespace(model=model, data=model.createData())
+    builder = RegressorBuilder(robot)
+    return lambda q, qd, qdd: builder.build_basic_regressor(q, qd, qdd, {"act_idxv": ()})
 
 
 def pinocchio_objects(kernels: Iterable[str], flags: tuple[str, ...]) -> list[Path] | str:
