@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.bags import is_bag
+from symgen.data.holes import holes
 from symgen.data.log import READERS, Log, checked
 from symgen.data.raw import BESIDE, ROLES, Raw, Reading, one_line, refuse
-from symgen.data.signals import holes
 from symgen.data.stored import StoredArray, stored_arrays
 from symgen.data.stretch import Stretch, within
 from symgen.data.tables import COLUMNS, assigned

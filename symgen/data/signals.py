@@ -24,6 +24,7 @@ from symgen.data.convolution import (
     slope_gain,
     spline_slope,
 )
+from symgen.data.holes import holes
 from symgen.data.log import Log
 from symgen.data.mask import Mask
 from symgen.data.raw import FloatArray, read_only
@@ -33,13 +34,9 @@ from symgen.errors import LogError
 #: Steps that vary by more than this part of the median are resampled.
 STEP_TOLERANCE = 0.01
 
-#: A step of this many medians is a hole in the log, which no interpolation may fill.
-GAP = 10.0
-
 #: Periods of its cutoff after which the impulse response of `lowpass` is below 1e-10 of its top.
 TAIL = 9.6
 
-_MADE_GOOD = 100  # samples after a wide step that are looked at
 _SLOW = 10.0  # Hz
 _MISSING = 0.3  # of the steps may be other than the clock's
 _ENDS = 8 * CARDINAL  # samples at an end of a log whose slopes are taken anew
@@ -145,24 +142,6 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
     t, q, qd, tau = map(read_only, (t, q, qd, tau))
     words = tuple(notes)
     return Samples(log.name, t, q, qd, tau, step, None, words, derived, temp=temp, qs=qs)
-
-
-def holes(t: FloatArray, step: float) -> npt.NDArray[np.int64]:
-    """Return after which samples others are missing: those before a step of over GAP steps.
-
-    Stamps of a busy host come late and then several at once: where the samples after a wide step
-    make it good within some ten times GAP of them, none is missing.
-
-    Args:
-        t: (N,) times, s.
-        step: between samples, s.
-    """
-    wide = np.flatnonzero(np.diff(t) > GAP * step)
-    missing = []
-    for k in wide:
-        after = t[k + 1 : k + 1 + _MADE_GOOD]
-        missing.append(np.min((after - t[k]) / step - np.arange(1, len(after) + 1)))
-    return np.asarray(wide[np.array(missing, dtype=float) > GAP / 2], dtype=np.int64)
 
 
 def _evenly(

@@ -16,10 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
+from symgen.data.holes import GAP, holes
 from symgen.data.log import Log, rows
 from symgen.data.mask import Bools, spans
 from symgen.data.raw import read_only
-from symgen.data.signals import GAP, STEP_TOLERANCE, holes
+from symgen.data.signals import STEP_TOLERANCE
 from symgen.data.spline import interpolated
 from symgen.estimation.jumps import jumps, least_step, without
 

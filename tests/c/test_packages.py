@@ -22,7 +22,7 @@ needs_cmake = pytest.mark.skipif(
     CC is None or CMAKE is None or CTEST is None, reason="cc, cmake or ctest is not on this machine"
 )
 
-MATH = {"sin", "cos", "sincos", "fabs", "tanh", "sqrt"}
+MATH = {"sin", "cos", "sincos", "fabs", "tanh", "sqrt", "pow"}
 # Beyond libm, what compilers call on their own account for copies and protected stacks.
 FROM_OUTSIDE = (
     MATH
