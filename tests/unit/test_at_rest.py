@@ -6,14 +6,24 @@ import numpy as np
 import pytest
 
 import symgen
+from symgen import read_robot
+from symgen.data.log import make_log
 from symgen.data.mask import mean_speeds, resting, slow_speeds
-from symgen.data.signals import Samples, sampled
-from symgen.estimation.band import Band, Rests
-from symgen.estimation.filtered import filtered
+from symgen.data.signals import Samples, prepare, sampled
+from symgen.errors import LogError
+from symgen.estimation.band import OPEN, Band, Rests
+from symgen.estimation.filtered import filtered, unfiltered
 from symgen.estimation.fit import fit
-from symgen.estimation.masking import seldom_moving
+from symgen.estimation.masking import require_left, rests_in_words, seldom_moving
 from symgen.estimation.rests import rests_of, weighed_rests
-from symgen.estimation.system import Equations, momentum_equations, torque_equations
+from symgen.estimation.system import (
+    Equations,
+    momentum_equations,
+    momentum_sides,
+    torque_equations,
+    torque_sides,
+)
+from symgen.estimation.windows import placed_windows
 
 STEP = 0.004
 T = np.arange(0, 24, STEP)
@@ -158,3 +168,32 @@ def test_a_joint_that_moves_in_few_of_the_samples_is_said():
     assert said.startswith("seldom: movable joints 2 move in at most ")
     assert seldom_moving([filtered(seldom, Band(250.0, 30.0, 4.0, "measured"))]) == ()
     assert seldom_moving([filtered(log(1.0), Band(250.0, 30.0, 4.0, "measured"))]) == ()
+
+
+def test_the_share_of_rests_is_that_of_the_joint_that_rests_most() -> None:
+    t = 0.01 * np.arange(1200)
+    # The joints take turns: each rests for half of the log, and one of them always does.
+    move = np.where((t < 6)[:, None] == [True, False], 1.0, 0.0)
+    qd = move * np.sin(2 * np.pi * 0.5 * t)[:, None]
+    q = np.cumsum(qd, axis=0) * 0.01
+    (said,) = rests_in_words([prepare(make_log("turns", t, q, 0 * q, qd))], read_robot("planar2r"))
+    share = float(said.split(" in ")[1].split(" %")[0])
+    assert 45 < share < 55
+
+
+def test_what_a_mask_leaves_too_little_of_is_named_by_log_and_joint() -> None:
+    few = Equations("log, joint 2", np.ones((3, 2)), np.ones(3), np.arange(3.0), 1, 1)
+    with pytest.raises(LogError, match="log: --mask leaves 3 equations of joint 2; accepted"):
+        require_left("log", [few])
+
+
+def test_equations_are_named_by_joint_and_a_cutoff_that_filters_nothing_is_said() -> None:
+    t = 0.01 * np.arange(400)
+    q = np.column_stack([np.sin(2 * t), np.cos(3 * t)])
+    log = unfiltered(prepare(make_log("log", t, q, q, np.gradient(q, t, axis=0))))
+    found = torque_sides(log), momentum_sides(log, placed_windows(log, 0.2))
+    for sides in found:
+        assert [(e.name, e.joint) for e in sides] == [("log, joint 1", 0), ("log, joint 2", 1)]
+    band = Band(100.0, OPEN * 100.0, 5.0, "measured")
+    assert not band.filters(0.01)
+    assert "positions and speeds unfiltered" in band.in_words()

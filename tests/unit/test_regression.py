@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
 import symgen
+from symgen.errors import IdentificationError
+from symgen.estimation.blocks import Blocks, deviation_of_difference
 from symgen.estimation.fold import Summary, summaries
+from symgen.estimation.recipe import require_model
 from symgen.estimation.regression import (
     column_norms,
     condition,
@@ -246,3 +252,42 @@ def test_a_combination_counts_from_a_share_of_one_in_a_hundred_million(apart, de
     assert (undetermined(R, NAMES) == "") is determined
     if not determined:
         assert "do not determine C (1 of 3" in undetermined(R, NAMES)
+
+
+def test_every_parameter_of_a_combination_that_is_lost_is_named() -> None:
+    # a + b/100 has no effect: b leads the combination, and a belongs to it.
+    said = undetermined(np.array([[1.0, -0.01], [0.0, 0.0]]), ("a", "b"))
+    assert "do not determine a, b (1 of 2" in said
+
+
+def test_the_jackknife_of_a_difference_is_that_of_plain_fits() -> None:
+    rng = np.random.default_rng(2)
+    W, count = rng.normal(size=(2, 6, 40, 3)), 6
+    y = W[0] @ [1.0, 2.0, 3.0] + 0.1 * rng.normal(size=(2, 6, 40))
+
+    def summary(W: np.ndarray, y: np.ndarray) -> Blocks:
+        rows = np.concatenate([W, y[:, :, None]], axis=2)
+        return Blocks(np.einsum("bka,bkc->bac", rows, rows)[:, None], np.full((count, 1), 40.0))
+
+    found = deviation_of_difference(summary(W[0], y[0]), summary(W[1], y[1]), range(count))
+    d = []
+    for k in range(count):
+        left = [b for b in range(count) if b != k]
+        fits = [
+            np.linalg.lstsq(w[left].reshape(-1, 3), z[left].ravel(), rcond=None)[0]
+            for w, z in zip(W, y, strict=True)
+        ]
+        d.append(fits[0] - fits[1])
+    expected = np.sqrt((count - 1) * np.var(d, axis=0))
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("loaded", "refused"), [(True, ("energy", "momentum")), (False, ())])
+def test_effects_that_hold_torques_of_links_are_for_the_torque_model(loaded, refused) -> None:
+    robot: Any = SimpleNamespace(loaded=loaded)
+    for model in ("energy", "momentum", "torque"):
+        if model in refused:
+            with pytest.raises(IdentificationError, match=f"model {model}: .*accepted: model tor"):
+                require_model(robot, model)
+        else:
+            require_model(robot, model)

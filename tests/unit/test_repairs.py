@@ -7,7 +7,7 @@ import pytest
 
 import symgen
 from symgen.data.log import make_log
-from symgen.estimation.jumps import jumps
+from symgen.estimation.jumps import _JUMP, NORMAL, jumps
 from symgen.estimation.log_checks import cut_off, stuck_rows
 from symgen.estimation.logs import open_samples
 from symgen.estimation.repairs import held_for, repaired, repeated_rows
@@ -144,3 +144,10 @@ def test_rows_repeat_where_that_is_more_than_five_times_chance_and_three(both, f
 def test_stamps_in_milliseconds_are_refused_with_the_way_out() -> None:
     with pytest.raises(symgen.LogError, match="divide it by 1000"):
         open_samples(_log(*_motion(5), t=1e3 * T), symgen.parse_robot(ARM))
+
+
+def test_a_jump_is_found_that_is_half_as_large_again_as_what_is_taken_for_noise() -> None:
+    x = np.random.default_rng(3).normal(size=4000)
+    scatter = NORMAL * np.median(np.abs(x[1:-1] - (x[:-2] + x[2:]) / 2))
+    x[2000] = 1.5 * _JUMP * scatter
+    assert 2000 in jumps(x)
