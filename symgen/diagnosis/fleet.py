@@ -34,6 +34,7 @@ from symgen.identification.workflow import identify
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import parameters_toml, robot_toml
 from symgen.robot.types import Robot
+from symgen.schemas import OrNan
 
 FloatArray = NDArray[np.float64]
 #: A torque error stands out where it is so many times that of the fleet, and beyond so many times
@@ -45,8 +46,8 @@ class Shift(NamedTuple):
     """By how much a parameter changed, or what it is, and its standard deviation."""
 
     name: str
-    value: float
-    std: float
+    value: OrNan
+    std: OrNan
 
 
 @dataclass(frozen=True)

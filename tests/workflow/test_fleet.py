@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import json
+import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 from browser import BROWSER, clipped
+from support import PROJECT
 from workflow.fleet_study import CUTOFF, FIGURES, HIDDEN, ROBOT, false_alarms, named, simulated
 
 import symgen
 from symgen.cli import cli
+from symgen.diagnosis.fleet import Finding, Shift
+from symgen.diagnosis.fleet_reading import read_fleet
 from symgen.report.store import read_result
 
 
@@ -80,3 +85,12 @@ def test_five_hidden_changes_in_twenty_robots_and_ten_days(
     keys = ("robot", "since", "effect", "joints")
     told = [[f[key] for key in keys] for f in findings]
     assert told == [[f[key] for key in keys] for f in figures["changes"] + figures["outliers"]]
+
+
+def test_a_constant_without_a_deviation_is_read_again(tmp_path: Path) -> None:
+    """Constants that a diagnosis searched have none: null in fleet.json."""
+    searched = Finding("r1", "2", "backlash", (1,), (Shift("BL1", 0.01, math.nan),), 1e-4, "gap")
+    whole = read_fleet(PROJECT / "tests/reference/schemas/fleet-1")
+    content = replace(whole, changes=(searched,)).to_json()
+    (tmp_path / "fleet.json").write_text(json.dumps(content, allow_nan=False))
+    assert read_fleet(tmp_path).to_json() == content
