@@ -16,7 +16,7 @@ def holes(t: FloatArray, step: float) -> NDArray[np.int64]:
     """Return after which samples others are missing: those before a step of over GAP steps.
 
     Stamps of a busy host come late and then several at once: where the samples after a wide step
-    make it good within some ten times GAP of them, none is missing.
+    make it good within some ten times GAP of them, but for half of GAP, none is missing.
 
     Args:
         t: (N,) times, s.

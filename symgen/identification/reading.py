@@ -28,7 +28,7 @@ from symgen.identification.estimate import (
     ParameterEstimate,
     Use,
 )
-from symgen.schemas import from_json, read_json, result_file, to_json
+from symgen.schemas import OrNan, from_json, read_json, result_file, to_json
 
 MARKER = "estimate.json"
 _PER_JOINT = ("torque", "momentum")  # residuals of one component a joint
@@ -47,7 +47,7 @@ class _Parameter:
     name: str
     expression: str
     value: float
-    std: float | None
+    std: OrNan
     unit: str
     relative_std_percent: float | None = None
 
@@ -62,7 +62,7 @@ class _Both:
 class _Value:
     name: str
     value: float
-    std: float | None
+    std: OrNan
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ class _File:
     endogeneity: tuple[_Test, ...] = ()
     comparison: tuple[_Method, ...] = ()
     prior: _Method | None = None
-    correlation: tuple[tuple[float | None, ...], ...] = ()
+    correlation: tuple[tuple[OrNan, ...], ...] = ()
     whiteness: tuple[Whiteness, ...] = ()
     notes: tuple[str, ...] = ()
     provenance: dict[str, str] = field(default_factory=dict)
@@ -216,7 +216,7 @@ def _estimate(f: _File) -> Estimate:
     names = [p.name for p in f.parameters]
     if len(set(names)) < len(names) or not names:
         raise ValueError("parameters are missing, or there twice")
-    correlation = np.array([[_or(x, math.nan) for x in row] for row in f.correlation], dtype=float)
+    correlation = np.array(f.correlation, dtype=float)
     if correlation.size and correlation.shape != (len(names), len(names)):
         raise ValueError("correlation has another size")
     torque = f.torque_residual
@@ -236,8 +236,7 @@ def _estimate(f: _File) -> Estimate:
         model=f.model,
         method=f.method,
         parameters=tuple(
-            ParameterEstimate(p.name, p.expression, p.value, _or(p.std, math.nan), p.unit)
-            for p in f.parameters
+            ParameterEstimate(p.name, p.expression, p.value, p.std, p.unit) for p in f.parameters
         ),
         condition_number=f.condition_number,
         train=f.residual.train,
@@ -293,7 +292,7 @@ def _method(other: Contrast, names: Sequence[str]) -> _Method:
 
 def _contrast(m: _Method, names: Sequence[str], missing: float) -> Contrast:
     """Return values in the order of X; a parameter that is not named has the std `missing`."""
-    found = {p.name: (p.value, _or(p.std, math.nan)) for p in m.parameters}
+    found = {p.name: (p.value, p.std) for p in m.parameters}
     X, std = zip(*(found.get(name, (0.0, missing)) for name in names), strict=True)
     return Contrast(m.method, np.array(X), np.array(std))
 
