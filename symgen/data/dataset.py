@@ -364,8 +364,11 @@ def _numbers(column: Any) -> NDArray[Any]:
 def _filled(
     held: Sequence[tuple[int, Sequence[NDArray[Any]]]], first: int, last: int, columns: range
 ) -> FloatArray:
-    """Gather some columns of rows first .. last (exclusive), (N, columns), read-only."""
-    out = np.empty((last - first, len(columns)))
+    """Gather some columns of rows first .. last (exclusive), (N, columns), read-only.
+
+    Each column lies in one piece, as in the file: whatever looks at a channel takes it as it is.
+    """
+    out = np.empty((last - first, len(columns)), order="F")
     for start, x in held:
         low, high = max(first - start, 0), min(last - start, len(x[0]))
         for j, k in enumerate(columns):

@@ -140,11 +140,11 @@ def require_size(path: Path, announced: int) -> None:
 
 
 def read_only(array: npt.ArrayLike) -> FloatArray:
-    """Return a read-only, C-contiguous float64 copy of an array; itself where it is one."""
+    """Return a read-only float64 copy of an array; itself where it is one, in rows or columns."""
     if (
         isinstance(array, np.ndarray)
         and array.dtype == np.float64
-        and array.flags.c_contiguous
+        and array.flags.forc
         and array.flags.owndata
         and not array.flags.writeable
     ):
