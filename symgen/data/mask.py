@@ -105,11 +105,15 @@ def mean_speeds(q: FloatArray, step: float) -> FloatArray:
         q: (N, n) positions, rad (m).
         step: sampling step in s.
     """
-    half = max(1, round(REST / step / 2))
-    at = np.arange(len(q))
-    before, after = np.maximum(at - half, 0), np.minimum(at + half, len(q) - 1)
-    apart = np.maximum(after - before, 1) * step
-    return np.asarray((q[after] - q[before]) / apart[:, None])
+    half, last = max(1, round(REST / step / 2)), len(q) - 1
+    out = np.empty_like(q)
+    inner = slice(half, max(last + 1 - half, half))
+    np.subtract(q[2 * half :], q[: -2 * half], out=out[inner])
+    out[inner] /= 2 * half * step
+    for at in (np.arange(min(half, last + 1)), np.arange(max(inner.stop, half), last + 1)):
+        before, after = np.maximum(at - half, 0), np.minimum(at + half, last)
+        out[at] = (q[after] - q[before]) / (np.maximum(after - before, 1) * step)[:, None]
+    return out
 
 
 def resting(q: FloatArray, step: float, slow: FloatArray) -> Bools:

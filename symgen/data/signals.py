@@ -274,7 +274,7 @@ def lowpass_and_slopes(x: FloatArray, step: float, cutoff: float, slopes: int) -
         gains = [gain_of(step, cutoff, length, size)]
         if together:
             gains += [gains[0] * slope_gain(step, size) ** k for k in range(1, slopes + 1)]
-        found = [np.empty(x.shape) for _ in gains]
+        found = [np.empty(x.shape, order="F") for _ in gains]  # each channel in one piece
         room = np.zeros(samples + 2 * reach)  # what it is filled with reaches ends alone
         for k, column in enumerate(padded.T):
             room[reach - length : reach + length + samples] = column

@@ -28,6 +28,8 @@ PER_PERIOD = 4
 ENDS = 0.3
 _CHUNK = 8192  # samples that are evaluated at once where nothing is filtered
 _BLOCK = 256  # nodes that are evaluated at once, about: what they give stays in a cache
+#: Samples of a few channels that are filtered at once.
+CHANNELS = 2048
 
 
 @dataclass(frozen=True)
@@ -64,12 +66,13 @@ class Decimation:
         return -(-self.samples // self.stride)
 
     def chunks(
-        self, values: Callable[[int, int], FloatArray]
+        self, values: Callable[[int, int], FloatArray], together: int = _BLOCK
     ) -> Iterator[tuple[slice, FloatArray]]:
         """Evaluate nodes block by block, each once, filter them and keep some.
 
         Args:
             values: gives nodes first .. last (exclusive), (last - first, ...).
+            together: nodes of a block, about.
 
         Yields:
             Which of `kept` come now, and their filtered values (k, ...).
@@ -84,7 +87,7 @@ class Decimation:
             return
         weights = _weights(self)
         reach, period = weights.reach, self.every // math.gcd(self.every, self.stride)
-        block = period * max(1, _BLOCK // period)  # that lies among the kept as the next one does
+        block = period * max(1, together // period)  # that lies among the kept as the next one does
         low = max(-(-(int(kept[0]) - reach) // self.stride), 0)
         high = min((int(kept[-1]) + reach) // self.stride + 1, self.nodes)
         begun, left = 0, np.zeros((0, 0))  # first of the kept that is not yet given, and its sums

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from symgen.data.mask import Bools, Mask, resting, touched
 from symgen.data.signals import Samples, differentiate, lowpass, lowpass_and_slopes
 from symgen.estimation.band import Band, comparison_band
-from symgen.estimation.decimation import Decimation, decimation
+from symgen.estimation.decimation import CHANNELS, Decimation, decimation
 
 FloatArray = NDArray[np.float64]
 #: Nodes at which models are evaluated, per period of the highest frequency of interest.
@@ -112,7 +112,7 @@ class FilteredLog:
         if self.rows.cutoff is None:
             return x[self.kept]
         everywhere = replace(self.rows, stride=1)
-        chunks = everywhere.chunks(lambda first, last: x[first:last])
+        chunks = everywhere.chunks(lambda first, last: x[first:last], CHANNELS)
         return np.concatenate([smooth for _, smooth in chunks])
 
     @cached_property

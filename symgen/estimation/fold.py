@@ -12,7 +12,7 @@ its chunks bring the rows before their own with them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ LAGS = 8
 #: Rows for each column from which a triangle is made by Cholesky's factor, and what its diagonal,
 #: of columns of unit norm, is at least for that.
 _TALL, _DEPENDENT = 4, 1e-6
+_TOGETHER = 8  # triangles that are merged at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,11 +44,6 @@ class Summary:
     rows: int
     correlation: int = 1
     weight: float = 1.0
-
-    def __add__(self, other: Summary) -> Summary:
-        """Return the summary of both, which are of one joint of one log."""
-        factor = triangle(np.concatenate([self.factor, other.factor]))
-        return Summary(factor, self.rows + other.rows, self.correlation, self.weight)
 
     @property
     def lag(self) -> int:
@@ -76,11 +72,18 @@ def summaries(system: LinearSystem) -> list[Summary]:
 
 
 def merged_tree(parts: Sequence[Summary]) -> Summary:
-    """Merge the summaries of the chunks of one log, neighbours first, halves last."""
-    if len(parts) == 1:
-        return parts[0]
-    half = len(parts) // 2
-    return merged_tree(parts[:half]) + merged_tree(parts[half:])
+    """Merge the summaries of the chunks of one log, some neighbours at once, and then what these are.
+
+    A few triangles on top of each other are tall enough for Cholesky's factor.
+    """
+    while len(parts) > 1:
+        parts = [_merged(parts[k : k + _TOGETHER]) for k in range(0, len(parts), _TOGETHER)]
+    return parts[0]
+
+
+def _merged(parts: Sequence[Summary]) -> Summary:
+    factor = triangle(np.concatenate([s.factor for s in parts]))
+    return replace(parts[0], factor=factor, rows=sum(s.rows for s in parts))
 
 
 def triangle(rows: FloatArray) -> FloatArray:
@@ -90,26 +93,34 @@ def triangle(rows: FloatArray) -> FloatArray:
     "Roundoff error analysis of the CholeskyQR2 algorithm"): as exact as Householder's reflections
     up to a condition number of some 1e7, above which these are taken, and several times as fast.
     """
-    R = _cholesky_qr(rows) if len(rows) > _TALL * rows.shape[1] else None
-    return np.asarray(np.linalg.qr(rows, mode="r")) if R is None else R
+    moved = np.flatnonzero(rows.any(axis=0))  # of one joint, many columns are zero
+    if len(moved) < rows.shape[1] <= len(rows):
+        R = np.zeros((rows.shape[1],) * 2)
+        R[np.ix_(moved, moved)] = triangle(rows[:, moved])
+        return R
+    found = _cholesky_qr(rows) if len(rows) > _TALL * rows.shape[1] else None
+    return np.asarray(np.linalg.qr(rows, mode="r")) if found is None else found
 
 
 def _cholesky_qr(A: FloatArray) -> FloatArray | None:
     """Return R by two rounds of Cholesky; None where the columns are too near to dependent."""
     products = A.T @ A
-    filled = np.flatnonzero(np.diag(products))  # of one joint, many columns are zero
-    scale = np.sqrt(np.diag(products)[filled])
+    scale = np.sqrt(np.diag(products))
+    if not scale.all():  # columns so small that their squares are zero
+        return None
     try:
-        first = np.linalg.cholesky(products[np.ix_(filled, filled)] / np.outer(scale, scale)).T
+        first = np.linalg.cholesky(products / np.outer(scale, scale)).T
         if np.diag(first).min(initial=1.0) < _DEPENDENT:
             return None
-        Q = A[:, filled] @ (np.linalg.inv(first) / scale[:, None])
-        again = np.linalg.cholesky(Q.T @ Q).T
+        Q = A @ (np.linalg.inv(first) / scale[:, None])
+        return np.asarray(np.linalg.cholesky(Q.T @ Q).T @ (first * scale))
     except np.linalg.LinAlgError:
         return None
-    R = np.zeros_like(products)
-    R[np.ix_(filled, filled)] = again @ (first * scale)
-    return R
+
+
+def columns_of(e: Equations) -> NDArray[np.intp]:
+    """Return the columns of W that are not zero."""
+    return np.flatnonzero(e.W.any(axis=0))
 
 
 def scores(
@@ -123,7 +134,8 @@ def scores(
         scale: (p,) norms of the weighted columns.
         weight: of the rows: a number, or (K,).
     """
-    out: FloatArray = (np.square(weight) * (e.y - e.W @ X))[:, None] * (e.W / scale)
+    out: FloatArray = e.W / scale
+    out *= (np.square(weight) * (e.y - e.W @ X))[:, None]
     return out
 
 
@@ -136,11 +148,10 @@ def bartlett(scores: FloatArray, lag: int, lead: int = 0, ended: bool = True) ->
         lead: rows before those that are this chunk's own: sums that end in them are another's.
         ended: whether the log ends with these rows.
     """
-    before, after = (
-        np.zeros((lag, scores.shape[1])),
-        np.zeros((lag if ended else 0, scores.shape[1])),
-    )
-    total = np.cumsum(np.concatenate([before, scores, after]), axis=0)
+    last = lag + len(scores)
+    total = np.zeros((last + (lag if ended else 0), scores.shape[1]))
+    np.cumsum(scores, axis=0, out=total[lag:last])
+    total[last:] = total[last - 1]
     sums = (total[lag:] - total[:-lag])[lead:]
     meat: FloatArray = sums.T @ sums / lag
     return meat

@@ -202,17 +202,17 @@ class ChunkOfLog:
 
     def equations(self, e: Equations) -> Equations:
         """Return its own equations."""
-        return e.where(self.inside(e.t), e.name)
+        return e.where(self._span(e), e.name)
 
     def with_lead(self, e: Equations, lag: int) -> tuple[Equations, int]:
         """Return its own equations and up to `lag` - 1 before them, and how many these are."""
-        at = np.flatnonzero(self.inside(e.t))
-        if len(at) == 0:
-            return e.where(np.zeros(len(e.t), dtype=bool), e.name), 0
-        first = max(int(at[0]) - lag + 1, 0)
-        chosen = np.zeros(len(e.t), dtype=bool)
-        chosen[first : at[-1] + 1] = True
-        return e.where(chosen, e.name), int(at[0]) - first
+        own = self._span(e)
+        lead = min(lag - 1, own.start) if own.stop > own.start else 0
+        return e.where(slice(own.start - lead, own.stop), e.name), lead
+
+    def _span(self, e: Equations) -> slice:
+        """Return which equations, in their order in time, are its own."""
+        return slice(*map(int, np.searchsorted(e.t, self.own)))
 
     def packed(self) -> bytes:
         """Return the bytes of an NPZ file, of a chunk without a mask."""

@@ -61,10 +61,14 @@ class Equations:
     rest_weight: float = 1.0
 
     def with_rows(self, W: FloatArray) -> Equations:
-        """Return the equations whose sides these are: with W (K, p), and rows at rest weighed."""
+        """Return the equations whose sides these are: with W (K, p), and rows at rest weighed.
+
+        W is taken over: its rows at rest are weighed in place.
+        """
         if self.rest is None:
             return replace(self, W=W)
-        return replace(self, W=W * self.scale[:, None], y=self.y * self.scale)
+        W[self.rest] *= self.rest_weight
+        return replace(self, W=W, y=self.y * self.scale)
 
     @property
     def scale(self) -> FloatArray:
@@ -84,14 +88,14 @@ class Equations:
         """Return the equations with the y of others, weighed as their own was."""
         return replace(self, y=other.y / other.scale * self.scale)
 
-    def where(self, chosen: NDArray[np.bool_], name: str) -> Equations:
+    def where(self, chosen: NDArray[np.bool_] | slice, name: str) -> Equations:
         """Return some of the equations, under a name."""
         Z = None if self.Z is None else self.Z[chosen]
         rest = None if self.rest is None else self.rest[chosen]
         W, y, t = self.W[chosen], self.y[chosen], self.t[chosen]
         return replace(self, name=name, W=W, y=y, t=t, Z=Z, rest=rest)
 
-    def columns(self, chosen: Sequence[int]) -> Equations:
+    def columns(self, chosen: Sequence[int] | NDArray[np.intp]) -> Equations:
         """Return the equations of some of the parameters."""
         Z = None if self.Z is None else self.Z[:, chosen]
         return replace(self, W=self.W[:, chosen], Z=Z)

@@ -71,7 +71,7 @@ def windows(step: float, stride: int, window: float) -> Windows:
     steps = max(1, round(window / step))
     stride = min(stride, max(1, steps // _FINE))
     nodes = max(1, round(steps / stride))
-    return Windows(stride, nodes, max(1, nodes // _OVERLAP))
+    return Windows(stride, nodes, max(1, round(nodes / _OVERLAP)))
 
 
 def chunks(nodes: int, steps: int, hop: int) -> Iterator[tuple[slice, slice]]:

@@ -22,7 +22,7 @@ from symgen.data.dataset import DataSet
 from symgen.data.raw import Reading
 from symgen.distributed import WorkFolder, written
 from symgen.estimation.fit import TorqueFit
-from symgen.estimation.fold import Summary, bartlett, merged_tree, scores, summarised
+from symgen.estimation.fold import Summary, bartlett, columns_of, merged_tree, scores, summarised
 from symgen.estimation.partition import (
     Chunk,
     ChunkOfLog,
@@ -180,8 +180,9 @@ class ErrorReduction(Reduction):
             for j, e in enumerate(chunk.all_equations(self.evaluator, self.settings.recipe)):
                 weight, lag = work.weights[number, j]
                 rows, lead = chunk.with_lead(e, lag)
-                s = scores(rows, self.X, self.scale, weight)
-                meat += bartlett(s, lag, lead, chunk.ended)
+                own = columns_of(rows)
+                s = scores(rows.columns(own), self.X[own], self.scale[own], weight)
+                meat[np.ix_(own, own)] += bartlett(s, lag, lead, chunk.ended)
         sums = {
             f"{kind}.{key}": getattr(fit, key) for kind, fit in fits.items() for key in FIT_SUMS
         }
