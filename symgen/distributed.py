@@ -16,7 +16,9 @@ import os
 import shutil
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
@@ -26,6 +28,8 @@ from typing import Any, Protocol, TypeVar
 from symgen.errors import SymgenError
 
 Item = TypeVar("Item")
+Result = TypeVar("Result")
+_MOST = 4  # threads of this process: one reads for them all, and each holds a chunk
 _AHEAD = 3  # items a worker that are handed out at once
 _RETRIES = 3  # of an item whose workers die
 
@@ -35,7 +39,8 @@ class Workers:
     """Who does the work of `identify`, `fleet` and `study`, and where it is kept.
 
     Attributes:
-        processes: on this machine; None or 1 for this process alone, more need Dask.
+        processes: on this machine; None for this process, and as many threads as it has cores, at
+            most four, where items are worked on in parts; 1 for one thread of it; more need Dask.
         scheduler: address of a Dask scheduler, which is used and left running.
         work: folder in which a run that is interrupted keeps what is finished; a study keeps
             nothing.
@@ -56,9 +61,15 @@ class Workers:
 
 
 class Executor(Protocol):
-    """Who works."""
+    """Who works.
+
+    Attributes:
+        workers: how many items are worked on at once.
+        threads: that each of them may use.
+    """
 
     workers: int
+    threads: int
 
     def results(
         self, task: Callable[[Item], bytes], items: Sequence[Item]
@@ -71,6 +82,10 @@ class Serial:
 
     workers = 1
 
+    def __init__(self, threads: int = 1) -> None:
+        """Take the threads that an item may use."""
+        self.threads = threads
+
     def results(
         self, task: Callable[[Item], bytes], items: Sequence[Item]
     ) -> Iterator[tuple[int, bytes]]:
@@ -81,6 +96,8 @@ class Serial:
 
 class OnDask:
     """Workers of a Dask cluster; a killed one's items go to another."""
+
+    threads = 1
 
     def __init__(self, client: Any) -> None:
         """Take a client of the cluster."""
@@ -116,6 +133,41 @@ def _call(task: Callable[[Item], bytes], item: Item) -> bytes:
     return task(item)
 
 
+def _cores() -> int:
+    """Return how many cores this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # not on this system
+        return os.cpu_count() or 1
+
+
+def in_turn(
+    function: Callable[[Item], Result], items: Iterable[Item], threads: int
+) -> Iterator[Result]:
+    """Yield the results of some items in their order; while one is awaited, others are worked on.
+
+    Args:
+        function: from an item to its result, at home in any thread.
+        items: taken one by one as there is room, in the thread that asks.
+        threads: items that are worked on at once.
+    """
+    if threads == 1:
+        yield from map(function, items)
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        begun: deque[Future[Result]] = deque()
+        try:
+            for item in items:
+                begun.append(pool.submit(function, item))
+                if len(begun) == threads:
+                    yield begun.popleft().result()
+            while begun:
+                yield begun.popleft().result()
+        finally:
+            for future in begun:  # of no use where one has failed
+                future.cancel()
+
+
 @contextmanager
 def executor(asked: Workers | None = None) -> Iterator[Executor]:
     """Give an executor, and end what was started for it.
@@ -125,7 +177,7 @@ def executor(asked: Workers | None = None) -> Iterator[Executor]:
     """
     workers, scheduler = (None, None) if asked is None else (asked.processes, asked.scheduler)
     if scheduler is None and workers in (None, 1):
-        yield Serial()
+        yield Serial(1 if workers == 1 else min(_cores(), _MOST))
         return
     try:
         library: Any = importlib.import_module("distributed")
@@ -144,8 +196,8 @@ def executor(asked: Workers | None = None) -> Iterator[Executor]:
         with client:
             yield OnDask(client)
         return
-    # Workers hold what one chunk needs, and are not restarted for it by a guess of their limit. Dask
-    # has them give every array back to the system at once, and take it again page by page: a
+    # Workers hold what one chunk needs, and are not restarted for it by a guess of their limit.
+    # Dask has them give every array back to the system at once, and take it again page by page: a
     # chunk takes twice as long, which two workers just make up for.
     kept = {"distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None}
     with (

@@ -72,7 +72,7 @@ def summaries(system: LinearSystem) -> list[Summary]:
 
 
 def merged_tree(parts: Sequence[Summary]) -> Summary:
-    """Merge the summaries of the chunks of one log, some neighbours at once, and then what these are.
+    """Merge the summaries of the chunks of one log: some neighbours at once, then what is left.
 
     A few triangles on top of each other are tall enough for Cholesky's factor.
     """

@@ -256,7 +256,8 @@ class _Streamed:
             about = repr((partition, sorted(own.items()), own_version()))
             keys.append(digest(what, settings, files[partition.file], about))
             begin = str(self.folder.folder.resolve() / (kept[k] if kept else keys[k]))
-            items.append(Work(partition, own, mine, bool(clean) and clean[k], begin))
+            once = bool(clean) and clean[k]
+            items.append(Work(partition, own, mine, once, self.by.threads, begin))
         sizes = [partition.samples for partition in cover]
         finished(self.by, task, items, keys, self.folder, sizes, self.progress, what)
         return keys

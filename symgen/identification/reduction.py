@@ -8,19 +8,20 @@ robot file and is compiled once a process, by its content; results travel as the
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symgen.codegen.model import derive
 from symgen.data.dataset import DataSet
+from symgen.data.log import Log
 from symgen.data.raw import Reading
-from symgen.distributed import WorkFolder, written
+from symgen.distributed import WorkFolder, in_turn, written
 from symgen.estimation.fit import TorqueFit
 from symgen.estimation.fold import Summary, bartlett, columns_of, merged_tree, scores, summarised
 from symgen.estimation.partition import (
@@ -36,9 +37,11 @@ from symgen.estimation.repairs import Repair
 from symgen.estimation.thin import ThinLog, packed_arrays
 from symgen.estimation.values import Residual
 from symgen.robot.toml_io import parse_robot
+from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 
 FloatArray = NDArray[np.float64]
+Left = TypeVar("Left")
 #: Of a fit, what adds up over chunks.
 FIT_SUMS = ("error", "size", "rest")
 
@@ -64,6 +67,7 @@ class Work:
         weights: by log and joint the weight of the equations and the rows that scores are summed
             over; empty before X is known.
         clean: whether nothing had to be mended in the first pass.
+        threads: that may work on its chunks at once.
         kept: begin of the paths at which the first pass keeps what it read and filtered, chunk by
             chunk; nothing is kept where that folder is not within reach.
     """
@@ -72,6 +76,7 @@ class Work:
     parts: Mapping[int, Part]
     weights: Mapping[tuple[int, int], tuple[float, int]]
     clean: bool = False
+    threads: int = 1
     kept: str = ""
 
     def path(self, chunk: Chunk) -> Path | None:
@@ -103,37 +108,53 @@ class Reduction:
         """The compiled model."""
         return loaded(self.robot, self.kernels)
 
-    def chunks(self, work: Work) -> Iterator[tuple[int, str, ChunkOfLog, tuple[Repair, ...]]]:
-        """Yield number and kind of the log, its next chunk, and what was mended in it."""
+    def reduced(
+        self, work: Work, reduce: Callable[[int, str, ChunkOfLog], Left]
+    ) -> Iterator[tuple[Left, tuple[Repair, ...]]]:
+        """Yield what each chunk is reduced to (by number and kind of its log), and its repairs."""
         robot = self.evaluator.model.robot
+
+        def one(read: tuple[Chunk, Log]) -> tuple[Left, tuple[Repair, ...]]:
+            chunk, log = read
+            part = work.parts[chunk.part]
+            found, repairs = treated(
+                log, chunk, part.stretch, robot, self.reading, self.settings, work.clean
+            )
+            path = work.path(chunk)
+            if path is not None and isinstance(found.log, ThinLog):
+                written(path, found.packed())
+            return reduce(chunk.part, part.kind, found), repairs
+
+        return in_turn(one, self._read(robot, work), work.threads)
+
+    def _read(self, robot: Robot, work: Work) -> Iterator[tuple[Chunk, Log]]:
         data, chunks = DataSet(robot, self.reading), work.partition.chunks
         # A part begins anew where the one before was read to: rows in their order, part by part.
         for number in dict.fromkeys(chunk.part for chunk in chunks):
             own, part = [c for c in chunks if c.part == number], work.parts[number]
             logs = data.logs(part.stretch.file, [c.rows for c in own], part.stretch.name)
-            for chunk, log in zip(own, logs, strict=True):
-                found, repairs = treated(
-                    log, chunk, part.stretch, robot, self.reading, self.settings, work.clean
-                )
-                del log  # what was filtered is all that is used of it
-                path = work.path(chunk)
-                if path is not None and isinstance(found.log, ThinLog):
-                    written(path, found.packed())
-                yield number, part.kind, found, repairs
+            yield from zip(own, logs, strict=True)
 
-    def kept(self, work: Work) -> Iterator[tuple[int, str, ChunkOfLog]]:
-        """Yield number and kind of the log and its next chunk, as it was kept or else anew."""
-        left = []
+    def again(self, work: Work, reduce: Callable[[int, str, ChunkOfLog], Left]) -> Iterator[Left]:
+        """Yield what chunks are reduced to, as they were kept or else read anew."""
+        kept, left = list[tuple[Chunk, Path]](), list[Chunk]()
         for chunk in work.partition.chunks:
             path = work.path(chunk)
             if path is None or not path.exists():
                 left.append(chunk)
-                continue
+            else:
+                kept.append((chunk, path))
+
+        def one(item: tuple[Chunk, Path]) -> Left:
+            chunk, path = item
             with np.load(path, allow_pickle=False) as arrays:
-                yield chunk.part, work.parts[chunk.part].kind, unpacked_chunk(arrays)
+                found = unpacked_chunk(arrays)
+            return reduce(chunk.part, work.parts[chunk.part].kind, found)
+
+        yield from in_turn(one, kept, work.threads)
         partition = replace(work.partition, chunks=tuple(left))
-        for number, kind, found, _ in self.chunks(replace(work, partition=partition)):
-            yield number, kind, found
+        for part, _ in self.reduced(replace(work, partition=partition), reduce):
+            yield part
 
 
 @dataclass(frozen=True)
@@ -144,10 +165,15 @@ class EquationReduction(Reduction):
         """Return summaries by log and joint."""
         found: dict[tuple[int, int], list[Summary]] = {}
         mended: list[Repair] = []
-        for number, _, chunk, repairs in self.chunks(work):
+
+        def summaries(number: int, _: str, chunk: ChunkOfLog) -> dict[tuple[int, int], Summary]:
+            equations = chunk.all_equations(self.evaluator, self.settings.recipe)
+            return {(number, j): summarised(chunk.equations(e)) for j, e in enumerate(equations)}
+
+        for own, repairs in self.reduced(work, summaries):
             mended += repairs
-            for j, e in enumerate(chunk.all_equations(self.evaluator, self.settings.recipe)):
-                found.setdefault((number, j), []).append(summarised(chunk.equations(e)))
+            for key, summary in own.items():
+                found.setdefault(key, []).append(summary)
         arrays: dict[str, Any] = {"repairs": np.array(json.dumps(_told(mended)))}
         for (number, j), parts in found.items():
             whole = merged_tree(parts)
@@ -173,16 +199,22 @@ class ErrorReduction(Reduction):
         p, n = len(self.X), self.evaluator.model.robot.n
         meat = np.zeros((p, p))
         fits = {kind: TorqueFit.none(n) for kind in ("train", "validation")}
-        for number, kind, chunk in self.kept(work):
-            fits[kind] += chunk.fit(self.evaluator, self.X)
-            if kind != "train":
-                continue
-            for j, e in enumerate(chunk.all_equations(self.evaluator, self.settings.recipe)):
-                weight, lag = work.weights[number, j]
-                rows, lead = chunk.with_lead(e, lag)
-                own = columns_of(rows)
-                s = scores(rows.columns(own), self.X[own], self.scale[own], weight)
-                meat[np.ix_(own, own)] += bartlett(s, lag, lead, chunk.ended)
+
+        def left(number: int, kind: str, chunk: ChunkOfLog) -> tuple[str, TorqueFit, FloatArray]:
+            fit, own_meat = chunk.fit(self.evaluator, self.X), np.zeros((p, p))
+            if kind == "train":
+                equations = chunk.all_equations(self.evaluator, self.settings.recipe)
+                for j, e in enumerate(equations):
+                    weight, lag = work.weights[number, j]
+                    rows, lead = chunk.with_lead(e, lag)
+                    own = columns_of(rows)
+                    s = scores(rows.columns(own), self.X[own], self.scale[own], weight)
+                    own_meat[np.ix_(own, own)] += bartlett(s, lag, lead, chunk.ended)
+            return kind, fit, own_meat
+
+        for kind, fit, own_meat in self.again(work, left):
+            fits[kind] += fit
+            meat += own_meat
         sums = {
             f"{kind}.{key}": getattr(fit, key) for kind, fit in fits.items() for key in FIT_SUMS
         }
