@@ -94,11 +94,12 @@ def summary(rows: Sequence[tuple[Equations, FloatArray]], m: int) -> Blocks:
     grams, count = np.zeros((BLOCKS, m, p + 1, p + 1)), np.zeros((BLOCKS, m))
     for e, place in rows:
         first, last = np.clip((place * BLOCKS).astype(int), 0, BLOCKS - 1).T
-        whole = np.column_stack([e.W, e.y]) * np.sqrt(e.weight)
-        for b in range(BLOCKS):
-            inside = whole[(first == b) & (last == b)]  # a window that spans two belongs to none
-            grams[b, e.joint or 0] += inside.T @ inside
-            count[b, e.joint or 0] += len(inside)
+        whole, j = np.column_stack([e.W, e.y]), e.joint or 0
+        for b in range(int(first[0]), int(last[-1]) + 1) if len(first) else ():
+            # Rows come in their order in time; a window that spans two blocks belongs to none.
+            inside = whole[np.searchsorted(first, b) : np.searchsorted(last, b, side="right")]
+            grams[b, j] += e.weight * (inside.T @ inside)
+            count[b, j] += len(inside)
     return Blocks(grams, count)
 
 
