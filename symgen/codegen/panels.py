@@ -40,23 +40,18 @@ def panel_sources(model: Model, kernel: Kernel) -> dict[str, bytes]:
     ]
     outputs: list[dict[str, Any]] = [{"name": o.name, "size": o.size} for o in kernel.outputs]
     read = [f"const {'double' if a['shared'] else 'lanes'} *{a['name']}" for a in arguments]
-    written = [f"lanes *{o.name}" for o in kernel.outputs]
     passed = [a["name"] if a["shared"] else f"lanes_{a['name']}" for a in arguments]
-    cleared = [f"lanes_{o.name}" for o in kernel.outputs]
     described = {
         "name": kernel.name,
         "arguments": arguments,
         "outputs": outputs,
         "largest": max(o.size for o in kernel.outputs),
-        "written": ", ".join(written),
-        "parameters": ", ".join([*read, *written]),
+        "parameters": ", ".join([*read, *(f"lanes *{o.name}" for o in kernel.outputs)]),
         "plain": ", ".join(
             [f"const double *{a['name']}" for a in arguments]
             + [f"double *{o.name}" for o in kernel.outputs]
         ),
-        "call": ", ".join([*passed, *cleared]),
-        "cleared": ", ".join(cleared),
-        "zeros": printer.zeros,
+        "call": ", ".join([*passed, *(f"lanes_{o.name}" for o in kernel.outputs)]),
         "body": body,
         "names": ", ".join([a["name"] for a in arguments] + [o["name"] for o in outputs]),
         "status": printer.status,
@@ -80,7 +75,6 @@ class _PanelPrinter(Printer):
     ) -> None:
         super().__init__(kernel, geometry, values, "double", "lanes")
         self.value = "lanes"
-        self.zeros: list[str] = []
         self.status = "0"
         sampled = {s for name, symbols in self.tape.inputs if name not in SHARED for s in symbols}
         for symbol, expr in self.tape.steps:
@@ -105,8 +99,7 @@ class _PanelPrinter(Printer):
         return f"lanes_put(&{place}, {self.spread(result)}, stream);"
 
     def cleared(self, name: str, places: Sequence[int]) -> Iterator[str]:
-        """Keep the stores of zeros apart: a buffer that is used again has them already."""
-        self.zeros += [f"lanes_put(&{name}[{i}], lanes_all(0.0), stream);" for i in places]
+        """Store no zeros: buffers have them, and nobody else writes there."""
         return iter(())
 
     def verdict(self) -> list[str]:

@@ -84,7 +84,8 @@ class Panels:
             count: samples N.
             rows: outputs (N, ...); otherwise panels, (ceil(N / width), size, width), which cost no
                 transposition: entry [k, i, l] is output i of sample k width + l, and what stands
-                behind the last sample repeats it.
+                behind the last sample repeats it. What is zero for every sample is written once,
+                now, so that these outputs are read-only.
             stream: whether to write outputs past the cache. By default where they are larger than
                 it and doing so is faster on these buffers: some machines gain half, some lose.
         """
@@ -99,6 +100,9 @@ class Panels:
         )
         pointers = [self._ffi.from_buffer("double *", a) for a in (*inputs, *outputs)]
         function = self._rows if rows else self._panels
+        for out in outputs if not rows else ():
+            out.fill(0.0)
+            out.setflags(write=False)
         if stream is None:
             size = sum(o.nbytes for o in outputs)
             part = min(count, count * 2 * cache_bytes() // size) if size else 0

@@ -3,16 +3,7 @@
 #include "{{ name }}_{{ k.name }}_panels.h"
 #include "{{ name }}_lanes.inc"
 
-/* What is zero for every sample. */
-ALWAYS void clear({{ k.written }}, const int stream)
-{
-{% for line in k.zeros %}
-    {{ line }}
-{% endfor %}
-    (void)stream;
-}
-
-/* One panel; not 0 where a sample has no result. */
+/* One panel; not 0 where a sample has no result. What is zero for every sample is not written. */
 ALWAYS int panel({{ k.parameters }}, const int stream)
 {
     (void)stream;

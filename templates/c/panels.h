@@ -2,7 +2,8 @@
  *
  * stream: whether outputs are written past the cache. Inputs are rows of samples. Outputs of _rows
  * are, too; those of _panels are (ceil(N / width), size, width) and begin at a multiple of 8 width
- * bytes; what stands behind the last sample repeats it. Not 0: the result of a sample has no meaning.
+ * bytes; what stands behind the last sample repeats it, and what is zero for every sample is left as
+ * it was: the caller has put zeros there. Not 0: the result of a sample has no meaning.
  */
 #ifndef {{ name }}_{{ k.name }}_PANELS_H
 #define {{ name }}_{{ k.name }}_PANELS_H

@@ -34,7 +34,6 @@ ALWAYS int panels(const int stream, size_t N, {{ k.plain }})
 {% for o in k.outputs %}
         lanes *lanes_{{ o.name }} = (lanes *)&{{ o.name }}[k * {{ o.size }}u];
 {% endfor %}
-        clear({{ k.cleared }}, stream);
         status |= panel({{ k.call }}, stream);
     }
     return status;

@@ -225,7 +225,7 @@ def on_two_threads(evaluator: symgen.Evaluator, name: str) -> dict[str, float]:
     kernel, panels = function.kernel, function.panels()
     assert panels is not None
     draw = np.random.default_rng(4)
-    small = max(16, IN_CACHE // (8 * kernel.size) // 8 * 8)
+    small, four = (max(16, k * IN_CACHE // (8 * kernel.size) // 8 * 8) for k in (1, 4))
     large = min(2 * cache_bytes(), 2**27) // (8 * kernel.size) // 64 * 64
 
     def drawn(count: int) -> list[np.ndarray]:
@@ -233,7 +233,8 @@ def on_two_threads(evaluator: symgen.Evaluator, name: str) -> dict[str, float]:
 
     pairs: dict[str, list[Call]] = {
         "plain C": [bound(function.bind(small), drawn(small)) for _ in range(2)],
-        "panels in cache": [bound(panels.bind(small, rows=False), drawn(small)) for _ in range(2)],
+        "panels, 256 kB": [bound(panels.bind(small, rows=False), drawn(small)) for _ in range(2)],
+        "panels, 1 MB": [bound(panels.bind(four, rows=False), drawn(four)) for _ in range(2)],
         "panels to memory": [bound(panels.bind(large, rows=False), drawn(large)) for _ in range(2)],
     }
     rows = kernel.size // len(kernel.outputs[0].columns)
