@@ -98,7 +98,7 @@ class _PanelPrinter(Printer):
     def stored(self, place: str, result: sp.Expr) -> str:
         return f"lanes_put(&{place}, {self.spread(result)}, stream);"
 
-    def cleared(self, name: str, places: Sequence[int]) -> Iterator[str]:
+    def cleared(self, *_: Any) -> Iterator[str]:
         """Store no zeros: buffers have them, and nobody else writes there."""
         return iter(())
 

@@ -20,6 +20,7 @@ FloatArray = NDArray[np.float64]
 BLOCKS, FOLDS = 20, 5
 _ROUNDS = 2
 _RANK = 1e-13  # of an eigenvalue of the scaled matrix: 3e-7 of a singular value
+_SURE = 1e-4  # of the diagonal of its Cholesky factor, at least: eigenvalues are far above that
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +71,14 @@ def solve_gram(gram: FloatArray) -> FloatArray:
     """Solve least squares from [W y]'[W y]; what the rows do not determine is the shortest."""
     scale = np.sqrt(np.maximum(np.diag(gram)[:-1], 0.0))
     scale = np.where(scale > 0, scale, 1.0)
-    values, vectors = np.linalg.eigh(gram[:-1, :-1] / np.outer(scale, scale))
+    unit = gram[:-1, :-1] / np.outer(scale, scale)
+    try:
+        root = np.linalg.cholesky(unit)
+    except np.linalg.LinAlgError:
+        root = np.zeros((1, 1))
+    if np.diag(root).min(initial=np.inf) > _SURE:  # nothing is near to undetermined
+        return np.asarray(np.linalg.solve(unit, gram[:-1, -1] / scale) / scale)
+    values, vectors = np.linalg.eigh(unit)
     kept = values > _RANK * values[-1]
     basis = vectors[:, kept]
     return np.asarray(basis @ ((basis.T @ (gram[:-1, -1] / scale)) / values[kept]) / scale)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.signals import Samples, require_cutoff
+from symgen.distributed import in_turn
 from symgen.estimation.band import OPEN, Band, comparison_band
 from symgen.estimation.blocks import FOLDS, block_errors, placed, summary
 from symgen.estimation.filtered import FilteredLog, filtered
@@ -38,6 +39,7 @@ def choose_band(
     cutoff: float | None = None,
     *,
     own_speeds: bool = False,
+    threads: int = 1,
 ) -> Band:
     """Choose the band of a run from its training logs.
 
@@ -46,6 +48,7 @@ def choose_band(
         logs: the training logs.
         cutoff: of the filter, Hz, where the user gives it.
         own_speeds: whether measured speeds are kept in any case, as instrumental variables ask.
+        threads: that try cutoffs at once.
 
     Raises:
         LogError: a cutoff that no filter can have, or a mask that leaves nothing.
@@ -69,7 +72,13 @@ def choose_band(
         return weighed_rests(evaluator, seen, start)
     bands = [[replace(start, cutoff_hz=hz, velocity=kind) for hz in grid] for kind in kinds]
     sides = [torque_sides(FilteredLog(s, start, s.q, s.qd)) for s in seen]  # of any cutoff
-    alike = [_errors(evaluator, seen, sides, same) for same in zip(*bands, strict=True)]
+    alike = list(
+        in_turn(
+            lambda same: _errors(evaluator, seen, sides, same),
+            list(zip(*bands, strict=True)),
+            threads,
+        )
+    )
     errors = np.stack(alike, axis=1)
     whole = errors.sum(axis=2)  # (kinds, C, m)
     best = whole.sum(axis=2)

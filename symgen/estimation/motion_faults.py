@@ -85,31 +85,38 @@ def trial_of(evaluator: Evaluator, train: Logs, held: Logs, case: Recorded) -> T
 
 def geared_joints(trial: Trial) -> list[Fault]:
     """Find joints that were recorded through another gear ratio."""
+    X = trial.case.base.fit()
+    as_recorded = [_modelled(trial, log, X) for log in trial.logs]
     joints = range(len(trial.case.base.size))
-    found = (_fitted_ratio(trial, j) for j in joints if _another_ratio_helps(trial, j))
+    found = (
+        _fitted_ratio(trial, j) for j in joints if _another_ratio_helps(trial, j, X, as_recorded)
+    )
     # An error that falls to the end of what is tried is that of a joint of which little is known.
     inside = (f for f in found if _RATIO < abs(math.log(f.value)) < _LOGARITHMS[-1])
     return trial.judged(inside)
 
 
-def _another_ratio_helps(trial: Trial, j: int) -> bool:
+def _modelled(trial: Trial, log: FilteredLog, X: FloatArray) -> FloatArray:
+    """Return the torque of a model along a log in the comparison band, (K, n)."""
+    regressor = trial.evaluator["torque_regressor"]
+
+    def torque(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+        return np.asarray(np.asarray(regressor(q, qd, qdd))[:, :, : len(X)] @ X)
+
+    return np.concatenate([x for _, x in log.modelled(torque)])
+
+
+def _another_ratio_helps(
+    trial: Trial, j: int, X: FloatArray, as_recorded: Sequence[FloatArray]
+) -> bool:
     """Whether the error falls where the gear ratio of a joint changes from 1, to first order.
 
     tau = W X + delta (d/dr tau(r q, r qd, r qdd) + tau_j e_j), differences for d/dr.
     """
-    case, regressor = trial.case, trial.evaluator["torque_regressor"]
-    X, extended = case.base.fit(), []
-    p = len(X)
-
-    def modelled(log: FilteredLog) -> FloatArray:
-        def torque(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
-            return np.asarray(np.asarray(regressor(q, qd, qdd))[:, :, :p] @ X)
-
-        return np.concatenate([x for _, x in log.modelled(torque)])
-
-    for log, rows in zip(trial.logs, trial.rows, strict=True):
+    case, extended = trial.case, []
+    for log, rows, torque in zip(trial.logs, trial.rows, as_recorded, strict=True):
         turned = multiplied(log, (j,), 1 + _SLIGHT, ("q", "qd"))
-        slope = (modelled(turned) - modelled(log)) / _SLIGHT
+        slope = (_modelled(trial, turned, X) - torque) / _SLIGHT
         slope[:, j] += log.measured[:, j]
         extended.append(with_column(log, rows, slope))
     blocks = summary(placed(extended), len(case.base.size))

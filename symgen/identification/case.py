@@ -42,6 +42,7 @@ def looked_at(
     progress: Callable[[str], None],
     *,
     own_speeds: bool = False,
+    threads: int = 1,
 ) -> Run:
     """Mend speeds, choose the band, and filter the logs in it.
 
@@ -53,10 +54,11 @@ def looked_at(
         cutoff: of the filter, Hz, where the user gives it.
         progress: is told what is being done.
         own_speeds: whether measured speeds are kept in any case.
+        threads: that look for the band at once.
     """
     progress("choosing the band")
     train, held, more = in_one_band(train, held)
-    band = choose_band(evaluator, train, cutoff, own_speeds=own_speeds)
+    band = choose_band(evaluator, train, cutoff, own_speeds=own_speeds, threads=threads)
     progress(f"band: {band.in_words()}")
     return Run(
         evaluator,

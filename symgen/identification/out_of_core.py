@@ -231,9 +231,8 @@ class _Streamed:
         train, held = read("train", SAMPLE), read("validation", HELD_SAMPLE)
         self.progress("deriving and compiling the model")
         evaluator = loaded(text, kernels)
-        return checked_run(
-            looked_at(evaluator, train, held, repairs, self.given, cutoff, self.progress)
-        )
+        about = (evaluator, train, held, repairs, self.given, cutoff, self.progress)
+        return checked_run(looked_at(*about, threads=self.by.threads))
 
     def _fold(
         self,
