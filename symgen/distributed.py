@@ -71,6 +71,9 @@ class Executor(Protocol):
     workers: int
     threads: int
 
+    def prepare(self, call: Callable[[], object]) -> None:
+        """Have every other process that works load what items need, while there are none yet."""
+
     def results(
         self, task: Callable[[Item], bytes], items: Sequence[Item]
     ) -> Iterator[tuple[int, bytes]]:
@@ -85,6 +88,9 @@ class Serial:
     def __init__(self, threads: int = 1) -> None:
         """Take the threads that an item may use."""
         self.threads = threads
+
+    def prepare(self, call: Callable[[], object]) -> None:
+        """Do nothing: no other process works."""
 
     def results(
         self, task: Callable[[Item], bytes], items: Sequence[Item]
@@ -102,7 +108,16 @@ class OnDask:
     def __init__(self, client: Any) -> None:
         """Take a client of the cluster."""
         self._client = client
-        self.workers = max(1, len(client.scheduler_info(n_workers=-1)["workers"]))
+        self._known = list(client.scheduler_info(n_workers=-1)["workers"])
+        self._prepared: list[Any] = []
+        self.workers = max(1, len(self._known))
+
+    def prepare(self, call: Callable[[], object]) -> None:
+        """Have every worker load what items need: what goes wrong there, items will tell."""
+        self._prepared = [  # a future that nobody holds is not worked on
+            self._client.submit(_prepared, call, workers=[worker], pure=False)
+            for worker in self._known
+        ]
 
     def results(
         self, task: Callable[[Item], bytes], items: Sequence[Item]
@@ -131,6 +146,10 @@ class OnDask:
 
 def _call(task: Callable[[Item], bytes], item: Item) -> bytes:
     return task(item)
+
+
+def _prepared(call: Callable[[], object]) -> None:
+    call()  # what it returns stays there
 
 
 def _cores() -> int:

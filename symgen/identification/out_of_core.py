@@ -17,6 +17,7 @@ import shutil
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -138,6 +139,7 @@ class _Streamed:
         """Look, fold, solve, fold again, and judge."""
         kernels = tuple(dict.fromkeys(k for recipe in recipes for k in recipe.all_kernels))
         text = robot_toml(self.data.robot)
+        self.by.prepare(partial(loaded, text, kernels))
         run, faults, delay = self._look(text, kernels, cutoff)
         case = chosen_case(run, recipes, self.method, [1.0] * len(run.train), (), self.progress)
         settings = Settings(run.band, case.recipe, delay)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from symgen.data.mask import Mask, at_rest, on_grid, saturated, untouched
+from symgen.data.mask import Mask, at_rest, mean_speeds, on_grid, saturated, untouched
 
 STEP = 0.002
 T = np.arange(0, 10, STEP)
@@ -88,3 +88,13 @@ def test_a_sample_of_the_grid_is_masked_when_a_neighbour_was():
     masked = np.array([[0], [0], [1], [0], [0]], dtype=bool)
     np.testing.assert_array_equal(on_grid(masked, t, grid)[:, 0], [0, 0, 1, 1, 0])
     np.testing.assert_array_equal(on_grid(masked, t, t), masked)
+
+
+@pytest.mark.parametrize("samples", [1, 2, 3, 9, 10, 11, 12, 40])
+def test_mean_speeds_are_those_between_the_samples_half_a_rest_away(samples: int) -> None:
+    q, step = np.random.default_rng(samples).normal(size=(samples, 2)), 0.01
+    found = mean_speeds(q, step)
+    for k in range(samples):
+        first, last = max(k - 5, 0), min(k + 5, samples - 1)
+        expected = (q[last] - q[first]) / (max(last - first, 1) * step)
+        np.testing.assert_allclose(found[k], expected, rtol=1e-12, atol=1e-12)

@@ -66,6 +66,16 @@ def test_a_data_set_gives_the_estimate_of_its_logs_in_memory(logs: Path, model: 
     same(memory, chunks, 1e-9)
 
 
+def test_threads_change_nothing(logs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = []
+    for cores in (1, 2, 4):
+        monkeypatch.setattr(distributed, "_cores", lambda n=cores: n)
+        found.append(symgen.identify(robot(), str(logs / "*.parquet"), model="momentum"))
+    for other in found[1:]:
+        assert other.X.tobytes() == found[0].X.tobytes()
+        same(found[0], other, 1e-15)
+
+
 def test_derived_speeds_masks_and_a_validation_log_too(logs: Path, tmp_path: Path) -> None:
     columns = motion(5000, 5)
     for name in ("qd1", "qd2"):
