@@ -35,6 +35,7 @@ _CHANCE, _FEW = 5.0, 3
 LEFT = "left as it is"
 #: A channel is held where so many runs of one value hold so much of the log.
 _HELD_RUNS, _HELD, _PACED = 20, 0.9, 0.4
+_FIRST = 4096  # samples of a channel that are looked at before all of it
 #: Steps of a channel that are worth a word, over its spread: encoders have 14 bits a turn and more.
 _COARSE = {"q": 2e-3, "qd": 0.05, "tau": 0.05}
 
@@ -225,8 +226,10 @@ def _coarse(log: Log) -> list[Repair]:
         x = getattr(log, key)
         for j in range(0 if x is None else x.shape[1]):
             column = np.ascontiguousarray(x[:, j])
-            size = float(np.std(column))
-            if 1.5 * least_step(column) <= least * size:  # what it comes in is no larger
+            level = column - column[0]
+            size = float(np.sqrt(max(level @ level / len(level) - np.mean(level) ** 2, 0.0)))
+            # What it comes in is no larger than any step: most channels show it at once.
+            if any(1.5 * least_step(part) <= least * size for part in (column[:_FIRST], column)):
                 continue
             step = _quantum(column)
             if step > least * size:
