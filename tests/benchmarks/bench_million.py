@@ -11,8 +11,8 @@ to estimate, the model compiled before; its peak of resident memory is that of t
 it stands Pinocchio's Python binding, which evaluates its torque regressor on a part of the same
 samples (--peer), as many times as there are samples: all that a program does that only fills W.
 
-Seconds of the clock depend on what else the machine does; `user` is the time of the processors of
-this process. Between sizes of a data set, the growth of `user` over that of the samples is what a
+Seconds of the clock depend on what else the machine does and on how many threads there are; `user`
+is the time of the processors of this process. Between sizes of a data set, the growth of `user` over that of the samples is what a
 sample costs; what is left is the start, the look at a sample of the logs, and the verdict.
 """
 
@@ -211,14 +211,14 @@ def table_of(rows: list[dict[str, Any]], pinocchio: float | None) -> Table:
     if pinocchio:
         title += f"; Pinocchio's regressor from Python: {pinocchio:.2f} us a sample"
     table = Table(title=title)
-    names = ("model", "samples", "s", "user", "us a sample more", "over Pinocchio", "peak MB")
+    names = ("model", "samples", "s", "user", "us a sample more", "s over Pinocchio", "peak MB")
     for heading in (*names, "torque residual said", "verdict"):
         table.add_column(heading, justify="right")
     for row in rows:
         if "error" in row:
             table.add_row(row["model"], f"{row['samples']:,}", *"-----", row["error"], "-")
             continue
-        over = 1e6 * row["user"] / row["samples"] / pinocchio if pinocchio else None
+        over = 1e6 * row["s"] / row["samples"] / pinocchio if pinocchio else None
         table.add_row(
             row["model"],
             f"{row['samples']:,}",

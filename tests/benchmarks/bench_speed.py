@@ -79,6 +79,7 @@ def measure(ways: dict[str, tuple[Call, int]]) -> dict[str, float]:
     """Return the median ns a sample of each way; the ways take turns."""
     calls = {}
     for name, (call, _) in ways.items():
+        call()  # the first one may load what it needs
         count, seconds = 1, 0.0
         while seconds < AT_LEAST:
             begun = time.perf_counter()
@@ -246,9 +247,12 @@ def on_two_threads(evaluator: symgen.Evaluator, name: str) -> dict[str, float]:
 
 
 def _more(calls: list[Call]) -> float:
-    """Return the median of twice the time of one call over that of two at once, in turns."""
+    """Return the median of twice the time of one call over that of two at once, in turns.
+
+    For so long that the start of a thread, and a neighbour's turn on a core, are little of it.
+    """
     count, seconds = 1, 0.0
-    while seconds < 20 * AT_LEAST:
+    while seconds < 200 * AT_LEAST:
         count *= 2
         seconds = _together(calls[:1], count)
     found = [2 * _together(calls[:1], count) / _together(calls, count) for _ in range(REPEATS)]
