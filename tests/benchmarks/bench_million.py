@@ -12,8 +12,9 @@ it stands Pinocchio's Python binding, which evaluates its torque regressor on a 
 samples (--peer), as many times as there are samples: all that a program does that only fills W.
 
 Seconds of the clock depend on what else the machine does and on how many threads there are; `user`
-is the time of the processors of this process. Between sizes of a data set, the growth of `user` over that of the samples is what a
-sample costs; what is left is the start, the look at a sample of the logs, and the verdict.
+is the time of the processors of this process. Between sizes of a data set, the growth of `user`
+over that of the samples is what a sample costs; what is left is the start, the look at a sample of
+the logs, and the verdict.
 """
 
 from __future__ import annotations
