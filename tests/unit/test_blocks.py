@@ -1,0 +1,61 @@
+"""Fits and summaries of blocks of time, against NumPy's own least squares and row by row."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from symgen.estimation.blocks import BLOCKS, placed, solve_gram, summary
+from symgen.estimation.system import Equations
+
+
+@pytest.mark.parametrize("apart", [1.0, 1e-2, 1e-4, 3e-5])
+def test_columns_that_are_nearly_alike_are_told_apart(apart: float) -> None:
+    rng = np.random.default_rng(1)
+    W = rng.normal(size=(400, 6)) * np.array([1.0, 1e-3, 50.0, 1.0, 7.0, 1e4])
+    W[:, 3] = W[:, 0] + apart * W[:, 3]
+    y = rng.normal(size=400)
+    expected = np.linalg.lstsq(W, y, rcond=None)[0]
+    A = np.column_stack([W, y])
+    error = np.linalg.norm(W, axis=0) * (solve_gram(A.T @ A) - expected)
+    assert np.abs(error).max() < 1e-14 / apart**2 * np.linalg.norm(y)  # products: half the digits
+
+
+def test_what_the_rows_do_not_determine_is_the_shortest_in_units_of_the_columns() -> None:
+    rng = np.random.default_rng(2)
+    W = rng.normal(size=(300, 5))
+    W[:, 2] = 3 * W[:, 1]
+    W[:, 4] = 0
+    y = rng.normal(size=300)
+    scale = np.linalg.norm(W, axis=0)
+    scale[4] = 1
+    expected = np.linalg.lstsq(W / scale, y, rcond=1e-10)[0] / scale
+    A = np.column_stack([W, y])
+    np.testing.assert_allclose(solve_gram(A.T @ A), expected, rtol=1e-9, atol=1e-13)
+    np.testing.assert_array_equal(solve_gram(np.zeros((3, 3))), np.zeros(2))
+
+
+@pytest.mark.parametrize("reach", [0.0, 0.3])
+def test_a_row_counts_in_the_block_that_holds_all_of_it(reach: float) -> None:
+    rng = np.random.default_rng(3)
+    logs = []
+    for count, weight in ((90, 1.0), (1, 1.0), (40, 2.5)):
+        t = np.sort(rng.uniform(0, count / 10, count))
+        own = [
+            Equations("log", rng.normal(size=(count, 2)), rng.normal(size=count), t, 1, j, weight)
+            for j in range(2)
+        ]
+        logs.append(tuple(own))
+    rows = placed(logs, reach)
+    found = summary(rows, 2)
+    grams, count = np.zeros_like(found.grams), np.zeros_like(found.rows)
+    for e, place in rows:
+        for w, y, (begin, end) in zip(e.W, e.y, place, strict=True):
+            first, last = (min(max(int(x * BLOCKS), 0), BLOCKS - 1) for x in (begin, end))
+            if first == last:
+                row = np.append(w, y)
+                grams[first, e.joint] += e.weight * np.outer(row, row)
+                count[first, e.joint] += 1
+    np.testing.assert_array_equal(found.rows, count)
+    np.testing.assert_allclose(found.grams, grams, rtol=1e-12, atol=1e-12)
+    assert (count.sum() < 262) == (reach > 0)
