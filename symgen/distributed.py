@@ -165,6 +165,9 @@ def in_turn(
 ) -> Iterator[Result]:
     """Yield the results of some items in their order; while one is awaited, others are worked on.
 
+    What fails is raised in its turn, whether an item or its result cannot be had: the same error
+    whatever the number of threads.
+
     Args:
         function: from an item to its result, at home in any thread.
         items: taken one by one as there is room, in the thread that asks.
@@ -173,15 +176,25 @@ def in_turn(
     if threads == 1:
         yield from map(function, items)
         return
+    lost: list[Exception] = []
+
+    def taken() -> Iterator[Item]:
+        try:
+            yield from items
+        except Exception as error:
+            lost.append(error)
+
     with ThreadPoolExecutor(threads) as pool:
         begun: deque[Future[Result]] = deque()
         try:
-            for item in items:
+            for item in taken():
                 begun.append(pool.submit(function, item))
                 if len(begun) == threads:
                     yield begun.popleft().result()
             while begun:
                 yield begun.popleft().result()
+            if lost:
+                raise lost.pop()
         finally:
             for future in begun:  # of no use where one has failed
                 future.cancel()

@@ -64,6 +64,26 @@ def test_what_fails_is_raised_in_its_turn_and_ends_the_work(threads: int) -> Non
     assert len(begun) <= 2 + threads
 
 
+@pytest.mark.parametrize("threads", [1, 2, 4])
+def test_an_item_that_cannot_be_had_is_told_behind_those_before_it(threads: int) -> None:
+    def items(last: int):
+        yield from range(last)
+        raise OSError(f"no item {last}")
+
+    def works(k: int) -> int:
+        time.sleep(0.01)
+        if k == 7:
+            raise ValueError("of item 7")
+        return k
+
+    given = in_turn(works, items(3), threads)
+    assert [next(given), next(given), next(given)] == [0, 1, 2]
+    with pytest.raises(OSError, match="no item 3"):
+        next(given)
+    with pytest.raises(ValueError, match="of item 7"):  # whatever could be read behind it
+        list(in_turn(works, items(8), threads))
+
+
 def test_one_worker_is_one_thread_and_the_cores_are_used_where_nothing_is_asked(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
