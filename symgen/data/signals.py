@@ -46,7 +46,7 @@ NORMAL = 1.4826  # standard deviation over median size of normal noise
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """A log that is ready for identification. All arrays are read-only, C-contiguous float64.
+    """A log that is ready for identification. All arrays are read-only float64.
 
     Attributes:
         name: name of the log.
@@ -274,12 +274,14 @@ def lowpass_and_slopes(x: FloatArray, step: float, cutoff: float, slopes: int) -
         gains = [gain_of(step, cutoff, length, size)]
         if together:
             gains += [gains[0] * slope_gain(step, size) ** k for k in range(1, slopes + 1)]
-        found = [np.empty(x.shape, order="F") for _ in gains]  # each channel in one piece
+        # Each channel in one piece.
+        columns = [np.empty((samples, padded.shape[1]), order="F") for _ in gains]
         room = np.zeros(samples + 2 * reach)  # what it is filled with reaches ends alone
         for k, column in enumerate(padded.T):
             room[reach - length : reach + length + samples] = column
-            for out, y in zip(found, convolved(room, gains, reach, size), strict=True):
-                out.reshape(samples, -1)[:, k] = y
+            for out, y in zip(columns, convolved(room, gains, reach, size), strict=True):
+                out[:, k] = y
+        found = [out.reshape(x.shape) for out in columns]
     for k in range(1, slopes + 1):
         if len(found) <= k:
             found.append(differentiate(found[-1], step))

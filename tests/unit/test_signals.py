@@ -309,6 +309,15 @@ def test_the_shortest_logs_and_joints_at_rest_are_prepared(count):
         assert_sound(prepare(make_log("short", t, q, q), 1.0))
 
 
+@pytest.mark.parametrize("count", [40, 3000])
+def test_a_signal_of_any_shape_is_filtered_entry_by_entry(count):
+    x = np.cumsum(np.random.default_rng(count).normal(size=(count, 2, 3)), axis=0)
+    for k, whole in enumerate(lowpass_and_slopes(x, 0.01, 5.0, 2)):
+        for i, j in np.ndindex(2, 3):
+            alone = lowpass_and_slopes(np.ascontiguousarray(x[:, i, j]), 0.01, 5.0, 2)[k]
+            np.testing.assert_allclose(whole[:, i, j], alone, atol=1e-9 * np.abs(alone).max())
+
+
 @pytest.mark.parametrize("samples", [40, 600, 30_000])
 def test_slopes_that_come_with_the_filter_are_those_of_the_filtered_signal(samples: int) -> None:
     step, w = 0.001, 2 * np.pi * np.array([0.7, 1.3])
