@@ -44,7 +44,7 @@ _FILES = "a .csv, .parquet, .npz, .mcap or .db3 file, or the folder of a ROS 2 b
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """One measured log. All arrays are read-only, C-contiguous float64.
+    """One measured log. All arrays are read-only float64; C-contiguous, but in a chunk of Parquet.
 
     It is as it was recorded, on the motor side where the robot has a [drive], until `joint_side`
     has mapped it, which `mapped` tells; without a [drive] both are the same.
@@ -168,9 +168,10 @@ def make_log(
     """
     try:
         speed, torque, motor, warm, link = (
-            None if a is None else np.asarray(a) for a in (qd, tau, current, temp, qs)
+            None if a is None else np.asarray(a, order="C") for a in (qd, tau, current, temp, qs)
         )
-        raw = Raw(np.asarray(t), np.asarray(q), speed, torque, motor, temp=warm, qs=link)
+        positions = np.asarray(q, order="C")
+        raw = Raw(np.asarray(t), positions, speed, torque, motor, temp=warm, qs=link)
     except ValueError as error:
         raise LogError(one_line(f"{name}: {error}; accepted: {KEYS}")) from error
     return checked(name, name, raw, n, sigma, drive)

@@ -46,7 +46,7 @@ NORMAL = 1.4826  # standard deviation over median size of normal noise
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """A log that is ready for identification. All arrays are read-only float64.
+    """A log that is ready for identification. All arrays are read-only float64, as in its `Log`.
 
     Attributes:
         name: name of the log.

@@ -174,6 +174,16 @@ def test_a_single_joint_may_come_as_vectors():
     assert log.qd.shape == (N, 1)
 
 
+def test_arrays_that_lie_in_columns_and_are_read_only_come_to_lie_in_rows():
+    given = [np.asfortranarray(np.column_stack([x[:, 0]] * 2)) for x in (Q, TAU, QD)]
+    for array in given:
+        array.setflags(write=False)
+    log = make_log("columns", T, *given)
+    for array, found in zip(given, (log.q, log.tau, log.qd), strict=True):
+        assert found.flags.c_contiguous
+        np.testing.assert_array_equal(found, array)
+
+
 def test_arrays_are_contiguous_read_only_copies():
     q = np.asfortranarray(Q)
     log = make_log("copy", T, q, TAU, QD)
