@@ -19,7 +19,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -32,6 +32,7 @@ Result = TypeVar("Result")
 _MOST = 4  # threads of this process: one reads for them all, and each holds a chunk
 _AHEAD = 3  # items a worker that are handed out at once
 _RETRIES = 3  # of an item whose workers die
+_PREPARED = 20  # s in which a worker has loaded a model
 
 
 @dataclass(frozen=True)
@@ -118,6 +119,12 @@ class OnDask:
             self._client.submit(_prepared, call, workers=[worker], pure=False)
             for worker in self._known
         ]
+
+    def settled(self) -> None:
+        """Wait until workers have loaded what they were to prepare, well or not."""
+        with suppress(TimeoutError):
+            for future in self._prepared:
+                future.exception(timeout=_PREPARED)
 
     def results(
         self, task: Callable[[Item], bytes], items: Sequence[Item]
@@ -243,7 +250,12 @@ def executor(asked: Workers | None = None) -> Iterator[Executor]:
         ) as cluster,
         library.Client(cluster, set_as_default=False) as client,
     ):
-        yield OnDask(client)
+        by = OnDask(client)
+        try:
+            yield by
+        except Exception:
+            by.settled()  # workers that are ended at work have Dask say so before the error does
+            raise
 
 
 def digest(*parts: str | bytes) -> str:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import re
 import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from functools import partial
@@ -156,3 +158,18 @@ def test_a_scheduler_that_does_not_answer_is_named() -> None:
         distributed.executor(distributed.Workers(scheduler="tcp://127.0.0.1:9")),
     ):
         pass
+
+
+def test_an_error_while_workers_prepare_is_all_that_is_said(tmp_path: Path) -> None:
+    code = (
+        "import time\nfrom functools import partial\nfrom symgen import distributed\n"
+        "if __name__ == '__main__':\n"
+        "    with distributed.executor(distributed.Workers(2)) as by:\n"
+        "        by.prepare(partial(time.sleep, 1.5))\n"
+        "        raise ValueError('of a log')\n"
+    )
+    (tmp_path / "fails.py").write_text(code)
+    done = subprocess.run([sys.executable, tmp_path / "fails.py"], capture_output=True, text=True)
+    assert done.returncode == 1
+    assert done.stderr.startswith("Traceback")
+    assert done.stderr.endswith("ValueError: of a log\n")
