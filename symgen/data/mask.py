@@ -105,15 +105,11 @@ def mean_speeds(q: FloatArray, step: float) -> FloatArray:
         q: (N, n) positions, rad (m).
         step: sampling step in s.
     """
-    half, last = max(1, round(REST / step / 2)), len(q) - 1
-    out = np.empty_like(q)
-    inner = slice(half, max(last + 1 - half, half))
-    np.subtract(q[2 * half :], q[: -2 * half], out=out[inner])
-    out[inner] /= 2 * half * step
-    for at in (np.arange(min(half, last + 1)), np.arange(max(inner.stop, half), last + 1)):
-        before, after = np.maximum(at - half, 0), np.minimum(at + half, last)
-        out[at] = (q[after] - q[before]) / (np.maximum(after - before, 1) * step)[:, None]
-    return out
+    half, at = max(1, round(REST / step / 2)), np.arange(len(q))
+    apart = np.minimum(at + half, len(q) - 1) - np.maximum(at - half, 0)
+    held = np.pad(q, ((half, half), (0, 0)), mode="edge")  # slices of it are no copies
+    change = held[2 * half :] - held[: -2 * half]
+    return np.asarray(change / (np.maximum(apart, 1) * step)[:, None])
 
 
 def resting(q: FloatArray, step: float, slow: FloatArray) -> Bools:
@@ -180,6 +176,8 @@ def _runs(flags: Bools, least: int) -> Bools:
 
 def spans(flags: Bools) -> NDArray[np.intp]:
     """Return where flags stand in a row: (k, 2) first, and behind the last."""
+    if not flags.any():  # as of most channels
+        return np.zeros((0, 2), dtype=np.intp)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
     return edges.reshape(-1, 2)
 

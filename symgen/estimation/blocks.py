@@ -72,16 +72,20 @@ def solve_gram(gram: FloatArray) -> FloatArray:
     scale = np.sqrt(np.maximum(np.diag(gram)[:-1], 0.0))
     scale = np.where(scale > 0, scale, 1.0)
     unit = gram[:-1, :-1] / np.outer(scale, scale)
-    try:
-        root = np.linalg.cholesky(unit)
-    except np.linalg.LinAlgError:
-        root = np.zeros((1, 1))
-    if np.diag(root).min(initial=np.inf) > _SURE:  # nothing is near to undetermined
+    if _determined(unit):
         return np.asarray(np.linalg.solve(unit, gram[:-1, -1] / scale) / scale)
     values, vectors = np.linalg.eigh(unit)
     kept = values > _RANK * values[-1]
     basis = vectors[:, kept]
     return np.asarray(basis @ ((basis.T @ (gram[:-1, -1] / scale)) / values[kept]) / scale)
+
+
+def _determined(unit: FloatArray) -> bool:
+    """Whether a matrix of products of columns of unit norm is far from singular."""
+    try:
+        return bool(np.diag(np.linalg.cholesky(unit)).min(initial=np.inf) > _SURE)
+    except np.linalg.LinAlgError:
+        return False
 
 
 def residual_squares(grams: FloatArray, X: FloatArray) -> FloatArray:

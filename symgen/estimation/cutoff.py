@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,13 +73,8 @@ def choose_band(
         return weighed_rests(evaluator, seen, start)
     bands = [[replace(start, cutoff_hz=hz, velocity=kind) for hz in grid] for kind in kinds]
     sides = [torque_sides(FilteredLog(s, start, s.q, s.qd)) for s in seen]  # of any cutoff
-    alike = list(
-        in_turn(
-            lambda same: _errors(evaluator, seen, sides, same),
-            list(zip(*bands, strict=True)),
-            threads,
-        )
-    )
+    errors_of = partial(_errors, evaluator, seen, sides)
+    alike = list(in_turn(errors_of, zip(*bands, strict=True), threads))
     errors = np.stack(alike, axis=1)
     whole = errors.sum(axis=2)  # (kinds, C, m)
     best = whole.sum(axis=2)

@@ -93,7 +93,7 @@ def triangle(rows: FloatArray) -> FloatArray:
     "Roundoff error analysis of the CholeskyQR2 algorithm"): as exact as Householder's reflections
     up to a condition number of some 1e7, above which these are taken, and several times as fast.
     """
-    moved = np.flatnonzero(rows.any(axis=0))  # of one joint, many columns are zero
+    moved = _moved(rows)
     if len(moved) < rows.shape[1] <= len(rows):
         R = np.zeros((rows.shape[1],) * 2)
         R[np.ix_(moved, moved)] = triangle(rows[:, moved])
@@ -116,11 +116,6 @@ def _cholesky_qr(A: FloatArray) -> FloatArray | None:
         return np.asarray(np.linalg.cholesky(Q.T @ Q).T @ (first * scale))
     except np.linalg.LinAlgError:
         return None
-
-
-def columns_of(e: Equations) -> NDArray[np.intp]:
-    """Return the columns of W that are not zero."""
-    return np.flatnonzero(e.W.any(axis=0))
 
 
 def scores(
@@ -148,10 +143,16 @@ def bartlett(scores: FloatArray, lag: int, lead: int = 0, ended: bool = True) ->
         lead: rows before those that are this chunk's own: sums that end in them are another's.
         ended: whether the log ends with these rows.
     """
-    last = lag + len(scores)
-    total = np.zeros((last + (lag if ended else 0), scores.shape[1]))
-    np.cumsum(scores, axis=0, out=total[lag:last])
+    moved, last = _moved(scores), lag + len(scores)
+    total = np.zeros((last + (lag if ended else 0), len(moved)))
+    np.cumsum(scores[:, moved], axis=0, out=total[lag:last])
     total[last:] = total[last - 1]
     sums = (total[lag:] - total[:-lag])[lead:]
-    meat: FloatArray = sums.T @ sums / lag
+    meat = np.zeros((scores.shape[1],) * 2)
+    meat[np.ix_(moved, moved)] = sums.T @ sums / lag
     return meat
+
+
+def _moved(rows: FloatArray) -> NDArray[np.intp]:
+    """Return the columns that are not zero: of one joint, many are."""
+    return np.flatnonzero(rows.any(axis=0))

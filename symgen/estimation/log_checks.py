@@ -199,10 +199,7 @@ def stuck_runs(x: FloatArray, others: Callable[[], Bools], jumps: bool) -> Bools
         jumps: whether the value has to jump away from where it was stuck, as a position does.
     """
     out = np.zeros(len(x), dtype=bool)
-    same = x[1:] == x[:-1]
-    if np.count_nonzero(same) < _STUCK - 1:
-        return out
-    starts, ends = spans(same).T
+    starts, ends = spans(x[1:] == x[:-1]).T
     lengths = ends - starts + 1
     if lengths.max(initial=0) < _STUCK:
         return out

@@ -226,8 +226,7 @@ def _coarse(log: Log) -> list[Repair]:
         x = getattr(log, key)
         for j in range(0 if x is None else x.shape[1]):
             column = np.ascontiguousarray(x[:, j])
-            level = column - column[0]
-            size = float(np.sqrt(max(level @ level / len(level) - np.mean(level) ** 2, 0.0)))
+            size = float(np.std(column))
             # What it comes in is no larger than any step: most channels show it at once.
             if any(1.5 * least_step(part) <= least * size for part in (column[:_FIRST], column)):
                 continue

@@ -95,7 +95,7 @@ class Equations:
         W, y, t = self.W[chosen], self.y[chosen], self.t[chosen]
         return replace(self, name=name, W=W, y=y, t=t, Z=Z, rest=rest)
 
-    def columns(self, chosen: Sequence[int] | NDArray[np.intp]) -> Equations:
+    def columns(self, chosen: Sequence[int]) -> Equations:
         """Return the equations of some of the parameters."""
         Z = None if self.Z is None else self.Z[:, chosen]
         return replace(self, W=self.W[:, chosen], Z=Z)

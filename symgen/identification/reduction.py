@@ -23,7 +23,7 @@ from symgen.data.log import Log
 from symgen.data.raw import Reading
 from symgen.distributed import WorkFolder, in_turn, written
 from symgen.estimation.fit import TorqueFit
-from symgen.estimation.fold import Summary, bartlett, columns_of, merged_tree, scores, summarised
+from symgen.estimation.fold import Summary, bartlett, merged_tree, scores, summarised
 from symgen.estimation.partition import (
     Chunk,
     ChunkOfLog,
@@ -41,7 +41,7 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 
 FloatArray = NDArray[np.float64]
-Left = TypeVar("Left")
+Reduced = TypeVar("Reduced")
 #: Of a fit, what adds up over chunks.
 FIT_SUMS = ("error", "size", "rest")
 
@@ -109,12 +109,12 @@ class Reduction:
         return loaded(self.robot, self.kernels)
 
     def reduced(
-        self, work: Work, reduce: Callable[[int, str, ChunkOfLog], Left]
-    ) -> Iterator[tuple[Left, tuple[Repair, ...]]]:
+        self, work: Work, reduce: Callable[[int, str, ChunkOfLog], Reduced]
+    ) -> Iterator[tuple[Reduced, tuple[Repair, ...]]]:
         """Yield what each chunk is reduced to (by number and kind of its log), and its repairs."""
         robot = self.evaluator.model.robot
 
-        def one(read: tuple[Chunk, Log]) -> tuple[Left, tuple[Repair, ...]]:
+        def one(read: tuple[Chunk, Log]) -> tuple[Reduced, tuple[Repair, ...]]:
             chunk, log = read
             part = work.parts[chunk.part]
             found, repairs = treated(
@@ -135,7 +135,9 @@ class Reduction:
             logs = data.logs(part.stretch.file, [c.rows for c in own], part.stretch.name)
             yield from zip(own, logs, strict=True)
 
-    def again(self, work: Work, reduce: Callable[[int, str, ChunkOfLog], Left]) -> Iterator[Left]:
+    def again(
+        self, work: Work, reduce: Callable[[int, str, ChunkOfLog], Reduced]
+    ) -> Iterator[Reduced]:
         """Yield what chunks are reduced to, as they were kept or else read anew."""
         kept, left = list[tuple[Chunk, Path]](), list[Chunk]()
         for chunk in work.partition.chunks:
@@ -145,7 +147,7 @@ class Reduction:
             else:
                 kept.append((chunk, path))
 
-        def one(item: tuple[Chunk, Path]) -> Left:
+        def one(item: tuple[Chunk, Path]) -> Reduced:
             chunk, path = item
             with np.load(path, allow_pickle=False) as arrays:
                 found = unpacked_chunk(arrays)
@@ -207,9 +209,8 @@ class ErrorReduction(Reduction):
                 for j, e in enumerate(equations):
                     weight, lag = work.weights[number, j]
                     rows, lead = chunk.with_lead(e, lag)
-                    own = columns_of(rows)
-                    s = scores(rows.columns(own), self.X[own], self.scale[own], weight)
-                    own_meat[np.ix_(own, own)] += bartlett(s, lag, lead, chunk.ended)
+                    s = scores(rows, self.X, self.scale, weight)
+                    own_meat += bartlett(s, lag, lead, chunk.ended)
             return kind, fit, own_meat
 
         for kind, fit, own_meat in self.again(work, left):
