@@ -88,7 +88,6 @@ def test_an_imported_mjcf_has_the_torques_of_mujoco(arm) -> None:
 
 
 def test_identified_parameters_go_into_the_mjcf_and_nothing_else_changes(tmp_path, command) -> None:
-    pytest.importorskip("clarabel", reason="Clarabel is not installed")
     from symgen.identification.estimate import Estimate, ParameterEstimate, Residual
     from symgen.identification.parameters import read_parameters
 
