@@ -277,9 +277,9 @@ class _Writer:
         counts = operation_counts([kernel.tape])
         listed = arguments(kernel, self.dtype)
         names = [a.name for a in listed]
-        shapes = [f"{name}: {input_text(self.name, name, len(s))}" for name, s in kernel.tape.inputs] + [
-            f"{o.name}: {shape_text(o.shape)}{columns_text(o.columns)}" for o in kernel.outputs
-        ]
+        shapes = [
+            f"{name}: {input_text(self.name, name, len(s))}" for name, s in kernel.tape.inputs
+        ] + [f"{o.name}: {shape_text(o.shape)}{columns_text(o.columns)}" for o in kernel.outputs]
         return {
             "name": kernel.name,
             "doc": wrapped(kernel.doc),

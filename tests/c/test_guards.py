@@ -81,7 +81,7 @@ def test_float_and_double_packages_of_one_robot_work_in_one_program(tmp_path) ->
 @needs_cc
 def test_a_prefix_names_every_file_and_symbol_and_the_package_checks(tmp_path) -> None:
     into = tmp_path / "any"
-    options = ["--prefix", "left_arm", "--kernels", "jacobian,energy_regressor,friction_power"]
+    options = ["--prefix", "left_arm", "--kernels", "jacobian,energy_regressor"]
     done = CliRunner().invoke(cli, ["generate", "planar2r", *options, "--into", str(into)])
     assert done.exit_code == 0, done.output
     plain = {"README.md", "CMakeLists.txt", "manifest.json", "robot.toml", "mex"}
