@@ -195,8 +195,11 @@ class _Reader:
 
     def angle(self, expr: sp.Expr, place: str) -> sp.Expr:
         """Snap decimals that are fractions of pi; refuse what cannot be an angle in rad."""
-        plain = sp.radsimp(expr) if expr.has(sp.Pow) else expr
-        exact = sp.Add(*(snapped(term) for term in sp.Add.make_args(plain)))
+        exact = sp.Add(*(snapped(_rationalised(term)) for term in sp.Add.make_args(expr)))
+        try:
+            expressions.check_plain(exact, expressions.text(expr))
+        except ExpressionError as error:
+            raise self.fail(f"{place}: {error}") from error
         value = float(self.at_values(exact).evalf(30))
         if abs(value) > _MAX_TURN:
             raise self.fail(
@@ -391,3 +394,9 @@ class _Reader:
         if file.payload.joint > len(joints):
             raise self.fail(f"payload, key 'joint': there is no joint {file.payload.joint}")
         return file.payload.joint
+
+
+def _rationalised(term: sp.Expr) -> sp.Expr:
+    """Write the number of a term without roots below the line, so that equal angles look so."""
+    number, rest = term.as_independent(*term.free_symbols, as_Add=False)
+    return sp.radsimp(number) * rest if number.has(sp.Pow) else term
