@@ -70,6 +70,16 @@ def test_an_npz_that_is_refused_alone_is_refused_in_a_folder_alike(
     _refused_alike(command, tmp_path, file, says)
 
 
+def test_a_flipped_bit_of_an_npz_is_seen_alone_and_in_a_folder_alike(command, tmp_path):
+    file = tmp_path / "logs" / "log.npz"
+    file.parent.mkdir()
+    np.savez(file, **GOOD)
+    data = bytearray(file.read_bytes())
+    data[data.index(Q.tobytes()) + 803] ^= 1  # of q, in its last digits
+    file.write_bytes(data)
+    _refused_alike(command, tmp_path, file, "Bad CRC-32")
+
+
 def _refused_alike(command, tmp_path: Path, file: Path, says: str) -> None:
     """Identify from a file, and from its folder: the same refusal, in one line."""
     lines = []
