@@ -147,9 +147,9 @@ def grouped(files: Sequence[str], by: str | None) -> list[Day]:
 
 
 def _natural(text: str) -> list[tuple[int, int, str]]:
-    """Return a key that sorts day2 before day10."""
-    parts = re.findall(r"\d+|\D+", text)
-    return [(0, int(p), "") if p.isdecimal() else (1, 0, p) for p in parts]
+    """Return a key that sorts day2 before day10: numbers by their length, then by their digits."""
+    parts = ((p, p.lstrip("0")) for p in re.findall(r"[0-9]+|[^0-9]+", text))
+    return [(0, len(n), n) if p[0] in "0123456789" else (1, 0, p) for p, n in parts]
 
 
 def courses_of(estimates: Sequence[DayEstimate]) -> list[Course]:
