@@ -27,7 +27,7 @@ from pathlib import Path
 from typing import Any
 
 from symgen.errors import PackageError, SymgenWarning, plain
-from symgen.places import exchanged, place, sweep, written
+from symgen.places import alone, exchanged, place, sweep, written
 from symgen.record import RECORD, Carried, read_record, record_of
 
 _ASIDE = "-old-"
@@ -63,15 +63,16 @@ def write_folder(folder: Path, files: Mapping[str, bytes], marker: str) -> None:
                 path = fresh / name
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_bytes(content)
-            if folder.exists():
-                carried.over(folder, fresh)
-            old = _moved_in(fresh, folder)
-            if old is not None:  # what came in the meantime
-                try:
-                    carried.over(old, folder)
-                except OSError:
-                    old.rename(_aside(folder, own.name[-8:]))
-                    raise
+            with alone(folder.parent):
+                if folder.exists():
+                    carried.over(folder, fresh)
+                old = _moved_in(fresh, folder)
+                if old is not None:  # what came in the meantime
+                    try:
+                        carried.over(old, folder)
+                    except OSError:
+                        old.rename(_aside(folder, own.name[-8:]))
+                        raise
     except OSError as error:
         raise PackageError(f"{folder}: cannot be written: {error.strerror or error}") from error
     for name, kept in carried.renamed.items():

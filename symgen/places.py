@@ -16,6 +16,7 @@ import os
 import shutil
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -26,6 +27,7 @@ except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
 _PREFIX = ".symgen-part-"
+_WAIT, _ASKED = 60.0, 0.01  # s
 _OPEN = "open"  # the file that tells on Windows
 _HERE, _EXCHANGE, _SWAP = -100, 2, 2  # AT_FDCWD, RENAME_EXCHANGE (Linux), RENAME_SWAP (macOS)
 
@@ -51,6 +53,26 @@ def place(folder: Path) -> Iterator[Path]:
             os.close(lock)
         shutil.rmtree(own, ignore_errors=True)
         if fcntl is not None and lock is not None:
+            os.close(lock)
+
+
+@contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Wait until no other process of symgen moves anything in `folder`, and keep it so.
+
+    Where there are no locks, or another one takes unusually long, this goes on beside it.
+    """
+    lock, until = None, time.monotonic() + _WAIT
+    with suppress(OSError):
+        while time.monotonic() < until:
+            lock, others = locked(folder.resolve())
+            if not others:
+                break
+            time.sleep(_ASKED)
+    try:
+        yield
+    finally:
+        if lock is not None:
             os.close(lock)
 
 

@@ -15,7 +15,6 @@ import os
 import shutil
 import stat
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 
 RECORD = ".symgen.sha256"
@@ -85,7 +84,7 @@ class Carried:
                 target = _free(path, target)
                 self.renamed[name] = target.name
             target.parent.mkdir(parents=True, exist_ok=True)
-            _bring(path, target, folder, file)
+            _bring(path, target)
             self._brought.add(known)
 
 
@@ -98,15 +97,16 @@ def _free(path: Path, target: Path) -> Path:
     return target.with_name(name)
 
 
-def _bring(path: Path, target: Path, folder: bool, file: bool) -> None:
-    if folder:
+def _bring(path: Path, target: Path) -> None:
+    if path.is_symlink():
+        shutil.copy2(path, target, follow_symlinks=False)
+    elif path.is_dir():
         shutil.copytree(path, target, symlinks=True)
-        return
-    if file:
-        with suppress(OSError):  # a disk without hard links
+    else:
+        try:
             os.link(path, target)
-            return
-    shutil.copy2(path, target, follow_symlinks=False)
+        except OSError:  # a disk without hard links
+            shutil.copy2(path, target)
 
 
 def _sha256(path: Path) -> str:
