@@ -107,7 +107,7 @@ def estimated(
         finished(by, task, days, keys, folder, sizes, progress, "days", "days")
         out = []
         for day, key in zip(days, keys, strict=True):
-            with np.load(folder.path(key), allow_pickle=False) as archive:
+            with np.load(io.BytesIO(folder.read(key)), allow_pickle=False) as archive:
                 X, C = (archive.get(k) for k in ("X", "covariance"))
                 out.append(
                     DayEstimate(day, X, C, float(archive["torque"]), str(archive["verdict"]))
