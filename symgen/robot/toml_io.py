@@ -15,7 +15,7 @@ import sympy as sp
 from symgen import names
 from symgen.errors import ExpressionError, RobotError, SymgenWarning
 from symgen.files import load_toml
-from symgen.robot import expressions
+from symgen.robot import expressions, recognition
 from symgen.robot.builtin import library, library_text
 from symgen.robot.closure import require_closed
 from symgen.robot.drive import drive_from_table
@@ -297,7 +297,7 @@ class _Reader:
         k = round(value * 24 / math.pi)
         fraction = sp.pi * sp.Rational(k, 24)
         gap = abs(float((self.at_values(angle) - fraction).evalf(30)))
-        if 0 < gap < 1e-4:
+        if 0 < gap < recognition.TOLERANCE:
             near = expressions.text(fraction)
             warnings.warn(
                 f"{self.where}: {place}: {shortened(expressions.text(angle))} is within 1e-4 of "
