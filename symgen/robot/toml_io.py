@@ -203,8 +203,7 @@ class _Reader:
         value = float(self.at_values(exact).evalf(30))
         if abs(value) > _MAX_TURN:
             raise self.fail(
-                f"{place}: {value:.6g} rad is more than two turns; accepted: angles in rad, "
-                "not in degrees"
+                f"{place}: {value:.6g} rad is over two turns; accepted: angles in rad, not degrees"
             )
         for term in sp.Add.make_args(sp.expand(exact)):
             number, base = term.as_coeff_Mul()
@@ -397,6 +396,5 @@ class _Reader:
 
 
 def _rationalised(term: sp.Expr) -> sp.Expr:
-    """Write the number of a term without roots below the line, so that equal angles look so."""
     number, rest = term.as_independent(*term.free_symbols, as_Add=False)
     return sp.radsimp(number) * rest if number.has(sp.Pow) else term

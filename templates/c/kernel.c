@@ -23,8 +23,7 @@
 {% endif %}
 
 {% for part in k.parts.parts %}
-{% set last = loop.last %}
-static {{ "int" if last and k.guarded else "void" }} part_{{ part.number }}({{ k.parameters }}, {{ k.dtype }} *w)
+static {{ "int" if loop.last and k.guarded else "void" }} part_{{ part.number }}({{ k.parameters }}, {{ k.dtype }} *w)
 {
 {% for line in part.body %}
     {{ line }}
@@ -49,14 +48,12 @@ static {{ "int" if last and k.guarded else "void" }} part_{{ part.number }}({{ k
 {
 {% if k.fallible %}
     int status = 0;
+{% endif %}
     for (size_t k = 0; k < N; ++k) {
-        status |= {{ name }}_{{ k.name }}({{ k.strides }});
+        {{ "status |= " if k.fallible }}{{ name }}_{{ k.name }}({{ k.strides }});
     }
+{% if k.fallible %}
     return status;
-{% else %}
-    for (size_t k = 0; k < N; ++k) {
-        {{ name }}_{{ k.name }}({{ k.strides }});
-    }
 {% endif %}
 }
 {% endif %}
