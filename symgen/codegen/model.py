@@ -37,7 +37,7 @@ class Model:
     def _repr_latex_(self) -> str:
         from symgen.codegen.tex import regroupings
 
-        return regroupings(self)
+        return regroupings(self.robot, self.base)
 
     @property
     def inertial(self) -> int:

@@ -153,7 +153,8 @@ class _Writer:
         if self.tex:
             from symgen.codegen.tex import tex_document
 
-            files[f"{self.name}.tex"] = tex_document(self.model, self.kernels).encode()
+            document = tex_document(self.model.robot, self.model.base, self.kernels)
+            files[f"{self.name}.tex"] = document.encode()
         files["README.md"] = self.render("README.md", **self.readme()).encode()
         digests = {
             path: hashlib.sha256(content).hexdigest()
