@@ -13,8 +13,7 @@ from __future__ import annotations
 import hashlib
 import importlib
 import os
-import shutil
-import tempfile
+import re
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -26,6 +25,7 @@ from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from symgen.errors import SymgenError
+from symgen.places import sweep, written
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -33,6 +33,8 @@ _MOST = 4  # threads of this process: one reads for them all, and each holds a c
 _AHEAD = 3  # items a worker that are handed out at once
 _RETRIES = 3  # of an item whose workers die
 _PREPARED = 20  # s in which a worker has loaded a model
+_SHA = 32  # bytes of a SHA-256
+_PIECE = re.compile(r"[0-9a-f]{64}(\.npz|-\d+-\d+\.rows)")
 
 
 @dataclass(frozen=True)
@@ -268,43 +270,66 @@ def digest(*parts: str | bytes) -> str:
     return sha.hexdigest()
 
 
-def written(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all."""
-    handle, name = tempfile.mkstemp(prefix=".part-", dir=path.parent)
+def keep(path: Path, content: bytes) -> None:
+    """Write a piece of work, with its SHA-256 behind it, whole or not at all."""
+    written(path, content + hashlib.sha256(content).digest())
+
+
+def kept(path: Path) -> bytes | None:
+    """Return a piece of work, None where there is none or its SHA-256 does not fit."""
     try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+        whole = path.read_bytes()
+    except OSError:
+        return None
+    content, sha = whole[:-_SHA], whole[-_SHA:]
+    return content if content and hashlib.sha256(content).digest() == sha else None
 
 
 class WorkFolder:
-    """Results by key, each written whole or not at all."""
+    """Results by key, each written whole or not at all, and read only as it was written."""
 
     def __init__(self, folder: Path) -> None:
-        """Make the folder, where it is absent."""
+        """Make the folder, where it is absent, and remove what killed runs left unfinished."""
         self.folder = folder
         folder.mkdir(parents=True, exist_ok=True)
+        sweep(folder)
 
     def _file(self, key: str) -> Path:
         return self.folder / f"{key}.npz"
 
     def __contains__(self, key: str) -> bool:
-        return self._file(key).exists()
+        return kept(self._file(key)) is not None
+
+    def damaged(self, key: str) -> bool:
+        """Whether there is a result that is not as it was written."""
+        return os.path.lexists(self._file(key)) and key not in self
 
     def write(self, key: str, content: bytes) -> None:
         """Keep a result."""
-        written(self._file(key), content)
+        keep(self._file(key), content)
 
-    def path(self, key: str) -> Path:
-        """Return where a result is kept."""
-        return self._file(key)
+    def read(self, key: str) -> bytes:
+        """Return a result.
+
+        Raises:
+            SymgenError: it was changed or removed while this run needed it.
+        """
+        content = kept(self._file(key))
+        if content is None:
+            raise SymgenError(
+                f"{self._file(key)}: was changed or removed during the run; run the same command "
+                "again, and no other one with this folder"
+            )
+        return content
 
     def remove(self) -> None:
-        """Remove the folder and all in it."""
-        shutil.rmtree(self.folder, ignore_errors=True)
+        """Remove what runs kept here, and the folder where nothing else is in it."""
+        sweep(self.folder)
+        with suppress(OSError):  # somebody put something into it
+            for path in self.folder.iterdir():
+                if _PIECE.fullmatch(path.name):
+                    path.unlink(missing_ok=True)
+            self.folder.rmdir()
 
 
 def finished(
@@ -332,6 +357,9 @@ def finished(
         unit: of the sizes.
     """
     left = [k for k, key in enumerate(keys) if key not in folder]
+    damaged = sum(folder.damaged(keys[k]) for k in left)
+    if damaged:
+        progress(damaged_pieces(what, damaged))
     total, before = sum(sizes), sum(sizes) - sum(sizes[k] for k in left)
     if before:
         progress(f"{what}: {before:,} of {total:,} {unit} were finished before")
@@ -347,6 +375,11 @@ def finished(
                 f"{what}: {before + done:,} of {total:,} {unit}, {_rate(rate)} a second, "
                 f"{remaining:.0f} s left"
             )
+
+
+def damaged_pieces(what: str, count: int) -> str:
+    """Say that kept pieces of work are computed again."""
+    return f"{what}: damaged pieces of an earlier run, computed again: {count}"
 
 
 def _rate(rate: float) -> str:

@@ -1,4 +1,16 @@
-"""Folders written whole or not at all, and the place of the templates."""
+"""Folders written whole or not at all, and the place of the templates.
+
+A folder is made beside its place, in a temporary folder (see `places`), and then exchanged with the
+one that is there in one step of the system. A kill leaves either the old folder or the new one in
+place, whole; the other is in the temporary folder, which the next run removes.
+
+What symgen wrote into a folder stands in a record there (see `record`); a folder without one is
+refused. All else goes over into the new folder.
+
+A system that cannot exchange folders takes two steps: the old one is moved aside, then the new one
+is moved in. A kill between the two leaves the old folder aside, as `.NAME-old-*`. It may be the
+only copy: no run puts it back, replaces it or removes it. Every later run says where it is.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +20,17 @@ import json
 import math
 import os
 import re
-import shutil
-import tempfile
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
-from symgen.errors import PackageError, plain
+from symgen.errors import PackageError, SymgenWarning, plain
+from symgen.places import alone, exchanged, place, sweep, written
+from symgen.record import RECORD, Carried, read_record, record_of
+
+_ASIDE = "-old-"
 
 #: 200 parts of a key of TOML with dots behind them; a part is bare or in quotes, and short, so that
 #: the search takes a time in proportion to the text.
@@ -28,102 +44,108 @@ _MARK = "# written by symgen, digest "
 def write_folder(folder: Path, files: Mapping[str, bytes], marker: str) -> None:
     """Write a folder of files in one step; an older one of the same kind is replaced.
 
-    What somebody else put into the older folder is carried over into the new one.
-
     Args:
         folder: where; its parents are made.
         files: relative path and content of each file.
-        marker: the JSON file whose schema tells that an existing folder is one of ours.
+        marker: the file that tells what kind of folder it is.
 
     Raises:
         PackageError: the folder holds something else, or cannot be written.
     """
-    ours = check_replaceable(folder, marker) | set(files)
+    _check_kind(folder, marker)
     folder = folder.absolute()
-    fresh = old = None
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        fresh = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-        for name, content in files.items():
-            path = fresh / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)
-        fresh.chmod(0o777 & ~_umask())
-        if folder.exists():
-            _carry_over(folder, fresh, ours)
-            old = Path(tempfile.mkdtemp(prefix=f".{folder.name}-old-", dir=folder.parent))
-            folder.rename(old / folder.name)
-        try:
-            fresh.rename(folder)
-        except OSError:
-            if old is not None:
-                (old / folder.name).rename(folder)
-            raise
+        sweep(folder.parent)
+        with place(folder.parent) as own:
+            fresh, carried = own / "new", Carried()
+            for name, content in {**files, RECORD: record_of(files)}.items():
+                path = fresh / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_bytes(content)
+            with alone(folder.parent):
+                if folder.exists():
+                    carried.over(folder, fresh)
+                old = _moved_in(fresh, folder)
+                if old is not None:  # what came in the meantime
+                    try:
+                        carried.over(old, folder)
+                    except OSError:
+                        old.rename(_aside(folder, own.name[-8:]))
+                        raise
     except OSError as error:
         raise PackageError(f"{folder}: cannot be written: {error.strerror or error}") from error
-    finally:
-        for leftover in (fresh, old):
-            if leftover is not None:
-                shutil.rmtree(leftover, ignore_errors=True)
+    for name, kept in carried.renamed.items():
+        what = "changed since symgen wrote it, or not written by symgen"
+        warnings.warn(SymgenWarning(f"{folder / name}: {what}; it is now {kept}"), stacklevel=2)
 
 
-def _carry_over(old: Path, new: Path, ours: set[str], inside: str = "") -> None:
-    """Copy what is not among our paths; a folder that holds one of them is looked into.
-
-    A link stays one: what it leads to is not copied into the folder, which may be passed on.
-    """
-    for path in old.iterdir():
-        name = f"{inside}{path.name}"
-        link, holds = path.is_symlink(), any(own.startswith(f"{name}/") for own in ours)
-        if path.is_dir() and holds and not link:
-            _carry_over(path, new, ours, f"{name}/")
-        elif name not in ours and not holds:
-            (new / name).parent.mkdir(parents=True, exist_ok=True)
-            if path.is_dir() and not link:
-                shutil.copytree(path, new / name, symlinks=True)
-            else:
-                shutil.copy2(path, new / name, follow_symlinks=False)
-
-
-def _restore(folder: Path) -> None:
-    """Put back what a run had moved aside when it was killed before its own was in place."""
-    if not folder.name or os.path.lexists(folder):
-        return
-    for aside in sorted(folder.parent.glob(f".{glob.escape(folder.name)}-old-*")):
-        if (aside / folder.name).is_dir():
-            (aside / folder.name).rename(folder)
-            aside.rmdir()
-            return
+def _moved_in(fresh: Path, folder: Path) -> Path | None:
+    """Move a new folder to its place; return where the old one is, None where there was none."""
+    try:
+        fresh.rename(folder)
+        return None
+    except OSError:  # there is one, and it is not empty
+        if not os.path.lexists(folder):
+            raise
+    if exchanged(fresh, folder):
+        return fresh
+    own = fresh.parent
+    aside = _aside(folder, own.name[-8:])
+    folder.rename(aside)
+    try:
+        fresh.rename(folder)
+    except BaseException:
+        if not os.path.lexists(folder):
+            aside.rename(folder)
+        raise
+    return aside.rename(own / "old")
 
 
-def check_replaceable(folder: Path, marker: str) -> set[str]:
-    """Return the names of our own files in `folder`, which may be absent or empty.
+def _aside(folder: Path, number: str) -> Path:
+    return folder.absolute().with_name(f".{folder.absolute().name}{_ASIDE}{number}")
+
+
+def check_replaceable(folder: Path, marker: str) -> None:
+    """Check that a folder is absent, empty or one that symgen wrote, before its content is made.
+
+    What killed runs left beside it is removed; an old result that one had moved aside is named.
 
     Raises:
         PackageError: it is not a folder, holds something that symgen did not write, or is the
             current folder.
     """
+    _check_kind(folder, marker)
+    whole = folder.absolute()
+    sweep(whole.parent)
+    for aside in sorted(whole.parent.glob(f".{glob.escape(whole.name)}{_ASIDE}*")):
+        warnings.warn(
+            SymgenWarning(
+                f"{aside}: the result of an earlier run, which a killed run had moved aside; "
+                "move it back, or remove it"
+            ),
+            stacklevel=2,
+        )
+
+
+def _check_kind(folder: Path, marker: str) -> None:
     accepted = "accepted: a new or empty folder, or one that symgen wrote"
+    shown = str(folder) if len(str(folder)) < 200 else f"{str(folder)[:200]}..."
     try:
-        _restore(folder.absolute())
         if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
-            raise PackageError(f"{folder}: exists and is not a folder; {accepted}")
+            raise PackageError(f"{shown}: exists and is not a folder; {accepted}")
         if folder.exists() and Path.cwd().is_relative_to(folder.resolve()):
-            raise PackageError(f"{folder}: the current folder cannot be replaced; {accepted}")
+            raise PackageError(f"{shown}: the current folder cannot be replaced; {accepted}")
+        with suppress(FileNotFoundError):
+            _aside(folder, "12345678").lstat()  # the name fits into the file system
         if not folder.is_dir() or not any(folder.iterdir()):
-            return set()
-        manifest = load_json((folder / marker).read_text("utf-8"))
+            return
+        record = read_record(folder)
     except OSError as error:
-        reason = f"no {marker} in it" if isinstance(error, FileNotFoundError) else error.strerror
-        shown = str(folder) if len(str(folder)) < 200 else f"{str(folder)[:200]}..."
-        raise PackageError(f"{shown}: not ours ({reason}); {accepted}") from error
-    except (ValueError, RecursionError) as error:
-        raise PackageError(f"{folder}: {marker} is not ours; {accepted}") from error
-    if not isinstance(manifest, dict) or not str(manifest.get("schema")).startswith("symgen."):
-        raise PackageError(f"{folder}: {marker} is not ours; {accepted}")
-    digests = manifest.get("digests")
-    ours = {marker, *(digests if isinstance(digests, dict) else ())}
-    return ours | {path.name for path in folder.glob("*.casadi")}
+        raise PackageError(f"{shown}: not ours ({error.strerror}); {accepted}") from error
+    if record is None or marker not in record:
+        reason = f"no {RECORD} in it" if record is None else f"no {marker} in its {RECORD}"
+        raise PackageError(f"{shown}: not ours ({reason}); {accepted}")
 
 
 def load_json(text: str) -> Any:
@@ -189,17 +211,11 @@ def replace_file(path: Path, content: bytes) -> None:
     Raises:
         PackageError: it cannot be written.
     """
-    fresh = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, fresh = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        os.chmod(fresh, 0o666 & ~_umask())
-        os.replace(fresh, path)
+        sweep(path.parent)
+        written(path, content)
     except OSError as error:
-        if fresh is not None:
-            Path(fresh).unlink(missing_ok=True)
         raise PackageError(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
@@ -212,28 +228,25 @@ def write_files(files: Iterable[tuple[Path, bytes]]) -> None:
     Raises:
         PackageError: a path is taken, or cannot be written.
     """
-    made: list[tuple[str, Path]] = []
+    made: list[tuple[Path, Path]] = []
     done: list[Path] = []
     path = Path()
-    try:
-        for path, content in files:
-            check_new(path)
-            path.parent.mkdir(parents=True, exist_ok=True)
-            handle, fresh = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
-            made.append((fresh, path))
-            with os.fdopen(handle, "wb") as file:
-                file.write(content)
-            os.chmod(fresh, 0o666 & ~_umask())
-        for fresh, path in made:
-            os.replace(fresh, path)
-            done.append(path)
-    except OSError as error:
-        for written in done:
-            written.unlink(missing_ok=True)
-        raise PackageError(f"{path}: cannot be written: {error.strerror or error}") from error
-    finally:
-        for fresh, _ in made:
-            Path(fresh).unlink(missing_ok=True)
+    with ExitStack() as places:
+        try:
+            for path, content in files:
+                check_new(path)
+                path.parent.mkdir(parents=True, exist_ok=True)
+                sweep(path.parent)
+                fresh = places.enter_context(place(path.parent)) / path.name
+                fresh.write_bytes(content)
+                made.append((fresh, path))
+            for fresh, path in made:
+                os.replace(fresh, path)
+                done.append(path)
+        except OSError as error:
+            for finished in done:
+                finished.unlink(missing_ok=True)
+            raise PackageError(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
 def check_new(path: Path) -> None:
@@ -267,12 +280,6 @@ def check_text_replaceable(path: Path) -> None:
 
 def _digest(text: str) -> str:
     return hashlib.sha256(text.encode("utf-8")).hexdigest()[:16]
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def json_text(value: Any, indent: str = "") -> str:
@@ -336,7 +343,7 @@ def html_table(caption: str, header: Sequence[str], rows: Sequence[Sequence[str]
 def templates() -> Path:
     """Return the folder of the templates: inside an installed package, beside it in a checkout."""
     here = Path(__file__).resolve().parent
-    for place in (here / "templates", here.parent / "templates"):
-        if place.is_dir():
-            return place
+    for folder in (here / "templates", here.parent / "templates"):
+        if folder.is_dir():
+            return folder
     raise PackageError("symgen's templates are missing: install it again")

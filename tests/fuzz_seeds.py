@@ -10,6 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from fuzzing import day_of_fleet
 from oracles.bags import State, write_bag, write_mcap
 from support import PROJECT
 
@@ -223,6 +224,16 @@ def write_seeds(reader: str, folder: Path) -> None:
     elif reader == "curves":
         _copy("estimate-2", beside / "estimate", "estimate.json")
         (seeds / "a").write_bytes(_curves(t, q))
+    elif reader in ("dataset", "url"):
+        _write_data_sets(reader, folder, t, q)
+    elif reader == "work":
+        (beside / "work" / "kept").mkdir(parents=True)
+        (beside / "work" / "day.csv").write_text("t,q1,tau1\n")
+        day_of_fleet(beside / "work", beside / "work" / "kept", kept=True)
+        (piece,) = (beside / "work" / "kept").iterdir()
+        (seeds / "a").write_bytes(piece.read_bytes())
+    elif reader == "fleet":
+        (seeds / "a").write_text(json_text("fleet-1"))
     elif reader == "package":
         (seeds / "a").write_text(json_text("manifest-1"))
     elif reader == "values":
@@ -260,6 +271,30 @@ def _curves(t: np.ndarray, q: np.ndarray) -> bytes:
         convergence_values=np.column_stack([q, q]),
     )
     return file.getvalue()
+
+
+def _write_data_sets(reader: str, folder: Path, t: np.ndarray, q: np.ndarray) -> None:
+    columns = {"t": t, "q1": q[:, 0], "q2": q[:, 1], "tau1": q[:, 1], "tau2": q[:, 0]}
+    seeds = folder / "seeds"
+    if reader == "dataset":
+        (seeds / "a").write_text(f"{','.join(columns)}\n{_rows(*columns.values())}\n")
+        for name, write in (("b", np.savez), ("c", np.savez_compressed)):
+            write(seeds / f"{name}.npz", t=t, q=q, qd=q, tau=q)
+        for packing in ("snappy", "zstd", "none"):
+            pq.write_table(pa.table(columns), seeds / packing, compression=packing)
+        (folder / "in" / "dataset").mkdir()
+        return
+    place = folder / "in" / "url"
+    place.mkdir()
+    pq.write_table(pa.table(columns), place / "a.parquet")
+    disk = f"file://{place}"
+    good = ["memory://set/a.parquet", "memory://set/*.parquet", "memory://set", disk]
+    good += [f"{disk}/a.parquet", f"{disk}/**/*.parquet", f"{place}/[a-c].parquet"]
+    refused = [f"{scheme}://host/set/a.parquet" for scheme in ("s3", "gs", "az", "http", "https")]
+    refused += ["https://user:word@host:443/*/[ab].parquet?c=d#e", "http://[::1]:8000/a.parquet"]
+    refused += ["zip://a.parquet::memory://b.zip", "reference://", "dir://a::file://b"]
+    for k, url in enumerate((*good, *refused)):
+        (seeds / f"{'good' if k < len(good) else 'refused'}-{k:02}").write_text(url)
 
 
 def _write_bags(reader: str, folder: Path, t: np.ndarray, q: np.ndarray) -> None:

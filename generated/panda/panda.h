@@ -39,7 +39,8 @@ typedef enum panda_status {
     panda_NOT_POSITIVE_DEFINITE = 1, /* no robot has this X, or the load lets nothing through */
     panda_NOT_FINITE = 2,   /* an input, or what came of it, is NaN or infinite */
     panda_OUTLIER = 4,      /* identifier: an equation that contradicts all before it */
-    panda_NOT_EXCITED = 8   /* identifier: an equation that would teach less than is forgotten */
+    panda_NOT_EXCITED = 8,  /* identifier: an equation that would teach less than is forgotten */
+    panda_NO_SUCH_LINK = 16 /* link is not the number of a joint; nothing is written */
 } panda_status;
 
 /* Named lengths and angles of the robot file. */
@@ -448,24 +449,26 @@ int panda_mass_matrix_factor_batch(size_t N, const double *q, const double *X, d
 
 /* Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning
  * q: (7,)
- * link: number of a joint in robot.toml, 1 to 7
+ * link: number of a joint in robot.toml, 1 to 7; with any other the function returns
+ *   panda_NO_SUCH_LINK and writes nothing
  * point: (3,)
  * J: (6, 7)
  */
-void panda_link_jacobian(const double q[7], size_t link, const double point[3], double J[42]);
-void panda_link_jacobian_batch(size_t N, const double *q, size_t link, const double *point, double
+int panda_link_jacobian(const double q[7], size_t link, const double point[3], double J[42]);
+int panda_link_jacobian_batch(size_t N, const double *q, size_t link, const double *point, double
     *J);
 
 /* dJ/dt qd of a point in the frame of a link: its acceleration without qdd, in frame 0
  * q: (7,)
  * qd: (7,)
- * link: number of a joint in robot.toml, 1 to 7
+ * link: number of a joint in robot.toml, 1 to 7; with any other the function returns
+ *   panda_NO_SUCH_LINK and writes nothing
  * point: (3,)
  * a: (6,)
  */
-void panda_link_drift(const double q[7], const double qd[7], size_t link, const double point[3],
+int panda_link_drift(const double q[7], const double qd[7], size_t link, const double point[3],
     double a[6]);
-void panda_link_drift_batch(size_t N, const double *q, const double *qd, size_t link, const double
+int panda_link_drift_batch(size_t N, const double *q, const double *qd, size_t link, const double
     *point, double *a);
 
 /* X from the standard parameters, in this order: XX1, XY1, XZ1, YY1, YZ1, ZZ1, MX1, MY1, MZ1, M1,
@@ -482,13 +485,14 @@ void panda_base_parameters(const double standard[91], double X[62]);
 /* fix a body on a link, in X: its mass, the centre of mass in the frame of the link, and inertia
  * XX XY XZ YY YZ ZZ about that; mass and inertia negative: take it off
  * X: (62,)
- * link: number of a joint in robot.toml, 1 to 7
+ * link: number of a joint in robot.toml, 1 to 7; with any other the function returns
+ *   panda_NO_SUCH_LINK and writes nothing
  * mass: a number
  * com: (3,)
  * inertia: (6,)
  * X: (62,)
  */
-void panda_add_body(double X[62], size_t link, double mass, const double com[3], const double
+int panda_add_body(double X[62], size_t link, double mass, const double com[3], const double
     inertia[6]);
 
 #ifdef __cplusplus

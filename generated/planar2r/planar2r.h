@@ -39,7 +39,8 @@ typedef enum planar2r_status {
     planar2r_NOT_POSITIVE_DEFINITE = 1, /* no robot has this X, or the load lets nothing through */
     planar2r_NOT_FINITE = 2,   /* an input, or what came of it, is NaN or infinite */
     planar2r_OUTLIER = 4,      /* identifier: an equation that contradicts all before it */
-    planar2r_NOT_EXCITED = 8   /* identifier: an equation that would teach less than is forgotten */
+    planar2r_NOT_EXCITED = 8,  /* identifier: an equation that would teach less than is forgotten */
+    planar2r_NO_SUCH_LINK = 16 /* link is not the number of a joint; nothing is written */
 } planar2r_status;
 
 /* Named lengths and angles of the robot file. */
@@ -297,25 +298,27 @@ int planar2r_mass_matrix_factor_batch(size_t N, const double *q, const double *X
 
 /* Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning
  * q: (2,)
- * link: number of a joint in robot.toml, 1 to 2
+ * link: number of a joint in robot.toml, 1 to 2; with any other the function returns
+ *   planar2r_NO_SUCH_LINK and writes nothing
  * point: (3,)
  * J: (6, 2)
  */
-void planar2r_link_jacobian(const double q[2], size_t link, const double point[3], double J[12]);
-void planar2r_link_jacobian_batch(size_t N, const double *q, size_t link, const double *point,
-    double *J);
+int planar2r_link_jacobian(const double q[2], size_t link, const double point[3], double J[12]);
+int planar2r_link_jacobian_batch(size_t N, const double *q, size_t link, const double *point, double
+    *J);
 
 /* dJ/dt qd of a point in the frame of a link: its acceleration without qdd, in frame 0
  * q: (2,)
  * qd: (2,)
- * link: number of a joint in robot.toml, 1 to 2
+ * link: number of a joint in robot.toml, 1 to 2; with any other the function returns
+ *   planar2r_NO_SUCH_LINK and writes nothing
  * point: (3,)
  * a: (6,)
  */
-void planar2r_link_drift(const double q[2], const double qd[2], size_t link, const double point[3],
+int planar2r_link_drift(const double q[2], const double qd[2], size_t link, const double point[3],
     double a[6]);
-void planar2r_link_drift_batch(size_t N, const double *q, const double *qd, size_t link, const
-    double *point, double *a);
+int planar2r_link_drift_batch(size_t N, const double *q, const double *qd, size_t link, const double
+    *point, double *a);
 
 /* X from the standard parameters, in this order: XX1, XY1, XZ1, YY1, YZ1, ZZ1, MX1, MY1, MZ1, M1,
  * XX2, XY2, XZ2, YY2, YZ2, ZZ2, MX2, MY2, MZ2, M2
@@ -327,13 +330,14 @@ void planar2r_base_parameters(const double standard[20], double X[4]);
 /* fix a body on a link, in X: its mass, the centre of mass in the frame of the link, and inertia
  * XX XY XZ YY YZ ZZ about that; mass and inertia negative: take it off
  * X: (4,)
- * link: number of a joint in robot.toml, 1 to 2
+ * link: number of a joint in robot.toml, 1 to 2; with any other the function returns
+ *   planar2r_NO_SUCH_LINK and writes nothing
  * mass: a number
  * com: (3,)
  * inertia: (6,)
  * X: (4,)
  */
-void planar2r_add_body(double X[4], size_t link, double mass, const double com[3], const double
+int planar2r_add_body(double X[4], size_t link, double mass, const double com[3], const double
     inertia[6]);
 
 #ifdef __cplusplus

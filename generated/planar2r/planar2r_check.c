@@ -913,7 +913,7 @@ int main(void)
         double scale = 0.0;
         for (size_t i = 0; i < 4; ++i) {
             planar2r_real J[12];
-            planar2r_link_jacobian(q[i], link[i][0], point[i], J);
+            worst += planar2r_link_jacobian(q[i], link[i][0], point[i], J);
             here = fmax(here, error_of(J, expected[i] + 0, 12));
             for (size_t k = 0; k < 12; ++k) {
                 scale = fmax(scale, fabs(expected[i][k]));
@@ -958,7 +958,7 @@ int main(void)
         double scale = 0.0;
         for (size_t i = 0; i < 4; ++i) {
             planar2r_real a[6];
-            planar2r_link_drift(q[i], qd[i], link[i][0], point[i], a);
+            worst += planar2r_link_drift(q[i], qd[i], link[i][0], point[i], a);
             here = fmax(here, error_of(a, expected[i] + 0, 6));
             for (size_t k = 0; k < 6; ++k) {
                 scale = fmax(scale, fabs(expected[i][k]));
@@ -1039,7 +1039,7 @@ int main(void)
             for (size_t k = 0; k < sizeof X / sizeof X[0]; ++k) {
                 X[k] = X_in[i][k];
             }
-            planar2r_add_body(X, link[i][0], mass[i][0], com[i], inertia[i]);
+            worst += planar2r_add_body(X, link[i][0], mass[i][0], com[i], inertia[i]);
             here = fmax(here, error_of(X, expected[i] + 0, 4));
             for (size_t k = 0; k < 4; ++k) {
                 scale = fmax(scale, fabs(expected[i][k]));

@@ -39,7 +39,8 @@ typedef enum puma560_status {
     puma560_NOT_POSITIVE_DEFINITE = 1, /* no robot has this X, or the load lets nothing through */
     puma560_NOT_FINITE = 2,   /* an input, or what came of it, is NaN or infinite */
     puma560_OUTLIER = 4,      /* identifier: an equation that contradicts all before it */
-    puma560_NOT_EXCITED = 8   /* identifier: an equation that would teach less than is forgotten */
+    puma560_NOT_EXCITED = 8,  /* identifier: an equation that would teach less than is forgotten */
+    puma560_NO_SUCH_LINK = 16 /* link is not the number of a joint; nothing is written */
 } puma560_status;
 
 /* Named lengths and angles of the robot file. */
@@ -431,24 +432,26 @@ int puma560_mass_matrix_factor_batch(size_t N, const double *q, const double *X,
 
 /* Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning
  * q: (6,)
- * link: number of a joint in robot.toml, 1 to 6
+ * link: number of a joint in robot.toml, 1 to 6; with any other the function returns
+ *   puma560_NO_SUCH_LINK and writes nothing
  * point: (3,)
  * J: (6, 6)
  */
-void puma560_link_jacobian(const double q[6], size_t link, const double point[3], double J[36]);
-void puma560_link_jacobian_batch(size_t N, const double *q, size_t link, const double *point, double
+int puma560_link_jacobian(const double q[6], size_t link, const double point[3], double J[36]);
+int puma560_link_jacobian_batch(size_t N, const double *q, size_t link, const double *point, double
     *J);
 
 /* dJ/dt qd of a point in the frame of a link: its acceleration without qdd, in frame 0
  * q: (6,)
  * qd: (6,)
- * link: number of a joint in robot.toml, 1 to 6
+ * link: number of a joint in robot.toml, 1 to 6; with any other the function returns
+ *   puma560_NO_SUCH_LINK and writes nothing
  * point: (3,)
  * a: (6,)
  */
-void puma560_link_drift(const double q[6], const double qd[6], size_t link, const double point[3],
+int puma560_link_drift(const double q[6], const double qd[6], size_t link, const double point[3],
     double a[6]);
-void puma560_link_drift_batch(size_t N, const double *q, const double *qd, size_t link, const double
+int puma560_link_drift_batch(size_t N, const double *q, const double *qd, size_t link, const double
     *point, double *a);
 
 /* X from the standard parameters, in this order: XX1, XY1, XZ1, YY1, YZ1, ZZ1, MX1, MY1, MZ1, M1,
@@ -464,13 +467,14 @@ void puma560_base_parameters(const double standard[78], double X[52]);
 /* fix a body on a link, in X: its mass, the centre of mass in the frame of the link, and inertia
  * XX XY XZ YY YZ ZZ about that; mass and inertia negative: take it off
  * X: (52,)
- * link: number of a joint in robot.toml, 1 to 6
+ * link: number of a joint in robot.toml, 1 to 6; with any other the function returns
+ *   puma560_NO_SUCH_LINK and writes nothing
  * mass: a number
  * com: (3,)
  * inertia: (6,)
  * X: (52,)
  */
-void puma560_add_body(double X[52], size_t link, double mass, const double com[3], const double
+int puma560_add_body(double X[52], size_t link, double mass, const double com[3], const double
     inertia[6]);
 
 #ifdef __cplusplus

@@ -979,7 +979,7 @@ int main(void)
         double scale = 0.0;
         for (size_t i = 0; i < 4; ++i) {
             puma560_real J[36];
-            puma560_link_jacobian(q[i], link[i][0], point[i], J);
+            worst += puma560_link_jacobian(q[i], link[i][0], point[i], J);
             here = fmax(here, error_of(J, expected[i] + 0, 36));
             for (size_t k = 0; k < 36; ++k) {
                 scale = fmax(scale, fabs(expected[i][k]));
@@ -1024,7 +1024,7 @@ int main(void)
         double scale = 0.0;
         for (size_t i = 0; i < 4; ++i) {
             puma560_real a[6];
-            puma560_link_drift(q[i], qd[i], link[i][0], point[i], a);
+            worst += puma560_link_drift(q[i], qd[i], link[i][0], point[i], a);
             here = fmax(here, error_of(a, expected[i] + 0, 6));
             for (size_t k = 0; k < 6; ++k) {
                 scale = fmax(scale, fabs(expected[i][k]));
@@ -1105,7 +1105,7 @@ int main(void)
             for (size_t k = 0; k < sizeof X / sizeof X[0]; ++k) {
                 X[k] = X_in[i][k];
             }
-            puma560_add_body(X, link[i][0], mass[i][0], com[i], inertia[i]);
+            worst += puma560_add_body(X, link[i][0], mass[i][0], com[i], inertia[i]);
             here = fmax(here, error_of(X, expected[i] + 0, 52));
             for (size_t k = 0; k < 52; ++k) {
                 scale = fmax(scale, fabs(expected[i][k]));

@@ -504,31 +504,35 @@ public:
         return std::make_tuple(L_out, D_out);
     }
 
-    /* Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning
+    /* Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning; nonzero, or empty: there is no such link
      * J: 6, 6
      */
-    static void link_jacobian(input<6> q, std::size_t link, input<3> point, output<36> J) noexcept
+    static int link_jacobian(input<6> q, std::size_t link, input<3> point, output<36> J) noexcept
     {
-        rx90_link_jacobian(q.data(), link, point.data(), J.data());
+        return rx90_link_jacobian(q.data(), link, point.data(), J.data());
     }
-    [[nodiscard]] static std::array<real, 36> link_jacobian(input<6> q, std::size_t link, input<3> point) noexcept
+    [[nodiscard]] static std::optional<std::array<real, 36>> link_jacobian(input<6> q, std::size_t link, input<3> point) noexcept
     {
         std::array<real, 36> J;
-        link_jacobian(q, link, point, J);
+        if (link_jacobian(q, link, point, J) != 0) {
+            return std::nullopt;
+        }
         return J;
     }
 
-    /* dJ/dt qd of a point in the frame of a link: its acceleration without qdd, in frame 0
+    /* dJ/dt qd of a point in the frame of a link: its acceleration without qdd, in frame 0; nonzero, or empty: there is no such link
      * a: 6
      */
-    static void link_drift(input<6> q, input<6> qd, std::size_t link, input<3> point, output<6> a) noexcept
+    static int link_drift(input<6> q, input<6> qd, std::size_t link, input<3> point, output<6> a) noexcept
     {
-        rx90_link_drift(q.data(), qd.data(), link, point.data(), a.data());
+        return rx90_link_drift(q.data(), qd.data(), link, point.data(), a.data());
     }
-    [[nodiscard]] static std::array<real, 6> link_drift(input<6> q, input<6> qd, std::size_t link, input<3> point) noexcept
+    [[nodiscard]] static std::optional<std::array<real, 6>> link_drift(input<6> q, input<6> qd, std::size_t link, input<3> point) noexcept
     {
         std::array<real, 6> a;
-        link_drift(q, qd, link, point, a);
+        if (link_drift(q, qd, link, point, a) != 0) {
+            return std::nullopt;
+        }
         return a;
     }
 
@@ -546,11 +550,11 @@ public:
         return X;
     }
 
-    /* fix a body on a link, in X: its mass, the centre of mass in the frame of the link, and inertia XX XY XZ YY YZ ZZ about that; mass and inertia negative: take it off
+    /* fix a body on a link, in X: its mass, the centre of mass in the frame of the link, and inertia XX XY XZ YY YZ ZZ about that; mass and inertia negative: take it off; nonzero, or empty: there is no such link
      */
-    static void add_body(output<parameters> X, std::size_t link, real mass, input<3> com, input<6> inertia) noexcept
+    static int add_body(output<parameters> X, std::size_t link, real mass, input<3> com, input<6> inertia) noexcept
     {
-        rx90_add_body(X.data(), link, mass, com.data(), inertia.data());
+        return rx90_add_body(X.data(), link, mass, com.data(), inertia.data());
     }
 };
 

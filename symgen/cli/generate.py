@@ -48,10 +48,13 @@ def generate(
     chosen = ALL if kernels in (None, "all") else tuple(listed(str(kernels)))
     if standard:
         chosen += tuple(name for name in STANDARD if name not in chosen)
+    named = None if kernels in (None, "all") else chosen  # of "all", those that the robot has
     say(f"deriving {source.name}")
     with meter("deriving") as advance:
         model = symgen.derive(source, chosen, meter=lambda part: advance(_DERIVING * part))
-        tree = symgen.generate(model, target=target, dtype=dtype, tex=tex, prefix=prefix)
+        tree = symgen.generate(
+            model, target=target, dtype=dtype, kernels=named, tex=tex, prefix=prefix
+        )
     symgen.write_package(tree, folder)
     print_model(model)
     click.echo(f"written: {folder} ({len(tree.files)} files)")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +76,7 @@ def identify(
     that was interrupted.
     """
     import symgen
+    from symgen.distributed import WorkFolder
     from symgen.files import check_replaceable
     from symgen.identification.parts import is_long
     from symgen.identification.solving import FOLDED
@@ -113,7 +113,7 @@ def identify(
                 said = f"no URDF is written: {error}"
         files = symgen.write(estimate, into, robot=source, more=urdf)
     if kept is not None:
-        shutil.rmtree(kept, ignore_errors=True)
+        WorkFolder(kept).remove()
     trusted = print_result(estimate)
     if model != "auto" and not trusted:
         click.echo(f"try: {again(model='auto', into=f'{into}-auto')}")

@@ -34,6 +34,7 @@ def import_(file: Path, fix: tuple[str, ...], into: Path | None) -> int:
     from symgen.robot.fixed import with_fixed
     from symgen.robot.foreign import read_imported
     from symgen.robot.toml_text import parameters_toml
+    from symgen.symbolic.near_angles import costly_angles
 
     if into is not None and into.suffix != ".toml":
         raise click.UsageError(f"--into {into}: accepted: a path that ends in .toml")
@@ -47,7 +48,7 @@ def import_(file: Path, fix: tuple[str, ...], into: Path | None) -> int:
     for path, text in files.items():
         write_text(path, text)
     print_robot(found.robot)
-    for line in found.notes:
+    for line in (*found.notes, *costly_angles(found.robot)):
         click.echo(f"note: {line}")
     for line in found.assumed:
         warnings.warn(f"{file}: {line}", SymgenWarning, stacklevel=1)

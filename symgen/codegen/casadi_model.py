@@ -41,7 +41,7 @@ def casadi_function(model: Model, kernel: Kernel, *, flat: bool = False) -> Any:
         model: the derived model; its robot gives the named lengths their values.
         kernel: one of its kernels. Each output is a matrix of the kernel's shape, a vector a
             column; 4x4 frames stand one below the other. It is NaN where a guard is not positive: a
-            mass matrix that is not positive definite.
+            mass matrix that is not positive definite, or a link that the robot does not have.
         flat: whether every output is a column (size, 1), row-major, which is what maps over
             samples want.
     """
@@ -67,7 +67,8 @@ def casadi_function(model: Model, kernel: Kernel, *, flat: bool = False) -> Any:
             column = casadi.reshape(column, width, output.size // width).T
         out.append(column)
         at += output.size
-    for guard in values[at:]:
+    known = [casadi.sum1(casadi.vertcat(*entries[LINK]))] if kernel.links else []
+    for guard in (*values[at:], *known):
         out = [casadi.if_else(guard > 0, array, casadi.SX.nan(*array.shape)) for array in out]
     names = [output.name for output in kernel.outputs]
     return casadi.Function(

@@ -51,7 +51,7 @@ def _check(prefix: str, kernel: Kernel, entry: Mapping[str, Any], dtype: str) ->
         "arguments": inputs,
         "changed": sorted(changed),
         "outputs": outputs,
-        "call": f"worst += {call}" if kernel.guards else call,
+        "call": f"worst += {call}" if kernel.fallible else call,
         "expected": [", ".join(repr(float(v)) for v in row) for row in entry["expected"]],
     }
 

@@ -63,6 +63,16 @@ class Kernel:
         """Number of entries of all outputs."""
         return sum(output.size for output in self.outputs)
 
+    @property
+    def links(self) -> int:
+        """Number of links that its input `link` chooses from; 0 where it has no such input."""
+        return next((len(symbols) for name, symbols in self.tape.inputs if name == LINK), 0)
+
+    @property
+    def fallible(self) -> bool:
+        """Whether a call can fail: in C the kernel returns a status then."""
+        return bool(self.guards or self.links)
+
     @cached_property
     def filled(self) -> tuple[tuple[int, ...], ...]:
         """Entries of each output, counted through, that are not zero whatever comes in."""

@@ -24,6 +24,7 @@ from symgen.codegen.manifest import SCHEMA, base_table, described
 from symgen.codegen.model import Model
 from symgen.codegen.parts import in_parts
 from symgen.codegen.prototypes import arguments, declarations
+from symgen.codegen.recipes import FRICTION, RECIPES
 from symgen.codegen.targets import BACKENDS, backends
 from symgen.codegen.verification import DIGITS, POINTS, TOLERANCE, verification
 from symgen.codegen.wording import columns_text, input_text, markdown, shape_text, wrapped
@@ -80,20 +81,34 @@ def generate(
             so that both packages of a robot link into one program.
 
     Raises:
-        PackageError: an option is not one of these.
+        PackageError: an option is not one of these, or no kernel is left to write.
     """
     if dtype not in DTYPES:
         raise PackageError(f"dtype {dtype!r}; accepted: {', '.join(DTYPES)}")
-    known = [k.name for k in model.kernels]
-    for name in kernels or ():
-        if name not in known:
-            raise PackageError(f"kernel {name!r}; accepted: {', '.join(known)}")
-    chosen = tuple(k for k in model.kernels if kernels is None or k.name in kernels)
+    chosen = _chosen(model, kernels)
     added = backends(target, chosen, model.robot)
     name = default_prefix(model.robot.name, dtype) if prefix is None else prefix
     if not is_robot_name(name):
         raise PackageError(f"prefix {name!r}; accepted: a C identifier that hides no header of C")
     return _Writer(model, target, dtype, chosen, tex, name, added).tree()
+
+
+def _chosen(model: Model, names: Sequence[str] | None) -> tuple[Kernel, ...]:
+    known = [k.name for k in model.kernels]
+    for name in known if names is None else names:
+        if name in FRICTION and name not in known and model.base.linear == model.base.inertial:
+            others = ", ".join(other for other in RECIPES if other not in FRICTION)
+            raise PackageError(
+                f"kernel {name!r}: {model.robot.name} has no friction and no effects; "
+                f"accepted: all, or some of {others}"
+            )
+        if name not in known:
+            raise PackageError(f"kernel {name!r}; accepted: {', '.join(known)}")
+    chosen = tuple(k for k in model.kernels if names is None or k.name in names)
+    if not chosen:
+        accepted = ", ".join(known) or "a model with at least one kernel"
+        raise PackageError(f"a package without kernels; accepted: {accepted}")
+    return chosen
 
 
 def library(model: Model, kernels: Sequence[str] | None = None) -> dict[str, bytes]:
@@ -263,15 +278,17 @@ class _Writer:
         counts = operation_counts([kernel.tape])
         listed = arguments(kernel, self.dtype)
         names = [a.name for a in listed]
-        shapes = [f"{name}: {input_text(name, len(s))}" for name, s in kernel.tape.inputs] + [
-            f"{o.name}: {shape_text(o.shape)}{columns_text(o.columns)}" for o in kernel.outputs
-        ]
+        shapes = [
+            f"{name}: {input_text(self.name, name, len(s))}" for name, s in kernel.tape.inputs
+        ] + [f"{o.name}: {shape_text(o.shape)}{columns_text(o.columns)}" for o in kernel.outputs]
         return {
             "name": kernel.name,
             "doc": wrapped(kernel.doc),
             "shapes": [line for shape in shapes for line in wrapped(shape, "  ")],
-            "returns": "int" if kernel.guards else "void",
+            "returns": "int" if kernel.fallible else "void",
+            "fallible": kernel.fallible,
             "guarded": bool(kernel.guards),
+            "links": kernel.links,
             "batch": kernel.batch,
             "parameters": ", ".join(a.single for a in listed),
             "batch_parameters": ", ".join(a.batch for a in listed),

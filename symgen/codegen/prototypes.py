@@ -62,7 +62,7 @@ def _array(name: str, size: int, kind: str) -> Argument:
 
 def declarations(prefix: str, kernel: Kernel, real: str) -> tuple[str, ...]:
     """Return the prototypes of a kernel: for one sample, and for N where it has such a form."""
-    listed, returns = arguments(kernel, real), "int" if kernel.guards else "void"
+    listed, returns = arguments(kernel, real), "int" if kernel.fallible else "void"
     out = [f"{returns} {prefix}_{kernel.name}({', '.join(a.single for a in listed)});"]
     if kernel.batch:
         inputs = ", ".join(["size_t N", *(a.batch for a in listed)])

@@ -189,6 +189,8 @@ RECIPES: dict[str, Recipe] = {
     "all_terms": _all_terms,
     **control_recipes.RECIPES,
 }
+#: Kernels that a robot without friction or effects does not have.
+FRICTION = ("friction_power", "friction_torque")
 #: Kernels over standard parameters, which a package has on request.
 STANDARD = ("standard_energy_regressor", "standard_torque_regressor")
 ALL = tuple(name for name in RECIPES if name not in STANDARD)

@@ -15,9 +15,12 @@ def shape_text(shape: tuple[int, ...]) -> str:
     return f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"
 
 
-def input_text(name: str, size: int) -> str:
+def input_text(prefix: str, name: str, size: int) -> str:
     if name == LINK:
-        return f"number of a joint in robot.toml, 1 to {size}"
+        return (
+            f"number of a joint in robot.toml, 1 to {size}; with any other the function returns "
+            f"{prefix}_NO_SUCH_LINK and writes nothing"
+        )
     return "a number" if name in SCALARS else f"({size},)"
 
 

@@ -7,7 +7,6 @@ and the sample, and says what is accepted.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,9 +19,18 @@ from symgen.data.bags import is_bag, read_bag
 from symgen.data.beside import links, temperatures
 from symgen.data.columns import another_number
 from symgen.data.drive import joint_side
-from symgen.data.raw import FloatArray, Raw, Reading, one_line, refuse
+from symgen.data.opening import SUFFIXES, open_table, whole
+from symgen.data.raw import (
+    KEYS,
+    ROLES,
+    FloatArray,
+    Raw,
+    Reading,
+    one_line,
+    refuse,
+    require_shapes,
+)
 from symgen.data.raw import read_only as read_only
-from symgen.data.tables import COLUMNS, KEYS, read_csv, read_npz, read_parquet
 from symgen.errors import LogError, plain
 from symgen.names import PRISMATIC
 
@@ -35,8 +43,6 @@ MIN_SAMPLES = 10
 #: A revolute joint that travels further than this, in rad, is taken to be written in degrees.
 MAX_RANGE = 50.0
 
-#: Readers of tables by the end of a name.
-READERS = {".csv": read_csv, ".parquet": read_parquet, ".npz": read_npz}
 _DEGREES = 180.0 / np.pi
 _LOOKED_AT = 1 << 14  # samples whose speeds tell the unit
 _FILES = "a .csv, .parquet, .npz, .mcap or .db3 file, or the folder of a ROS 2 bag"
@@ -120,15 +126,14 @@ def read_log(
             refuse(path, "there is no such file", _FILES)
         if is_bag(path):
             raw = read_bag(path, reading, names, currents)
-        elif path.suffix.lower() not in READERS:
+        elif path.suffix.lower() not in SUFFIXES:
             refuse(path, f"the extension {path.suffix!r} is not known", _FILES)
-        elif path.stat().st_size == 0:
-            refuse(path, "the file is empty", COLUMNS)
         else:
             own = len(sigma) if sigma is not None else n
-            read = READERS[path.suffix.lower()]
-            raw = read(path, reading.columns, currents, names, own, reading.poses)
-    except (OSError, ValueError, csv.Error) as error:
+            asked = (reading.columns, currents, names, own, reading.poses)
+            with open_table(str(path), *asked) as table:
+                raw = whole(table)
+    except (OSError, ValueError) as error:
         raise LogError(one_line(f"{path}: cannot be read: {error}; accepted: {_FILES}")) from error
     return checked(str(path), plain(path.name), raw, n, sigma, drive, names, reading.poses)
 
@@ -232,32 +237,21 @@ def checked(
     if sigma is not None and n is not None and len(sigma) != n:
         raise ValueError(f"sigma has {len(sigma)} entries for {n} joints")
     n = len(sigma) if sigma is not None else n
-    t = _numeric(file, "t", raw.t)
-    if t.ndim != 1:
-        refuse(file, f"t has the shape {t.shape}", "t (N,)")
+    held = {role: x for role in ROLES if (x := getattr(raw, role)) is not None}
+    require_shapes(file, held)
+    t = read_only(held.pop("t"))
     if len(t) == 0:
         refuse(file, "has no samples", f"at least {MIN_SAMPLES} samples")
     if len(t) < MIN_SAMPLES:
         refuse(file, f"has {len(t)} samples", f"at least {MIN_SAMPLES} samples")
-    q = _matrix(file, "q", raw.q, len(t))
-    qd, tau, current = (
-        None if array is None else _matrix(file, role, array, len(t))
-        for role, array in (("qd", raw.qd), ("tau", raw.tau), ("i", raw.i))
-    )
-    if tau is None and current is None:
+    if raw.tau is None and raw.i is None:
         refuse(file, "has neither torques nor currents", KEYS)
+    arrays = {role: read_only(x[:, None] if x.ndim == 1 else x) for role, x in held.items()}
+    q = arrays["q"]
+    qd, tau, current, temp, qs = map(arrays.get, ("qd", "tau", "i", "temp", "qs"))
     joints = q.shape[1]
     if n is not None and joints != n:
         refuse(file, *another_number(joints, n, names))
-    temp, qs = (
-        None if array is None else _matrix(file, role, array, len(t))
-        for role, array in (("temp", raw.temp), ("qs", raw.qs))
-    )
-    columns = (("qd", qd), ("tau", tau), ("i", current), ("temp", temp), ("qs", qs))
-    for role, array in columns:
-        if array is not None and array.shape[1] != joints:
-            what = f"columns of q: {joints}, of {role}: {array.shape[1]}"
-            refuse(file, what, "as many of q and tau, and of what else there is")
     _require_finite(file, "t", t[:, None], t)
     for role, array in (("q", q), ("qd", qd), ("tau", tau), ("i", current)):
         if array is not None:
@@ -270,20 +264,6 @@ def checked(
     log = log if drive is None else joint_side(log, drive)
     _require_radians(file, t, log.q, None if poses else log.qd, revolute)
     return log
-
-
-def _numeric(file: str, role: str, array: npt.NDArray[Any]) -> FloatArray:
-    if array.dtype.kind not in "iuf":
-        refuse(file, f"{role} holds {array.dtype}", "floats or integers")
-    return read_only(array)
-
-
-def _matrix(file: str, role: str, array: npt.NDArray[Any], samples: int) -> FloatArray:
-    matrix = array[:, None] if array.ndim == 1 else array
-    if matrix.ndim != 2 or len(matrix) != samples or matrix.shape[1] == 0:
-        what = f"{role} has the shape {array.shape}, and t has {samples} samples"
-        refuse(file, what, f"{role} ({samples}, n)")
-    return _numeric(file, role, matrix)
 
 
 def _require_finite(file: str, role: str, array: FloatArray, t: FloatArray) -> None:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +20,10 @@ NUMBERED = re.compile(r"(qd|qs|q|tau|i|temp)(0|[1-9][0-9]*)")
 ROLES = ("t", "q", "qd", "tau", "i", "temp", "qs")
 #: What is measured beside the motion: temperatures, and positions behind an elastic joint.
 BESIDE = ("temp", "qs")
+#: What a table has, and what an NPZ.
+COLUMNS = "t, q1.., optional qd1.., tau1.."
+KEYS = "t (N,), q (N, n), tau (N, n), optional qd (N, n)"
+BATCH = 1 << 15  # rows of a table that are read at once
 #: What a file may unpack to: bytes, and times its size on the disk.
 _UNPACKED, _PACKING = 256 << 20, 20
 MASKS = ("rest", "saturation")
@@ -105,6 +109,112 @@ class Raw:
         object.__setattr__(self, "notes", tuple(map(plain, self.notes)))
 
 
+class Table(Protocol):
+    """A table of a log that is open."""
+
+    @property
+    def rows(self) -> int:
+        """The number of its rows."""
+
+    @property
+    def measured(self) -> bool:
+        """Whether it has speeds."""
+
+    def times(self) -> Iterator[npt.NDArray[Any]]:
+        """Yield the column of time, piece by piece."""
+
+    def spans(self, spans: Sequence[tuple[int, int]]) -> Iterator[Raw]:
+        """Yield rows: of each span the first, and the one behind the last, both increasing."""
+
+
+class Rows(Protocol):
+    """An array, or one that lies in a file."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of the whole."""
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """Of its entries."""
+
+    def __getitem__(self, rows: slice, /) -> npt.NDArray[Any]:
+        """Return some rows."""
+
+
+@dataclass(frozen=True)
+class Arrays:
+    """A table that is one array for each role.
+
+    Attributes:
+        arrays: by role, of as many rows each.
+        ignored, notes: as of `Raw`.
+    """
+
+    arrays: Mapping[str, Rows]
+    ignored: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def rows(self) -> int:
+        """The number of its rows."""
+        return self.arrays["t"].shape[0]
+
+    @property
+    def measured(self) -> bool:
+        """Whether it has speeds."""
+        return "qd" in self.arrays
+
+    def without(self, roles: Collection[str]) -> Arrays:
+        """Return the table without some roles."""
+        return replace(self, arrays={k: x for k, x in self.arrays.items() if k not in roles})
+
+    def times(self) -> Iterator[npt.NDArray[Any]]:
+        """Yield the column of time, piece by piece."""
+        for first in range(0, self.rows, BATCH):
+            yield self.arrays["t"][first : first + BATCH]
+
+    def spans(self, spans: Sequence[tuple[int, int]]) -> Iterator[Raw]:
+        """Yield rows."""
+        for first, last in spans:
+            found: dict[str, Any] = dict.fromkeys(ROLES)
+            found |= {role: array[first:last] for role, array in self.arrays.items()}
+            yield Raw(**found, ignored=self.ignored, notes=self.notes)
+
+
+def require_shapes(file: str | Path, arrays: Mapping[str, Rows]) -> None:
+    """Refuse arrays whose types or shapes are not those of a log.
+
+    Args:
+        file: what messages call it.
+        arrays: by role.
+
+    Raises:
+        LogError: t is not (N,), another not (N, n) or (N,), or one holds no numbers.
+    """
+    samples = arrays["t"].shape
+    for role, array in arrays.items():
+        if array.dtype.kind not in "iuf":
+            refuse(file, f"{role} holds {array.dtype}", "floats or integers")
+        if role == "t" and len(samples) != 1:
+            refuse(file, f"t has the shape {samples}", "t (N,)")
+        matrix = (*array.shape, 1)[:2] if len(array.shape) < 3 else ()
+        if role != "t" and (len(array.shape) == 0 or matrix[:1] != samples or matrix[1] == 0):
+            what = f"{role} has the shape {array.shape}, and t has {samples[0]} samples"
+            refuse(file, what, f"{role} ({samples[0]}, n)")
+    counts = {role: (*x.shape, 1)[1] for role, x in arrays.items() if role != "t"}
+    for role, count in counts.items():
+        if count != counts["q"]:
+            what = f"columns of q: {counts['q']}, of {role}: {count}"
+            refuse(file, what, "as many of q and tau, and of what else there is")
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return the first names of a file in words."""
+    named = [name for name in names if name]
+    return (", ".join(named[:12]) + (", .." if len(named) > 12 else "")) or "none"
+
+
 def one_line(message: str) -> str:
     """Return a message without line breaks."""
     return " ".join(message.splitlines())
@@ -117,6 +227,20 @@ def refuse(file: str | Path, what: str, accepted: str) -> NoReturn:
         LogError: always.
     """
     raise LogError(one_line(f"{file}: {what}; accepted: {accepted}"))
+
+
+def refuse_currents(path: Path) -> NoReturn:
+    """Refuse currents without what makes torques of them.
+
+    Raises:
+        LogError: always.
+    """
+    refuse(
+        path,
+        "the torque columns tau1.. are missing, and motor currents i1.. need torque_constant in "
+        "[drive] of the robot file",
+        COLUMNS,
+    )
 
 
 def require_size(path: Path, announced: int) -> None:

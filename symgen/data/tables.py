@@ -1,36 +1,32 @@
-"""Logs as tables: CSV, Parquet and NPZ."""
+"""Logs as tables: what their columns are, and CSV."""
 
 from __future__ import annotations
 
 import csv
-import zipfile
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
 from symgen.data.beside import spread
 from symgen.data.raw import (
     BESIDE,
+    COLUMNS,
     NUMBERED,
-    ROLES,
     FloatArray,
     Raw,
+    listed,
     one_line,
     refuse,
-    require_size,
+    refuse_currents,
 )
 from symgen.data.recorders import matched
-from symgen.data.stored import stored_arrays
 from symgen.errors import LogError
 
 _LOOKED_AT = 1000  # columns that are searched for a bad cell
-#: What a table has, and what an NPZ.
-COLUMNS = "t, q1.., optional qd1.., tau1.."
 _PATTERN = {"t": "t=NAME", "q1": "q=*_NAME", "tau1": "tau=*_NAME"}
-KEYS = "t (N,), q (N, n), tau (N, n), optional qd (N, n)"
 
 
 def read_csv(
@@ -106,34 +102,6 @@ def _bad_cell(path: Path, names: list[str], wanted: list[str]) -> str | None:
     return "has a header and no samples" if sample < 0 else None
 
 
-def read_parquet(
-    path: Path,
-    columns: Mapping[str, str],
-    currents: bool,
-    joints: Sequence[str] = (),
-    n: int | None = None,
-    poses: bool = False,
-) -> Raw:
-    """Read a Parquet table; arguments and errors as for `read_csv`."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    try:
-        with pq.ParquetFile(path) as file:
-            schema = file.schema_arrow
-            names, groups, notes = assigned(
-                path, schema.names, schema.types, columns, currents, joints, n, poses
-            )
-            wanted = [name for group in groups.values() for name in group]
-            stored = [schema.names[names.index(name)] for name in wanted]
-            require_size(path, 8 * file.metadata.num_rows * len(wanted))
-            table = file.read(columns=stored).select(stored).rename_columns(wanted)
-    except (pa.ArrowException, OSError, ValueError) as error:
-        what = f"{path}: is not a readable Parquet file: {error}"
-        raise LogError(one_line(f"{what}; accepted: a Parquet table of {COLUMNS}")) from error
-    return _from_columns(table, names, groups, notes)
-
-
 def assigned(
     path: Path,
     stored: Sequence[str],
@@ -188,18 +156,12 @@ def _renamed(
         if ours != "t" and NUMBERED.fullmatch(ours) is None:
             refuse(path, f"--columns {ours}={theirs}: a table has one column a joint", COLUMNS)
         if theirs not in names:
-            refuse(path, f"there is no column {theirs!r} (--columns {ours})", _found(names))
+            refuse(path, f"there is no column {theirs!r} (--columns {ours})", listed(names))
     ours_of = {theirs: ours for ours, theirs in columns.items()}
     given = [
         ours_of.get(name, f"{name} (of the file)" if name in columns else name) for name in names
     ]
     return matched(path, given, patterns, joints, n, currents)
-
-
-def _found(names: Sequence[str]) -> str:
-    """Return the first names of a file in words."""
-    named = [name for name in names if name]
-    return (", ".join(named[:12]) + (", .." if len(named) > 12 else "")) or "none"
 
 
 def _groups(
@@ -217,10 +179,10 @@ def _groups(
     measured = numbers["tau"] or (numbers["i"] if currents else [])
     for role, present in (("t", poses or "t" in named), ("q1", numbers["q"]), ("tau1", measured)):
         if role == "tau1" and not present and numbers["i"]:
-            _refuse_currents(path)
+            refuse_currents(path)
         if not present:
             how = f'{COLUMNS}, or --columns "{_PATTERN[role]}"'
-            refuse(path, f"there is no column {role} among {_found(names)}", how)
+            refuse(path, f"there is no column {role} among {listed(names)}", how)
     if not currents or (numbers["tau"] and len(numbers["i"]) != len(numbers["q"])):
         del numbers["i"]
     groups = {"t": [] if poses else ["t"]}
@@ -233,15 +195,6 @@ def _groups(
             refuse(path, f"the columns {gap} are not numbered 1, 2, .. without gaps", COLUMNS)
         groups[role] = [f"{role}{number}" for number in have]
     return groups
-
-
-def _refuse_currents(path: Path) -> NoReturn:
-    refuse(
-        path,
-        "the torque columns tau1.. are missing, and motor currents i1.. need torque_constant in "
-        "[drive] of the robot file",
-        COLUMNS,
-    )
 
 
 def _from_columns(
@@ -265,75 +218,3 @@ def _from_columns(
         notes=notes,
         **beside,
     )
-
-
-def read_npz(
-    path: Path,
-    columns: Mapping[str, str],
-    currents: bool,
-    _joints: Sequence[str] = (),
-    _n: int | None = None,
-    poses: bool = False,
-) -> Raw:
-    """Read what numpy.savez wrote; arguments and errors as for `read_csv`."""
-    if not zipfile.is_zipfile(path):
-        refuse(path, "is not an NPZ archive", f"what numpy.savez writes, with {KEYS}")
-    roles = (*(() if poses else ("t",)), "q", "qd", "tau", *(("i",) if currents else ()), *BESIDE)
-    for ours, theirs in columns.items():
-        if ours not in ROLES:
-            refuse(path, f"--columns {ours}={theirs}: an NPZ has one array for all joints", KEYS)
-    try:
-        # allow_pickle stays off: a pickle in a log would run code of whoever wrote it. The file is
-        # opened here because numpy leaves it open when the archive is damaged.
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            require_size(path, sum(entry.file_size for entry in archive.zip.infolist()))
-            keys = list(archive.files)
-            stored = {role: columns.get(role, role) for role in roles}
-            arrays = {role: np.asarray(archive[key]) for role, key in stored.items() if key in keys}
-    except LogError:
-        raise
-    except Exception as error:  # a damaged archive raises one of a dozen kinds
-        what = "an array holds Python objects" if "Object arrays" in str(error) else str(error)
-        raise LogError(one_line(f"{path}: cannot be read: {what}; accepted: {KEYS}")) from error
-    for ours, theirs in columns.items():
-        if theirs not in keys:
-            refuse(path, f"there is no array {theirs!r} (--columns {ours})", _found(keys))
-    if "tau" not in arrays and "i" not in arrays and "i" in keys:
-        _refuse_currents(path)
-    if poses and "q" in arrays:
-        arrays["t"] = np.arange(len(np.atleast_1d(arrays["q"])))
-    for role in ("t", "q", "tau"):
-        if role not in arrays and not (role == "tau" and "i" in arrays):
-            refuse(path, f"there is no array {stored[role]} among {_found(keys)}", KEYS)
-    used = {stored[role] for role in arrays if role in stored}
-    return Raw(
-        arrays["t"],
-        arrays["q"],
-        arrays.get("qd"),
-        arrays.get("tau"),
-        arrays.get("i"),
-        tuple(key for key in keys if key not in used),
-        (),
-        arrays.get("temp"),
-        arrays.get("qs"),
-    )
-
-
-#: Ends of names of files that tell their rows without being read.
-COUNTED = (".parquet", ".npz")
-
-
-def rows_of(path: Path) -> int:
-    """Return the rows of one of COUNTED; 0 where they are packed, or it cannot be read.
-
-    Why it cannot is said by whoever reads it.
-    """
-    if path.suffix.lower() == ".npz":
-        return max((x.shape[0] for x in (stored_arrays(path) or {}).values()), default=0)
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    try:
-        return int(pq.read_metadata(path).num_rows)
-    except (pa.ArrowException, OSError, ValueError):
-        return 0

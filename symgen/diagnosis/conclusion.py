@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -36,9 +36,11 @@ from symgen.diagnosis.select import Score
 from symgen.diagnosis.shapes import Torques
 from symgen.diagnosis.study import KERNELS, Study, torques_of
 from symgen.diagnosis.words import tie
+from symgen.errors import IdentificationError, RobotError
 from symgen.estimation.batch import solve
 from symgen.estimation.regression import Solution
 from symgen.estimation.system import Equations, LinearSystem
+from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 
 FloatArray = NDArray[np.float64]
@@ -57,42 +59,27 @@ def plain(study: Study, notes: tuple[str, ...]) -> Diagnosis:
 
 def conclude(study: Study, selection: Selection, notes: tuple[str, ...]) -> Diagnosis:
     """Add what was found, identify again, and measure the gap on the held-out data."""
-    robot, names_ = study.robot, study.evaluator.model.base.names
     settled = _settled(study, selection.accepted)
     torques = study.torques(study.beside(settled))
     settled = settled_constants(study.base, settled, lambda c: c.seen(study.base, torques))
     selection = replace(selection, accepted=tuple(settled))
     beside = coefficients(study, settled)
-    declared: list[Score] = []
-    for score, own in zip(selection.accepted, beside, strict=True):
-        c = score.candidate
-        values = {p.name: p.value for p in own} if not study.given else {}
-        more = extended(robot, c.definition, c.joints, c.constants, values)
-        if more is not None:
-            robot = more
-            declared.append(score)
-    corrected = [s for s in selection.accepted if s not in declared]
-    evaluator, final = study.evaluator, study.base
-    if study.given:  # the effects' columns stand beside what is given
-        corrected, names_ = list(selection.accepted), ()
-    elif robot is not study.robot:
-        evaluator = load(derive(robot, KERNELS))
-        names_ = evaluator.model.base.names
-        final = evidence(evaluator, study.base.scenes)
-    extra = [f"{s.candidate.name} {i}" for s in corrected for i in range(s.candidate.size)]
-    if corrected:
-        final = final.with_columns(s.candidate.seen(study.base, torques) for s in corrected)
-    solution = _solved((*names_, *extra), final)
-    std = _std(study, settled, torques, (*names_, *extra), final, solution)
-    before, after, floor, curves = _gaps(study, evaluator, selection, corrected, solution)
+    try:
+        m = _extended_model(study, settled, beside, torques)
+    except (IdentificationError, RobotError) as error:
+        if not settled:  # it is the model as it is declared
+            raise
+        return conclude(study, _without(selection, _culprit(study, settled), str(error)), notes)
+    robot, evaluator, names_, solution = m.robot, m.evaluator, m.names_, m.solution
+    before, after, floor, curves = _gaps(study, evaluator, selection, m.corrected, solution)
     if selection.accepted and after.total > before.total:
         return conclude(study, _withdrawn(selection, before, after), notes)
     found = found_effects(
-        study, selection, beside, corrected, declared, names_, solution.X, std, evaluator
+        study, selection, beside, m.corrected, m.declared, names_, solution.X, m.std, evaluator
     )
     measuring = [s for s in selection.accepted if s.candidate.name in MEASURING]
     verdict = _verdict(selection, measuring, before, after, floor)
-    X, model = solution.X, evaluator.model
+    X, std, model = solution.X, m.std, evaluator.model
     if study.given:
         model = model if robot is study.robot else derive(robot, ())
         added = [p for e in found if e.declared for p in e.parameters]
@@ -128,6 +115,66 @@ def conclude(study: Study, selection: Selection, notes: tuple[str, ...]) -> Diag
         declared=study.robot,
         values=tuple(map(float, study.X)),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Model:
+    """The model with the effects that were found, identified again.
+
+    Attributes:
+        robot: with the effects that a robot file declares.
+        evaluator: of that robot.
+        names_: of its base parameters.
+        declared: the effects that it declares.
+        corrected: the others, whose columns stand beside the model.
+        solution: parameters of the robot, then coefficients of the others.
+        std: the same, then those of smooth constants.
+    """
+
+    robot: Robot
+    evaluator: Evaluator
+    names_: tuple[str, ...]
+    declared: Sequence[Score]
+    corrected: Sequence[Score]
+    solution: Solution
+    std: FloatArray
+
+
+def _extended_model(
+    study: Study,
+    settled: Sequence[Score],
+    beside: Sequence[Sequence[FoundParameter]],
+    torques: Sequence[Torques],
+) -> _Model:
+    """Declare what a robot file can declare, derive that robot, and identify it again.
+
+    Raises:
+        IdentificationError: the logs do not determine it.
+        RobotError: an effect says nothing new with its constants.
+    """
+    robot, names_ = study.robot, study.evaluator.model.base.names
+    declared: list[Score] = []
+    for score, own in zip(settled, beside, strict=True):
+        c = score.candidate
+        values = {p.name: p.value for p in own} if not study.given else {}
+        more = extended(robot, c.definition, c.joints, c.constants, values)
+        if more is not None:
+            robot = more
+            declared.append(score)
+    corrected = [s for s in settled if s not in declared]
+    evaluator, final = study.evaluator, study.base
+    if study.given:  # the effects' columns stand beside what is given
+        corrected, names_ = list(settled), ()
+    elif robot is not study.robot:
+        evaluator = load(derive(robot, KERNELS))
+        names_ = evaluator.model.base.names
+        final = evidence(evaluator, study.base.scenes)
+    extra = [f"{s.candidate.name} {i}" for s in corrected for i in range(s.candidate.size)]
+    if corrected:
+        final = final.with_columns(s.candidate.seen(study.base, torques) for s in corrected)
+    solution = _solved((*names_, *extra), final)
+    std = _std(study, settled, torques, (*names_, *extra), final, solution)
+    return _Model(robot, evaluator, names_, declared, corrected, solution, std)
 
 
 def _settled(study: Study, accepted: Sequence[Score]) -> Sequence[Score]:
@@ -216,15 +263,22 @@ def _std(
     What a coefficient is worth depends on the constants beside it: the slopes of the columns
     along them stand in the covariance (the linearised model of nonlinear least squares).
     """
-    covariance = solution.covariance
+    std = _deviations(solution)
     values = study.beside(settled).X[study.base.W.shape[2] :]
     loose = all_slopes(settled, values, lambda c: c.seen(study.base, torques))
     known = [columns for columns in loose if columns is not None]
     if known:
         count = sum(next(iter(columns.values())).shape[1] for columns in known)
         more = tuple(f"constant {i}" for i in range(count))
-        covariance = _solved((*names_, *more), final.with_columns(known)).covariance
-    return np.asarray(np.sqrt(np.maximum(np.diag(covariance), 0)))
+        try:
+            return _deviations(_solved((*names_, *more), final.with_columns(known)))
+        except IdentificationError:  # the logs do not determine the constants
+            return np.concatenate([std, np.full(count, np.nan)])
+    return std
+
+
+def _deviations(solution: Solution) -> FloatArray:
+    return np.asarray(np.sqrt(np.maximum(np.diag(solution.covariance), 0)))
 
 
 def _withdrawn(selection: Selection, before: Gap, after: Gap) -> Selection:
@@ -235,6 +289,30 @@ def _withdrawn(selection: Selection, before: Gap, after: Gap) -> Selection:
     )
     failed = tuple(replace(s, fault=fault) for s in selection.accepted)
     return replace(selection, accepted=(), alike=(), rejected=(*failed, *selection.rejected))
+
+
+def _culprit(study: Study, settled: Sequence[Score]) -> Score:
+    """Return the least of the effects that the logs do not tell from the rest of the model."""
+    whole = study.beside(settled).rank
+    tied = [
+        s
+        for s in settled
+        if study.beside([other for other in settled if other is not s]).rank + s.candidate.size
+        > whole
+    ]
+    return (tied or settled)[-1]
+
+
+def _without(selection: Selection, score: Score, why: str) -> Selection:
+    """Return a selection without an effect with which the model cannot be identified."""
+    fault = f"it explains a part of the gap, but the model with it cannot be identified: {why}"
+    at = selection.accepted.index(score)
+    return replace(
+        selection,
+        accepted=selection.accepted[:at] + selection.accepted[at + 1 :],
+        alike=selection.alike[:at] + selection.alike[at + 1 :],
+        rejected=(replace(score, fault=fault), *selection.rejected),
+    )
 
 
 def _system(names_: tuple[str, ...], final: Evidence) -> LinearSystem:

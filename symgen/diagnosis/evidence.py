@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from symgen.data.mask import Bools
 from symgen.data.signals import lowpass, white_noise
 from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.regression import SINGULAR, column_norms
 from symgen.estimation.system import torque_rows
 from symgen.runtime.evaluator import Evaluator
 
@@ -222,6 +223,15 @@ class Evidence:
         left, values, _ = np.linalg.svd(rows / np.where(norms > 0, norms, 1), full_matrices=False)
         kept = left[:, values > 1e-9 * values[0]]
         return np.ascontiguousarray(kept.reshape(*self.y.shape, -1))
+
+    @cached_property
+    def rank(self) -> int:
+        """Number of columns, of combinations of them, that the rows tell apart."""
+        weight = (self.moves / self.sigma)[:, :, None]
+        rows = (self.W * weight).reshape(self.y.size, self.W.shape[2])
+        R: FloatArray = np.asarray(np.linalg.qr(rows, mode="r"))
+        values = np.linalg.svd(R / column_norms(R), compute_uv=False)
+        return int(np.count_nonzero(values > SINGULAR * values[:1]))
 
     @cached_property
     def size(self) -> FloatArray:

@@ -28,8 +28,7 @@ from symgen.diagnosis.robot_days import DayEstimate, IdentifyDay, courses_of, es
 from symgen.diagnosis.workflow import diagnose
 from symgen.distributed import Workers
 from symgen.errors import SymgenError
-from symgen.identification.parameters import link_columns, read_parameters, regrouping
-from symgen.identification.prediction import band_of
+from symgen.identification.parameters import link_columns, read_given, regrouping
 from symgen.identification.workflow import identify
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import parameters_toml, robot_toml
@@ -122,8 +121,8 @@ def fleet(
         robot: the model of all of them: a robot, a path or a library name.
         logs: files, patterns, folders or URLs.
         by: a column of the files that names the robot, one name a file.
-        reference: parameters that every robot should have: estimate.json or TOML; by default the
-            median of the robots' first days.
+        reference: parameters that every robot should have: the folder that `identify` wrote, its
+            estimate.json, or TOML; by default the median of the robots' first days.
         model: energy, momentum or torque.
         cutoff: of the filters, Hz; by default that of the reference, or what suits the first day.
         reading: how logs are read.
@@ -138,10 +137,9 @@ def fleet(
     sources = [logs] if isinstance(logs, (str, Path)) else list(logs)
     days = grouped(listed_files(sources), by)
     derived = derive(source, ())
-    given = None if reference is None else read_parameters(reference, derived)
-    band = None if reference is None else band_of(reference)
-    if cutoff is None and band is not None:
-        cutoff = band.cutoff_hz
+    given = None if reference is None else read_given(reference, derived)
+    if cutoff is None and given is not None and given.band is not None:
+        cutoff = given.band.cutoff_hz
     reading = reading or Reading()
     task = IdentifyDay(robot_toml(source), model, cutoff, reading)
     if cutoff is None:
@@ -150,7 +148,8 @@ def fleet(
         cutoff = first.band.cutoff_hz if first.band is not None else None
         task = replace(task, cutoff=cutoff)
     estimates = estimated(task, days, workers, progress)
-    found = _findings(source, derived, estimates, given, cutoff, reading, progress)
+    X = None if given is None else given.X
+    found = _findings(source, derived, estimates, X, cutoff, reading, progress)
     return Fleet(source.name, derived.base.names, tuple(estimates), *found)
 
 

@@ -71,6 +71,11 @@ def read_fleet(path: str | Path) -> Fleet:
         )
     known = names.pop() if names else ()
     days = tuple(map(_estimate, f.estimates))
+    if any(day.covariance is not None and np.isinf(day.covariance).any() for day in days):
+        raise ParameterError(
+            f"{file}: damaged at estimates: the square of a std is no number; accepted: schema "
+            f"{SCHEMA} as fleet writes it"
+        )
     return Fleet(f.robot, known, days, f.changes, f.outliers, f.notes)
 
 
@@ -78,6 +83,7 @@ def _estimate(day: _Day) -> DayEstimate:
     X = covariance = None
     if day.parameters is not None:
         X = np.array([p.value for p in day.parameters])
-        covariance = np.diag([p.std**2 for p in day.parameters])
+        with np.errstate(over="ignore"):  # `read_fleet` refuses what is not finite
+            covariance = np.diag(np.square([p.std for p in day.parameters]))
     error = day.torque_residual if math.isfinite(day.torque_residual) else math.inf
     return DayEstimate(Day(day.robot, day.day, ()), X, covariance, error, day.verdict)

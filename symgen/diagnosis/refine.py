@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from contextlib import suppress
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from symgen.diagnosis.candidates import Candidate
 from symgen.diagnosis.evidence import Columns, Evidence
 from symgen.diagnosis.select import Score
+from symgen.errors import RobotError
 
 FloatArray = NDArray[np.float64]
 _STEPS = {1: 20, 2: 60}
@@ -56,16 +58,23 @@ def refined(
         corner = x0.copy()
         corner[i] += 0.4 * (high - x0[i]) if high > x0[i] else 0.4 * (low - x0[i])
         simplex.append(corner)
+
+    def lost(x: FloatArray) -> float:
+        with suppress(RobotError):  # the torque is not finite there
+            return -gain(seen(made(x)))
+        return 0.0
+
     found = minimize(
-        lambda x: -gain(seen(made(x))),
+        lost,
         x0,
         method="Nelder-Mead",
         bounds=bounds,
         options={"maxfev": _STEPS[len(x0)], "initial_simplex": np.array(simplex)},
     )
+    if -found.fun <= gain(start):
+        return candidate, start
     better = made(found.x)
-    columns = seen(better)
-    return (better, columns) if gain(columns) > gain(start) else (candidate, start)
+    return better, seen(better)
 
 
 def _neighbours(values: set[float], value: float) -> tuple[float, float]:
@@ -102,39 +111,74 @@ def all_slopes(
     return out
 
 
+@dataclass(frozen=True, eq=False)
+class _Point:
+    """Effects with certain constants.
+
+    Attributes:
+        effects: with their columns.
+        slopes: along the constants of each.
+        now: the evidence with the columns.
+        both: with the slopes, too.
+    """
+
+    effects: Sequence[Score]
+    slopes: Sequence[Columns | None]
+    now: Evidence
+    both: Evidence
+
+    @property
+    def step(self) -> FloatArray:
+        """Gauss and Newton's step of all constants."""
+        return self.both.X[len(self.now.X) :]
+
+    @property
+    def loose(self) -> int:
+        """Number of columns and slopes of the effects with constants."""
+        return sum(
+            s.candidate.size + len(s.candidate.constants)
+            for s, slopes in zip(self.effects, self.slopes, strict=True)
+            if slopes is not None
+        )
+
+    def squares(self, sigma: FloatArray) -> float:
+        """Return the sum of squares that the effects leave."""
+        error = self.now.moves * (self.now.y - self.now.W @ self.now.X) / sigma
+        return float(np.sum(error**2))
+
+
 def settled_constants(base: Evidence, accepted: Sequence[Score], seen: Seen) -> Sequence[Score]:
     """Move the constants of all effects together to the least squares of the whole model.
 
     On its own, beside a model that does not know it yet, an effect was refined to what explains
     most. These are steps of Gauss and Newton on constants and coefficients; each makes the sum of
-    squares smaller, or the constants stay.
+    squares smaller and stays where the logs determine the model, or the constants stay.
     """
-    p = base.W.shape[2]
-    sigma = None
+    firm = [s for s in accepted if not s.candidate.smooth]
+    if len(firm) == len(accepted):
+        return accepted
+    others = base.with_columns(s.columns for s in firm).rank
+    at = _point(base, accepted, seen)
+    sigma = at.now.sigma
     for _ in range(_ROUNDS):
-        now = base.with_columns(s.columns for s in accepted)
-        sigma = now.sigma if sigma is None else sigma
-        moved = all_slopes(accepted, now.X[p:], seen)
-        if not any(moved):
-            return accepted
-        both = base.with_columns(
-            [*(s.columns for s in accepted), *(m for m in moved if m is not None)]
-        )
-        step, least = both.X[len(now.X) :], _squares(now, sigma)
+        step, least = at.step, at.squares(sigma)
         for _ in range(_HALVINGS):
-            trial = _stepped(accepted, moved, step, seen)
-            if _squares(base.with_columns(s.columns for s in trial), sigma) < least:
-                break
+            with suppress(RobotError):  # the torque is not finite there
+                trial = _point(base, _stepped(at.effects, at.slopes, step, seen), seen)
+                if trial.squares(sigma) < least and trial.both.rank == others + trial.loose:
+                    break
             step = step / 2
         else:
-            return accepted
-        accepted = trial
-    return accepted
+            return at.effects
+        at = trial
+    return at.effects
 
 
-def _squares(evidence: Evidence, sigma: FloatArray) -> float:
-    error = evidence.moves * (evidence.y - evidence.W @ evidence.X) / sigma
-    return float(np.sum(error**2))
+def _point(base: Evidence, effects: Sequence[Score], seen: Seen) -> _Point:
+    now = base.with_columns(s.columns for s in effects)
+    moved = all_slopes(effects, now.X[base.W.shape[2] :], seen)
+    more = [m for m in moved if m is not None]
+    return _Point(effects, moved, now, base.with_columns([*(s.columns for s in effects), *more]))
 
 
 def _stepped(

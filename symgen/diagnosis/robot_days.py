@@ -107,7 +107,7 @@ def estimated(
         finished(by, task, days, keys, folder, sizes, progress, "days", "days")
         out = []
         for day, key in zip(days, keys, strict=True):
-            with np.load(folder.path(key), allow_pickle=False) as archive:
+            with np.load(io.BytesIO(folder.read(key)), allow_pickle=False) as archive:
                 X, C = (archive.get(k) for k in ("X", "covariance"))
                 out.append(
                     DayEstimate(day, X, C, float(archive["torque"]), str(archive["verdict"]))
@@ -147,9 +147,9 @@ def grouped(files: Sequence[str], by: str | None) -> list[Day]:
 
 
 def _natural(text: str) -> list[tuple[int, int, str]]:
-    """Return a key that sorts day2 before day10."""
-    parts = re.findall(r"\d+|\D+", text)
-    return [(0, int(p), "") if p.isdecimal() else (1, 0, p) for p in parts]
+    """Return a key that sorts day2 before day10: numbers by their length, then by their digits."""
+    parts = ((p, p.lstrip("0")) for p in re.findall(r"[0-9]+|[^0-9]+", text))
+    return [(0, len(n), n) if p[0] in "0123456789" else (1, 0, p) for p, n in parts]
 
 
 def courses_of(estimates: Sequence[DayEstimate]) -> list[Course]:

@@ -53,8 +53,7 @@ from symgen.estimation.logs import (
 )
 from symgen.estimation.masking import rests_in_words
 from symgen.estimation.repairs import Repair
-from symgen.identification.parameters import read_parameters
-from symgen.identification.prediction import band_of
+from symgen.identification.parameters import read_given
 from symgen.robot.effect import definitions
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -91,8 +90,8 @@ def diagnose(
         logs: paths of logs, or logs, to diagnose.
         validation: logs that show the gap; without any, the last fifth of each log.
         effects: names of effects to try; None for the whole library and the robot's own.
-        parameters: a file of parameters that are not identified again: an estimate.json, TOML
-            with [parameters], or the URDF of the robot.
+        parameters: parameters that are not identified again: the folder that `identify` wrote, its
+            estimate.json, TOML with [parameters], or the URDF of the robot.
         cutoff: of the zero-phase low-pass, Hz; None for the motion's bandwidth.
         reading: how logs are read, and what of them has no say.
         progress: is told what is being tried.
@@ -103,15 +102,16 @@ def diagnose(
         IdentificationError: the logs do not determine the parameters.
     """
     source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
-    known = dict.fromkeys((*definitions(), *(s.effect.name for s in source.sought)))
-    unknown = [name for name in effects or () if name not in known]
+    library = dict.fromkeys((*definitions(), *(s.effect.name for s in source.sought)))
+    unknown = [name for name in effects or () if name not in library]
     if unknown:
-        raise ParameterError(f"effect {unknown[0]!r}; accepted: {', '.join(known)}")
+        raise ParameterError(f"effect {unknown[0]!r}; accepted: {', '.join(library)}")
     progress("deriving and compiling the model")
     evaluator = load(derive(replace(source, sought=()), KERNELS))
-    given = None if parameters is None else read_parameters(parameters, evaluator.model)
+    known = None if parameters is None else read_given(parameters, evaluator.model)
+    given = None if known is None else known.X
     look = _look(source, logs, validation, reading, progress)
-    stated = None if parameters is None else band_of(parameters)
+    stated = None if known is None else known.band
     band = stated or choose_band(evaluator, look.train, cutoff)
     band = band if cutoff is None else replace(band, cutoff_hz=cutoff)
     train, held, notes = _scenes(look, band)

@@ -36,6 +36,7 @@ from symgen.identification.validation import Part, energy_balances, model_traces
 from symgen.identification.whiteness import whiteness
 from symgen.robot.toml_text import robot_toml
 from symgen.runtime.evaluator import Evaluator
+from symgen.symbolic.near_angles import costly_angles
 
 FloatArray = NDArray[np.float64]
 _PLENTY = 10  # independent equations for each parameter
@@ -150,7 +151,7 @@ def judged(
         seen.told_apart,
     )
     notes = tuple(note for log in run.logs for note in log.samples.notes)
-    notes += (f"band: {run.band.in_words()}", *_of_rests(run.band, seen))
+    notes += (f"band: {run.band.in_words()}", *_of_rests(run.band, seen), *costly_angles(robot))
     if not run.given:
         notes += ("no validation log is given: the last fifth of each log is held out",)
     if out.windows < _PLENTY * len(parameters):

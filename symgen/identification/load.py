@@ -69,7 +69,7 @@ class LoadEstimate:
             mass: kept, where it is known.
 
         Raises:
-            ParameterError: the solver is not installed or finds no solution.
+            ParameterError: the solver finds no solution.
         """
         scale = units() * max(abs(float(self.s[-1])), 1e-3)
         if not self.null.size and float(np.linalg.eigvalsh(pseudo_inertia(self.s / scale))[0]) > 0:

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from symgen.data.dataset import DataSet, identity
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
-from symgen.distributed import Executor, WorkFolder, digest, finished
+from symgen.distributed import Executor, WorkFolder, damaged_pieces, digest, finished
 from symgen.errors import IdentificationError
 from symgen.estimation.estimators import PASSES
 from symgen.estimation.fit import TorqueFit, fit
@@ -289,6 +289,8 @@ class _Streamed:
         for key in keys:
             for name, array in unpacked(self.folder, key).items():
                 total[name] += array
+        if total["damaged"]:
+            self.progress(damaged_pieces("errors", int(total["damaged"])))
         return total["meat"], {
             kind: TorqueFit(traces=(), **{key: total[f"{kind}.{key}"] for key in FIT_SUMS})
             for kind in ("train", "validation")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,23 +15,62 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.codegen.model import Model
 from symgen.errors import ParameterError
+from symgen.estimation.band import Band
 from symgen.files import load_json, load_toml
-from symgen.identification.estimate import READ
+from symgen.identification.estimate import READ, Estimate
+from symgen.identification.reading import MARKER, read_estimate
 from symgen.robot.foreign import read_imported
 from symgen.robot.imported import FORMATS
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
+from symgen.schemas import result_file
 
 FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """Parameters that a command is given.
+
+    Attributes:
+        file: where they stand.
+        X: (p,) base parameters.
+        estimate: the estimate that they come from; None for TOML and URDF files.
+    """
+
+    file: Path
+    X: FloatArray
+    estimate: Estimate | None
+
+    @property
+    def band(self) -> Band | None:
+        """The band of the estimate; None where there is none."""
+        return None if self.estimate is None else self.estimate.band
+
+
+def read_given(path: str | Path, model: Model) -> Given:
+    """Read the base parameters of a model, and the estimate that they come from.
+
+    Args:
+        path: what `read_parameters` reads.
+        model: whose parameters they are.
+
+    Raises:
+        ParameterError: as `read_parameters`, or the estimate is damaged.
+    """
+    X = read_parameters(path, model)
+    file = result_file(path, MARKER)
+    return Given(file, X, read_estimate(file) if file.suffix == ".json" else None)
 
 
 def read_parameters(path: str | Path, model: Model) -> FloatArray:
     """Read the base parameters X (p,) of a model.
 
     Args:
-        path: an estimate.json, or a TOML file with a table [parameters]: base parameters by name
-            (`ZZ1R = 1.7`), or standard ones (`ZZ1 = 1.2`), which are regrouped; or the .urdf that
-            the robot was imported from, whose inertias are standard parameters.
+        path: the folder that `identify` wrote, the estimate.json in it, or a TOML file with a table
+            [parameters]: base parameters by name (`ZZ1R = 1.7`), or standard ones (`ZZ1 = 1.2`),
+            which are regrouped; or the .urdf that the robot was imported from, whose inertias are
+            standard parameters.
         model: whose parameters they are.
 
     Raises:
@@ -57,7 +97,7 @@ def read_named(path: Path, robot: str) -> dict[str, tuple[Any, Any]]:
     Raises:
         ParameterError: the file cannot be read, or is an estimate of another robot than `robot`.
     """
-    path = path / "estimate.json" if path.is_dir() else path  # the folder that identify wrote
+    path = result_file(path, MARKER)
     try:
         text = path.read_text(encoding="utf-8-sig")
         content = load_json(text) if path.suffix == ".json" else load_toml(text)

@@ -10,8 +10,8 @@ import numpy as np
 
 from symgen.data.dataset import DataSet, is_data_set, listed_files
 from symgen.data.log import Log
+from symgen.data.opening import COUNTED
 from symgen.data.stretch import Stretch
-from symgen.data.tables import COUNTED, rows_of
 from symgen.errors import LogError
 from symgen.estimation.logs import HELD_OUT, Source
 from symgen.estimation.partition import Part
@@ -41,7 +41,7 @@ def is_long(sources: Sequence[Source], plain: bool) -> bool:
         return False
     if sum(p.stat().st_size for p in known) < _LIGHT:
         return False
-    return sum(map(rows_of, known)) > LONG
+    return sum(COUNTED[p.suffix.lower()](p) for p in known) > LONG
 
 
 def paths_of(sources: Sequence[Source]) -> list[str | Path]:

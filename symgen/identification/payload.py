@@ -36,10 +36,9 @@ from symgen.estimation.repairs import Repair
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.identification.gains import calibrated
 from symgen.identification.load import LABELS, LoadEstimate, read_off, units
-from symgen.identification.parameters import link_columns, read_parameters, regrouping
+from symgen.identification.parameters import link_columns, read_given, regrouping
 from symgen.identification.payload_logs import still_poses, torques
 from symgen.identification.payload_result import Left, Payload, Quantity
-from symgen.identification.reading import read_estimate
 from symgen.identification.static import STATIC
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -162,23 +161,21 @@ class _Known:
     def read(path: str | Path | None, model: Model, still: bool) -> _Known | None:
         if path is None:
             return None
-        path = Path(path)
-        path = path / "estimate.json" if path.is_dir() else path
-        X = read_parameters(path, model)
-        if path.suffix != ".json":
+        given = read_given(path, model)
+        X, estimate = given.X, given.estimate
+        if estimate is None:
             says = "std leaves out the errors of the given parameters: the file states none"
             return _Known(X, None, None, (says,))
-        estimate = read_estimate(path)
         same = tuple(p.name for p in estimate.parameters) == model.base.names
         covariance = estimate.covariance if same and estimate.correlation.size else None
         if covariance is not None and not np.isfinite(covariance).all():
             if not still:
                 raise ParameterError(
-                    f"{path}: it does not determine all parameters; accepted: an estimate from "
-                    "motions, or --model static with tables of still poses"
+                    f"{given.file}: it does not determine all parameters; accepted: an estimate "
+                    "from motions, or --model static with tables of still poses"
                 )
             covariance = np.where(np.isfinite(covariance), covariance, 0.0)  # seen in no pose
-        doubt = () if estimate.verdict == "trusted" else (f"{path}: a doubtful estimate",)
+        doubt = () if estimate.verdict == "trusted" else (f"{given.file}: a doubtful estimate",)
         return _Known(X, covariance, estimate.band, doubt)
 
 

@@ -25,8 +25,8 @@ from symgen.estimation.recipe import JUDGING
 from symgen.estimation.repairs import Repair
 from symgen.estimation.speeds import mended_speeds
 from symgen.estimation.values import Residual, Trace
-from symgen.identification.parameters import read_parameters
-from symgen.identification.reading import Joint, read_estimate
+from symgen.identification.parameters import read_given
+from symgen.identification.reading import Joint
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import load
@@ -125,7 +125,7 @@ def predict(
     Args:
         robot: a robot, a path or a library name.
         log: a path, or a log.
-        parameters: an estimate.json, or TOML with [parameters].
+        parameters: the folder that `identify` wrote, its estimate.json, or TOML with [parameters].
         cutoff: of the zero-phase filter of positions and speeds, Hz; by default that of the
             estimate, or else the one that suits the log best.
         reading: how the log is read, and what of it has no say in the error.
@@ -137,9 +137,8 @@ def predict(
     source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
     samples, repairs = open_samples(log, source, reading)
     model = derive(source, (*JUDGING, "energy"))
-    X = read_parameters(parameters, model)
-    evaluator = load(model)
-    known = band_of(parameters)
+    given = read_given(parameters, model)
+    evaluator, X, known = load(model), given.X, given.band
     comparison = comparison_band([samples]) if known is None else known.comparison_hz
     samples, mended = mended_speeds(samples, comparison)
     band = known or choose_band(evaluator, [samples], cutoff)
@@ -164,14 +163,6 @@ def predict(
         tuple((j.number, names.unit("FS", j.sigma)) for j in source.movable),
         (*repairs, *mended),
     )
-
-
-def band_of(parameters: str | Path) -> Band | None:
-    """Return the band that an estimate was identified in; None for parameters without one."""
-    path = Path(parameters)
-    if path.suffix != ".json":
-        return None
-    return read_estimate(path).band
 
 
 def read_prediction(path: str | Path) -> Prediction:

@@ -7,6 +7,7 @@ robot file and is compiled once a process, by its content; results travel as the
 
 from __future__ import annotations
 
+import io
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,7 +22,7 @@ from symgen.codegen.model import derive
 from symgen.data.dataset import DataSet
 from symgen.data.log import Log
 from symgen.data.raw import Reading
-from symgen.distributed import WorkFolder, in_turn, written
+from symgen.distributed import WorkFolder, in_turn, keep, kept
 from symgen.estimation.fit import TorqueFit
 from symgen.estimation.fold import Summary, bartlett, merged_tree, scores, summarised
 from symgen.estimation.partition import (
@@ -122,7 +123,7 @@ class Reduction:
             )
             path = work.path(chunk)
             if path is not None and isinstance(found.log, ThinLog):
-                written(path, found.packed())
+                keep(path, found.packed())
             return reduce(chunk.part, part.kind, found), repairs
 
         return in_turn(one, self._read(robot, work), work.threads)
@@ -136,24 +137,41 @@ class Reduction:
             yield from zip(own, logs, strict=True)
 
     def again(
-        self, work: Work, reduce: Callable[[int, str, ChunkOfLog], Reduced]
+        self,
+        work: Work,
+        reduce: Callable[[int, str, ChunkOfLog], Reduced],
+        damaged: list[Chunk],
     ) -> Iterator[Reduced]:
-        """Yield what chunks are reduced to, as they were kept or else read anew."""
-        kept, left = list[tuple[Chunk, Path]](), list[Chunk]()
+        """Yield what chunks are reduced to, as they were kept or else read anew.
+
+        Args:
+            work: the chunks.
+            reduce: a chunk, by number and kind of its log.
+            damaged: gets the chunks that were kept, but are not as they were written.
+        """
+        there, left = list[tuple[Chunk, Path]](), list[Chunk]()
         for chunk in work.partition.chunks:
             path = work.path(chunk)
             if path is None or not path.exists():
                 left.append(chunk)
             else:
-                kept.append((chunk, path))
+                there.append((chunk, path))
 
-        def one(item: tuple[Chunk, Path]) -> Reduced:
+        def one(item: tuple[Chunk, Path]) -> tuple[Chunk, Reduced | None]:
             chunk, path = item
-            with np.load(path, allow_pickle=False) as arrays:
+            content = kept(path)
+            if content is None:
+                return chunk, None
+            with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
                 found = unpacked_chunk(arrays)
-            return reduce(chunk.part, work.parts[chunk.part].kind, found)
+            return chunk, reduce(chunk.part, work.parts[chunk.part].kind, found)
 
-        yield from in_turn(one, kept, work.threads)
+        for chunk, reduced in in_turn(one, there, work.threads):
+            if reduced is None:
+                damaged.append(chunk)
+            else:
+                yield reduced
+        left += damaged
         partition = replace(work.partition, chunks=tuple(left))
         for part, _ in self.reduced(replace(work, partition=partition), reduce):
             yield part
@@ -213,18 +231,19 @@ class ErrorReduction(Reduction):
                     own_meat += bartlett(s, lag, lead, chunk.ended)
             return kind, fit, own_meat
 
-        for kind, fit, own_meat in self.again(work, left):
+        damaged: list[Chunk] = []
+        for kind, fit, own_meat in self.again(work, left, damaged):
             fits[kind] += fit
             meat += own_meat
         sums = {
             f"{kind}.{key}": getattr(fit, key) for kind, fit in fits.items() for key in FIT_SUMS
         }
-        return packed_arrays({"meat": meat, **sums})
+        return packed_arrays({"meat": meat, "damaged": np.array(len(damaged)), **sums})
 
 
 def unpacked(folder: WorkFolder, key: str) -> dict[str, Any]:
     """Return the arrays of a result."""
-    with np.load(folder.path(key), allow_pickle=False) as archive:
+    with np.load(io.BytesIO(folder.read(key)), allow_pickle=False) as archive:
         return {name: archive[name] for name in archive.files}
 
 
@@ -267,7 +286,8 @@ class Summaries(Sequence[Summary]):
         number, j = self.names[k]
         parts = []
         for key in self._places[k]:
-            with np.load(self._folder.path(key), allow_pickle=False) as archive:
+            content = io.BytesIO(self._folder.read(key))
+            with np.load(content, allow_pickle=False) as archive:
                 rows, correlation = archive[f"{number}.{j}.count"]
                 parts.append(Summary(archive[f"{number}.{j}"], int(rows), int(correlation)))
         return merged_tree(parts)

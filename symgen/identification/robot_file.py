@@ -35,7 +35,7 @@ def identified_file(
 
     Raises:
         RobotError: the file cannot be read.
-        ParameterError: it is another robot's, or the solver is not installed.
+        ParameterError: it is another robot's.
     """
     path = Path(path)
     found = read_imported(path)
@@ -79,7 +79,7 @@ def export(
 
     Raises:
         RobotError: a robot cannot be read.
-        ParameterError: the estimate cannot be read or is another robot's, or the solver is missing.
+        ParameterError: the estimate cannot be read or is another robot's.
     """
     known = read_estimate(estimate)
     path = Path(estimate)

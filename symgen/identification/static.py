@@ -51,6 +51,7 @@ from symgen.identification.estimate import (
 )
 from symgen.identification.judging import own_provenance
 from symgen.runtime.evaluator import Evaluator
+from symgen.symbolic.near_angles import costly_angles
 
 FloatArray = NDArray[np.float64]
 STATIC = "static"
@@ -238,7 +239,8 @@ def _judged(
         verdict="trusted" if prediction.ok else "doubtful",
         reasons=prediction.reasons,
         notes=(*(n for s in (*train, *held) for n in s.notes),
-               *_notes(evaluator, train, shown, bounds, given), *solution.notes),
+               *_notes(evaluator, train, shown, bounds, given), *costly_angles(robot),
+               *solution.notes),
         correlation=C / np.outer(outside, outside),
         traces=tuple(traces),
         provenance=_provenance(evaluator, train, held),

@@ -49,6 +49,7 @@ from symgen.identification.static import STATIC, identify_poses
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
+from symgen.symbolic.near_angles import told_of_angles
 
 FloatArray = NDArray[np.float64]
 AUTO = "auto"
@@ -117,55 +118,56 @@ def identify(
         )
     require_logs(sources)
     source = _robot(robot)
-    if model == STATIC:
-        evaluator = load(derive(source, JUDGING))
-        return identify_poses(
-            evaluator,
-            sources,
-            listed_logs(validation),
-            _of_poses(chosen, asked.prior, shares, evaluator),
-            chosen.name + (" with prior" if asked.prior is not None else ""),
-            reading,
-            progress,
-        )
-    recipes = _recipes(source, model, window, chosen)
-    given = listed_logs(validation)
-    plain = chosen.plain and asked.prior is None and asked.weights is None and not motions
-    whole = source.loaded or bool(source.on_logs)
-    if workers is not None or is_long([*sources, *given], plain and not whole):
-        refused = {
-            "weights": asked.weights,
-            "prior": asked.prior,
-            "commanded": motions,
-            "effects on samples": source.on_logs,
-        }
-        for name, value in refused.items():
-            if value:
-                raise IdentificationError(f"{name} on a data set; accepted: none there")
-        with executor(workers) as by:
-            return identify_data_set(
-                source,
-                paths_of(sources),
-                paths_of(given),
-                recipes,
-                chosen,
-                by=by,
-                cutoff=cutoff,
-                reading=reading,
-                work=None if workers is None or workers.work is None else Path(workers.work),
-                progress=progress,
+    with told_of_angles(source):
+        if model == STATIC:
+            evaluator = load(derive(source, JUDGING))
+            return identify_poses(
+                evaluator,
+                sources,
+                listed_logs(validation),
+                _of_poses(chosen, asked.prior, shares, evaluator),
+                chosen.name + (" with prior" if asked.prior is not None else ""),
+                reading,
+                progress,
             )
-    train, held, repairs = _look(source, sources, given, reading, progress)
-    progress("deriving and compiling the model")
-    evaluator = _loaded(robot, source, recipes)
-    if asked.prior is not None:
-        chosen = replace(chosen, prior=read_prior(asked.prior, evaluator.model))
-    own_speeds = chosen.name == "iv" and not motions
-    run = looked_at(
-        evaluator, train, held, repairs, bool(given), cutoff, progress, own_speeds=own_speeds
-    )
-    run, faults, _ = checked_run(run)
-    return _solve(run, recipes, chosen, shares, motions, faults, progress)
+        recipes = _recipes(source, model, window, chosen)
+        given = listed_logs(validation)
+        plain = chosen.plain and asked.prior is None and asked.weights is None and not motions
+        whole = source.loaded or bool(source.on_logs)
+        if workers is not None or is_long([*sources, *given], plain and not whole):
+            refused = {
+                "weights": asked.weights,
+                "prior": asked.prior,
+                "commanded": motions,
+                "effects on samples": source.on_logs,
+            }
+            for name, value in refused.items():
+                if value:
+                    raise IdentificationError(f"{name} on a data set; accepted: none there")
+            with executor(workers) as by:
+                return identify_data_set(
+                    source,
+                    paths_of(sources),
+                    paths_of(given),
+                    recipes,
+                    chosen,
+                    by=by,
+                    cutoff=cutoff,
+                    reading=reading,
+                    work=None if workers is None or workers.work is None else Path(workers.work),
+                    progress=progress,
+                )
+        train, held, repairs = _look(source, sources, given, reading, progress)
+        progress("deriving and compiling the model")
+        evaluator = _loaded(robot, source, recipes)
+        if asked.prior is not None:
+            chosen = replace(chosen, prior=read_prior(asked.prior, evaluator.model))
+        own_speeds = chosen.name == "iv" and not motions
+        run = looked_at(
+            evaluator, train, held, repairs, bool(given), cutoff, progress, own_speeds=own_speeds
+        )
+        run, faults, _ = checked_run(run)
+        return _solve(run, recipes, chosen, shares, motions, faults, progress)
 
 
 def _of_poses(

@@ -175,7 +175,7 @@ def _diagnosis_files(diagnosis: Diagnosis) -> dict[str, bytes]:
     values = {p.name: p.value for p in diagnosis.parameters if math.isfinite(p.value)}
     if values:
         files["parameters.toml"] = parameters_toml(values.items()).encode()
-    # By these names a later diagnosis knows which files of the folder it may replace.
+    # Who gets the folder can check that its files are those of this diagnosis.
     digests = {path: hashlib.sha256(data).hexdigest() for path, data in sorted(files.items())}
     moved = None if motion is None else motion.to_json()
     summary = as_json({**diagnosis.to_json(), "replay": moved, "digests": digests})

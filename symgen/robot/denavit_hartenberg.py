@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from symgen.robot.recognition import context
+from symgen.robot.recognition import TOLERANCE, context
 
 Vector = tuple[Any, Any, Any]
 Matrix = tuple[Vector, Vector, Vector]
@@ -104,6 +104,25 @@ def screw(axis: int, angle: Any, distance: Any) -> Pose:
     columns[3][k] = digits.mpf(distance)
     x, y, z, origin = ((v[0], v[1], v[2]) for v in columns)
     return Pose(x, y, z, origin)
+
+
+def turn(roll: Any, pitch: Any, yaw: Any) -> Pose:
+    """Return Rot(z, yaw) Rot(y, pitch) Rot(x, roll)."""
+    return screw(2, yaw, 0).times(screw(1, pitch, 0)).times(screw(0, roll, 0))
+
+
+def turned_by(x: Vector, y: Vector, z: Vector) -> Vector:
+    """Return roll, pitch and yaw of the frame with these axes.
+
+    Where pitch is a right angle within TOLERANCE, only the sum or the difference of roll and yaw
+    shows, and roll is zero.
+    """
+    digits = context()
+    level = digits.hypot(x[0], x[1])
+    pitch = digits.atan2(-x[2], level)
+    if level < TOLERANCE:
+        return digits.mpf(0), pitch, digits.atan2(-y[0], y[1])
+    return digits.atan2(y[2], z[2]), pitch, digits.atan2(x[1], x[0])
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,7 @@ _MAX_EXPONENT = 16
 _MAX_DECIMALS = 100
 _MAX_EXPONENTIAL = 200  # argument of exp of a number: exp(200) is 7e86
 _MAX_SIZE = 1000  # nodes of what a function gives: min and max write their arguments twice
+_MAX_TERMS = 100  # of a length or an angle when its products and powers are multiplied out
 
 #: How many arguments a function has, and what it gives.
 Function = tuple[int, Callable[..., sp.Expr]]
@@ -48,7 +49,8 @@ def _smaller(a: sp.Expr, b: sp.Expr) -> sp.Expr:
 
 
 def _power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
-    if exponent.is_number and not abs(exponent) <= _MAX_EXPONENT:
+    numbers = exponent.atoms(sp.Rational) | ({exponent} if exponent.is_number else set())
+    if not all(abs(number) <= _MAX_EXPONENT for number in numbers):
         raise ExpressionError(f"an exponent of pow is at most {_MAX_EXPONENT} in size")
     return sp.Pow(sp.Abs(base), exponent)
 
@@ -114,13 +116,29 @@ def check_finite(expr: sp.Expr, text: str) -> sp.Expr:
 
 
 def check_plain(expr: sp.Expr, written: str) -> None:
-    """Raise ExpressionError where an expression has roots of roots, or high powers."""
+    """Raise ExpressionError where an expression has roots of roots, high powers, or many terms."""
     for power in expr.atoms(sp.Pow):
         if power.exp.q > 2 or abs(power.exp) > _MAX_EXPONENT:
             raise ExpressionError(
                 f"{written!r}: accepted: square roots (not roots of roots) and powers up to "
                 f"{_MAX_EXPONENT}"
             )
+    if _terms(expr) > _MAX_TERMS:
+        raise ExpressionError(
+            f"{shortened(written)!r}: more than {_MAX_TERMS} terms when multiplied out"
+        )
+
+
+def _terms(expr: sp.Expr) -> int:
+    """Return how many terms an expression has when products and powers are multiplied out."""
+    if expr.is_Add:
+        return sum(map(_terms, expr.args))
+    if expr.is_Mul:
+        return math.prod(map(_terms, expr.args))
+    if expr.is_Pow and expr.exp.is_Integer:
+        count, power = _terms(expr.base), abs(int(expr.exp))
+        return math.comb(count + power - 1, power)
+    return max((_terms(a) for a in expr.args), default=1)
 
 
 def check_powers(expr: sp.Expr, written: str) -> None:
@@ -337,14 +355,19 @@ def _text(expr: sp.Expr, level: int) -> str:
         base, exponent = expr.args
         if exponent == sp.Rational(1, 2):
             return f"sqrt({_text(base, 0)})"
-        if base.func is sp.Abs and not exponent.is_Integer:
-            return f"pow({_text(base, 0)}, {_text(exponent, 0)})"
-        if exponent.is_negative:
+        if exponent.is_Rational and exponent.is_negative:
             out = f"1/{_text(1 / expr, 2)}"
             return f"({out})" if level > 1 else out
         if exponent.is_Integer:
             return f"{_text(base, 2)}**{exponent}"
-        return f"sqrt({_text(base ** (2 * exponent), 0)})"
+        if (2 * exponent).is_Integer and base.func is not sp.Abs:
+            whole = _text(base ** (exponent - sp.Rational(1, 2)), 2)
+            out = f"{whole}*sqrt({_text(base, 0)})"
+            return f"({out})" if level > 1 else out
+        inner = base.args[0] if base.func is sp.Abs else base  # pow takes the size of its base
+        return f"pow({_text(inner, 0)}, {_text(exponent, 0)})"
+    if expr is sp.E:
+        return "exp(1)"
     if expr.func in (sp.sin, sp.cos, sp.tan, sp.Abs, sp.sign, sp.tanh, sp.exp):
         return f"{expr.func.__name__.lower()}({_text(expr.args[0], 0)})"
     raise ExpressionError(f"{expr} cannot be written in the grammar of robot files")

@@ -24,6 +24,7 @@ from symgen import names
 from symgen.errors import ParameterError, RobotError, plain
 from symgen.robot import expressions
 from symgen.robot.body import Body
+from symgen.robot.denavit_hartenberg import turned_by
 from symgen.robot.expressions import shortened
 from symgen.robot.imported import Imported, read_text
 from symgen.robot.urdf_chain import Chain
@@ -267,9 +268,5 @@ def _matrix(quaternion: Iterable[float]) -> FloatArray:
 
 def _rpy(R: FloatArray) -> Triple:
     """Return roll, pitch, yaw of R = Rot(z, yaw) Rot(y, pitch) Rot(x, roll)."""
-    level = float(np.hypot(R[0, 0], R[1, 0]))
-    pitch = np.arctan2(-R[2, 0], level)
-    if level < 1e-9:  # only the sum or difference of roll and yaw shows
-        return _triple((0.0, pitch, np.arctan2(-R[0, 1], R[1, 1])))
-    roll, yaw = np.arctan2(R[2, 1], R[2, 2]), np.arctan2(R[1, 0], R[0, 0])
-    return _triple((roll, pitch, yaw))
+    x, y, z = R.T.tolist()
+    return _triple(turned_by(x, y, z))

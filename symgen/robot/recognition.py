@@ -1,8 +1,9 @@
 """From written decimals to exact numbers, and from many digits back to short ones.
 
-Robot files of other programs round: pi/2 stands there as 1.5708 or 1.57079632679. Placements are
-therefore computed with 50 digits from what the decimals mean, and a result that is a fraction of
-pi, a short decimal or a short decimal times a square root is recognised as that, beyond doubt.
+Robot files of other programs round: pi/2 stands there as 1.5708, or inside a quaternion with six
+digits. An angle near a multiple of pi/24 is therefore read as it. Placements are computed with 50
+digits from there, and a result that is a fraction of pi, a short decimal or a short decimal times a
+square root is recognised as that, beyond doubt.
 """
 
 from __future__ import annotations
@@ -17,9 +18,8 @@ from symgen.robot import expressions
 
 #: Angles are recognised in steps of pi/PARTS.
 PARTS = 24
-#: Single precision, in which many programs write: closer to a fraction of pi than this is meant.
-SINGLE = 5e-7  # rad
-_MIN_DECIMALS = 4
+#: An angle closer than this to a multiple of pi/PARTS is read as it, in every format and notation.
+TOLERANCE = 1e-4  # rad
 _MAX_TURNS = 4
 _SURE = 1e-30
 _SHORT = 10  # decimals of a short decimal
@@ -37,21 +37,19 @@ def context() -> Any:
     return digits
 
 
-def fraction_of_pi(value: sp.Rational) -> sp.Rational | None:
-    """Return k/24 where a written decimal angle means k pi/24, else None.
-
-    It does where the two differ by less than one unit of the last written decimal, of at least
-    four (1.5708 and 1.5707 mean pi/2, 1.571 is itself), or by no more than single precision loses.
-    """
+def fraction_of_pi(value: Any) -> sp.Rational | None:
+    """Return k/24 where an angle, exact or of 50 digits, is k pi/24 within TOLERANCE, else None."""
     digits = context()
-    number = digits.mpf(int(value.p)) / int(value.q)
+    number = digits.mpf(int(value.p)) / int(value.q) if isinstance(value, sp.Rational) else value
     k = int(digits.nint(number * PARTS / digits.pi))
-    if abs(k) > _MAX_TURNS * PARTS:
-        return None
-    unit = digits.mpf(10) ** -_decimals(value)
-    gap = abs(number - k * digits.pi / PARTS)
-    rounded = k != 0 and unit <= 10**-_MIN_DECIMALS and gap < unit
-    return sp.Rational(k, PARTS) if rounded or gap <= SINGLE else None
+    near = abs(number - k * digits.pi / PARTS) < TOLERANCE
+    return sp.Rational(k, PARTS) if near and abs(k) <= _MAX_TURNS * PARTS else None
+
+
+def snapped(value: Any) -> Any:
+    """Return an angle of 50 digits, or the fraction of pi that it is within TOLERANCE."""
+    k = fraction_of_pi(value)
+    return value if k is None else context().pi * int(k.p) / int(k.q)
 
 
 def _decimals(value: sp.Rational) -> int:

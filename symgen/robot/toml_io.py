@@ -15,7 +15,7 @@ import sympy as sp
 from symgen import names
 from symgen.errors import ExpressionError, RobotError, SymgenWarning
 from symgen.files import load_toml
-from symgen.robot import expressions
+from symgen.robot import expressions, recognition
 from symgen.robot.builtin import library, library_text
 from symgen.robot.closure import require_closed
 from symgen.robot.drive import drive_from_table
@@ -195,8 +195,11 @@ class _Reader:
 
     def angle(self, expr: sp.Expr, place: str) -> sp.Expr:
         """Snap decimals that are fractions of pi; refuse what cannot be an angle in rad."""
-        plain = sp.radsimp(expr) if expr.has(sp.Pow) else expr
-        exact = sp.Add(*(snapped(term) for term in sp.Add.make_args(plain)))
+        exact = sp.Add(*(snapped(_rationalised(term)) for term in sp.Add.make_args(expr)))
+        try:
+            expressions.check_plain(exact, expressions.text(expr))
+        except ExpressionError as error:
+            raise self.fail(f"{place}: {error}") from error
         value = float(self.at_values(exact).evalf(30))
         if abs(value) > _MAX_TURN:
             raise self.fail(
@@ -294,7 +297,7 @@ class _Reader:
         k = round(value * 24 / math.pi)
         fraction = sp.pi * sp.Rational(k, 24)
         gap = abs(float((self.at_values(angle) - fraction).evalf(30)))
-        if 0 < gap < 1e-4:
+        if 0 < gap < recognition.TOLERANCE:
             near = expressions.text(fraction)
             warnings.warn(
                 f"{self.where}: {place}: {shortened(expressions.text(angle))} is within 1e-4 of "
@@ -391,3 +394,9 @@ class _Reader:
         if file.payload.joint > len(joints):
             raise self.fail(f"payload, key 'joint': there is no joint {file.payload.joint}")
         return file.payload.joint
+
+
+def _rationalised(term: sp.Expr) -> sp.Expr:
+    """Write the number of a term without roots below the line, so that equal angles look so."""
+    number, rest = term.as_independent(*term.free_symbols, as_Add=False)
+    return sp.radsimp(number) * rest if number.has(sp.Pow) else term

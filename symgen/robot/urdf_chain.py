@@ -24,6 +24,8 @@ from symgen.robot.types import MAX_RATIO, Joint, Limits, Robot, joint_variable
 from symgen.robot.urdf_text import Triple, Urdf, UrdfJoint
 
 _FAR = 10  # m
+_WRITTEN = 1e-14  # rad: an angle with all digits is not rounded
+_Y, _Z = (0, 1, 0), (0, 0, 1)
 _GRAVITY = (sp.S.Zero, sp.S.Zero, sp.Rational(-981, 100))
 
 
@@ -47,7 +49,7 @@ class Chain:
         if self.snapped:
             shown = ", ".join(list(self.snapped)[:4])
             more = ", ..." if len(self.snapped) > 4 else ""
-            self.notes.insert(0, f"rounded angles read as fractions of pi: {shown}{more}")
+            self.notes.insert(0, f"rounded angles read as multiples of pi/24: {shown}{more}")
 
     def fail(self, joint: UrdfJoint, message: str) -> RobotError:
         return RobotError(f"{self.where}: joint {shortened(joint.name)!r}: {message}")
@@ -103,23 +105,30 @@ class Chain:
 
     # --- frames ---------------------------------------------------------------------------------
 
-    def _angle(self, written: sp.Rational) -> Any:
-        """Return a written angle with 50 digits; a rounded fraction of pi is that fraction."""
-        digits = context()
-        value = digits.mpf(int(written.p)) / int(written.q)
-        k = recognition.fraction_of_pi(written) if self.exact else None
-        if k is None:
-            return value
-        meant = digits.pi * int(k.p) / int(k.q)
-        if abs(meant - value) > 1e-15:
-            self.snapped[f"{float(written):.17g}"] = None
-        return meant
-
     def _pose(self, xyz: Triple, rpy: Triple) -> Pose:
-        """Return Trans(xyz) Rot(z, yaw) Rot(y, pitch) Rot(x, roll)."""
-        roll, pitch, yaw = (self._angle(a) for a in rpy)
-        turn = dh.screw(2, yaw, 0).times(dh.screw(1, pitch, 0)).times(dh.screw(0, roll, 0))
+        """Return Trans(xyz) Rot(z, yaw) Rot(y, pitch) Rot(x, roll), rounded angles as meant."""
+        angles = _many(rpy)
+        if self.exact:
+            angles = self._meant(angles)
+        turn = dh.turn(*angles)
+        if self.exact:
+            turn = self._recognised(turn)
         return Pose(turn.x, turn.y, turn.z, _many(xyz))
+
+    def _meant(self, angles: Vector) -> Vector:
+        """Return angles, those near multiples of pi/24 as these."""
+        roll, pitch, yaw = (recognition.snapped(angle) for angle in angles)
+        for angle, meant in zip(angles, (roll, pitch, yaw), strict=True):
+            if abs(meant - angle) > _WRITTEN:
+                self.snapped[f"{float(angle):.12g}"] = None
+        return roll, pitch, yaw
+
+    def _recognised(self, turn: Pose) -> Pose:
+        """Return a rotation whose angles are all near multiples of pi/24 as these."""
+        angles = dh.turned_by(turn.x, turn.y, turn.z)
+        if any(recognition.fraction_of_pi(angle) is None for angle in angles):
+            return turn
+        return dh.turn(*self._meant(angles))
 
     def _line(self, joint: UrdfJoint) -> Line:
         frame = self.link[joint.child]
@@ -127,9 +136,10 @@ class Chain:
             return Line(frame.origin, frame.z)
         axis = _many(joint.axis)
         axis = dh.scaled(axis, 1 / dh.norm(axis))
-        if self.exact:  # single precision leaves dust beside a main axis, too
-            x, y, z = (a if abs(a) > recognition.SINGLE else context().mpf(0) for a in axis)
-            axis = dh.scaled((x, y, z), 1 / dh.norm((x, y, z)))
+        if self.exact:
+            flat = tuple(a if abs(a) > recognition.TOLERANCE else context().mpf(0) for a in axis)
+            axis = dh.scaled(flat, 1 / dh.norm(flat))
+            axis = self._recognised(Pose(axis, _Y, _Z, axis)).x
         return Line(frame.origin, frame.turned(axis))
 
     def _place(self, joint: UrdfJoint) -> None:

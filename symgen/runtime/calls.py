@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symgen.codegen.kernels import LINK, SCALARS, SHARED, Kernel
 from symgen.errors import ParameterError
+from symgen.robot.expressions import shortened
 
 FloatArray = NDArray[np.float64]
 NOT_POSITIVE_DEFINITE = 1  # as NAME.h numbers them; a batch has the bits of all its samples
@@ -53,16 +54,16 @@ def checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArra
             f"{kernel.name} takes {len(expected)} arrays ({', '.join(n for n, _ in expected)}), "
             f"{len(inputs)} were given"
         )
-    arrays = [np.ascontiguousarray(a, dtype=np.float64) for a in inputs]
+    arrays = [
+        _numbers(kernel, name, len(symbols), given)
+        for (name, symbols), given in zip(expected, inputs, strict=True)
+    ]
     lead = arrays[0].shape[:-1] if kernel.batch else ()
     for i, ((name, symbols), array) in enumerate(zip(expected, arrays, strict=True)):
         if name == LINK and array.size == 1 and array.item() in range(1, len(symbols) + 1):
             arrays[i] = array.reshape(1)
         elif name == LINK:
-            raise ParameterError(
-                f"{kernel.name}: link is {inputs[i]!r}; accepted: the number of a joint, 1 to "
-                f"{len(symbols)}"
-            )
+            raise _not_accepted(kernel, name, len(symbols), inputs[i])
         elif name in SCALARS and array.size == 1:
             arrays[i] = array.reshape(1)
         elif name == "X" and array.ndim == 1 and len(array) >= len(symbols):
@@ -83,6 +84,20 @@ def checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArra
                 f"accepted: ({len(symbols)},) or (N, {len(symbols)}), the same N for all"
             )
     return arrays, (lead[0] if lead else None)
+
+
+def _numbers(kernel: Kernel, name: str, size: int, given: ArrayLike) -> FloatArray:
+    try:
+        return np.ascontiguousarray(given, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise _not_accepted(kernel, name, size, given) from error
+
+
+def _not_accepted(kernel: Kernel, name: str, size: int, given: ArrayLike) -> ParameterError:
+    accepted = f"the number of a joint, 1 to {size}" if name == LINK else "an array of numbers"
+    return ParameterError(
+        f"{kernel.name}: {name} is {shortened(repr(given))}; accepted: {accepted}"
+    )
 
 
 def result(kernel: Kernel, outputs: Sequence[FloatArray], status: int) -> Any:

@@ -12,10 +12,10 @@ from symgen.errors import SymgenError
 from symgen.runtime.build import build_module, cache_folder, find_compiler, missing_compiler
 from symgen.runtime.flags import Chosen, chosen_flags
 
-_NEEDED = ("sympy", "numpy", "scipy", "casadi", "cffi", "jinja2", "pydantic", "plotly", "pyarrow")
+_NEEDED = ("sympy", "numpy", "scipy", "casadi", "cffi", "jinja2", "pydantic", "plotly", "pyarrow",
+           "clarabel")  # fmt: skip
 #: Module, what it is for, and what brings it.
 _OPTIONAL = (
-    ("clarabel", "parameters that a robot can have", "symgen[physical]"),
     ("rosbags", "MCAP files and ROS 2 bags", "symgen[ros]"),
     ("mujoco", "MJCF files", "symgen[mjcf]"),
     ("pandas", "Estimate.to_dataframe", "pandas"),

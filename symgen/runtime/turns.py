@@ -16,10 +16,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-try:
-    import fcntl
-except ImportError:  # Windows
-    fcntl = None  # type: ignore[assignment]
+from symgen.places import locked
 
 _ASKED_SECONDS = 0.05
 _STALE_SECONDS = 3600
@@ -49,7 +46,7 @@ def turn(folder: Path, name: str, seconds: float) -> Iterator[Path]:
             if place.is_symlink() or (place.exists() and not place.is_dir()):
                 raise
             continue
-        lock, others = _locked(place)
+        lock, others = locked(place)
         if lock is not None or not others or time.monotonic() > until:
             break
         time.sleep(_ASKED_SECONDS)
@@ -76,31 +73,10 @@ def sweep(folder: Path) -> None:
             if not leftover.is_dir() or leftover.is_symlink():
                 leftover.unlink()
                 continue
-            lock, others = _locked(leftover)
+            lock, others = locked(leftover)
             if not others:
                 shutil.rmtree(leftover, ignore_errors=True)
             if lock is not None:
                 os.close(lock)
         except OSError:
             continue
-
-
-def _locked(place: Path) -> tuple[int | None, bool]:
-    """Return the descriptor of a folder that is now locked, or None and whether others hold it."""
-    if fcntl is None:
-        return None, False
-    try:
-        lock = os.open(place, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-    except FileNotFoundError:  # just removed: whose turn it was has ended
-        return None, True
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        if os.path.samestat(os.fstat(lock), os.lstat(place)):
-            return lock, False
-    except (BlockingIOError, FileNotFoundError):
-        pass
-    except OSError:  # a disk without locks
-        os.close(lock)
-        return None, False
-    os.close(lock)
-    return None, True

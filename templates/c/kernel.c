@@ -1,3 +1,15 @@
+{% macro work(indent) %}
+{% if k.parts.parts %}
+{{ indent }}{{ k.dtype }} w[{{ k.parts.handed }}];
+{% for part in k.parts.parts %}
+{{ indent }}{{ "return " if loop.last and k.guarded }}part_{{ part.number }}({{ k.names }}, w);
+{% endfor %}
+{% else %}
+{% for line in k.body %}
+{{ indent }}{{ line }}
+{% endfor %}
+{% endif %}
+{% endmacro %}
 /* {{ name }}: {{ k.doc | join("\n * ") }}
  * {{ k.operations }} for one sample, as written here.
  */
@@ -12,7 +24,7 @@
 
 {% for part in k.parts.parts %}
 {% set last = loop.last %}
-static {{ k.returns if last else "void" }} part_{{ part.number }}({{ k.parameters }}, {{ k.dtype }} *w)
+static {{ "int" if last and k.guarded else "void" }} part_{{ part.number }}({{ k.parameters }}, {{ k.dtype }} *w)
 {
 {% for line in part.body %}
     {{ line }}
@@ -22,22 +34,20 @@ static {{ k.returns if last else "void" }} part_{{ part.number }}({{ k.parameter
 {% endfor %}
 {{ k.returns }} {{ name }}_{{ k.name }}({{ k.parameters }})
 {
-{% if k.parts.parts %}
-    {{ k.dtype }} w[{{ k.parts.handed }}];
-{% for part in k.parts.parts %}
-    {{ "return " if loop.last and k.guarded }}part_{{ part.number }}({{ k.names }}, w);
-{% endfor %}
+{% if k.links %}
+    int status = {{ name }}_NO_SUCH_LINK;
+    if ((link >= 1u) && (link <= {{ k.links }}u)) {
+{{ work("        ") }}        status = {{ name }}_OK;
+    }
+    return status;
 {% else %}
-{% for line in k.body %}
-    {{ line }}
-{% endfor %}
-{% endif %}
+{{ work("    ") }}{% endif %}
 }
 {% if k.batch %}
 
 {{ k.returns }} {{ name }}_{{ k.name }}_batch(size_t N, {{ k.batch_parameters }})
 {
-{% if k.guarded %}
+{% if k.fallible %}
     int status = 0;
     for (size_t k = 0; k < N; ++k) {
         status |= {{ name }}_{{ k.name }}({{ k.strides }});

@@ -38,14 +38,14 @@ struct {{ name }}_robot {
 {% include "view.hpp" %}
 {% for k in kernels %}
 
-    /* {{ k.doc }}{{ "; nonzero, or empty: it has none" if k.guarded }}
+    /* {{ k.doc }}{{ "; nonzero, or empty: " ~ k.reason if k.fallible }}
 {% for o in k.outputs %}
      * {{ o.name }}: {{ o.shape }}
 {% endfor %}
      */
-    static {{ "int" if k.guarded else "void" }} {{ k.name }}({{ k.inputs }}{{ k.written }}) noexcept
+    static {{ "int" if k.fallible else "void" }} {{ k.name }}({{ k.inputs }}{{ k.written }}) noexcept
     {
-        {{ "return " if k.guarded }}{{ name }}_{{ k.name }}({{ k.pointers }});
+        {{ "return " if k.fallible }}{{ name }}_{{ k.name }}({{ k.pointers }});
     }
 {% if k.value %}
     [[nodiscard]] static {{ k.value }} {{ k.name }}({{ k.inputs }}) noexcept
@@ -53,7 +53,7 @@ struct {{ name }}_robot {
 {% for o in k.outputs %}
         std::array<real, {{ o.size }}> {{ o.name }};
 {% endfor %}
-{% if k.guarded %}
+{% if k.fallible %}
         if ({{ k.name }}({{ k.names }}) != 0) {
             return std::nullopt;
         }

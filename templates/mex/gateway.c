@@ -17,6 +17,7 @@ typedef struct {
         const char *name;
         size_t width;
         int shared; /* nonzero: one for all samples */
+        int links;  /* of a link's number: how many there are; otherwise 0 */
     } input[{{ inputs }}];
     size_t outputs;
     size_t shape[{{ outputs }}][3]; /* 0 for an index that an array does not have */
@@ -24,7 +25,7 @@ typedef struct {
 
 static const kernel kernels[] = {
 {% for k in kernels %}
-    { "{{ k.name }}", {{ k.inputs|length }}, { {% for i in k.inputs %}{ "{{ i.name }}", {{ i.size }}, {{ i.shared|int }} }, {% endfor %}}, {{ k.shapes|length }}, { {% for shape in k.shapes %}{ {{ shape }} }, {% endfor %}} },
+    { "{{ k.name }}", {{ k.inputs|length }}, { {% for i in k.inputs %}{ "{{ i.name }}", {{ i.size }}, {{ i.shared|int }}, {{ k.links if i.link else 0 }} }, {% endfor %}}, {{ k.shapes|length }}, { {% for shape in k.shapes %}{ {{ shape }} }, {% endfor %}} },
 {% endfor %}
 };
 
@@ -39,8 +40,8 @@ static int call(size_t index, {{ name }}_real in[][{{ widest }}], {{ name }}_rea
 {% for to, from, size in k.copies %}
         (void)memcpy(out[{{ to }}], in[{{ from }}], {{ size }} * sizeof in[{{ from }}][0]);
 {% endfor %}
-        {{ "return " if k.guarded }}{{ name }}_{{ k.name }}({{ k.arguments }});
-{% if not k.guarded %}
+        {{ "return " if k.fallible }}{{ name }}_{{ k.name }}({{ k.arguments }});
+{% if not k.fallible %}
         break;
 {% endif %}
 {% endfor %}
@@ -61,6 +62,17 @@ static size_t find(const mxArray *word)
     mexErrMsgIdAndTxt("{{ name }}:kernel", "kernel %s; accepted: {{ kernels|map(attribute="name")|join(", ") }}",
         text != NULL ? text : "is no text");
     return 0;
+}
+
+/* Refuse what is no number of a link. */
+static void check_link(double link, int links)
+{
+    for (int i = 1; i <= links; ++i) {
+        if (link >= i && link <= i) {
+            return;
+        }
+    }
+    mexErrMsgIdAndTxt("{{ name }}:link", "link is %g; accepted: the number of a joint, 1 to %d", link, links);
 }
 
 /* Samples in an input: rows of a matrix, 1 for a vector. */
@@ -138,6 +150,9 @@ void mexFunction(int nlhs, mxArray *plhs[], int nrhs, const mxArray *prhs[])
     for (size_t i = 0; i < k->inputs; ++i) {
         from[i] = mxGetPr(prhs[i + 1]);
         rows[i] = samples_of(k->input[i].name, k->input[i].width, k->input[i].shared, prhs[i + 1]);
+        if (k->input[i].links != 0) {
+            check_link(from[i][0], k->input[i].links);
+        }
         if (rows[i] != samples && i > 0 && k->input[i].shared == 0) {
             mexErrMsgIdAndTxt("{{ name }}:size", "%s has %d samples, what is before it %d",
                 k->input[i].name, (int)rows[i], (int)samples);

@@ -336,3 +336,31 @@ def test_eigen_goes_in_and_out_and_its_other_orders_are_refused(
     same, derivative = map(float, run([tmp_path / "main"], tmp_path).split())
     assert same == 0
     assert derivative < 1e-8
+
+
+@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+def test_a_link_that_the_robot_has_not_gives_an_empty_optional(compiler: str, tmp_path) -> None:
+    needs(compiler)
+    model = symgen.derive(symgen.read_robot("planar2r"), ("link_jacobian", "add_body"))
+    package = tmp_path / "planar2r"
+    symgen.write_package(symgen.generate(model, target="c"), package)
+    (tmp_path / "main.cpp").write_text(
+        """
+#include "planar2r.hpp"
+#include <cstdio>
+int main()
+{
+    const std::array<double, 2> q{ 1, 2 };
+    const std::array<double, 3> point{ 1, 2, 3 };
+    std::array<double, 4> X{ 1, 2, 3, 4 };
+    using robot = planar2r_robot;
+    for (std::size_t link = 0; link < 4; ++link) {
+        std::printf("%d %d ", robot::link_jacobian(q, link, point).has_value(),
+                    robot::add_body(X, link, 0.0, point, std::array<double, 6>{}));
+    }
+}
+"""
+    )
+    command = [compiler, *CXX17, f"-I{package}", "main.cpp", *library([package], tmp_path), "-lm"]
+    run([*command, "-o", "main"], tmp_path)
+    assert run([tmp_path / "main"], tmp_path).split() == "0 16 1 0 1 0 0 16".split()

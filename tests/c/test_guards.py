@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,11 +30,13 @@ L1 = {length}
 d = "L1"
 """
 KERNELS = ("gravity_torque", "forward_dynamics", "jacobian", "inverse_dynamics", "frames")
+OF_LINKS = ("link_jacobian", "link_drift", "add_body")
 
 
-def package(folder: Path, dtype: str = "double", length: float = 0.5, **options: str) -> Path:
+def package(folder: Path, dtype: str = "double", length: float = 0.5, **options: Any) -> Path:
     """Write the package of a two-link arm into a folder."""
-    derived = symgen.derive(symgen.parse_robot(PLANE.format(length=length)), KERNELS)
+    kernels = options.get("kernels", KERNELS)
+    derived = symgen.derive(symgen.parse_robot(PLANE.format(length=length)), kernels)
     symgen.write_package(symgen.generate(derived, dtype=dtype, **options), folder)
     return folder
 
@@ -78,7 +81,7 @@ def test_float_and_double_packages_of_one_robot_work_in_one_program(tmp_path) ->
 @needs_cc
 def test_a_prefix_names_every_file_and_symbol_and_the_package_checks(tmp_path) -> None:
     into = tmp_path / "any"
-    options = ["--prefix", "left_arm", "--kernels", "jacobian,energy_regressor,friction_power"]
+    options = ["--prefix", "left_arm", "--kernels", "jacobian,energy_regressor"]
     done = CliRunner().invoke(cli, ["generate", "planar2r", *options, "--into", str(into)])
     assert done.exit_code == 0, done.output
     plain = {"README.md", "CMakeLists.txt", "manifest.json", "robot.toml", "mex"}
@@ -156,6 +159,81 @@ def test_forward_dynamics_has_a_status_for_each_reason(tmp_path) -> None:
     named = dict(re.findall(r"plane_(OK|NOT_POSITIVE_DEFINITE|NOT_FINITE) = (\d)", header))
     assert named == {"OK": "0", "NOT_POSITIVE_DEFINITE": "1", "NOT_FINITE": "2"}
     assert printed(tmp_path, program, folder).split() == list("02211222")
+
+
+@needs_cc
+@pytest.mark.parametrize("dtype", ["double", "float"])
+def test_a_link_that_the_robot_has_not_is_a_status_and_nothing_is_written(tmp_path, dtype) -> None:
+    program = """
+    #include "plane.h"
+    #include <stdint.h>
+    #include <stdio.h>
+    enum { N = 2, SIZE = 12 * N };
+    static plane_real out[SIZE];
+    static void mark(void)
+    {
+        for (int i = 0; i < SIZE; ++i) {
+            out[i] = 7;
+        }
+    }
+    static void say(int status)
+    {
+        int written = 0;
+        for (int i = 0; i < SIZE; ++i) {
+            written += !(out[i] >= 7 && out[i] <= 7);
+        }
+        printf("%d:%d ", status, written > 0);
+        mark();
+    }
+    int main(void)
+    {
+        const size_t links[] = { 0, 1, 2, 3, SIZE_MAX };
+        const plane_real a[6 * N] = { 1, 2, 3, 4, 5, 6, 1, 2, 3, 4, 5, 6 };
+        mark();
+        for (int i = 0; i < 5; ++i) {
+            say(plane_link_jacobian(a, links[i], a, out));
+            say(plane_link_jacobian_batch(N, a, links[i], a, out));
+            say(plane_link_drift(a, a, links[i], a, out));
+            say(plane_link_drift_batch(N, a, a, links[i], a, out));
+            say(plane_add_body(out, links[i], 2, a, a));
+        }
+        return plane_OK;
+    }
+    """
+    folder = package(tmp_path / "plane", dtype, kernels=OF_LINKS, prefix="plane")
+    assert "plane_NO_SUCH_LINK = 16" in (folder / "plane.h").read_text()
+    wrong, right = ["16:0"] * 5, ["0:1"] * 5
+    expected = [*wrong, *right, *right, *wrong, *wrong]
+    assert printed(tmp_path, program, folder).split() == expected
+
+
+@pytest.mark.parametrize("link", [0, 3, -1, 1.5, float("nan"), float("inf"), "elbow", [1, 2], None])
+def test_python_names_the_links_that_there_are(link) -> None:
+    derived = symgen.derive(symgen.parse_robot(PLANE.format(length=0.5)), OF_LINKS)
+    X = np.ones(len(derived.base.parameters))
+    for backend in ("c", "casadi") if CC else ("casadi",):
+        loaded = symgen.load(derived, backend=backend)
+        for kernel, before, after in (
+            ("link_jacobian", ([1.0, 2.0],), ([0.1, 0.2, 0.3],)),
+            ("link_jacobian", ([[1.0, 2.0]] * 3,), ([[0.1, 0.2, 0.3]] * 3,)),
+            ("link_drift", ([1.0, 2.0], [3.0, 4.0]), ([0.1, 0.2, 0.3],)),
+            ("add_body", (X,), (2.0, [0.1, 0.2, 0.3], np.ones(6))),
+        ):
+            with pytest.raises(symgen.ParameterError, match=f"{kernel}: link is .* 1 to 2"):
+                getattr(loaded, kernel)(*before, link, *after)
+
+
+def test_a_casadi_function_of_a_link_that_the_robot_has_not_is_nan(tmp_path) -> None:
+    folder = package(tmp_path / "plane", kernels=OF_LINKS, target="casadi")
+    for kernel in OF_LINKS:
+        function = deserialized((folder / f"plane_{kernel}.casadi").read_bytes())
+        for link, known in ((0, False), (1, True), (2, True), (3, False), (1.5, False)):
+            inputs = [
+                link if function.name_in(i) == "link" else np.ones(function.size_in(i))
+                for i in range(function.n_in())
+            ]
+            found = np.array(function(*inputs))
+            assert (np.isfinite(found) if known else np.isnan(found)).all(), (kernel, link)
 
 
 def test_nan_into_forward_dynamics_is_said_in_python() -> None:

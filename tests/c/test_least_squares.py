@@ -825,7 +825,7 @@ class TestRefusals:
 
 
 class TestGuard:
-    """Absurd samples and standstill: what was learned stays."""
+    """What was learned stays: after absurd samples, and at standstill if no step is taken."""
 
     OUTLIER, NOT_EXCITED = 4, 8
 
@@ -863,7 +863,7 @@ class TestGuard:
         np.testing.assert_allclose(X, X_RUB, rtol=0.02)
 
     @pytest.mark.parametrize("noise", [0.0, 1e-4])
-    def test_standstill_under_forgetting_is_not_learned_from(self, package, noise):
+    def test_standstill_under_forgetting_teaches_the_energy_model_nothing(self, package, noise):
         c, window = package("rub"), 20
         memory = c.identifier("sliding", window, 0.999)
         self.learned(c, memory)
@@ -879,6 +879,33 @@ class TestGuard:
         assert status == 0
         np.testing.assert_allclose(X, before, rtol=1e-6)
         assert np.isfinite(std).all()
+
+    def test_momentum_needs_to_be_left_alone_while_the_robot_stands(self, package):
+        """As the header says: steps at standstill lose friction with status OK; no steps do not."""
+        c, draw = package("rub"), np.random.default_rng(5)
+        t = stamps(40_000, True)
+        seconds, rest = 60, np.arange(60_000)
+        still = [np.tile(x, (len(rest), 1)) for x in ([0.3, -0.4], [0.0, 0.0], [0.4, -0.2])]
+        still = [x + 1e-3 * draw.standard_normal(x.shape) for x in still]
+        for text in (RUNTIME / "identifier.h", RUNTIME.parents[2] / "docs" / "c.md"):
+            said = re.sub(r"[\s*`]+", " ", text.read_text("utf-8"))
+            assert "do not call NAME_identifier_step while the robot stands" in said, text
+        for steps_at_rest in (True, False):
+            memory = c.identifier("sliding", 20, 0.9999, model="momentum")
+            assert c.run(memory, t, *motion(t, X_RUB, 1e-3)) == 0
+            np.testing.assert_allclose(c.read(memory)[1], X_RUB, rtol=0.02)
+            if steps_at_rest:
+                c.identifier_restart(memory.ctypes.data)
+                assert c.run(memory, 1e-3 * rest, *still) == 0
+                assert c.identifier_status(memory.ctypes.data) == 0
+                coulomb = c.read(memory)[1][[4, 6]]
+                assert np.all(np.abs(coulomb) < 0.1 * X_RUB[[4, 6]]), coulomb
+                continue
+            c.identifier_restart(memory.ctypes.data)
+            again = motion(t + seconds, X_RUB, 1e-3)
+            for sample in zip(*again, np.diff(t, prepend=0), strict=True):
+                assert c.step(memory, *sample) == 0
+            np.testing.assert_allclose(c.read(memory)[1], X_RUB, rtol=0.02)
 
     def test_a_robot_that_has_changed_is_learned_anew(self, package):
         c, t, other = package("rub"), stamps(8000, True), 30 * X_RUB

@@ -159,6 +159,24 @@ def test_links_plain_numbers_and_what_is_changed_in_place(tmp_path: Path) -> Non
     assert printed.split() == "30 50 2 0 1 1 10 20 30 40 1 2 3 4 2 3".split()
 
 
+def test_a_link_that_the_robot_has_not_is_named(tmp_path: Path) -> None:
+    kernels = ("link_jacobian", "add_body")
+    model = symgen.derive(symgen.read_robot("planar2r"), kernels)
+    symgen.write_package(symgen.generate(model, target="mex"), tmp_path / "planar2r")
+    run([*OCTAVE, "--eval", "addpath('planar2r/mex'); planar2r_build();"], tmp_path)
+    lines = ["1;"]
+    for link in ("0", "3", "-1", "1.5", "NaN", "Inf", "2"):
+        for call in (
+            f"planar2r_mex('link_jacobian', [3 5], {link}, [1 2 3])",
+            f"planar2r_mex('add_body', [1 2 3 4], {link}, 1, [1 2 3], 1:6)",
+        ):
+            lines.append(f"try, {call}; disp('none'); catch e, disp(e.message); end")
+    (tmp_path / "script.m").write_text("\n".join(lines) + "\n")
+    found = run([*OCTAVE, "script.m"], tmp_path).splitlines()
+    assert [("link" in line and "1 to 2" in line) for line in found] == [True] * 12 + [False] * 2
+    assert found[12:] == ["none"] * 2
+
+
 def test_only_kernels_that_are_written_are_known() -> None:
     model = symgen.derive(symgen.read_robot("planar2r"), ("mass_matrix", "jacobian"))
     tree = symgen.generate(model, target="mex", kernels=("jacobian",))

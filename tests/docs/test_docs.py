@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+from html import unescape
 from pathlib import Path
 
 import pytest
@@ -17,21 +18,49 @@ from workshop import furnish, house
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]\d+)?")
 _RUN = [p for p in PAGES if any(b.kind not in SHOWN and not b.elsewhere for b in blocks(p))]
 _SLOW_EXAMPLES = {"hidden_spring", "motion_and_load"}
+_DRAWN = re.compile(r'<div class="equation"([^>]*)>(.*?)</div>', re.S)
+_FENCE = re.compile(r"^```.*?^```$", re.M | re.S)
+#: How a section ends: a full sentence, a table, a block, a picture, or entries of the reference.
+_ENDS = re.compile(r"([.!?]\)?|\||\(block\)|!\[[^\]]*\]\([^)]*\)|^:::.*(\n +.*)*)\Z", re.M)
 
 
-def test_the_documentation_builds_without_a_warning(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The documentation as MkDocs builds it, without a warning."""
     if importlib.util.find_spec("mkdocs") is None or importlib.util.find_spec("material") is None:
         pytest.skip("mkdocs-material is not installed (pip install -e '.[docs]')")
+    into = tmp_path_factory.mktemp("site")
     done = subprocess.run(
         [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "-f", ".mkdocs.yml",
-         "--site-dir", str(tmp_path / "site")],
+         "--site-dir", str(into)],
         cwd=PROJECT, capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
+    return into
+
+
+def test_pages_of_the_site_ask_for_nothing_from_elsewhere(site: Path) -> None:
     for page in ("index.html", "reference.html", "examples/two_links.html"):
-        text = (tmp_path / "site" / page).read_text("utf-8")
+        text = (site / page).read_text("utf-8")
         assert not re.search(r'(?:src|href)="(?:https?:)?//(?!squidfunk)', text), page
-    assert "<math" in (tmp_path / "site" / "method.html").read_text("utf-8")
+
+
+def test_a_reader_sees_equations_and_not_their_source(site: Path) -> None:
+    """Neither "&" nor a command of LaTeX, in what a browser draws or shows under the pointer."""
+    equations = [b.code for page in PAGES for b in blocks(page) if b.kind == "math"]
+    drawn = [m for page in site.rglob("*.html") for m in _DRAWN.findall(page.read_text("utf-8"))]
+    assert len(drawn) >= len(equations) > 0
+    for attributes, inside in drawn:
+        seen = attributes + unescape(re.sub("<[^>]*>", " ", inside))
+        assert not re.search(r"[&\\]", seen), seen
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
+def test_every_section_ends_in_a_full_sentence(page: Path) -> None:
+    text = _FENCE.sub("(block)", page.read_text("utf-8"))
+    for section in re.split(r"^#+ .*$", text, flags=re.M):
+        assert not section.strip() or _ENDS.search(section.rstrip()), section[-200:]
+    assert "&" not in re.sub("`[^`]*`", "", text)  # an alignment stands in an equation alone
 
 
 @pytest.fixture(scope="module")

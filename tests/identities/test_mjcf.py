@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from dataclasses import replace
 
@@ -88,7 +89,6 @@ def test_an_imported_mjcf_has_the_torques_of_mujoco(arm) -> None:
 
 
 def test_identified_parameters_go_into_the_mjcf_and_nothing_else_changes(tmp_path, command) -> None:
-    pytest.importorskip("clarabel", reason="Clarabel is not installed")
     from symgen.identification.estimate import Estimate, ParameterEstimate, Residual
     from symgen.identification.parameters import read_parameters
 
@@ -169,3 +169,208 @@ def test_what_mujoco_warns_of_is_written_nowhere(arm, tmp_path, monkeypatch, cap
     read_imported(arm)
     assert set(tmp_path.iterdir()) == before
     assert capfd.readouterr() == ("", "")
+
+
+# Joint 2 is perpendicular to joint 1, joint 3 parallel to joint 2 and joint 4 perpendicular to it.
+ARM = """<mujoco model="rounded">
+  <compiler angle="radian"/>
+  <worldbody>
+    <body name="one" pos="0 0 0.3">
+      <joint name="j1" axis="0 0 1"/>
+      <inertial pos="0.1 0.02 0.2" mass="2" diaginertia="0.1 0.1 0.1"/>
+      <body name="two" pos="0 0 0.2" {turn}>
+        <joint name="j2" axis="{axis}"/>
+        <inertial pos="0.1 0.02 0.2" mass="2" diaginertia="0.1 0.1 0.1"/>
+        <body name="three" pos="0.4 0 0.01">
+          <joint name="j3" axis="{axis}"/>
+          <inertial pos="0.1 0.02 0.2" mass="2" diaginertia="0.1 0.1 0.1"/>
+          <body name="four" pos="0.3 0.02 0.1" {back}>
+            <joint name="j4" axis="0 0 1"/>
+            <inertial pos="0.1 0.02 0.2" mass="2" diaginertia="0.1 0.1 0.1"/>
+          </body>
+        </body>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def _words(values, digits: int) -> str:
+    return " ".join(f"{v:.{digits}f}" for v in values)
+
+
+def _quat(angle: float, axis) -> np.ndarray:
+    return np.array([math.cos(angle / 2), *(math.sin(angle / 2) * np.array(axis))])
+
+
+def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    out = np.empty(4)
+    mujoco.mju_mulQuat(out, a, b)
+    return out
+
+
+def _from_rounded_rpy(angle: float, digits: int) -> str:
+    """Write a quaternion with six digits of an angle that a URDF had rounded before."""
+    return f'quat="{_words(_quat(round(angle, digits), (1, 0, 0)), 6)}"'
+
+
+RIGHT, HALF = math.pi / 2, math.sqrt(0.5)
+# How a file may write that frame two is turned by a right angle about x, then by `more` about z.
+NOTATIONS = {
+    "quat": lambda d: f'quat="{_words(_quat(RIGHT, (1, 0, 0)), d)}"',
+    "quat off by one": lambda d: f'quat="{_words((HALF - 10.0**-d / 2, HALF, 0, 0), d)}"',
+    "quat of a rounded angle": lambda d: _from_rounded_rpy(RIGHT, d),
+    "quat of two turns": lambda d: (
+        f'quat="{_words(_product(_quat(RIGHT, (1, 0, 0)), _quat(math.pi / 3, (0, 0, 1))), d)}"'
+    ),
+    "quat of a generic turn": lambda d: (
+        f'quat="{_words(_product(_quat(0.3, (0, 0, 1)), _quat(RIGHT, (1, 0, 0))), d)}"'
+    ),
+    "quat about y, then z": lambda d: (
+        f'quat="{_words(_product(_quat(RIGHT, (0, 1, 0)), _quat(0.7, (0, 0, 1))), d)}"'
+    ),
+    "euler": lambda d: f'euler="{_words((RIGHT, 0, 0.3), d)}"',
+    "euler of a right pitch": lambda d: f'euler="{_words((0.4, RIGHT, 0.3), d)}"',
+    "axisangle": lambda d: f'axisangle="1 0 0 {RIGHT:.{d}f}"',
+    "xyaxes": lambda d: (
+        f'xyaxes="{_words((math.cos(0.3), math.sin(0.3), 0), d)} 0 0 1"'
+    ),
+    "zaxis": lambda d: f'zaxis="{_words((math.sin(math.pi / 6), -math.cos(math.pi / 6), 0), d)}"',
+}  # fmt: skip
+
+
+@pytest.fixture
+def quiet():
+    """Keep MuJoCo from writing that bodies have no mass."""
+    mujoco.set_mju_user_warning(lambda _: None)
+    yield
+    mujoco.set_mju_user_warning(None)
+
+
+def _rank(text: str) -> int:
+    """Number of base parameters by MuJoCo: singular values of the torques of unit parameters."""
+    model = mujoco.MjModel.from_xml_string(text)
+    rng = np.random.default_rng(3)
+    q, qd, qdd = rng.uniform(-2, 2, (3, 60, model.nv))
+    columns = []
+    model.body_mass[1:] = 0
+    zero = model.body_ipos.copy() * 0
+    for b in range(1, model.nbody):
+        for i in range(10):
+            mass, com, inertia = _unit(i)
+            model.body_mass[:], model.body_inertia[:], model.body_ipos[:] = 0, 0, zero
+            model.body_iquat[:] = (1, 0, 0, 0)
+            model.body_mass[b], model.body_ipos[b] = mass, com
+            values, turn = np.linalg.eigh(inertia)
+            turn[:, 2] *= np.linalg.det(turn)
+            mujoco.mju_mat2Quat(model.body_iquat[b], turn.ravel())
+            model.body_inertia[b] = values
+            mujoco.mj_setConst(model, mujoco.MjData(model))
+            columns.append(_inverse(model, q, qd, qdd))
+    model.body_mass[:] = model.body_inertia[:] = 0
+    for k in range(model.nv):
+        column = np.zeros(q.shape)
+        column[:, k] = qdd[:, k]
+        columns.append(column.ravel())
+    W = np.column_stack(columns)
+    size = np.linalg.norm(W, axis=0)
+    W = W[:, size > 1e-8] / size[size > 1e-8]
+    values = np.linalg.svd(W, compute_uv=False)
+    return int((values > 1e-8 * values[0]).sum())
+
+
+def _unit(i: int) -> tuple[float, np.ndarray, np.ndarray]:
+    """Ten bodies (mass, centre, inertia about it) that span the inertial parameters of a link."""
+    inertia = np.diag([0.3, 0.4, 0.5])
+    if i < 3:
+        inertia[i, i] += 0.1
+    elif i < 6:
+        a, b = ((0, 1), (0, 2), (1, 2))[i - 3]
+        inertia[a, b] = inertia[b, a] = 0.1
+    com = np.zeros(3)
+    if i >= 7:
+        com[i - 7] = 0.3
+    return (2.0 if i == 6 else 1.0), com, inertia
+
+
+def _inverse(model, q, qd, qdd) -> np.ndarray:
+    data = mujoco.MjData(model)
+    out = []
+    for x, v, a in zip(q, qd, qdd, strict=True):
+        data.qpos[:], data.qvel[:], data.qacc[:] = x, v, a
+        mujoco.mj_inverse(model, data)
+        out.append(data.qfrc_inverse.copy())
+    return np.ravel(out)
+
+
+def _without_losses(robot: symgen.Robot) -> symgen.Robot:
+    return replace(robot, joints=tuple(replace(j, friction=()) for j in robot.joints))
+
+
+@pytest.mark.parametrize("digits", [4, 5, 6, 7])
+@pytest.mark.parametrize("notation", NOTATIONS)
+@pytest.mark.usefixtures("quiet")
+def test_rounded_angles_of_any_notation_cost_no_base_parameter(tmp_path, notation, digits) -> None:
+    full = ARM.format(turn=NOTATIONS[notation](15), back='euler="0 1.570796326794897 0"',
+                      axis="0 0 1")  # fmt: skip
+    text = ARM.format(turn=NOTATIONS[notation](digits), axis="0 0 1",
+                      back=f'quat="{_words(_quat(RIGHT, (0, 1, 0)), digits)}"')  # fmt: skip
+    rank = _rank(full)
+    path = tmp_path / "rounded.xml"
+    path.write_text(text)
+    robot = _without_losses(read_imported(path).robot)
+    assert len(symgen.derive(robot, ()).base.parameters) == rank
+
+
+BEYOND = {  # the alpha of joint 2 as it is read, and what it costs
+    0.002: ("1.56879633", "0.002 rad from pi/2"),
+    -0.0005: ("1.57129633", "0.0005 rad from pi/2"),
+}
+
+
+@pytest.mark.parametrize("off", BEYOND)
+def test_an_angle_that_costs_base_parameters_is_said_at_import(tmp_path, command, off) -> None:
+    path = tmp_path / "off.xml"
+    path.write_text(ARM.format(turn=f'euler="{RIGHT - off!r} 0 0"', axis="0 0 1", back=""))
+    code, out, err = command("import", path)
+    assert code == 0, err
+    (line,) = [line for line in out.splitlines() if "base parameter" in line]
+    for words in ("joint j2: alpha is", *BEYOND[off]):
+        assert words in line
+    cost = len(symgen.derive(read_imported(path).robot, ()).base.parameters)
+    path.write_text(ARM.format(turn=f'euler="{RIGHT!r} 0 0"', axis="0 0 1", back=""))
+    cost -= len(symgen.derive(read_imported(path).robot, ()).base.parameters)
+    assert f"costs {cost} more base parameters" in line.replace("one", "1").replace(
+        "1 more base parameter;", "1 more base parameters;"
+    )
+    assert "base parameter" not in command("import", path)[1]
+
+
+def test_an_angle_that_is_meant_or_costs_nothing_is_not_said(tmp_path, command) -> None:
+    path = tmp_path / "meant.xml"
+    for turn, axis in (("1.2 0 0", "0 0 1"), (f"{RIGHT - 0.1!r} 0 0", "0 0 1")):
+        path.write_text(ARM.format(turn=f'euler="{turn}"', axis=axis, back='euler="0.262 0.5 0"'))
+        code, out, err = command("import", path)
+        assert code == 0, err
+        assert "base parameter" not in out
+
+
+def test_an_angle_that_costs_base_parameters_is_said_by_identify(tmp_path) -> None:
+    path = tmp_path / "off.xml"
+    text = ARM.format(turn=f'euler="{RIGHT - 0.004!r} 0 0"', axis="0 0 1", back="")
+    path.write_text(text)
+    rng = np.random.default_rng(1)
+    t = np.arange(0, 12, 0.005)
+    rate, phase = 2 * np.pi * rng.uniform(0.1, 0.6, (5, 4)), rng.uniform(0, 6, (5, 4))
+    size = rng.uniform(0.1, 0.4, (5, 4))
+    at = rate * t[:, None, None] + phase
+    q, qd, qdd = (np.sum(size * x, axis=1) for x in
+                  (np.sin(at), rate * np.cos(at), -(rate**2) * np.sin(at)))  # fmt: skip
+    tau = torques(text, q, qd, qdd) + 0.02 * rng.normal(size=q.shape)
+    robot = _without_losses(read_imported(path).robot)
+    said = symgen.identify(robot, symgen.make_log("run", t, q, tau, qd)).notes
+    assert any("alpha is 1.56679633 rad, 0.004 rad from pi/2" in note for note in said)
+    still = symgen.make_log("still", t[:200], q[:200] * 0 + 0.1, tau[:200], 0 * qd[:200])
+    with pytest.raises(symgen.IdentificationError, match=r"alpha is 1\.56679633 rad"):
+        symgen.identify(robot, still)

@@ -198,11 +198,28 @@ def test_an_arm_of_right_angles_and_short_decimals_stays_exact():
      ("1.570796327", (1, 2)), ("1.57079632679000", (1, 2)), ("0.2618", (1, 12)),
      ("4.71238898038", (3, 2)), ("0.130899694", (1, 24)), ("1.11759e-08", (0, 1)), ("0", (0, 1)),
      ("1.571", None), ("1.57", None), ("3.14", None), ("1.5706", None), ("0.1", None),
-     ("1.57081", None), ("0.00019159", None), ("100.53096", None)],
+     ("1.57081", (1, 2)), ("1.57090", None), ("0.00019159", None), ("100.53096", None)],
 )  # fmt: skip
-def test_rounded_fractions_of_pi_are_known_by_their_digits(written, meant):
+def test_an_angle_near_a_fraction_of_pi_is_that_fraction(written, meant):
     want = None if meant is None else sp.Rational(*meant)
     assert fraction_of_pi(sp.Rational(written)) == want
+
+
+@pytest.mark.parametrize(
+    ("rpy", "axis"),
+    [("1.570790 0 0", "0 0 1"), ("1.5707 0 0", "0.00002 0 1"), ("0 1.57081 0", "0 0 1"),
+     ("0.613502 1.570800 2.184298", "0 0 1"), ("0 0 0.78539", "0.707105 0.707108 0"),
+     ("0.523599 0 0", "0 0.866025 0.5")],
+)  # fmt: skip
+def test_rounded_digits_leave_axes_at_multiples_of_15_degrees(rpy, axis):
+    turn = joint("b", ends=("a", "b"), origin=f'xyz="0 0.1 0.2" rpy="{rpy}"', axis=axis)
+    after = joint("c", ends=("b", "c"), origin='xyz="0.3 0 0" rpy="0 0 0"', axis=axis)
+    robot = import_urdf(urdf(joint("a", ends=("base", "a")), turn, after,
+                             links=("base", "a", "b", "c"))).robot  # fmt: skip
+    for j in robot.joints:
+        for angle in (j.gamma, j.alpha, j.theta):
+            assert (angle * 24 / sp.pi).is_Integer, j
+    assert robot.joint(3).alpha == 0
 
 
 def test_movable_joints_keep_the_order_of_the_document_and_fixed_ones_come_last():

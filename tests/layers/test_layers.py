@@ -18,8 +18,8 @@ DOORS = {
     "jinja2": ("files",),
     "casadi": ("codegen/casadi_model", "experiment/search", "runtime/confined"),
     "cffi": ("runtime/build",),
-    "pyarrow": ("data/tables", "data/dataset"),
-    "fsspec": ("data/dataset",),
+    "pyarrow": ("data/tables", "data/parquet"),
+    "fsspec": ("data/urls",),
     "rosbags": ("data/bags",),
     "mujoco": ("robot/mjcf_io",),
     # Clarabel takes its matrices as SciPy's.

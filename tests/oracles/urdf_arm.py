@@ -97,9 +97,7 @@ def with_all_digits(text: str) -> str:
             return written
         k = round(value * 24 / math.pi)
         gap = abs(value - k * math.pi / 24)
-        mantissa, _, exponent = written.lower().partition("e")
-        decimals = len(mantissa.partition(".")[2].rstrip("0")) - int(exponent or 0)
-        if gap <= 5e-7 or (k and decimals >= 4 and gap < 10.0**-decimals):
+        if gap < 1e-4:
             return repr(k * math.pi / 24)
         return written
 
@@ -109,7 +107,7 @@ def with_all_digits(text: str) -> str:
     def axis(match: re.Match[str]) -> str:
         v = np.array([float(w) for w in match.group(1).split()])
         unit = v / (np.linalg.norm(v) or 1.0)
-        return f'axis xyz="{" ".join(repr(float(x)) for x in np.where(abs(unit) < 5e-7, 0, v))}"'
+        return f'axis xyz="{" ".join(repr(float(x)) for x in np.where(abs(unit) < 1e-4, 0, v))}"'
 
     text = re.sub(r'rpy\s*=\s*"([^"]*)"', angles, text)
     return re.sub(r'axis\s+xyz\s*=\s*"([^"]*)"', axis, text)

@@ -77,6 +77,29 @@ def log(samples, tmp_path):
     return write
 
 
+# Kernels
+
+
+@pytest.mark.parametrize("target", ["all", "c", "casadi", "fmu", "mex"])
+@pytest.mark.parametrize(
+    "kernels", ["friction_torque", "friction_power", "jacobian,friction_torque"]
+)
+def test_kernels_of_friction_of_a_robot_without_it_are_refused(refused, tmp_path, kernels, target):
+    into = tmp_path / "package"
+    options = ["--kernels", kernels, "--target", target, "--into", into]
+    words = [kernels.split(",")[-1], "no friction", "accepted", "torque_regressor"]
+    refused("generate", "planar2r", *options, words=words)
+    assert not into.exists()
+
+
+def test_a_model_without_kernels_is_no_package():
+    model = symgen.derive("planar2r", ("friction_torque",))
+    with pytest.raises(symgen.PackageError, match="without kernels"):
+        symgen.generate(model)
+    with pytest.raises(symgen.PackageError, match="accepted: jacobian"):
+        symgen.generate(symgen.derive("planar2r", ("jacobian",)), kernels=())
+
+
 # Arguments
 
 

@@ -27,7 +27,7 @@ from symgen.data.log import read_log
 from symgen.data.tables import read_csv
 from symgen.diagnosis.robot_days import grouped
 from symgen.errors import plain
-from symgen.files import check_replaceable, load_json, load_toml, write_folder
+from symgen.files import load_json, load_toml, write_folder
 from symgen.identification.parameters import read_named
 
 ESCAPE = "\x1b]0;taken\x07\x1b[31m"
@@ -459,24 +459,6 @@ def test_what_is_imported_before_ctrl_c_is_a_line_is_little(start):
     assert {name for name in done.stdout.split() if not name.startswith("_")} <= allowed
 
 
-# Writes a folder twice and dies between the two renames of the second time.
-KILLED = """
-import os, sys
-from pathlib import Path
-from symgen.files import write_folder
-def write(value):
-    files = {"estimate.json": b'{"schema": "symgen.x"}', "a": value}
-    write_folder(Path(sys.argv[1]), files, "estimate.json")
-write(b"1")
-rename = Path.rename
-def dying(self, target):
-    rename(self, target)
-    os._exit(9)
-Path.rename = dying
-write(b"2")
-"""
-
-
 def test_a_link_in_a_folder_of_results_brings_nothing_into_the_next(tmp_path):
     """Of a folder from elsewhere: what its links lead to would be in what is passed on."""
     secret, folder = tmp_path / "secret", tmp_path / "results"
@@ -495,24 +477,8 @@ def test_a_link_in_a_folder_of_results_brings_nothing_into_the_next(tmp_path):
         assert (folder / place).is_symlink()
     shutil.rmtree(folder / "deep")
     (folder / "deep").symlink_to(secret)
-    write_folder(folder, content, "estimate.json")
+    with pytest.warns(symgen.SymgenWarning, match="it is now deep.kept"):
+        write_folder(folder, content, "estimate.json")
+    assert (folder / "deep.kept").is_symlink()
     assert (folder / "deep" / "a").read_bytes() == b"1"
     assert sorted(p.name for p in secret.iterdir()) == ["key"]
-
-
-@pytest.mark.parametrize("how", ["written again", "looked at"])
-def test_a_folder_that_a_kill_left_aside_comes_back(tmp_path, how):
-    folder = tmp_path / "re[s]ults"
-    done = subprocess.run([sys.executable, "-c", KILLED, folder], cwd=PROJECT)
-    assert done.returncode == 9
-    assert not folder.exists()
-    (folder.parent / "other").mkdir()
-    check_replaceable(folder, "estimate.json")
-    assert (folder / "a").read_bytes() == b"1"
-    if how == "written again":
-        (folder / "mine").write_text("kept")
-        content = {"estimate.json": b'{"schema": "symgen.x"}', "a": b"3"}
-        write_folder(folder, content, "estimate.json")
-        assert (folder / "a").read_bytes() == b"3"
-        assert (folder / "mine").read_text() == "kept"
-    assert sorted(p.name for p in tmp_path.iterdir() if "-old-" in p.name) == []

@@ -176,10 +176,6 @@ def _smoke(symgen: Path, folder: Path, commands: str = COMMANDS, **change: str) 
             text=True,
             env=_environment(folder) | change,
         )
-        if words.startswith("export"):  # what it needs is optional, and it says so
-            assert (done.returncode, done.stdout) == (2, ""), done.stderr
-            assert "pip install 'symgen[physical]'" in done.stderr
-            continue
         # In 2 s of search excite may say that its runs are not good enough, by a 1; one estimate
         # beside itself shows no agreement.
         accepted = (0, 1) if words.startswith("excite") or words == "report est est" else (0,)
@@ -261,6 +257,14 @@ def installed(built, tmp_path_factory: pytest.TempPathFactory) -> Path:
     venv.create(folder / "env", with_pip=True)
     _pip(folder / "env" / "bin" / "python", built[1])
     return folder / "env" / "bin"
+
+
+@pytest.mark.slow
+def test_the_commands_of_the_readme_run_where_the_wheel_alone_is_installed(installed, tmp_path):
+    """tests/workflow/test_new_user.py runs them by default, with the declared dependencies."""
+    from workflow.test_new_user import six_commands
+
+    six_commands(tmp_path, [str(installed / "symgen")], _environment(tmp_path))
 
 
 #: What needs a compiler, or does without.

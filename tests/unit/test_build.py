@@ -222,12 +222,12 @@ def test_without_locks_processes_build_beside_each_other(locks, tmp_path, cache)
         'exec cc "$@"',
     )
     before = {
-        "none": "turns.fcntl.flock = refused",
-        "of another system": "turns.fcntl = None",
+        "none": "places.fcntl.flock = refused",
+        "of another system": "places.fcntl = None",
         "held for too long": "build.turn = lambda *a: turns.turn(*a[:2], 0.0)",
     }[locks]
     before = (
-        "from symgen.runtime import build, turns\n"
+        "from symgen import places\nfrom symgen.runtime import build, turns\n"
         "def refused(*_): raise OSError(37, 'No locks available')\n" + before
     )
     jobs = [build_elsewhere(slow, before=before) for _ in range(3)]

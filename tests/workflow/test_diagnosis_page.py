@@ -28,7 +28,7 @@ from symgen.diagnosis.reading import MARKER, read_diagnosis
 from symgen.diagnosis.replay import Replay
 from symgen.estimation.logs import open_samples
 from symgen.estimation.repairs import Repair
-from symgen.files import write_folder
+from symgen.files import RECORD, write_folder
 from symgen.report.content import content as said_of
 from symgen.report.html import page as html_page
 from symgen.report.plots import diagnosis as diagnosis_plots
@@ -345,7 +345,7 @@ def test_files_of_another_robot_are_replaced_and_what_is_not_ours_stays(tmp_path
     content = json.loads((folder / MARKER).read_text(), parse_constant=pytest.fail)
     assert content["gap"]["noise_floor"]["per_joint"] == [0.009, None]
     assert content["effects"][1]["parameters"][2]["std"] is None
-    assert set(content["digests"]) | {MARKER, "generated/mine.txt"} == left
+    assert set(content["digests"]) | {MARKER, RECORD, "generated/mine.txt"} == left
 
 
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")

@@ -72,11 +72,11 @@ def test_the_command_prints_a_table_and_ends_with_0() -> None:
 
 def test_what_to_do_is_whole_in_a_narrow_terminal(monkeypatch: pytest.MonkeyPatch, command) -> None:
     known = doctor.util.find_spec
-    monkeypatch.setattr(doctor.util, "find_spec", lambda n: None if n == "clarabel" else known(n))
+    monkeypatch.setattr(doctor.util, "find_spec", lambda n: None if n == "mujoco" else known(n))
     monkeypatch.setenv("COLUMNS", "40")
     code, out, _ = command("doctor")
     assert code == 0
-    assert "clarabel: pip install 'symgen[physical]'" in out.splitlines()
+    assert "mujoco: pip install 'symgen[mjcf]'" in out.splitlines()
 
 
 def test_the_version_is_short_to_ask_for(command) -> None:

@@ -12,7 +12,6 @@ import pytest
 import symgen
 from symgen.robot.urdf_io import updated_urdf
 
-pytest.importorskip("clarabel", reason="Clarabel is not installed")
 pytest.importorskip("pinocchio", reason="Pinocchio (pin) is not installed")
 
 URDF = """<?xml version="1.0"?>

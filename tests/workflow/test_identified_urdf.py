@@ -30,7 +30,6 @@ URDF = """<?xml version="1.0"?>
 
 
 def test_the_written_urdf_has_the_torques_of_the_estimate(tmp_path) -> None:
-    pytest.importorskip("clarabel", reason="Clarabel is not installed")
     pytest.importorskip("pinocchio", reason="Pinocchio (pin) is not installed")
     from oracles.pinocchio_arm import load_pinocchio
 

@@ -1,56 +1,40 @@
 """A new user's path: a URDF with fingers and a recorder's CSV, six commands, a trusted model.
 
 The commands are those of the quick start, read from its page. The first is what everybody tries;
-each refusal names the next one.
+each refusal names the next one. They run with the declared dependencies alone, as in a new
+environment. `pytest -m slow tests/robustness/test_installed.py` runs them from an installed wheel.
 """
 
 from __future__ import annotations
 
 import json
 import re
+import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
+from declared import declared
 from documented import DOCS, blocks
 from support import PROJECT
 
 pytest.importorskip("pinocchio", reason="Pinocchio (PyPI: pin) is not installed")
-pytest.importorskip("clarabel", reason="Clarabel is not installed")
 
 HEAVIER, TOOL = 1.15, (2.0, (0.02, 0.0, 0.2))
 
 
-def test_six_commands_from_a_urdf_and_a_log_to_a_trusted_model(
-    tmp_path, command, monkeypatch
-) -> None:
+def test_six_commands_from_a_urdf_and_a_log_to_a_trusted_model(tmp_path) -> None:
     from oracles import gripper_arm
     from oracles.pinocchio_arm import load_pinocchio
 
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "panda.urdf").write_text(gripper_arm.urdf())
-    moves = gripper_arm.urdf(HEAVIER)  # than its maker says
-    (tmp_path / "train.csv").write_text(gripper_arm.recorded(moves, 1))
-    (tmp_path / "test.csv").write_text(gripper_arm.recorded(moves, 2))
-    (tmp_path / "carried.csv").write_text(gripper_arm.recorded(gripper_arm.urdf(HEAVIER, TOOL), 3))
-    lines = _quick_start()
-    assert len(lines) == 6
-
-    def run(line: str, expected: int = 0) -> str:
-        code, out, err = command(*line.split()[1:])
-        assert code == expected, err
-        return out + err
-
-    said = run(lines[0], expected=2)
-    helps = re.search(r"symgen import panda.urdf --fix \S+ --into robot.toml", said)
-    assert helps is not None, said
+    (tmp_path / "site").mkdir()
+    lines, said = six_commands(tmp_path, *declared(tmp_path / "site"))
+    assert "columns by name: t = time, q = *_position, qd = *_velocity, tau = *_effort" in said[2]
+    assert "stamps jitter" in said[2]
+    assert "verdict: trusted" in said[2]
+    helps = re.search(r"symgen import panda.urdf --fix \S+ --into robot.toml", said[0])
+    assert helps is not None, said[0]
     assert lines[1] == helps[0]
-    run(lines[1])
-    said = run(lines[2])
-    assert "columns by name: t = time, q = *_position, qd = *_velocity, tau = *_effort" in said
-    assert "stamps jitter" in said
-    assert "verdict: trusted" in said
-    for line in lines[3:]:
-        run(line)
 
     estimate = json.loads((tmp_path / "result" / "estimate.json").read_text())
     assert estimate["verdict"] == "trusted"
@@ -62,9 +46,33 @@ def test_six_commands_from_a_urdf_and_a_log_to_a_trusted_model(
 
     pin = load_pinocchio()
     written = (tmp_path / "identified.urdf").read_text()
+    moves = gripper_arm.urdf(HEAVIER)
     want, new, maker = (_weights(pin, t) for t in (moves, written, gripper_arm.urdf()))
     assert np.abs(new - want).max() < 0.02 * np.abs(want).max()
     assert np.abs(maker - want).max() > 0.1 * np.abs(want).max()  # what was to be learned
+
+
+def six_commands(
+    folder: Path, symgen: list[str], environment: dict[str, str]
+) -> tuple[list[str], list[str]]:
+    """Run the commands in a folder; return them and what they print. The first has to stop."""
+    from oracles import gripper_arm
+
+    (folder / "panda.urdf").write_text(gripper_arm.urdf())
+    moves = gripper_arm.urdf(HEAVIER)  # than its maker says
+    (folder / "train.csv").write_text(gripper_arm.recorded(moves, 1))
+    (folder / "test.csv").write_text(gripper_arm.recorded(moves, 2))
+    (folder / "carried.csv").write_text(gripper_arm.recorded(gripper_arm.urdf(HEAVIER, TOOL), 3))
+    lines, said = _quick_start(), []
+    assert len(lines) == 6
+    for k, line in enumerate(lines):
+        done = subprocess.run(
+            [*symgen, *line.split()[1:]],
+            cwd=folder, env=environment, capture_output=True, text=True,
+        )  # fmt: skip
+        assert done.returncode == (2 if k == 0 else 0), (line, done.stdout, done.stderr)
+        said.append(done.stdout + done.stderr)
+    return lines, said
 
 
 def _quick_start() -> list[str]:

@@ -16,6 +16,8 @@ from support_streams import X, motion, parquet, robot
 import symgen
 from symgen import distributed
 from symgen.data.dataset import DataSet, listed_files
+from symgen.data.npz import StoredArray
+from symgen.data.parquet import ParquetTable
 from symgen.estimation import partition
 from symgen.identification import out_of_core, reduction
 from symgen.identification.parts import is_long
@@ -203,14 +205,14 @@ def test_the_last_pass_goes_on_from_what_the_first_kept(
     logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     read: list[int] = []
-    rows = DataSet._streamed
+    rows = ParquetTable.spans
 
-    def counted(self, name, spans):
-        for raw in rows(self, name, spans):
+    def counted(self, spans):
+        for raw in rows(self, spans):
             read.append(len(raw.t))
             yield raw
 
-    monkeypatch.setattr(DataSet, "_streamed", counted)
+    monkeypatch.setattr(ParquetTable, "spans", counted)
     given = {"model": "momentum", "cutoff": 6.0}
     kept = symgen.identify(
         robot(), str(logs), workers=symgen.Workers(work=tmp_path / "work"), **given
@@ -237,15 +239,21 @@ def test_long_logs_for_least_squares_are_read_chunk_by_chunk(
     monkeypatch.setattr("symgen.identification.parts._LIGHT", 0)
     memory = symgen.identify(robot(), path, model="momentum")
     monkeypatch.setattr("symgen.identification.parts.LONG", 3000)
-    whole = DataSet._whole
-    monkeypatch.setattr(DataSet, "_whole", lambda *_: pytest.fail("read whole"))
+    read, rows = [], StoredArray.__getitem__
+
+    def counted(self, span):
+        read.append(len(part := rows(self, span)))
+        return part
+
+    monkeypatch.setattr(StoredArray, "__getitem__", counted)
+    monkeypatch.setattr("symgen.data.raw.BATCH", 500)
     same(memory, symgen.identify(robot(), path, model="momentum"), 1e-9)
+    assert len(read) > 4 * len(arrays)
     assert is_long([path], True)
     assert not is_long([path], False)
     assert not is_long([packed], True)
     huber = symgen.identify(robot(), path, model="momentum", method="huber")
     assert huber.method == "huber"
-    monkeypatch.setattr(DataSet, "_whole", whole)
     same(
         memory, symgen.identify(robot(), packed, model="momentum", workers=symgen.Workers(1)), 1e-9
     )
@@ -299,7 +307,7 @@ def test_refusals_say_what_is_accepted(logs: Path, tmp_path: Path) -> None:
 
 
 def test_stretches_are_found_batch_by_batch(tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.setattr("symgen.data.dataset._BATCH", 64)
+    monkeypatch.setattr("symgen.data.parquet.BATCH", 64)
     columns = motion(1000)
     columns["t"] = columns["t"] + np.where(np.arange(1000) >= 640, 5.0, 0.0)  # between batches
     columns["t"] += np.where(np.arange(1000) >= 700, 5.0, 0.0)

@@ -14,7 +14,6 @@ import symgen
 from symgen.identification.load import LABELS
 
 pytest.importorskip("pinocchio", reason="Pinocchio (PyPI: pin) is not installed")
-pytest.importorskip("clarabel", reason="Clarabel is not installed")
 
 N, STEP = 6, 0.005
 TABLE = {

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import sys
 
 import numpy as np
 import pytest
@@ -18,7 +17,6 @@ from symgen.identification.estimate import Consistency
 from symgen.identification.physical.bodies import bodies
 from symgen.identification.physical.links import LinkParameters, consistency
 
-needs_solver = pytest.mark.usefixtures("solver")
 DRIVES = ("IA", "IAM", "FS", "FV", "FSM", "FVM")
 L1 = 0.5
 #: planar2r: a mass M2 with ZZ2 M2 > MX2^2 + MY2^2 and L1^2 M2 < ZZ1R must exist.
@@ -52,11 +50,6 @@ joint = 5
 """
 
 
-@pytest.fixture(name="solver")
-def _solver() -> None:
-    pytest.importorskip("clarabel", reason="Clarabel is not installed (symgen[physical])")
-
-
 @pytest.fixture(scope="module")
 def planar() -> symgen.Model:
     return symgen.derive(symgen.read_robot("planar2r"))
@@ -88,7 +81,6 @@ def require_values(found: LinkParameters, model: symgen.Model, X: np.ndarray) ->
     np.testing.assert_allclose(given, X, rtol=1e-9, atol=1e-12)
 
 
-@needs_solver
 @pytest.mark.parametrize("seed", range(8))
 def test_a_robot_that_exists_is_found_possible(seed: int) -> None:
     arm = random_arm(seed, max_joints=6)
@@ -109,7 +101,6 @@ def test_a_robot_that_exists_is_found_possible(seed: int) -> None:
     assert max(abs(own[name] - value) for name, value in truth.items()) < 1e-4
 
 
-@needs_solver
 def test_trees_couplings_payload_and_named_lengths() -> None:
     model = symgen.derive(symgen.parse_robot(EVERYTHING))
     X = np.array(physical_parameters(model, random.Random(5)))
@@ -119,7 +110,6 @@ def test_trees_couplings_payload_and_named_lengths() -> None:
     assert [b.joint for b in found.bodies] == [1, 2, 3, 4, 5]
 
 
-@needs_solver
 def test_a_prior_is_followed_where_X_leaves_room(planar: symgen.Model) -> None:
     for mass in (1.0, 3.0):
         found = symgen.link_parameters(planar, POSSIBLE, prior={"M2": mass})
@@ -128,7 +118,6 @@ def test_a_prior_is_followed_where_X_leaves_room(planar: symgen.Model) -> None:
         require_bodies(found, planar)
 
 
-@needs_solver
 @pytest.mark.parametrize("share", [0.5, 0.999, 1.001, 2.0])
 def test_the_limit_of_the_possible_is_that_of_the_closed_form(
     planar: symgen.Model, share: float
@@ -142,7 +131,6 @@ def test_the_limit_of_the_possible_is_that_of_the_closed_form(
             symgen.link_parameters(planar, X)
 
 
-@needs_solver
 @pytest.mark.parametrize(
     ("position", "value", "words"),
     [(0, -0.3, r"ZZ1R is -0.3.*ZZ1 \+ L1\*\*2\*M2"), (1, -0.1, "ZZ2 is -0.1 and cannot be neg")],
@@ -155,7 +143,6 @@ def test_what_no_robot_can_have_is_named(planar, position, value, words) -> None
     assert "nearest=" in str(refused.value)
 
 
-@needs_solver
 def test_negative_friction_is_named_and_its_distance_is_its_own() -> None:
     model = symgen.derive(symgen.read_robot("scara"))
     X = np.array(physical_parameters(model, random.Random(2)))
@@ -176,7 +163,6 @@ def test_negative_friction_is_named_and_its_distance_is_its_own() -> None:
     assert "FV2" in said.reason
 
 
-@needs_solver
 def test_the_nearest_is_that_of_a_search_in_the_closed_form(planar: symgen.Model) -> None:
     from scipy.optimize import minimize
 
@@ -196,7 +182,6 @@ def test_the_nearest_is_that_of_a_search_in_the_closed_form(planar: symgen.Model
     require_bodies(found, planar)
 
 
-@needs_solver
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -211,15 +196,6 @@ def test_the_nearest_is_that_of_a_search_in_the_closed_form(planar: symgen.Model
 def test_bad_arguments_are_refused_in_words(planar, change, words) -> None:
     with pytest.raises(symgen.ParameterError, match=words):
         symgen.link_parameters(planar, **{"X": POSSIBLE, **change})
-
-
-def test_without_the_solver_the_message_says_what_to_install(planar, monkeypatch) -> None:
-    monkeypatch.setitem(sys.modules, "clarabel", None)
-    with pytest.raises(symgen.ParameterError, match=r"pip install 'symgen\[physical\]'"):
-        symgen.link_parameters(planar, POSSIBLE)
-    said = consistency(planar, POSSIBLE, np.eye(4))
-    assert said.feasible is None
-    assert "symgen[physical]" in said.reason
 
 
 def test_bodies_are_those_of_point_masses() -> None:
@@ -247,7 +223,6 @@ def test_bodies_are_those_of_point_masses() -> None:
         bodies(robot, {})
 
 
-@needs_solver
 def test_an_estimate_says_whether_its_robot_could_exist() -> None:
     t = np.arange(0.0, 8.0, 0.01)
     q = np.sin(1.3 * t)[:, None]

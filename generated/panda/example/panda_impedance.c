@@ -29,12 +29,12 @@ static const struct {
 };
 
 /* Add the torque of springs and dampers that hold a point of the link and its frame where that is `to`;
- * gives J of the point, and e. */
-static void spring(const motion *x, const real *point, const real *to, real *J, real *e, real *tau)
+ * gives J of the point, and e. Returns 0; nonzero when there is no such link. */
+static int spring(const motion *x, const real *point, const real *to, real *J, real *e, real *tau)
 {
     real T[16 * LINKS];
     panda_frames(x->q, T);
-    panda_link_jacobian(x->q, LINK, point, J);
+    const int failed = panda_link_jacobian(x->q, LINK, point, J);
     apart(&T[16 * (LINK - 1)], to, point, e);
     for (int i = 0; i < 6; ++i) {
         real pull = K[i / 3] * e[i];
@@ -45,6 +45,7 @@ static void spring(const motion *x, const real *point, const real *to, real *J, 
             tau[j] += J[i * N + j] * pull;
         }
     }
+    return failed;
 }
 
 int main(void)
@@ -57,14 +58,14 @@ int main(void)
     for (int step = 0; step < 24000; ++step) { /* 3 s for each body, in the last of which a push */
         const int told = step < 12000, b = step / 3000 % 4, phase = step % 3000;
         if (phase == 0) {
-            panda_add_body(ACTUAL, LINK, BODY[b].mass, BODY[b].com, BODY[b].inertia);
+            failed |= panda_add_body(ACTUAL, LINK, BODY[b].mass, BODY[b].com, BODY[b].inertia);
             if (told != 0) {
-                panda_add_body(X, LINK, BODY[b].mass, BODY[b].com, BODY[b].inertia);
+                failed |= panda_add_body(X, LINK, BODY[b].mass, BODY[b].com, BODY[b].inertia);
             }
             panda_frames(x.q, T);
         }
         panda_bias_torque(x.q, x.qd, X, tau);
-        spring(&x, BODY[b].point, &T[16 * (LINK - 1)], J, e, tau);
+        failed |= spring(&x, BODY[b].point, &T[16 * (LINK - 1)], J, e, tau);
         for (int j = 0; j < N; ++j) {
             tau[j] += HOLD * (start.q[j] - x.q[j]) - DAMP * x.qd[j];
         }

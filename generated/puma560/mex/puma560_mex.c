@@ -17,40 +17,41 @@ typedef struct {
         const char *name;
         size_t width;
         int shared; /* nonzero: one for all samples */
+        int links;  /* of a link's number: how many there are; otherwise 0 */
     } input[5];
     size_t outputs;
     size_t shape[5][3]; /* 0 for an index that an array does not have */
 } kernel;
 
 static const kernel kernels[] = {
-    { "energy_regressor", 2, { { "q", 6, 0 }, { "qd", 6, 0 }, }, 1, { { 40, 0, 0 }, } },
-    { "friction_power", 2, { { "q", 6, 0 }, { "qd", 6, 0 }, }, 1, { { 12, 0, 0 }, } },
-    { "friction_torque", 2, { { "q", 6, 0 }, { "qd", 6, 0 }, }, 1, { { 6, 12, 0 }, } },
-    { "power_regressor", 3, { { "q", 6, 0 }, { "qd", 6, 0 }, { "qdd", 6, 0 }, }, 1, { { 52, 0, 0 }, } },
-    { "momentum_regressor", 2, { { "q", 6, 0 }, { "qd", 6, 0 }, }, 2, { { 6, 40, 0 }, { 6, 40, 0 }, } },
-    { "torque_regressor", 3, { { "q", 6, 0 }, { "qd", 6, 0 }, { "qdd", 6, 0 }, }, 1, { { 6, 52, 0 }, } },
-    { "inverse_dynamics", 4, { { "q", 6, 0 }, { "qd", 6, 0 }, { "qdd", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 0, 0 }, } },
-    { "mass_matrix", 2, { { "q", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 6, 0 }, } },
-    { "gravity_torque", 2, { { "q", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 0, 0 }, } },
-    { "coriolis", 3, { { "q", 6, 0 }, { "qd", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 6, 0 }, } },
-    { "bias_torque", 3, { { "q", 6, 0 }, { "qd", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 0, 0 }, } },
-    { "forward_dynamics", 4, { { "q", 6, 0 }, { "qd", 6, 0 }, { "tau", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 0, 0 }, } },
-    { "energy", 3, { { "q", 6, 0 }, { "qd", 6, 0 }, { "X", 52, 1 }, }, 2, { { 1, 0, 0 }, { 1, 0, 0 }, } },
-    { "frames", 1, { { "q", 6, 0 }, }, 1, { { 6, 4, 4 }, } },
-    { "jacobian", 1, { { "q", 6, 0 }, }, 1, { { 6, 6, 0 }, } },
-    { "all_terms", 3, { { "q", 6, 0 }, { "qd", 6, 0 }, { "X", 52, 1 }, }, 5, { { 6, 6, 0 }, { 6, 0, 0 }, { 6, 0, 0 }, { 6, 6, 0 }, { 6, 4, 4 }, } },
-    { "slotine_li_regressor", 4, { { "q", 6, 0 }, { "qd", 6, 0 }, { "qdr", 6, 0 }, { "qddr", 6, 0 }, }, 1, { { 6, 52, 0 }, } },
-    { "slotine_li_torque", 5, { { "q", 6, 0 }, { "qd", 6, 0 }, { "qdr", 6, 0 }, { "qddr", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 0, 0 }, } },
-    { "generalized_momentum", 3, { { "q", 6, 0 }, { "qd", 6, 0 }, { "X", 52, 1 }, }, 2, { { 6, 0, 0 }, { 6, 0, 0 }, } },
-    { "friction", 2, { { "qd", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 0, 0 }, } },
-    { "inverse_dynamics_derivatives", 4, { { "q", 6, 0 }, { "qd", 6, 0 }, { "qdd", 6, 0 }, { "X", 52, 1 }, }, 2, { { 6, 6, 0 }, { 6, 6, 0 }, } },
-    { "forward_dynamics_derivatives", 4, { { "q", 6, 0 }, { "qd", 6, 0 }, { "tau", 6, 0 }, { "X", 52, 1 }, }, 3, { { 6, 6, 0 }, { 6, 6, 0 }, { 6, 6, 0 }, } },
-    { "solve_mass_matrix", 3, { { "q", 6, 0 }, { "b", 6, 0 }, { "X", 52, 1 }, }, 1, { { 6, 0, 0 }, } },
-    { "mass_matrix_factor", 2, { { "q", 6, 0 }, { "X", 52, 1 }, }, 2, { { 6, 6, 0 }, { 6, 0, 0 }, } },
-    { "link_jacobian", 3, { { "q", 6, 0 }, { "link", 1, 1 }, { "point", 3, 0 }, }, 1, { { 6, 6, 0 }, } },
-    { "link_drift", 4, { { "q", 6, 0 }, { "qd", 6, 0 }, { "link", 1, 1 }, { "point", 3, 0 }, }, 1, { { 6, 0, 0 }, } },
-    { "base_parameters", 1, { { "standard", 78, 1 }, }, 1, { { 52, 0, 0 }, } },
-    { "add_body", 5, { { "X", 52, 1 }, { "link", 1, 1 }, { "mass", 1, 1 }, { "com", 3, 1 }, { "inertia", 6, 1 }, }, 1, { { 52, 0, 0 }, } },
+    { "energy_regressor", 2, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, }, 1, { { 40, 0, 0 }, } },
+    { "friction_power", 2, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, }, 1, { { 12, 0, 0 }, } },
+    { "friction_torque", 2, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, }, 1, { { 6, 12, 0 }, } },
+    { "power_regressor", 3, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "qdd", 6, 0, 0 }, }, 1, { { 52, 0, 0 }, } },
+    { "momentum_regressor", 2, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, }, 2, { { 6, 40, 0 }, { 6, 40, 0 }, } },
+    { "torque_regressor", 3, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "qdd", 6, 0, 0 }, }, 1, { { 6, 52, 0 }, } },
+    { "inverse_dynamics", 4, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "qdd", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 1, { { 6, 0, 0 }, } },
+    { "mass_matrix", 2, { { "q", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 1, { { 6, 6, 0 }, } },
+    { "gravity_torque", 2, { { "q", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 1, { { 6, 0, 0 }, } },
+    { "coriolis", 3, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 1, { { 6, 6, 0 }, } },
+    { "bias_torque", 3, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 1, { { 6, 0, 0 }, } },
+    { "forward_dynamics", 4, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "tau", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 1, { { 6, 0, 0 }, } },
+    { "energy", 3, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 2, { { 1, 0, 0 }, { 1, 0, 0 }, } },
+    { "frames", 1, { { "q", 6, 0, 0 }, }, 1, { { 6, 4, 4 }, } },
+    { "jacobian", 1, { { "q", 6, 0, 0 }, }, 1, { { 6, 6, 0 }, } },
+    { "all_terms", 3, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 5, { { 6, 6, 0 }, { 6, 0, 0 }, { 6, 0, 0 }, { 6, 6, 0 }, { 6, 4, 4 }, } },
+    { "slotine_li_regressor", 4, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "qdr", 6, 0, 0 }, { "qddr", 6, 0, 0 }, }, 1, { { 6, 52, 0 }, } },
+    { "slotine_li_torque", 5, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "qdr", 6, 0, 0 }, { "qddr", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 1, { { 6, 0, 0 }, } },
+    { "generalized_momentum", 3, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 2, { { 6, 0, 0 }, { 6, 0, 0 }, } },
+    { "friction", 2, { { "qd", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 1, { { 6, 0, 0 }, } },
+    { "inverse_dynamics_derivatives", 4, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "qdd", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 2, { { 6, 6, 0 }, { 6, 6, 0 }, } },
+    { "forward_dynamics_derivatives", 4, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "tau", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 3, { { 6, 6, 0 }, { 6, 6, 0 }, { 6, 6, 0 }, } },
+    { "solve_mass_matrix", 3, { { "q", 6, 0, 0 }, { "b", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 1, { { 6, 0, 0 }, } },
+    { "mass_matrix_factor", 2, { { "q", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 2, { { 6, 6, 0 }, { 6, 0, 0 }, } },
+    { "link_jacobian", 3, { { "q", 6, 0, 0 }, { "link", 1, 1, 6 }, { "point", 3, 0, 0 }, }, 1, { { 6, 6, 0 }, } },
+    { "link_drift", 4, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "link", 1, 1, 6 }, { "point", 3, 0, 0 }, }, 1, { { 6, 0, 0 }, } },
+    { "base_parameters", 1, { { "standard", 78, 1, 0 }, }, 1, { { 52, 0, 0 }, } },
+    { "add_body", 5, { { "X", 52, 1, 0 }, { "link", 1, 1, 6 }, { "mass", 1, 1, 0 }, { "com", 3, 1, 0 }, { "inertia", 6, 1, 0 }, }, 1, { { 52, 0, 0 }, } },
 };
 
 enum { KERNELS = sizeof kernels / sizeof kernels[0] };
@@ -128,18 +129,15 @@ static int call(size_t index, puma560_real in[][78], puma560_real out[][312])
     case 23:
         return puma560_mass_matrix_factor(in[0], in[1], out[0], out[1]);
     case 24:
-        puma560_link_jacobian(in[0], (size_t)in[1][0], in[2], out[0]);
-        break;
+        return puma560_link_jacobian(in[0], (size_t)in[1][0], in[2], out[0]);
     case 25:
-        puma560_link_drift(in[0], in[1], (size_t)in[2][0], in[3], out[0]);
-        break;
+        return puma560_link_drift(in[0], in[1], (size_t)in[2][0], in[3], out[0]);
     case 26:
         puma560_base_parameters(in[0], out[0]);
         break;
     case 27:
         (void)memcpy(out[0], in[0], 52 * sizeof in[0][0]);
-        puma560_add_body(out[0], (size_t)in[1][0], in[2][0], in[3], in[4]);
-        break;
+        return puma560_add_body(out[0], (size_t)in[1][0], in[2][0], in[3], in[4]);
     default:
         break;
     }
@@ -157,6 +155,17 @@ static size_t find(const mxArray *word)
     mexErrMsgIdAndTxt("puma560:kernel", "kernel %s; accepted: energy_regressor, friction_power, friction_torque, power_regressor, momentum_regressor, torque_regressor, inverse_dynamics, mass_matrix, gravity_torque, coriolis, bias_torque, forward_dynamics, energy, frames, jacobian, all_terms, slotine_li_regressor, slotine_li_torque, generalized_momentum, friction, inverse_dynamics_derivatives, forward_dynamics_derivatives, solve_mass_matrix, mass_matrix_factor, link_jacobian, link_drift, base_parameters, add_body",
         text != NULL ? text : "is no text");
     return 0;
+}
+
+/* Refuse what is no number of a link. */
+static void check_link(double link, int links)
+{
+    for (int i = 1; i <= links; ++i) {
+        if (link >= i && link <= i) {
+            return;
+        }
+    }
+    mexErrMsgIdAndTxt("puma560:link", "link is %g; accepted: the number of a joint, 1 to %d", link, links);
 }
 
 /* Samples in an input: rows of a matrix, 1 for a vector. */
@@ -234,6 +243,9 @@ void mexFunction(int nlhs, mxArray *plhs[], int nrhs, const mxArray *prhs[])
     for (size_t i = 0; i < k->inputs; ++i) {
         from[i] = mxGetPr(prhs[i + 1]);
         rows[i] = samples_of(k->input[i].name, k->input[i].width, k->input[i].shared, prhs[i + 1]);
+        if (k->input[i].links != 0) {
+            check_link(from[i][0], k->input[i].links);
+        }
         if (rows[i] != samples && i > 0 && k->input[i].shared == 0) {
             mexErrMsgIdAndTxt("puma560:size", "%s has %d samples, what is before it %d",
                 k->input[i].name, (int)rows[i], (int)samples);

@@ -34,13 +34,14 @@ def _described(kernel: Kernel, parameters: int) -> dict[str, Any]:
     several = len(names) > 1
     value = f"std::tuple<{', '.join(arrays)}>" if several else "".join(arrays)
     listed = f"{{ {', '.join(names)} }}"
-    if kernel.guards:  # an optional takes no list
+    if kernel.fallible:  # an optional takes no list
         listed = f"std::make_tuple({', '.join(names)})"
     words = [i.name if i.plain else f"{i.name}.data()" for i in inputs]
     return {
         "name": kernel.name,
         "doc": kernel.doc,
-        "guarded": bool(kernel.guards),
+        "fallible": kernel.fallible,
+        "reason": "there is no such link" if kernel.links else "it has none",
         "outputs": [
             {"name": o.name, "size": o.size, "shape": ", ".join(map(str, o.shape))} for o in outputs
         ],
@@ -48,7 +49,7 @@ def _described(kernel: Kernel, parameters: int) -> dict[str, Any]:
         "written": "".join(f", output<{o.size}> {o.name}" for o in outputs),
         "names": ", ".join([*(i.name for i in inputs), *names]),
         "pointers": ", ".join([*words, *(f"{name}.data()" for name in names)]),
-        "value": "" if changed else f"std::optional<{value}>" if kernel.guards else value,
+        "value": "" if changed else f"std::optional<{value}>" if kernel.fallible else value,
         "returned": listed if several else "".join(names),
     }
 

@@ -42,7 +42,8 @@ def _described(kernel: Kernel, parameters: int) -> dict[str, Any]:
     words += [f"out[{i}]" for name, i in place.items() if name not in changed]
     return {
         "name": kernel.name,
-        "guarded": bool(kernel.guards),
+        "fallible": kernel.fallible,
+        "links": kernel.links,
         "inputs": inputs,
         "shapes": [", ".join(map(str, (*o.shape, 0, 0)[:3])) for o in kernel.outputs],
         "copies": [(place[a.name], i, a.size) for i, a in enumerate(inputs) if a.changed],

@@ -92,6 +92,9 @@ class Identifier:
     def step(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, t: float) -> None:
         """Take one sample.
 
+        With forgetting below 1, do not call it while the robot stands: noise in qd then changes the
+        estimate. Call `restart` when the robot moves again.
+
         Args:
             q: joint variables (n,), rad or m.
             qd: speeds (n,).
@@ -153,7 +156,8 @@ class Identifier:
         """What came of the equations that the latest sample closed.
 
         "taken"; "outlier", where one contradicts the estimate so far and was left out; "not
-        excited", where it would teach less than is forgotten, as at standstill.
+        excited", where it would teach less than is forgotten. It is no test of standstill: see
+        `step`.
         """
         status = self._call("_status", self._state)
         if status & _OUTLIER:

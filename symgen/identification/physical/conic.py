@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,21 +43,6 @@ def triangle_vector(matrix: FloatArray) -> FloatArray:
     return scaled
 
 
-def require_solver() -> Any:
-    """Return Clarabel's module.
-
-    Raises:
-        ParameterError: it is not installed.
-    """
-    try:
-        import clarabel
-    except ImportError as error:
-        raise ParameterError(
-            "the solver Clarabel is missing: pip install 'symgen[physical]'"
-        ) from error
-    return clarabel
-
-
 def minimise(
     P: FloatArray, c: FloatArray, cones: Sequence[Cone]
 ) -> tuple[FloatArray, list[FloatArray]]:
@@ -70,9 +54,9 @@ def minimise(
         cones: what y obeys.
 
     Raises:
-        ParameterError: Clarabel is not installed, or finds no solution.
+        ParameterError: Clarabel finds no solution.
     """
-    clarabel = require_solver()
+    import clarabel
     from scipy.sparse import csc_matrix
 
     kinds = {

@@ -47,7 +47,7 @@ class Consistent:
         """Solve the base estimate, then the semidefinite program.
 
         Raises:
-            ParameterError: Clarabel is not installed, or no consistent parameters are found.
+            ParameterError: no consistent parameters are found.
         """
         free = self.base.solve(system)
         near, sigmas = nearest_consistent(

@@ -74,8 +74,8 @@ def link_parameters(
             how far that is.
 
     Raises:
-        ParameterError: no link parameters give X (the message says why), X or the prior are not
-            this robot's, or the solver is not installed.
+        ParameterError: no link parameters give X (the message says why), or X or the prior are not
+            this robot's.
     """
     problem = Feasibility(model, X)
     prior = prior or {}
@@ -123,7 +123,7 @@ def nearest_consistent(
         no log-det prior.
 
     Raises:
-        ParameterError: the solver is not installed or finds no solution, or what it finds is not
+        ParameterError: the solver finds no solution, or what it finds is not
             possible after all.
     """
     problem = Feasibility(model, X)

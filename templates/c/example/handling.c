@@ -8,14 +8,14 @@ int main(void)
     for (int step = 0; step < 24000; ++step) { /* 3 s for each body, in the last of which a push */
         const int told = step < 12000, b = step / 3000 % 4, phase = step % 3000;
         if (phase == 0) {
-            {{ name }}_add_body(ACTUAL, LINK, BODY[b].mass, BODY[b].com, BODY[b].inertia);
+            failed |= {{ name }}_add_body(ACTUAL, LINK, BODY[b].mass, BODY[b].com, BODY[b].inertia);
             if (told != 0) {
-                {{ name }}_add_body(X, LINK, BODY[b].mass, BODY[b].com, BODY[b].inertia);
+                failed |= {{ name }}_add_body(X, LINK, BODY[b].mass, BODY[b].com, BODY[b].inertia);
             }
             {{ name }}_frames(x.q, T);
         }
         {{ name }}_bias_torque(x.q, x.qd, X{{ g }}, tau);
-        spring(&x, BODY[b].point, &T[16 * (LINK - 1)], J, e, tau);
+        failed |= spring(&x, BODY[b].point, &T[16 * (LINK - 1)], J, e, tau);
         for (int j = 0; j < N; ++j) {
             tau[j] += HOLD * (start.q[j] - x.q[j]) - DAMP * x.qd[j];
         }

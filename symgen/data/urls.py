@@ -1,0 +1,99 @@
+"""Files of a data set at a URL, through fsspec: which URLs are read, and what lies there."""
+
+from __future__ import annotations
+
+import glob
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+from urllib.parse import urlsplit
+
+from symgen.data.raw import one_line, refuse
+from symgen.errors import LogError, SymgenError
+
+#: How a URL begins. Other schemes of fsspec unpack archives, run commands or ask services of code.
+SCHEMES = ("file", "s3", "gs", "az", "http", "https", "memory")
+_WITHOUT_HOST = ("file", "memory")
+_ACCEPTED = f"{', '.join(SCHEMES)}, such as s3://bucket/logs/*.parquet"
+
+
+def is_remote(source: str) -> bool:
+    """Whether a source is a URL."""
+    return "://" in source
+
+
+def remote_files(url: str) -> list[str]:
+    """Return the URLs of all files at a URL: of a folder, a pattern, or of the one file.
+
+    Raises:
+        LogError: it is no URL that is read, or cannot be listed.
+    """
+    with _asked(url):
+        system, path = _file_system(url)
+        if glob.has_magic(path):
+            found = system.glob(path)
+        else:
+            found = system.find(path) if system.isdir(path) else [path]
+        return [str(system.unstrip_protocol(name)) for name in found]
+
+
+@contextmanager
+def opened(name: str) -> Iterator[Any]:
+    """Open the file at a URL; give None for a path.
+
+    Raises:
+        LogError: it cannot be opened.
+    """
+    if not is_remote(name):
+        yield None
+        return
+    with _asked(name):
+        system, path = _file_system(name)
+        file = system.open(path, "rb")
+    with file:
+        yield file
+
+
+def remote_identity(name: str) -> str:
+    """Return size and time of change of the file at a URL.
+
+    Raises:
+        LogError: it cannot be had.
+    """
+    with _asked(name):
+        system, path = _file_system(name)
+        about = system.info(path)
+    keys = ("size", "mtime", "created", "etag", "ETag", "LastModified")
+    return " ".join(f"{key}={about[key]}" for key in keys if about.get(key) is not None)
+
+
+def _file_system(url: str) -> tuple[Any, str]:
+    scheme = url.partition("://")[0]
+    if scheme not in SCHEMES or "::" in url:  # fsspec reads one URL inside another
+        refuse(url, "is no URL that is read", _ACCEPTED)
+    try:
+        parts = urlsplit(url)
+        if scheme.startswith("http"):
+            parts.port  # noqa: B018  (raises where it is none)
+    except ValueError as error:
+        refuse(url, f"is no URL: {error}", _ACCEPTED)
+    if scheme not in _WITHOUT_HOST and not parts.netloc:
+        refuse(url, "names no host or bucket", _ACCEPTED)
+    try:
+        from fsspec.core import url_to_fs
+    except ImportError as error:
+        raise LogError(f"{url}: URLs need fsspec; accepted: pip install symgen[dask]") from error
+    system, path = url_to_fs(url)
+    return system, str(path)
+
+
+@contextmanager
+def _asked(url: str) -> Iterator[None]:
+    """Refuse a URL that its file system, or the network, cannot serve."""
+    try:
+        yield
+    except SymgenError:
+        raise
+    except Exception as error:  # each library of a scheme has errors of its own
+        why = f"{url}: cannot be read: {error or type(error).__name__}"
+        raise LogError(one_line(f"{why}; accepted: {_ACCEPTED}")) from error

@@ -1,0 +1,114 @@
+"""Which files of a folder symgen wrote, and what becomes of the others.
+
+The record is a file in the folder: the SHA-256 of each file of symgen, as `sha256sum` writes it.
+Only a file that stands in the record, and still has that digest, is replaced or removed. Everything
+else was put there, or changed, by somebody. It goes over into the folder that replaces this one; a
+file whose name symgen needs gets another name. What other files say, such as the digests in an
+estimate.json, plays no part.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import os
+import shutil
+import stat
+from collections.abc import Mapping
+from pathlib import Path
+
+RECORD = ".symgen.sha256"
+
+
+def record_of(files: Mapping[str, bytes]) -> bytes:
+    """Return the record of a folder of files."""
+    digests = {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
+    return "".join(f"{digest}  {name}\n" for name, digest in sorted(digests.items())).encode()
+
+
+def read_record(folder: Path) -> dict[str, str] | None:
+    """Return the digests of the files that symgen wrote into a folder, None without a record.
+
+    Raises:
+        OSError: it cannot be read.
+    """
+    path = folder / RECORD
+    if path.is_symlink() or not path.is_file():
+        return None
+    lines = path.read_text("utf-8", errors="replace").split("\n")
+    return {name: digest for digest, gap, name in (x.partition("  ") for x in lines) if gap}
+
+
+class Carried:
+    """What was brought from an older folder into the one that replaces it.
+
+    Attributes:
+        renamed: paths of files that have another name now, and that name.
+    """
+
+    def __init__(self) -> None:
+        """Begin with nothing."""
+        self.renamed: dict[str, str] = {}
+        self._brought: set[tuple[str, int, int]] = set()
+
+    def over(self, old: Path, new: Path) -> None:
+        """Bring all that symgen did not write, and that was not brought before.
+
+        A file gets a second place on the disk (a hard link): it is not copied, and who has it open
+        goes on writing to it. A link stays one: what it leads to does not come into the folder.
+
+        Raises:
+            OSError: something cannot be brought.
+        """
+        self._inside(old, new, read_record(old) or {}, "")
+
+    def _inside(self, old: Path, new: Path, record: Mapping[str, str], inside: str) -> None:
+        for path in sorted((old / inside).iterdir()):
+            name, found = f"{inside}{path.name}", path.lstat()
+            folder, file = stat.S_ISDIR(found.st_mode), stat.S_ISREG(found.st_mode)
+            known = (name, found.st_dev, found.st_ino)
+            ours = file and name in record and record[name] == _sha256(path)
+            if ours or name == RECORD or known in self._brought:
+                continue
+            target, present = new / name, os.path.lexists(new / name)
+            if folder and (not present or stat.S_ISDIR(target.lstat().st_mode)):
+                if not any(path.iterdir()):
+                    target.mkdir(parents=True, exist_ok=True)
+                self._inside(old, new, record, f"{name}/")
+                if not present and target.is_dir():
+                    shutil.copystat(path, target)
+                continue
+            if present and not folder and os.path.samestat(found, target.lstat()):
+                continue
+            if present:
+                target = _free(path, target)
+                self.renamed[name] = target.name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            _bring(path, target)
+            self._brought.add(known)
+
+
+def _free(path: Path, target: Path) -> Path:
+    """Return a name for a file that nothing has, neither where it was nor where it goes."""
+    for k in itertools.count(1):
+        name = f"{path.name}.kept" + (f"-{k}" if k > 1 else "")
+        if not any(os.path.lexists(place.with_name(name)) for place in (path, target)):
+            break
+    return target.with_name(name)
+
+
+def _bring(path: Path, target: Path) -> None:
+    if path.is_symlink():
+        shutil.copy2(path, target, follow_symlinks=False)
+    elif path.is_dir():
+        shutil.copytree(path, target, symlinks=True)
+    else:
+        try:
+            os.link(path, target)
+        except OSError:  # a disk without hard links
+            shutil.copy2(path, target)
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

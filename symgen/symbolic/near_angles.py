@@ -1,0 +1,92 @@
+"""Angles that miss a multiple of pi/24 by little and cost base parameters by that.
+
+Parallel and perpendicular axes leave parameters without effect. An angle of 1.571 in place of pi/2
+brings them back, and no log determines them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+
+import sympy as sp
+
+from symgen import names
+from symgen.errors import IdentificationError
+from symgen.robot import recognition
+from symgen.robot.expressions import shortened, text
+from symgen.robot.types import Joint, Robot
+from symgen.symbolic.base_parameters import count_base
+
+_ANGLES = ("gamma", "alpha", "theta")
+_NEAR = 0.01  # rad: what is farther off is meant so
+
+
+def costly_angles(robot: Robot) -> tuple[str, ...]:
+    """Return a line for every angle near a multiple of pi/24 that costs base parameters.
+
+    The base parameters are counted with all such angles at their multiples, and with each left.
+    """
+    plain = robot.with_values()
+    near = [
+        (joint.number, key, fraction)
+        for joint in plain.joints
+        for key in _ANGLES
+        if (fraction := _fraction(joint, key)) is not None
+    ]
+    least = count_base(_with(plain, near)) if near else 0
+    lines = []
+    for one in near:
+        number, key, fraction = one
+        more = count_base(_with(plain, [other for other in near if other is not one])) - least
+        if more > 0:
+            angle = getattr(plain.joint(number), key)
+            lines.append(_line(robot.joint(number), key, angle, fraction, more))
+    return tuple(lines)
+
+
+@contextmanager
+def told_of_angles(robot: Robot) -> Iterator[None]:
+    """Say which angles cost base parameters, where data do not determine the parameters.
+
+    Raises:
+        IdentificationError: they do not.
+    """
+    try:
+        yield
+    except IdentificationError as error:
+        lines = costly_angles(robot)
+        if not lines:
+            raise
+        raise IdentificationError("; ".join((str(error), *lines))) from error
+
+
+def _fraction(joint: Joint, key: str) -> sp.Expr | None:
+    """Return the multiple of pi/24 that a constant angle is near and is not."""
+    if key == "theta" and joint.sigma == names.REVOLUTE:  # where q is counted from
+        return None
+    angle = getattr(joint, key)
+    k = round(float(angle) * recognition.PARTS / math.pi)
+    fraction = sp.Rational(k, recognition.PARTS) * sp.pi
+    gap = abs(float((angle - fraction).evalf(30)))
+    return fraction if 0 < gap < _NEAR else None
+
+
+def _with(robot: Robot, angles: Sequence[tuple[int, str, sp.Expr]]) -> Robot:
+    """Return a robot with some of its constant angles replaced."""
+    new = {joint.number: joint for joint in robot.joints}
+    for number, key, angle in angles:
+        new[number] = replace(new[number], **{key: angle})
+    return replace(robot, joints=tuple(new.values()))
+
+
+def _line(joint: Joint, key: str, angle: sp.Expr, fraction: sp.Expr, more: int) -> str:
+    value, meant = float(angle), text(fraction)
+    cost = "one more base parameter" if more == 1 else f"{more} more base parameters"
+    return (
+        f"joint {shortened(joint.name) or joint.number}: {key} is {value:.9g} rad, "
+        f"{abs(value - float(fraction)):.2g} rad from {meant}, which costs {cost}; if {meant} is "
+        "meant, write it in the robot file"
+    )
