@@ -8,7 +8,6 @@ from functools import cached_property
 
 import sympy as sp
 
-from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.tape import Tape
 
@@ -84,52 +83,8 @@ class Kernel:
         return tuple(out)
 
 
-@dataclass(frozen=True)
-class Subject:
-    """What a kernel is derived from."""
-
-    robot: Robot
-    base: BaseParameters
-    energy: Tape
-
-    @property
-    def inertial(self) -> list[int]:
-        """Positions of the inertial base parameters among the standard ones."""
-        return [p.index for p in self.base.parameters if p.inertial]
-
-    @property
-    def linear(self) -> list[int]:
-        """Positions of the base parameters with a column among the standard ones."""
-        return [p.index for p in self.base.parameters[: self.base.linear]]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the base parameters with a column."""
-        return self.base.names[: self.base.linear]
-
-    @property
-    def columns(self) -> int:
-        """Number of standard parameters with a column."""
-        return sum(not p.load for p in self.base.standard)
-
-    @property
-    def rows(self) -> list[int]:
-        """Places of the columns with parameters of X in (n, standard parameters), row-major."""
-        return rows(self.robot.n, self.columns, self.linear)
-
-    @property
-    def numbers(self) -> list[int]:
-        """Numbers of the movable joints."""
-        return [j.number for j in self.robot.movable]
-
-
 #: What identification by energy needs.
 ENERGY = ("energy_regressor", "friction_power")
-
-
-def rows(n: int, count: int, kept: Sequence[int]) -> list[int]:
-    """Return the places of some columns of an (n, count) matrix, row-major."""
-    return [j * count + i for j in range(n) for i in kept]
 
 
 def regrouped(
