@@ -17,11 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symgen.codegen.casadi_model import casadi_function
-from symgen.codegen.kernels import LINK, SCALARS, SHARED, Kernel
+from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import Model, derive
 from symgen.codegen.package import library
 from symgen.codegen.panels import panelled
-from symgen.codegen.prototypes import declarations as prototypes
 from symgen.errors import BuildError, ParameterError, SymgenWarning
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -70,7 +69,7 @@ class KernelFunction(ABC):
             ParameterError: a shape is wrong; or a kernel with a status, such as forward_dynamics,
                 finds M not positive definite, or numbers that are not finite.
         """
-        last = (named[name] for name, _ in self.kernel.tape.inputs if name in named)
+        last = (named[a.name] for a in self.kernel.inputs if a.name in named)
         arrays, count = checked(self.kernel, (*inputs, *last))
         if count is not None and count >= MANY:
             panels = self.panels()
@@ -262,7 +261,7 @@ def _say_once(message: str) -> None:
 def _compiled(model: Model, compiler: Compiler) -> Evaluator:
     sources = library(model)
     name = model.robot.name
-    declarations = "\n".join(line for k in model.kernels for line in prototypes(name, k, "double"))
+    declarations = "\n".join(line for k in model.kernels for line in k.prototypes(name, "double"))
     apart = model.robot.gravity_input  # its identifier takes g: for C alone
     if f"{name}_identifier.h" in sources and not apart:
         declarations += _IDENTIFIER.replace("NAME", name)
@@ -316,15 +315,13 @@ class _CKernel(KernelFunction):
     ) -> Callable[[], int | None]:
         written = {o.name: array for o, array in zip(self.kernel.outputs, outputs, strict=True)}
         given: list[Any] = []
-        for (name, _), array in zip(self.kernel.tape.inputs, inputs, strict=True):
-            if name == LINK:
-                given.append(int(array[0]))
-            elif name in SCALARS:
-                given.append(float(array[0]))
-            else:
-                if name in written:  # what C changes in place is written into the output
-                    written[name][...] = array
-                given.append(self._ffi.from_buffer("double *", written.pop(name, array)))
+        for a, array in zip(self.kernel.inputs, inputs, strict=True):
+            if a.plain:
+                given.append((int if a.link else float)(array[0]))
+                continue
+            if a.written:  # what C changes in place is written into the output
+                written[a.name][...] = array
+            given.append(self._ffi.from_buffer("double *", written.pop(a.name, array)))
         given += [self._ffi.from_buffer("double *", array) for array in written.values()]
         if count is None:
             return partial(self._one, *given)
@@ -354,8 +351,6 @@ class _CasadiKernel(KernelFunction):
     def _bound(
         self, inputs: Sequence[FloatArray], outputs: Sequence[FloatArray], count: int | None
     ) -> Callable[[], int | None]:
-        names = [name for name, _ in self.kernel.tape.inputs]
-
         def call() -> int:
             if count is None:
                 for out, value in zip(outputs, self._function.call(list(inputs)), strict=True):
@@ -365,10 +360,8 @@ class _CasadiKernel(KernelFunction):
                 if size not in self._maps:  # at most _BLOCK of them, small ones
                     self._maps[size] = self._function.map(size)
                 part = [
-                    np.repeat(a[:, None], size, axis=1)
-                    if name in (*SHARED, LINK)
-                    else a[at : at + size].T
-                    for name, a in zip(names, inputs, strict=True)
+                    np.repeat(array[:, None], size, axis=1) if a.shared else array[at : at + size].T
+                    for a, array in zip(self.kernel.inputs, inputs, strict=True)
                 ]
                 for out, block in zip(outputs, self._maps[size].call(part), strict=True):
                     out[at : at + size] = np.array(block).T.reshape(size, *out.shape[1:])
