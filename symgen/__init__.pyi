@@ -90,5 +90,4 @@ from symgen.runtime.evaluator import (
     Evaluator as Evaluator,
     load as load,
 )
-from symgen.runtime.folding import Fold as Fold
 from symgen.symbolic.base_parameters import BaseParameters as BaseParameters

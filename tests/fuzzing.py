@@ -227,10 +227,10 @@ def read_parameters(path: Path, model: list[Any] = []) -> None:  # noqa: B006  (
 def read_package(path: Path) -> None:
     """Look at a package as what replaces it does, and as what checks it does."""
     from symgen.files import check_replaceable
-    from symgen.runtime.check import _manifest, _prefix
+    from symgen.runtime.check import read_options
 
     check_replaceable(path.parent, path.name)
-    _prefix(_manifest(path.parent)["options"])
+    read_options(path.parent)
 
 
 @cache

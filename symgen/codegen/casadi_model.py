@@ -13,7 +13,7 @@ import sympy as sp
 
 from symgen.codegen.kernels import LINK, Kernel
 from symgen.codegen.model import Model
-from symgen.errors import PackageError, ParameterError
+from symgen.errors import ParameterError
 from symgen.symbolic.friction import torque_tape
 from symgen.symbolic.tape import Numbers
 
@@ -22,15 +22,8 @@ def arithmetic(values: Mapping[sp.Symbol, sp.Expr]) -> Numbers:
     """Return the arithmetic of CasADi expressions for `Tape.run`."""
     import casadi
 
-    functions = {
-        "sin": casadi.sin,
-        "cos": casadi.cos,
-        "abs": casadi.fabs,
-        "tanh": casadi.tanh,
-        "exp": casadi.exp,
-        "log": casadi.log,
-        "sign": casadi.sign,
-    }
+    names = ("sin", "cos", "fabs", "tanh", "exp", "log", "sign")
+    functions = {name.replace("fabs", "abs"): getattr(casadi, name) for name in names}
     return Numbers(values, functions)
 
 
@@ -151,23 +144,3 @@ def serialized(function: Any) -> bytes:
         path = Path(folder) / "function.casadi"
         function.save(str(path))
         return path.read_bytes()
-
-
-def deserialized(content: bytes) -> Any:
-    """Return the Function in a .casadi file.
-
-    Raises:
-        PackageError: it holds none.
-    """
-    import casadi
-
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "function.casadi"
-        path.write_bytes(content)
-        try:
-            function = casadi.Function.load(str(path))
-        except RuntimeError as error:
-            raise PackageError("not a .casadi file") from error
-    if function.is_null():
-        raise PackageError("not a .casadi file")
-    return function

@@ -23,7 +23,6 @@ from symgen.codegen.kernels import Kernel
 from symgen.codegen.manifest import SCHEMA, base_table, described
 from symgen.codegen.model import Model
 from symgen.codegen.parts import in_parts
-from symgen.codegen.prototypes import arguments, declarations
 from symgen.codegen.recipes import FRICTION, RECIPES
 from symgen.codegen.targets import BACKENDS, backends
 from symgen.codegen.verification import DIGITS, POINTS, TOLERANCE, verification
@@ -168,7 +167,8 @@ class _Writer:
         if self.tex:
             from symgen.codegen.tex import tex_document
 
-            files[f"{self.name}.tex"] = tex_document(self.model, self.kernels).encode()
+            document = tex_document(self.model.robot, self.model.base, self.kernels)
+            files[f"{self.name}.tex"] = document.encode()
         files["README.md"] = self.render("README.md", **self.readme()).encode()
         digests = {
             path: hashlib.sha256(content).hexdigest()
@@ -275,7 +275,7 @@ class _Writer:
         """Return what the templates print of one kernel."""
         function = self.printed(kernel)
         counts = operation_counts([kernel.tape])
-        listed = arguments(kernel, self.dtype)
+        listed = kernel.arguments
         names = [a.name for a in listed]
         shapes = [
             f"{name}: {input_text(self.name, name, len(s))}" for name, s in kernel.tape.inputs
@@ -289,12 +289,14 @@ class _Writer:
             "guarded": bool(kernel.guards),
             "links": kernel.links,
             "batch": kernel.batch,
-            "parameters": ", ".join(a.single for a in listed),
-            "batch_parameters": ", ".join(a.batch for a in listed),
-            "strides": ", ".join(a.step for a in listed),
+            "parameters": ", ".join(a.declared(self.dtype) for a in listed),
+            "batch_parameters": ", ".join(a.declared(self.dtype, batch=True) for a in listed),
+            "strides": ", ".join(
+                a.name if a.shared else f"&{a.name}[k * {a.size}u]" for a in listed
+            ),
             "declarations": [
                 line
-                for text in declarations(self.name, kernel, self.dtype)
+                for text in kernel.prototypes(self.name, self.dtype)
                 for line in wrapped(text, "    ", _LINE)
             ],
             "operations": ", ".join(f"{v} {key}" for key, v in counts.items() if v)

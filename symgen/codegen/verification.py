@@ -112,15 +112,8 @@ def _arithmetic(robot: Robot, digits: int) -> tuple[Numbers, Callable[[str], Any
 
     context = mpmath.mp.clone()
     context.dps = digits + 10
-    functions = {
-        "sin": context.sin,
-        "cos": context.cos,
-        "abs": abs,
-        "tanh": context.tanh,
-        "exp": context.exp,
-        "log": context.log,
-        "sign": context.sign,
-    }
+    functions = {f: getattr(context, f) for f in ("sin", "cos", "tanh", "exp", "log", "sign")}
+    functions["abs"] = abs
     number = context.mpf
     return Numbers(robot.values(), functions, lambda e: number(str(e)), digits + 10), number
 

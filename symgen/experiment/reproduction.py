@@ -33,7 +33,7 @@ FloatArray = NDArray[np.float64]
 MARKER, PAGE = "demo.json", "demo.html"
 _SEED = 1988
 # Runs whose way to the result is followed, sample by sample.
-_FOLLOWED = {"c": 200, "casadi": 50}
+_FOLLOWED = 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,10 +114,13 @@ def reproduce(runs: int, say: Callable[[str], None]) -> Reproduction:
     Args:
         runs: seeded runs of each set-up.
         say: is told what is being done.
+
+    Raises:
+        BuildError: there is no C compiler.
     """
     model = derive(read_robot("planar2r"))
     say("compiling the model")
-    evaluator, simulated = load(model), dynamics(model)
+    evaluator, simulated = load(model, backend="c"), dynamics(model)
     setups = []
     for letter, words, simulate in (
         ("a", "the robot follows the reference, the measurements are noisy", paper.setup_a),
@@ -130,7 +133,7 @@ def reproduce(runs: int, say: Callable[[str], None]) -> Reproduction:
     ):
         say(f"({letter}) {runs} seeded runs of this set-up")
         measured = simulate(simulated, runs, _SEED)
-        followed = min(runs, _FOLLOWED[evaluator.backend])
+        followed = min(runs, _FOLLOWED)
         history = np.array([_recursive(evaluator, measured, k) for k in range(followed)])
         final = [*history[:, -1], *(_last(evaluator, measured, k) for k in range(followed, runs))]
         setups.append(Setup(letter, words, measured, history, np.array(final)))
