@@ -42,12 +42,12 @@ from symgen.estimation.estimators import (
 )
 from symgen.estimation.instrumental import InstrumentalVariables as InstrumentalVariables
 from symgen.experiment.controller import Controller as Controller
-from symgen.experiment.excitation import excite as excite
-from symgen.experiment.instruments import Instruments as Instruments
-from symgen.experiment.options import (
+from symgen.experiment.excitation import (
     Motion as Motion,
     Search as Search,
+    excite as excite,
 )
+from symgen.experiment.instruments import Instruments as Instruments
 from symgen.experiment.recording import Recording as Recording
 from symgen.experiment.reference import (
     Reference as Reference,
