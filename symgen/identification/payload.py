@@ -34,12 +34,12 @@ from symgen.estimation.recipe import JUDGING
 from symgen.estimation.regression import Solution
 from symgen.estimation.repairs import Repair
 from symgen.estimation.system import Equations, LinearSystem
+from symgen.identification.estimate import read_estimate
 from symgen.identification.gains import calibrated
 from symgen.identification.load import LABELS, LoadEstimate, read_off, units
 from symgen.identification.parameters import link_columns, read_parameters, regrouping
 from symgen.identification.payload_logs import still_poses, torques
 from symgen.identification.payload_result import Left, Payload, Quantity
-from symgen.identification.reading import read_estimate
 from symgen.identification.static import STATIC
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot

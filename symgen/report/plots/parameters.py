@@ -46,7 +46,11 @@ def values(estimate: Estimate) -> Figure:
     own = _Source(estimate.method, estimate.X, np.array([p.std for p in found]))
     others = [] if estimate.prior is None else [estimate.prior]
     others += estimate.comparison
-    sources = [own, *(_Source(c.method, c.X, c.std) for c in others)]
+    sources = [own]
+    for other in others:
+        known = {v.name: (v.value, v.std) for v in other.parameters}
+        pairs = [known.get(p.name, (np.nan, np.inf)) for p in found]
+        sources.append(_Source(other.method, *np.array(pairs).T))
     return _drawn([p.name for p in found], [p.unit for p in found], sources)
 
 
