@@ -66,7 +66,7 @@ from symgen.identification.options import Fit as Fit
 from symgen.identification.payload import payload as payload
 from symgen.identification.physical.links import link_parameters as link_parameters
 from symgen.identification.prediction import predict as predict
-from symgen.identification.reading import read_estimate as read_estimate
+from symgen.identification.estimate import read_estimate as read_estimate
 from symgen.identification.online.identifier import Identifier as Identifier
 from symgen.identification.robot_file import export as export
 from symgen.identification.workflow import identify as identify

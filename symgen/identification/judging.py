@@ -26,7 +26,9 @@ from symgen.identification.estimate import (
     ROBOT_DIGEST,
     Alternative,
     Estimate,
+    Joint,
     ParameterEstimate,
+    other_estimate,
 )
 from symgen.identification.physical.links import consistency
 from symgen.identification.physical.plausibility import implausible
@@ -180,7 +182,9 @@ def judged(
     outside, prior = np.where(std > 0, std, 1), method.prior
     return Estimate(
         robot=evaluator.model.robot.name,
-        joints=tuple((j.number, names.unit("FS", j.sigma)) for j in evaluator.model.robot.movable),
+        joints=tuple(
+            Joint(j.number, names.unit("FS", j.sigma)) for j in evaluator.model.robot.movable
+        ),
         model=recipe.model,
         method=method.label,
         parameters=parameters,
@@ -201,8 +205,10 @@ def judged(
         physical=physical,
         excludes=method.excludes,
         endogeneity=solution.endogeneity,
-        comparison=solution.comparison,
-        prior=None if prior is None else Contrast("prior", prior.mean, prior.std),
+        comparison=tuple(other_estimate(c, base.names) for c in solution.comparison),
+        prior=None
+        if prior is None
+        else other_estimate(Contrast("prior", prior.mean, prior.std), base.names),
         balances=energy_balances(evaluator, (*train, *held), X),
         whiteness=whiteness(traces),
         band=run.band,

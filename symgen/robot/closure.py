@@ -38,7 +38,7 @@ def require_closed(robot: Robot) -> None:
             raise RobotError(f"loop {number}, key 'cut': two different frames are needed")
     for _ in range(_POSITIONS):
         q = {j.number: draw.uniform(-1, 1) for j in plain.movable}
-        places = _places(plain, q)
+        places = placed(plain, q)
         for number, loop in enumerate(robot.loops, 1):
             first, second = places[loop.first], places[loop.second]
             apart = math.dist([row[3] for row in first[:3]], [row[3] for row in second[:3]])
@@ -52,7 +52,7 @@ def require_closed(robot: Robot) -> None:
                 )
 
 
-def _places(robot: Robot, q: dict[int, float]) -> dict[int, Place]:
+def placed(robot: Robot, q: dict[int, float]) -> dict[int, Place]:
     """Return the transforms 0T_j at a position, in floating point."""
     out: dict[int, Place] = {0: [[float(i == k) for k in range(4)] for i in range(4)]}
     for joint in robot.joints:
