@@ -31,8 +31,8 @@ from symgen.errors import (
     SymgenWarning as SymgenWarning,
 )
 from symgen.estimation.band import Band as Band
-from symgen.estimation.errors_in_variables import TotalLeastSquares as TotalLeastSquares
-from symgen.estimation.essential import Essential as Essential
+from symgen.estimation.estimators import TotalLeastSquares as TotalLeastSquares
+from symgen.estimation.estimators import Essential as Essential
 from symgen.estimation.estimators import (
     Huber as Huber,
     Ols as Ols,
@@ -40,7 +40,7 @@ from symgen.estimation.estimators import (
     Ridge as Ridge,
     Wls as Wls,
 )
-from symgen.estimation.instrumental import InstrumentalVariables as InstrumentalVariables
+from symgen.estimation.estimators import InstrumentalVariables as InstrumentalVariables
 from symgen.experiment.controller import Controller as Controller
 from symgen.experiment.excitation import (
     Motion as Motion,

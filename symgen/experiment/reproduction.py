@@ -19,7 +19,7 @@ from symgen.codegen.model import Model, derive
 from symgen.data.log import make_log
 from symgen.data.signals import sampled
 from symgen.errors import IdentificationError
-from symgen.estimation.batch import solve
+from symgen.estimation.estimators import solve
 from symgen.estimation.filtered import unfiltered
 from symgen.estimation.system import LinearSystem, energy_equations
 from symgen.experiment import paper

@@ -178,4 +178,4 @@ def _solved(
     names = evaluator.model.base.names
     system = LinearSystem(names, tuple(e for part in parts for e in part.equations))
     found, _ = solved(evaluator, system, parts, tried.method, recipe)
-    return found.X, np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
+    return found.X, found.std

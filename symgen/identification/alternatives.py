@@ -16,7 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
-from symgen.estimation.blocks import (
+from symgen.estimation.estimators import Wls
+from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.fit import fit
+from symgen.estimation.masking import require_left
+from symgen.estimation.recipe import Recipe
+from symgen.estimation.statistics import student_quantile
+from symgen.estimation.summary import (
     BLOCKS,
     Blocks,
     block_errors,
@@ -25,12 +31,6 @@ from symgen.estimation.blocks import (
     placed,
     summary,
 )
-from symgen.estimation.estimators import Wls
-from symgen.estimation.filtered import FilteredLog
-from symgen.estimation.fit import fit
-from symgen.estimation.masking import require_left
-from symgen.estimation.recipe import Recipe
-from symgen.estimation.statistics import student_quantile
 from symgen.estimation.system import Equations, LinearSystem, torque_equations
 from symgen.identification.estimate import Alternative, Apart
 from symgen.runtime.evaluator import Evaluator

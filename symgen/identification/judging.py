@@ -17,8 +17,8 @@ from symgen.estimation.fit import TorqueFit, fit
 from symgen.estimation.logs import digest
 from symgen.estimation.masking import seldom_moving
 from symgen.estimation.recipe import Recipe
-from symgen.estimation.regression import Solution
 from symgen.estimation.repairs import LEFT, Repair
+from symgen.estimation.solve import Solution
 from symgen.estimation.values import Contrast, Residual
 from symgen.identification.alternatives import disagreement
 from symgen.identification.estimate import (
@@ -120,7 +120,7 @@ def judged(
     robot = evaluator.model.robot
     out = outcome(run, recipe, X, train, held) if known is None else known
     base = evaluator.model.base
-    std = np.sqrt(np.maximum(np.diag(solution.covariance), 0))
+    std = solution.std
     parameters = tuple(
         ParameterEstimate(b.name, b.expression, float(x), float(s), b.unit)
         for b, x, s in zip(base.parameters, X, std, strict=True)

@@ -38,7 +38,7 @@ from symgen.estimation.poses import (
     pose_columns,
     pose_equations,
 )
-from symgen.estimation.regression import Solution
+from symgen.estimation.solve import Solution
 from symgen.estimation.statistics import binomial_tail
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.values import Residual, Trace

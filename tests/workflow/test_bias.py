@@ -18,7 +18,7 @@ import pytest
 
 import symgen
 from symgen.codegen.casadi_model import Dynamics, dynamics
-from symgen.estimation.batch import solve
+from symgen.estimation.estimators import solve
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.experiment import paper
 

@@ -14,7 +14,7 @@ from oracles import planar2r
 from support import data_folder
 
 import symgen
-from symgen.estimation.batch import solve
+from symgen.estimation.estimators import solve
 from symgen.estimation.filtered import unfiltered
 from symgen.estimation.system import LinearSystem, energy_equations, momentum_equations
 from symgen.report.store import result_page
