@@ -101,7 +101,7 @@ class Chain:
     def _pose(self, xyz: Triple, rpy: Triple) -> Array:
         """Return Trans(xyz) Rot(z, yaw) Rot(y, pitch) Rot(x, roll), rounded angles as meant."""
         angles = _many(rpy)
-        turn = dh.turn(*(self._meant(angles) if self.exact else angles))
+        turn = dh.turn(*(self._meant(angles.tolist()) if self.exact else angles))
         return dh.pose(self._recognised(turn) if self.exact else turn, _many(xyz))
 
     def _meant(self, angles: Sequence[Any]) -> list[Any]:
