@@ -9,7 +9,7 @@ from pathlib import Path
 from symgen.codegen.kernels import ENERGY, Kernel
 from symgen.codegen.recipes import ALL, RECIPES, Subject
 from symgen.errors import ParameterError
-from symgen.robot.sought import require_constants
+from symgen.robot.effect import require_constants
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters, find_base

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.robot.closure import placed
+from symgen.robot import dh
 from symgen.robot.types import Robot
 
 FloatArray = NDArray[np.float64]
@@ -19,15 +19,10 @@ _AXES = ((0, "x", "6 4"), (2, "z", ""))
 _NEAR = 14.0  # pixels within which two origins are drawn as one
 
 
-def frames(robot: Robot) -> list[FloatArray]:
-    """Return the frames of all joints in frame 0, (4, 4) each, all joints at zero."""
-    at_zero = placed(robot.with_values(), dict.fromkeys((j.number for j in robot.joints), 0.0))
-    return [np.array(at_zero[j.number]) for j in robot.joints]
-
-
 def drawing(robot: Robot) -> str:
     """Return the SVG: links as lines, joints as circles and squares, axes x and z of each frame."""
-    placed = [np.eye(4), *frames(robot)]
+    at_zero = dict.fromkeys((joint.number for joint in robot.movable), 0.0)
+    placed = dh.frames(robot.with_values(), at_zero)
     flat = np.array([_VIEW @ T[:3, 3] for T in placed])
     low, size = flat.min(axis=0), np.ptp(flat, axis=0)
     scale = float(min(_ROOM / np.maximum(size, 1e-9))) if size.max() > 1e-9 else 1.0
