@@ -34,7 +34,6 @@ from symgen.estimation.recipe import JUDGING
 from symgen.estimation.repairs import Repair
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
-from symgen.identification.estimate import read_estimate
 from symgen.identification.gains import calibrated
 from symgen.identification.load import LABELS, LoadEstimate, read_off, units
 from symgen.identification.parameters import link_columns, read_given, regrouping
