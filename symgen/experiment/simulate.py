@@ -2,32 +2,203 @@
 
 from __future__ import annotations
 
+import io
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symgen.codegen.model import Model, derive
-from symgen.data.drive import joint_side
-from symgen.data.log import Log, read_only
-from symgen.errors import ParameterError
+from symgen.data.drive import joint_side, motor_side
+from symgen.data.log import Log, make_log, read_only
+from symgen.errors import LogError, ParameterError
+from symgen.estimation.beside_model import torque_beside
 from symgen.experiment.controller import Controller, Law, replay, tracking
-from symgen.experiment.instruments import Instruments, unseen_torque
 from symgen.experiment.integrator import Motion, integrate
 from symgen.experiment.plant import KERNELS, Plant, plant, without_dry
-from symgen.experiment.recording import Recording
+from symgen.experiment.recording import Instruments, Recording, unseen_torque
 from symgen.experiment.reference import Reference, from_log, reference_of, torques_of
-from symgen.experiment.simulation import Simulation
-from symgen.experiment.warming import warmed
 from symgen.identification.parameters import base_values, read_parameters
 from symgen.robot.toml_io import read_robot
-from symgen.robot.types import Robot, require_gravity
+from symgen.robot.types import Drive, Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator, load
 
 FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """What truly happened in every run, and what its log shows. Arrays are read-only.
+
+    Attributes:
+        robot: its name.
+        t: (N,) stamps, s.
+        q: (runs, N, n) true positions, rad or m.
+        qd: (runs, N, n) true speeds, rad/s or m/s.
+        tau: (runs, N, n) commanded torques, N m or N.
+        q_log: (runs, N, n) positions in the logs.
+        qd_log: (runs, N, n) speeds in the logs, None without tachometers.
+        tau_log: (runs, N, n) torques in the logs.
+        sigma: types of the joints.
+        joints: their numbers in the robot file.
+        notes: what was done, in words.
+        drive: of the robot; files are on the side that it says that logs are on.
+        temp: (N, n) temperatures in the logs, deg C, or None.
+    """
+
+    robot: str
+    t: FloatArray
+    q: FloatArray
+    qd: FloatArray
+    tau: FloatArray
+    q_log: FloatArray
+    qd_log: FloatArray | None
+    tau_log: FloatArray
+    sigma: tuple[int, ...]
+    joints: tuple[int, ...]
+    notes: tuple[str, ...] = ()
+    drive: Drive | None = None
+    temp: FloatArray | None = None
+
+    def __repr__(self) -> str:
+        """Return robot, runs and duration."""
+        span = f"{self.t[-1] - self.t[0]:.4g} s"
+        return f"<Simulation of {self.robot}: {self.runs} runs of {span}, {len(self.t)} stamps>"
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return len(self.q_log)
+
+    def seen_by(self, instruments: Instruments, runs: range, seed: int) -> Simulation:
+        """Return the same motions in the logs of some instruments.
+
+        Args:
+            instruments: what the logs show.
+            runs: numbers of the runs: one a motion, or any of the one motion that there is.
+            seed: of all noise.
+        """
+        count = len(self.t)
+        noise = instruments.motion_noise(runs, seed, (count, len(self.sigma)))
+        q, qd = instruments.delayed(self.t, self.q, self.qd, slice(0, count))
+        q, qd = instruments.read(q, qd, *noise)
+        arrays = (self.q, self.qd, self.tau, q, qd, instruments.torque(self.tau, runs, seed))
+        shape = (len(runs), count, len(self.sigma))
+        true_q, true_qd, tau, q, qd, tau_log = (_view(np.broadcast_to(x, shape)) for x in arrays)
+        return replace(
+            self, q=true_q, qd=true_qd, tau=tau, q_log=q,
+            qd_log=qd if instruments.velocity else None, tau_log=tau_log,
+        )  # fmt: skip
+
+    def log(self, run: int = 0) -> Log:
+        """Return the log of a run, on the joint side.
+
+        Raises:
+            LogError: it is no log that identification would take, such as one of under 10 samples.
+        """
+        qd = None if self.qd_log is None else self.qd_log[run]
+        name = f"{self.robot} {run + 1}"
+        q, tau = self.q_log[run], self.tau_log[run]
+        log = make_log(name, self.t, q, tau, qd, sigma=self.sigma, temp=self.temp)
+        return replace(log, mapped=self.drive is not None)
+
+    def files(self, into: Path) -> Iterator[tuple[Path, bytes]]:
+        """Yield path and content of every run's log: `into`, or NAME_1 and so on where several."""
+        for run, path in enumerate(log_paths(into, self.runs)):
+            yield path, self.file(run, path.suffix)
+
+    def file(self, run: int = 0, suffix: str = ".csv") -> bytes:
+        """Return the log of a run as the content of a CSV or NPZ file.
+
+        Raises:
+            LogError: the suffix is neither .csv nor .npz.
+        """
+        qd = None if self.qd_log is None else self.qd_log[run]
+        log = Log(self.robot, self.t, self.q_log[run], qd, self.tau_log[run])
+        if self.drive is not None:
+            log = motor_side(log, self.drive)
+        every = {"q": log.q, "qd": log.qd, "tau": log.tau, "i": log.current, "temp": self.temp}
+        groups: dict[str, Any] = {r: array for r, array in every.items() if array is not None}
+        if suffix == ".npz":
+            out = io.BytesIO()
+            np.savez(out, t=self.t, **groups)
+            return out.getvalue()
+        _require_format(suffix)
+        names = [f"{role}{j + 1}" for role in groups for j in range(len(self.sigma))]
+        rows = np.column_stack([self.t, *groups.values()]).tolist()
+        form = ",".join(["%.12g"] * (1 + len(names)))
+        return "\n".join([",".join(["t", *names]), *(form % tuple(r) for r in rows), ""]).encode()
+
+
+def _view(array: FloatArray) -> FloatArray:
+    """Return a view that nobody writes to; unlike `read_only`, without a copy."""
+    view = array.view()
+    view.setflags(write=False)
+    return view
+
+
+def log_paths(into: Path, runs: int) -> list[Path]:
+    """Return the paths of the logs of some runs.
+
+    Raises:
+        LogError: the suffix is neither .csv nor .npz.
+    """
+    _require_format(into.suffix)
+    if runs == 1:
+        return [into]
+    return [into.with_name(f"{into.stem}_{run + 1}{into.suffix}") for run in range(runs)]
+
+
+def _require_format(suffix: str) -> None:
+    if suffix not in (".csv", ".npz"):
+        raise LogError(f"log {suffix or 'without a suffix'}; accepted: .csv or .npz")
+
+
+def warmed(
+    done: Simulation,
+    robot: Robot,
+    temperature: tuple[float, float, float],
+    instruments: Instruments,
+    runs: range,
+    seed: int,
+) -> Simulation:
+    """Return a simulation with temperatures, and with the torques that depend on them.
+
+    Args:
+        done: the motions.
+        robot: with its effects on samples.
+        temperature: at the start and in the end, deg C, and the time constant, s.
+        instruments: what the logs show of torques.
+        runs: numbers of the runs.
+        seed: of all noise.
+
+    Raises:
+        ParameterError: the temperature has no meaning.
+    """
+    start, end, constant = temperature
+    if not all(map(math.isfinite, temperature)) or constant <= 0:
+        listed = ",".join(f"{x:g}" for x in temperature)
+        raise ParameterError(
+            f"simulate: temperature {listed}; accepted: START,END in deg C and a time above 0 s"
+        )
+    t = done.t - done.t[0]
+    course = end + (start - end) * np.exp(-t / constant)
+    temp = np.repeat(course[:, None], len(done.sigma), axis=1)
+    more = np.stack(
+        [
+            torque_beside(robot, q, qd, temp, done.robot)
+            for q, qd in zip(done.q, done.qd, strict=True)
+        ]
+    )
+    tau = read_only(done.tau + more)
+    shown = instruments.torque(tau, runs, seed)
+    return replace(done, tau=tau, tau_log=read_only(shown), temp=read_only(temp))
+
+
 Parameters = str | Path | Mapping[str, float] | ArrayLike
 #: Numbers in one array of all runs, above which memory is likely to be short.
 _MOST = 60_000_000

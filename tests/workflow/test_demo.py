@@ -81,7 +81,7 @@ def test_setup_b_integrates_the_equations_of_motion() -> None:
     true, noise = paper.WRONG, paper.TORQUE_NOISE
     paper.WRONG, paper.TORQUE_NOISE = 1.0, 0.0
     try:
-        runs = paper.setup_b(dynamics(MODEL), 2, 0)
+        runs = paper.setup_b(dynamics(MODEL), 2, np.random.default_rng(0))
     finally:
         paper.WRONG, paper.TORQUE_NOISE = true, noise
     q, _, _ = paper.reference(runs.t)
@@ -91,7 +91,7 @@ def test_setup_b_integrates_the_equations_of_motion() -> None:
 def test_errors_fall_where_the_paper_has_them() -> None:
     # The paper gives one run; its errors lie inside the distribution of seeded runs.
     evaluator = symgen.load(MODEL)
-    runs = paper.setup_a(dynamics(MODEL), 400, 5)
+    runs = paper.setup_a(dynamics(MODEL), 400, np.random.default_rng(5))
     errors = []
     for k in range(400):
         identifier = symgen.Identifier(evaluator, mode="start")

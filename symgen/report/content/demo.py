@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from symgen.codegen.kernels import Kernel
 from symgen.experiment import paper
-from symgen.experiment.reproduction import Reproduction, Setup
+from symgen.experiment.paper import Reproduction, Setup
 from symgen.report.content.parts import Banner, Content, Section, Table, frames_section
 from symgen.report.plots import curves as plots
 from symgen.robot.expressions import text
