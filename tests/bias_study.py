@@ -18,6 +18,7 @@ import symgen
 from symgen.codegen.casadi_model import Dynamics
 from symgen.estimation.integrals import cumulative_integral
 from symgen.experiment import paper
+from symgen.experiment.reference import STEP, paper_motion
 
 SEED = 1988
 PILOTS = 20  # runs of another seed, whose joint least-squares estimate drives the simulation
@@ -70,7 +71,7 @@ def rows(
     runs, N, _ = q.shape
     h = evaluator.energy_regressor(q.reshape(-1, 2), qd.reshape(-1, 2)).reshape(runs, N, 4)
     power = np.einsum("rij,rij->ri", qd, tau)
-    work = cumulative_integral(np.ascontiguousarray(power.T), paper.STEP).T
+    work = cumulative_integral(np.ascontiguousarray(power.T), STEP).T
     first, last = (slice(0, 1), slice(1, None)) if mode == "start" else (
         slice(None, -WINDOW), slice(WINDOW, None))  # fmt: skip
     return h[:, last] - h[:, first], work[:, last] - work[:, first]
@@ -105,7 +106,7 @@ def instrument_motion(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return q and qd (1 or runs, N, 2) of the motion along which instruments are taken."""
     if kind == "commanded":
-        q, qd, _ = paper.reference(paper.times())
+        q, qd, _ = paper_motion(paper.times())
         return q[None], qd[None]
     if kind == "simulation":
         X = pilot(evaluator, dynamics, setup, tachometer)[None]

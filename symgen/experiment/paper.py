@@ -23,6 +23,7 @@ from symgen.errors import IdentificationError
 from symgen.estimation.batch import solve
 from symgen.estimation.filtered import unfiltered
 from symgen.estimation.system import LinearSystem, energy_equations
+from symgen.experiment.reference import SAMPLES, STEP, as_csv, paper_motion
 from symgen.identification.online.identifier import Identifier
 from symgen.identification.workflow import identify
 from symgen.robot.toml_io import read_robot
@@ -33,10 +34,6 @@ FloatArray = NDArray[np.float64]
 X_TRUE = np.array([1.702, 0.05644, 0.15, 0.075])
 NAMES = ("ZZ1R", "ZZ2", "MX2", "MY2")
 PAPER_ERRORS = np.array([5.6e-4, 0.016, 0.011, 0.019])
-SAMPLES = 100
-STEP = 0.0622
-_W = 2.0
-_A = 1.0
 _ENCODER_POINTS = 14_400
 _TACHOMETER = np.array([0.005, 0.01])
 #: Ratio of X_d to X in set-up (b), and standard deviation of the torque noise over RMS torque.
@@ -55,17 +52,6 @@ class Runs:
     tau: FloatArray
 
 
-def reference(t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the reference motion q, qd, qdd, each (N, 2), rad and s; peak speeds 1 and 2 rad/s."""
-    T = SAMPLES * STEP
-    D = T / 1.5
-    s = t / T
-    q = np.stack([D * (3 * s**2 - 2 * s**3), _A * (1 - np.cos(_W * t))], axis=-1)
-    qd = np.stack([6 * D / T * (s - s**2), _A * _W * np.sin(_W * t)], axis=-1)
-    qdd = np.stack([6 * D / T**2 * (1 - 2 * s), _A * _W**2 * np.cos(_W * t)], axis=-1)
-    return q, qd, qdd
-
-
 def times() -> FloatArray:
     """Return the sampling times: 0 and the paper's 100 samples, s."""
     return np.arange(SAMPLES + 1) * np.float64(STEP)
@@ -74,7 +60,7 @@ def times() -> FloatArray:
 def exact_run(dynamics: Dynamics) -> Runs:
     """Return the reference with its torque and no noise at all."""
     t = times()
-    q, qd, qdd = reference(t)
+    q, qd, qdd = paper_motion(t)
     return Runs(t, q[None], qd[None], _torque(dynamics, q, qd, qdd, X_TRUE)[None])
 
 
@@ -103,10 +89,10 @@ def setup_b(
     those of `setup_a`.
     """
     t = times()
-    computed = _torque(dynamics, *reference(t), WRONG * X_TRUE)
+    computed = _torque(dynamics, *paper_motion(t), WRONG * X_TRUE)
     size = TORQUE_NOISE * np.sqrt(np.mean(computed**2, axis=0))
     noise = size * draw.normal(size=(runs, len(t), 2))
-    exact = _torque(dynamics, *reference(stages(_SUBSTEPS)), WRONG * X_TRUE)
+    exact = _torque(dynamics, *paper_motion(stages(_SUBSTEPS)), WRONG * X_TRUE)
     true = integrated(dynamics, np.repeat(X_TRUE[None], runs, 0), exact, noise)
     return Runs(t, *_measured(draw, *true, tachometer), np.repeat(computed[None], runs, 0))
 
@@ -133,7 +119,7 @@ def integrated(
     def rate(x: FloatArray, tau: FloatArray) -> FloatArray:
         return np.concatenate([x[2:], np.array(forward(x[:2], x[2:], tau, X.T))])
 
-    x = np.repeat(np.concatenate(reference(np.zeros(1))[:2], axis=1).T, len(X), axis=1)
+    x = np.repeat(np.concatenate(paper_motion(np.zeros(1))[:2], axis=1).T, len(X), axis=1)
     states = [x]
     for k in range(SAMPLES):
         for i in range(2 * k * substeps, 2 * (k + 1) * substeps, 2):
@@ -150,7 +136,7 @@ def integrated(
 def proportional_run(dynamics: Dynamics, seed: int | None = None) -> Runs:
     """Return the motion the paper warns of: joint 2 moves as joint 1 does, at half its speed."""
     t = times()
-    q, qd, qdd = (np.stack([x[:, 0], 0.5 * x[:, 0]], axis=-1) for x in reference(t))
+    q, qd, qdd = (np.stack([x[:, 0], 0.5 * x[:, 0]], axis=-1) for x in paper_motion(t))
     tau = _torque(dynamics, q, qd, qdd, X_TRUE)
     if seed is not None:
         (q,), (qd,) = _measured(np.random.default_rng([seed, 3]), q[None], qd[None])
@@ -220,9 +206,8 @@ class Setup:
 
     def log(self, k: int) -> bytes:
         """Return one run as a log that `symgen identify planar2r` reads."""
-        rows = np.column_stack([self.runs.t, self.runs.q[k], self.runs.qd[k], self.runs.tau[k]])
-        lines = ["t,q1,q2,qd1,qd2,tau1,tau2", *(",".join(f"{v:.9g}" for v in row) for row in rows)]
-        return ("\n".join(lines) + "\n").encode()
+        runs = self.runs
+        return as_csv(runs.t, {"q": runs.q[k], "qd": runs.qd[k], "tau": runs.tau[k]}, digits=9)
 
 
 @dataclass(frozen=True, eq=False)

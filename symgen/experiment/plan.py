@@ -13,6 +13,7 @@ import numpy as np
 from symgen.data.bags import trajectory_bag
 from symgen.errors import ParameterError
 from symgen.experiment.bounds import BINDING, Use
+from symgen.experiment.reference import as_csv
 from symgen.experiment.trajectory import Trajectory
 from symgen.identification.verdict import CONDITION, WINDOWS
 from symgen.names import REVOLUTE
@@ -168,11 +169,7 @@ def binding_text(uses: tuple[Use, ...]) -> str:
 
 def _csv(run: Trajectory, step: float) -> bytes:
     t = run.times(step)
-    rows = np.column_stack([t, *(run.at(t, order) for order in range(3))])
-    n = len(run.bases)
-    names = [f"{key}{j}" for key in ("q", "qd", "qdd") for j in range(1, n + 1)]
-    lines = [",".join(["t", *names]), *(",".join(f"{v:.12g}" for v in row) for row in rows)]
-    return ("\n".join(lines) + "\n").encode()
+    return as_csv(t, {key: run.at(t, order) for order, key in enumerate(("q", "qd", "qdd"))})
 
 
 def _finite(value: float) -> float | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from symgen.experiment.controller import Controller, Law, replay, tracking
 from symgen.experiment.integrator import Motion, integrate
 from symgen.experiment.plant import KERNELS, Plant, plant, without_dry
 from symgen.experiment.recording import Instruments, Recording, unseen_torque
-from symgen.experiment.reference import Reference, from_log, reference_of, torques_of
+from symgen.experiment.reference import Reference, as_csv, from_log, reference_of, torques_of
 from symgen.identification.parameters import base_values, read_parameters
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Drive, Robot, require_gravity
@@ -128,10 +128,7 @@ class Simulation:
             np.savez(out, t=self.t, **groups)
             return out.getvalue()
         _require_format(suffix)
-        names = [f"{role}{j + 1}" for role in groups for j in range(len(self.sigma))]
-        rows = np.column_stack([self.t, *groups.values()]).tolist()
-        form = ",".join(["%.12g"] * (1 + len(names)))
-        return "\n".join([",".join(["t", *names]), *(form % tuple(r) for r in rows), ""]).encode()
+        return as_csv(self.t, groups)
 
 
 def _view(array: FloatArray) -> FloatArray:
@@ -281,7 +278,7 @@ def simulate(
         )
     if torque is not None:
         t, tau, start = torques_of(torque, source)
-        law, acts = replay(t, tau, hold), "at stamps" if hold else "always"
+        law = replay(t, tau, hold)
     else:
         aim = reference_of(
             trajectory, source, duration=duration, rate=made.rate or 1000.0, seed=seed
@@ -289,25 +286,13 @@ def simulate(
         t = aim.t if made.rate is None else _stamps(aim.t, made.rate)
         start = aim.q[0], aim.qd[0]
         law = tracking(made.controller, aim, evaluator, without_dry(evaluator.model, X))
-        acts = "always" if made.controller.feedback == "true" else "on measurements"
-    plan = _Plan(
-        plant(evaluator, X),
-        t,
-        law,
-        acts,
-        start if initial is None else initial,
-        made.instruments,
-        made.unseen(source.n),
-        numbers,
-        seed,
-        made.clip,
-        tolerance,
-        torque is None,
-    )
-    done = _run(plan, progress, meter)
+    done = _run(
+        plant(evaluator, X), t, law, start if initial is None else initial, made, numbers, seed,
+        tolerance, hold=hold, smooth=torque is None, progress=progress, meter=meter,
+    )  # fmt: skip
     if temperature is None:
         return done
-    return warmed(done, source, temperature, plan.instruments, numbers, seed)
+    return warmed(done, source, temperature, made.instruments, numbers, seed)
 
 
 def track(
@@ -347,112 +332,101 @@ def track(
     source = evaluator.model.robot
     log = log if source.drive is None else joint_side(log, source.drive)
     aim = reference_of(from_log(log, cutoff), source)
-    chosen = controller or Controller()
-    plan = _Plan(
-        plant(evaluator, X),
-        log.t,
-        tracking(chosen, aim, evaluator, without_dry(evaluator.model, X)),
-        "always" if chosen.feedback == "true" else "on measurements",
-        (aim.q[0], aim.qd[0]),
-        clip=clip,
-        tolerance=tolerance,
+    made = Recording(controller=controller or Controller(), clip=clip)
+    law = tracking(made.controller, aim, evaluator, without_dry(evaluator.model, X))
+    return _run(
+        plant(evaluator, X), log.t, law, (aim.q[0], aim.qd[0]), made, range(1), 0, tolerance
     )
-    return _run(plan)
-
-
-@dataclass(frozen=True, eq=False)
-class _Plan:
-    """All that a simulation is made of."""
-
-    plant: Plant
-    t: FloatArray
-    law: Law
-    acts: str  # "always", "at stamps" and held, "on measurements" at stamps and held
-    initial: tuple[ArrayLike, ArrayLike]
-    instruments: Instruments = field(default_factory=Instruments)
-    disturbance: FloatArray | None = None
-    runs: range = range(1)
-    seed: int = 0
-    clip: bool = False
-    tolerance: float = 1e-9
-    smooth: bool = True  # whether the law does not bend at the stamps
 
 
 def _run(
-    plan: _Plan,
+    moved: Plant,
+    t: FloatArray,
+    law: Law,
+    initial: tuple[ArrayLike, ArrayLike],
+    made: Recording,
+    runs: range,
+    seed: int,
+    tolerance: float,
+    *,
+    hold: bool = False,
+    smooth: bool = True,
     progress: Callable[[str], None] = lambda _: None,
     meter: Callable[[float], None] = lambda _: None,
 ) -> Simulation:
-    robot, t, shown = plan.plant.evaluator.model.robot, plan.t, plan.instruments
+    """Move a plant along stamps t (N,), and read the logs off.
+
+    Args:
+        moved: the robot.
+        t: (N,) s.
+        law: the torque that acts.
+        initial: q and qd (n,).
+        made: instruments, controller, disturbance and clipping.
+        runs: their numbers.
+        seed: of all noise.
+        tolerance: of an integration step.
+        hold: whether a torque is held until the next stamp.
+        smooth: whether the law does not bend at the stamps.
+        progress: is told what is being done.
+        meter: is told which part is done.
+    """
+    robot, shown = moved.evaluator.model.robot, made.instruments
     limits = robot.limits.torque if robot.limits else None
-    if plan.clip and limits is None:
+    if made.clip and limits is None:
         raise ParameterError(f"simulate: clip, and {robot.name} has no torque in [limits]")
-    if not 1e-13 <= plan.tolerance <= 1e-3:
-        raise ParameterError(f"simulate: tolerance {plan.tolerance:g}; accepted: 1e-13 to 1e-3")
-    if len(plan.runs) * len(t) * robot.n > _MOST:
+    if not 1e-13 <= tolerance <= 1e-3:
+        raise ParameterError(f"simulate: tolerance {tolerance:g}; accepted: 1e-13 to 1e-3")
+    if len(runs) * len(t) * robot.n > _MOST:
         raise ParameterError(
-            f"simulate: {len(plan.runs)} runs of {len(t)} samples and {robot.n} joints would fill "
+            f"simulate: {len(runs)} runs of {len(t)} samples and {robot.n} joints would fill "
             f"the memory; accepted: up to {_MOST // (len(t) * robot.n)} runs at a time"
         )
-    noise = shown.motion_noise(plan.runs, plan.seed, (len(t), robot.n))
-    pushed = plan.disturbance is not None and bool(plan.disturbance.any())
-    noisy = plan.acts == "on measurements" and any(e.size > 1 for e in noise)
+    start = [np.asarray(x, dtype=np.float64) for x in initial]
+    for name, value in zip(("q", "qd"), start, strict=True):
+        if value.shape != (robot.n,) or not np.isfinite(value).all():
+            raise ParameterError(
+                f"simulate: initial {name} has the shape {value.shape}, or is not finite; "
+                f"accepted: ({robot.n},)"
+            )
+    noise = shown.motion_noise(runs, seed, (len(t), robot.n))
+    top = np.array(limits or ())
+    measured, pushed = made.controller.feedback == "measured", made.unseen(robot.n)
     # Runs that differ in nothing but what is read off them are one motion.
-    moving = plan.runs if pushed or noisy else plan.runs[:1]
-    law = _clipped(plan.law, np.array(limits)) if plan.clip else plan.law
-    unseen = None
-    if pushed:
-        assert plan.disturbance is not None
-        unseen = unseen_torque(plan.disturbance, moving, plan.seed, len(t))
+    apart = pushed.any() or (measured and any(e.size > 1 for e in noise))
+    moving = runs if apart else runs[:1]
+
+    def torque(at: FloatArray, q: FloatArray, qd: FloatArray) -> FloatArray:
+        tau = law(at, q, qd)
+        return np.clip(tau, -top, top) if made.clip else tau
+
+    def held(k: int, q: FloatArray, qd: FloatArray) -> FloatArray:
+        now = slice(k, k + 1)
+        errors = (e if e.size == 1 else e[: len(q), now] for e in noise)
+        q, qd = shown.read(*shown.delayed(t, q, qd, now), *errors)
+        return torque(np.full(len(q), t[k]), q[:, 0], qd[:, 0])
+
     progress(f"moving {robot.name} over {t[-1] - t[0]:.6g} s")
     motion = integrate(
-        plan.plant,
-        law,
+        moved,
+        torque,
         t,
-        *_start(plan.initial, robot, len(moving)),
-        held=None if plan.acts == "always" else _held(plan, law, noise),
-        unseen=unseen,
-        smooth=plan.smooth,
-        tolerance=plan.tolerance,
+        *(np.repeat(x[None], len(moving), axis=0) for x in start),
+        held=held if hold or measured else None,
+        unseen=unseen_torque(pushed, moving, seed, len(t)) if pushed.any() else None,
+        smooth=smooth,
+        tolerance=tolerance,
         progress=lambda k: meter((k + 1) / (len(t) - 1)),
     )
-    notes = _torque_notes(motion, robot, limits, plan.clip)
     true = Simulation(
         robot.name,
         read_only(t),
         *(motion.q, motion.qd, motion.tau) * 2,
         robot.sigma,
         tuple(j.number for j in robot.movable),
-        notes,
+        _torque_notes(motion, robot, limits, made.clip),
         robot.drive,
     )
-    return true.seen_by(shown, plan.runs, plan.seed)
-
-
-def _held(
-    plan: _Plan, law: Law, noise: tuple[FloatArray, FloatArray]
-) -> Callable[[int, FloatArray, FloatArray], FloatArray]:
-    """Return the torque that acts from stamp k on, held until the next."""
-    shown, t = plan.instruments, plan.t
-
-    def torque(k: int, q: FloatArray, qd: FloatArray) -> FloatArray:
-        now = slice(k, k + 1)
-        if plan.acts == "on measurements":
-            q, qd = shown.delayed(t, q, qd, now)
-            errors = (e if e.size == 1 else e[: len(q), now] for e in noise)
-            q, qd = shown.read(q, qd, *errors)
-        else:
-            q, qd = q[:, now], qd[:, now]
-        return law(np.full(len(q), t[k]), q[:, 0], qd[:, 0])
-
-    return torque
-
-
-def _clipped(law: Law, limits: FloatArray) -> Law:
-    def clipped(t: FloatArray, q: FloatArray, qd: FloatArray) -> FloatArray:
-        return np.clip(law(t, q, qd), -limits, limits)
-
-    return clipped
+    return true.seen_by(shown, runs, seed)
 
 
 def _torque_notes(
@@ -479,19 +453,6 @@ def _torque_notes(
     return tuple(notes)
 
 
-def _start(initial: tuple[ArrayLike, ArrayLike], robot: Robot, runs: int) -> list[FloatArray]:
-    out = []
-    for name, given in zip(("q", "qd"), initial, strict=True):
-        value = np.asarray(given, dtype=np.float64)
-        if value.shape != (robot.n,) or not np.isfinite(value).all():
-            raise ParameterError(
-                f"simulate: initial {name} has the shape {value.shape}, or is not finite; "
-                f"accepted: ({robot.n},)"
-            )
-        out.append(np.repeat(value[None], runs, axis=0))
-    return out
-
-
 def _stamps(t: FloatArray, rate: float) -> FloatArray:
     count = math.floor((t[-1] - t[0]) * rate * (1 + 1e-12)) + 1
     if count < 2:
@@ -505,20 +466,16 @@ def _loaded(
     robot: Robot | str | Path | Evaluator, parameters: Parameters, progress: Callable[[str], None]
 ) -> tuple[Evaluator, FloatArray]:
     """Return the evaluator with the kernels that are needed, and X (p,)."""
-    if isinstance(robot, Evaluator):
-        model: Model = robot.model
-        ready = all(robot.has(name) for name in KERNELS if name != "friction_torque")
-        evaluator = robot if ready else None
-        source = model.robot
-    else:
-        evaluator = None
-        source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
+    source = robot.model.robot if isinstance(robot, Evaluator) else robot
+    source = source if isinstance(source, Robot) else read_robot(source)
     require_gravity(source, "a simulation")
-    if evaluator is None:
-        progress("deriving and compiling the model")
-        model = derive(source, KERNELS)
+    needed = [name for name in KERNELS if name != "friction_torque"]
+    if isinstance(robot, Evaluator) and all(map(robot.has, needed)):
+        return robot, values_of(parameters, robot.model)
+    progress("deriving and compiling the model")
+    model = derive(source, KERNELS)
     X = values_of(parameters, model)
-    return evaluator or load(model), X
+    return load(model), X
 
 
 def values_of(parameters: Parameters, model: Model) -> FloatArray:

@@ -21,6 +21,7 @@ from symgen.codegen.casadi_model import Dynamics, dynamics
 from symgen.estimation.batch import solve
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.experiment import paper
+from symgen.experiment.reference import paper_motion
 
 FIGURES = Path(__file__).parent / "bias_figures.json"
 RUNS = 10_000
@@ -148,6 +149,6 @@ def test_mirrored_runs_cancel_what_is_odd_in_the_noise() -> None:
 def test_a_run_of_the_model_free_of_noise_is_the_reference() -> None:
     _, robot = _model()
     q, qd = bias_study.free_run(robot, paper.X_TRUE[None], paper.exact_run(robot).tau[0])
-    expected = paper.reference(paper.times())
+    expected = paper_motion(paper.times())
     np.testing.assert_allclose(q[0], expected[0], atol=2e-4)
     np.testing.assert_allclose(qd[0], expected[1], atol=2e-4)
