@@ -47,7 +47,7 @@ from symgen.experiment.excitation import (
     Search as Search,
     excite as excite,
 )
-from symgen.experiment.instruments import Instruments as Instruments
+from symgen.experiment.recording import Instruments as Instruments
 from symgen.experiment.recording import Recording as Recording
 from symgen.experiment.reference import (
     Reference as Reference,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import symgen
-from symgen.experiment import paper
 from symgen.experiment.bounds import Bounds, space
+from symgen.experiment.reference import SAMPLES, STEP, paper_motion
 from symgen.experiment.trajectory import KINDS, SMOOTH, basis
 
 T = 3.7
@@ -31,10 +31,10 @@ def test_a_fourier_series_is_the_sum_that_it_claims_to_be() -> None:
 
 
 def test_one_stroke_is_the_papers_first_generator() -> None:
-    seconds = paper.SAMPLES * paper.STEP
+    seconds = SAMPLES * STEP
     at = np.linspace(0, seconds, 50)
     run = basis("cubic", seconds, 1)
-    for order, motion in enumerate(paper.reference(at)):
+    for order, motion in enumerate(paper_motion(at)):
         found = run.matrix(at, order) @ np.array([0.0, seconds / 1.5])
         np.testing.assert_allclose(found, motion[:, 0], atol=1e-12)
 
@@ -43,7 +43,7 @@ def test_a_cosine_is_the_papers_second_generator() -> None:
     # w = 2 rad/s fits twice into 2 pi s.
     at = np.linspace(0, 2 * np.pi, 50)
     run = basis("cosine", 2 * np.pi, 2)
-    for order, motion in enumerate(paper.reference(at)):
+    for order, motion in enumerate(paper_motion(at)):
         found = run.matrix(at, order) @ np.array([0.0, 0.0, 1.0])
         np.testing.assert_allclose(found, motion[:, 1], atol=1e-12)
 

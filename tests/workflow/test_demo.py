@@ -15,6 +15,7 @@ import symgen
 from symgen.codegen.casadi_model import dynamics
 from symgen.codegen.model import derive
 from symgen.experiment import paper
+from symgen.experiment.reference import SAMPLES, STEP, paper_motion
 from symgen.report.content.demo import closed_form
 
 MODEL = derive(symgen.read_robot("planar2r"))
@@ -75,8 +76,8 @@ def test_dynamics_from_the_energy_equal_lagrange_by_hand() -> None:
 
 
 def test_the_motion_has_the_peak_speeds_of_the_paper_and_its_derivatives() -> None:
-    t = np.linspace(0, paper.SAMPLES * paper.STEP, 2001)
-    q, qd, qdd = paper.reference(t)
+    t = np.linspace(0, SAMPLES * STEP, 2001)
+    q, qd, qdd = paper_motion(t)
     np.testing.assert_allclose(np.abs(qd).max(axis=0), [1.0, 2.0], rtol=1e-5)
     np.testing.assert_allclose(np.gradient(q, t, axis=0)[2:-2], qd[2:-2], atol=1e-4)
     np.testing.assert_allclose(np.gradient(qd, t, axis=0)[2:-2], qdd[2:-2], atol=1e-4)
@@ -88,17 +89,17 @@ def test_setup_b_integrates_the_equations_of_motion() -> None:
     true, noise = paper.WRONG, paper.TORQUE_NOISE
     paper.WRONG, paper.TORQUE_NOISE = 1.0, 0.0
     try:
-        runs = paper.setup_b(dynamics(MODEL), 2, 0)
+        runs = paper.setup_b(dynamics(MODEL), 2, np.random.default_rng(0))
     finally:
         paper.WRONG, paper.TORQUE_NOISE = true, noise
-    q, _, _ = paper.reference(runs.t)
+    q, _, _ = paper_motion(runs.t)
     assert np.abs(runs.q - q).max() < 2 * np.pi / 14_400
 
 
 def test_errors_fall_where_the_paper_has_them() -> None:
     # The paper gives one run; its errors lie inside the distribution of seeded runs.
     evaluator = symgen.load(MODEL)
-    runs = paper.setup_a(dynamics(MODEL), 400, 5)
+    runs = paper.setup_a(dynamics(MODEL), 400, np.random.default_rng(5))
     errors = []
     for k in range(400):
         identifier = symgen.Identifier(evaluator, mode="start")
