@@ -369,7 +369,7 @@ class _Writer:
             "operations": ", ".join(f"{v} {key}" for key, v in counts.items() if v)
             or "0 operations",
             "body": function.body,
-            "parts": in_parts(function.body, names, self.dtype),
+            "parts": in_parts(function.body, names),
             "dtype": self.dtype,
             "names": ", ".join(names),
             "needs_math": function.needs_math,
