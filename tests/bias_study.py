@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 import symgen
-from symgen.codegen.casadi_model import Dynamics
 from symgen.estimation.integrals import cumulative_integral
 from symgen.experiment import paper
+from symgen.experiment.paper import Dynamics
 
 SEED = 1988
 PILOTS = 20  # runs of another seed, whose joint least-squares estimate drives the simulation

@@ -10,12 +10,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.codegen.casadi_model import Dynamics
+from symgen.codegen.casadi_model import casadi_function
+from symgen.codegen.model import derive
 from symgen.data.spline import interpolated
+from symgen.robot.types import Robot
 
 FloatArray = NDArray[np.float64]
 
@@ -58,6 +61,25 @@ def reference(t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 def times() -> FloatArray:
     """Return the sampling times: 0 and the paper's 100 samples, s."""
     return np.arange(SAMPLES + 1) * np.float64(STEP)
+
+
+@dataclass(frozen=True, eq=False)
+class Dynamics:
+    """Torques and accelerations of a robot.
+
+    Attributes:
+        inverse: casadi.Function (q, qd, qdd, X) -> tau, each a column.
+        forward: casadi.Function (q, qd, tau, X) -> qdd.
+    """
+
+    inverse: Any
+    forward: Any
+
+
+def dynamics(robot: Robot) -> Dynamics:
+    """Derive the dynamics of a robot."""
+    model = derive(robot, ("inverse_dynamics", "forward_dynamics"))
+    return Dynamics(*(casadi_function(model, kernel) for kernel in model.kernels))
 
 
 def exact_run(dynamics: Dynamics) -> Runs:

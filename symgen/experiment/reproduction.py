@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.codegen.casadi_model import dynamics
 from symgen.codegen.model import Model, derive
 from symgen.data.log import make_log
 from symgen.data.signals import sampled
@@ -120,7 +119,7 @@ def reproduce(runs: int, say: Callable[[str], None]) -> Reproduction:
     """
     model = derive(read_robot("planar2r"))
     say("compiling the model")
-    evaluator, simulated = load(model, backend="c"), dynamics(model)
+    evaluator, simulated = load(model, backend="c"), paper.dynamics(model.robot)
     setups = []
     for letter, words, simulate in (
         ("a", "the robot follows the reference, the measurements are noisy", paper.setup_a),
