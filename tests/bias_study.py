@@ -15,9 +15,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 import symgen
-from symgen.codegen.casadi_model import Dynamics
 from symgen.estimation.integrals import cumulative_integral
 from symgen.experiment import paper
+from symgen.experiment.paper import Dynamics
 from symgen.experiment.reference import STEP, paper_motion
 
 SEED = 1988

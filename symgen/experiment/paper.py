@@ -15,18 +15,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.codegen.casadi_model import Dynamics, dynamics
+from symgen.codegen.casadi_model import casadi_function
 from symgen.codegen.model import Model, derive
 from symgen.data.log import make_log
 from symgen.data.signals import sampled
 from symgen.errors import IdentificationError
 from symgen.estimation.estimators import solve
 from symgen.estimation.filtered import unfiltered
+from symgen.estimation.integrals import cumulative_integral
+from symgen.estimation.solve import SINGULAR
 from symgen.estimation.system import LinearSystem, energy_equations
 from symgen.experiment.reference import SAMPLES, STEP, as_csv, paper_motion
-from symgen.identification.online.identifier import Identifier
 from symgen.identification.workflow import identify
 from symgen.robot.toml_io import read_robot
+from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 
 FloatArray = NDArray[np.float64]
@@ -55,6 +57,25 @@ class Runs:
 def times() -> FloatArray:
     """Return the sampling times: 0 and the paper's 100 samples, s."""
     return np.arange(SAMPLES + 1) * np.float64(STEP)
+
+
+@dataclass(frozen=True, eq=False)
+class Dynamics:
+    """Torques and accelerations of a robot.
+
+    Attributes:
+        inverse: casadi.Function (q, qd, qdd, X) -> tau, each a column.
+        forward: casadi.Function (q, qd, tau, X) -> qdd.
+    """
+
+    inverse: Any
+    forward: Any
+
+
+def dynamics(robot: Robot) -> Dynamics:
+    """Derive the dynamics of a robot."""
+    model = derive(robot, ("inverse_dynamics", "forward_dynamics"))
+    return Dynamics(*(casadi_function(model, kernel) for kernel in model.kernels))
 
 
 def exact_run(dynamics: Dynamics) -> Runs:
@@ -165,7 +186,7 @@ def _torque(
 MARKER, PAGE = "demo.json", "demo.html"
 _SEED = 1988
 # Runs whose way to the result is followed, sample by sample.
-_FOLLOWED = {"c": 200, "casadi": 50}
+_FOLLOWED = 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,7 +269,7 @@ def reproduce(runs: int, say: Callable[[str], None]) -> Reproduction:
     """
     model = derive(read_robot("planar2r"))
     say("compiling the model")
-    evaluator, simulated = load(model), dynamics(model)
+    evaluator, simulated = load(model), dynamics(model.robot)
     setups = []
     for stream, letter, words, simulate in (
         (1, "a", "the robot follows the reference, the measurements are noisy", setup_a),
@@ -262,10 +283,9 @@ def reproduce(runs: int, say: Callable[[str], None]) -> Reproduction:
     ):
         say(f"({letter}) {runs} seeded runs of this set-up")
         measured = simulate(simulated, runs, np.random.default_rng([_SEED, stream]))
-        followed = min(runs, _FOLLOWED[evaluator.backend])
-        history = np.array([_recursive(evaluator, measured, k) for k in range(followed)])
-        final = [*history[:, -1], *(_last(evaluator, measured, k) for k in range(followed, runs))]
-        setups.append(Setup(letter, words, measured, history, np.array(final)))
+        rows = _rows(evaluator, measured)
+        final = _solved(np.linalg.qr(rows, mode="r"))
+        setups.append(Setup(letter, words, measured, _recursive(rows[:_FOLLOWED]), final))
     still, shaken = (proportional_run(simulated, noise) for noise in (None, 1))
     return Reproduction(
         model,
@@ -277,25 +297,37 @@ def reproduce(runs: int, say: Callable[[str], None]) -> Reproduction:
     )
 
 
-def _recursive(evaluator: Evaluator, runs: Runs, k: int) -> FloatArray:
-    """Return the estimate after each sample of run k, (N, 4); NaN while it is undetermined."""
-    identifier = Identifier(evaluator, mode="start")
-    out = np.full((len(runs.t), len(X_TRUE)), np.nan)
-    for i, t in enumerate(runs.t):
-        identifier.step(runs.q[k, i], runs.qd[k, i], runs.tau[k, i], float(t))
-        if i >= 5:
-            try:
-                out[i] = identifier.read()[0]
-            except IdentificationError:
-                continue
+def _rows(evaluator: Evaluator, runs: Runs) -> FloatArray:
+    """Return [W y] of the energy equations of every run, (runs, N, 5).
+
+    All windows begin with the first sample, as in the paper: each new sample adds an equation.
+    """
+    both = [evaluator.energy_regressor(q, qd) for q, qd in zip(runs.q, runs.qd, strict=True)]
+    h, power = np.stack(both), np.sum(runs.qd * runs.tau, axis=2)
+    y = cumulative_integral(power.T, STEP).T
+    return np.concatenate([h - h[:, :1], y[:, :, None]], axis=2)
+
+
+def _solved(factors: FloatArray) -> FloatArray:
+    """Return the least-squares estimates (runs, 4) of triangles of [W y]; NaN where singular."""
+    p = len(X_TRUE)
+    R, out = factors[:, :p, :p], np.full((len(factors), p), np.nan)
+    norms = np.linalg.norm(R, axis=1, keepdims=True)
+    sizes = np.linalg.svd(R / np.where(norms > 0, norms, 1.0), compute_uv=False)
+    known = sizes[:, -1] > SINGULAR * sizes[:, 0]
+    out[known] = np.linalg.solve(R[known], factors[known, :p, p:])[:, :, 0]
     return out
 
 
-def _last(evaluator: Evaluator, runs: Runs, k: int) -> FloatArray:
-    """Return the recursive estimate after all samples of run k, (4,)."""
-    identifier = Identifier(evaluator, mode="start")
-    identifier.run(runs.t, runs.q[k], runs.qd[k], runs.tau[k])
-    return identifier.read()[0]
+def _recursive(rows: FloatArray) -> FloatArray:
+    """Return the estimate after each sample of every run, (runs, N, 4), one equation at a time."""
+    out = np.full((*rows.shape[:2], len(X_TRUE)), np.nan)
+    factors = rows[:, :0]
+    for i in range(1, rows.shape[1]):
+        factors = np.linalg.qr(np.concatenate([factors, rows[:, i : i + 1]], axis=1), mode="r")
+        if i > len(X_TRUE):
+            out[:, i] = _solved(factors)
+    return out
 
 
 def _returned(evaluator: Evaluator, exact: Runs) -> tuple[float, float]:
@@ -303,7 +335,7 @@ def _returned(evaluator: Evaluator, exact: Runs) -> tuple[float, float]:
     log = make_log("exact", exact.t, exact.q[0], exact.tau[0], exact.qd[0])
     equations = energy_equations(evaluator, unfiltered(sampled(log)), 10 * STEP)
     spline = solve(LinearSystem(evaluator.model.base.names, (equations,))).X
-    online = _recursive(evaluator, exact, 0)[-1]
+    online = _recursive(_rows(evaluator, exact))[0, -1]
     return _worst(spline), _worst(online)
 
 

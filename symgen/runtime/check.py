@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 
 from symgen.codegen.casadi_model import casadi_function
-from symgen.codegen.manifest import SCHEMA
 from symgen.codegen.model import Model, derive
-from symgen.codegen.package import SourceTree, generate
+from symgen.codegen.package import SCHEMA, SourceTree, generate
 from symgen.codegen.verification import TOLERANCE
 from symgen.errors import PackageError, ParameterError
 from symgen.robot.toml_io import read_robot

@@ -22,7 +22,7 @@ import numpy as np
 import pytest
 from oracles.on_line import DELAY, equations, folded, share
 
-from symgen.codegen.c_runtime import runtime_source
+from symgen.codegen.package import runtime_source
 
 RUNTIME = Path(__file__).parents[2] / "templates" / "c" / "runtime"
 FILES = ("least_squares.h", "least_squares.c", "identifier.h", "identifier.c")

@@ -17,10 +17,10 @@ import numpy as np
 import pytest
 
 import symgen
-from symgen.codegen.casadi_model import Dynamics, dynamics
 from symgen.estimation.estimators import solve
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.experiment import paper
+from symgen.experiment.paper import Dynamics, dynamics
 from symgen.experiment.reference import paper_motion
 
 FIGURES = Path(__file__).parent / "bias_figures.json"
@@ -33,7 +33,7 @@ COUNTS, REMAINS = 4.0, 0.15
 @cache
 def _model() -> tuple[symgen.Evaluator, Dynamics]:
     model = symgen.derive(symgen.read_robot("planar2r"))
-    return symgen.load(model), dynamics(model)
+    return symgen.load(model), dynamics(model.robot)
 
 
 def _cases() -> list[dict[str, Any]]:

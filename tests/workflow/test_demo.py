@@ -12,7 +12,6 @@ import numpy as np
 from oracles import planar2r
 
 import symgen
-from symgen.codegen.casadi_model import dynamics
 from symgen.codegen.model import derive
 from symgen.experiment import paper
 from symgen.experiment.reference import SAMPLES, STEP, paper_motion
@@ -65,9 +64,9 @@ def test_closed_form_is_that_of_the_paper() -> None:
     np.testing.assert_allclose(np.stack(columns, -1), planar2r.energy_regressor(q, qd, 0.5))
 
 
-def test_dynamics_from_the_energy_equal_lagrange_by_hand() -> None:
+def test_the_dynamics_equal_lagrange_by_hand() -> None:
     draw = np.random.default_rng(4)
-    inverse, forward = dynamics(MODEL).inverse, dynamics(MODEL).forward
+    inverse, forward = paper.dynamics(MODEL.robot).inverse, paper.dynamics(MODEL.robot).forward
     for _ in range(10):
         q, qd, qdd = draw.uniform(-2, 2, (3, 2))
         tau = planar2r.inverse_dynamics(q, qd, qdd, paper.X_TRUE, 0.5)
@@ -89,7 +88,7 @@ def test_setup_b_integrates_the_equations_of_motion() -> None:
     true, noise = paper.WRONG, paper.TORQUE_NOISE
     paper.WRONG, paper.TORQUE_NOISE = 1.0, 0.0
     try:
-        runs = paper.setup_b(dynamics(MODEL), 2, np.random.default_rng(0))
+        runs = paper.setup_b(paper.dynamics(MODEL.robot), 2, np.random.default_rng(0))
     finally:
         paper.WRONG, paper.TORQUE_NOISE = true, noise
     q, _, _ = paper_motion(runs.t)
@@ -99,7 +98,7 @@ def test_setup_b_integrates_the_equations_of_motion() -> None:
 def test_errors_fall_where_the_paper_has_them() -> None:
     # The paper gives one run; its errors lie inside the distribution of seeded runs.
     evaluator = symgen.load(MODEL)
-    runs = paper.setup_a(dynamics(MODEL), 400, np.random.default_rng(5))
+    runs = paper.setup_a(paper.dynamics(MODEL.robot), 400, np.random.default_rng(5))
     errors = []
     for k in range(400):
         identifier = symgen.Identifier(evaluator, mode="start")

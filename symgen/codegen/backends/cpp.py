@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any
 
 from symgen.codegen.kernels import Argument, Kernel
-from symgen.codegen.manifest import base_table
 from symgen.codegen.model import Model
 from symgen.files import rendered
 
@@ -21,7 +20,7 @@ def header(name: str, model: Model, kernels: Sequence[Kernel]) -> str:
             or one where it changes its argument in place.
     """
     described = [_described(kernel) for kernel in kernels]
-    return rendered("cpp/model.hpp", name=name, base=base_table(model), kernels=described)
+    return rendered("cpp/model.hpp", name=name, base=model.base.parameters, kernels=described)
 
 
 def _described(kernel: Kernel) -> dict[str, Any]:
