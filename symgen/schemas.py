@@ -91,10 +91,11 @@ def as_json(value: Any) -> Any:
     """Return a value as JSON has it: dataclasses and named tuples by their fields.
 
     A number that JSON has no word for is null. A field of the metadata {"absent": True} has no key
-    where it is None: older files do not have it.
+    where it is None: older files do not have it. One of {"file": False} never has a key.
     """
     if is_dataclass(value):
-        held = {f: getattr(value, f.name) for f in fields(value)}
+        kept = (f for f in fields(value) if f.metadata.get("file", True))
+        held = {f: getattr(value, f.name) for f in kept}
         return {
             f.name: as_json(v)
             for f, v in held.items()

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.diagnosis.mended import MendedChannel
-from symgen.estimation.repairs import Repair
+from symgen.faults.fault import Fault
 from symgen.files import html_table
 from symgen.robot.types import Robot
 from symgen.schemas import OrNan
@@ -183,7 +183,7 @@ class Diagnosis:
     parameters: tuple[FoundParameter, ...] = field(default_factory=tuple)
     declared: Robot | None = None
     values: tuple[float, ...] = ()
-    repairs: tuple[Repair, ...] = ()
+    repairs: tuple[Fault, ...] = ()
     mended: tuple[MendedChannel, ...] = ()
 
     def __repr__(self) -> str:

@@ -18,7 +18,7 @@ from symgen.diagnosis.diagnosis import (
     work,
 )
 from symgen.errors import ParameterError
-from symgen.estimation.repairs import Repair
+from symgen.faults.fault import Fault
 from symgen.robot.toml_io import read_robot
 from symgen.schemas import OrNan, from_json, read_json, result_file, to_json
 
@@ -73,7 +73,7 @@ class _File:
     advice: tuple[str, ...]
     notes: tuple[str, ...]
     parameters: tuple[FoundParameter, ...]
-    repairs: tuple[Repair, ...] = ()
+    repairs: tuple[Fault, ...] = ()
     # what stands beside it: the motion under the measured torques, and the files of the folder
     replay: dict[str, Any] | None = field(default=None, metadata={"absent": True})
     digests: dict[str, str] | None = field(default=None, metadata={"absent": True})

@@ -20,13 +20,13 @@ from symgen.data.signals import Samples
 from symgen.errors import IdentificationError
 from symgen.estimation.band import Band
 from symgen.estimation.filtered import filtered
-from symgen.estimation.logs import in_one_band, open_logs
 from symgen.estimation.recipe import Recipe
 from symgen.estimation.system import LinearSystem
 from symgen.experiment.recording import Recording
 from symgen.experiment.reference import Reference
 from symgen.experiment.simulate import simulate
 from symgen.experiment.simulation import Simulation
+from symgen.faults.logs import in_one_band, open_logs
 from symgen.identification.case import checked_run
 from symgen.identification.instruments import instrumented
 from symgen.identification.judging import Run

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from symgen.errors import SymgenError
 from symgen.estimation.band import Band
-from symgen.estimation.repairs import Repair
 from symgen.estimation.values import (
     Balance,
     Contrast,
@@ -20,6 +19,7 @@ from symgen.estimation.values import (
     Trace,
     Whiteness,
 )
+from symgen.faults.fault import Fault
 from symgen.files import html_table
 
 if TYPE_CHECKING:
@@ -174,7 +174,7 @@ class Estimate:
     balances: tuple[Balance, ...] = ()
     whiteness: tuple[Whiteness, ...] = ()
     band: Band | None = None
-    repairs: tuple[Repair, ...] = ()
+    repairs: tuple[Fault, ...] = ()
     alternatives: tuple[Alternative, ...] = ()
     uses: tuple[Use, ...] = ()
     headline: str = ""

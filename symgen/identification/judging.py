@@ -18,8 +18,8 @@ from symgen.estimation.logs import digest
 from symgen.estimation.masking import seldom_moving
 from symgen.estimation.recipe import Recipe
 from symgen.estimation.regression import Solution
-from symgen.estimation.repairs import LEFT, Repair
 from symgen.estimation.values import Contrast, Residual
+from symgen.faults.fault import Fault
 from symgen.identification.alternatives import disagreement
 from symgen.identification.estimate import (
     LOG_DIGEST,
@@ -50,7 +50,7 @@ class Run:
     band: Band
     train: tuple[FilteredLog, ...]
     held: tuple[FilteredLog, ...]
-    repairs: tuple[Repair, ...]
+    repairs: tuple[Fault, ...]
     given: bool
 
     @property
@@ -139,7 +139,7 @@ def judged(
                 *((turned,) if turned else ()),
             ),
             (
-                *(f"{r.log}: {r.channel} {r.fault}" for r in run.repairs if r.done == LEFT),
+                *(f"{r.log}: {r.channel} {r.fault}" for r in run.repairs if r.kind == "coarse"),
                 *seldom_moving(run.train),
             ),
         ),

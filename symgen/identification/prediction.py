@@ -20,11 +20,11 @@ from symgen.estimation.band import Band, comparison_band
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.filtered import filtered
 from symgen.estimation.fit import fit
-from symgen.estimation.logs import open_samples
 from symgen.estimation.recipe import JUDGING
-from symgen.estimation.repairs import Repair
-from symgen.estimation.speeds import mended_speeds
 from symgen.estimation.values import Residual, Trace
+from symgen.faults.fault import Fault
+from symgen.faults.logs import open_samples
+from symgen.faults.samples import mended_speeds
 from symgen.identification.parameters import read_given
 from symgen.identification.reading import Joint
 from symgen.robot.toml_io import read_robot
@@ -48,7 +48,7 @@ class _File:
     log: str
     torque_error: Residual
     band: Band | None = None
-    repairs: tuple[Repair, ...] = ()
+    repairs: tuple[Fault, ...] = ()
     notes: tuple[str, ...]
 
 
@@ -82,7 +82,7 @@ class Prediction:
     band: Band
     notes: tuple[str, ...]
     joints: tuple[tuple[int, str], ...] = ()
-    repairs: tuple[Repair, ...] = ()
+    repairs: tuple[Fault, ...] = ()
 
     def __repr__(self) -> str:
         """Return robot, log and error."""

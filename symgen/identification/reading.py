@@ -15,8 +15,8 @@ import numpy as np
 
 from symgen.errors import ParameterError
 from symgen.estimation.band import Band
-from symgen.estimation.repairs import Repair
 from symgen.estimation.values import Contrast, Endogeneity, Residual, Whiteness
+from symgen.faults.fault import Fault
 from symgen.identification.curves import FILE, read_curves
 from symgen.identification.estimate import (
     READ,
@@ -121,7 +121,7 @@ class _File:
     uses: dict[str, _Use] = field(default_factory=dict)
     band: Band | None = None
     models: tuple[_Model, ...] = ()
-    repairs: tuple[Repair, ...] = ()
+    repairs: tuple[Fault, ...] = ()
     physical: Consistency = UNCHECKED
     std_excludes: str = ""
     endogeneity: tuple[_Test, ...] = ()
