@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from symgen.diagnosis.mended import MendedChannel
 from symgen.errors import ParameterError
-from symgen.estimation.repairs import Repair
+from symgen.faults.fault import Fault
 from symgen.files import html_table
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -196,7 +196,7 @@ class Diagnosis:
     advice: tuple[str, ...]
     notes: tuple[str, ...]
     parameters: tuple[FoundParameter, ...] = ()
-    repairs: tuple[Repair, ...] = ()
+    repairs: tuple[Fault, ...] = ()
     replay: dict[str, Any] | None = None
     digests: Annotated[dict[str, str] | None, OPTIONAL] = None
     extended: Annotated[Robot, BESIDE]

@@ -31,9 +31,9 @@ from symgen.diagnosis.torque_sanity import (
     torque_faults,
     torque_jumps,
 )
-from symgen.estimation.channel_faults import channel_faults
-from symgen.estimation.channels import Fault as ChannelFault
-from symgen.estimation.repairs import Repair
+from symgen.faults.fault import Fault as ChannelFault
+from symgen.faults.fault import undone
+from symgen.faults.model import channel_faults
 from symgen.names import PRISMATIC, REVOLUTE, unit
 from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
@@ -109,12 +109,12 @@ def _channels(
             number = robot.movable[f.joints[0]].number
             name = GAIN
             parameters = (FoundParameter(f"G{number}", f.value - 1, math.nan, ""),)
-        out.append(Fault(name, f.joints, f.channel, parameters, f.says, partial(_undone, f)))
+        out.append(Fault(name, f.joints, f.channel, parameters, f.fault, partial(_undone, f)))
     return tuple(out)
 
 
 def _undone(fault: ChannelFault, s: Scene) -> Scene:
-    return replace(s, log=fault.undone(s.log))
+    return replace(s, log=undone(s.log, [fault])[0])
 
 
 def _pooled(faults: Iterable[Fault]) -> tuple[Fault, ...]:
@@ -184,7 +184,7 @@ def closed(before: Gap, after: Gap) -> float:
 
 
 def mended(
-    repairs: Sequence[Repair], robot: Robot, raw: Gap, now: Gap, least: float
+    repairs: Sequence[ChannelFault], robot: Robot, raw: Gap, now: Gap, least: float
 ) -> list[FoundEffect]:
     """Name what was mended or masked in the logs, where that closes a part of the gap.
 
@@ -197,7 +197,7 @@ def mended(
     share = closed(raw, now)
     if share < least:
         return []
-    groups: dict[str, list[Repair]] = {}
+    groups: dict[str, list[ChannelFault]] = {}
     common = any(r.channel == "qd" and r.values for r in repairs)
     for r in repairs:
         if common and r.channel.startswith("qd") and r.channel != "qd" and r.values:
@@ -225,7 +225,7 @@ def mended(
 
 
 def _values(
-    same: Sequence[Repair], robot: Robot, j: int | None, number: int | str
+    same: Sequence[ChannelFault], robot: Robot, j: int | None, number: int | str
 ) -> Iterator[FoundParameter]:
     """Return the mean over the logs of what was measured."""
     sigma = REVOLUTE if j is None else robot.movable[j].sigma

@@ -12,7 +12,7 @@ from symgen import names
 from symgen.data.log import Log
 from symgen.data.signals import Samples
 from symgen.diagnosis.evidence import Scene
-from symgen.estimation.repairs import LEFT, Repair
+from symgen.faults.fault import Fault
 
 FloatArray = NDArray[np.float64]
 #: Pictures at most; samples of one; of what is repaired, the part that counts as the place.
@@ -48,7 +48,7 @@ class MendedChannel:
 
 
 def mended_channels(
-    logs: Iterable[tuple[Log, Samples]], repairs: Sequence[Repair], sigma: Sequence[int]
+    logs: Iterable[tuple[Log, Samples]], repairs: Sequence[Fault], sigma: Sequence[int]
 ) -> tuple[MendedChannel, ...]:
     """Return the channels that were repaired before the search.
 
@@ -60,7 +60,7 @@ def mended_channels(
     out = []
     for log, samples in logs:
         for repair in repairs:
-            if repair.log == log.name and repair.done != LEFT:
+            if repair.log == log.name and repair.kind != "coarse":
                 out += list(_of_repair(log, samples, repair, sigma))
     return tuple(out)
 
@@ -90,7 +90,7 @@ def largest(channels: Sequence[MendedChannel]) -> tuple[MendedChannel, ...]:
 
 
 def _of_repair(
-    log: Log, samples: Samples, repair: Repair, sigma: Sequence[int]
+    log: Log, samples: Samples, repair: Fault, sigma: Sequence[int]
 ) -> Iterator[MendedChannel]:
     key = repair.channel.rstrip("0123456789")
     digits = repair.channel[len(key) :]

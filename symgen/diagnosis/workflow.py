@@ -43,16 +43,15 @@ from symgen.estimation.filtered import filtered
 from symgen.estimation.logs import (
     HELD_OUT,
     Source,
-    in_one_band,
     listed_logs,
     open_log,
-    open_logs,
-    open_samples,
     require_logs,
     require_other_data,
 )
 from symgen.estimation.masking import rests_in_words
-from symgen.estimation.repairs import Repair
+from symgen.faults.fault import MASKED
+from symgen.faults.fault import Fault as ChannelFault
+from symgen.faults.logs import in_one_band, open_logs, open_samples
 from symgen.identification.parameters import read_given
 from symgen.robot.effect import definitions
 from symgen.robot.toml_io import read_robot
@@ -195,7 +194,7 @@ class _Look:
 
     train: list[Samples]
     held: list[Samples]
-    repairs: tuple[Repair, ...]
+    repairs: tuple[ChannelFault, ...]
     unmended: _Look | None = None
 
 
@@ -213,7 +212,7 @@ def _look(
     require_other_data(train, held)
     raw = None
     plain = [train, held]
-    if any(r.done.startswith(("masked", "replaced by dq")) for r in done):
+    if any(r.kind in MASKED for r in done):
         plain = [
             [open_samples(s, robot, reading, mask_faults=False)[0] for s in group]
             for group in sources

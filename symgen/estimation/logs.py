@@ -1,9 +1,9 @@
-"""Logs of a run: opened, repaired, put on uniform steps, and told apart."""
+"""Logs of a run: opened, mapped to the joint side, and told apart."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,14 +12,8 @@ from symgen.data.columns import another_number
 from symgen.data.drive import joint_side
 from symgen.data.log import Log, cut, read_log
 from symgen.data.raw import Reading, refuse
-from symgen.data.signals import Samples, sampled
+from symgen.data.signals import Samples
 from symgen.errors import LogError
-from symgen.estimation.band import LOWEST, comparison_band
-from symgen.estimation.beside_model import without_beside
-from symgen.estimation.log_checks import masked_faults
-from symgen.estimation.masking import masked
-from symgen.estimation.repairs import Repair, repaired
-from symgen.estimation.speeds import mended_speeds
 from symgen.robot.types import Robot
 
 _TORQUES = (1e-9, 1e9)  # N m or N
@@ -88,84 +82,6 @@ def _require_within(log: Log, robot: Robot) -> None:
             )
             drive = "a log that [drive] maps into [limits]; see position_side"
             refuse(log.name, what, drive if log.mapped else "rad or m, within [limits]")
-
-
-def _require_rate(log: Log) -> None:
-    """Refuse stamps between which a robot moves unseen: in milliseconds, say."""
-    step = float(np.median(np.diff(log.t)))
-    if step > 0.5 / LOWEST:
-        raise LogError(
-            f"{log.name}: a sample every {step:.4g} s; accepted: t in seconds, at "
-            f"{2 * LOWEST:g} Hz and more (where t is in milliseconds, divide it by 1000)"
-        )
-
-
-def open_samples(
-    source: Source,
-    robot: Robot,
-    reading: Reading | None = None,
-    *,
-    mask_faults: bool = True,
-    clock: tuple[float, float] | None = None,
-) -> tuple[Samples, tuple[Repair, ...]]:
-    """Open a log, mend what shows sample by sample, give it uniform steps, a speed, and a mask.
-
-    Args:
-        source: a path, or a log as it was recorded.
-        robot: the log's robot, with its drive and its limits of torque.
-        reading: how the log is read, and what is masked.
-        mask_faults: whether torques that are cut off and channels that are stuck are masked.
-        clock: of the log that this one is a chunk of, see `sampled`.
-
-    Raises:
-        LogError: `open_log` or `sampled` refuse the log, its rate is below 4 Hz, a joint has next
-            to nothing left, or a column is missing that an effect of the robot reads.
-    """
-    reading = reading or Reading()
-    log, repairs = repaired(open_log(source, robot, reading), robot.sigma)
-    _require_rate(log)
-    samples = sampled(log, clock)
-    samples, masked_too = masked_faults(log, samples) if mask_faults else (samples, ())
-    if reading.mask:
-        samples = masked(samples, log, robot, reading.mask)
-    return without_beside(samples, robot), (*repairs, *masked_too)
-
-
-def open_logs(
-    groups: Sequence[Sequence[Source]],
-    robot: Robot,
-    reading: Reading | None,
-    progress: Callable[[str], None],
-) -> tuple[list[list[Samples]], list[Repair]]:
-    """Open the training logs, the validation logs, and so on, each told as `open_samples` does.
-
-    Raises:
-        LogError: as `open_samples`.
-    """
-    done: list[Repair] = []
-
-    def opened(source: Source) -> Samples:
-        progress(f"reading {getattr(source, 'name', source)}")
-        samples, repairs = open_samples(source, robot, reading)
-        done.extend(repairs)
-        return samples
-
-    return [[opened(source) for source in group] for group in groups], done
-
-
-def in_one_band(
-    train: Sequence[Samples], held: Sequence[Samples]
-) -> tuple[list[Samples], list[Samples], tuple[Repair, ...]]:
-    """Mend measured speeds that are late or scaled, in a band taken from the training logs."""
-    comparison = comparison_band(train)
-    done: list[Repair] = []
-
-    def mended(s: Samples) -> Samples:
-        samples, repairs = mended_speeds(s, comparison)
-        done.extend(repairs)
-        return samples
-
-    return [mended(s) for s in train], [mended(s) for s in held], tuple(done)
 
 
 def require_other_data(train: Sequence[Samples], held: Sequence[Samples]) -> None:

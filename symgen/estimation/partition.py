@@ -17,29 +17,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.log import Log
-from symgen.data.raw import Reading
-from symgen.data.signals import TAIL, Samples, sampled
+from symgen.data.signals import TAIL
 from symgen.data.stretch import Stretch
 from symgen.estimation.band import Band
 from symgen.estimation.decimation import decimation
-from symgen.estimation.filtered import FilteredLog, filtered, stride_of
+from symgen.estimation.filtered import FilteredLog, stride_of
 from symgen.estimation.fit import TorqueFit, of_torque, squares
-from symgen.estimation.logs import open_samples
 from symgen.estimation.recipe import Recipe
-from symgen.estimation.repairs import Repair
-from symgen.estimation.speeds import mended_speeds, shifted
 from symgen.estimation.summary import LAGS
 from symgen.estimation.system import Equations
-from symgen.estimation.thin import ThinLog, packed_arrays, thin_log, thinned
+from symgen.estimation.thin import ThinLog, packed_arrays, thin_log
 from symgen.estimation.windows import windows
-from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
 #: Own rows of a chunk, about; those of a partition, the unit of work, that is kept when finished.
 CHUNK, PARTITION = 1 << 17, 1 << 20
-_LOOKED = 1 << 13  # samples of a chunk in which wrong speeds are looked for first
 _SPLINE = 128  # samples that a derivative reaches, twice over
 _SLOPES_HZ = 10.0  # of the low-pass that derives a missing speed
 
@@ -237,59 +230,3 @@ def unpacked_chunk(arrays: Mapping[str, NDArray[Any]]) -> ChunkOfLog:
     """Return the chunk whose `packed` holds some arrays."""
     first, last, ended = map(float, arrays["own"])
     return ChunkOfLog(thin_log(arrays), (first, last), bool(ended))
-
-
-def treated(
-    log: Log,
-    chunk: Chunk,
-    stretch: Stretch,
-    robot: Robot,
-    reading: Reading,
-    settings: Settings,
-    clean: bool = False,
-) -> tuple[ChunkOfLog, tuple[Repair, ...]]:
-    """Put the rows of a chunk into the band of the run: repaired, sampled, masked and filtered.
-
-    Args:
-        log: the rows.
-        chunk: which they are.
-        stretch: of the part that they belong to.
-        robot: the log's robot.
-        reading: what is masked.
-        settings: of the run.
-        clean: whether an earlier pass found nothing to mend.
-
-    Raises:
-        LogError: the rows are refused as those of a log.
-    """
-    rows, clock = len(log.t), (stretch.times[0], stretch.step)
-    begin, end = chunk.own
-    first = log.t[begin] - stretch.step / 2 if chunk.before + begin else -math.inf
-    last = math.inf if chunk.ended else log.t[end] - stretch.step / 2
-    plain = replace(reading, start=None, until=None)
-    samples, repairs = (
-        (sampled(log, clock), ())
-        if clean and not reading.mask
-        else open_samples(log, robot, plain, clock=clock)
-    )
-    before = chunk.before
-    if len(samples.t) != rows or samples.t[0] != log.t[0]:  # on the ticks of the stretch
-        before = round((samples.t[0] - clock[0]) / clock[1])
-    skip = -before % unit(stretch.step, settings)
-    samples = samples.cut(slice(skip, None)) if skip else samples
-    samples, more = (samples, ()) if clean else _mended(samples, settings.band.comparison_hz)
-    if settings.delay:
-        samples = shifted(samples, settings.delay)
-    whole = filtered(samples, settings.band)
-    found = whole if whole.mask is not None else thinned(whole, settings.recipe)
-    return ChunkOfLog(found, (first, last), chunk.ended), (*repairs, *more)
-
-
-def _mended(samples: Samples, comparison_hz: float) -> tuple[Samples, tuple[Repair, ...]]:
-    """Mend speeds, where a part of the chunk shows that they ask for it: a look at all is dear."""
-    if len(samples.t) > 2 * _LOOKED:
-        middle = len(samples.t) // 2
-        part = samples.cut(slice(middle - _LOOKED // 2, middle + _LOOKED // 2))
-        if not mended_speeds(part, comparison_hz)[1]:
-            return samples, ()
-    return mended_speeds(samples, comparison_hz)

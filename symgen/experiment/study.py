@@ -29,7 +29,7 @@ from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.filtered import filtered
-from symgen.estimation.logs import in_one_band, open_logs
+from symgen.faults.logs import in_one_band, open_logs
 from symgen.estimation.recipe import NEEDED, Recipe, require_model
 from symgen.estimation.system import LinearSystem
 from symgen.experiment.plant import KERNELS

@@ -11,16 +11,16 @@ import numpy as np
 import symgen.identification.verdict as verdicts
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, LogError
-from symgen.estimation.channel_faults import channel_faults
-from symgen.estimation.channels import Fault
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.filtered import FilteredLog, filtered
-from symgen.estimation.logs import Source, in_one_band
+from symgen.estimation.logs import Source
 from symgen.estimation.masking import require_left
 from symgen.estimation.recipe import Recipe
-from symgen.estimation.repairs import Repair
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
+from symgen.faults.fault import Fault, undone
+from symgen.faults.logs import in_one_band
+from symgen.faults.model import channel_faults
 from symgen.identification.alternatives import alternatives
 from symgen.identification.estimate import Alternative
 from symgen.identification.instruments import instrumented
@@ -36,7 +36,7 @@ def looked_at(
     evaluator: Evaluator,
     train: Sequence[Samples],
     held: Sequence[Samples],
-    repairs: Sequence[Repair],
+    repairs: Sequence[Fault],
     given: bool,
     cutoff: float | None,
     progress: Callable[[str], None],
@@ -85,20 +85,18 @@ def checked_run(run: Run) -> tuple[Run, tuple[str, ...], float]:
         if late is None:
             break
         shift += late.value
-        done = Repair("all logs", "tau", late.says, sum(len(s.t) for s in run.logs), "shifted")
-        run = replace(
-            run,
-            train=tuple(map(late.undone, run.train)),
-            held=tuple(map(late.undone, run.held)),
-            repairs=(*run.repairs, done),
+        told = replace(late, samples=sum(len(s.t) for s in run.logs), done="shifted", undo=None)
+        train, held = (
+            tuple(undone(log, [late])[0] for log in group) for group in (run.train, run.held)
         )
+        run = replace(run, train=train, held=held, repairs=(*run.repairs, told))
     return run, tuple(_in_words(f) for f in faults if f.kind != "delay"), shift
 
 
 def _in_words(fault: Fault) -> str:
     """Say a fault, and where physics of the joint may be taken for it that it may be that."""
     rivals = "; or an effect that the model lacks: symgen diagnose"
-    return f"{fault.says}{rivals if fault.kind in ('gain', 'ratio') else ''}"
+    return f"{fault.fault}{rivals if fault.kind in ('gain', 'ratio') else ''}"
 
 
 @dataclass(frozen=True, eq=False)

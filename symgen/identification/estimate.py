@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from symgen.errors import ParameterError, SymgenError
 from symgen.estimation.band import Band
-from symgen.estimation.repairs import Repair
 from symgen.estimation.values import (
     Balance,
     Contrast,
@@ -23,6 +22,7 @@ from symgen.estimation.values import (
     Trace,
     Whiteness,
 )
+from symgen.faults.fault import Fault
 from symgen.files import html_table
 from symgen.identification.curves import FILE, read_curves
 from symgen.schemas import (
@@ -250,7 +250,7 @@ class Estimate:
     uses: Annotated[tuple[Use, ...], _USES] = ()
     band: Band | None = None
     alternatives: Annotated[tuple[Alternative, ...], at("models")] = ()
-    repairs: tuple[Repair, ...] = ()
+    repairs: tuple[Fault, ...] = ()
     physical: Consistency = UNCHECKED
     excludes: Annotated[str, at("std_excludes")] = ""
     endogeneity: tuple[Endogeneity, ...] = ()

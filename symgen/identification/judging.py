@@ -17,9 +17,9 @@ from symgen.estimation.fit import TorqueFit, fit
 from symgen.estimation.logs import digest
 from symgen.estimation.masking import seldom_moving
 from symgen.estimation.recipe import Recipe
-from symgen.estimation.repairs import LEFT, Repair
 from symgen.estimation.solve import Solution
 from symgen.estimation.values import Contrast, Residual
+from symgen.faults.fault import Fault
 from symgen.identification.alternatives import disagreement
 from symgen.identification.estimate import (
     LOG_DIGEST,
@@ -52,7 +52,7 @@ class Run:
     band: Band
     train: tuple[FilteredLog, ...]
     held: tuple[FilteredLog, ...]
-    repairs: tuple[Repair, ...]
+    repairs: tuple[Fault, ...]
     given: bool
 
     @property
@@ -141,7 +141,7 @@ def judged(
                 *((turned,) if turned else ()),
             ),
             (
-                *(f"{r.log}: {r.channel} {r.fault}" for r in run.repairs if r.done == LEFT),
+                *(f"{r.log}: {r.channel} {r.fault}" for r in run.repairs if r.kind == "coarse"),
                 *seldom_moving(run.train),
             ),
         ),

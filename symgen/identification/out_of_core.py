@@ -31,11 +31,11 @@ from symgen.errors import IdentificationError
 from symgen.estimation.covariance import sandwich
 from symgen.estimation.estimators import PASSES, bias_of_least_squares
 from symgen.estimation.fit import TorqueFit, fit
-from symgen.estimation.logs import open_samples
 from symgen.estimation.partition import Part, Partition, Settings, partitions
 from symgen.estimation.recipe import Recipe
-from symgen.estimation.repairs import Repair
 from symgen.estimation.solve import Solution, condition, log_weights
+from symgen.faults.fault import Fault, merged
+from symgen.faults.logs import open_samples
 from symgen.identification.case import (
     Case,
     checked_run,
@@ -55,7 +55,6 @@ from symgen.identification.reduction import (
     Summaries,
     Work,
     loaded,
-    merged_repairs,
     read_repairs,
     unpacked,
 )
@@ -212,7 +211,7 @@ class _Streamed:
         self, text: str, kernels: tuple[str, ...], cutoff: float | None
     ) -> tuple[Run, tuple[str, ...], float]:
         """Choose the band from a sample of the logs, in memory; find faults of channels in it."""
-        robot, repairs = self.data.robot, list[Repair]()
+        robot, repairs = self.data.robot, list[Fault]()
 
         def read(kind: str, budget: int) -> list[Samples]:
             out = []
@@ -265,10 +264,10 @@ class _Streamed:
 
     def _merged(
         self, cover: Sequence[Partition], keys: Sequence[str]
-    ) -> tuple[Summaries, list[Repair], list[bool]]:
+    ) -> tuple[Summaries, list[Fault], list[bool]]:
         """Return the summaries by log and joint, what was mended, and where nothing was."""
         places: dict[tuple[int, int], list[str]] = {}
-        repairs: list[Repair] = []
+        repairs: list[Fault] = []
         clean = []
         for partition, key in zip(cover, keys, strict=True):
             arrays = unpacked(self.folder, key)
@@ -280,7 +279,7 @@ class _Streamed:
                 while f"{number}.{j}" in arrays:
                     places.setdefault((number, j), []).append(key)
                     j += 1
-        return Summaries(self.folder, places), merged_repairs(repairs), clean
+        return Summaries(self.folder, places), merged(repairs), clean
 
     def _added(self, keys: Sequence[str]) -> tuple[FloatArray, dict[str, TorqueFit]]:
         """Add up sums of scores and errors of torque."""
@@ -315,6 +314,6 @@ class _Streamed:
         return Outcome(*residuals, train, seen, windows)
 
 
-def merged_repairs_of(looked: Sequence[Repair], folded: Sequence[Repair]) -> tuple[Repair, ...]:
+def merged_repairs_of(looked: Sequence[Fault], folded: Sequence[Fault]) -> tuple[Fault, ...]:
     """Return what was mended in the whole; shifts of all torques were found in the sample."""
-    return (*folded, *(r for r in looked if r.log == "all logs"))
+    return (*folded, *(r for r in looked if r.kind == "delay"))

@@ -31,9 +31,9 @@ from symgen.estimation.logs import (
 )
 from symgen.estimation.poses import Shown
 from symgen.estimation.recipe import JUDGING
-from symgen.estimation.repairs import Repair
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
+from symgen.faults.fault import Fault
 from symgen.identification.gains import calibrated
 from symgen.identification.load import LABELS, LoadEstimate, read_off, units
 from symgen.identification.parameters import link_columns, read_given, regrouping
@@ -317,7 +317,7 @@ def _payload(
     method: str,
     band: Band | None,
     notes: tuple[str, ...],
-    repairs: tuple[Repair, ...],
+    repairs: tuple[Fault, ...],
 ) -> Payload:
     """Return the load that exists nearest to what was found, with what is known of it."""
     known = list(found.known())

@@ -10,10 +10,11 @@ from symgen.errors import IdentificationError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.filtered import filtered
-from symgen.estimation.logs import Source, in_one_band, open_logs, require_other_data
+from symgen.estimation.logs import Source, require_other_data
 from symgen.estimation.poses import open_poses, pose_equations
-from symgen.estimation.repairs import Repair
 from symgen.estimation.system import Equations, torque_equations
+from symgen.faults.fault import Fault
+from symgen.faults.logs import in_one_band, open_logs
 from symgen.runtime.evaluator import Evaluator
 
 
@@ -24,7 +25,7 @@ class Seen:
     equations: list[tuple[Equations, ...]]
     band: Band | None
     notes: tuple[str, ...]
-    repairs: tuple[Repair, ...] = ()
+    repairs: tuple[Fault, ...] = ()
 
 
 def torques(

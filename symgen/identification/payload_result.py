@@ -8,7 +8,7 @@ from typing import Any
 
 from symgen import names
 from symgen.estimation.band import Band
-from symgen.estimation.repairs import Repair
+from symgen.faults.fault import Fault
 from symgen.identification.load import COM
 from symgen.schemas import from_json, read_json, result_file, to_json
 
@@ -68,7 +68,7 @@ class Payload:
     residual: Left
     method: str
     band: Band | None
-    repairs: tuple[Repair, ...]
+    repairs: tuple[Fault, ...]
     notes: tuple[str, ...]
     gains: tuple[Quantity, ...] = ()
 

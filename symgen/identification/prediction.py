@@ -21,11 +21,11 @@ from symgen.estimation.band import Band, comparison_band
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.filtered import filtered
 from symgen.estimation.fit import fit
-from symgen.estimation.logs import open_samples
 from symgen.estimation.recipe import JUDGING
-from symgen.estimation.repairs import Repair
-from symgen.estimation.speeds import mended_speeds
 from symgen.estimation.values import Residual, Trace
+from symgen.faults.fault import Fault
+from symgen.faults.logs import open_samples
+from symgen.faults.samples import mended_speeds
 from symgen.identification.estimate import Joint
 from symgen.identification.parameters import read_given
 from symgen.robot.toml_io import read_robot
@@ -60,7 +60,7 @@ class Prediction:
     log: str
     error: Annotated[Residual, at("torque_error")]
     band: Band
-    repairs: tuple[Repair, ...] = ()
+    repairs: tuple[Fault, ...] = ()
     notes: tuple[str, ...]
     torque: Annotated[Trace, BESIDE]
     kinetic: Annotated[FloatArray, BESIDE]

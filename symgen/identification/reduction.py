@@ -8,8 +8,7 @@ robot file and is compiled once a process, by its content; results travel as the
 from __future__ import annotations
 
 import io
-import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import TypeAdapter
 
 from symgen.codegen.model import derive
 from symgen.data.dataset import DataSet
@@ -31,19 +31,20 @@ from symgen.estimation.partition import (
     Part,
     Partition,
     Settings,
-    treated,
     unpacked_chunk,
 )
-from symgen.estimation.repairs import Repair
 from symgen.estimation.summary import Summary, merged_tree, summarised
 from symgen.estimation.thin import ThinLog, packed_arrays
 from symgen.estimation.values import Residual
+from symgen.faults.fault import Fault, merged
+from symgen.faults.logs import treated
 from symgen.robot.toml_io import parse_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 
 FloatArray = NDArray[np.float64]
 Reduced = TypeVar("Reduced")
+_FAULTS = TypeAdapter(list[Fault])
 #: Of a fit, what adds up over chunks.
 FIT_SUMS = ("error", "size", "rest")
 
@@ -112,11 +113,11 @@ class Reduction:
 
     def reduced(
         self, work: Work, reduce: Callable[[int, str, ChunkOfLog], Reduced]
-    ) -> Iterator[tuple[Reduced, tuple[Repair, ...]]]:
+    ) -> Iterator[tuple[Reduced, tuple[Fault, ...]]]:
         """Yield what each chunk is reduced to (by number and kind of its log), and its repairs."""
         robot = self.evaluator.model.robot
 
-        def one(read: tuple[Chunk, Log]) -> tuple[Reduced, tuple[Repair, ...]]:
+        def one(read: tuple[Chunk, Log]) -> tuple[Reduced, tuple[Fault, ...]]:
             chunk, log = read
             part = work.parts[chunk.part]
             found, repairs = treated(
@@ -185,7 +186,7 @@ class EquationReduction(Reduction):
     def __call__(self, work: Work) -> bytes:
         """Return summaries by log and joint."""
         found: dict[tuple[int, int], list[Summary]] = {}
-        mended: list[Repair] = []
+        mended: list[Fault] = []
 
         def summaries(number: int, _: str, chunk: ChunkOfLog) -> dict[tuple[int, int], Summary]:
             equations = chunk.all_equations(self.evaluator, self.settings.recipe)
@@ -195,7 +196,7 @@ class EquationReduction(Reduction):
             mended += repairs
             for key, summary in own.items():
                 found.setdefault(key, []).append(summary)
-        arrays: dict[str, Any] = {"repairs": np.array(json.dumps(_told(mended)))}
+        arrays: dict[str, Any] = {"repairs": np.array(_FAULTS.dump_json(merged(mended)).decode())}
         for (number, j), parts in found.items():
             whole = merged_tree(parts)
             arrays[f"{number}.{j}"] = whole.factor
@@ -248,27 +249,9 @@ def unpacked(folder: WorkFolder, key: str) -> dict[str, Any]:
         return {name: archive[name] for name in archive.files}
 
 
-def _told(repairs: Iterable[Repair]) -> list[Any]:
-    return [[r.log, r.channel, r.fault, r.samples, r.done] for r in merged_repairs(repairs)]
-
-
-def read_repairs(arrays: Mapping[str, Any]) -> list[Repair]:
+def read_repairs(arrays: Mapping[str, Any]) -> list[Fault]:
     """Return what was mended in a partition."""
-    return [Repair(*entry) for entry in json.loads(str(arrays["repairs"]))]
-
-
-def merged_repairs(repairs: Iterable[Repair]) -> list[Repair]:
-    """Return one repair for each log, channel and kind of fault: what chunks say of one fault.
-
-    A fault told with figures, which differ a little from chunk to chunk, is told with the first's.
-    """
-    out: dict[tuple[str, str, str, str], Repair] = {}
-    for r in repairs:
-        words = " ".join(word for word in r.fault.split() if not any(c.isdigit() for c in word))
-        key = (r.log, r.channel, words, r.done)
-        known = out.get(key)
-        out[key] = r if known is None else replace(known, samples=known.samples + r.samples)
-    return list(out.values())
+    return _FAULTS.validate_json(str(arrays["repairs"]))
 
 
 class Summaries(Sequence[Summary]):

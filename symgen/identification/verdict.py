@@ -22,7 +22,7 @@ from symgen import names
 from symgen.data.mask import at_rest
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.fit import TorqueFit
-from symgen.estimation.speeds import at_standstill
+from symgen.faults.samples import at_standstill
 from symgen.identification.estimate import Consistency, ParameterEstimate, Use
 from symgen.identification.parameters import mass_matrices
 from symgen.runtime.evaluator import Evaluator

@@ -24,12 +24,12 @@ from symgen.estimation.logs import (
     HELD_OUT,
     Source,
     listed_logs,
-    open_logs,
     require_logs,
     require_other_data,
 )
 from symgen.estimation.recipe import JUDGING, NEEDED, Recipe
-from symgen.estimation.repairs import Repair
+from symgen.faults.fault import Fault
+from symgen.faults.logs import open_logs
 from symgen.identification.case import (
     checked_run,
     chosen_case,
@@ -218,7 +218,7 @@ def _look(
     validation: Sequence[Source],
     reading: Reading | None,
     progress: Callable[[str], None],
-) -> tuple[list[Samples], list[Samples], list[Repair]]:
+) -> tuple[list[Samples], list[Samples], list[Fault]]:
     """Read and mend every log; without a validation log, hold out the end of each."""
     (train, held), repairs = open_logs((logs, validation), robot, reading, progress)
     require_other_data(train, held)

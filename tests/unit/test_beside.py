@@ -8,7 +8,7 @@ import pytest
 from symgen.data.log import cut, make_log, read_log
 from symgen.data.signals import sampled
 from symgen.errors import LogError
-from symgen.estimation.repairs import repaired
+from symgen.faults.samples import repaired
 
 T = np.arange(60) * 0.01
 Q = np.column_stack([np.sin(3 * T), np.cos(2 * T), np.sin(T)])

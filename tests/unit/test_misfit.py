@@ -17,7 +17,7 @@ from symgen.diagnosis.select import Score, judge, quick_gain
 from symgen.diagnosis.study import KERNELS, studied
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.filtered import filtered
-from symgen.estimation.logs import open_samples
+from symgen.faults.logs import open_samples
 from symgen.runtime.evaluator import Evaluator
 
 X, L1, STEP = np.array([1.702, 0.05644, 0.15, 0.075]), 0.5, 0.005

@@ -7,11 +7,18 @@ import pytest
 
 import symgen
 from symgen.data.log import make_log
-from symgen.estimation.jumps import _JUMP, NORMAL, jumps
-from symgen.estimation.log_checks import cut_off, stuck_rows
-from symgen.estimation.logs import open_samples
-from symgen.estimation.repairs import held_for, repaired, repeated_rows
-from symgen.estimation.speeds import mended_speeds
+from symgen.data.signals import NORMAL
+from symgen.faults.logs import open_samples
+from symgen.faults.samples import (
+    _JUMP,
+    cut_off,
+    held_for,
+    jumps,
+    mended_speeds,
+    repaired,
+    repeated_rows,
+    stuck_rows,
+)
 from symgen.names import REVOLUTE
 
 STEP = 1e-3

@@ -7,7 +7,7 @@ import pytest
 
 from symgen.data.log import make_log
 from symgen.data.signals import prepare
-from symgen.estimation.speeds import mended_speeds
+from symgen.faults.samples import mended_speeds
 
 STEP, BAND = 1e-3, 5.0
 T = STEP * np.arange(8000)

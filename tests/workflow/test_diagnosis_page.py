@@ -31,6 +31,9 @@ from symgen.diagnosis.replay import Replay
 from symgen.estimation.logs import open_samples
 from symgen.estimation.repairs import Repair
 from symgen.files import write_folder
+from symgen.faults.fault import Fault
+from symgen.faults.logs import open_samples
+from symgen.files import RECORD, write_folder
 from symgen.report.content import content as said_of
 from symgen.report.html import page as html_page
 from symgen.report.plots import diagnosis as diagnosis_plots
@@ -268,7 +271,7 @@ def test_advice_is_a_command(html: str) -> None:
 
 
 def test_repairs_stand_on_the_page() -> None:
-    mended = replace(synthetic(), repairs=(Repair("a.csv", "qd2", "1.8 ms late", 400, "shifted"),))
+    mended = replace(synthetic(), repairs=(Fault("a.csv", "qd2", "1.8 ms late", 400, "shifted"),))
     page = Page(diagnosis_page(mended))
     for words in ("Repairs", "qd2", "1.8 ms late", "400", "shifted"):
         assert words in page.text, words

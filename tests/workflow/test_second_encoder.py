@@ -107,7 +107,7 @@ def test_the_std_covers_over_many_logs() -> None:
     from symgen.diagnosis.study import KERNELS
     from symgen.estimation.cutoff import choose_band
     from symgen.estimation.filtered import filtered
-    from symgen.estimation.logs import open_samples
+    from symgen.faults.logs import open_samples
 
     robot = symgen.parse_robot(ROBOT)
     evaluator = symgen.load(symgen.derive(robot, KERNELS))

@@ -86,9 +86,9 @@ def test_a_command_to_try_is_whole_and_safe_for_the_shell() -> None:
 
 def test_a_run_says_band_cutoff_speeds_and_repairs_in_one_line() -> None:
     from symgen.estimation.band import Band
-    from symgen.estimation.repairs import Repair
+    from symgen.faults.fault import Fault
 
-    mended = Repair("a.csv", "qd2", "1.8 ms late", 400, "shifted")
+    mended = Fault("a.csv", "qd2", "1.8 ms late", 400, "shifted")
     first, *rest = run_lines(Band(500.0, 12.5, 3.5, "measured"), (mended, mended))
     assert re.match(
         r"run: 500 Hz, positions and speeds below 12.5 Hz, torques compared below 3.5 Hz, "

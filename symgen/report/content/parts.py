@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
     from symgen.estimation.band import Band
-    from symgen.estimation.repairs import Repair
+    from symgen.faults.fault import Fault
     from symgen.robot.types import Robot
 
 
@@ -100,7 +100,7 @@ class Content:
         return self.banner is None or self.banner.tone in ("good", "plain")
 
 
-def run_lines(band: Band | None, repairs: Sequence[Repair]) -> tuple[str, ...]:
+def run_lines(band: Band | None, repairs: Sequence[Fault]) -> tuple[str, ...]:
     """Return what was done to the logs: a line of band, speeds and repairs; then each repair."""
     said = "no band" if band is None else band.in_words()
     channels = ", ".join(dict.fromkeys(f"{r.channel} of {r.log}" for r in repairs))

@@ -1,0 +1,78 @@
+"""A fault of a recorder: what it is, where, how large, and how it is undone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any
+
+from symgen.schemas import BESIDE
+
+#: Done about a fault that nothing takes away.
+LEFT = "left as it is"
+#: Kinds that take samples out of the equations.
+MASKED = ("saturated", "stuck")
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What is wrong with channels of a log, and what was done.
+
+    JSON holds the first five and `values`; programs decide by `kind`.
+
+    Attributes:
+        log: name of the log, or "all logs".
+        channel: "t", "q2", "tau2, tau4", "tau" for all joints, or "all".
+        fault: in words, with the value.
+        samples: how many it touches.
+        done: in words.
+        values: of what was measured: name, value and standard deviation; GV of speeds that are
+            (1 + GV) dq/dt, LV s late, and off by OV; limit of a torque that is cut off.
+        kind: one of the keys of `symgen.faults.samples.FINDERS` and `symgen.faults.model.FINDERS`.
+        joints: positions of the joints; empty for all.
+        value: factor, or delay in s.
+        share: error on folds left out with the fault undone, over that as it is.
+        undo: gives the log that it was found in without it; None where no way is known, and where
+            it was undone.
+    """
+
+    log: str
+    channel: str
+    fault: str
+    samples: int = 0
+    done: str = LEFT
+    values: tuple[tuple[str, float, float], ...] = ()
+    kind: Annotated[str, BESIDE] = field(default="", compare=False)
+    joints: Annotated[tuple[int, ...], BESIDE] = field(default=(), compare=False)
+    value: Annotated[float, BESIDE] = field(default=0.0, compare=False)
+    share: Annotated[float, BESIDE] = field(default=1.0, compare=False)
+    undo: Annotated[Callable[[Any], Any] | None, BESIDE] = field(
+        default=None, compare=False, repr=False
+    )
+
+    @property
+    def in_words(self) -> str:
+        """The fault in one line."""
+        return f"{self.log}: {self.channel}: {self.fault}, {self.samples} samples: {self.done}"
+
+
+def undone(log: Any, faults: Iterable[Fault]) -> tuple[Any, tuple[Fault, ...]]:
+    """Return a log without faults, one after the other, and the faults, which need no undo now."""
+    told = []
+    for fault in faults:
+        log = fault.undo(log) if fault.undo else log
+        told.append(replace(fault, undo=None))
+    return log, tuple(told)
+
+
+def merged(faults: Iterable[Fault]) -> list[Fault]:
+    """Return one fault for each log, channel and kind: what chunks say of one fault.
+
+    Figures, which differ a little from chunk to chunk, are the first's.
+    """
+    out: dict[tuple[str, str, str], Fault] = {}
+    for f in faults:
+        known = out.get((f.log, f.channel, f.kind))
+        samples = f.samples + (known.samples if known else 0)
+        out[f.log, f.channel, f.kind] = replace(known or f, samples=samples)
+    return list(out.values())

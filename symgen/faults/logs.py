@@ -1,0 +1,162 @@
+"""Logs opened and repaired: whole ones, and chunks of long ones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from symgen.data.log import Log
+from symgen.data.raw import Reading
+from symgen.data.signals import Samples, sampled
+from symgen.data.stretch import Stretch
+from symgen.errors import LogError
+from symgen.estimation.band import LOWEST, comparison_band
+from symgen.estimation.beside_model import without_beside
+from symgen.estimation.filtered import filtered
+from symgen.estimation.logs import Source, open_log
+from symgen.estimation.masking import masked
+from symgen.estimation.partition import Chunk, ChunkOfLog, Settings, unit
+from symgen.estimation.thin import thinned
+from symgen.faults.fault import Fault
+from symgen.faults.samples import masked_faults, mended_speeds, repaired
+from symgen.faults.undo import with_earlier_torques
+from symgen.robot.types import Robot
+
+_LOOKED = 1 << 13  # samples of a chunk in which wrong speeds are looked for first
+
+
+def open_samples(
+    source: Source,
+    robot: Robot,
+    reading: Reading | None = None,
+    *,
+    mask_faults: bool = True,
+    clock: tuple[float, float] | None = None,
+) -> tuple[Samples, tuple[Fault, ...]]:
+    """Open a log, mend what shows sample by sample, give it uniform steps, a speed, and a mask.
+
+    Args:
+        source: a path, or a log as it was recorded.
+        robot: the log's robot, with its drive and its limits of torque.
+        reading: how the log is read, and what is masked.
+        mask_faults: whether torques that are cut off and channels that are stuck are masked.
+        clock: of the log that this one is a chunk of, see `sampled`.
+
+    Raises:
+        LogError: `open_log` or `sampled` refuse the log, its rate is below 4 Hz, a joint has next
+            to nothing left, or a column is missing that an effect of the robot reads.
+    """
+    reading = reading or Reading()
+    log, repairs = repaired(open_log(source, robot, reading), robot.sigma)
+    _require_rate(log)
+    samples = sampled(log, clock)
+    samples, masked_too = masked_faults(log, samples) if mask_faults else (samples, ())
+    if reading.mask:
+        samples = masked(samples, log, robot, reading.mask)
+    return without_beside(samples, robot), (*repairs, *masked_too)
+
+
+def _require_rate(log: Log) -> None:
+    """Refuse stamps between which a robot moves unseen: in milliseconds, say."""
+    step = float(np.median(np.diff(log.t)))
+    if step > 0.5 / LOWEST:
+        raise LogError(
+            f"{log.name}: a sample every {step:.4g} s; accepted: t in seconds, at "
+            f"{2 * LOWEST:g} Hz and more (where t is in milliseconds, divide it by 1000)"
+        )
+
+
+def open_logs(
+    groups: Sequence[Sequence[Source]],
+    robot: Robot,
+    reading: Reading | None,
+    progress: Callable[[str], None],
+) -> tuple[list[list[Samples]], list[Fault]]:
+    """Open the training logs, the validation logs, and so on, each told as `open_samples` does.
+
+    Raises:
+        LogError: as `open_samples`.
+    """
+    done: list[Fault] = []
+
+    def opened(source: Source) -> Samples:
+        progress(f"reading {getattr(source, 'name', source)}")
+        samples, repairs = open_samples(source, robot, reading)
+        done.extend(repairs)
+        return samples
+
+    return [[opened(source) for source in group] for group in groups], done
+
+
+def in_one_band(
+    train: Sequence[Samples], held: Sequence[Samples]
+) -> tuple[list[Samples], list[Samples], tuple[Fault, ...]]:
+    """Mend measured speeds that are late or scaled, in a band taken from the training logs."""
+    comparison = comparison_band(train)
+    done: list[Fault] = []
+
+    def mended(s: Samples) -> Samples:
+        samples, repairs = mended_speeds(s, comparison)
+        done.extend(repairs)
+        return samples
+
+    return [mended(s) for s in train], [mended(s) for s in held], tuple(done)
+
+
+def treated(
+    log: Log,
+    chunk: Chunk,
+    stretch: Stretch,
+    robot: Robot,
+    reading: Reading,
+    settings: Settings,
+    clean: bool = False,
+) -> tuple[ChunkOfLog, tuple[Fault, ...]]:
+    """Put the rows of a chunk into the band of the run: repaired, sampled, masked and filtered.
+
+    Args:
+        log: the rows.
+        chunk: which they are.
+        stretch: of the part that they belong to.
+        robot: the log's robot.
+        reading: what is masked.
+        settings: of the run.
+        clean: whether an earlier pass found nothing to mend.
+
+    Raises:
+        LogError: the rows are refused as those of a log.
+    """
+    rows, clock = len(log.t), (stretch.times[0], stretch.step)
+    begin, end = chunk.own
+    first = log.t[begin] - stretch.step / 2 if chunk.before + begin else -math.inf
+    last = math.inf if chunk.ended else log.t[end] - stretch.step / 2
+    plain = replace(reading, start=None, until=None)
+    samples, repairs = (
+        (sampled(log, clock), ())
+        if clean and not reading.mask
+        else open_samples(log, robot, plain, clock=clock)
+    )
+    before = chunk.before
+    if len(samples.t) != rows or samples.t[0] != log.t[0]:  # on the ticks of the stretch
+        before = round((samples.t[0] - clock[0]) / clock[1])
+    skip = -before % unit(stretch.step, settings)
+    samples = samples.cut(slice(skip, None)) if skip else samples
+    samples, more = (samples, ()) if clean else _with_speeds(samples, settings.band.comparison_hz)
+    if settings.delay:
+        samples = with_earlier_torques(samples, settings.delay)
+    whole = filtered(samples, settings.band)
+    found = whole if whole.mask is not None else thinned(whole, settings.recipe)
+    return ChunkOfLog(found, (first, last), chunk.ended), (*repairs, *more)
+
+
+def _with_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tuple[Fault, ...]]:
+    """Mend speeds, where a part of the chunk shows that they ask for it: a look at all is dear."""
+    if len(samples.t) > 2 * _LOOKED:
+        middle = len(samples.t) // 2
+        part = samples.cut(slice(middle - _LOOKED // 2, middle + _LOOKED // 2))
+        if not mended_speeds(part, comparison_hz)[1]:
+            return samples, ()
+    return mended_speeds(samples, comparison_hz)

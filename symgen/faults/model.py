@@ -1,0 +1,518 @@
+"""Faults of channels that the model shows: what fits the logs better when it is undone.
+
+The torque of a joint that fits with another factor or sign, torques that are late, and, where the
+model leaves much, channels of two joints in each other's place, joints that are counted the other
+way round, positions in degrees; a joint that was recorded through another gear ratio. A fault
+counts where undoing it leaves, on some joint, at most nine tenths of the error on folds that the
+fit did not see, and of the error on logs that it never saw. One is looked for at a time, the
+largest first: a wrong torque of one joint is felt in the fit of others.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.data.mask import Bools
+from symgen.estimation.filtered import FilteredLog, filtered
+from symgen.estimation.summary import (
+    BLOCKS,
+    Blocks,
+    block_errors,
+    held_out_error,
+    placed,
+    residual_squares,
+    solve_gram,
+    summary,
+)
+from symgen.estimation.system import Equations, torque_equations
+from symgen.faults.fault import Fault
+from symgen.faults.undo import earlier, exchanged, geared, multiplied
+from symgen.names import REVOLUTE
+from symgen.runtime.evaluator import Evaluator
+
+FloatArray = NDArray[np.float64]
+Rows = Sequence[tuple[Equations, ...]]
+#: A fault is named where undoing it leaves so much of the error on folds left out, at most.
+_CLEARER = 0.9
+_STD = 3.0
+_AT_REST = 1e-3  # weight of rows at rest: they are kept for what no motion determines
+#: Factors of a torque that are looked at are at least so far from 1.
+_GAIN = 0.03
+#: Exchanges of torques are tried where the error is above this, faults of the motion above that,
+#: and they leave so much of it, at most.
+_LOUD, _LOUDER, _EXCHANGED = 0.1, 0.2, 0.7
+_ALIKE = 1.05  # errors that are left
+_NONE = 1e-6  # of a factor: nothing
+_STATES = 200
+_MOST = 3  # faults that are undone, one after the other
+#: Logarithms of gear ratios that are tried first, and how near they are found.
+_LOGARITHMS, _NEAR = tuple(0.27 * k for k in range(-3, 4)), 0.01
+_RATIO = 0.03  # of a gear ratio: what is nearer to 1 is not told from what models miss
+_SLIGHT = 1e-4  # of a gear ratio, for its derivative
+_NODES = 8_000  # of all logs together, at which faults of the motion are tried
+_MOTION = ("q", "qd")
+_EVERYWHERE = "all logs"
+
+
+def channel_faults(
+    evaluator: Evaluator, logs: Sequence[FilteredLog], held: Sequence[FilteredLog] = ()
+) -> tuple[Fault, ...]:
+    """Find what is wrong with the channels, by the torque equations.
+
+    Args:
+        evaluator: the compiled model, with torque_regressor.
+        logs: the training logs in the band of the run.
+        held: the validation logs, which confirm what is found.
+    """
+    out: list[Fault] = []
+    for _ in range(_MOST):
+        found = _largest(Trial(evaluator, logs, held))
+        if found is None or any((found.kind, found.joints) == (f.kind, f.joints) for f in out):
+            break
+        out.append(found)
+        assert found.undo is not None
+        if found.kind == "delay":  # all else is looked at again without it
+            break
+        logs, held = ([found.undo(log) for log in group] for group in (logs, held))
+    return tuple(out)
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """Logs on which faults are tried.
+
+    Attributes:
+        evaluator: the compiled model.
+        logs, held: training and validation logs.
+    """
+
+    evaluator: Evaluator
+    logs: Sequence[FilteredLog]
+    held: Sequence[FilteredLog]
+
+    @cached_property
+    def rows(self) -> Rows:
+        """Equations of the training logs."""
+        return _equations_of(self.evaluator, self.logs)
+
+    @cached_property
+    def held_rows(self) -> Rows:
+        """Equations of the validation logs."""
+        return _equations_of(self.evaluator, self.held)
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.rows[0])
+
+    @cached_property
+    def base(self) -> Blocks:
+        """Summary of the training logs as they are recorded."""
+        return summary(placed(self.rows), self.n)
+
+    @cached_property
+    def other(self) -> Blocks | None:
+        """Summary of the validation logs as they are recorded; None without."""
+        return summary(placed(self.held_rows), self.n) if self.held else None
+
+    @cached_property
+    def own(self) -> FloatArray:
+        """What `block_errors` are for the training logs."""
+        return block_errors(self.base, self.base)
+
+    @cached_property
+    def short(self) -> Trial:
+        """The logs, or the first part of each where models are evaluated at many nodes."""
+        groups = [_first_part(group) for group in (self.logs, self.held)]
+        same = groups[0] is self.logs and groups[1] is self.held
+        return self if same else Trial(self.evaluator, *groups)
+
+    def share(
+        self, train: Blocks, held: Callable[[], Blocks], sure: Bools | None = None
+    ) -> tuple[float, float]:
+        """Return what undoing a fault leaves; 1 where other logs do not confirm it.
+
+        Args:
+            train: summary of the training logs with the fault undone.
+            held: gives that of the validation logs, where there are any; not asked in vain.
+            sure: joints whose gain is known to be no chance; None to see that from the blocks.
+        """
+        after = block_errors(train, train)
+        if held_out_error(after) > 1.0:  # no model at all does better: nothing is known
+            return 1.0, 1.0
+        share, together = _what_is_left(self.own, after, sure)
+        if self.other is None:
+            return share, together
+        # Where few blocks of the training logs hold the gain, those of other logs may be sure.
+        unsure = share > _CLEARER and sure is None
+        if unsure:
+            share, together = _what_is_left(self.own, after, np.ones(self.n, dtype=bool))
+        if share > _CLEARER:
+            return 1.0, 1.0
+        right = held()
+        before, X = _shares(self.other, self.base.fit()), train.fit()
+        # The fault may be one of the training logs alone.
+        plain = [] if right.grams.shape != self.other.grams.shape else [_shares(self.other, X)]
+        for now in (_shares(right, X), *plain):
+            found = _what_is_left(before, now, None if unsure else np.ones(self.n, dtype=bool))
+            if found[0] <= _CLEARER:
+                return share, together
+        return 1.0, 1.0
+
+    def right(self, fault: Fault, group: Sequence[FilteredLog]) -> Blocks:
+        """Summarise logs without a fault."""
+        assert fault.undo is not None
+        return summary(placed(_equations_of(self.evaluator, map(fault.undo, group))), self.n)
+
+    def judged(self, faults: Iterable[Fault]) -> Iterator[Fault]:
+        """Yield the faults that leave little when they are undone."""
+        for fault in faults:
+            share, _ = self.share(
+                self.right(fault, self.logs), partial(self.right, fault, self.held)
+            )
+            if share < _EXCHANGED:
+                yield replace(fault, share=share)
+
+
+def _largest(trial: Trial) -> Fault | None:
+    """Return the fault that explains most."""
+    if held_out_error(trial.own) == 0.0:
+        return None
+    found = [fault for find in FINDERS.values() for fault in find(trial)]
+    for fault in sorted(found, key=lambda f: f.share):
+        if fault.kind != "sign" or _inertia_is_positive(trial, fault):
+            return _with_others(fault, found)
+    return None
+
+
+def _with_others(fault: Fault, found: Sequence[Fault]) -> Fault:
+    """Name gains of other joints that explain as much: of two joints, either can be meant."""
+    same = (f for f in found if f is not fault and f.kind == fault.kind == "gain")
+    others = [f"{f.channel} {f.value:.3g} times" for f in same if f.share <= _ALIKE * fault.share]
+    return replace(fault, fault=f"{fault.fault}, or {' or '.join(others)}") if others else fault
+
+
+def _inertia_is_positive(trial: Trial, fault: Fault) -> bool:
+    """Whether the fit to logs without the fault has positive mean inertias about its joints.
+
+    Where nothing but the sign of X tells which joints are turned, this is what a robot can be.
+    """
+    X = trial.right(fault, trial.logs).fit()
+    assert fault.undo is not None
+    q = np.concatenate([log.q[log.kept] for log in map(fault.undo, trial.logs)])
+    q = np.ascontiguousarray(q[:: max(1, len(q) // _STATES)])
+    regressor, zero = trial.evaluator["torque_regressor"], np.zeros_like(q)
+    still = np.asarray(regressor(q, zero, zero))[:, :, : len(X)] @ X
+    for j in fault.joints:
+        one = zero.copy()
+        one[:, j] = 1.0
+        moved = np.asarray(regressor(q, zero, one))[:, :, : len(X)] @ X
+        if float(np.mean((moved - still)[:, j])) < 0:
+            return False
+    return True
+
+
+# Finders.
+
+
+def _late(trial: Trial) -> Iterator[Fault]:
+    """Find torques that are late against the motion: tau(t) = model(t - delay)."""
+    blocks = _with_delay(trial.logs, trial.rows)
+    delay = float(blocks.fit()[-1])
+    apart = np.array([blocks.fit([k])[-1] for k in range(BLOCKS)])
+    std = np.sqrt((BLOCKS - 1) * np.mean((apart - apart.mean()) ** 2))  # the jackknife's
+    sure = None if abs(delay) <= _STD * std else np.ones(trial.n, dtype=bool)
+    best, share = trial.share(blocks, lambda: _with_delay(trial.held, trial.held_rows), sure)
+    if max(best, share) > _CLEARER:  # it is common to all joints, or none
+        return
+    word = "late" if delay > 0 else "early"
+    says = f"the torques of all joints are {1e3 * abs(delay):.2g} ms {word} against the motion"
+    undo = partial(earlier, delay=delay)
+    yield _fault("delay", "tau", says, range(trial.n), delay, undo, share)
+
+
+def _fault(
+    kind: str,
+    channel: str,
+    says: str,
+    joints: Iterable[int],
+    value: float,
+    undo: Callable[[FilteredLog], FilteredLog] | None = None,
+    share: float = 1.0,
+) -> Fault:
+    return Fault(
+        _EVERYWHERE, channel, says,
+        kind=kind, joints=tuple(joints), value=value, undo=undo, share=share,
+    )  # fmt: skip
+
+
+def _with_delay(logs: Sequence[FilteredLog], equations: Rows) -> Blocks:
+    """Summarise tau = W X - delay dtau/dt."""
+    extended = [
+        _with_column(log, rows, -log.compared(np.gradient(log.tau, log.step, axis=0)))
+        for log, rows in zip(logs, equations, strict=True)
+    ]
+    return summary(placed(extended), len(equations[0]))
+
+
+def _factors(trial: Trial) -> Iterator[Fault]:
+    """Find torques that fit better with another factor, beside those of the other joints."""
+    base, other = trial.base, trial.other
+    for j in range(trial.n) if trial.n > 1 else ():
+        best = min(_fitted_factors(base, j), key=lambda g: _error(_scaled(base, j, g)))
+        if not _NONE < abs(best) < 1 / _NONE:
+            continue
+        held = partial(_scaled, other or base, j, best)
+        share, _ = trial.share(_scaled(base, j, best), held)
+        if share > _CLEARER or abs(best - 1) < _GAIN:
+            continue
+        kind, undone, says = "sign", -1.0, f"tau{j + 1} has the other sign"
+        if best > 0:
+            kind, undone = "gain", 1 / best
+            says = (
+                f"tau{j + 1} is {best:.3g} times what the other joints ask for (torque constant, "
+                "gear ratio or unit)"
+            )
+        undo = partial(multiplied, joints=(j,), factor=undone, keys=("tau",))
+        yield _fault(kind, f"tau{j + 1}", says, (j,), best, undo, share)
+
+
+def _error(blocks: Blocks) -> float:
+    """Return the share of the torques that a fit leaves, all joints together."""
+    left = residual_squares(blocks.grams.sum(axis=0), blocks.fit())
+    return float(np.sum(left / np.maximum(blocks.size**2 * blocks.rows.sum(axis=0), 1e-300)))
+
+
+def _fitted_factors(base: Blocks, j: int) -> Iterator[float]:
+    """Yield g with tau_j / g = W_j X, where the other joints say what X is.
+
+    Weighted least squares of X and 1/g together: y_j stands on the side of the unknowns. Joints
+    weigh by what a fit leaves of them, or, as a wrong torque can spoil that of another joint, by
+    the size of their torques.
+    """
+    grams, rows = base.grams.sum(axis=0), np.maximum(base.rows.sum(axis=0), 1.0)
+    left = residual_squares(grams, base.fit()) / rows
+    p = grams.shape[-1] - 1
+    for variance in (np.maximum(left, 1e-12 * base.size**2), base.size**2):
+        weight = 1 / variance
+        weight[j] = 1 / base.size[j] ** 2
+        whole = np.zeros((p + 2, p + 2))  # X, 1/g, and what the other joints measured
+        for i, (gram, w) in enumerate(zip(grams, weight, strict=True)):
+            own = np.arange(p + 2) != (p + 1 if i == j else p)
+            signs = np.ones(p + 1)
+            signs[-1] = -1.0 if i == j else 1.0
+            whole[np.ix_(own, own)] += w * gram * np.outer(signs, signs)
+        inverse = float(solve_gram(whole)[-1])
+        yield 1 / inverse if abs(inverse) > _NONE else 1 / _NONE
+
+
+def _scaled(base: Blocks, j: int, g: float) -> Blocks:
+    grams = base.grams.copy()
+    grams[:, j, -1, :] /= g
+    grams[:, j, :, -1] /= g
+    return Blocks(grams, base.rows)
+
+
+def _exchanged(trial: Trial) -> Iterator[Fault]:
+    """Find two joints whose torques stand in each other's channel."""
+    if held_out_error(trial.own) <= _LOUD:
+        return
+    if any(len(e.y) != len(log[0].y) for log in (*trial.rows, *trial.held_rows) for e in log):
+        return  # masks differ from joint to joint
+    for j, k in combinations(range(trial.n), 2):
+        share, _ = trial.share(_turned(trial.rows, j, k), partial(_turned, trial.held_rows, j, k))
+        if share < _EXCHANGED:
+            yield replace(_exchange(j, k, ("tau",)), share=share)
+
+
+def _exchange(j: int, k: int, keys: Sequence[str]) -> Fault:
+    """Return the fault that channels of two joints stand in each other's place."""
+    channel = ", ".join(f"{key}{i + 1}" for i in (j, k) for key in keys)
+    what = channel.replace(", ", " and ") if keys == ("tau",) else None
+    where = f"{what} stand" if what else f"{channel}: joints {j + 1} and {k + 1} stand"
+    undo = partial(exchanged, j=j, k=k, keys=keys)
+    return _fault("exchange", channel, f"{where} in each other's place", (j, k), 0.0, undo)
+
+
+def _turned(equations: Rows, j: int, k: int) -> Blocks:
+    """Summarise the equations with the torques of two joints exchanged."""
+    turned = [
+        tuple(
+            e.with_sides(log[k if i == j else j]) if i in (j, k) else e for i, e in enumerate(log)
+        )
+        for log in equations
+    ]
+    return summary(placed(turned), len(equations[0]))
+
+
+def _geared(trial: Trial) -> Iterator[Fault]:
+    """Find joints that were recorded through another gear ratio."""
+    trial = trial.short
+    X = trial.base.fit()
+    as_recorded = [_modelled(trial, log, X) for log in trial.logs]
+    found = (
+        _fitted_ratio(trial, j)
+        for j in range(trial.n)
+        if _another_ratio_helps(trial, j, X, as_recorded)
+    )
+    # An error that falls to the end of what is tried is that of a joint of which little is known.
+    yield from trial.judged(f for f in found if _RATIO < abs(math.log(f.value)) < _LOGARITHMS[-1])
+
+
+def _gear_ratio(j: int, ratio: float) -> Fault:
+    """Return the fault that a joint was recorded through another gear ratio."""
+    number = j + 1
+    names = f"q{number}, qd{number}, tau{number}"
+    says = (
+        f"{names}: the gear ratio of joint {number} is off by a factor {ratio:.3g} (positions "
+        "times it, torque over it)"
+    )
+    return _fault("ratio", names, says, (j,), ratio, partial(geared, j=j, ratio=ratio))
+
+
+def _modelled(trial: Trial, log: FilteredLog, X: FloatArray) -> FloatArray:
+    """Return the torque of a model along a log in the comparison band, (K, n)."""
+    regressor = trial.evaluator["torque_regressor"]
+
+    def torque(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+        return np.asarray(np.asarray(regressor(q, qd, qdd))[:, :, : len(X)] @ X)
+
+    return np.concatenate([x for _, x in log.modelled(torque)])
+
+
+def _another_ratio_helps(
+    trial: Trial, j: int, X: FloatArray, as_recorded: Sequence[FloatArray]
+) -> bool:
+    """Whether the error falls where the gear ratio of a joint changes from 1, to first order.
+
+    tau = W X + delta (d/dr tau(r q, r qd, r qdd) + tau_j e_j), differences for d/dr.
+    """
+    extended = []
+    for log, rows, torque in zip(trial.logs, trial.rows, as_recorded, strict=True):
+        turned = multiplied(log, (j,), 1 + _SLIGHT, _MOTION)
+        slope = (_modelled(trial, turned, X) - torque) / _SLIGHT
+        slope[:, j] += log.measured[:, j]
+        extended.append(_with_column(log, rows, slope))
+    blocks = summary(placed(extended), trial.n)
+    return _what_is_left(trial.own, block_errors(blocks, blocks))[0] <= _CLEARER
+
+
+def _fitted_ratio(trial: Trial, j: int) -> Fault:
+    """Return the gear ratio of a joint that leaves the smallest error on folds left out."""
+
+    def error(x: float) -> float:
+        blocks = trial.right(_gear_ratio(j, math.exp(x)), trial.logs)
+        return held_out_error(block_errors(blocks, blocks))
+
+    tried = {x: error(x) for x in _LOGARITHMS}
+    apart = _LOGARITHMS[1] - _LOGARITHMS[0]
+    while apart > _NEAR:
+        apart /= 2
+        best = min(tried, key=lambda x: tried[x])
+        tried |= {x: error(x) for x in (best - apart, best + apart)}
+    return _gear_ratio(j, math.exp(min(tried, key=lambda x: tried[x])))
+
+
+def _moved(trial: Trial) -> Iterator[Fault]:
+    """Find positions and speeds that are exchanged, turned or in degrees."""
+    masked = any(log.mask is not None for log in (*trial.logs, *trial.held))
+    if held_out_error(trial.own) > _LOUDER and not masked:
+        yield from trial.short.judged(_hypotheses(trial.evaluator))
+
+
+def _hypotheses(evaluator: Evaluator) -> Iterator[Fault]:
+    """Yield the faults of the motion that are tried."""
+    joints = evaluator.model.robot.movable
+    for keys in (_MOTION, (*_MOTION, "tau")):
+        for j, k in combinations(range(len(joints)), 2):
+            yield _exchange(j, k, keys)
+        for j in range(len(joints)):
+            names = ", ".join(f"{key}{j + 1}" for key in keys)
+            undo = partial(multiplied, joints=(j,), factor=-1.0, keys=keys)
+            yield _fault("sign", names, f"{names} have the other sign", (j,), -1.0, undo)
+    turning = [j for j, joint in enumerate(joints) if joint.sigma == REVOLUTE]
+    factor = np.pi / 180
+    for group in ([turning] if len(turning) > 1 else []) + [[j] for j in turning]:
+        names = "q, qd" if len(group) > 1 else f"q{group[0] + 1}, qd{group[0] + 1}"
+        undo = partial(multiplied, joints=tuple(group), factor=factor, keys=_MOTION)
+        says = f"{names} are in degrees: multiply them by pi/180"
+        yield _fault("units", names, says, group, 1 / factor, undo)
+
+
+#: What the equations are searched for: finders of delays, of gains and signs of torques, and so on.
+FINDERS: Mapping[str, Callable[[Trial], Iterator[Fault]]] = {
+    "delay": _late,
+    "gain": _factors,
+    "exchange": _exchanged,
+    "ratio": _geared,
+    "units": _moved,
+}
+
+
+# Equations.
+
+
+def _equations_of(evaluator: Evaluator, logs: Iterable[FilteredLog]) -> Rows:
+    """Return the torque equations of logs, of which rests say nothing: they blame no channel."""
+    return [
+        tuple(e.with_rest_weight(_AT_REST) for e in torque_equations(evaluator, log))
+        for log in logs
+    ]
+
+
+def _with_column(
+    log: FilteredLog, rows: tuple[Equations, ...], column: FloatArray
+) -> tuple[Equations, ...]:
+    """Return the equations of one log with one more unknown, common to its joints.
+
+    Args:
+        log: the log.
+        rows: its equations, joint by joint.
+        column: (K, n) of the unknown, at the kept samples.
+    """
+    out = []
+    for j, e in enumerate(rows):
+        own = column[:, j] if log.mask is None else column[log.free[:, j], j]
+        out.append(replace(e, W=np.column_stack([e.W, own * e.scale]), Z=None))
+    return tuple(out)
+
+
+def _shares(blocks: Blocks, X: FloatArray) -> FloatArray:
+    """Return ||y - W X||^2 of every block over ||y||^2 of all of them, by joint, (B, m)."""
+    measured = blocks.grams[:, :, -1, -1].sum(axis=0)
+    errors = np.stack([blocks.errors([b], X) for b in range(len(blocks.grams))])
+    return np.asarray(errors / np.where(measured > 0, measured, np.inf))
+
+
+def _what_is_left(
+    own: FloatArray, other: FloatArray, sure: Bools | None = None
+) -> tuple[float, float]:
+    """Return what is left of the error of the joint that gains most, and of all; 1 for chance.
+
+    All joints together, each in units of its own error, must gain; as must the torques themselves.
+    """
+    whole, rest = own.sum(axis=0), other.sum(axis=0)
+    scale = 1 / np.where(whole > 0, whole, np.inf)
+    together = float(np.sqrt((rest * scale).sum() / max((whole * scale).sum(), 1e-300)))
+    if together >= 1.0 or rest.sum() >= whole.sum():
+        return 1.0, 1.0
+    gained = own - other
+    deviation = gained.std(axis=0, ddof=1) * np.sqrt(len(gained))
+    sure = gained.sum(axis=0) > _STD * deviation if sure is None else sure
+    return float(np.sqrt(rest * scale)[sure & (whole > 0)].min(initial=1.0)), together
+
+
+def _first_part(logs: Sequence[FilteredLog]) -> Sequence[FilteredLog]:
+    """Return logs, cut where models are evaluated at many nodes."""
+    total = sum(log.rows.nodes for log in logs)
+    if total <= _NODES:
+        return logs
+    cut = [log.samples.cut(slice(0, len(log.t) * _NODES // total)) for log in logs]
+    return [filtered(s, log.band) for s, log in zip(cut, logs, strict=True)]

@@ -1,0 +1,771 @@
+"""Faults that samples alone show: each has one finder, which says how it is undone.
+
+Rows that repeat the one before are dropped, not interpolated through; stamps of a host that jitter
+about a fixed clock are put on that clock where positions then agree better with speeds; single
+samples that jump are taken out (Hampel 1974); turns of 2 pi are joined. No equation touches torques
+that are cut off and channels that are stuck. Measured speeds that are late, scaled or off against
+dq/dt are mended. Nothing is mended unless what is compared agrees better afterwards; thresholds are
+ratios to the signal's own scatter.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen import names
+from symgen.data.holes import GAP, holes
+from symgen.data.log import Log, rows
+from symgen.data.mask import Bools, on_grid, spans, touched
+from symgen.data.raw import read_only
+from symgen.data.signals import (
+    NORMAL,
+    STEP_TOLERANCE,
+    Samples,
+    lowpass,
+    lowpass_and_slopes,
+    white_noise,
+)
+from symgen.data.spline import interpolated
+from symgen.estimation.band import OPEN
+from symgen.faults.fault import Fault, undone
+from symgen.faults.undo import bridged, masked, shifted, sloped, with_column
+
+FloatArray = NDArray[np.float64]
+#: A clock is taken where it leaves so much of the disagreement that the stamps leave, at most.
+_CLOCK = 0.8
+#: More repeated rows than chance would give, by this factor, and at least so many.
+_CHANCE, _FEW = 5.0, 3
+#: A channel is held where so many runs of one value hold so much of the log.
+_HELD_RUNS, _HELD, _PACED = 20, 0.9, 0.4
+_FIRST = 4096  # samples of a channel that are looked at before all of it
+#: Steps of a channel that are worth a word, over its spread: encoders have 14 bits a turn and more.
+_COARSE = {"q": 2e-3, "qd": 0.05, "tau": 0.05}
+#: A jump is so many times the scatter of its channel, and so many times what is around it.
+_JUMP, _AROUND = 12.0, 4.0
+_NEAR = 8  # samples around a jump that it is compared with
+#: Jumps meet where this many pairs are expected; a signal with more jumps than so is one of jumps.
+_MEET, _MANY, _PASSES = 0.1, 0.05, 4
+#: A torque is cut off where it is so often at its extreme, and so many times as often as below.
+_FLAT, _PILED = 10, 4.0
+_RUN = 3  # times the runs of other values, at least
+#: A channel is stuck for at least so many samples, and so many times the length of its other runs.
+_STUCK, _LONGER = 20, 10.0
+_DEAD = 0.5  # of the log
+#: A position that was stuck jumps by so many times its largest usual step.
+_LEAVES = 3.0
+#: Speed of a robot that moves, of the RMS over the log.
+_MOVES = 0.1
+#: Speeds are mended where that leaves so much of the square of their disagreement, at most.
+_SPEEDS = 0.8
+#: Correlation of speeds with dq/dt under which they are replaced by it.
+_FOLLOWS = 0.9
+_LATE, _SCALED = 0.1, 0.02  # of a sample; of 1
+_NOISY = 2.0  # times its noise a speed may be off before it is said not to follow
+_SETTLED = 1e-3  # of a sample
+_STILL = 3.0  # spreads of noise in the band within which a position is noise
+_SLOPES = 5.0  # the band of that comparison, in comparison bands
+
+
+def repaired(log: Log, sigma: Sequence[int]) -> tuple[Log, tuple[Fault, ...]]:
+    """Mend what shows sample by sample in a log as it was recorded.
+
+    Args:
+        log: mapped to the joint side.
+        sigma: types of the joints.
+    """
+    ticks = np.flatnonzero(~repeated_rows(log)).astype(float)
+    told: list[Fault] = []
+    for find in FINDERS.values():
+        log, found = undone(log, find(log, sigma, ticks))
+        told += found
+    return log, tuple(told)
+
+
+def masked_faults(log: Log, samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
+    """Mask what is cut off or stuck, in a log on uniform steps.
+
+    Args:
+        log: the log that it came from, before it was resampled.
+        samples: the log on uniform steps.
+    """
+    assert log.tau is not None  # open_log has seen to it
+    flat = np.column_stack([cut_off(np.ascontiguousarray(x)) for x in log.tau.T])
+    return undone(samples, (*_saturated(log, samples, flat), *_stuck(log, samples, flat)))
+
+
+def _channels(log: Log) -> Iterator[tuple[str, int, FloatArray]]:
+    """Yield the channels of a log: key, joint, and values (N,)."""
+    for key in ("q", "qd", "tau"):
+        x = getattr(log, key)
+        for j in range(0 if x is None else x.shape[1]):
+            yield key, j, np.ascontiguousarray(x[:, j])
+
+
+def _repeated(log: Log, _: Sequence[int], ticks: FloatArray) -> Iterator[Fault]:
+    """Find rows that hold the values of the row before."""
+    count = len(log.t) - len(ticks)
+    if count:
+        undo = partial(rows, chosen=np.isin(np.arange(len(log.t)), ticks))
+        fault = "rows that repeat the one before"
+        yield Fault(log.name, "all", fault, count, "dropped", kind="repeated", undo=undo)
+
+
+def repeated_rows(log: Log) -> Bools:
+    """Find rows that hold the values of the row before, where that is no chance: (N,).
+
+    Channels that stand still, or move by less than their last digit, repeat by themselves: rows are
+    repeated where all channels are at once, far more often than if each did so on its own. Longer
+    stretches are a robot at rest, or a recorder that is stuck, and are not touched.
+    """
+    arrays = [x for x in (log.q, log.qd, log.tau) if x is not None]
+    whole, out = same_rows(arrays), np.zeros(len(log.t), dtype=bool)
+    if whole.sum() <= _FEW:
+        return out
+    same = np.concatenate([np.mean(x[1:] == x[:-1], axis=0) for x in arrays])
+    if whole.sum() <= _CHANCE * float(np.prod(same)) * len(whole) + _FEW:
+        return out
+    for start, end in spans(whole):
+        if end - start < GAP - 1:
+            out[start + 1 : end + 1] = True
+    return out
+
+
+def same_rows(arrays: Sequence[FloatArray]) -> Bools:
+    """Return which rows hold the values of the row before in all columns, (N - 1,)."""
+    out = np.ones(len(arrays[0]) - 1, dtype=bool)
+    for column in (column for x in arrays for column in x.T):
+        if not out.any():
+            break
+        out &= column[1:] == column[:-1]
+    return out
+
+
+def _wrapped(log: Log, sigma: Sequence[int], _: FloatArray) -> Iterator[Fault]:
+    """Find turns of 2 pi: steps of one turn between samples that hardly move."""
+    for j, kind in enumerate(sigma):
+        steps = np.diff(log.q[:, j])
+        if kind == names.PRISMATIC or np.abs(steps).max(initial=0.0) <= np.pi:
+            continue
+        turns = np.round(steps / (2 * np.pi))
+        off = np.abs(steps - 2 * np.pi * turns)
+        others = float(np.max(np.abs(steps[turns == 0]), initial=0.0))
+        wrapped = (turns != 0) & (off <= max(2 * others, 1e-6))
+        if not wrapped.any() or others > 1.0:
+            continue
+        whole = log.q[:, j].copy()
+        whole[1:] -= 2 * np.pi * np.cumsum(np.where(wrapped, turns, 0.0))
+        count = int(wrapped.sum())
+        yield _mended(log, "wrapped", "q", j, whole, "turns of 2 pi", count, "joined")
+
+
+def _mended(
+    log: Log, kind: str, key: str, j: int, x: FloatArray, fault: str, count: int, done: str
+) -> Fault:
+    """Return the fault of a channel whose values should be x (N,)."""
+    undo = partial(with_column, key=key, j=j, x=x)
+    return Fault(log.name, f"{key}{j + 1}", fault, count, done, kind=kind, joints=(j,), undo=undo)
+
+
+def _jumping(log: Log, _: Sequence[int], __: FloatArray) -> Iterator[Fault]:
+    """Find single samples that jump, or two, off the line between their neighbours."""
+    for key, j, x in _channels(log):
+        at = jumps(x)
+        if len(at):
+            what = "single samples that jump", len(at), "put on the line between their neighbours"
+            yield _mended(log, "jumps", key, j, without(x, at), *what)
+
+
+def jumps(x: FloatArray) -> NDArray[np.int64]:
+    """Return the numbers of single samples that stand out of their neighbours.
+
+    r_k = x_k - median(x_(k-3) .. x_(k+3)) of a jump is the jump, and next to nothing at a step, as
+    of friction at a reversal (Hampel 1974). It counts where |r_k| is 12 times the scatter of
+    x_k - (x_(k-1) + x_(k+1))/2 (median absolute deviation, or the last digit), which knows how the
+    signal bends, and 4 times all around. Where there are some, others that stood in their shade are
+    looked for, and where there are so many that two meet by chance, two in a row. It leaves its
+    neighbours on both sides to the same hand: the corner at which a torque falls from braking to
+    standstill does not.
+    """
+    found: set[int] = set()
+    for _ in range(_PASSES):
+        meet = len(found) ** 2 > _MEET * len(x)
+        more = _outstanding(x, 2 if meet else 1, 1 if found else 0)
+        if len(more) == 0:
+            break
+        found.update(map(int, more))
+        x = without(x, more)
+        if len(found) > _MANY * len(x):  # this is the signal
+            return np.zeros(0, dtype=np.int64)
+    return np.array(sorted(found), dtype=np.int64)
+
+
+def least_step(x: FloatArray) -> float:
+    """Return the smallest step of a signal from a sample to the next that is none; inf without."""
+    steps = np.abs(np.diff(x))
+    return float(np.min(steps, where=steps > 0, initial=np.inf))
+
+
+def _outstanding(x: FloatArray, together: int, others: int) -> NDArray[np.int64]:
+    """Return the samples that stand out of those around.
+
+    Args:
+        x: the signal.
+        together: that may stand out in a row.
+        others: jumps that may be near.
+    """
+    none = np.zeros(0, dtype=np.int64)
+    if len(x) < 2 * _NEAR:
+        return none
+    size = x[:-2] + x[2:]  # in place: long logs come this way
+    size *= -0.5
+    size += x[1:-1]
+    np.abs(size, out=size)
+    largest = float(size.max())
+    # Most are so large that the median is: nothing stands out, and nothing has to be sorted.
+    if 2 * np.count_nonzero(size >= 2 * largest / (_JUMP * NORMAL)) > len(size):
+        return none
+    digit = least_step(x)
+    scatter = NORMAL * float(np.median(size))
+    least = _JUMP * max(scatter, digit if np.isfinite(digit) else 0.0)
+    if least == 0.0 or largest <= least / 2:
+        return none
+    windows = np.lib.stride_tricks.sliding_window_view
+    r: FloatArray = np.zeros(len(x))
+    r[3:-3] = np.abs(x[3:-3] - np.median(windows(x, 7), axis=1))
+    out: list[int] = []
+    for k in np.flatnonzero(r > least):
+        low, high = max(k - _NEAR, 0), min(k + _NEAR + 1, len(x))
+        first, end = max(k - together + 1, 0), k + together
+        near = np.concatenate([r[low:first], r[end:high]])
+        if _there_and_back(x, int(k), together) < r[k] / 2:
+            continue  # the corner of a signal that goes on elsewhere
+        if r[k] > _AROUND * float(np.sort(near)[-1 - others]):
+            out.append(int(k))
+    return np.array(out, dtype=np.int64)
+
+
+def _there_and_back(x: FloatArray, k: int, together: int) -> float:
+    """Return by how much a sample stands out of both sides to the same hand.
+
+    Of what a side leads to: its nearest sample, or the line through two, whichever is nearer.
+    """
+    sides = []
+    for way in (-1, 1):
+        found = []
+        for s in range(1, together + 1):
+            last, before = x[k + way * s], x[k + way * (s + 1)]
+            away = x[k] - np.array([last, last + s * (last - before)])
+            found.append(float(away[np.argmin(np.abs(away))]))
+        sides.append(max(found, key=abs))
+    left, right = sides
+    return min(abs(left), abs(right)) if left * right > 0 else 0.0
+
+
+def without(x: FloatArray, at: NDArray[np.int64]) -> FloatArray:
+    """Return a signal with some samples on the line between those around."""
+    good = np.setdiff1d(np.arange(len(x)), at)
+    out = x.copy()
+    out[at] = np.interp(at, good, x[good])
+    return out
+
+
+def _held(log: Log, _: Sequence[int], __: FloatArray) -> Iterator[Fault]:
+    """Find channels that are held between their readings."""
+    for key, j, x in _channels(log):
+        k = held_for(x)
+        if k > 1:
+            first, _lengths = runs(x)
+            inside = log.t <= log.t[first[-1]]
+            drawn = x.copy()
+            drawn[inside] = interpolated(log.t[first], x[first])(log.t[inside])
+            fault = f"read anew every {k} samples only"
+            yield _mended(log, "held", key, j, drawn, fault, len(x), "drawn through its readings")
+
+
+def runs(x: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return where a signal takes a value, and for how many samples it keeps it."""
+    first = np.flatnonzero(np.concatenate([[True], x[1:] != x[:-1]]))
+    return first, np.diff(np.concatenate([first, [len(x)]]))
+
+
+def held_for(x: FloatArray) -> int:
+    """Return how many samples a channel holds every value, where it is read anew at such a pace.
+
+    Two fifths of its runs of one value are of that length, and nine tenths within a sample of it;
+    1 where it is not held. Longer ones, of a robot at rest, are left out. A coarse channel keeps
+    its values for as long as the motion wants.
+    """
+    if 1.5 * (1 + np.count_nonzero(x[1:] != x[:-1])) > len(x):  # so many that half of them are 1
+        return 1
+    _, lengths = runs(x)
+    k = round(float(np.median(lengths)))
+    short = lengths[lengths <= 2 * k + 1]
+    if k == 1 or len(short) < _HELD_RUNS:
+        return 1
+    paced = np.mean(short == k) >= _PACED and np.mean(np.abs(short - k) <= 1) >= _HELD
+    return k if paced else 1
+
+
+def _coarse(log: Log, _: Sequence[int], __: FloatArray) -> Iterator[Fault]:
+    """Find channels that come in steps that count beside their motion."""
+    for key, j, x in _channels(log):
+        size = float(np.std(x))
+        least = _COARSE[key] * size
+        # What it comes in is no larger than any step: most channels show it at once.
+        if any(1.5 * least_step(part) <= least for part in (x[:_FIRST], x)):
+            continue
+        step = _quantum(x)
+        if step > least:
+            fault = f"comes in steps of {step:.3g}, {100 * step / size:.2g} % of its spread"
+            yield Fault(log.name, f"{key}{j + 1}", fault, len(x), kind="coarse", joints=(j,))
+
+
+def _quantum(x: FloatArray) -> float:
+    """Return the step in which a signal comes, 0 where it comes in none."""
+    apart = np.diff(np.unique(x))
+    if not 1 < len(apart) < len(x) / 2:
+        return 0.0
+    step = float(np.median(apart[apart <= 1.5 * apart.min()]))  # printed digits scatter
+    off = np.abs(apart / step - np.round(apart / step))
+    return step if np.mean(off < 0.05) >= _HELD else 0.0
+
+
+def _jittering(log: Log, _: Sequence[int], ticks: FloatArray) -> Iterator[Fault]:
+    """Find stamps that jitter: on a clock of the sampler, positions and speeds agree better.
+
+    Args:
+        log: without repeated rows.
+        ticks: (N,) numbers of its rows among those that were recorded.
+    """
+    t = log.t
+    steps = np.diff(t)
+    median = float(np.median(steps))
+    if float(np.max(np.abs(steps - median))) <= STEP_TOLERANCE * median or len(holes(t, median)):
+        return
+    disagree = _disagreement(log)
+    own = disagree(t)
+    numbers = np.arange(len(t), dtype=float)
+    whole = np.concatenate([[0.0], np.cumsum(np.maximum(np.round(steps / median), 1.0))])
+    best, least = t, _CLOCK * own
+    for index in (ticks, numbers, whole):
+        clock = _line(index, t)
+        if np.diff(clock).min() <= 0:
+            continue
+        found = disagree(clock)
+        if found < least:
+            best, least = clock, found
+    if best is t:
+        return
+    fault = f"stamps jitter by {1e3 * float(np.std(best - t)):.2g} ms about a fixed clock"
+    done = f"put on that clock, of {1e3 * float(np.min(np.diff(best))):.4g} ms"
+    undo = partial(replace, t=read_only(best))
+    yield Fault(log.name, "t", fault, len(t), done, kind="jitter", undo=undo)
+
+
+def _line(index: FloatArray, t: FloatArray) -> FloatArray:
+    """Return the times of a clock that ticks evenly, nearest to stamps (least absolute errors)."""
+    weight = np.ones(len(t))
+    slope, start = 0.0, 0.0
+    for _ in range(8):  # reweighted: late stamps of a busy host have no say
+        mean_i, mean_t = np.average(index, weights=weight), np.average(t, weights=weight)
+        x, y = index - mean_i, t - mean_t
+        slope = float((weight * x) @ y / ((weight * x) @ x))
+        start = float(mean_t - slope * mean_i)
+        left = np.abs(t - start - slope * index)
+        weight = 1 / np.maximum(left, 1e-3 * slope)
+    return np.asarray(start + slope * index)
+
+
+def _disagreement(log: Log) -> Callable[[FloatArray], float]:
+    """Return how far positions are from what speeds, or else their neighbours, make of the times.
+
+    Of speeds: q_(k+1) - q_k - (qd_k + qd_(k+1))/2 (t_(k+1) - t_k). Without speeds: the second
+    divided difference of the times on either side. The median of the size over the samples that
+    move, the geometric mean over the joints.
+    """
+    change = np.diff(log.q, axis=0)
+    moving = np.abs(change) >= np.maximum(np.median(np.abs(change), axis=0), 1e-300)
+    qd = log.qd
+
+    def at(t: FloatArray) -> float:
+        step = np.diff(t)[:, None]
+        if qd is not None:
+            left = np.abs(change - (qd[1:] + qd[:-1]) / 2 * step)
+            say = moving
+        else:
+            speed = change / step
+            left = np.abs(np.diff(speed, axis=0))
+            say = moving[1:] & moving[:-1]
+        sizes = [float(np.median(x[s])) for x, s in zip(left.T, say.T, strict=True) if s.any()]
+        sizes = [s for s in sizes if s > 0]
+        return float(np.exp(np.mean(np.log(sizes)))) if sizes else 0.0
+
+    return at
+
+
+#: What logs as they were recorded are searched for, in this order; each sees what is mended before.
+FINDERS: Mapping[str, Callable[[Log, Sequence[int], FloatArray], Iterator[Fault]]] = {
+    "repeated": _repeated,
+    "wrapped": _wrapped,
+    "jumps": _jumping,
+    "held": _held,
+    "coarse": _coarse,
+    "jitter": _jittering,
+}
+
+
+def _saturated(log: Log, samples: Samples, flat: Bools) -> Iterator[Fault]:
+    """Find torques that are cut off, where `flat` (N, n) says."""
+    assert log.tau is not None
+    for j in map(int, np.flatnonzero(flat.any(axis=0))):
+        at = flat[:, j]
+        limit = float(np.abs(log.tau[at, j]).max())
+        undo = partial(masked, at=_on_grid(at, log, samples), joints=[j])
+        yield Fault(
+            log.name, f"tau{j + 1}", f"cut off at {limit:.4g}", int(at.sum()), "masked",
+            (("limit", limit, 0.0),), kind="saturated", joints=(j,), undo=undo,
+        )  # fmt: skip
+
+
+def _stuck(log: Log, samples: Samples, flat: Bools) -> Iterator[Fault]:
+    """Find times in which a recorder is stuck, and channels that are, where `flat` is no reason."""
+    everyone, n = "masked, for all joints", log.q.shape[1]
+    hidden = flat.copy()  # from the equations of a joint
+    frozen = stuck_rows(log)
+    if frozen.any():
+        undo = partial(bridged, at=_on_grid(frozen, log, samples), joints=range(n))
+        yield Fault(log.name, "all", "stuck", int(frozen.sum()), everyone, kind="stuck", undo=undo)
+    hidden |= frozen[:, None]
+    moves = _Moves(log, samples)
+    for key, j, x in _channels(log):
+        stuck = stuck_runs(x, partial(moves.beside, key, j), key != "tau")
+        if stuck.any():
+            stuck &= ~(hidden[:, j] if key == "tau" else frozen)
+        if not stuck.any() or stuck.mean() > _DEAD:
+            continue  # a channel without a signal is not mended by a mask
+        at = _on_grid(stuck, log, samples)
+        undo, done = partial(masked, at=at, joints=[j]), "masked"
+        if key == "q":
+            undo, done = partial(bridged, at=at, joints=[j]), everyone
+            hidden |= stuck[:, None]
+        elif key == "qd":
+            undo, done = partial(sloped, at=at, j=j), "replaced by dq/dt"
+        yield Fault(
+            log.name, f"{key}{j + 1}", "stuck", int(stuck.sum()), done,
+            kind="stuck", joints=(j,), undo=undo,
+        )  # fmt: skip
+
+
+def _on_grid(at: Bools, log: Log, samples: Samples) -> Bools:
+    """Carry what is so at the stamps of a log over to its samples, (N,)."""
+    return on_grid(at[:, None], log.t, samples.t)[:, 0]
+
+
+class _Moves:
+    """Where the joints of a log move, looked at once a channel asks."""
+
+    def __init__(self, log: Log, samples: Samples) -> None:
+        self._log, self._samples = log, samples
+
+    @cached_property
+    def _joints(self) -> Bools:
+        log, samples = self._log, self._samples
+        qd = (
+            samples.qd
+            if len(samples.t) == len(log.t)
+            else np.column_stack([np.interp(log.t, samples.t, v) for v in samples.qd.T])
+        )
+        return np.asarray(np.abs(qd) > _MOVES * np.sqrt(np.mean(qd**2, axis=0)))
+
+    def beside(self, key: str, j: int) -> Bools:
+        """Return where the robot moves, as others tell than q or qd of joint j, (N,)."""
+        moves = self._joints
+        if key == "tau" or (moves.shape[1] == 1 and key == "q"):
+            return np.asarray(moves.any(axis=1))
+        return np.asarray(moves[:, j] if key == "qd" else np.delete(moves, j, axis=1).any(axis=1))
+
+
+def stuck_rows(log: Log) -> Bools:
+    """Return where a recorder is stuck: all channels keep their values, and a position then jumps.
+
+    A robot at rest goes on from where it stood.
+    """
+    out = np.zeros(len(log.t), dtype=bool)
+    long = [
+        (start, end)
+        for start, end in spans(same_rows([x for x in (log.q, log.qd, log.tau) if x is not None]))
+        if end - start + 1 >= _STUCK and end < len(log.t) - 1
+    ]
+    if not long:
+        return out
+    steps = np.abs(np.diff(log.q, axis=0))
+    usual = np.array([np.percentile(s[s > 0], 99) if (s > 0).any() else np.inf for s in steps.T])
+    for start, end in long:
+        if (steps[end] > _LEAVES * usual).any():
+            out[start : end + 1] = True
+    return out if out.mean() <= _DEAD else np.zeros(len(log.t), dtype=bool)
+
+
+def cut_off(x: FloatArray) -> Bools:
+    """Return where a signal is cut off: samples at an extreme that pile up there, (N,).
+
+    A peak that is merely rounded to its last digit has nearly as many samples one digit below; a
+    channel that is held for some samples, or is coarse, keeps other values as long.
+    """
+    out = np.zeros(len(x), dtype=bool)
+    for side in (1.0, -1.0):
+        y = side * x
+        top = float(y.max())
+        if top < 0.5 * float(np.abs(x).max()):
+            continue
+        at = y >= top - 1e-9 * abs(top)
+        count = int(at.sum())
+        if count < _FLAT or count > 0.9 * len(x):
+            continue
+        levels = np.unique(y[y > top - 0.1 * (top - float(y.min()))])
+        digit = float(np.min(np.diff(levels))) if len(levels) > 1 else 0.0
+        below = int(((y < top - 1e-9 * abs(top)) & (y >= top - 1.5 * digit)).sum())
+        first, lengths = runs(x)
+        others = lengths[~at[first]]
+        usual = float(np.percentile(others, 90)) if len(others) else 1.0
+        piled = count >= _FLAT * usual and count > _PILED * max(below, 1)
+        if piled and int(np.diff(spans(at)).max()) >= _RUN * usual:
+            out |= at
+    return out
+
+
+def stuck_runs(x: FloatArray, others: Callable[[], Bools], jumps: bool) -> Bools:
+    """Return where a channel keeps one value much longer than it ever does, while the robot moves.
+
+    Args:
+        x: (N,) the channel.
+        others: gives (N,) whether the robot moves, as other channels tell.
+        jumps: whether the value has to jump away from where it was stuck, as a position does.
+    """
+    out = np.zeros(len(x), dtype=bool)
+    starts, ends = spans(x[1:] == x[:-1]).T
+    lengths = ends - starts + 1
+    if lengths.max(initial=0) < _STUCK:
+        return out
+    usual = float(np.percentile(lengths, 90)) if len(lengths) > 10 else 1.0
+    long = lengths >= max(_STUCK, _LONGER * usual)
+    if not long.any():
+        return out
+    moves, steps = others(), np.abs(np.diff(x))
+    largest = float(np.percentile(steps[steps > 0], 99)) if (steps > 0).any() else np.inf
+    for start, end in zip(starts[long], ends[long], strict=True):
+        if moves[int(start) : int(end)].mean() < 0.5:
+            continue
+        leaves = max(
+            steps[end] if end < len(steps) else 0.0,
+            steps[start - 1] if start > 0 else 0.0,
+        )
+        if jumps and leaves <= _LEAVES * largest:
+            continue
+        out[int(start) : int(end) + 1] = True
+    return out
+
+
+def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tuple[Fault, ...]]:
+    """Shift and rescale measured speeds that are late or scaled against dq/dt; replace wrong ones.
+
+    In a band somewhat wider than the comparison band, least squares
+    qd = g (v - delay a) + offset with v = dq/dt and a its derivative; what is masked for the robot,
+    a position that is stuck say, is not compared.
+
+    Args:
+        samples: a log on uniform steps, with measured speeds.
+        comparison_hz: of the run.
+    """
+    if samples.velocity_derived:
+        return samples, ()
+    step = samples.step
+    band = min(_SLOPES * comparison_hz, 0.5 * OPEN / step)
+    qd = samples.qd.copy()
+    seen = _compared(samples, band)
+    positions, slopes, bends = lowpass_and_slopes(samples.q, step, band, 2)
+    smooth = lowpass(qd, step, band)
+    found: list[_Speed] = []
+    done: list[Fault] = []
+    still = at_standstill(samples.q, positions, step, band)
+    noise = white_noise(samples.qd - smooth, step, band) * math.sqrt(2 * band * step)
+    for j in map(int, np.flatnonzero(~still)):  # the rest have no motion that a speed could follow
+        v, w = np.ascontiguousarray(slopes[:, j]), np.ascontiguousarray(smooth[:, j])
+        if not np.any(v[seen]):
+            continue
+        a = np.ascontiguousarray(bends[:, j])
+        speed = _speed(j, v, a, w, step, 0.25 / comparison_hz, seen)
+        if speed is None and float(np.std((w - v)[seen])) <= _NOISY * noise[j]:
+            continue  # the joint is slower than the noise of its sensor
+        if speed is None:
+            qd[:, j] = v
+            done.append(
+                Fault(
+                    samples.name,
+                    f"qd{j + 1}",
+                    "it does not follow dq/dt",
+                    len(samples.t),
+                    "replaced by dq/dt",
+                    kind="unrelated",
+                    joints=(j,),
+                )
+            )
+        elif speed.wrong:
+            found.append(speed)
+            moved = shifted(qd[:, j], speed.delay, step)
+            qd[:, j] = (moved - speed.offset) / speed.gain
+    done += _said(samples, found)
+    if not done:
+        return samples, ()
+    return replace(samples, qd=read_only(qd)), tuple(done)
+
+
+def at_standstill(x: FloatArray, low: FloatArray, step: float, band: float) -> Bools:
+    """Whether positions never leave their place: what a low-pass lets pass of them is noise.
+
+    Args:
+        x: (N, k) positions.
+        low: what passed the filter.
+        step: sampling step in s.
+        band: cutoff of the filter in Hz, below Nyquist.
+
+    Returns:
+        (k,) true where the spread of `low` is not three times that of white noise in the band, or
+        where x stays within two of its smallest steps.
+    """
+    noise = white_noise(x - low, step, band) * np.sqrt(2 * band * step)
+    steps = np.abs(np.diff(x, axis=0))
+    least = np.min(np.where(steps > 0, steps, np.inf), axis=0, initial=np.inf)
+    within = np.ptp(x, axis=0) <= 2.5 * np.where(np.isfinite(least), least, 0.0)
+    return np.asarray((np.std(low, axis=0) <= _STILL * noise) | within)
+
+
+def _compared(samples: Samples, band: float) -> Bools:
+    """Return the samples that a filter of that band keeps clear of what is masked, (N,)."""
+    if samples.mask is None or not samples.mask.robot.any():
+        return np.ones(len(samples.t), dtype=bool)
+    return ~touched(samples.mask.robot, math.ceil(1 / (band * samples.step)))
+
+
+@dataclass(frozen=True)
+class _Speed:
+    """What is wrong with the speed of joint j: qd = gain (dq/dt - delay d2q/dt2) + offset."""
+
+    j: int
+    delay: float = 0.0
+    gain: float = 1.0
+    offset: float = 0.0
+    std: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def wrong(self) -> bool:
+        """Whether anything is."""
+        return bool(self.delay or self.offset or self.gain != 1.0)
+
+
+def _speed(
+    j: int,
+    v: FloatArray,
+    a: FloatArray,
+    w: FloatArray,
+    step: float,
+    longest: float,
+    seen: Bools,
+) -> _Speed | None:
+    """Compare a measured speed w with v = dq/dt where it is seen; None if it does not follow it.
+
+    Delay, then gain, then offset are taken where each of them leaves at most four fifths of the
+    square of the disagreement.
+    """
+    delay, v, a = 0.0, v[seen], a[seen]
+    for _ in range(3):
+        moved = shifted(w, delay, step)[seen]
+        g, d, _ = _least_squares(np.column_stack([v, a, np.ones(len(v))]), moved)
+        if g == 0 or abs(delay - d / g) > longest:
+            break
+        delay -= float(d / g)
+        if abs(d / g) < _SETTLED * step:
+            break
+    moved, w = shifted(w, delay, step)[seen], w[seen]
+    level, own = moved - moved.mean(), v - v.mean()
+    spread = float(np.sqrt((own @ own) * (level @ level)))
+    if spread == 0.0 or float(own @ level) < _FOLLOWS * spread:
+        return None
+    left = float(np.sum((w - v) ** 2))
+    late = float(np.sum((moved - v) ** 2))
+    if late > _SPEEDS * left or abs(delay) <= _LATE * step:
+        delay, moved = 0.0, w
+    else:
+        left = late
+    gain, offset = 1.0, 0.0
+    A = np.column_stack([v, np.ones(len(v))])
+    for columns in ([0], [1], [0, 1]):
+        fixed = moved - (0.0 if 0 in columns else v)
+        found = _least_squares(A[:, columns], fixed)
+        error = float(np.sum((fixed - A[:, columns] @ found) ** 2))
+        if error <= _SPEEDS * left and (1 in columns or abs(found[0] - 1) > _SCALED):
+            left = error
+            gain = float(found[0]) if 0 in columns else 1.0
+            offset = float(found[-1]) if 1 in columns else 0.0
+    # Rows that pass the low-pass share samples: one in a period of it counts.
+    noise = left / max(len(v), 1) * max(longest / step, 1.0)
+    std = tuple(float(np.sqrt(noise / max(float(x @ x), 1e-300))) for x in (a, v, np.ones(len(v))))
+    return _Speed(j, delay, gain, offset, (std[0], std[1], std[2]))
+
+
+def _least_squares(A: FloatArray, y: FloatArray) -> FloatArray:
+    """Solve y = A x of a few columns by their products: one pass over many rows."""
+    size = np.sqrt(np.einsum("ka,ka->a", A, A))
+    size = np.where(size > 0, size, 1.0)
+    found = np.linalg.lstsq(A.T @ A / np.outer(size, size), (y @ A) / size, rcond=None)[0]
+    return np.asarray(found / size)
+
+
+def _said(samples: Samples, found: Sequence[_Speed]) -> list[Fault]:
+    """Say delays: one of the recorder where all joints share it, else joint by joint."""
+    n, count = samples.q.shape[1], len(samples.t)
+    delays = np.array([speed.delay for speed in found])
+    out = []
+    common = len(found) == n > 1 and np.ptp(delays) <= max(0.2 * abs(delays.mean()), samples.step)
+    if common and all(f.gain == 1.0 and f.offset == 0.0 for f in found):
+        fault = f"speeds of all joints are {_late(float(delays.mean()))} (recorder or stamps)"
+        std = float(np.mean([f.std[0] for f in found]))
+        mean = (("LV", float(delays.mean()), std),)
+        return [Fault(samples.name, "qd", fault, count, "shifted", mean, kind="speed")]
+    for f in found:
+        faults, done, values = [], [], []
+        if f.gain != 1.0:
+            faults.append(f"{f.gain:.4g} times dq/dt")
+            done.append("rescaled")
+            values.append(("GV", f.gain - 1, f.std[1]))
+        if f.delay:
+            faults.append(_late(f.delay))
+            done.append("shifted")
+            values.append(("LV", f.delay, f.std[0]))
+        if f.offset:
+            faults.append(f"off by {f.offset:.3g}")
+            done.append("moved to zero")
+            values.append(("OV", f.offset, f.std[2]))
+        out.append(
+            Fault(
+                samples.name,
+                f"qd{f.j + 1}",
+                " and ".join(faults),
+                count,
+                " and ".join(done),
+                tuple(values),
+                kind="speed",
+                joints=(f.j,),
+            )
+        )
+    return out
+
+
+def _late(delay: float) -> str:
+    return f"{abs(1e3 * delay):.2g} ms {'late' if delay > 0 else 'early'}"

@@ -1,0 +1,146 @@
+"""Faults undone: logs with channels multiplied, exchanged, shifted, drawn anew or masked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.data.log import Log
+from symgen.data.mask import Bools, Mask, touched
+from symgen.data.raw import read_only
+from symgen.data.signals import Samples, differentiate, lowpass
+from symgen.data.spline import interpolated
+from symgen.estimation.filtered import FilteredLog
+
+FloatArray = NDArray[np.float64]
+_SMOOTH = 10.0  # Hz: band in which a speed is drawn from positions
+
+
+# Logs as they were recorded, and samples.
+
+
+def with_column(log: Log, key: str, j: int, x: FloatArray) -> Log:
+    """Return a log with another column (N,) of a channel."""
+    columns = getattr(log, key).copy()
+    columns[:, j] = x
+    changed: dict[str, Any] = {key: read_only(columns)}
+    return replace(log, **changed)
+
+
+def masked(samples: Samples, at: Bools, joints: Sequence[int]) -> Samples:
+    """Return samples of which no equation of some joints, nor a common one, touches some, (N,)."""
+    joint, robot = np.zeros(samples.q.shape, dtype=bool), at
+    joint[:, list(joints)] = at[:, None]
+    if samples.mask is not None:
+        joint, robot = joint | samples.mask.joint, robot | samples.mask.robot
+    return replace(samples, mask=Mask(joint, robot))
+
+
+def bridged(samples: Samples, at: Bools, joints: Sequence[int]) -> Samples:
+    """Return samples with positions drawn over a time in which they were not seen, and masked."""
+    q, t = samples.q.copy(), samples.t
+    for j in joints:
+        q[at, j] = interpolated(t[~at], q[~at, j])(t[at])
+    return masked(replace(samples, q=read_only(q)), at, range(q.shape[1]))
+
+
+def sloped(samples: Samples, at: Bools, j: int) -> Samples:
+    """Return samples with the speed of a joint replaced by dq/dt at some of them."""
+    qd, q, step = samples.qd.copy(), samples.q[:, j], samples.step
+    q = lowpass(q, step, _SMOOTH) if 0.4 / step > _SMOOTH else q
+    qd[at, j] = differentiate(q, step)[at]
+    return replace(samples, qd=read_only(qd))
+
+
+def shifted(x: FloatArray, delay: float, step: float) -> FloatArray:
+    """Return a signal as it was `delay` s later, between samples by a cubic (Catmull and Rom)."""
+    if delay == 0.0:
+        return x
+    at = np.arange(len(x)) + delay / step
+    at = np.clip(at, 0.0, len(x) - 1.0)
+    k = np.clip(at.astype(np.int64), 0, len(x) - 2)
+    u = at - k
+    p0, p1 = x[np.maximum(k - 1, 0)], x[k]
+    p2, p3 = x[k + 1], x[np.minimum(k + 2, len(x) - 1)]
+    return np.asarray(
+        p1
+        + 0.5 * u * (p2 - p0 + u * (2 * p0 - 5 * p1 + 4 * p2 - p3 + u * (3 * (p1 - p2) + p3 - p0)))
+    )
+
+
+def with_earlier_torques(samples: Samples, delay: float) -> Samples:
+    """Return samples whose torques were measured `delay` s earlier."""
+    columns = [shifted(x, delay, samples.step) for x in samples.tau.T]
+    return replace(samples, tau=read_only(np.column_stack(columns)))
+
+
+# Logs in the band of a run.
+
+
+def earlier(log: FilteredLog, delay: float) -> FilteredLog:
+    """Return a log whose torques were measured `delay` s earlier."""
+    return replace(log, samples=with_earlier_torques(log.samples, delay))
+
+
+def exchanged(log: FilteredLog, j: int, k: int, keys: Sequence[str]) -> FilteredLog:
+    """Return a log with some channels of two joints exchanged."""
+    order = np.arange(log.q.shape[1])
+    order[[j, k]] = k, j
+    return _changed(log, keys, lambda x: np.ascontiguousarray(x[:, order]))
+
+
+def multiplied(
+    log: FilteredLog, joints: Sequence[int], factor: float, keys: Sequence[str]
+) -> FilteredLog:
+    """Return a log with some channels of some joints times a factor."""
+    scale = np.ones(log.q.shape[1])
+    scale[list(joints)] = factor
+    return _changed(log, keys, lambda x: x * scale)
+
+
+def geared(log: FilteredLog, j: int, ratio: float) -> FilteredLog:
+    """Return a log with the motion of a joint times a factor, its torque over it."""
+    return multiplied(multiplied(log, (j,), ratio, ("q", "qd")), (j,), 1 / ratio, ("tau",))
+
+
+def derived(log: FilteredLog, j: int) -> FilteredLog:
+    """Return a log with the speed of a joint replaced by dq/dt, in the same band."""
+    qd = log.qd.copy()
+    qd[:, j] = differentiate(log.q[:, j], log.step)
+    return replace(log, qd=qd)
+
+
+def levelled(log: FilteredLog, name: str, j: int, steps: Mapping[int, float]) -> FilteredLog:
+    """Return the log of a name without the steps (height after each sample) of a torque.
+
+    The torque before the first one is taken for the right one.
+    """
+    if log.name != name:
+        return log
+    tau = log.tau.copy()
+    for i, height in steps.items():
+        tau[i + 1 :, j] -= height
+    return replace(log, samples=replace(log.samples, tau=tau))
+
+
+def unlimited(log: FilteredLog, j: int, limit: float) -> FilteredLog:
+    """Return a log without the torques of a joint at a limit, and what the low-pass made of them.
+
+    It carries them to their neighbours, half a period of its cutoff away.
+    """
+    reach = 0 if log.rows.cutoff is None else int(0.5 / (log.rows.cutoff * log.step))
+    at = touched(np.abs(log.tau[:, j]) > limit, reach)
+    return replace(log, samples=masked(log.samples, at, [j]))
+
+
+def _changed(
+    log: FilteredLog, keys: Sequence[str], change: Callable[[FloatArray], FloatArray]
+) -> FilteredLog:
+    """Return a log with some channels changed, in the band and as they were sampled."""
+    arrays: dict[str, Any] = {key: change(getattr(log.samples, key)) for key in keys}
+    motion: dict[str, Any] = {key: change(getattr(log, key)) for key in keys if key != "tau"}
+    return replace(log, samples=replace(log.samples, **arrays), **motion)
