@@ -199,8 +199,8 @@ def read_result(path: Path) -> None:
 
 def read_beside(path: Path) -> None:
     """Read the result that a table of curves belongs to."""
-    from symgen.identification.prediction import read_prediction
     from symgen.identification.estimate import read_estimate
+    from symgen.identification.prediction import read_prediction
 
     if path.suffix == ".npz":
         found = read_estimate(path.parent)

@@ -74,7 +74,9 @@ def _trends(found: Fleet) -> Figure | None:
     panels = []
     for f in (*found.changes, *found.outliers):
         course, names = courses.get(f.robot), [n for n, _, _ in f.parameters if n in found.names]
-        for name in names[: 2 if course else 0]:
+        for name in names[:2]:
+            if course is None:
+                continue
             k, x = found.names.index(name), np.arange(1.0, len(course.days) + 1)
             y, spread = course.X[:, k], 2 * np.sqrt(course.variance[:, k])
             title, band = f"{f.robot}, {name}", (y - spread, y + spread)

@@ -287,9 +287,11 @@ def line_grid(
                 figure.add_trace(line.update(showlegend=name not in told), **place)
                 told.add(name)
             owners += [log] * (len(figure.data) - len(owners))
-            label = panel.xlabel or (xlabel if k + columns >= len(shown) else "")
-            figure.update_xaxes(title={"text": plain(label), "standoff": 2}, **place)
-            figure.update_yaxes(title=plain(panel.ylabel), title_standoff=4, **place)
+    for k, panel in enumerate(first):
+        place = {"row": k // columns + 1, "col": k % columns + 1}
+        label = panel.xlabel or (xlabel if k + columns >= len(first) else "")
+        figure.update_xaxes(title={"text": plain(label), "standoff": 2}, **place)
+        figure.update_yaxes(title=plain(panel.ylabel), title_standoff=4, **place)
     figure.update_layout(showlegend=len({c.name for c in figure.data}) > 1)
     figure.update_annotations(font_size=12)
     if columns == 1:
@@ -315,11 +317,12 @@ def thin(x: FloatArray, y: FloatArray, points: int = POINTS) -> tuple[Any, Any]:
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     keep = np.arange(len(y))
     if len(y) > points:
-        finite, width = np.isfinite(y), -(-len(y) // (points // 2 - 1))
-        parts = [keep[start : start + width] for start in range(0, len(y), width)]
-        low, high = np.where(finite, y, np.inf), np.where(finite, y, -np.inf)
-        ends = [(part[low[part].argmin()], part[high[part].argmax()]) for part in parts]
-        keep = np.unique([0, *np.ravel(ends), len(y) - 1])
+        width = -(-len(y) // (points // 2 - 1))
+        rows = np.pad(y, (0, -len(y) % width), constant_values=np.nan).reshape(-1, width)
+        start, bad = width * np.arange(len(rows)), ~np.isfinite(rows)
+        low = start + np.where(bad, np.inf, rows).argmin(axis=1)
+        high = start + np.where(bad, -np.inf, rows).argmax(axis=1)
+        keep = np.unique(np.concatenate([[0], low, high, [len(y) - 1]]))
     xs, ys = x[keep], y[keep]
     if len(x) > 2:
         step = np.diff(x)
