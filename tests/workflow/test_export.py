@@ -79,8 +79,9 @@ def identified(tmp_path_factory):
     )
     fit = Residual(0.02)
     estimate = Estimate(
-        robot=robot.name, joints=(Joint(1, "N m"), Joint(2, "N m")), model="momentum", method="wls", parameters=parameters, condition_number=3.0,
-        train=fit, validation=fit, cutoff_hz=8.0, window_s=0.2, verdict="trusted", reasons=(),
+        robot=robot.name, joints=(Joint(1, "N m"), Joint(2, "N m")), model="momentum",
+        method="wls", parameters=parameters, condition_number=3.0, train=fit, validation=fit,
+        cutoff_hz=8.0, window_s=0.2, verdict="trusted", reasons=(),
         correlation=np.eye(len(X)),
     )  # fmt: skip
     (folder / "estimate.json").write_text(json.dumps(estimate.to_json()))
