@@ -33,8 +33,9 @@ from symgen.data.signals import (
 )
 from symgen.data.spline import interpolated
 from symgen.estimation.band import OPEN
+from symgen.estimation.filtered import FilteredLog
 from symgen.faults.fault import Fault, undone
-from symgen.faults.undo import bridged, masked, shifted, sloped, with_column
+from symgen.faults.undo import bridged, derived, masked, shifted, sloped, with_column
 
 FloatArray = NDArray[np.float64]
 #: A clock is taken where it leaves so much of the disagreement that the stamps leave, at most.
@@ -70,6 +71,9 @@ _NOISY = 2.0  # times its noise a speed may be off before it is said not to foll
 _SETTLED = 1e-3  # of a sample
 _STILL = 3.0  # spreads of noise in the band within which a position is noise
 _SLOPES = 5.0  # the band of that comparison, in comparison bands
+_SLOW = 0.01  # of the fastest joint's RMS speed: a joint that moves
+#: A step is so many times the largest usual difference (99 of 100 are smaller), so far apart.
+_STEP, _APART = 5.0, 5
 
 
 def repaired(log: Log, sigma: Sequence[int]) -> tuple[Log, tuple[Fault, ...]]:
@@ -769,3 +773,81 @@ def _said(samples: Samples, found: Sequence[_Speed]) -> list[Fault]:
 
 def _late(delay: float) -> str:
     return f"{abs(1e3 * delay):.2g} ms {'late' if delay > 0 else 'early'}"
+
+
+def unmended_faults(samples: Samples) -> Iterator[Fault]:
+    """Find what remains wrong with one channel: dead ones, and values that step.
+
+    Steps of a speed are undone on a log in the band of a run.
+    """
+    yield from _dead(samples)
+    for key, x in (("q", samples.q), ("qd", samples.qd)):
+        for j in range(0 if key == "qd" and samples.velocity_derived else x.shape[1]):
+            at = steps(x[:, j])
+            if key == "qd":
+                at = at[[not _moved(samples.q[:, j], x[:, j], i, samples.step) for i in at]]
+            if len(at):
+                yield step(samples, key, j, at, partial(derived, j=j) if key == "qd" else None)
+
+
+def _dead(samples: Samples) -> Iterator[Fault]:
+    """Find positions and torques that keep one value for most of a log while their joint moves."""
+    size = np.sqrt(np.mean(samples.qd**2, axis=0))
+    moves = np.abs(samples.qd) > _MOVES * size
+    for key in ("tau",) if samples.velocity_derived else ("q", "tau"):
+        for j in map(int, np.flatnonzero(size > _SLOW * size.max())):
+            first, lengths = runs(np.ascontiguousarray(getattr(samples, key)[:, j]))
+            k = int(np.argmax(lengths))
+            at = slice(int(first[k]), int(first[k] + lengths[k]))
+            if lengths[k] <= _DEAD * len(moves) or moves[at, j].mean() < _DEAD:
+                continue
+            channel = f"{key}{j + 1}"
+            says = (
+                f"{channel} of {samples.name} stays the same from t = {samples.t[at][0]:.4g} s to "
+                f"{samples.t[at][-1]:.4g} s while the joint moves: leave that time out, or look at "
+                "the sensor"
+            )
+            yield Fault(samples.name, channel, says, int(lengths[k]), kind="stuck", joints=(j,))
+
+
+def steps(x: FloatArray) -> NDArray[np.intp]:
+    """Return the samples after which x steps by several times its largest usual difference."""
+    d = np.diff(x)
+    size = np.abs(d)
+    if len(d) < 10 or not np.any(size > 0):
+        return np.zeros(0, dtype=np.intp)
+    usual = float(np.quantile(size[size > 0], 0.99))
+    around = np.median([np.roll(d, k) for k in (-3, -2, -1, 1, 2, 3)], axis=0)
+    found = np.flatnonzero((np.abs(d - around) > _STEP * usual)[3:-3]) + 3
+    return found[np.diff(found, prepend=-_APART - 1) > _APART]  # there and back is one
+
+
+def step(
+    samples: Samples,
+    key: str,
+    j: int,
+    at: NDArray[np.intp],
+    undo: Callable[[FilteredLog], FilteredLog] | None,
+) -> Fault:
+    """Return the fault that a channel of a joint steps after some samples."""
+    x, i, channel = getattr(samples, key)[:, j], int(at[0]), f"{key}{j + 1}"
+    says = (
+        f"{channel} of {samples.name} jumps by {x[i + 1] - x[i]:.4g} from one sample to the next "
+        f"at t = {samples.t[i]:.6g} s ({len(at)} such): leave that time out, or look at the sensor"
+    )
+    return Fault(samples.name, channel, says, len(at), kind="step", joints=(j,), undo=undo)
+
+
+def _moved(q: FloatArray, qd: FloatArray, i: int, step: float) -> bool:
+    """Whether a jump of the speed after sample i is one of the motion, as at a hard stop.
+
+    The mean speed over some samples then changes as the slope of q does; a sensor's single wrong
+    sample shifts it by a fifth of the jump, a step by all of it.
+    """
+    before, after = max(i - _APART, 0), min(i + 1 + _APART, len(q) - 1)
+    slopes = (q[i] - q[before]) / (i - before), (q[after] - q[i + 1]) / (after - i - 1)
+    means = [
+        float(np.mean((v[1:] + v[:-1]) / 2)) for v in (qd[before : i + 1], qd[i + 1 : after + 1])
+    ]
+    change = means[1] - means[0] - (slopes[1] - slopes[0]) / step
+    return abs(float(change)) < 0.15 * abs(float(qd[i + 1] - qd[i]))
