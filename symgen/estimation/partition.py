@@ -23,8 +23,8 @@ from symgen.estimation.band import Band
 from symgen.estimation.decimation import decimation
 from symgen.estimation.filtered import FilteredLog, stride_of
 from symgen.estimation.fit import TorqueFit, of_torque, squares
-from symgen.estimation.fold import LAGS
 from symgen.estimation.recipe import Recipe
+from symgen.estimation.summary import LAGS
 from symgen.estimation.system import Equations
 from symgen.estimation.thin import ThinLog, packed_arrays, thin_log
 from symgen.estimation.windows import windows

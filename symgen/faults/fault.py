@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Annotated, Any
+
+from symgen.schemas import BESIDE
 
 #: Done about a fault that nothing takes away.
 LEFT = "left as it is"
-_NOT_IN_FILES = {"file": False}
 #: Kinds that take samples out of the equations.
 MASKED = ("saturated", "stuck")
 
@@ -41,12 +42,12 @@ class Fault:
     samples: int = 0
     done: str = LEFT
     values: tuple[tuple[str, float, float], ...] = ()
-    kind: str = field(default="", compare=False, metadata=_NOT_IN_FILES)
-    joints: tuple[int, ...] = field(default=(), compare=False, metadata=_NOT_IN_FILES)
-    value: float = field(default=0.0, compare=False, metadata=_NOT_IN_FILES)
-    share: float = field(default=1.0, compare=False, metadata=_NOT_IN_FILES)
-    undo: Callable[[Any], Any] | None = field(
-        default=None, compare=False, repr=False, metadata=_NOT_IN_FILES
+    kind: Annotated[str, BESIDE] = field(default="", compare=False)
+    joints: Annotated[tuple[int, ...], BESIDE] = field(default=(), compare=False)
+    value: Annotated[float, BESIDE] = field(default=0.0, compare=False)
+    share: Annotated[float, BESIDE] = field(default=1.0, compare=False)
+    undo: Annotated[Callable[[Any], Any] | None, BESIDE] = field(
+        default=None, compare=False, repr=False
     )
 
     @property

@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.mask import Bools, at_rest, touched
-from symgen.estimation.blocks import (
+from symgen.estimation.filtered import FilteredLog, filtered
+from symgen.estimation.summary import (
     BLOCKS,
     Blocks,
     block_errors,
@@ -30,7 +31,6 @@ from symgen.estimation.blocks import (
     solve_gram,
     summary,
 )
-from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.system import Equations, torque_equations
 from symgen.faults.fault import Fault
 from symgen.faults.samples import step, steps
@@ -674,7 +674,10 @@ def _saturation(trial: Trial, j: int) -> Fault | None:
         if abs(limit - last) < 0.1 * noise:
             break
         undo = partial(unlimited, j=j, limit=limit - _AT_LIMIT * noise)
-        X = Trial(trial.evaluator, [undo(log) for log in trial.logs], ()).base.fit()
+        left = Trial(trial.evaluator, [undo(log) for log in trial.logs], ())
+        if any(len(e.y) == 0 for log in left.rows for e in log):
+            return None  # all of it is the signal
+        X = left.base.fit()
     asked = np.abs(model) > limit + _AT_LIMIT * noise
     over, excess = np.abs(tau[asked]) - limit, np.abs(model[asked]) - limit
     if len(over) < _FEW or float(np.sqrt(np.mean(over**2))) > _FLAT * noise:

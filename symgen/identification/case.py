@@ -16,7 +16,7 @@ from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.logs import Source
 from symgen.estimation.masking import require_left
 from symgen.estimation.recipe import Recipe
-from symgen.estimation.regression import Solution
+from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.faults.fault import Fault, undone
 from symgen.faults.logs import in_one_band

@@ -31,7 +31,7 @@ from symgen.estimation.logs import (
 )
 from symgen.estimation.poses import Shown
 from symgen.estimation.recipe import JUDGING
-from symgen.estimation.regression import Solution
+from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.faults.fault import Fault
 from symgen.identification.gains import calibrated
