@@ -65,7 +65,8 @@ def check(
         evaluator: the compiled model.
         train, held: training and validation logs in the band of the run.
     """
-    found = tuple(f for log in (*train, *held) for f in unmended_faults(log.samples))
+    sigma = evaluator.model.robot.sigma
+    found = tuple(f for log in (*train, *held) for f in unmended_faults(log.samples, sigma))
     if any(f.undo is None for f in found):
         return found
     train, held = ([undone(log, found)[0] for log in group] for group in (train, held))

@@ -19,7 +19,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.mask import Bools, at_rest, touched
+from symgen.data.mask import Bools, at_rest, moving_joints, touched
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.summary import (
     BLOCKS,
@@ -59,7 +59,6 @@ _RATIO = 0.03  # of a gear ratio: what is nearer to 1 is not told from what mode
 _SLIGHT = 1e-4  # of a gear ratio, for its derivative
 _NODES = 8_000  # of all logs together, at which faults of the motion are tried
 _MOTION = ("q", "qd")
-_SLOW = 0.01  # of the fastest joint's RMS speed: a joint that moves
 _SIGMAS = 5.0
 _HALF = 0.5  # of a jump of a torque: what its residual keeps
 _FLAT = 2.0  # times the channel's noise: how flat the top of a cut torque is
@@ -122,6 +121,11 @@ class Trial:
     def n(self) -> int:
         """Number of joints."""
         return len(self.rows[0])
+
+    @cached_property
+    def moving(self) -> list[int]:
+        """The joints that move in the training logs."""
+        return moving_joints([log.qd for log in self.logs], self.evaluator.model.robot.sigma)
 
     @cached_property
     def base(self) -> Blocks:
@@ -538,8 +542,7 @@ def against_physics(trial: Trial) -> list[Fault]:
 
     By the equations of each joint alone: inertia is positive, and friction dissipates.
     """
-    moving = [j for j in range(trial.n) if _moves(trial.logs, j)]
-    found = {j: (_negative_inertia(trial, j), _driving_friction(trial, j)) for j in moving}
+    found = {j: (_negative_inertia(trial, j), _driving_friction(trial, j)) for j in trial.moving}
     if found and all(loss and not mass for mass, loss in found.values()):
         says = "t: friction would give energy at every joint: time runs backwards in these logs"
         return [_fault("time", "t", says, (), -1.0)]
@@ -555,12 +558,6 @@ def against_physics(trial: Trial) -> list[Fault]:
         for j, both in found.items()
         if all(both)
     ]
-
-
-def _moves(logs: Sequence[FilteredLog], j: int) -> bool:
-    """Whether a joint moves, faster than a hundredth of the fastest one in RMS."""
-    speed = np.sqrt(np.mean(np.concatenate([log.qd[log.kept] for log in logs]) ** 2, axis=0))
-    return bool(speed[j] > _SLOW * speed.max())
 
 
 def _negative_inertia(trial: Trial, j: int) -> bool:
@@ -606,8 +603,8 @@ def torque_steps(trial: Trial) -> Iterator[Fault]:
     for log in trial.logs:
         left = log.measured - _modelled(trial, log, X)
         rests, _ = at_rest(log.qd, log.step, trial.evaluator.model.robot.sigma)
-        for j in range(trial.n):
-            found = _kept_steps(log, j, left[:, j], rests[:, j]) if _moves(trial.logs, j) else {}
+        for j in trial.moving:
+            found = _kept_steps(log, j, left[:, j], rests[:, j])
             if found:
                 undo = partial(levelled, name=log.name, j=j, steps=found)
                 yield step(log.samples, "tau", j, np.array([*found]), undo)
@@ -646,8 +643,8 @@ def saturations(trial: Trial) -> Iterator[Fault]:
     is nearest to the torque; both in turn. Only torques count that are as flat there as the
     channel's noise, which is taken from sixth differences.
     """
-    for j in range(trial.n):
-        fault = _saturation(trial, j) if _moves(trial.logs, j) else None
+    for j in trial.moving:
+        fault = _saturation(trial, j)
         if fault is not None:
             yield fault
 

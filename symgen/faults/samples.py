@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.data.holes import GAP, holes
 from symgen.data.log import Log, rows
-from symgen.data.mask import Bools, on_grid, spans, touched
+from symgen.data.mask import Bools, moving_joints, on_grid, spans, touched
 from symgen.data.raw import read_only
 from symgen.data.signals import (
     NORMAL,
@@ -34,6 +34,7 @@ from symgen.data.signals import (
 from symgen.data.spline import interpolated
 from symgen.estimation.band import OPEN
 from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.summary import solve_gram
 from symgen.faults.fault import Fault, undone
 from symgen.faults.undo import bridged, derived, masked, shifted, sloped, with_column
 
@@ -71,7 +72,6 @@ _NOISY = 2.0  # times its noise a speed may be off before it is said not to foll
 _SETTLED = 1e-3  # of a sample
 _STILL = 3.0  # spreads of noise in the band within which a position is noise
 _SLOPES = 5.0  # the band of that comparison, in comparison bands
-_SLOW = 0.01  # of the fastest joint's RMS speed: a joint that moves
 #: A step is so many times the largest usual difference (99 of 100 are smaller), so far apart.
 _STEP, _APART = 5.0, 5
 
@@ -446,9 +446,9 @@ def _stuck(log: Log, samples: Samples, flat: Bools) -> Iterator[Fault]:
         undo = partial(bridged, at=_on_grid(frozen, log, samples), joints=range(n))
         yield Fault(log.name, "all", "stuck", int(frozen.sum()), everyone, kind="stuck", undo=undo)
     hidden |= frozen[:, None]
-    moves = _Moves(log, samples)
+    moving = _moving(log, samples)
     for key, j, x in _channels(log):
-        stuck = stuck_runs(x, partial(moves.beside, key, j), key != "tau")
+        stuck = stuck_runs(x, partial(_others_tell, moving, key, j), key != "tau")
         if stuck.any():
             stuck &= ~(hidden[:, j] if key == "tau" else frozen)
         if not stuck.any() or stuck.mean() > _DEAD:
@@ -471,28 +471,20 @@ def _on_grid(at: Bools, log: Log, samples: Samples) -> Bools:
     return on_grid(at[:, None], log.t, samples.t)[:, 0]
 
 
-class _Moves:
-    """Where the joints of a log move, looked at once a channel asks."""
+def _moving(log: Log, samples: Samples) -> Bools:
+    """Return where the joints of a log move, at its own stamps, (N, n)."""
+    qd = samples.qd
+    if len(samples.t) != len(log.t):
+        qd = np.column_stack([np.interp(log.t, samples.t, v) for v in qd.T])
+    return np.asarray(np.abs(qd) > _MOVES * np.sqrt(np.mean(qd**2, axis=0)))
 
-    def __init__(self, log: Log, samples: Samples) -> None:
-        self._log, self._samples = log, samples
 
-    @cached_property
-    def _joints(self) -> Bools:
-        log, samples = self._log, self._samples
-        qd = (
-            samples.qd
-            if len(samples.t) == len(log.t)
-            else np.column_stack([np.interp(log.t, samples.t, v) for v in samples.qd.T])
-        )
-        return np.asarray(np.abs(qd) > _MOVES * np.sqrt(np.mean(qd**2, axis=0)))
-
-    def beside(self, key: str, j: int) -> Bools:
-        """Return where the robot moves, as others tell than q or qd of joint j, (N,)."""
-        moves = self._joints
-        if key == "tau" or (moves.shape[1] == 1 and key == "q"):
-            return np.asarray(moves.any(axis=1))
-        return np.asarray(moves[:, j] if key == "qd" else np.delete(moves, j, axis=1).any(axis=1))
+def _others_tell(moving: Bools, key: str, j: int) -> Bools:
+    """Return where the robot moves, as others tell than q or qd of joint j, (N,)."""
+    if key == "qd":
+        return moving[:, j]
+    alone = key == "tau" or moving.shape[1] == 1
+    return np.asarray((moving if alone else np.delete(moving, j, axis=1)).any(axis=1))
 
 
 def stuck_rows(log: Log) -> Bools:
@@ -725,10 +717,8 @@ def _speed(
 
 def _least_squares(A: FloatArray, y: FloatArray) -> FloatArray:
     """Solve y = A x of a few columns by their products: one pass over many rows."""
-    size = np.sqrt(np.einsum("ka,ka->a", A, A))
-    size = np.where(size > 0, size, 1.0)
-    found = np.linalg.lstsq(A.T @ A / np.outer(size, size), (y @ A) / size, rcond=None)[0]
-    return np.asarray(found / size)
+    both = np.column_stack([A, y])
+    return solve_gram(both.T @ both)
 
 
 def _said(samples: Samples, found: Sequence[_Speed]) -> list[Fault]:
@@ -743,27 +733,20 @@ def _said(samples: Samples, found: Sequence[_Speed]) -> list[Fault]:
         mean = (("LV", float(delays.mean()), std),)
         return [Fault(samples.name, "qd", fault, count, "shifted", mean, kind="speed")]
     for f in found:
-        faults, done, values = [], [], []
-        if f.gain != 1.0:
-            faults.append(f"{f.gain:.4g} times dq/dt")
-            done.append("rescaled")
-            values.append(("GV", f.gain - 1, f.std[1]))
-        if f.delay:
-            faults.append(_late(f.delay))
-            done.append("shifted")
-            values.append(("LV", f.delay, f.std[0]))
-        if f.offset:
-            faults.append(f"off by {f.offset:.3g}")
-            done.append("moved to zero")
-            values.append(("OV", f.offset, f.std[2]))
+        told = (
+            (f.gain != 1.0, f"{f.gain:.4g} times dq/dt", "rescaled", ("GV", f.gain - 1, f.std[1])),
+            (f.delay, _late(f.delay), "shifted", ("LV", f.delay, f.std[0])),
+            (f.offset, f"off by {f.offset:.3g}", "moved to zero", ("OV", f.offset, f.std[2])),
+        )
+        says, done, values = zip(*(rest for wrong, *rest in told if wrong), strict=True)
         out.append(
             Fault(
                 samples.name,
                 f"qd{f.j + 1}",
-                " and ".join(faults),
+                " and ".join(says),
                 count,
                 " and ".join(done),
-                tuple(values),
+                values,
                 kind="speed",
                 joints=(f.j,),
             )
@@ -775,12 +758,12 @@ def _late(delay: float) -> str:
     return f"{abs(1e3 * delay):.2g} ms {'late' if delay > 0 else 'early'}"
 
 
-def unmended_faults(samples: Samples) -> Iterator[Fault]:
+def unmended_faults(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
     """Find what remains wrong with one channel: dead ones, and values that step.
 
     Steps of a speed are undone on a log in the band of a run.
     """
-    yield from _dead(samples)
+    yield from _dead(samples, sigma)
     for key, x in (("q", samples.q), ("qd", samples.qd)):
         for j in range(0 if key == "qd" and samples.velocity_derived else x.shape[1]):
             at = steps(x[:, j])
@@ -790,12 +773,11 @@ def unmended_faults(samples: Samples) -> Iterator[Fault]:
                 yield step(samples, key, j, at, partial(derived, j=j) if key == "qd" else None)
 
 
-def _dead(samples: Samples) -> Iterator[Fault]:
+def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
     """Find positions and torques that keep one value for most of a log while their joint moves."""
-    size = np.sqrt(np.mean(samples.qd**2, axis=0))
-    moves = np.abs(samples.qd) > _MOVES * size
+    moves = np.abs(samples.qd) > _MOVES * np.sqrt(np.mean(samples.qd**2, axis=0))
     for key in ("tau",) if samples.velocity_derived else ("q", "tau"):
-        for j in map(int, np.flatnonzero(size > _SLOW * size.max())):
+        for j in moving_joints([samples.qd], sigma):
             first, lengths = runs(np.ascontiguousarray(getattr(samples, key)[:, j]))
             k = int(np.argmax(lengths))
             at = slice(int(first[k]), int(first[k] + lengths[k]))
