@@ -131,10 +131,6 @@ class Scene:
         """Return the scene with another motion, (N, n) each."""
         return replace(self, log=replace(self.log, q=q, qd=qd))
 
-    def with_torque(self, tau: FloatArray) -> Scene:
-        """Return the scene with other measured torques, (N, n)."""
-        return replace(self, log=replace(self.log, samples=replace(self.log.samples, tau=tau)))
-
     def cut(self, start: float, end: float) -> Scene:
         """Return the rows of a span of time; signals keep their full length for the filter."""
         at = np.arange(len(self.t))[self.kept]

@@ -35,7 +35,7 @@ from symgen.data.spline import interpolated
 from symgen.estimation.band import OPEN
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.summary import solve_gram
-from symgen.faults.fault import Fault, undone
+from symgen.faults.fault import Fault, fault_of, undone
 from symgen.faults.undo import bridged, derived, masked, shifted, sloped, with_column
 
 FloatArray = NDArray[np.float64]
@@ -173,7 +173,7 @@ def _mended(
 ) -> Fault:
     """Return the fault of a channel whose values should be x (N,)."""
     undo = partial(with_column, key=key, j=j, x=x)
-    return Fault(log.name, f"{key}{j + 1}", fault, count, done, kind=kind, joints=(j,), undo=undo)
+    return fault_of(log.name, kind, key, j, fault, count, done, undo)
 
 
 def _jumping(log: Log, _: Sequence[int], __: FloatArray) -> Iterator[Fault]:
@@ -327,7 +327,7 @@ def _coarse(log: Log, _: Sequence[int], __: FloatArray) -> Iterator[Fault]:
         step = _quantum(x)
         if step > least:
             fault = f"comes in steps of {step:.3g}, {100 * step / size:.2g} % of its spread"
-            yield Fault(log.name, f"{key}{j + 1}", fault, len(x), kind="coarse", joints=(j,))
+            yield fault_of(log.name, "coarse", key, j, fault, len(x))
 
 
 def _quantum(x: FloatArray) -> float:
@@ -431,10 +431,9 @@ def _saturated(log: Log, samples: Samples, flat: Bools) -> Iterator[Fault]:
         at = flat[:, j]
         limit = float(np.abs(log.tau[at, j]).max())
         undo = partial(masked, at=_on_grid(at, log, samples), joints=[j])
-        yield Fault(
-            log.name, f"tau{j + 1}", f"cut off at {limit:.4g}", int(at.sum()), "masked",
-            (("limit", limit, 0.0),), kind="saturated", joints=(j,), undo=undo,
-        )  # fmt: skip
+        says, value = f"cut off at {limit:.4g}", (("limit", limit, 0.0),)
+        found = fault_of(log.name, "saturated", "tau", j, says, int(at.sum()), "masked", undo)
+        yield replace(found, values=value)
 
 
 def _stuck(log: Log, samples: Samples, flat: Bools) -> Iterator[Fault]:
@@ -460,10 +459,7 @@ def _stuck(log: Log, samples: Samples, flat: Bools) -> Iterator[Fault]:
             hidden |= stuck[:, None]
         elif key == "qd":
             undo, done = partial(sloped, at=at, j=j), "replaced by dq/dt"
-        yield Fault(
-            log.name, f"{key}{j + 1}", "stuck", int(stuck.sum()), done,
-            kind="stuck", joints=(j,), undo=undo,
-        )  # fmt: skip
+        yield fault_of(log.name, "stuck", key, j, "stuck", int(stuck.sum()), done, undo)
 
 
 def _on_grid(at: Bools, log: Log, samples: Samples) -> Bools:
@@ -601,17 +597,8 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
             continue  # the joint is slower than the noise of its sensor
         if speed is None:
             qd[:, j] = v
-            done.append(
-                Fault(
-                    samples.name,
-                    f"qd{j + 1}",
-                    "it does not follow dq/dt",
-                    len(samples.t),
-                    "replaced by dq/dt",
-                    kind="unrelated",
-                    joints=(j,),
-                )
-            )
+            says, what = "it does not follow dq/dt", "replaced by dq/dt"
+            done.append(fault_of(samples.name, "unrelated", "qd", j, says, len(samples.t), what))
         elif speed.wrong:
             found.append(speed)
             moved = shifted(qd[:, j], speed.delay, step)
@@ -739,18 +726,8 @@ def _said(samples: Samples, found: Sequence[_Speed]) -> list[Fault]:
             (f.offset, f"off by {f.offset:.3g}", "moved to zero", ("OV", f.offset, f.std[2])),
         )
         says, done, values = zip(*(rest for wrong, *rest in told if wrong), strict=True)
-        out.append(
-            Fault(
-                samples.name,
-                f"qd{f.j + 1}",
-                " and ".join(says),
-                count,
-                " and ".join(done),
-                values,
-                kind="speed",
-                joints=(f.j,),
-            )
-        )
+        what = " and ".join(says), count, " and ".join(done)
+        out.append(replace(fault_of(samples.name, "speed", "qd", f.j, *what), values=values))
     return out
 
 
@@ -783,13 +760,12 @@ def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
             at = slice(int(first[k]), int(first[k] + lengths[k]))
             if lengths[k] <= _DEAD * len(moves) or moves[at, j].mean() < _DEAD:
                 continue
-            channel = f"{key}{j + 1}"
             says = (
-                f"{channel} of {samples.name} stays the same from t = {samples.t[at][0]:.4g} s to "
-                f"{samples.t[at][-1]:.4g} s while the joint moves: leave that time out, or look at "
-                "the sensor"
+                f"{key}{j + 1} of {samples.name} stays the same from t = {samples.t[at][0]:.4g} s "
+                f"to {samples.t[at][-1]:.4g} s while the joint moves: leave that time out, or look "
+                "at the sensor"
             )
-            yield Fault(samples.name, channel, says, int(lengths[k]), kind="stuck", joints=(j,))
+            yield fault_of(samples.name, "stuck", key, j, says, int(lengths[k]))
 
 
 def steps(x: FloatArray) -> NDArray[np.intp]:
@@ -812,12 +788,13 @@ def step(
     undo: Callable[[FilteredLog], FilteredLog] | None,
 ) -> Fault:
     """Return the fault that a channel of a joint steps after some samples."""
-    x, i, channel = getattr(samples, key)[:, j], int(at[0]), f"{key}{j + 1}"
+    x, i = getattr(samples, key)[:, j], int(at[0])
     says = (
-        f"{channel} of {samples.name} jumps by {x[i + 1] - x[i]:.4g} from one sample to the next "
-        f"at t = {samples.t[i]:.6g} s ({len(at)} such): leave that time out, or look at the sensor"
+        f"{key}{j + 1} of {samples.name} jumps by {x[i + 1] - x[i]:.4g} from one sample to the "
+        f"next at t = {samples.t[i]:.6g} s ({len(at)} such): leave that time out, or look at the "
+        "sensor"
     )
-    return Fault(samples.name, channel, says, len(at), kind="step", joints=(j,), undo=undo)
+    return fault_of(samples.name, "step", key, j, says, len(at), undo=undo)
 
 
 def _moved(q: FloatArray, qd: FloatArray, i: int, step: float) -> bool:
