@@ -60,8 +60,9 @@ GROUPS: dict[str, tuple[list[str], list[str]]] = {
          "tests/reference/test_base_parameters.py"],
     ),
     "estimation": (
-        sorted(p.relative_to(PROJECT).as_posix() for p in (PROJECT / _E).glob("[a-z]*.py")),
-        [*_importing("symgen.estimation"),
+        sorted(p.relative_to(PROJECT).as_posix()
+               for folder in (_E, "symgen/faults") for p in (PROJECT / folder).glob("[a-z]*.py")),
+        [*dict.fromkeys((*_importing("symgen.estimation"), *_importing("symgen.faults"))),
          *(f"tests/unit/test_{n}.py" for n in ("drive", "log", "mask")),
          *(f"tests/workflow/test_{n}.py" for n in
            ("channel_faults", "logs", "methods", "out_of_core", "static"))],

@@ -96,6 +96,17 @@ def slow_speeds(largest: FloatArray, sigma: Sequence[int]) -> tuple[FloatArray, 
     return SLOW * largest, np.asarray(largest <= STILL * fastest)
 
 
+def moving_joints(speeds: Sequence[FloatArray], sigma: Sequence[int]) -> list[int]:
+    """Return the joints that are not held still in all of some logs.
+
+    Args:
+        speeds: (N, n) of each log, rad/s (m/s).
+        sigma: (n,) types of the joints.
+    """
+    largest = np.max([np.abs(qd).max(axis=0) for qd in speeds], axis=0)
+    return [int(j) for j in np.flatnonzero(~slow_speeds(largest, sigma)[1])]
+
+
 def mean_speeds(q: FloatArray, step: float) -> FloatArray:
     """Return how fast joints move on the average of 0.1 s, (N, n), rad/s (m/s).
 

@@ -214,9 +214,8 @@ def _gaps(
             for j, c in columns.items():
                 whole[:, j] += c @ solution.X[at : at + score.candidate.size]
             at += score.candidate.size
-        whole = s.limited(whole)
         before = s.modelled(partial(torque_at, study.evaluator, study.X))
-        differs = bool(selection.accepted) or s.limit is not None
+        differs = bool(selection.accepted)
         seen = Curves(
             s.name,
             s.t[s.kept],

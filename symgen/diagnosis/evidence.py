@@ -38,9 +38,7 @@ class Scene:
         log: the log in the band of the run.
         kept: the samples that rows are made of.
         name: of the log.
-        mask: (N, n) where the user asked that a torque has no say, in the gap neither; or None.
-        held: (N, n) the same where a torque is at its limit or near it in time, besides.
-        limit: (n,) limits of the torque that was measured; None for none.
+        mask: (N, n) where a torque has no say, in the gap neither; or None.
         noise: standard deviation of the white noise of positions and speeds, (n,) each, that of
             speeds None where they are derived from positions; None where it was not seen.
     """
@@ -49,8 +47,6 @@ class Scene:
     kept: slice
     name: str
     mask: Bools | None = None
-    held: Bools | None = None
-    limit: FloatArray | None = None
     noise: tuple[FloatArray, FloatArray | None] | None = None
 
     @property
@@ -117,10 +113,6 @@ class Scene:
         """The measured torque in the band at the kept instants, (K, n)."""
         return self.whole.measured[self.rows]
 
-    def limited(self, torque: FloatArray) -> FloatArray:
-        """Cut a torque (N, n) at the limits."""
-        return torque if self.limit is None else np.clip(torque, -self.limit, self.limit)
-
     def smooth(self, x: FloatArray) -> FloatArray:
         """Return a signal (N, ...) in the band at full rate."""
         return x if self.band is None else lowpass(x, self.step, self.band)
@@ -138,10 +130,6 @@ class Scene:
     def along(self, q: FloatArray, qd: FloatArray) -> Scene:
         """Return the scene with another motion, (N, n) each."""
         return replace(self, log=replace(self.log, q=q, qd=qd))
-
-    def with_torque(self, tau: FloatArray) -> Scene:
-        """Return the scene with other measured torques, (N, n)."""
-        return replace(self, log=replace(self.log, samples=replace(self.log.samples, tau=tau)))
 
     def cut(self, start: float, end: float) -> Scene:
         """Return the rows of a span of time; signals keep their full length for the filter."""
@@ -171,7 +159,6 @@ def scene(log: FilteredLog) -> Scene:
         slice(int(kept[0]), int(kept[-1]) + 1, every),
         log.name,
         mask=mask,
-        held=mask,
         noise=noise,
     )
 
@@ -323,10 +310,10 @@ def solved(scenes: tuple[Scene, ...], W: FloatArray, y: FloatArray) -> Evidence:
 
 
 def _moving(s: Scene) -> FloatArray:
-    """Return 1.0 where a joint moves, (K, n): not held, faster than 0.5 % of its RMS speed."""
+    """Return 1.0 where a joint moves, (K, n): not masked, faster than 0.5 % of its RMS speed."""
     speed = np.sqrt(np.mean(s.qd**2, axis=0))
     moves = np.abs(s.qd[s.kept]) > _REST * speed
-    return np.asarray(moves if s.held is None else moves & ~s.held[s.kept], dtype=float)
+    return np.asarray(moves if s.mask is None else moves & ~s.mask[s.kept], dtype=float)
 
 
 def _weight(s: Scene, moving: FloatArray) -> FloatArray:
@@ -335,7 +322,7 @@ def _weight(s: Scene, moving: FloatArray) -> FloatArray:
     if resting is None or known is None:
         return moving
     weight = np.where(resting[s.rows], known.weight, moving)
-    return np.asarray(weight if s.held is None else weight * ~s.held[s.kept])
+    return np.asarray(weight if s.mask is None else weight * ~s.mask[s.kept])
 
 
 def least_squares(A: FloatArray, b: FloatArray) -> FloatArray:

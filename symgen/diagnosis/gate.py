@@ -1,4 +1,4 @@
-"""The measuring chain: every log is checked, mended where it can be, and the search goes on.
+"""The measuring chain: what is wrong with the logs, undone where it can be, named as effects.
 
 Motion comes first, as a torque is looked at along the corrected motion; a limit of the torque comes
 last, as it needs the model's fit.
@@ -9,11 +9,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
-from symgen.data.signals import Samples
 from symgen.diagnosis.diagnosis import (
     Diagnosis,
     FoundEffect,
@@ -22,61 +20,70 @@ from symgen.diagnosis.diagnosis import (
     Place,
     Rejected,
 )
-from symgen.diagnosis.evidence import Evidence, Scene, evidence
-from symgen.diagnosis.sanity import SENSOR, Fault, motion_faults
-from symgen.diagnosis.torque_sanity import (
-    SATURATION,
-    modelled,
+from symgen.diagnosis.evidence import Scene, scene
+from symgen.estimation.filtered import FilteredLog
+from symgen.faults.fault import Fault, undone
+from symgen.faults.model import (
+    Trial,
+    against_physics,
+    channel_faults,
     saturations,
-    torque_faults,
-    torque_jumps,
+    torque_steps,
 )
-from symgen.faults.fault import Fault as ChannelFault
-from symgen.faults.fault import undone
-from symgen.faults.model import channel_faults
+from symgen.faults.samples import unmended_faults
 from symgen.names import PRISMATIC, REVOLUTE, unit
 from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-GAIN, DELAY = "drive_gain_error", "time_delay"
 #: A factor of a torque from which it is of another unit; below, a spring may do as much, and it is
 #: a candidate beside the physics.
 _ANOTHER = 100.0
+_SENSOR = "velocity_sensor_error"
+#: Kinds of faults that are effects of the library.
+_EFFECTS = {
+    "speed": _SENSOR,
+    "unrelated": _SENSOR,
+    "delay": "time_delay",
+    "gain": "drive_gain_error",
+    "saturated": "saturation",
+}
 _WORDS = {
-    SENSOR: "qd{0} = (1 + GV{0})*dq{0}(t - LV{0})/dt + OV{0}",
-    DELAY: "tau(t) = model(t - DT)",
-    GAIN: "tau{0} = (1 + G{0})*model{0}",
-    SATURATION: "min(max(tau{0}, -limit{0}), limit{0})",
+    _SENSOR: "qd{0} = (1 + GV{0})*dq{0}(t - LV{0})/dt + OV{0}",
+    "time_delay": "tau(t) = model(t - DT)",
+    "drive_gain_error": "tau{0} = (1 + G{0})*model{0}",
+    "saturation": "min(max(tau{0}, -limit{0}), limit{0})",
 }
 
 
 def check(
-    evaluator: Evaluator,
-    base: Evidence,
-    train: Sequence[Samples],
-    others: Sequence[tuple[Samples, Scene]] = (),
+    evaluator: Evaluator, train: Sequence[FilteredLog], held: Sequence[FilteredLog] = ()
 ) -> tuple[Fault, ...]:
-    """Return what is wrong with some logs; nothing for a sound set.
+    """Return what is wrong with some logs that were repaired; nothing for a sound set.
 
     Args:
         evaluator: the compiled model.
-        base: its evidence on the training logs.
-        train: the training logs, unfiltered, in the order of the scenes of base.
-        others: validation logs; only their motion is looked at.
+        train, held: training and validation logs in the band of the run.
     """
-    robot = evaluator.model.robot
-    logs = [*zip(train, base.scenes, strict=True), *others]
-    found = _pooled(f for samples, s in logs for f in motion_faults(robot, samples, s))
-    if any(f.corrected is None for f in found):
+    sigma = evaluator.model.robot.sigma
+    found = tuple(f for log in (*train, *held) for f in unmended_faults(log.samples, sigma))
+    if any(f.undo is None for f in found):
         return found
-    if found:
-        base = evidence(evaluator, corrected(found, base.scenes))
-    models = modelled(evaluator, base)
-    wrong = _pooled(torque_faults(evaluator, train, base, models))
-    wrong = wrong or _channels(evaluator, base.scenes, [s for _, s in others])
-    wrong = wrong or _pooled(torque_jumps(robot, train, base, models))
-    return (*found, *(wrong or saturations(evaluator, base)))
+    train, held = ([undone(log, found)[0] for log in group] for group in (train, held))
+    trial = Trial(evaluator, train, held)
+    wrong = against_physics(trial) or _channels(trial) or [*torque_steps(trial)]
+    return (*found, *(wrong or saturations(trial)))
+
+
+def _channels(trial: Trial) -> list[Fault]:
+    """Return what identify sees of the channels, too; a mild gain may be physics."""
+    found: list[Fault] = []
+    if not trial.evaluator.model.robot.loaded:
+        for f in channel_faults(trial.evaluator, trial.logs, trial.held):
+            if f.kind == "gain" and 1 / _ANOTHER < f.value < _ANOTHER:
+                break
+            found.append(f)
+    return found
 
 
 def rivals_physics(fault: Fault) -> bool:
@@ -84,68 +91,27 @@ def rivals_physics(fault: Fault) -> bool:
 
     Friction that a robot file leaves out has the phase of a delay.
     """
-    step = fault.name == "step" and fault.channel.startswith("tau")
-    return step or fault.name in ("ratio", DELAY)
-
-
-def _channels(
-    evaluator: Evaluator, train: Sequence[Scene], held: Sequence[Scene]
-) -> tuple[Fault, ...]:
-    """Return what the model shows of the channels, as identify sees it."""
-    robot = evaluator.model.robot
-    if robot.loaded:
-        return ()
-    logs, other = ([s.log for s in group] for group in (train, held))
-    out = []
-    for f in channel_faults(evaluator, logs, other):
-        mild = f.kind == "gain" and 1 / _ANOTHER < f.value < _ANOTHER
-        if mild:  # a candidate beside the physics
-            break
-        name = f.kind
-        parameters: tuple[FoundParameter, ...] = ()
-        if f.kind == "delay":
-            name, parameters = DELAY, (FoundParameter("DT", f.value, math.nan, "s"),)
-        if f.kind == "gain":
-            number = robot.movable[f.joints[0]].number
-            name = GAIN
-            parameters = (FoundParameter(f"G{number}", f.value - 1, math.nan, ""),)
-        out.append(Fault(name, f.joints, f.channel, parameters, f.fault, partial(_undone, f)))
-    return tuple(out)
-
-
-def _undone(fault: ChannelFault, s: Scene) -> Scene:
-    return replace(s, log=undone(s.log, [fault])[0])
-
-
-def _pooled(faults: Iterable[Fault]) -> tuple[Fault, ...]:
-    """Make one fault of those of one channel in several logs; values are weighed by precision."""
-    groups: dict[tuple[str, tuple[int, ...], str], list[Fault]] = {}
-    for fault in faults:
-        groups.setdefault((fault.name, fault.joints, fault.channel), []).append(fault)
-    return tuple(
-        replace(
-            same[0],
-            parameters=tuple(_mean(p) for p in zip(*(f.parameters for f in same), strict=True)),
-            says="; ".join(f.says for f in same),
-            p_value=min(f.p_value for f in same),
-        )
-        for same in groups.values()
+    return fault.kind in ("ratio", "delay") or (
+        fault.kind == "step" and fault.channel.startswith("tau")
     )
 
 
-def _mean(same: Sequence[FoundParameter]) -> FoundParameter:
-    weights = np.array([p.std for p in same]) ** -2.0
-    value = float(weights @ [p.value for p in same] / weights.sum())
-    return replace(same[0], value=value, std=float(weights.sum() ** -0.5))
+def is_effect(fault: Fault) -> bool:
+    """Whether the library has a fault as an effect."""
+    return fault.kind in _EFFECTS
+
+
+def name_of(fault: Fault) -> str:
+    """Return the name of a fault: that of an effect of the library, or its kind."""
+    return _EFFECTS.get(fault.kind, fault.kind)
 
 
 def corrected(faults: Sequence[Fault], scenes: Iterable[Scene]) -> list[Scene]:
-    """Return scenes without the faults that can be corrected."""
+    """Return scenes without the faults that can be undone."""
     out = []
     for s in scenes:
-        for fault in faults:
-            s = fault.corrected(s) if fault.corrected else s
-        out.append(s)
+        log = undone(s.log, faults)[0]
+        out.append(replace(scene(log), kept=s.kept, name=s.name, noise=s.noise))
     return out
 
 
@@ -157,25 +123,28 @@ def judged(faults: Sequence[Fault], before: Diagnosis, after: Diagnosis) -> Diag
         before, after: the model on the logs as they are, and as corrected, without any effect.
     """
     robot = after.extended
-    if not any(f.corrected for f in faults):
+    if not any(f.undo for f in faults):
         after = replace(after, after=before.before)  # nothing was done about it
-    named = [f for f in faults if f.name in definitions()]
-    plain = [f for f in faults if f.name not in definitions()]
-    effects = tuple(_effect(f, robot, before.before, after.after) for f in named)
+    effects = (_closing(f, robot, before.before, after.after) for f in faults if is_effect(f))
     curves = tuple(
         replace(a, before=b.before) for a, b in zip(after.curves, before.curves, strict=True)
     )
-    rejected = tuple(Rejected(f.name, _numbers(f, robot), f.says) for f in plain)
     return replace(
         after,
         verdict="bad-measurement",
         before=before.before,
         where=_where(faults, before, robot),
         effects=tuple(sorted(effects, key=lambda e: -e.gap_reduction)),
-        rejected=rejected,
-        advice=(*(f.says for f in faults), "no physics is looked for in a log that is wrong"),
+        rejected=tuple(rejected(f, robot) for f in faults if not is_effect(f)),
+        advice=(*(f.fault for f in faults), "no physics is looked for in a log that is wrong"),
         curves=curves,
     )
+
+
+def rejected(fault: Fault, robot: Robot, and_so: str = "") -> Rejected:
+    """Return a fault as what was looked at, with its reason."""
+    numbers = tuple(robot.movable[j].number for j in fault.joints)
+    return Rejected(name_of(fault), numbers, fault.fault + and_so)
 
 
 def closed(before: Gap, after: Gap) -> float:
@@ -184,7 +153,7 @@ def closed(before: Gap, after: Gap) -> float:
 
 
 def mended(
-    repairs: Sequence[ChannelFault], robot: Robot, raw: Gap, now: Gap, least: float
+    repairs: Sequence[Fault], robot: Robot, raw: Gap, now: Gap, least: float
 ) -> list[FoundEffect]:
     """Name what was mended or masked in the logs, where that closes a part of the gap.
 
@@ -195,40 +164,50 @@ def mended(
         least: share of the square of the gap that has to be closed.
     """
     share = closed(raw, now)
-    if share < least:
-        return []
-    groups: dict[str, list[ChannelFault]] = {}
-    common = any(r.channel == "qd" and r.values for r in repairs)
-    for r in repairs:
-        if common and r.channel.startswith("qd") and r.channel != "qd" and r.values:
+    groups: dict[tuple[str, tuple[int, ...]], list[Fault]] = {}
+    common = any(r.kind == "speed" and not r.joints for r in repairs)
+    for r in repairs if share >= least else ():
+        if r.kind == "stuck" and r.channel.startswith("qd"):
+            r = replace(r, kind="unrelated")
+        if r.kind == "speed" and r.joints and common:
             continue  # what all joints share in one log is what they have in another
-        if r.values or "dq/dt" in r.done:
-            groups.setdefault(r.channel, []).append(r)
-    out = []
-    for channel, same in groups.items():
-        name = SATURATION if channel.startswith("tau") else SENSOR
-        digits = channel.lstrip("qdtau")
-        j = int(digits) - 1 if digits else None
-        number: int | str = "" if j is None else robot.movable[j].number
-        out.append(
-            FoundEffect(
-                name=name,
-                joints=() if j is None else (robot.movable[j].number,),
-                parameters=tuple(_values(same, robot, j, number)),
-                expression=_WORDS[name].format(number),
-                p_value=0.0,
-                gap_reduction=max(0.0, share),
-                declared=False,
-            )
-        )
-    return out
+        if is_effect(r):
+            groups.setdefault((name_of(r), r.joints), []).append(r)
+    return [_effect(same, robot, share) for same in groups.values()]
 
 
-def _values(
-    same: Sequence[ChannelFault], robot: Robot, j: int | None, number: int | str
-) -> Iterator[FoundParameter]:
+def _closing(fault: Fault, robot: Robot, before: Gap, after: Gap) -> FoundEffect:
+    """Return a fault as an effect, with the share of the gap that undoing it closes."""
+    # The wrong speed of one joint is felt in the torques of others.
+    joints = fault.joints if fault.kind == "saturated" else range(robot.n)
+    was, left = (sum(g.per_joint[j] ** 2 for j in joints) for g in (before, after))
+    return _effect([fault], robot, 1 - left / was if was else 0.0)
+
+
+def _effect(same: Sequence[Fault], robot: Robot, share: float) -> FoundEffect:
+    """Return one fault of one or more logs as an effect."""
+    name, whole = name_of(same[0]), same[0].kind == "delay" or not same[0].joints
+    j = None if whole else same[0].joints[0]
+    number = "" if j is None else robot.movable[j].number
+    return FoundEffect(
+        name=name,
+        joints=() if j is None else (robot.movable[j].number,),
+        parameters=tuple(_values(same, robot, j)),
+        expression=_WORDS[name].format(number),
+        p_value=0.0,
+        gap_reduction=max(0.0, share),
+        declared=False,
+    )
+
+
+def _values(same: Sequence[Fault], robot: Robot, j: int | None) -> Iterator[FoundParameter]:
     """Return the mean over the logs of what was measured."""
     sigma = REVOLUTE if j is None else robot.movable[j].sigma
+    number = "" if j is None else str(robot.movable[j].number)
+    if same[0].kind == "delay":
+        yield FoundParameter("DT", same[0].value, math.nan, "s")
+    if same[0].kind == "gain":
+        yield FoundParameter(f"G{number}", same[0].value - 1, math.nan, "")
     slides = sigma == PRISMATIC
     units = {"GV": "", "LV": "s", "OV": "m/s" if slides else "rad/s", "limit": unit("FS", sigma)}
     for name, word in units.items():
@@ -273,32 +252,11 @@ def with_chain(
     )
 
 
-def _numbers(fault: Fault, robot: Robot) -> tuple[int, ...]:
-    return tuple(robot.movable[j].number for j in fault.joints)
-
-
-def _effect(fault: Fault, robot: Robot, before: Gap, after: Gap) -> FoundEffect:
-    number = robot.movable[fault.joints[0]].number
-    whole = fault.name == DELAY
-    # The wrong speed of one joint is felt in the torques of others.
-    joints = fault.joints if fault.name == SATURATION else range(robot.n)
-    was, left = (sum(g.per_joint[j] ** 2 for j in joints) for g in (before, after))
-    return FoundEffect(
-        name=fault.name,
-        joints=() if whole else _numbers(fault, robot),
-        parameters=fault.parameters,
-        expression=_WORDS[fault.name].format(number),
-        p_value=fault.p_value,
-        gap_reduction=max(0.0, 1 - left / was) if was else 0.0,
-        declared=False,
-    )
-
-
 def _where(faults: Sequence[Fault], before: Diagnosis, robot: Robot) -> tuple[Place, ...]:
     """Return the joints of the faults, each with its share of the gap before."""
     pattern: dict[int, str] = {}
     for fault in faults:
-        own = definitions()[fault.name].pattern if fault.name in definitions() else "all"
+        own = definitions()[name_of(fault)].pattern if is_effect(fault) else "all"
         for j in fault.joints or range(robot.n):
             pattern.setdefault(j, own)
     size = np.array([before.before.per_joint[j] ** 2 for j in pattern])

@@ -8,20 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen import names
 from symgen.data.log import Log
 from symgen.data.signals import Samples
 from symgen.diagnosis.evidence import Scene
 from symgen.faults.fault import Fault
+from symgen.robot.effect import unit
 
 FloatArray = NDArray[np.float64]
 #: Pictures at most; samples of one; of what is repaired, the part that counts as the place.
 _MOST, _POINTS, _FEWEST, _NEAR = 8, 300, 60, 0.1
 _WHOLE = 0.5  # of a log: what is repaired in more than that is shown where it is largest
-_UNITS = {
-    names.REVOLUTE: {"q": "rad", "qd": "rad/s", "tau": "N m"},
-    names.PRISMATIC: {"q": "m", "qd": "m/s", "tau": "N"},
-}
+_KINDS = {"q": "position", "qd": "speed", "tau": "torque"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,10 +126,11 @@ def _channel(
     if change.max() <= 1e-9 * spread:
         return None
     window = _window(t, change)
-    unit = _UNITS[sigma][channel.rstrip("0123456789")]
     size = float(np.sqrt(np.mean(change**2))) / spread
     parts = (_part(*recorded, *window), _part(*used, *window))
-    return MendedChannel(log, channel, says, unit, *parts, size)
+    return MendedChannel(
+        log, channel, says, unit(_KINDS[channel.rstrip("0123456789")], sigma), *parts, size
+    )
 
 
 def _window(t: FloatArray, change: FloatArray) -> tuple[float, float]:

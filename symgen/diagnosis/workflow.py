@@ -16,20 +16,22 @@ from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.diagnosis.candidates import candidates
 from symgen.diagnosis.conclusion import conclude, plain
-from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap, Rejected
-from symgen.diagnosis.evidence import Scene, evidence, scene
+from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap
+from symgen.diagnosis.evidence import Scene, scene
 from symgen.diagnosis.gate import (
     check,
     closed,
     corrected,
+    is_effect,
     judged,
     mended,
+    name_of,
+    rejected,
     rivals_physics,
     with_chain,
 )
 from symgen.diagnosis.mended import MendedChannel, largest, mended_channels, undone_channels
 from symgen.diagnosis.misfit import beyond_misfit
-from symgen.diagnosis.sanity import Fault
 from symgen.diagnosis.search import Search
 from symgen.diagnosis.special import special_candidates
 from symgen.diagnosis.stiffness import NAME as STIFFNESS
@@ -49,8 +51,7 @@ from symgen.estimation.logs import (
     require_other_data,
 )
 from symgen.estimation.masking import rests_in_words
-from symgen.faults.fault import MASKED
-from symgen.faults.fault import Fault as ChannelFault
+from symgen.faults.fault import MASKED, Fault
 from symgen.faults.logs import in_one_band, open_logs, open_samples
 from symgen.identification.parameters import read_given
 from symgen.robot.effect import definitions
@@ -116,15 +117,13 @@ def diagnose(
     train, held, notes = _scenes(look, band)
     asked = _Asked(source, evaluator, look, band, train, held, given, effects, notes, progress)
     progress("checking the logs")
-    later = [*zip(look.held, held, strict=False)]
-    fitted = asked.study.base if given is None else evidence(evaluator, train)
-    faults = check(evaluator, fitted, look.train, later)
-    if any(f.corrected is None for f in faults):  # nothing can be said until it is recorded again
+    faults = check(evaluator, [s.log for s in train], [s.log for s in held if look.held])
+    if any(f.undo is None for f in faults):  # nothing can be said until it is recorded again
         try:
             found = judged(faults, asked.declared, asked.declared)
             return _with_left_out(found, source)
         except IdentificationError as error:  # a dead channel leaves nothing to identify
-            raise IdentificationError(f"{faults[0].says} ({error})") from error
+            raise IdentificationError(f"{faults[0].fault} ({error})") from error
     whole = asked.answer(faults)
     rivals = [f for f in faults if rivals_physics(f)]
     if rivals:
@@ -157,19 +156,13 @@ def _of_rivals(
     Physics is named where both do the same: it needs no part of the recorder to be wrong. Where it
     names one of the faults itself, that is undone.
     """
-    same = {f.name for f in faults} & {e.name for e in physics.effects}
+    same = {*map(name_of, faults)} & {e.name for e in physics.effects}
     if same or physics.after.total > _ALIKE * undone.after.total:
         return undone
     percent = 100 * undone.after.total
-    rejected = (
-        Rejected(
-            f.name,
-            tuple(robot.movable[j].number for j in f.joints),
-            f"{f.says}: undone, {percent:.3g} % of the torque is left; {_without(physics)}",
-        )
-        for f in faults
-    )
-    return replace(physics, rejected=(*rejected, *physics.rejected))
+    so = f": undone, {percent:.3g} % of the torque is left; {_without(physics)}"
+    told = (rejected(f, robot, so) for f in faults)
+    return replace(physics, rejected=(*told, *physics.rejected))
 
 
 def _without(physics: Diagnosis) -> str:
@@ -194,7 +187,7 @@ class _Look:
 
     train: list[Samples]
     held: list[Samples]
-    repairs: tuple[ChannelFault, ...]
+    repairs: tuple[Fault, ...]
     unmended: _Look | None = None
 
 
@@ -282,8 +275,8 @@ class _Asked:
             if share >= _CLOSES:
                 named, study = list(repaired.effects), fixed
                 drawn = undone_channels(self.train, train, self.robot.sigma)
-                notes += tuple(f"repaired: {f.says}" for f in faults)
-                says = tuple(f.says for f in faults if f.name not in definitions())
+                notes += tuple(f"repaired: {f.fault}" for f in faults)
+                says = tuple(f.fault for f in faults if not is_effect(f))
                 closes = share if says else 0.0
         if self.raw is not None:
             named += mended(self.look.repairs, self.robot, self.raw, self.declared.before, _CLOSES)

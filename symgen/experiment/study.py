@@ -29,7 +29,6 @@ from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.filtered import filtered
-from symgen.faults.logs import in_one_band, open_logs
 from symgen.estimation.recipe import NEEDED, Recipe, require_model
 from symgen.estimation.system import LinearSystem
 from symgen.experiment.plant import KERNELS
@@ -37,6 +36,7 @@ from symgen.experiment.recording import Instruments, Recording
 from symgen.experiment.reference import Reference, reference_of
 from symgen.experiment.simulate import Parameters, Simulation, simulate, values_of
 from symgen.experiment.study_result import Precision, Settings, Study, Tried
+from symgen.faults.logs import in_one_band, open_logs
 from symgen.identification.case import checked_run, looked_at
 from symgen.identification.instruments import instrumented
 from symgen.identification.judging import Run

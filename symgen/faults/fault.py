@@ -56,6 +56,21 @@ class Fault:
         return f"{self.log}: {self.channel}: {self.fault}, {self.samples} samples: {self.done}"
 
 
+def fault_of(
+    log: str,
+    kind: str,
+    key: str,
+    j: int,
+    says: str,
+    samples: int,
+    done: str = LEFT,
+    undo: Callable[[Any], Any] | None = None,
+) -> Fault:
+    """Return the fault of the channel `key` (q, qd or tau) of a joint."""
+    channel = f"{key}{j + 1}"
+    return Fault(log, channel, says, samples, done, kind=kind, joints=(j,), undo=undo)
+
+
 def undone(log: Any, faults: Iterable[Fault]) -> tuple[Any, tuple[Fault, ...]]:
     """Return a log without faults, one after the other, and the faults, which need no undo now."""
     told = []

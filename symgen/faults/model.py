@@ -19,7 +19,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.mask import Bools
+from symgen.data.mask import Bools, at_rest, moving_joints, touched
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.summary import (
     BLOCKS,
@@ -33,7 +33,8 @@ from symgen.estimation.summary import (
 )
 from symgen.estimation.system import Equations, torque_equations
 from symgen.faults.fault import Fault
-from symgen.faults.undo import earlier, exchanged, geared, multiplied
+from symgen.faults.samples import step, steps
+from symgen.faults.undo import earlier, exchanged, geared, levelled, multiplied, unlimited
 from symgen.names import REVOLUTE
 from symgen.runtime.evaluator import Evaluator
 
@@ -58,6 +59,15 @@ _RATIO = 0.03  # of a gear ratio: what is nearer to 1 is not told from what mode
 _SLIGHT = 1e-4  # of a gear ratio, for its derivative
 _NODES = 8_000  # of all logs together, at which faults of the motion are tried
 _MOTION = ("q", "qd")
+_SIGMAS = 5.0
+_HALF = 0.5  # of a jump of a torque: what its residual keeps
+_FLAT = 2.0  # times the channel's noise: how flat the top of a cut torque is
+_AT_LIMIT = 3.0  # times the noise: how near to the limit a torque is that is cut
+_LEAST, _FEW = 100, 10  # samples in which a limit is looked for, and at it
+_PEAKS, _ROUNDS = 60, 4  # limits that are tried
+_RISK = 0.001
+_CUT = 0.01  # least gain, of the joint's sum of squares
+_BEYOND = 0.001  # of the samples may be beyond the limit
 _EVERYWHERE = "all logs"
 
 
@@ -111,6 +121,11 @@ class Trial:
     def n(self) -> int:
         """Number of joints."""
         return len(self.rows[0])
+
+    @cached_property
+    def moving(self) -> list[int]:
+        """The joints that move in the training logs."""
+        return moving_joints([log.qd for log in self.logs], self.evaluator.model.robot.sigma)
 
     @cached_property
     def base(self) -> Blocks:
@@ -206,17 +221,18 @@ def _inertia_is_positive(trial: Trial, fault: Fault) -> bool:
     """
     X = trial.right(fault, trial.logs).fit()
     assert fault.undo is not None
-    q = np.concatenate([log.q[log.kept] for log in map(fault.undo, trial.logs)])
+    logs = [fault.undo(log) for log in trial.logs]
+    return all(float(_inertia(trial.evaluator, logs, j)[: len(X)] @ X) >= 0 for j in fault.joints)
+
+
+def _inertia(evaluator: Evaluator, logs: Sequence[FilteredLog], j: int) -> FloatArray:
+    """Return the mean of what base parameters add to the inertia about a joint, (p,)."""
+    q = np.concatenate([log.q[log.kept] for log in logs])
     q = np.ascontiguousarray(q[:: max(1, len(q) // _STATES)])
-    regressor, zero = trial.evaluator["torque_regressor"], np.zeros_like(q)
-    still = np.asarray(regressor(q, zero, zero))[:, :, : len(X)] @ X
-    for j in fault.joints:
-        one = zero.copy()
-        one[:, j] = 1.0
-        moved = np.asarray(regressor(q, zero, one))[:, :, : len(X)] @ X
-        if float(np.mean((moved - still)[:, j])) < 0:
-            return False
-    return True
+    regressor, zero = evaluator["torque_regressor"], np.zeros_like(q)
+    one = zero.copy()
+    one[:, j] = 1.0
+    return np.asarray(np.mean((regressor(q, zero, one) - regressor(q, zero, zero))[:, j], axis=0))
 
 
 # Finders.
@@ -516,3 +532,195 @@ def _first_part(logs: Sequence[FilteredLog]) -> Sequence[FilteredLog]:
         return logs
     cut = [log.samples.cut(slice(0, len(log.t) * _NODES // total)) for log in logs]
     return [filtered(s, log.band) for s, log in zip(cut, logs, strict=True)]
+
+
+# What a diagnosis asks besides.
+
+
+def against_physics(trial: Trial) -> list[Fault]:
+    """Find torques of the other sign, and time that runs backwards: nothing but a word undoes them.
+
+    By the equations of each joint alone: inertia is positive, and friction dissipates.
+    """
+    found = {j: (_negative_inertia(trial, j), _driving_friction(trial, j)) for j in trial.moving}
+    if found and all(loss and not mass for mass, loss in found.values()):
+        says = "t: friction would give energy at every joint: time runs backwards in these logs"
+        return [_fault("time", "t", says, (), -1.0)]
+    return [
+        _fault(
+            "sign",
+            f"tau{j + 1}",
+            f"tau{j + 1}, or q{j + 1} and qd{j + 1}: with this sign the friction of joint {j + 1} "
+            "would give energy and its inertia would be negative: change the sign",
+            (j,),
+            -1.0,
+        )
+        for j, both in found.items()
+        if all(both)
+    ]
+
+
+def _negative_inertia(trial: Trial, j: int) -> bool:
+    """Whether the equations of a joint alone give it a negative mean inertia."""
+    mean = _inertia(trial.evaluator, trial.logs, j)
+    return _surely_negative(trial.base.grams[:, j], mean[: trial.base.grams.shape[-1] - 1])
+
+
+def _driving_friction(trial: Trial, j: int) -> bool:
+    """Whether the equations of a joint alone give it friction that does not dissipate.
+
+    Where no friction is declared, a viscous one is looked for.
+    """
+    first = trial.evaluator.model.inertial
+    own, work = [], []
+    for log, rows in zip(trial.logs, trial.rows, strict=True):
+        speed = log.qd[log.kept, j][log.free[:, j]]
+        e = rows[j]
+        if not np.any(e.W[:, first:]):
+            e = replace(e, W=np.column_stack([e.W, speed * e.scale]), Z=None)
+        own.append((e,))
+        work.append(e.W * speed[:, None])
+    mean = np.concatenate(work).mean(axis=0)
+    mean[:first] = 0.0
+    return _surely_negative(summary(placed(own), trial.n).grams[:, j], mean)
+
+
+def _surely_negative(grams: FloatArray, mean: FloatArray) -> bool:
+    """Whether mean @ X is negative by five deviations, those of the jackknife over blocks."""
+    whole = grams.sum(axis=0)
+    apart = np.array([mean @ solve_gram(whole - gram) for gram in grams if gram.any()])
+    std = np.sqrt((len(apart) - 1) * np.mean((apart - apart.mean()) ** 2))
+    return bool(mean.any()) and float(mean @ solve_gram(whole)) < -_SIGMAS * std
+
+
+def torque_steps(trial: Trial) -> Iterator[Fault]:
+    """Find steps of a torque that the residual keeps until the next one, and take them out.
+
+    A drive may give a jump, which moves the robot, and friction jumps where a motion starts, ends
+    or turns; a sensor's step stays in the residual.
+    """
+    X = trial.base.fit()
+    for log in trial.logs:
+        left = log.measured - _modelled(trial, log, X)
+        rests, _ = at_rest(log.qd, log.step, trial.evaluator.model.robot.sigma)
+        for j in trial.moving:
+            found = _kept_steps(log, j, left[:, j], rests[:, j])
+            if found:
+                undo = partial(levelled, name=log.name, j=j, steps=found)
+                yield step(log.samples, "tau", j, np.array([*found]), undo)
+
+
+def _kept_steps(log: FilteredLog, j: int, left: FloatArray, rests: Bools) -> dict[int, float]:
+    """Return the steps of a torque (height after each sample) that its residual keeps."""
+    x, qd, at = log.tau[:, j], log.qd[:, j], log.kept
+    wide = max(5, int(2 / (log.band.comparison_hz * log.step)))
+    away = rests if log.mask is None else rests | touched(log.mask.joint[:, j], wide // 4)
+
+    def height(i: int, first: int, last: int) -> float:
+        """Return the step of the residual after sample i; 0.0 where it has not what x has."""
+        before = left[(at >= first) & (at < i - wide // 4)]
+        after = left[(at >= i + wide // 4) & (at < last)]
+        if min(len(before), len(after)) < 2:
+            return 0.0
+        found = float(after.mean() - before.mean())
+        return found if found / float(x[i + 1] - x[i]) > _HALF else 0.0
+
+    heights = {
+        i: height(i, i - wide, i + wide + wide // 4)
+        for i in map(int, steps(x))
+        if np.all(qd[i - 2 : i + 4] * qd[i] > 0)
+        and not away[max(i - wide // 4, 0) : i + wide // 4].any()
+    }
+    kept = [i for i, size in heights.items() if size]
+    spans = zip([0, *kept], kept, [*kept[1:], len(x)], strict=False)
+    return {i: heights[i] for first, i, last in spans if height(i, first, last)}
+
+
+def saturations(trial: Trial) -> Iterator[Fault]:
+    """Find torques that a limit cuts: flat at a largest value where the model asks for more.
+
+    The model is fitted without the rows near the limit, the limit is the one whose clipped model
+    is nearest to the torque; both in turn. Only torques count that are as flat there as the
+    channel's noise, which is taken from sixth differences.
+    """
+    for j in trial.moving:
+        fault = _saturation(trial, j)
+        if fault is not None:
+            yield fault
+
+
+def _saturation(trial: Trial, j: int) -> Fault | None:
+    seen = [np.ones(len(log.t), bool) if log.mask is None else ~log.mask.joint[:, j]
+            for log in trial.logs]  # fmt: skip
+    tau = np.concatenate([log.tau[at, j] for log, at in zip(trial.logs, seen, strict=True)])
+    if len(tau) < _LEAST:
+        return None
+    noise = float(np.median(np.abs(np.diff(tau, 6)))) / 0.6745 / math.sqrt(924)
+    noise += 1e-6 * float(np.abs(tau).max())
+    X, limit = trial.base.fit(), math.inf
+    for _ in range(_ROUNDS):
+        model = np.concatenate(
+            [
+                _torque(trial.evaluator, X, log)[at, j]
+                for log, at in zip(trial.logs, seen, strict=True)
+            ]
+        )
+        last, limit = limit, _nearest_limit(tau, model)
+        if not _gains(tau, model, limit):
+            return None
+        if abs(limit - last) < 0.1 * noise:
+            break
+        undo = partial(unlimited, j=j, limit=limit - _AT_LIMIT * noise)
+        left = Trial(trial.evaluator, [undo(log) for log in trial.logs], ())
+        if any(len(e.y) == 0 for log in left.rows for e in log):
+            return None  # all of it is the signal
+        X = left.base.fit()
+    asked = np.abs(model) > limit + _AT_LIMIT * noise
+    over, excess = np.abs(tau[asked]) - limit, np.abs(model[asked]) - limit
+    if len(over) < _FEW or float(np.sqrt(np.mean(over**2))) > _FLAT * noise:
+        return None
+    if np.mean(np.abs(tau) > limit + _SIGMAS * noise) > _BEYOND or not _gains(tau, model, limit):
+        return None
+    # Noise in the band is taken as one value in each half period.
+    log = trial.logs[0]
+    independent = max(1.0, len(over) * min(1.0, 2 * log.step * log.band.comparison_hz))
+    error = float(np.sqrt(np.mean((tau - model)[~asked] ** 2)))
+    if math.erfc(float(np.mean(excess)) / error * math.sqrt(independent / 2)) * trial.n > _RISK:
+        return None
+    says = (
+        f"tau{j + 1} is cut at {limit:.4g} in {100 * np.mean(asked):.1f} % of the samples: these "
+        "are left out of the fit; move more slowly, or raise the limit"
+    )
+    values = (("limit", limit, float(np.std(over)) / math.sqrt(independent)),)
+    fault = _fault("saturated", f"tau{j + 1}", says, (j,), limit, undo)
+    return replace(fault, samples=int(asked.sum()), values=values)
+
+
+def _torque(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> FloatArray:
+    """Return the model's torque at full rate, (N, n); X may be short of effects of the load."""
+    whole = np.pad(X, (0, len(evaluator.model.base.parameters) - len(X)))
+    return np.asarray(evaluator["inverse_dynamics"](log.q, log.qd, log.qdd, whole))
+
+
+def _nearest_limit(tau: FloatArray, model: FloatArray) -> float:
+    """Return the limit whose clipped model is nearest to the torque."""
+    size, top = np.abs(model), float(np.abs(tau).max())
+
+    def loss(limit: float) -> float:
+        # Where the model is within the limit it makes no difference.
+        asked = size > limit
+        own = np.sign(model[asked]) * tau[asked]
+        return float(np.sum((own - limit) ** 2 - (own - size[asked]) ** 2))
+
+    limits = np.linspace(0.2 * top, top, _PEAKS)
+    for _ in range(3):
+        at = int(np.argmin([loss(x) for x in limits]))
+        low, high = limits[max(at - 1, 0)], limits[min(at + 1, len(limits) - 1)]
+        limits = np.linspace(low, high, 20)
+    return float(limits[np.argmin([loss(x) for x in limits])])
+
+
+def _gains(tau: FloatArray, model: FloatArray, limit: float) -> bool:
+    """Whether clipping the model brings it nearer to the torque by more than a hundredth."""
+    whole = float(np.sum((tau - model) ** 2))
+    return whole - float(np.sum((tau - np.clip(model, -limit, limit)) ** 2)) > _CUT * whole

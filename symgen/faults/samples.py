@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.data.holes import GAP, holes
 from symgen.data.log import Log, rows
-from symgen.data.mask import Bools, on_grid, spans, touched
+from symgen.data.mask import Bools, moving_joints, on_grid, spans, touched
 from symgen.data.raw import read_only
 from symgen.data.signals import (
     NORMAL,
@@ -33,8 +33,10 @@ from symgen.data.signals import (
 )
 from symgen.data.spline import interpolated
 from symgen.estimation.band import OPEN
-from symgen.faults.fault import Fault, undone
-from symgen.faults.undo import bridged, masked, shifted, sloped, with_column
+from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.summary import solve_gram
+from symgen.faults.fault import Fault, fault_of, undone
+from symgen.faults.undo import bridged, derived, masked, shifted, sloped, with_column
 
 FloatArray = NDArray[np.float64]
 #: A clock is taken where it leaves so much of the disagreement that the stamps leave, at most.
@@ -70,6 +72,8 @@ _NOISY = 2.0  # times its noise a speed may be off before it is said not to foll
 _SETTLED = 1e-3  # of a sample
 _STILL = 3.0  # spreads of noise in the band within which a position is noise
 _SLOPES = 5.0  # the band of that comparison, in comparison bands
+#: A step is so many times the largest usual difference (99 of 100 are smaller), so far apart.
+_STEP, _APART = 5.0, 5
 
 
 def repaired(log: Log, sigma: Sequence[int]) -> tuple[Log, tuple[Fault, ...]]:
@@ -169,7 +173,7 @@ def _mended(
 ) -> Fault:
     """Return the fault of a channel whose values should be x (N,)."""
     undo = partial(with_column, key=key, j=j, x=x)
-    return Fault(log.name, f"{key}{j + 1}", fault, count, done, kind=kind, joints=(j,), undo=undo)
+    return fault_of(log.name, kind, key, j, fault, count, done, undo)
 
 
 def _jumping(log: Log, _: Sequence[int], __: FloatArray) -> Iterator[Fault]:
@@ -323,7 +327,7 @@ def _coarse(log: Log, _: Sequence[int], __: FloatArray) -> Iterator[Fault]:
         step = _quantum(x)
         if step > least:
             fault = f"comes in steps of {step:.3g}, {100 * step / size:.2g} % of its spread"
-            yield Fault(log.name, f"{key}{j + 1}", fault, len(x), kind="coarse", joints=(j,))
+            yield fault_of(log.name, "coarse", key, j, fault, len(x))
 
 
 def _quantum(x: FloatArray) -> float:
@@ -427,10 +431,9 @@ def _saturated(log: Log, samples: Samples, flat: Bools) -> Iterator[Fault]:
         at = flat[:, j]
         limit = float(np.abs(log.tau[at, j]).max())
         undo = partial(masked, at=_on_grid(at, log, samples), joints=[j])
-        yield Fault(
-            log.name, f"tau{j + 1}", f"cut off at {limit:.4g}", int(at.sum()), "masked",
-            (("limit", limit, 0.0),), kind="saturated", joints=(j,), undo=undo,
-        )  # fmt: skip
+        says, value = f"cut off at {limit:.4g}", (("limit", limit, 0.0),)
+        found = fault_of(log.name, "saturated", "tau", j, says, int(at.sum()), "masked", undo)
+        yield replace(found, values=value)
 
 
 def _stuck(log: Log, samples: Samples, flat: Bools) -> Iterator[Fault]:
@@ -442,9 +445,9 @@ def _stuck(log: Log, samples: Samples, flat: Bools) -> Iterator[Fault]:
         undo = partial(bridged, at=_on_grid(frozen, log, samples), joints=range(n))
         yield Fault(log.name, "all", "stuck", int(frozen.sum()), everyone, kind="stuck", undo=undo)
     hidden |= frozen[:, None]
-    moves = _Moves(log, samples)
+    moving = _moving(log, samples)
     for key, j, x in _channels(log):
-        stuck = stuck_runs(x, partial(moves.beside, key, j), key != "tau")
+        stuck = stuck_runs(x, partial(_others_tell, moving, key, j), key != "tau")
         if stuck.any():
             stuck &= ~(hidden[:, j] if key == "tau" else frozen)
         if not stuck.any() or stuck.mean() > _DEAD:
@@ -456,10 +459,7 @@ def _stuck(log: Log, samples: Samples, flat: Bools) -> Iterator[Fault]:
             hidden |= stuck[:, None]
         elif key == "qd":
             undo, done = partial(sloped, at=at, j=j), "replaced by dq/dt"
-        yield Fault(
-            log.name, f"{key}{j + 1}", "stuck", int(stuck.sum()), done,
-            kind="stuck", joints=(j,), undo=undo,
-        )  # fmt: skip
+        yield fault_of(log.name, "stuck", key, j, "stuck", int(stuck.sum()), done, undo)
 
 
 def _on_grid(at: Bools, log: Log, samples: Samples) -> Bools:
@@ -467,28 +467,20 @@ def _on_grid(at: Bools, log: Log, samples: Samples) -> Bools:
     return on_grid(at[:, None], log.t, samples.t)[:, 0]
 
 
-class _Moves:
-    """Where the joints of a log move, looked at once a channel asks."""
+def _moving(log: Log, samples: Samples) -> Bools:
+    """Return where the joints of a log move, at its own stamps, (N, n)."""
+    qd = samples.qd
+    if len(samples.t) != len(log.t):
+        qd = np.column_stack([np.interp(log.t, samples.t, v) for v in qd.T])
+    return np.asarray(np.abs(qd) > _MOVES * np.sqrt(np.mean(qd**2, axis=0)))
 
-    def __init__(self, log: Log, samples: Samples) -> None:
-        self._log, self._samples = log, samples
 
-    @cached_property
-    def _joints(self) -> Bools:
-        log, samples = self._log, self._samples
-        qd = (
-            samples.qd
-            if len(samples.t) == len(log.t)
-            else np.column_stack([np.interp(log.t, samples.t, v) for v in samples.qd.T])
-        )
-        return np.asarray(np.abs(qd) > _MOVES * np.sqrt(np.mean(qd**2, axis=0)))
-
-    def beside(self, key: str, j: int) -> Bools:
-        """Return where the robot moves, as others tell than q or qd of joint j, (N,)."""
-        moves = self._joints
-        if key == "tau" or (moves.shape[1] == 1 and key == "q"):
-            return np.asarray(moves.any(axis=1))
-        return np.asarray(moves[:, j] if key == "qd" else np.delete(moves, j, axis=1).any(axis=1))
+def _others_tell(moving: Bools, key: str, j: int) -> Bools:
+    """Return where the robot moves, as others tell than q or qd of joint j, (N,)."""
+    if key == "qd":
+        return moving[:, j]
+    alone = key == "tau" or moving.shape[1] == 1
+    return np.asarray((moving if alone else np.delete(moving, j, axis=1)).any(axis=1))
 
 
 def stuck_rows(log: Log) -> Bools:
@@ -605,17 +597,8 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
             continue  # the joint is slower than the noise of its sensor
         if speed is None:
             qd[:, j] = v
-            done.append(
-                Fault(
-                    samples.name,
-                    f"qd{j + 1}",
-                    "it does not follow dq/dt",
-                    len(samples.t),
-                    "replaced by dq/dt",
-                    kind="unrelated",
-                    joints=(j,),
-                )
-            )
+            says, what = "it does not follow dq/dt", "replaced by dq/dt"
+            done.append(fault_of(samples.name, "unrelated", "qd", j, says, len(samples.t), what))
         elif speed.wrong:
             found.append(speed)
             moved = shifted(qd[:, j], speed.delay, step)
@@ -721,10 +704,8 @@ def _speed(
 
 def _least_squares(A: FloatArray, y: FloatArray) -> FloatArray:
     """Solve y = A x of a few columns by their products: one pass over many rows."""
-    size = np.sqrt(np.einsum("ka,ka->a", A, A))
-    size = np.where(size > 0, size, 1.0)
-    found = np.linalg.lstsq(A.T @ A / np.outer(size, size), (y @ A) / size, rcond=None)[0]
-    return np.asarray(found / size)
+    both = np.column_stack([A, y])
+    return solve_gram(both.T @ both)
 
 
 def _said(samples: Samples, found: Sequence[_Speed]) -> list[Fault]:
@@ -739,33 +720,93 @@ def _said(samples: Samples, found: Sequence[_Speed]) -> list[Fault]:
         mean = (("LV", float(delays.mean()), std),)
         return [Fault(samples.name, "qd", fault, count, "shifted", mean, kind="speed")]
     for f in found:
-        faults, done, values = [], [], []
-        if f.gain != 1.0:
-            faults.append(f"{f.gain:.4g} times dq/dt")
-            done.append("rescaled")
-            values.append(("GV", f.gain - 1, f.std[1]))
-        if f.delay:
-            faults.append(_late(f.delay))
-            done.append("shifted")
-            values.append(("LV", f.delay, f.std[0]))
-        if f.offset:
-            faults.append(f"off by {f.offset:.3g}")
-            done.append("moved to zero")
-            values.append(("OV", f.offset, f.std[2]))
-        out.append(
-            Fault(
-                samples.name,
-                f"qd{f.j + 1}",
-                " and ".join(faults),
-                count,
-                " and ".join(done),
-                tuple(values),
-                kind="speed",
-                joints=(f.j,),
-            )
+        told = (
+            (f.gain != 1.0, f"{f.gain:.4g} times dq/dt", "rescaled", ("GV", f.gain - 1, f.std[1])),
+            (f.delay, _late(f.delay), "shifted", ("LV", f.delay, f.std[0])),
+            (f.offset, f"off by {f.offset:.3g}", "moved to zero", ("OV", f.offset, f.std[2])),
         )
+        says, done, values = zip(*(rest for wrong, *rest in told if wrong), strict=True)
+        what = " and ".join(says), count, " and ".join(done)
+        out.append(replace(fault_of(samples.name, "speed", "qd", f.j, *what), values=values))
     return out
 
 
 def _late(delay: float) -> str:
     return f"{abs(1e3 * delay):.2g} ms {'late' if delay > 0 else 'early'}"
+
+
+def unmended_faults(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
+    """Find what remains wrong with one channel: dead ones, and values that step.
+
+    Steps of a speed are undone on a log in the band of a run.
+    """
+    yield from _dead(samples, sigma)
+    for key, x in (("q", samples.q), ("qd", samples.qd)):
+        for j in range(0 if key == "qd" and samples.velocity_derived else x.shape[1]):
+            at = steps(x[:, j])
+            if key == "qd":
+                at = at[[not _moved(samples.q[:, j], x[:, j], i, samples.step) for i in at]]
+            if len(at):
+                yield step(samples, key, j, at, partial(derived, j=j) if key == "qd" else None)
+
+
+def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
+    """Find positions and torques that keep one value for most of a log while their joint moves."""
+    moves = np.abs(samples.qd) > _MOVES * np.sqrt(np.mean(samples.qd**2, axis=0))
+    for key in ("tau",) if samples.velocity_derived else ("q", "tau"):
+        for j in moving_joints([samples.qd], sigma):
+            first, lengths = runs(np.ascontiguousarray(getattr(samples, key)[:, j]))
+            k = int(np.argmax(lengths))
+            at = slice(int(first[k]), int(first[k] + lengths[k]))
+            if lengths[k] <= _DEAD * len(moves) or moves[at, j].mean() < _DEAD:
+                continue
+            says = (
+                f"{key}{j + 1} of {samples.name} stays the same from t = {samples.t[at][0]:.4g} s "
+                f"to {samples.t[at][-1]:.4g} s while the joint moves: leave that time out, or look "
+                "at the sensor"
+            )
+            yield fault_of(samples.name, "stuck", key, j, says, int(lengths[k]))
+
+
+def steps(x: FloatArray) -> NDArray[np.intp]:
+    """Return the samples after which x steps by several times its largest usual difference."""
+    d = np.diff(x)
+    size = np.abs(d)
+    if len(d) < 10 or not np.any(size > 0):
+        return np.zeros(0, dtype=np.intp)
+    usual = float(np.quantile(size[size > 0], 0.99))
+    around = np.median([np.roll(d, k) for k in (-3, -2, -1, 1, 2, 3)], axis=0)
+    found = np.flatnonzero((np.abs(d - around) > _STEP * usual)[3:-3]) + 3
+    return found[np.diff(found, prepend=-_APART - 1) > _APART]  # there and back is one
+
+
+def step(
+    samples: Samples,
+    key: str,
+    j: int,
+    at: NDArray[np.intp],
+    undo: Callable[[FilteredLog], FilteredLog] | None,
+) -> Fault:
+    """Return the fault that a channel of a joint steps after some samples."""
+    x, i = getattr(samples, key)[:, j], int(at[0])
+    says = (
+        f"{key}{j + 1} of {samples.name} jumps by {x[i + 1] - x[i]:.4g} from one sample to the "
+        f"next at t = {samples.t[i]:.6g} s ({len(at)} such): leave that time out, or look at the "
+        "sensor"
+    )
+    return fault_of(samples.name, "step", key, j, says, len(at), undo=undo)
+
+
+def _moved(q: FloatArray, qd: FloatArray, i: int, step: float) -> bool:
+    """Whether a jump of the speed after sample i is one of the motion, as at a hard stop.
+
+    The mean speed over some samples then changes as the slope of q does; a sensor's single wrong
+    sample shifts it by a fifth of the jump, a step by all of it.
+    """
+    before, after = max(i - _APART, 0), min(i + 1 + _APART, len(q) - 1)
+    slopes = (q[i] - q[before]) / (i - before), (q[after] - q[i + 1]) / (after - i - 1)
+    means = [
+        float(np.mean((v[1:] + v[:-1]) / 2)) for v in (qd[before : i + 1], qd[i + 1 : after + 1])
+    ]
+    change = means[1] - means[0] - (slopes[1] - slopes[0]) / step
+    return abs(float(change)) < 0.15 * abs(float(qd[i + 1] - qd[i]))

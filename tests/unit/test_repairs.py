@@ -136,6 +136,22 @@ def test_speeds_are_not_blamed_where_the_position_is_stuck(seed: int) -> None:
     assert np.array_equal(mended.qd, samples.qd)
 
 
+@pytest.mark.parametrize("seed", [0, 2])
+def test_a_speed_that_is_stuck_with_its_position_goes_on(seed: int) -> None:
+    q, qd, tau = _motion(seed)
+    span = slice(3000, 3120)
+    wrong = q.copy(), qd.copy()
+    for x in wrong:
+        x[span] = x[span.start]
+    samples, repairs = open_samples(_log(*wrong, tau), symgen.parse_robot(ARM))
+    assert [(r.channel, r.done) for r in repairs] == [
+        ("q1", "masked, for all joints"),
+        ("qd1", "replaced by dq/dt"),
+    ]
+    # As smooth as the motion: neither zero nor the peaks of a position that jumps.
+    assert np.abs(samples.qd - qd)[span].max() < 0.1 * np.abs(qd).max()
+
+
 @pytest.mark.parametrize(("both", "found"), [(3, False), (7, False), (9, True), (20, True)])
 def test_rows_repeat_where_that_is_more_than_five_times_chance_and_three(both, found) -> None:
     """Of 1000 steps one channel stands still in 50, the other in 20: in one of them both would."""

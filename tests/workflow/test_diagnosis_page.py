@@ -28,9 +28,9 @@ from symgen.diagnosis.diagnosis import (
 )
 from symgen.diagnosis.mended import MendedChannel, largest, mended_channels
 from symgen.diagnosis.replay import Replay
-from symgen.files import write_folder
 from symgen.faults.fault import Fault
 from symgen.faults.logs import open_samples
+from symgen.files import write_folder
 from symgen.report.html import page as html_page
 from symgen.report.plots import diagnosis as diagnosis_plots
 from symgen.report.store import content, result_files

@@ -14,8 +14,8 @@ from plotly.offline import get_plotlyjs
 
 import symgen
 from symgen.estimation.band import Band
-from symgen.estimation.repairs import Repair
 from symgen.estimation.values import Balance, Convergence, Residual, Trace
+from symgen.faults.fault import Fault
 from symgen.identification.estimate import (
     Alternative,
     Apart,
@@ -26,9 +26,6 @@ from symgen.identification.estimate import (
     ParameterEstimate,
     Use,
 )
-from symgen.estimation.values import Balance, Contrast, Convergence, Residual, Trace
-from symgen.faults.fault import Fault
-from symgen.identification.estimate import Alternative, Estimate, ParameterEstimate, Use
 from symgen.identification.whiteness import whiteness
 from symgen.report import html as pages
 from symgen.report.content.parts import Content, Section, Table
