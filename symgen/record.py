@@ -1,10 +1,10 @@
 """Which files of a folder symgen wrote, and what becomes of the others.
 
-The record is the SHA-256 of each file of symgen: a file in the folder, as `sha256sum` writes it. The
-manifest of a package and the JSON of a diagnosis list these digests themselves, and are the record
-of their folder. Only a file that stands in the record, and still has that digest, is replaced or removed. Everything
-else was put there, or changed, by somebody. It goes over into the folder that replaces this one; a
-file whose name symgen needs gets another name.
+The record is the SHA-256 of each file of symgen: a file in the folder, as `sha256sum` writes it.
+The manifest of a package and the JSON of a diagnosis list these digests themselves, and are the
+record of their folder. Only a file that stands in the record, and still has that digest, is
+replaced or removed. Everything else was put there, or changed, by somebody. It goes over into the
+folder that replaces this one; a file whose name symgen needs gets another name.
 """
 
 from __future__ import annotations

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import click
 
+from symgen.cli.options import PATH, ROBOT, WINDOW, listed, taken
 from symgen.cli.progress import meter, say
-from symgen.cli.reading import listed, robot_names
 from symgen.errors import ParameterError
 from symgen.report.terminal import print_plan
 
 
 @click.command()
-@click.argument("robot", shell_complete=robot_names)
+@ROBOT
 @click.option("--model", default="momentum", show_default=True, help="energy, momentum or torque.")
 @click.option(
     "--for",
@@ -47,7 +46,7 @@ from symgen.report.terminal import print_plan
     help="fourier, bspline, cubic or cosine; one a joint is possible.",
 )
 @click.option("--terms", type=int, help="Harmonics, coefficients or strokes of a joint.")
-@click.option("--window", default=0.2, show_default=True, help="Length of the windows, s.")
+@WINDOW
 @click.option("--criterion", default="condition", show_default=True, help="condition or logdet.")
 @click.option("--rate", default=200.0, show_default=True, help="Of the references, Hz.")
 @click.option("--budget", default=60.0, show_default=True, help="Time for the search, s.")
@@ -55,7 +54,7 @@ from symgen.report.terminal import print_plan
 @click.option("--iterations", default=500, show_default=True, help="Of IPOPT, for each start.")
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="Of the starts.")
 @click.option("--to", default="csv", show_default=True, help="Beside the CSV: ros or urscript.")
-@click.option("--into", type=click.Path(path_type=Path), required=True, help="The CSV to write.")
+@click.option("--into", type=PATH, required=True, help="The CSV to write.")
 def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: Any) -> int:
     """Find runs within limits from which the parameters of ROBOT can be identified.
 
@@ -88,7 +87,7 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
     options["duration"] = numbers(options["duration"], "--duration", options["runs"])
     kinds = tuple(options["kind"].split(","))
     options["kind"] = kinds[0] if len(kinds) == 1 else kinds
-    limits, motion, search = (_asked(kind, options) for kind in (Limits, Motion, Search))
+    limits, motion, search = (taken(kind, options) for kind in (Limits, Motion, Search))
     with meter("searching") as advance:
         plan = symgen.excite(
             source, limits=limits, motion=motion, search=search,
@@ -99,11 +98,6 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
     print_plan(plan)
     click.echo(f"written: {', '.join(map(str, found))}")
     return 0 if plan.good else 1
-
-
-def _asked(kind: Any, options: dict[str, Any]) -> Any:
-    """Make an object of options, and take those off that it holds."""
-    return kind(**{f.name: options.pop(f.name) for f in fields(kind) if f.name in options})
 
 
 def numbers(text: str | None, what: str, count: int) -> tuple[float, ...] | None:
