@@ -20,10 +20,9 @@ from numpy.typing import NDArray
 from symgen.data.bags import is_bag
 from symgen.data.holes import holes
 from symgen.data.log import Log, checked
-from symgen.data.opening import SUFFIXES, open_table
-from symgen.data.parquet import arrow_reads, batches, parquet_file
-from symgen.data.raw import Raw, Reading, Table, listed, one_line, refuse
+from symgen.data.raw import Raw, Reading, Table, Wanted, listed, one_line, refuse
 from symgen.data.stretch import Stretch, within
+from symgen.data.tables import SUFFIXES, arrow_reads, batches, open_table, parquet_file
 from symgen.data.urls import is_remote, remote_files, remote_identity
 from symgen.errors import LogError, plain
 
@@ -185,5 +184,5 @@ class DataSet:
         currents = drive is not None and drive.torque_constant is not None
         joints = [joint.name for joint in self.robot.movable]
         # No robot that reads what is beside the motion is estimated chunk by chunk.
-        asked = (self.reading.columns, currents, joints, self.robot.n)
-        return open_table(name, *asked, beside=False, sound=sound)
+        wanted = Wanted(self.reading.columns, currents, joints, self.robot.n, beside=False)
+        return open_table(name, wanted, sound)

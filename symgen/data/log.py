@@ -19,18 +19,19 @@ from symgen.data.bags import is_bag, read_bag
 from symgen.data.beside import links, temperatures
 from symgen.data.columns import another_number
 from symgen.data.drive import joint_side
-from symgen.data.opening import SUFFIXES, open_table, whole
 from symgen.data.raw import (
     KEYS,
     ROLES,
     FloatArray,
     Raw,
     Reading,
+    Wanted,
     one_line,
     refuse,
     require_shapes,
 )
 from symgen.data.raw import read_only as read_only
+from symgen.data.tables import SUFFIXES, open_table, whole
 from symgen.errors import LogError, plain
 from symgen.names import PRISMATIC
 
@@ -130,8 +131,8 @@ def read_log(
             refuse(path, f"the extension {path.suffix!r} is not known", _FILES)
         else:
             own = len(sigma) if sigma is not None else n
-            asked = (reading.columns, currents, names, own, reading.poses)
-            with open_table(str(path), *asked) as table:
+            wanted = Wanted(reading.columns, currents, names, own, reading.poses)
+            with open_table(str(path), wanted) as table:
                 raw = whole(table)
     except (OSError, ValueError) as error:
         raise LogError(one_line(f"{path}: cannot be read: {error}; accepted: {_FILES}")) from error

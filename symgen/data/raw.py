@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn, Protocol
 
@@ -83,6 +83,27 @@ class Reading:
             raise LogError(
                 f"--from {self.start:g} --until {self.until:g}: accepted: a span above 0 s"
             )
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is read of a table, and for which robot.
+
+    Attributes:
+        columns: as of `Reading`.
+        currents: whether currents i1.. are read, and may stand in place of torques.
+        joints: what the robot calls its movable joints; texts may be empty.
+        n: their number, None where it is not known.
+        poses: whether rows are still poses, which need no t: their number is taken for it.
+        beside: whether temperatures and positions of links are read, too.
+    """
+
+    columns: Mapping[str, str]
+    currents: bool
+    joints: Sequence[str] = ()
+    n: int | None = None
+    poses: bool = False
+    beside: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,10 +185,6 @@ class Arrays:
     def measured(self) -> bool:
         """Whether it has speeds."""
         return "qd" in self.arrays
-
-    def without(self, roles: Collection[str]) -> Arrays:
-        """Return the table without some roles."""
-        return replace(self, arrays={k: x for k, x in self.arrays.items() if k not in roles})
 
     def times(self) -> Iterator[npt.NDArray[Any]]:
         """Yield the column of time, piece by piece."""
