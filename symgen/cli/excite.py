@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -82,9 +83,9 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
     for path in files:
         check_new(path)
     for key in ("velocity", "acceleration", "jerk", "torque", "start"):
-        options[key] = numbers(options[key], f"--{key}", source.n)
-    options["position"] = ranges(options["position"], "--position", source.n)
-    options["duration"] = numbers(options["duration"], "--duration", options["runs"])
+        options[key] = _limits(options[key], f"--{key}", source.n)
+    options["position"] = _limits(options["position"], "--position", source.n, _range)
+    options["duration"] = _limits(options["duration"], "--duration", options["runs"])
     kinds = tuple(options["kind"].split(","))
     options["kind"] = kinds[0] if len(kinds) == 1 else kinds
     limits, motion, search = (taken(kind, options) for kind in (Limits, Motion, Search))
@@ -100,47 +101,32 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
     return 0 if plan.good else 1
 
 
-def numbers(text: str | None, what: str, count: int) -> tuple[float, ...] | None:
-    """Return `count` numbers from "3" or "3,2.5,..."; None where nothing is given.
+def _limits(
+    text: str | None, what: str, count: int, read: Callable[[str], Any] = float
+) -> tuple[Any, ...] | None:
+    """Return `count` values from "3" or "3,2.5,..."; None where nothing is given.
 
     Raises:
-        ParameterError: it is no number, or their count is wrong.
+        ParameterError: one cannot be read, or their count is wrong.
     """
     if text is None:
         return None
-    try:
-        return tuple(float(part) for part in _parts(text, what, count))
-    except ValueError as error:
-        raise ParameterError(
-            f"{what} {text}: accepted: numbers, such as 3 or 3,2.5 (one for each of {count})"
-        ) from error
-
-
-def ranges(text: str | None, what: str, count: int) -> tuple[tuple[float, float], ...] | None:
-    """Return `count` pairs from "LOW:HIGH" or "HALF" (-HALF to HALF), separated by commas.
-
-    Raises:
-        ParameterError: it is no range, or their count is wrong.
-    """
-    if text is None:
-        return None
-    out = []
-    for part in _parts(text, what, count):
-        low, colon, high = part.partition(":")
-        try:
-            out.append((float(low), float(high)) if colon else (-float(low), float(low)))
-        except ValueError as error:
-            raise ParameterError(
-                f"{what} {text}: accepted: ranges, such as 2.5 or -2:1.5,0:3 (one for each of "
-                f"{count})"
-            ) from error
-    return tuple(out)
-
-
-def _parts(text: str, what: str, count: int) -> tuple[str, ...]:
     parts = listed(text)
     if len(parts) not in (1, count):
         raise ParameterError(
             f"{what} {text}: {len(parts)} entries; accepted: one, or one for each of {count}"
         )
-    return parts * count if len(parts) == 1 else parts
+    try:
+        return tuple(map(read, parts)) * (count if len(parts) == 1 else 1)
+    except ValueError as error:
+        such = (
+            "numbers, such as 3 or 3,2.5" if read is float else "ranges, such as 2.5 or -2:1.5,0:3"
+        )
+        accepted = f"accepted: {such} (one for each of {count})"
+        raise ParameterError(f"{what} {text}: {accepted}") from error
+
+
+def _range(text: str) -> tuple[float, float]:
+    """Return the ends of "LOW:HIGH", or of "HALF", which is -HALF to HALF."""
+    low, colon, high = text.partition(":")
+    return (float(low), float(high)) if colon else (-float(low), float(low))
