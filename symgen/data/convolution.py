@@ -96,15 +96,34 @@ def cardinal_slope() -> FloatArray:
 def spline_slope(x: FloatArray) -> FloatArray:
     """Return the derivative of the interpolating spline by the number of the sample.
 
-    Of degree five, or what few samples allow.
+    Of degree five, or what few samples allow, with the knots of SciPy's `make_interp_spline`.
     """
-    return np.asarray(np.tensordot(_slopes(len(x)), x, 1))
+    degree = max(k for k in (1, 3, 5) if k < max(len(x), 2))
+    return np.asarray(np.tensordot(_slopes(len(x), degree), x, 1))
 
 
 @lru_cache(maxsize=8)
-def _slopes(count: int) -> FloatArray:
-    """Return what takes samples to the slopes of their spline, (count, count)."""
-    from scipy.interpolate import make_interp_spline
+def _slopes(count: int, degree: int) -> FloatArray:
+    """Return what takes samples to the slopes of their spline, (count, count).
 
-    at, degree = np.arange(count, dtype=float), max(k for k in (1, 3, 5) if k < count)
-    return np.asarray(make_interp_spline(at, np.eye(count), degree).derivative()(at))
+    The basis is that of Cox and de Boor; no knot lies at the samples next to the ends.
+    """
+    at, beside = np.arange(count, dtype=float), (degree + 1) // 2
+    inner = at[beside:-beside]
+    knots = np.concatenate([[0.0] * (degree + 1), inner, [count - 1.0] * (degree + 1)])
+    interval = np.clip(np.searchsorted(knots, at, "right") - 1, degree, count - 1)
+    basis = np.eye(len(knots) - 1)[interval]
+    lower = basis
+    for k in range(1, degree + 1):
+        lower, before = basis, _over(1.0, knots[k:] - knots[:-k])
+        rising = (at[:, None] - knots[: -k - 1]) * before[:-1]
+        falling = (knots[k + 1 :] - at[:, None]) * before[1:]
+        basis = rising * lower[:, :-1] + falling * lower[:, 1:]
+    before = degree * _over(1.0, knots[degree:] - knots[:-degree])
+    slope = before[:-1] * lower[:, :-1] - before[1:] * lower[:, 1:]
+    return np.asarray(np.linalg.solve(basis.T, slope.T).T)
+
+
+def _over(a: float, b: FloatArray) -> FloatArray:
+    """Return a / b, 0 where b is."""
+    return np.divide(a, b, out=np.zeros_like(b), where=b > 0)
