@@ -271,35 +271,32 @@ class _Reader:
                     "its own; accepted: on the joints that it follows, or as [[coupling]]"
                 )
         variables = {f"q{j.number}": j for j in movable}
-        expr = self.expression(table.follows or "", place, (*self.geometry, *variables))
-        expr = sp.expand(expr)
+        expr = sp.expand(self.expression(table.follows or "", place, (*self.geometry, *variables)))
         joint = replace(joint, follows=expr)
         linear = sum((c * joint_variable(k) for k, c in joint.shares), joint.offset)
         accepted = "a sum of numbers times variables of movable joints, such as 'pi/2 + q7 - q2'"
         if not joint.shares or sp.expand(linear - expr) != 0:
             raise self.fail(f"{place}: {shortened(table.follows or '')!r}; accepted: {accepted}")
+        turns, shares = joint.sigma == names.REVOLUTE, sp.S.Zero
         for k, c in joint.shares:
+            factor, written = self.at_values(c), f"the factor of q{k} is {expressions.text(c)}"
+            shares += factor * joint_variable(k)
             if {s.name for s in c.free_symbols} & set(variables):
                 raise self.fail(f"{place}: not linear in q{k}; accepted: {accepted}")
-            if self.at_values(c).is_zero:
+            if factor.is_zero:
                 raise self.fail(f"{place}: the factor of q{k} is 0 at the file's values")
-            if joint.sigma == names.REVOLUTE and (
-                variables[f"q{k}"].sigma != names.REVOLUTE or not self.at_values(c).is_Rational
-            ):
+            if turns and not (variables[f"q{k}"].sigma == names.REVOLUTE and factor.is_Rational):
                 raise self.fail(
-                    f"{place}: the factor of q{k} is {expressions.text(c)}; accepted for a "
-                    "revolute joint: fractions, of the variables of revolute joints"
+                    f"{place}: {written}; accepted for a revolute joint: fractions, of the "
+                    "variables of revolute joints"
                 )
-            if joint.sigma == names.REVOLUTE and abs(self.at_values(c)) > MAX_RATIO:
+            if turns and abs(factor) > MAX_RATIO:
                 raise self.fail(
-                    f"{place}: the factor of q{k} is {expressions.text(c)}, which makes its "
-                    f"rounding as much larger; accepted: at most {MAX_RATIO} in size"
+                    f"{place}: {written}, which makes its rounding as much larger; accepted: at "
+                    f"most {MAX_RATIO} in size"
                 )
-        if joint.sigma == names.REVOLUTE:
+        if turns:
             self.angle(joint.offset, place)
-            shares = sum(
-                (self.at_values(c) * joint_variable(k) for k, c in joint.shares), sp.S.Zero
-            )
             joint = replace(joint, follows=shares + joint.offset)
         return joint
 
