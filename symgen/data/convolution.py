@@ -63,7 +63,7 @@ def gain_of(step: float, cutoff: float, length: int, size: int) -> npt.NDArray[n
 @lru_cache(maxsize=32)
 def slope_gain(step: float, size: int) -> npt.NDArray[np.complex128]:
     """Return the transform of the spline's slope, of a circle of `size` samples."""
-    return _transform(cardinal_slope() / step, size)
+    return _transform(cardinal_slope(), size) / step
 
 
 def _transform(weights: FloatArray, size: int) -> npt.NDArray[np.complex128]:

@@ -130,6 +130,41 @@ class Raw:
         object.__setattr__(self, "notes", tuple(map(plain, self.notes)))
 
 
+@dataclass(frozen=True, eq=False)
+class Log:
+    """One measured log. All arrays are read-only float64; C-contiguous, but in a chunk of Parquet.
+
+    It is as it was recorded, on the motor side where the robot has a [drive], until `joint_side`
+    has mapped it, which `mapped` tells; without a [drive] both are the same.
+
+    Attributes:
+        name: file name without its folder.
+        t: (N,) time in s, strictly increasing.
+        q: (N, n) positions in rad (m for a prismatic joint).
+        qd: (N, n) measured velocities in rad/s (m/s), None when the log has none.
+        tau: (N, n) torques in N m (forces in N), None when the log has currents in their place.
+        ignored: the other columns of the file, which nothing reads.
+        current: (N, n) motor currents in A, None where none are used.
+        notes: what was done to the log, in words, one line each.
+        mapped: whether q, qd and tau have been mapped to the joint side.
+        temp: (N, n) temperatures of joints or their motors, deg C, NaN on joints without; or None.
+        qs: (N, n) positions of links, behind what bends in the joint, in rad (m), NaN on joints
+            without a second encoder; or None. They are never mapped by [drive].
+    """
+
+    name: str
+    t: FloatArray
+    q: FloatArray
+    qd: FloatArray | None
+    tau: FloatArray | None
+    ignored: tuple[str, ...] = ()
+    current: FloatArray | None = None
+    notes: tuple[str, ...] = ()
+    mapped: bool = False
+    temp: FloatArray | None = None
+    qs: FloatArray | None = None
+
+
 class Table(Protocol):
     """A table of a log that is open."""
 
