@@ -33,7 +33,7 @@ def import_(file: Path, fix: tuple[str, ...], into: Path | None) -> int:
     import symgen
     from symgen.files import check_text_replaceable, write_text
     from symgen.robot.fixed import with_fixed
-    from symgen.robot.foreign import read_imported
+    from symgen.robot.toml_io import read_imported
     from symgen.robot.toml_text import parameters_toml
     from symgen.symbolic.near_angles import costly_angles
 

@@ -19,8 +19,8 @@ from symgen.estimation.band import Band
 from symgen.files import load_json, load_toml
 from symgen.identification.estimate import READ, Estimate
 from symgen.identification.reading import MARKER, read_estimate
-from symgen.robot.foreign import read_imported
 from symgen.robot.imported import FORMATS
+from symgen.robot.toml_io import read_imported
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 from symgen.schemas import result_file

@@ -11,10 +11,9 @@ from symgen.identification.estimate import ROBOT_DIGEST, Estimate
 from symgen.identification.parameters import cad_parameters, same_frames
 from symgen.identification.physical.links import link_parameters
 from symgen.identification.reading import read_estimate
-from symgen.robot.foreign import read_imported
 from symgen.robot.imported import read_text
 from symgen.robot.mjcf_io import updated_mjcf
-from symgen.robot.toml_io import read_robot
+from symgen.robot.toml_io import read_imported, read_robot
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.robot.urdf_io import updated_urdf

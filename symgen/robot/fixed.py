@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from decimal import Decimal
+from typing import Any
 
 import sympy as sp
 
@@ -70,7 +71,8 @@ def with_fixed(found: Imported, fixed: Sequence[str]) -> Imported:
     limits = robot.limits
     if limits is not None:
         columns = {key: x for key in OF_JOINTS if (x := getattr(limits, key)) is not None}
-        limits = replace(limits, **{key: [x[k] for k in kept] for key, x in columns.items()})
+        left: dict[str, Any] = {key: [x[k] for k in kept] for key, x in columns.items()}
+        limits = replace(limits, **left)
     notes = list(found.notes)
     for joint in (robot.joints[number - 1] for number in still):
         at = held.get(joint.number)

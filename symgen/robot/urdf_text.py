@@ -193,25 +193,21 @@ class _Reader:
         axis = self.triple(element.first("axis"), "xyz", place, (sp.S.One, sp.S.Zero, sp.S.Zero))
         if KINDS[kind] != names.FIXED and axis == _ZERO:
             raise self.fail(place, "the axis is zero; accepted: any direction")
-        limit = {}
-        given = element.first("limit")
-        for key in ("lower", "upper", "velocity", "effort"):
-            if given is not None and key in given.attributes:
-                limit[key] = float(self.number(given, key, place, None))
-        if kind == "continuous":
-            limit.pop("lower", None), limit.pop("upper", None)
-        elif given is not None:  # what the format says where one of the two is absent
-            limit.setdefault("lower", 0.0), limit.setdefault("upper", 0.0)
-        dynamics = element.first("dynamics")
-        loss = [0.0, 0.0]
-        for i, key in enumerate(("damping", "friction")):
-            if dynamics is not None:
-                loss[i] = float(self.number(dynamics, key, place, "0"))
-            if loss[i] < 0:
-                raise self.fail(place, f"{key} is {loss[i]:g}; accepted: 0 or more")
+        limit, given = {}, element.first("limit")
+        if given is not None:  # the format says what holds where one of the two is absent
+            limit = {"lower": 0.0, "upper": 0.0} if kind != "continuous" else {}
+            for key in (*limit, "velocity", "effort"):
+                if key in given.attributes:
+                    limit[key] = float(self.number(given, key, place, None))
+        dynamics, loss = element.first("dynamics"), dict.fromkeys(("damping", "friction"), 0.0)
+        if dynamics is not None:
+            loss = {key: float(self.number(dynamics, key, place, "0")) for key in loss}
+        for key, value in loss.items():
+            if value < 0:
+                raise self.fail(place, f"{key} is {value:g}; accepted: 0 or more")
         return UrdfJoint(
             element.attributes["name"], KINDS[kind], ends[0], ends[1], xyz, rpy, axis, limit,
-            loss[0], loss[1], self.mimic(place, element),
+            **loss, mimic=self.mimic(place, element),
         )  # fmt: skip
 
     def mimic(self, place: str, element: Element) -> tuple[str, sp.Rational, sp.Rational] | None:

@@ -150,7 +150,7 @@ class BrokenError(Exception):
 def test_an_interrupted_run_goes_on_from_what_was_finished(
     logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    work, results = tmp_path / "work", distributed.Serial.results
+    work, results = tmp_path / "work", distributed.Executor.results
     whole = symgen.identify(robot(), str(logs), model="momentum")
 
     def breaks(self, task: Callable, items) -> Iterator:
@@ -159,11 +159,11 @@ def test_an_interrupted_run_goes_on_from_what_was_finished(
                 raise BrokenError
             yield found
 
-    monkeypatch.setattr(distributed.Serial, "results", breaks)
+    monkeypatch.setattr(distributed.Executor, "results", breaks)
     with pytest.raises(BrokenError):
         symgen.identify(robot(), str(logs), model="momentum", workers=symgen.Workers(work=work))
     assert len(list(work.glob("*.npz"))) == 2
-    monkeypatch.setattr(distributed.Serial, "results", results)
+    monkeypatch.setattr(distributed.Executor, "results", results)
     said: list[str] = []
     again = symgen.identify(
         robot(),
