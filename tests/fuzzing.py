@@ -203,8 +203,8 @@ def read_result(path: Path) -> None:
 
 def read_beside(path: Path) -> None:
     """Read the result that a table of curves belongs to."""
+    from symgen.identification.estimate import read_estimate
     from symgen.identification.prediction import read_prediction
-    from symgen.identification.reading import read_estimate
 
     if path.suffix == ".npz":
         found = read_estimate(path.parent)
@@ -227,10 +227,10 @@ def read_parameters(path: Path, model: list[Any] = []) -> None:  # noqa: B006  (
 def read_package(path: Path) -> None:
     """Look at a package as what replaces it does, and as what checks it does."""
     from symgen.files import check_replaceable
-    from symgen.runtime.check import _manifest, _prefix
+    from symgen.runtime.check import read_options
 
     check_replaceable(path.parent, path.name)
-    _prefix(_manifest(path.parent)["options"])
+    read_options(path.parent)
 
 
 @cache

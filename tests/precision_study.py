@@ -14,7 +14,7 @@ import symgen
 from symgen.data.bandwidth import motion_bandwidth
 from symgen.data.signals import prepare
 from symgen.estimation.band import Band
-from symgen.estimation.batch import solve
+from symgen.estimation.estimators import solve
 from symgen.estimation.filtered import filtered
 from symgen.estimation.recipe import Recipe
 from symgen.estimation.system import Equations, LinearSystem

@@ -68,8 +68,7 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
     import symgen
     from symgen import Limits, Motion, Search
     from symgen.diagnosis.extend import with_effect
-    from symgen.experiment.formats import FORMATS, exported
-    from symgen.experiment.plan import paths
+    from symgen.experiment.plan import FORMATS, exported, paths
     from symgen.files import check_new, write_files
 
     if into.suffix != ".csv":

@@ -32,7 +32,7 @@ def simulate(
 ) -> int:
     """Simulate ROBOT with given parameters under a controller, and write the log that it leaves."""
     import symgen
-    from symgen.experiment.simulation import log_paths
+    from symgen.experiment.simulate import log_paths
     from symgen.files import check_new, write_files
 
     for path in log_paths(into, runs):

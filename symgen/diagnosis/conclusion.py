@@ -37,8 +37,8 @@ from symgen.diagnosis.shapes import Torques
 from symgen.diagnosis.study import KERNELS, Study, torques_of
 from symgen.diagnosis.words import tie
 from symgen.errors import IdentificationError, RobotError
-from symgen.estimation.batch import solve
-from symgen.estimation.regression import Solution
+from symgen.estimation.estimators import solve
+from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from symgen.data.mask import Bools
 from symgen.data.signals import lowpass, white_noise
 from symgen.estimation.filtered import FilteredLog
-from symgen.estimation.regression import SINGULAR, column_norms
+from symgen.estimation.solve import SINGULAR, column_norms
 from symgen.estimation.system import torque_rows
 from symgen.runtime.evaluator import Evaluator
 

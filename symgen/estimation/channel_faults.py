@@ -18,15 +18,6 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.estimation.blocks import (
-    BLOCKS,
-    Blocks,
-    held_out_error,
-    placed,
-    residual_squares,
-    solve_gram,
-    summary,
-)
 from symgen.estimation.channels import (
     Fault,
     earlier,
@@ -45,6 +36,15 @@ from symgen.estimation.recorded import (
     equations_of,
     recorded,
     with_column,
+)
+from symgen.estimation.summary import (
+    BLOCKS,
+    Blocks,
+    held_out_error,
+    placed,
+    residual_squares,
+    solve_gram,
+    summary,
 )
 from symgen.runtime.evaluator import Evaluator
 

@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from symgen.data.signals import Samples, require_cutoff
 from symgen.distributed import in_turn
 from symgen.estimation.band import OPEN, Band, comparison_band
-from symgen.estimation.blocks import FOLDS, block_errors, placed, summary
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.masking import require_left
 from symgen.estimation.rests import rests_of, weighed_rests
+from symgen.estimation.summary import FOLDS, block_errors, placed, summary
 from symgen.estimation.system import Equations, torque_equations, torque_sides
 from symgen.runtime.evaluator import Evaluator
 

@@ -1,11 +1,24 @@
-"""Least squares as objects: ordinary, weighted, robust to outliers, and towards a prior.
+"""The estimators: least squares and its relatives as objects.
 
 Every estimator is a frozen value with a name and a method `solve` from a LinearSystem to a
 Solution. `excludes` says what its standard deviations leave out.
+
+Instrumental variables remove the bias that least squares has where the columns of W carry noise
+that is also in y - W X. Instruments Z (as large as W) that follow the true motion but not this
+noise give an estimate without it,
+
+    X = (Z'W)^-1 Z'y            (Young 1970; Janot, Vandanjon, Gautier 2014)
+
+Where Z comes from is said in `instruments`. The Durbin-Wu-Hausman test asks whether what Z does not
+explain of W helps to explain y (Hausman 1978; Davidson and MacKinnon 1993, section 7.9):
+
+    y = W X + V d + e,   V = W - Z (Z'Z)^-1 Z'W,   d = 0 where least squares is consistent
 """
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Protocol
 
@@ -13,9 +26,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
-from symgen.estimation.fold import summaries
-from symgen.estimation.regression import (
+from symgen.estimation.covariance import bartlett, counts, robust_covariance, scores
+from symgen.estimation.solve import (
+    SINGULAR,
     Solution,
+    column_norms,
     condition,
     factors,
     inverse_deviation,
@@ -23,14 +38,29 @@ from symgen.estimation.regression import (
     log_weights,
     merged,
     require_rows,
-    robust_covariance,
+    residual_weights,
+    undetermined,
 )
-from symgen.estimation.system import LinearSystem
+from symgen.estimation.statistics import f_tail
+from symgen.estimation.summary import Summary, summaries, summarised, triangle
+from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.values import Contrast, Endogeneity
 
 FloatArray = NDArray[np.float64]
 PASSES = 3
 _PASSES_OF_A_PRIOR = 20  # on factors: cheap
 NOISE_BIAS = "bias from noise of positions and speeds in the regressor, and errors of the model"
+#: Columns whose part that the instruments leave is smaller than this share are not suspect.
+_SUSPECT = 1e-7
+#: Level of the Durbin-Wu-Hausman test below which least squares is called biased.
+LEVEL = 0.01
+_HARMLESS = 0.5  # bias, of a standard deviation
+#: Correlation of a direction of W with the instruments under which they are called weak.
+_WEAK = 0.3
+#: A bias that intervals do not hold: in std, and as a share of a parameter known to another share.
+_BEYOND, _MATERIAL, _KNOWN = 3.0, 0.05, 0.3
+_UNTESTED = "no Durbin-Wu-Hausman test: the logs hold too few independent equations"
+_FRICTION = re.compile(r"(FS|FV|OF)M?[0-9]")
 
 
 class Estimator(Protocol):
@@ -121,15 +151,12 @@ class Huber:
             ):
                 break
         rows, inside, deviation = self._weights(system, X)
-        scores = [
-            (np.square(w) * (e.y - e.W @ X))[:, None] * (e.W / scale)
-            for w, e in zip(rows, system.logs, strict=True)
-        ]
+        own = [scores(e, X, scale, w) for w, e in zip(rows, system.logs, strict=True)]
         kept = [
             (e.W / scale)[i] / s for e, i, s in zip(system.logs, inside, deviation, strict=True)
         ]
         bread = np.linalg.inv(sum(k.T @ k for k in kept))
-        covariance = robust_covariance(system, bread, scores) / np.outer(scale, scale)
+        covariance = robust_covariance(system, bread, own) / np.outer(scale, scale)
         beyond = 1 - np.mean(np.concatenate(inside))
         note = f"{100 * beyond:.3g} % of the equations lie beyond the threshold and weigh less"
         return Solution(X, covariance, condition(R), tuple(map(float, 1 / deviation)), (note,))
@@ -173,19 +200,18 @@ class Prior:
             raise IdentificationError(f"the prior is not one of {len(system.names)} parameters")
         if not (np.isfinite(self.mean).all() and (self.std > 0).all()):
             raise IdentificationError("the prior's means are not finite, or a std is not above 0")
-        parts = factors(system)
+        parts = summaries(system)
         own = np.column_stack([np.diag(1 / self.std), self.mean / self.std])
-        weights = np.ones(len(parts))
-        X = self.mean
-        for k in range(_PASSES_OF_A_PRIOR):
-            if k:
-                rss = [float(np.sum((f[:, -1] - f[:, :-1] @ X) ** 2)) for f in parts]
-            else:  # the spread of y begins
-                rss = [float(np.sum(f[:, -1] ** 2)) for f in parts]
-            weights = inverse_deviation(np.sqrt(np.array(rss) / [len(e.y) for e in system.logs]))
-            counted = weights / np.sqrt([max(e.correlation, 1) for e in system.logs])
-            X, scale, R = merged([*parts, own], np.append(counted, 1.0), system.names)
-        return _with_prior(system, X, scale, R, counted, 1 / self.std**2)
+        X = np.zeros_like(self.mean)  # the spread of y begins
+        for _ in range(_PASSES_OF_A_PRIOR):
+            weights = residual_weights(parts, X) / np.sqrt([max(s.correlation, 1) for s in parts])
+            rows = [*(s.factor for s in parts), own]
+            X, scale, R = merged(rows, np.append(weights, 1.0), system.names)
+        solution = least_squares_solution(system, X, scale, R, list(map(float, weights)))
+        bread = np.linalg.inv(R)
+        bread = bread @ bread.T / np.outer(scale, scale)
+        more = bread / self.std**2 @ bread  # A (meat + prior information) A
+        return replace(solution, covariance=solution.covariance + more)
 
 
 @dataclass(frozen=True)
@@ -207,44 +233,440 @@ class Ridge:
         require_rows(system)
         if self.strength is not None and not self.strength >= 0:
             raise IdentificationError(f"ridge strength {self.strength:g}; accepted: 0 or above")
-        own_logs = summaries(system)
-        parts = [s.factor for s in own_logs]
-        weights, X, scale, _ = log_weights(own_logs, system.names, PASSES)
-        rss = [s.rss(X) for s in own_logs]
-        rows, p = sum(len(e.y) for e in system.logs), len(X)
-        sigma = np.sqrt(float(weights**2 @ rss) / (rows - p))
-        strength = self.strength
+        parts = summaries(system)
+        weights, X, scale, _ = log_weights(parts, system.names, PASSES)
+        p, strength = len(X), self.strength
         if strength is None:
-            strength = p * sigma**2 / float(np.sum((scale * X) ** 2))
+            variance = float(weights**2 @ [s.rss(X) for s in parts])
+            variance /= sum(s.rows for s in parts) - p
+            strength = p * variance / float(np.sum((scale * X) ** 2))
         penalty = np.sqrt(strength) * np.diag(scale)
         own = np.column_stack([penalty, np.zeros(p)])
-        X, after, R = merged([*parts, own], np.append(weights, 1.0), system.names)
-        inverse = np.linalg.inv(R)
-        scores = [
-            (w * w * (e.y - e.W @ X))[:, None] * (e.W / after)
+        rows = [*(s.factor for s in parts), own]
+        X, after, R = merged(rows, np.append(weights, 1.0), system.names)
+        found = least_squares_solution(system, X, after, R, list(map(float, weights)))
+        return replace(found, notes=(f"ridge strength {strength:.3g} on columns of unit norm",))
+
+
+@dataclass(frozen=True)
+class Essential:
+    """Backward elimination with F tests on whitened residuals (Pham and Gautier 1991).
+
+    Rows are divided by sigma_l sqrt(c_l): the deviation of the residual of the log and joint, and
+    the factor by which its correlation in time makes rows fewer, c_l = long-run variance over
+    variance (Bartlett weights), at least 1. The parameter with the smallest
+    |X|/std goes, as long as both tests let it: against the model before, and against the full one,
+
+        F = [(RSS_without - RSS_with) / r] / [RSS_full / (m - p)],   p_value above `level`
+
+    with m = sum of rows over c_l. The others are estimated again each time.
+
+    Attributes:
+        level: p-value above which a parameter is not needed.
+    """
+
+    level: float = 0.05
+    name: ClassVar[str] = "essential"
+    excludes: ClassVar[str] = (
+        NOISE_BIAS + "; that the data chose which parameters to keep (those left out are 0, "
+        "with no std)"
+    )
+
+    def solve(self, system: LinearSystem) -> Solution:
+        """Solve with the essential columns alone."""
+        if not 0 < self.level < 1:
+            raise IdentificationError(f"level {self.level:g}; accepted: between 0 and 1")
+        require_rows(system)
+        full = Wls().solve(system)
+        weights, m = whitening(system, full.X)
+        parts, p = factors(system), len(system.names)
+        rows = np.concatenate([w * f for w, f in zip(weights, parts, strict=True)])
+        kept = list(range(p))
+        base = before = _rss(rows, kept)
+        variance = base / (m - p)
+        while len(kept) > 1:
+            growth = [_rss(rows, [k for k in kept if k != i]) - before for i in kept]
+            least = int(np.argmin(growth))
+            without = before + growth[least]
+            gone = p - len(kept) + 1
+            single = f_tail(growth[least] / variance, 1, m - p)
+            joint = f_tail((without - base) / gone / variance, gone, m - p)
+            if min(single, joint) <= self.level:
+                break
+            before = without
+            kept.pop(least)
+        names = tuple(system.names[i] for i in kept)
+        smaller = LinearSystem(names, tuple(e.columns(kept) for e in system.logs))
+        X, scale, R = merged((f[:, [*kept, p]] for f in parts), weights, names)
+        part = least_squares_solution(smaller, X, scale, R, list(map(float, weights)))
+        whole, covariance = np.zeros(p), np.zeros((p, p))
+        whole[kept] = part.X
+        covariance[np.ix_(kept, kept)] = part.covariance
+        out = [system.names[i] for i in range(p) if i not in kept]
+        note = f"{len(kept)} of {p} parameters are essential" + (
+            f"; taken as 0, F test at {self.level:g}: {', '.join(out)}" if out else ""
+        )
+        contrast = (Contrast("wls", full.X, full.std),)
+        return replace(part, X=whole, covariance=covariance, notes=(note,), comparison=contrast)
+
+
+def whitening(system: LinearSystem, X: FloatArray) -> tuple[FloatArray, float]:
+    """Return the factor that makes the rows of each log count once, and how many then count.
+
+    Args:
+        system: the equations.
+        X: an estimate, whose residuals are looked at.
+    """
+    weights, m = [], 0.0
+    for e in system.logs:
+        error = (e.y - e.W @ X)[:, None]
+        power = max(float(np.sum(error**2)), 1e-300)
+        inflation = max(float(bartlett(error, counts(e).lag)[0, 0]) / power, 1.0)
+        weights.append(np.sqrt(len(e.y) / power / inflation))
+        m += len(e.y) / inflation
+    if m <= len(X) + 1:
+        raise IdentificationError(
+            f"the logs hold {m:.0f} independent equations for {len(X)} parameters: too few to test"
+        )
+    return np.array(weights), m
+
+
+def _rss(rows: FloatArray, columns: list[int]) -> float:
+    """Return the residual sum of squares of rows [W y] with some of the columns."""
+    R = triangle(rows[:, [*columns, rows.shape[1] - 1]])
+    return float(R[-1, -1] ** 2)
+
+
+@dataclass(frozen=True, eq=False)
+class TotalLeastSquares:
+    """Total least squares: the smallest errors of [W y] that make W X = y exact.
+
+        minimise sum of (y - w'X)^2 / (1 + X'C X),   C = diag(noise^2)
+
+    by the smallest singular vector of [W y] in units of its errors (Golub and Van Loan 1980);
+    columns without error are taken out by QR first (Van Huffel and Vandewalle 1991, ch. 3). It
+    removes the bias of least squares where the errors of the columns are independent of each other
+    and from row to row, and their ratio to those of y is known. Those of a robot's regressor are
+    neither: instrumental variables ask for less. Precision by the sandwich of its estimating
+    equations sum e (w + e C X/(1 + X'C X)) = 0.
+
+    Attributes:
+        noise: (p,) standard deviation of the error of each column over that of y; 0 where exact.
+            None: in proportion to the norm of the column over that of y.
+    """
+
+    noise: FloatArray | None = None
+    name: ClassVar[str] = "tls"
+    excludes: ClassVar[str] = (
+        "bias where the errors of the columns have other sizes than it takes them to have, or are "
+        "correlated"
+    )
+
+    def solve(self, system: LinearSystem) -> Solution:
+        """Solve by QR and SVD of [W y], each log weighed as in weighted least squares."""
+        require_rows(system)
+        p = len(system.names)
+        parts = summaries(system)
+        weights, X, scale, _ = log_weights(parts, system.names, PASSES)
+        rows = [w * s.factor for w, s in zip(weights, parts, strict=True)]
+        whole = triangle(np.concatenate(rows))
+        noise = self._noise(scale, float(np.linalg.norm(whole[:, p])), p)
+        X = _smallest(whole, noise)
+        C = noise**2
+        growth = 1 + float(C @ X**2)
+        own, rss = [], 0.0
+        for w, e in zip(weights, system.logs, strict=True):
+            error = w * (e.y - e.W @ X)
+            own.append(error[:, None] * (w * e.W + error[:, None] * (C * X / growth)))
+            rss += float(error @ error)
+        information = whole[:p, :p].T @ whole[:p, :p] - rss / growth * np.diag(C)
+        unit = np.outer(scale, scale)
+        bread = np.linalg.inv(information / unit) / unit
+        values = np.linalg.eigvalsh(information / unit)
+        if not values[0] > 0:
+            raise IdentificationError(
+                "total least squares has no solution here: the errors of the columns hide the "
+                "least excited parameters; accepted: a richer motion, or method wls or iv"
+            )
+        covariance = robust_covariance(system, bread, own)
+        root = float(np.sqrt(values[-1] / values[0]))
+        return Solution(X, covariance, root, tuple(map(float, weights)))
+
+    def _noise(self, scale: FloatArray, y: float, p: int) -> FloatArray:
+        if self.noise is None:
+            return scale / y
+        noise = np.asarray(self.noise, dtype=float)
+        if noise.shape != (p,) or not (np.isfinite(noise).all() and (noise >= 0).all()):
+            raise IdentificationError(f"the noise of the columns is not {p} numbers of 0 or above")
+        return noise
+
+
+def _smallest(whole: FloatArray, noise: FloatArray) -> FloatArray:
+    """Solve the triangular [W y]: exact columns first, then the smallest singular vector."""
+    p = len(noise)
+    exact, noisy = np.flatnonzero(noise == 0), np.flatnonzero(noise > 0)
+    R = triangle(whole[:, [*exact, *noisy, p]])
+    k = len(exact)
+    X = np.zeros(p)
+    if len(noisy):
+        lower = np.column_stack([R[k:, k:p] / noise[noisy], R[k:, p]])
+        vector = np.linalg.svd(lower)[2][-1]
+        if abs(vector[-1]) < 1e-12:
+            raise IdentificationError("total least squares has no finite solution here")
+        X[noisy] = -vector[:-1] / vector[-1] / noise[noisy]
+    X[exact] = np.linalg.solve(R[:k, :k], R[:k, p] - R[:k, k:p] @ X[noisy])
+    return X
+
+
+@dataclass(frozen=True)
+class InstrumentalVariables:
+    """Instrumental variables X = (Z'W)^-1 Z'y, logs weighed by the deviation of their residual.
+
+    Its covariance is the sandwich with instruments, (Z'W)^-1 S (W'Z)^-1 with S the long-run
+    covariance of z e. Beside it stand weighted least squares and the Durbin-Wu-Hausman test.
+    """
+
+    name: ClassVar[str] = "iv"
+    excludes: ClassVar[str] = (
+        "bias where the noise of the instruments is not independent of that of the regressor, and "
+        "errors of the model"
+    )
+
+    def solve(self, system: LinearSystem) -> Solution:
+        """Solve y = W X with the instruments of the equations, Z of every log.
+
+        Raises:
+            IdentificationError: there are no instruments, or they do not follow the regressor.
+        """
+        require_rows(system)
+        if any(e.Z is None for e in system.logs):
+            raise IdentificationError(
+                "method iv needs instruments; accepted: logs with measured speeds qd, whose "
+                "instruments come from the encoders, or the commanded motion of every log"
+            )
+        least = Wls().solve(system)
+        parts, p = _with_instruments(system), len(system.names)
+        weights: FloatArray = np.array(least.weights)
+        reduced = _Reduced(parts, weights, system.names)
+        for _ in range(PASSES if len(parts) > 1 else 0):
+            own = [replace(s, factor=s.factor[:, p:]) for s in parts]
+            weights = residual_weights(own, reduced.X)
+            reduced = _Reduced(parts, weights, system.names)
+        scale, size = reduced.scale, reduced.size
+        rows = [
+            (w * w * (e.y - e.W @ reduced.X))[:, None] * (_z(e) / size)
             for w, e in zip(weights, system.logs, strict=True)
         ]
-        covariance = robust_covariance(system, inverse @ inverse.T, scores)
-        note = f"ridge strength {strength:.3g} on columns of unit norm"
+        A = reduced.Rz.T @ reduced.Rzw
+        bread = np.asarray(np.linalg.inv(A), dtype=float)
+        covariance = robust_covariance(system, bread, rows) / np.outer(scale, scale)
+        tests = durbin_wu_hausman(system, weights)
+        std = least.std
+        notes = tuple(in_words(t, system.names, least.X, std, reduced.X) for t in tests[:1])
+        notes = notes or (_UNTESTED,)
+        if reduced.shared < _WEAK:
+            notes += (
+                "weak instruments: a combination of columns has a correlation of "
+                f"{reduced.shared:.2g} with them; its estimate is uncertain, also beyond its std",
+            )
         return Solution(
-            X,
-            covariance / np.outer(after, after),
-            condition(R),
+            reduced.X,
+            covariance,
+            float(np.linalg.cond(A)),
             tuple(map(float, weights)),
-            (note,),
+            notes,
+            tests,
+            (Contrast("wls", least.X, std),),
         )
 
 
-def _with_prior(
-    system: LinearSystem,
-    X: FloatArray,
-    scale: FloatArray,
-    R: FloatArray,
-    weights: FloatArray,
-    information: FloatArray,
-) -> Solution:
-    """Return A (meat + prior information) A with A the inverse of both informations."""
-    solution = least_squares_solution(system, X, scale, R, [float(w) for w in weights])
-    bread = np.linalg.inv(R)
-    bread = bread @ bread.T / np.outer(scale, scale)
-    return replace(solution, covariance=solution.covariance + bread * information @ bread)
+def _z(equations: Equations) -> FloatArray:
+    """Return the instruments, which were asked for before."""
+    assert equations.Z is not None
+    return equations.Z
+
+
+def _with_instruments(system: LinearSystem) -> list[Summary]:
+    """Return the summaries of [Z W y]."""
+    return [summarised(replace(e, W=np.column_stack([_z(e), e.W]))) for e in system.logs]
+
+
+class _Reduced:
+    """Weighted [Z W y] = Q [Rz Rzw rzy; 0 Rv rv], with columns of Z and W of unit norm.
+
+    Q'W is [Rzw; Rv], and Rv is the triangle of what Z leaves of W.
+    """
+
+    def __init__(
+        self, parts: Sequence[Summary], weights: FloatArray, names: tuple[str, ...]
+    ) -> None:
+        p = len(names)
+        R = triangle(np.concatenate([w * s.factor for w, s in zip(weights, parts, strict=True)]))
+        norms = column_norms(R[:, : 2 * p])
+        self.size, self.scale = norms[:p], norms[p:]
+        R[:, : 2 * p] /= norms
+        self.Rz, self.Rzw, self.Rv = R[:p, :p], R[:p, p : 2 * p], R[p : 2 * p, p : 2 * p]
+        Rw = triangle(R[:, p : 2 * p])
+        lost = undetermined(Rw, names)
+        if lost:
+            raise IdentificationError(lost)
+        canonical = np.linalg.svd(np.linalg.solve(Rw.T, self.Rzw.T), compute_uv=False)
+        #: Smallest canonical correlation of W with Z.
+        self.shared = float(canonical[-1])
+        if undetermined(self.Rz, names) or self.shared <= SINGULAR:
+            raise IdentificationError(
+                "the information matrix is singular: these instruments do not determine the "
+                "parameters"
+            )
+        self.X: FloatArray = np.linalg.solve(self.Rzw, R[:p, 2 * p]) / self.scale
+
+
+def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> tuple[Endogeneity, ...]:
+    """Test whether least squares is biased, for all columns, the inertial and the friction ones.
+
+    F is the Wald statistic of d = 0 over its degrees of freedom, with the covariance that is robust
+    to correlated residuals.
+
+    Args:
+        system: equations with instruments.
+        weights: one a log.
+
+    Returns:
+        The tests; none where no column differs from what the instruments explain of it, or where
+        the logs hold too few equations to test all of them together.
+    """
+    reduced = _Reduced(_with_instruments(system), weights, system.names)
+    left = np.linalg.norm(reduced.Rv, axis=0)
+    suspect = left > _SUSPECT
+    friction = np.array([_FRICTION.match(name) is not None for name in system.names])
+    sets = {"all": suspect, "inertial": suspect & ~friction, "friction": suspect & friction}
+    # V = [Z W] onto, in the units of the data
+    explained = np.linalg.solve(reduced.Rz, reduced.Rzw)
+    onto = np.concatenate([-explained / reduced.size[:, None], np.diag(1 / reduced.scale)])
+    out = []
+    for label, chosen in sets.items():
+        if chosen.any() and (label == "all" or (chosen != suspect).any()):
+            # an orthonormal basis of the suspect columns: what is tested is their span
+            _, singular, turn = np.linalg.svd(reduced.Rv[:, chosen] / left[chosen])
+            kept = singular > 1e-6 * singular[0]
+            basis = onto[:, chosen] / left[chosen] @ (turn[kept].T / singular[kept])
+            test = _wald(system, label, weights, reduced.scale, basis)
+            if test is None:  # some columns alone do not say that nothing is biased
+                break
+            out.append(test)
+    return tuple(out)
+
+
+def _wald(
+    system: LinearSystem, label: str, weights: FloatArray, scale: FloatArray, basis: FloatArray
+) -> Endogeneity | None:
+    p, extra = basis.shape[0] // 2, basis.shape[1]
+    freedom = sum(len(e.y) / e.correlation for e in system.logs) - p - extra
+    if freedom < 1:
+        return None
+    rows = [
+        w * np.column_stack([e.W / scale, np.column_stack([_z(e), e.W]) @ basis, e.y])
+        for w, e in zip(weights, system.logs, strict=True)
+    ]
+    whole = triangle(np.concatenate([triangle(r) for r in rows]))
+    R = whole[: p + extra, : p + extra]
+    singular = np.linalg.svd(R, compute_uv=False)
+    if singular[-1] <= SINGULAR * singular[0]:
+        return None
+    found = np.linalg.solve(R, whole[: p + extra, -1])
+    own = [(r[:, -1] - r[:, :-1] @ found)[:, None] * r[:, :-1] for r in rows]
+    inverse = np.linalg.inv(R)
+    covariance = robust_covariance(system, inverse @ inverse.T, own)[p:, p:]
+    values, vectors = np.linalg.eigh(covariance)
+    kept = values > 1e-12 * values[-1]
+    size = float(np.sum((vectors[:, kept].T @ found[p:]) ** 2 / values[kept]))
+    count = int(kept.sum())
+    statistic = size / count
+    return Endogeneity(label, statistic, (count, freedom), f_tail(statistic, count, freedom))
+
+
+def bias_of_least_squares(system: LinearSystem, solution: Solution) -> tuple[Solution, str]:
+    """Compare weighted least squares with instrumental variables, where there are instruments.
+
+    Args:
+        system: the equations that were solved.
+        solution: by a method that takes the regressor as exact.
+
+    Returns:
+        The solution with tests and comparison, and in words a bias that the intervals do not hold,
+        or "": significant, above 3 std, and above 5 % of a parameter that is known to 30 %.
+    """
+    if any(e.Z is None for e in system.logs):
+        return solution, ""
+    try:
+        other = InstrumentalVariables().solve(system)
+    except IdentificationError:
+        return replace(solution, notes=(*solution.notes, _UNTESTED)), ""
+    spread = other.std
+    compared = replace(
+        solution,
+        notes=(*solution.notes, *other.notes),
+        endogeneity=other.endogeneity,
+        comparison=(*solution.comparison, Contrast("iv", other.X, spread)),
+    )
+    least = other.comparison[0]
+    moves = np.abs(other.X - least.X)
+    known = (spread < _KNOWN * np.abs(other.X)) & (moves > _MATERIAL * np.abs(other.X))
+    certain = bool(other.endogeneity) and other.endogeneity[0].p_value < LEVEL
+    ratio = np.where(known & (least.std > 0), moves / np.where(least.std > 0, least.std, 1.0), 0.0)
+    worst = int(np.argmax(ratio))
+    if not certain or ratio[worst] <= _BEYOND:
+        return compared, ""
+    share = 100 * moves[worst] / abs(other.X[worst])
+    return compared, (
+        f"plain least squares is biased by noise in the speeds: {system.names[worst]} by "
+        f"{ratio[worst]:.2g} std, {share:.2g} %; compare method iv"
+    )
+
+
+def in_words(
+    test: Endogeneity, names: Sequence[str], X: FloatArray, std: FloatArray, other: FloatArray
+) -> str:
+    """Say what a test found, and by how much another estimate moves X at most, in its std.
+
+    Large logs make a bias certain that is far below the standard deviations: that is said, too.
+    """
+    moves = np.abs(other - X) / np.where(std > 0, std, np.inf)
+    worst = int(np.argmax(moves))
+    size = f"at most {moves[worst]:.2g} std of it, for {names[worst]}"
+    figures = f"F({test.df[0]}, {test.df[1]:.0f}) = {test.statistic:.3g}, p = {test.p_value:.2g}"
+    if test.p_value >= LEVEL:
+        return f"no bias of plain least squares is seen: {size} ({figures})"
+    known = "is biased" if moves[worst] > _HARMLESS else "is biased, though by less than matters"
+    return f"plain least squares {known}: {size} ({figures})"
+
+
+#: Estimators that need nothing but the equations, by the name of `--method`.
+ESTIMATORS: dict[str, Estimator] = {
+    e.name: e
+    for e in (
+        Wls(),
+        Ols(),
+        Huber(),
+        TotalLeastSquares(),
+        InstrumentalVariables(),
+        Ridge(),
+        Essential(),
+    )
+}
+METHODS = tuple(ESTIMATORS)
+
+
+def solve(system: LinearSystem, method: str = "wls") -> Solution:
+    """Solve y = W X by a method of METHODS.
+
+    Args:
+        system: the equations, log by log.
+        method: its name.
+
+    Raises:
+        IdentificationError: there is no such method, or the data do not determine the parameters.
+    """
+    if method not in ESTIMATORS:
+        raise IdentificationError(f"method {method!r}; accepted: {', '.join(METHODS)}")
+    return ESTIMATORS[method].solve(system)

@@ -10,7 +10,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.estimation.blocks import Blocks, block_errors, held_out_error, placed, summary
 from symgen.estimation.channels import Fault, gear_ratio, multiplied
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.recorded import (
@@ -23,6 +22,7 @@ from symgen.estimation.recorded import (
     what_is_left,
     with_column,
 )
+from symgen.estimation.summary import Blocks, block_errors, held_out_error, placed, summary
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]

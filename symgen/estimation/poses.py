@@ -19,7 +19,7 @@ from symgen.data.raw import Reading, read_only
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError
 from symgen.estimation.logs import Source, open_log
-from symgen.estimation.regression import SINGULAR
+from symgen.estimation.solve import SINGULAR
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator

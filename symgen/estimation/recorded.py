@@ -9,14 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.mask import Bools
-from symgen.estimation.blocks import (
-    Blocks,
-    block_errors,
-    held_out_error,
-    placed,
-    summary,
-)
 from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.summary import Blocks, block_errors, held_out_error, placed, summary
 from symgen.estimation.system import Equations, torque_equations
 from symgen.runtime.evaluator import Evaluator
 

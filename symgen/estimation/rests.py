@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from symgen.data.mask import mean_speeds, resting, slow_speeds
 from symgen.data.signals import Samples
 from symgen.estimation.band import Band, Rests
-from symgen.estimation.blocks import placed, summary
 from symgen.estimation.filtered import filtered
+from symgen.estimation.summary import placed, summary
 from symgen.estimation.system import torque_equations
 from symgen.runtime.evaluator import Evaluator
 

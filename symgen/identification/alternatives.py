@@ -16,7 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
-from symgen.estimation.blocks import (
+from symgen.estimation.estimators import Wls
+from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.fit import fit
+from symgen.estimation.masking import require_left
+from symgen.estimation.recipe import Recipe
+from symgen.estimation.statistics import student_quantile
+from symgen.estimation.summary import (
     BLOCKS,
     Blocks,
     block_errors,
@@ -25,14 +31,8 @@ from symgen.estimation.blocks import (
     placed,
     summary,
 )
-from symgen.estimation.estimators import Wls
-from symgen.estimation.filtered import FilteredLog
-from symgen.estimation.fit import fit
-from symgen.estimation.masking import require_left
-from symgen.estimation.recipe import Recipe
-from symgen.estimation.statistics import student_quantile
 from symgen.estimation.system import Equations, LinearSystem, torque_equations
-from symgen.identification.estimate import Alternative
+from symgen.identification.estimate import Alternative, Apart
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
@@ -94,7 +94,7 @@ def alternatives(
     found = [_alternative(evaluator, f, best, train, held) for f in fitted]
     found.sort(key=lambda a: (not a.chosen, a.held_out))
     found += [
-        Alternative(model, math.inf, math.inf, None, None, False, str(error))
+        Alternative(model, math.inf, None, None, math.inf, False, str(error))
         for model, error in lost.items()
     ]
     return tuple(found), {f.recipe.model: f.equations for f in fitted}
@@ -130,23 +130,23 @@ def _alternative(
     except (IdentificationError, np.linalg.LinAlgError) as lost:
         why = str(lost) if isinstance(lost, IdentificationError) else "singular"
         return Alternative(
-            own.recipe.model, math.inf, own.held_out, None, None, own is best, f"{reason}; {why}"
+            own.recipe.model, math.inf, None, None, own.held_out, own is best, f"{reason}; {why}"
         )
     X = np.pad(solution.X, (0, len(names) - len(linear)))
     apart = () if own is best else _apart(own.blocks, best.blocks, linear)
     return Alternative(
         own.recipe.model,
         solution.condition_number,
-        own.held_out,
         fit(evaluator, train, X, "train").residual,
         fit(evaluator, held, X).residual,
+        own.held_out,
         own is best,
         reason,
         apart,
     )
 
 
-def _apart(a: Blocks, b: Blocks, names: Sequence[str]) -> tuple[tuple[str, float], ...]:
+def _apart(a: Blocks, b: Blocks, names: Sequence[str]) -> tuple[Apart, ...]:
     """Return the parameters that two models see apart, with how far, in std of the difference."""
     filled = [k for k in range(BLOCKS) if a.rows[k].any() and b.rows[k].any()]
     if len(filled) < BLOCKS // 2:
@@ -156,7 +156,7 @@ def _apart(a: Blocks, b: Blocks, names: Sequence[str]) -> tuple[tuple[str, float
     tail = (1 - NormalDist().cdf(APART)) / max(len(names), 1)
     level = student_quantile(tail, len(filled) - 1)
     ratio = np.abs(a.fit() - b.fit()) / np.where(std > 0, std, np.inf)
-    return tuple((name, float(r)) for name, r in zip(names, ratio, strict=True) if r > level)
+    return tuple(Apart(name, float(r)) for name, r in zip(names, ratio, strict=True) if r > level)
 
 
 def disagreement(found: Sequence[Alternative]) -> tuple[str, ...]:

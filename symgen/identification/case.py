@@ -18,8 +18,8 @@ from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.logs import Source, in_one_band
 from symgen.estimation.masking import require_left
 from symgen.estimation.recipe import Recipe
-from symgen.estimation.regression import Solution
 from symgen.estimation.repairs import Repair
+from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.identification.alternatives import alternatives
 from symgen.identification.estimate import Alternative

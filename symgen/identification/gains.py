@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
 from symgen.estimation.estimators import Wls
-from symgen.estimation.regression import Solution
+from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Drive, Robot
@@ -119,8 +119,7 @@ def calibrated(
 
 
 def _settled(step: FloatArray, solution: Solution) -> bool:
-    std = np.sqrt(np.maximum(np.diag(solution.covariance), 0))
-    return bool((np.abs(step) <= _SETTLED * std + 1e-12).all())
+    return bool((np.abs(step) <= _SETTLED * solution.std + 1e-12).all())
 
 
 def with_gains(robot: Robot, found: Payload) -> str:

@@ -17,8 +17,8 @@ from symgen.estimation.fit import TorqueFit, fit
 from symgen.estimation.logs import digest
 from symgen.estimation.masking import seldom_moving
 from symgen.estimation.recipe import Recipe
-from symgen.estimation.regression import Solution
 from symgen.estimation.repairs import LEFT, Repair
+from symgen.estimation.solve import Solution
 from symgen.estimation.values import Contrast, Residual
 from symgen.identification.alternatives import disagreement
 from symgen.identification.estimate import (
@@ -26,7 +26,9 @@ from symgen.identification.estimate import (
     ROBOT_DIGEST,
     Alternative,
     Estimate,
+    Joint,
     ParameterEstimate,
+    other_estimate,
 )
 from symgen.identification.physical.links import consistency
 from symgen.identification.physical.plausibility import implausible
@@ -118,7 +120,7 @@ def judged(
     robot = evaluator.model.robot
     out = outcome(run, recipe, X, train, held) if known is None else known
     base = evaluator.model.base
-    std = np.sqrt(np.maximum(np.diag(solution.covariance), 0))
+    std = solution.std
     parameters = tuple(
         ParameterEstimate(b.name, b.expression, float(x), float(s), b.unit)
         for b, x, s in zip(base.parameters, X, std, strict=True)
@@ -180,7 +182,9 @@ def judged(
     outside, prior = np.where(std > 0, std, 1), method.prior
     return Estimate(
         robot=evaluator.model.robot.name,
-        joints=tuple((j.number, names.unit("FS", j.sigma)) for j in evaluator.model.robot.movable),
+        joints=tuple(
+            Joint(j.number, names.unit("FS", j.sigma)) for j in evaluator.model.robot.movable
+        ),
         model=recipe.model,
         method=method.label,
         parameters=parameters,
@@ -201,8 +205,10 @@ def judged(
         physical=physical,
         excludes=method.excludes,
         endogeneity=solution.endogeneity,
-        comparison=solution.comparison,
-        prior=None if prior is None else Contrast("prior", prior.mean, prior.std),
+        comparison=tuple(other_estimate(c, base.names) for c in solution.comparison),
+        prior=None
+        if prior is None
+        else other_estimate(Contrast("prior", prior.mean, prior.std), base.names),
         balances=energy_balances(evaluator, (*train, *held), X),
         whiteness=whiteness(traces),
         band=run.band,

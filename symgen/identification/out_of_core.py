@@ -28,14 +28,14 @@ from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.distributed import Executor, WorkFolder, damaged_pieces, digest, finished
 from symgen.errors import IdentificationError
-from symgen.estimation.estimators import PASSES
+from symgen.estimation.covariance import sandwich
+from symgen.estimation.estimators import PASSES, bias_of_least_squares
 from symgen.estimation.fit import TorqueFit, fit
-from symgen.estimation.instrumental import bias_of_least_squares
 from symgen.estimation.logs import open_samples
 from symgen.estimation.partition import Part, Partition, Settings, partitions
 from symgen.estimation.recipe import Recipe
-from symgen.estimation.regression import Solution, condition, log_weights, sandwich
 from symgen.estimation.repairs import Repair
+from symgen.estimation.solve import Solution, condition, log_weights
 from symgen.identification.case import (
     Case,
     checked_run,

@@ -17,8 +17,7 @@ from symgen.codegen.model import Model
 from symgen.errors import ParameterError
 from symgen.estimation.band import Band
 from symgen.files import load_json, load_toml
-from symgen.identification.estimate import READ, Estimate
-from symgen.identification.reading import MARKER, read_estimate
+from symgen.identification.estimate import MARKER, READ, Estimate, read_estimate
 from symgen.robot.imported import FORMATS
 from symgen.robot.toml_io import read_imported
 from symgen.robot.types import Robot

@@ -31,8 +31,8 @@ from symgen.estimation.logs import (
 )
 from symgen.estimation.poses import Shown
 from symgen.estimation.recipe import JUDGING
-from symgen.estimation.regression import Solution
 from symgen.estimation.repairs import Repair
+from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.identification.gains import calibrated
 from symgen.identification.load import LABELS, LoadEstimate, read_off, units

@@ -23,8 +23,8 @@ from symgen.data.dataset import DataSet
 from symgen.data.log import Log
 from symgen.data.raw import Reading
 from symgen.distributed import WorkFolder, in_turn, keep, kept
+from symgen.estimation.covariance import bartlett, scores
 from symgen.estimation.fit import TorqueFit
-from symgen.estimation.fold import Summary, bartlett, merged_tree, scores, summarised
 from symgen.estimation.partition import (
     Chunk,
     ChunkOfLog,
@@ -35,6 +35,7 @@ from symgen.estimation.partition import (
     unpacked_chunk,
 )
 from symgen.estimation.repairs import Repair
+from symgen.estimation.summary import Summary, merged_tree, summarised
 from symgen.estimation.thin import ThinLog, packed_arrays
 from symgen.estimation.values import Residual
 from symgen.robot.toml_io import parse_robot

@@ -7,10 +7,9 @@ from pathlib import Path
 
 from symgen.codegen.model import derive
 from symgen.errors import ParameterError
-from symgen.identification.estimate import ROBOT_DIGEST, Estimate
+from symgen.identification.estimate import ROBOT_DIGEST, Estimate, read_estimate
 from symgen.identification.parameters import cad_parameters, same_frames
 from symgen.identification.physical.links import link_parameters
-from symgen.identification.reading import read_estimate
 from symgen.robot.imported import read_text
 from symgen.robot.mjcf_io import updated_mjcf
 from symgen.robot.toml_io import read_imported, read_robot

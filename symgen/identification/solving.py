@@ -11,19 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
-from symgen.estimation.batch import ESTIMATORS, METHODS
-from symgen.estimation.errors_in_variables import TotalLeastSquares
-from symgen.estimation.estimators import NOISE_BIAS, Estimator, Prior, Wls
-from symgen.estimation.filtered import FilteredLog
-from symgen.estimation.fold import triangle
-from symgen.estimation.instrumental import InstrumentalVariables, bias_of_least_squares
-from symgen.estimation.recipe import Recipe, require_model
-from symgen.estimation.regression import (
-    Solution,
-    column_norms,
-    undetermined,
-    weighed,
+from symgen.estimation.estimators import (
+    ESTIMATORS,
+    METHODS,
+    NOISE_BIAS,
+    Estimator,
+    InstrumentalVariables,
+    Prior,
+    TotalLeastSquares,
+    Wls,
+    bias_of_least_squares,
 )
+from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.recipe import Recipe, require_model
+from symgen.estimation.solve import Solution, column_norms, undetermined, weighed
+from symgen.estimation.summary import triangle
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.values import Convergence
 from symgen.identification.physical.consistent import Consistent
@@ -161,9 +163,8 @@ def settled(evaluator: Evaluator, logs: Sequence[FilteredLog], recipe: Recipe) -
         solution = ESTIMATORS[Wls.name].solve(LinearSystem(names, rows))
         X = np.pad(solution.X, (0, len(base.names) - len(names)))
         moved = np.inf if recipe.at is None else np.abs(X - np.array(recipe.at))
-        size = np.sqrt(np.maximum(np.diag(solution.covariance), 0))
         recipe = replace(recipe, at=tuple(map(float, X)))
-        if len(names) == len(X) and np.all(moved <= _SETTLED * size + 1e-12 * np.abs(X)):
+        if len(names) == len(X) and np.all(moved <= _SETTLED * solution.std + 1e-12 * np.abs(X)):
             return recipe
     raise IdentificationError(
         "effects of the load do not settle: their share of the torque is too large"
@@ -250,7 +251,7 @@ def moved_by_window(
             found = estimator.solve(LinearSystem(names, tuple(equations)))
         except IdentificationError:
             continue
-        spread = np.maximum(std, np.sqrt(np.maximum(np.diag(found.covariance), 0)))
+        spread = np.maximum(std, found.std)
         for name, move, size in zip(names, np.abs(found.X - X), spread, strict=True):
             if size > 0 and move > _MOVED * size:
                 worst[name] = max(worst.get(name, (0.0, 0.0)), (move / size, other.window))

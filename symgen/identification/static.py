@@ -38,7 +38,7 @@ from symgen.estimation.poses import (
     pose_columns,
     pose_equations,
 )
-from symgen.estimation.regression import Solution
+from symgen.estimation.solve import Solution
 from symgen.estimation.statistics import binomial_tail
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.values import Residual, Trace
@@ -46,6 +46,7 @@ from symgen.identification.estimate import (
     LOG_DIGEST,
     Consistency,
     Estimate,
+    Joint,
     ParameterEstimate,
     Use,
 )
@@ -225,7 +226,7 @@ def _judged(
         headline = f"doubtful: {'; '.join(prediction.reasons)}"
     return Estimate(
         robot=robot.name,
-        joints=tuple((j.number, names.unit("FS", j.sigma)) for j in robot.movable),
+        joints=tuple(Joint(j.number, names.unit("FS", j.sigma)) for j in robot.movable),
         model=STATIC,
         method=label,
         parameters=parameters,

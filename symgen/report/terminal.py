@@ -10,7 +10,7 @@ import click
 
 if TYPE_CHECKING:
     from symgen.experiment.plan import Plan
-    from symgen.experiment.simulation import Simulation
+    from symgen.experiment.simulate import Simulation
     from symgen.report.content import Shown
     from symgen.report.content.parts import Banner, Content, Section, Table
     from symgen.robot.types import Robot

@@ -2,7 +2,7 @@
 {% if k.parts.parts %}
 {{ indent }}{{ k.dtype }} w[{{ k.parts.handed }}];
 {% for part in k.parts.parts %}
-{{ indent }}{{ "return " if loop.last and k.guarded }}part_{{ part.number }}({{ k.names }}, w);
+{{ indent }}{{ "return " if loop.last and k.guarded }}part_{{ loop.index }}({{ k.names }}, w);
 {% endfor %}
 {% else %}
 {% for line in k.body %}
@@ -23,9 +23,10 @@
 {% endif %}
 
 {% for part in k.parts.parts %}
-static {{ "int" if loop.last and k.guarded else "void" }} part_{{ part.number }}({{ k.parameters }}, {{ k.dtype }} *w)
+{% set last = loop.last %}
+static {{ "int" if last and k.guarded else "void" }} part_{{ loop.index }}({{ k.parameters }}, {{ k.dtype }} *w)
 {
-{% for line in part.body %}
+{% for line in part %}
     {{ line }}
 {% endfor %}
 }

@@ -30,6 +30,8 @@ DOORS = {
         "data/signals",
         "data/spline",
         "estimation/statistics",
+        "experiment/integrator",
+        "experiment/trajectory",
         "identification/physical/conic",
         "report/plots/residuals",
     ),

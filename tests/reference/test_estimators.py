@@ -12,11 +12,20 @@ import scipy.stats
 import statsmodels.api as sm
 
 import symgen
-from symgen.estimation.batch import METHODS, solve
-from symgen.estimation.errors_in_variables import TotalLeastSquares
-from symgen.estimation.essential import Essential, whitening
-from symgen.estimation.estimators import Estimator, Huber, Ols, Prior, Ridge, Wls
-from symgen.estimation.instrumental import InstrumentalVariables
+from symgen.estimation.estimators import (
+    METHODS,
+    Essential,
+    Estimator,
+    Huber,
+    InstrumentalVariables,
+    Ols,
+    Prior,
+    Ridge,
+    TotalLeastSquares,
+    Wls,
+    solve,
+    whitening,
+)
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.identification.physical.bodies import pseudo_inertia
 from symgen.identification.physical.consistent import Consistent

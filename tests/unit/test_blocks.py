@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from symgen.estimation.blocks import BLOCKS, placed, solve_gram, summary
+from symgen.estimation.summary import BLOCKS, placed, solve_gram, summary
 from symgen.estimation.system import Equations
 
 

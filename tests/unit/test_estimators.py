@@ -7,9 +7,16 @@ import pytest
 import scipy.stats
 
 import symgen
-from symgen.estimation.errors_in_variables import TotalLeastSquares
-from symgen.estimation.essential import Essential, whitening
-from symgen.estimation.estimators import Huber, Ols, Prior, Ridge, Wls
+from symgen.estimation.estimators import (
+    Essential,
+    Huber,
+    Ols,
+    Prior,
+    Ridge,
+    TotalLeastSquares,
+    Wls,
+    whitening,
+)
 from symgen.estimation.system import Equations, LinearSystem
 
 NAMES = ("A", "B", "C")

@@ -7,14 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from symgen.estimation.fold import (
-    Summary,
-    bartlett,
-    merged_tree,
-    scores,
-    summaries,
-    triangle,
-)
+from symgen.estimation.covariance import bartlett, scores
+from symgen.estimation.summary import Summary, merged_tree, summaries, triangle
 from symgen.estimation.system import Equations, LinearSystem
 
 

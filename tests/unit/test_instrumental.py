@@ -9,10 +9,10 @@ import pytest
 import scipy.stats
 
 import symgen
-from symgen.estimation import instrumental
-from symgen.estimation.estimators import Wls
-from symgen.estimation.instrumental import (
+from symgen.estimation import estimators
+from symgen.estimation.estimators import (
     InstrumentalVariables,
+    Wls,
     bias_of_least_squares,
     durbin_wu_hausman,
     in_words,
@@ -202,7 +202,7 @@ class TestBias:
     def _said(self, monkeypatch, X, spread, p_value=1e-4, std=None, tests=True) -> str:
         solution = Wls().solve(_system(_log(16)))
         test = Endogeneity("all", 20.0, (3, 290.0), p_value)
-        contrast = instrumental.Contrast("wls", self.LEAST, self.STD if std is None else std)
+        contrast = estimators.Contrast("wls", self.LEAST, self.STD if std is None else std)
         answer = replace(
             solution,
             X=np.array(X),

@@ -10,10 +10,9 @@ import pytest
 
 import symgen
 from symgen.errors import IdentificationError
-from symgen.estimation.blocks import Blocks, deviation_of_difference
-from symgen.estimation.fold import Summary, summaries
+from symgen.estimation.covariance import robust_covariance, sandwich
 from symgen.estimation.recipe import require_model
-from symgen.estimation.regression import (
+from symgen.estimation.solve import (
     column_norms,
     condition,
     factors,
@@ -22,11 +21,10 @@ from symgen.estimation.regression import (
     log_weights,
     merged,
     require_rows,
-    robust_covariance,
-    sandwich,
     undetermined,
     weighed,
 )
+from symgen.estimation.summary import Blocks, Summary, deviation_of_difference, summaries
 from symgen.estimation.system import Equations, LinearSystem
 
 NAMES = ("A", "B", "C")

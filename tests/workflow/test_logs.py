@@ -13,7 +13,7 @@ from support import data_folder
 import symgen
 from symgen.data.drive import motor_side
 from symgen.estimation.band import Band
-from symgen.estimation.batch import solve
+from symgen.estimation.estimators import solve
 from symgen.estimation.filtered import filtered
 from symgen.estimation.logs import open_samples
 from symgen.estimation.recipe import Recipe

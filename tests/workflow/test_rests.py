@@ -21,8 +21,8 @@ from workflow import trust_study
 
 import symgen
 from symgen.estimation.band import Band, Rests
-from symgen.estimation.blocks import BLOCKS, Blocks, block_errors, held_out_error
 from symgen.estimation.recorded import Recorded
+from symgen.estimation.summary import BLOCKS, Blocks, block_errors, held_out_error
 from symgen.schemas import as_json, from_json
 
 ARMS = ("planar3r", "arm4r", "wrist6r")

@@ -6,11 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
-import numpy as np
-
 from symgen.codegen.model import Model
 from symgen.estimation.estimators import NOISE_BIAS, Estimator, Wls
-from symgen.estimation.regression import Solution
+from symgen.estimation.solve import Solution
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.values import Contrast
 from symgen.identification.physical.links import nearest_consistent
@@ -58,10 +56,9 @@ class Consistent:
             if sigmas
             else f"the estimate of {self.base.name} is one that a robot can have, and is kept"
         )
-        std = np.sqrt(np.maximum(np.diag(free.covariance), 0))
         return replace(
             free,
             X=near,
             notes=(*free.notes, moved),
-            comparison=(Contrast(self.base.name, free.X, std), *free.comparison),
+            comparison=(Contrast(self.base.name, free.X, free.std), *free.comparison),
         )

@@ -1,4 +1,4 @@
-"""What every estimator shares: a solution, triangular factors, and robust standard errors."""
+"""Weighted least squares from triangles, which every estimator shares, and its solution."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
-from symgen.estimation.fold import Summary, bartlett, scores, summaries, triangle
+from symgen.estimation.covariance import robust_covariance, scores
+from symgen.estimation.summary import Summary, summaries, triangle
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.values import Contrast, Endogeneity
 
@@ -42,6 +43,11 @@ class Solution:
     notes: tuple[str, ...] = ()
     endogeneity: tuple[Endogeneity, ...] = ()
     comparison: tuple[Contrast, ...] = ()
+
+    @property
+    def std(self) -> FloatArray:
+        """Standard deviations of X, (p,)."""
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0))
 
 
 def require_rows(system: LinearSystem) -> None:
@@ -117,57 +123,19 @@ def log_weights(
     weights = own
     X, scale, R = merged((s.factor for s in parts), weights, names)
     for _ in range(passes if len(parts) > 1 else 0):
-        sigma = np.sqrt([s.rss(X) / s.rows for s in parts])
-        weights = own * inverse_deviation(sigma)
+        weights = own * residual_weights(parts, X)
         X, scale, R = merged((s.factor for s in parts), weights, names)
     return weights, X, scale, R
+
+
+def residual_weights(parts: Sequence[Summary], X: FloatArray) -> FloatArray:
+    """Return 1/sigma of what X leaves of each part."""
+    return inverse_deviation(np.sqrt([s.rss(X) / s.rows for s in parts]))
 
 
 def inverse_deviation(sigma: FloatArray) -> FloatArray:
     """Return 1/sigma, where no sigma counts as less than a millionth of the largest."""
     out: FloatArray = 1 / np.maximum(sigma, max(1e-6 * sigma.max(), 1e-300))
-    return out
-
-
-def robust_covariance(
-    system: LinearSystem, bread: FloatArray, scores: Sequence[FloatArray]
-) -> FloatArray:
-    """Return the sandwich covariance (p, p), robust to correlated residuals, see `sandwich`.
-
-    Args:
-        system: whose logs the scores belong to.
-        bread: A (p, p), inverse derivative of the estimating equations sum s_i(X) = 0.
-        scores: s_i, (K, p) a log.
-    """
-    counts = [Summary(e.W[:0], len(e.y), e.correlation) for e in system.logs]
-    meat = np.zeros_like(bread)
-    for s, count in zip(scores, counts, strict=True):
-        meat += bartlett(s, count.lag)
-    return sandwich(bread, meat, counts)
-
-
-def sandwich(bread: FloatArray, meat: FloatArray, parts: Iterable[Summary]) -> FloatArray:
-    """Return the covariance (p, p), robust to correlated residuals (Newey and West 1987).
-
-        cov = c f^2 A [sum over logs, lags k of b_k s_i s_(i+k)'] A',    c = m/(m - p)
-
-    with Bartlett weights b_k over eight times the rows that overlap, m windows that do not, and f
-    the critical value at 5 % of Kiefer and Vogelsang (2005) over that of the normal law: the sum
-    itself is uncertain where few independent stretches are summed.
-
-    Args:
-        bread: A (p, p), inverse derivative of the estimating equations sum s_i(X) = 0.
-        meat: what is in the brackets, (p, p).
-        parts: the logs, of which rows and lags count.
-    """
-    stretches = m = 0.0
-    for part in parts:
-        stretches += part.rows / part.lag
-        m += part.rows / max(part.correlation, 1)
-    b = 1 / max(stretches, 1.0)
-    wider = 1 + (2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
-    factor = wider**2 * m / max(m - len(bread), 1.0)
-    out: FloatArray = factor * (bread @ meat @ bread.T)
     return out
 
 

@@ -1,0 +1,93 @@
+"""The covariance of an estimate, robust to residuals that are correlated in time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.estimation.summary import Summary, nonzero_columns
+from symgen.estimation.system import Equations, LinearSystem
+
+FloatArray = NDArray[np.float64]
+
+
+def scores(
+    e: Equations, X: FloatArray, scale: FloatArray, weight: float | FloatArray
+) -> FloatArray:
+    """Return w^2 (y - W X) W / scale of every row, (K, p).
+
+    Args:
+        e: the equations.
+        X: (p,) at which they are taken.
+        scale: (p,) norms of the weighted columns.
+        weight: of the rows: a number, or (K,).
+    """
+    out: FloatArray = e.W / scale
+    out *= (np.square(weight) * (e.y - e.W @ X))[:, None]
+    return out
+
+
+def bartlett(scores: FloatArray, lag: int, lead: int = 0, ended: bool = True) -> FloatArray:
+    """Return the long-run covariance sum of scores (K, p): overlapping sums over `lag` rows.
+
+    Args:
+        scores: of consecutive rows of a log.
+        lag: rows of a sum.
+        lead: rows before those that are this chunk's own: sums that end in them are another's.
+        ended: whether the log ends with these rows.
+    """
+    moved, last = nonzero_columns(scores), lag + len(scores)
+    total = np.zeros((last + (lag if ended else 0), len(moved)))
+    np.cumsum(scores[:, moved], axis=0, out=total[lag:last])
+    total[last:] = total[last - 1]
+    sums = (total[lag:] - total[:-lag])[lead:]
+    meat = np.zeros((scores.shape[1],) * 2)
+    meat[np.ix_(moved, moved)] = sums.T @ sums / lag
+    return meat
+
+
+def robust_covariance(
+    system: LinearSystem, bread: FloatArray, scores: Sequence[FloatArray]
+) -> FloatArray:
+    """Return the sandwich covariance (p, p), robust to correlated residuals, see `sandwich`.
+
+    Args:
+        system: whose logs the scores belong to.
+        bread: A (p, p), inverse derivative of the estimating equations sum s_i(X) = 0.
+        scores: s_i, (K, p) a log.
+    """
+    parts = [counts(e) for e in system.logs]
+    meat = sum(bartlett(s, part.lag) for s, part in zip(scores, parts, strict=True))
+    return sandwich(bread, np.asarray(meat), parts)
+
+
+def counts(e: Equations) -> Summary:
+    """Return what the covariance has to know of equations: how many there are, and their lag."""
+    return Summary(e.W[:0], len(e.y), e.correlation)
+
+
+def sandwich(bread: FloatArray, meat: FloatArray, parts: Iterable[Summary]) -> FloatArray:
+    """Return the covariance (p, p), robust to correlated residuals (Newey and West 1987).
+
+        cov = c f^2 A [sum over logs, lags k of b_k s_i s_(i+k)'] A',    c = m/(m - p)
+
+    with Bartlett weights b_k over eight times the rows that overlap, m windows that do not, and f
+    the critical value at 5 % of Kiefer and Vogelsang (2005) over that of the normal law: the sum
+    itself is uncertain where few independent stretches are summed.
+
+    Args:
+        bread: A (p, p), inverse derivative of the estimating equations sum s_i(X) = 0.
+        meat: what is in the brackets, (p, p).
+        parts: the logs, of which rows and lags count.
+    """
+    stretches = m = 0.0
+    for part in parts:
+        stretches += part.rows / part.lag
+        m += part.rows / max(part.correlation, 1)
+    b = 1 / max(stretches, 1.0)
+    wider = 1 + (2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
+    factor = wider**2 * m / max(m - len(bread), 1.0)
+    out: FloatArray = factor * (bread @ meat @ bread.T)
+    return out
