@@ -361,10 +361,11 @@ def _groups(path: Path, names: list[str], wanted: Wanted) -> dict[str, list[str]
     name, count = Counter(named).most_common(1)[0] if named else ("", 0)
     if count > 1:
         refuse(path, f"the column {name} occurs {count} times", "each column once")
-    numbers: dict[str, list[int]] = {role: [] for role in ("q", "qd", "tau", "i", *BESIDE)}
-    for name in named:
-        if match := NUMBERED.fullmatch(name):
-            numbers[match[1]].append(int(match[2]))
+    numbered = [match for name in named if (match := NUMBERED.fullmatch(name))]
+    numbers = {
+        role: sorted(int(match[2]) for match in numbered if match[1] == role)
+        for role in ("q", "qd", "tau", "i", *(BESIDE if wanted.beside else ()))
+    }
     measured = numbers["tau"] or (numbers["i"] if currents else [])
     for role, present in (("t", poses or "t" in named), ("q1", numbers["q"]), ("tau1", measured)):
         if role == "tau1" and not present and numbers["i"]:
@@ -375,10 +376,7 @@ def _groups(path: Path, names: list[str], wanted: Wanted) -> dict[str, list[str]
     if not currents or (numbers["tau"] and len(numbers["i"]) != len(numbers["q"])):
         del numbers["i"]
     groups = {"t": [] if poses else ["t"]}
-    for role in numbers:
-        if role in BESIDE and not wanted.beside:
-            continue
-        have = sorted(numbers[role])
+    for role, have in numbers.items():
         if role in BESIDE:  # some joints have it
             have = [number for number in have if 1 <= number <= len(numbers["q"])]
         elif have != list(range(1, len(have) + 1)):
