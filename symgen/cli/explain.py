@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from symgen.cli.reading import effect_names
+from symgen.cli.options import effect_names
 from symgen.report.terminal import say, table
 
 

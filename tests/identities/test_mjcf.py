@@ -14,7 +14,7 @@ from support_urdf import Ours
 import symgen
 from symgen.errors import RobotError
 from symgen.robot.fixed import with_fixed
-from symgen.robot.foreign import read_imported
+from symgen.robot.toml_io import read_imported
 
 mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
 

@@ -18,7 +18,7 @@ DOORS = {
     "jinja2": ("files",),
     "casadi": ("codegen/casadi_model", "experiment/search", "runtime/confined"),
     "cffi": ("runtime/build",),
-    "pyarrow": ("data/tables", "data/parquet"),
+    "pyarrow": ("data/tables",),
     "fsspec": ("data/urls",),
     "rosbags": ("data/bags",),
     "mujoco": ("robot/mjcf_io",),
