@@ -136,8 +136,7 @@ def _errors(
         for out, band in reversed(list(zip(found, bands, strict=True))):  # derived speeds first
             log = filtered(s, band, q)
             q, equations = log.q, torque_equations(evaluator, log, sides=known)
-            if s.mask is not None:
-                require_left(s.name, equations)
+            require_left(s, equations)
             out.append(equations)
     torques = [summary(placed(equations), logs[0].q.shape[1]) for equations in found]
     return [block_errors(t, t) for t in torques]

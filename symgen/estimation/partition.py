@@ -24,7 +24,6 @@ from symgen.data.stretch import Stretch
 from symgen.estimation.band import Band
 from symgen.estimation.decimation import decimation
 from symgen.estimation.filtered import FilteredLog, filtered, stride_of
-from symgen.estimation.fit import TorqueFit, of_torque, squares
 from symgen.estimation.logs import open_samples
 from symgen.estimation.recipe import Recipe
 from symgen.estimation.repairs import Repair
@@ -32,6 +31,7 @@ from symgen.estimation.speeds import mended_speeds, shifted
 from symgen.estimation.summary import LAGS
 from symgen.estimation.system import Equations
 from symgen.estimation.thin import ThinLog, packed_arrays, thin_log, thinned
+from symgen.estimation.torque_error import TorqueFit, of_torque, squares
 from symgen.estimation.windows import windows
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator

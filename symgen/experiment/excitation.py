@@ -27,7 +27,7 @@ from symgen.experiment.plan import Plan, binding_text
 from symgen.experiment.search import Clock, Program
 from symgen.experiment.space import space
 from symgen.experiment.trajectory import SMOOTH, basis
-from symgen.identification.verdict import WINDOWS
+from symgen.identification.assessment import WINDOWS
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Limits, Robot, require_gravity
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from symgen.experiment.bounds import BINDING, Use
 from symgen.experiment.trajectory import Trajectory
-from symgen.identification.verdict import CONDITION, WINDOWS
+from symgen.identification.assessment import CONDITION, WINDOWS
 
 SCHEMA = "symgen.trajectory/1"
 

@@ -27,12 +27,10 @@ from symgen.experiment.recording import Recording
 from symgen.experiment.reference import Reference
 from symgen.experiment.simulate import simulate
 from symgen.experiment.simulation import Simulation
-from symgen.identification.case import checked_run
+from symgen.identification.case import Run, checked_run
 from symgen.identification.instruments import instrumented
-from symgen.identification.judging import Run
 from symgen.identification.reduction import loaded
-from symgen.identification.solving import Method, settled, solved
-from symgen.identification.validation import Part
+from symgen.identification.solving import Method, Part, settled, solved
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]

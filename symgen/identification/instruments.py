@@ -31,7 +31,7 @@ from symgen.errors import IdentificationError, LogError
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.logs import Source, open_log
 from symgen.estimation.recipe import Recipe
-from symgen.identification.validation import Part
+from symgen.identification.solving import Part
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 

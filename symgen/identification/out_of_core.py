@@ -30,14 +30,16 @@ from symgen.distributed import Executor, WorkFolder, damaged_pieces, digest, fin
 from symgen.errors import IdentificationError
 from symgen.estimation.covariance import sandwich
 from symgen.estimation.estimators import PASSES, bias_of_least_squares
-from symgen.estimation.fit import TorqueFit, fit
 from symgen.estimation.logs import open_samples
 from symgen.estimation.partition import Part, Partition, Settings, partitions
 from symgen.estimation.recipe import Recipe
 from symgen.estimation.repairs import Repair
 from symgen.estimation.solve import Solution, condition, log_weights
+from symgen.estimation.torque_error import TorqueFit, fit
+from symgen.identification.assessment import Outcome, judged, own_version
 from symgen.identification.case import (
     Case,
+    Run,
     checked_run,
     chosen_case,
     determined,
@@ -45,7 +47,6 @@ from symgen.identification.case import (
     require_condition,
 )
 from symgen.identification.estimate import Estimate
-from symgen.identification.judging import Outcome, Run, judged, own_version
 from symgen.identification.parts import HELD_SAMPLE, SAMPLE, parts_of, sampled_spans
 from symgen.identification.reduction import (
     FIT_SUMS,
@@ -170,7 +171,7 @@ class _Streamed:
         self.progress("judging")
         held = Chosen(summaries, [k for k in range(len(summaries)) if k not in set(train)])
         known = self._outcome(case, X, own, held, fits)
-        run = replace(run, repairs=merged_repairs_of(run.repairs, repairs))
+        whole = (*repairs, *(r for r in run.repairs if r.log == "all logs"))  # found in the sample
         found = tuple(
             replace(
                 a,
@@ -182,15 +183,13 @@ class _Streamed:
             else a
             for a in case.found
         )
-        estimate = judged(
-            run, case.recipe, self.method, solution, bias, found, faults, case.train, case.held,
-            known,
-        )  # fmt: skip
-        whole = ("data set, sha256 of its files and settings", digest(*keys))
+        case = replace(case, run=replace(run, repairs=whole), found=found)
+        estimate = judged(case, self.method, solution, bias, faults, known)
+        data = ("data set, sha256 of its files and settings", digest(*keys))
         return replace(
             estimate,
             notes=(*estimate.notes, *notes, *self._said(run)),
-            provenance=(*estimate.provenance, whole),
+            provenance=(*estimate.provenance, data),
         )
 
     def _trains(self, number: int) -> bool:
@@ -313,8 +312,3 @@ class _Streamed:
         by_joint = model != "energy"
         residuals = (own.residual(X, by_joint), held.residual(X, by_joint))
         return Outcome(*residuals, train, seen, windows)
-
-
-def merged_repairs_of(looked: Sequence[Repair], folded: Sequence[Repair]) -> tuple[Repair, ...]:
-    """Return what was mended in the whole; shifts of all torques were found in the sample."""
-    return (*folded, *(r for r in looked if r.log == "all logs"))

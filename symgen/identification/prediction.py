@@ -19,11 +19,11 @@ from symgen.errors import ParameterError
 from symgen.estimation.band import Band, comparison_band
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.filtered import filtered
-from symgen.estimation.fit import fit
 from symgen.estimation.logs import open_samples
 from symgen.estimation.recipe import JUDGING
 from symgen.estimation.repairs import Repair
 from symgen.estimation.speeds import mended_speeds
+from symgen.estimation.torque_error import fit
 from symgen.estimation.values import Residual, Trace
 from symgen.identification.parameters import read_given
 from symgen.identification.reading import Joint
@@ -65,7 +65,7 @@ class Prediction:
         robot: its name.
         torque: measured and predicted torque in the motion's band, (N, n), N m or N.
         error: ||measured - predicted|| over ||measured|| in the comparison band, per joint and over
-            all joints stacked; see `symgen.estimation.fit`.
+            all joints stacked; see `symgen.estimation.torque_error`.
         kinetic: kinetic energy (N,), J.
         potential: potential energy (N,), J, up to a constant.
         band: the filters of the run: those of the estimate, where it states them.

@@ -24,7 +24,6 @@ from symgen.data.log import Log
 from symgen.data.raw import Reading
 from symgen.distributed import WorkFolder, in_turn, keep, kept
 from symgen.estimation.covariance import bartlett, scores
-from symgen.estimation.fit import TorqueFit
 from symgen.estimation.partition import (
     Chunk,
     ChunkOfLog,
@@ -37,6 +36,7 @@ from symgen.estimation.partition import (
 from symgen.estimation.repairs import Repair
 from symgen.estimation.summary import Summary, merged_tree, summarised
 from symgen.estimation.thin import ThinLog, packed_arrays
+from symgen.estimation.torque_error import TorqueFit, relative_error
 from symgen.estimation.values import Residual
 from symgen.robot.toml_io import parse_robot
 from symgen.robot.types import Robot
@@ -310,12 +310,9 @@ class Chosen(Sequence[Summary]):
 
     def residual(self, X: FloatArray, by_joint: bool) -> Residual:
         """Return ||y - W X|| / ||y||, in all and by joint."""
-        errors: dict[int, float] = {}
-        sizes: dict[int, float] = {}
+        joints = 1 + max(self._whole.names[k][1] for k in self._chosen)
+        sums = np.zeros((2, joints))
         for k in self._chosen:
-            s, j = self._whole[k], self._whole.names[k][1]
-            errors[j] = errors.get(j, 0.0) + s.rss(X)
-            sizes[j] = sizes.get(j, 0.0) + s.square
-        each = tuple(float(np.sqrt(errors[j] / max(sizes[j], 1e-300))) for j in sorted(sizes))
-        whole = float(np.sqrt(sum(errors.values()) / max(sum(sizes.values()), 1e-300)))
-        return Residual(whole, each if by_joint else None)
+            s = self._whole[k]
+            sums[:, self._whole.names[k][1]] += s.rss(X), s.square
+        return relative_error(sums[0], sums[1], by_joint)

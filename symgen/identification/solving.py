@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.data.signals import Samples
 from symgen.errors import IdentificationError
 from symgen.estimation.estimators import (
     ESTIMATORS,
@@ -26,10 +27,10 @@ from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.recipe import Recipe, require_model
 from symgen.estimation.solve import Solution, column_norms, undetermined, weighed
 from symgen.estimation.summary import triangle
-from symgen.estimation.system import LinearSystem
-from symgen.estimation.values import Convergence
+from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.torque_error import relative_error
+from symgen.estimation.values import Convergence, Residual
 from symgen.identification.physical.consistent import Consistent
-from symgen.identification.validation import Part
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
@@ -42,6 +43,31 @@ _UNBIASED = (InstrumentalVariables.name, TotalLeastSquares.name)
 _CHECKPOINTS = 80
 _WINDOWS, _FEWEST, _MOVED = (0.5, 2.0, 4.0), 20, 3.0  # that are scanned
 _ROUNDS, _SETTLED = 30, 1e-3  # of the standard deviation
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One log in the band of the run, for one purpose: "train" or "validation"."""
+
+    kind: str
+    log: FilteredLog
+    equations: tuple[Equations, ...]
+    quantity: str = "energy"
+
+    @property
+    def samples(self) -> Samples:
+        """The log as it was sampled."""
+        return self.log.samples
+
+
+def residual(parts: Sequence[Part], X: FloatArray) -> Residual:
+    """Return ||y - W X|| / ||y|| of some equations, in all and by joint."""
+    equations = [e for p in parts for e in p.equations]
+    joints = 1 + max(e.joint or 0 for e in equations)
+    sums = np.zeros((2, joints))
+    for e in equations:
+        sums[:, e.joint or 0] += np.sum((e.y - e.W @ X) ** 2), np.sum(e.y**2)
+    return relative_error(sums[0], sums[1], equations[0].joint is not None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +114,11 @@ class Method:
     def plain(self) -> bool:
         """Whether it is least squares, which folds of chunks solve."""
         return self.name in FOLDED and self.prior is None and self.given is None
+
+    @property
+    def is_wls(self) -> bool:
+        """Whether it is the least squares that models are chosen by."""
+        return self.name == Wls.name and self.plain
 
     @property
     def label(self) -> str:

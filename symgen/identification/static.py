@@ -23,14 +23,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-import symgen.identification.verdict as verdicts
+import symgen.identification.assessment as verdicts
 from symgen import names
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, LogError
 from symgen.estimation.estimators import Estimator, Huber, Ols, Prior, Wls
-from symgen.estimation.fit import squares
-from symgen.estimation.logs import HELD_OUT, Source, digest, require_other_data
+from symgen.estimation.logs import HELD_OUT, Source, require_other_data
 from symgen.estimation.poses import (
     Shown,
     coulomb_columns,
@@ -41,15 +40,14 @@ from symgen.estimation.poses import (
 from symgen.estimation.solve import Solution
 from symgen.estimation.statistics import binomial_tail
 from symgen.estimation.system import LinearSystem
+from symgen.estimation.torque_error import squares
 from symgen.estimation.values import Residual, Trace
 from symgen.identification.estimate import (
-    LOG_DIGEST,
     Consistency,
     Estimate,
     ParameterEstimate,
     Use,
 )
-from symgen.identification.judging import own_provenance
 from symgen.runtime.evaluator import Evaluator
 from symgen.symbolic.near_angles import costly_angles
 
@@ -243,7 +241,10 @@ def _judged(
                *solution.notes),
         correlation=C / np.outer(outside, outside),
         traces=tuple(traces),
-        provenance=_provenance(evaluator, train, held),
+        provenance=verdicts.provenance(
+            evaluator,
+            [*(("train", s) for s in train), *(("validation", s) for s in held)],
+        ),
         physical=Consistency(None, None, "not checked: standstill shows no inertia"),
         excludes=_EXCLUDES,
         uses=uses,
@@ -370,13 +371,4 @@ def _notes(
         out.append(f"joints without declared friction hold torques within, N m: {', '.join(rest)}")
     if not given:
         out.append("no validation table is given: the last fifth of each table is held out")
-    return tuple(out)
-
-
-def _provenance(
-    evaluator: Evaluator, train: Sequence[Samples], held: Sequence[Samples]
-) -> tuple[tuple[str, str], ...]:
-    out = own_provenance(evaluator)
-    for kind, part in (("train", train), ("validation", held)):
-        out += [(f"{kind} {s.name}, {LOG_DIGEST}", digest(s)) for s in part]
     return tuple(out)

@@ -19,7 +19,7 @@ from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.distributed import Workers, executor
 from symgen.errors import IdentificationError, LogError
-from symgen.estimation.estimators import Estimator
+from symgen.estimation.estimators import Estimator, bias_of_least_squares
 from symgen.estimation.logs import (
     HELD_OUT,
     Source,
@@ -30,7 +30,11 @@ from symgen.estimation.logs import (
 )
 from symgen.estimation.recipe import JUDGING, NEEDED, Recipe
 from symgen.estimation.repairs import Repair
+from symgen.estimation.solve import Solution
+from symgen.estimation.torque_error import TorqueFit
+from symgen.identification.assessment import judged, outcome
 from symgen.identification.case import (
+    Run,
     checked_run,
     chosen_case,
     determined,
@@ -38,7 +42,6 @@ from symgen.identification.case import (
     require_condition,
 )
 from symgen.identification.estimate import Estimate
-from symgen.identification.judging import Run, judged
 from symgen.identification.options import Fit
 from symgen.identification.out_of_core import identify_data_set
 from symgen.identification.parts import is_long, paths_of
@@ -251,12 +254,15 @@ def _solve(
 ) -> Estimate:
     """Fit the models, take the one that predicts best, and judge it."""
     case = chosen_case(run, recipes, method, shares, motions, progress)
-    system, fault = case.system, case.fault
+    system, known = case.system, case.chosen
     progress(f"solving {len(system.y)} equations for {len(system.names)} parameters")
-    with determined(fault):
-        solution, bias = solved(run.evaluator, system, case.train, method, case.recipe)
-    require_condition(solution, fault)
+    torques: tuple[TorqueFit, ...] = ()
+    if method.is_wls and known is not None and isinstance(known.solution, Solution):
+        solution, bias = bias_of_least_squares(system, known.solution)
+        torques = known.torques
+    else:
+        with determined(case.fault):
+            solution, bias = solved(run.evaluator, system, case.train, method, case.recipe)
+    require_condition(solution, case.fault)
     progress("judging")
-    return judged(
-        run, case.recipe, method, solution, bias, case.found, faults, case.train, case.held
-    )
+    return judged(case, method, solution, bias, faults, outcome(case, solution.X, torques))

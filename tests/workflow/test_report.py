@@ -16,8 +16,8 @@ import symgen
 from symgen.estimation.band import Band
 from symgen.estimation.repairs import Repair
 from symgen.estimation.values import Balance, Contrast, Convergence, Residual, Trace
+from symgen.identification.assessment import whiteness
 from symgen.identification.estimate import Alternative, Estimate, ParameterEstimate, Use
-from symgen.identification.whiteness import whiteness
 from symgen.report import html as pages
 from symgen.report.content.parts import Content, Section, Table
 from symgen.report.plots import curves as plots

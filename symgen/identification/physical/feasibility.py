@@ -22,7 +22,6 @@ from symgen.errors import ParameterError
 from symgen.identification.parameters import regrouping
 from symgen.identification.physical.bodies import pseudo_inertia
 from symgen.identification.physical.conic import Cone, minimise, triangle_vector
-from symgen.identification.verdict import POSITIVE
 from symgen.robot.types import Robot
 
 FloatArray = NDArray[np.float64]
@@ -51,6 +50,8 @@ _UNITS = {
     "N": (10, 0),
     "N s/m": (10, 0),
 }
+#: Parameters that are positive by their nature.
+POSITIVE = ("FS", "FV", "IA", "M", "FSM", "FVM", "IAM")
 #: Parameters that are above zero in every body.
 _DIAGONAL = ("XX", "YY", "ZZ", "M")
 
