@@ -64,7 +64,7 @@ from symgen.identification.estimate import Estimate as Estimate
 from symgen.identification.export import values_header as values_header
 from symgen.identification.options import Fit as Fit
 from symgen.identification.payload import payload as payload
-from symgen.identification.physical.links import link_parameters as link_parameters
+from symgen.identification.physical import link_parameters as link_parameters
 from symgen.identification.prediction import predict as predict
 from symgen.identification.reading import read_estimate as read_estimate
 from symgen.identification.online.identifier import Identifier as Identifier

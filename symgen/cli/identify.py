@@ -78,7 +78,7 @@ def identify(
     import symgen
     from symgen.distributed import WorkFolder
     from symgen.files import check_replaceable
-    from symgen.identification.parts import is_long
+    from symgen.identification.out_of_core import is_long
     from symgen.identification.solving import FOLDED
 
     check_replaceable(into, "estimate.json")

@@ -37,7 +37,7 @@ from symgen.experiment.simulation import Simulation
 from symgen.experiment.study_result import Precision, Settings, Study, Tried
 from symgen.experiment.trials import LENGTHS, TOGETHER, Trials, Try
 from symgen.identification.case import checked_run, looked_at
-from symgen.identification.reduction import loaded
+from symgen.identification.out_of_core import loaded
 from symgen.identification.solving import Method
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml

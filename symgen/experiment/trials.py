@@ -29,7 +29,7 @@ from symgen.experiment.simulate import simulate
 from symgen.experiment.simulation import Simulation
 from symgen.identification.case import Run, checked_run
 from symgen.identification.instruments import instrumented
-from symgen.identification.reduction import loaded
+from symgen.identification.out_of_core import loaded
 from symgen.identification.solving import Method, Part, settled, solved
 from symgen.runtime.evaluator import Evaluator
 

@@ -52,9 +52,7 @@ from symgen.identification.estimate import (
     Use,
 )
 from symgen.identification.parameters import mass_matrices
-from symgen.identification.physical.feasibility import POSITIVE
-from symgen.identification.physical.links import consistency
-from symgen.identification.physical.plausibility import implausible
+from symgen.identification.physical import POSITIVE, consistency, implausible
 from symgen.identification.solving import (
     Method,
     Part,

@@ -9,7 +9,7 @@ from symgen.codegen.model import derive
 from symgen.errors import ParameterError
 from symgen.identification.estimate import ROBOT_DIGEST, Estimate
 from symgen.identification.parameters import cad_parameters, same_frames
-from symgen.identification.physical.links import link_parameters
+from symgen.identification.physical import link_parameters
 from symgen.identification.reading import read_estimate
 from symgen.robot.foreign import read_imported
 from symgen.robot.mjcf_io import updated_mjcf

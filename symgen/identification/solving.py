@@ -30,7 +30,7 @@ from symgen.estimation.summary import triangle
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.torque_error import relative_error
 from symgen.estimation.values import Convergence, Residual
-from symgen.identification.physical.consistent import Consistent
+from symgen.identification.physical import Consistent
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]

@@ -43,8 +43,7 @@ from symgen.identification.case import (
 )
 from symgen.identification.estimate import Estimate
 from symgen.identification.options import Fit
-from symgen.identification.out_of_core import identify_data_set
-from symgen.identification.parts import is_long, paths_of
+from symgen.identification.out_of_core import identify_data_set, is_long, paths_of
 from symgen.identification.prior import read_prior
 from symgen.identification.solving import Method, solved
 from symgen.identification.static import METHODS as POSE_METHODS

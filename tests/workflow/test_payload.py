@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import symgen
-from symgen.identification.load import LABELS
+from symgen.identification.payload import LABELS
 
 pytest.importorskip("pinocchio", reason="Pinocchio (PyPI: pin) is not installed")
 
