@@ -390,10 +390,10 @@ class ErrorReduction(Reduction):
         return packed_arrays({"meat": meat, "damaged": np.array(len(damaged)), **sums})
 
 
-def unpacked(folder: WorkFolder, key: str) -> dict[str, Any]:
-    """Return the arrays of a result."""
+def unpacked(folder: WorkFolder, key: str, *names: str) -> dict[str, Any]:
+    """Return the arrays of a result: some of them, or all."""
     with np.load(io.BytesIO(folder.read(key)), allow_pickle=False) as archive:
-        return {name: archive[name] for name in archive.files}
+        return {name: archive[name] for name in names or archive.files}
 
 
 def _told(repairs: Iterable[Repair]) -> list[Any]:
@@ -419,50 +419,36 @@ def merged_repairs(repairs: Iterable[Repair]) -> list[Repair]:
     return list(out.values())
 
 
+@dataclass(frozen=True)
 class Summaries(Sequence[Summary]):
-    """The summaries of logs and joints in a work folder, read one at a time."""
+    """The summaries of logs and joints in a work folder, read one at a time.
 
-    def __init__(self, folder: WorkFolder, places: Mapping[tuple[int, int], Sequence[str]]) -> None:
-        """Take the keys of the results that hold each log and joint."""
-        self._folder = folder
-        self.names = tuple(places)
-        self._places = tuple(places.values())
+    Attributes:
+        folder: that holds the results.
+        places: number of the log, and of the joint, and the keys of the results that hold them.
+    """
+
+    folder: WorkFolder
+    places: tuple[tuple[tuple[int, int], tuple[str, ...]], ...]
 
     def __len__(self) -> int:
-        return len(self.names)
+        return len(self.places)
 
     def __getitem__(self, k: Any) -> Any:
-        number, j = self.names[k]
+        (number, j), keys = self.places[k]
         parts = []
-        for key in self._places[k]:
-            content = io.BytesIO(self._folder.read(key))
-            with np.load(content, allow_pickle=False) as archive:
-                rows, correlation = archive[f"{number}.{j}.count"]
-                parts.append(Summary(archive[f"{number}.{j}"], int(rows), int(correlation)))
+        for key in keys:
+            arrays = unpacked(self.folder, key, f"{number}.{j}", f"{number}.{j}.count")
+            factor, count = arrays.values()
+            parts.append(Summary(factor, *map(int, count)))
         return merged_tree(parts)
-
-
-class Chosen(Sequence[Summary]):
-    """Some of the summaries."""
-
-    def __init__(self, whole: Summaries, chosen: Sequence[int]) -> None:
-        """Take the numbers of those that count."""
-        self._whole, self._chosen = whole, list(chosen)
-
-    def __len__(self) -> int:
-        return len(self._chosen)
-
-    def __getitem__(self, k: int) -> Summary:  # type: ignore[override]
-        found: Summary = self._whole[self._chosen[k]]
-        return found
 
     def residual(self, X: FloatArray, by_joint: bool) -> Residual:
         """Return ||y - W X|| / ||y||, in all and by joint."""
-        joints = 1 + max(self._whole.names[k][1] for k in self._chosen)
-        sums = np.zeros((2, joints))
-        for k in self._chosen:
-            s = self._whole[k]
-            sums[:, self._whole.names[k][1]] += s.rss(X), s.square
+        joints = [j for (_, j), _ in self.places]
+        sums = np.zeros((2, 1 + max(joints)))
+        for j, s in zip(joints, self, strict=True):
+            sums[:, j] += s.rss(X), s.square
         return relative_error(sums[0], sums[1], by_joint)
 
 
@@ -546,16 +532,14 @@ class _Streamed:
         shared = (text, kernels, self.data.reading, settings)
         first = EquationReduction(*shared)
         keys = self._fold(first, cover, {}, "equations", "")
-        summaries, repairs, clean = self._merged(cover, keys)
-        train = [k for k, (number, _) in enumerate(summaries.names) if self._trains(number)]
-        own, names = Chosen(summaries, train), run.evaluator.model.base.names
+        own, held, repairs, clean = self._merged(cover, keys)
+        names = run.evaluator.model.base.names
         self.progress(f"solving for {len(names)} parameters")
         passes = PASSES if self.method.name == "wls" else 0
         with determined(case.fault):
             weights, X, scale, R = log_weights(own, names, passes)
         weighed = {
-            summaries.names[k]: (float(w), own[i].lag)
-            for i, (k, w) in enumerate(zip(train, weights, strict=True))
+            key: (float(w), s.lag) for (key, _), s, w in zip(own.places, own, weights, strict=True)
         }
         second = ErrorReduction(*shared, X, scale)
         solved = digest(X.tobytes(), scale.tobytes(), repr(sorted(weighed.items())))
@@ -567,7 +551,6 @@ class _Streamed:
         require_condition(solution, case.fault)
         solution, bias = bias_of_least_squares(case.system, solution)
         self.progress("judging")
-        held = Chosen(summaries, [k for k in range(len(summaries)) if k not in set(train)])
         known = self._outcome(case, X, own, held, fits)
         whole = (*repairs, *(r for r in run.repairs if r.log == "all logs"))  # found in the sample
         found = tuple(
@@ -589,9 +572,6 @@ class _Streamed:
             notes=(*estimate.notes, *notes, *self._said(run)),
             provenance=(*estimate.provenance, data),
         )
-
-    def _trains(self, number: int) -> bool:
-        return self.parts[number].kind == "train"
 
     def _said(self, run: Run) -> tuple[str, ...]:
         """Say what rests on a sample."""
@@ -662,9 +642,9 @@ class _Streamed:
 
     def _merged(
         self, cover: Sequence[Partition], keys: Sequence[str]
-    ) -> tuple[Summaries, list[Repair], list[bool]]:
-        """Return the summaries by log and joint, what was mended, and where nothing was."""
-        places: dict[tuple[int, int], list[str]] = {}
+    ) -> tuple[Summaries, Summaries, list[Repair], list[bool]]:
+        """Return summaries of training and validation logs, repairs, and where there were none."""
+        places: dict[tuple[int, int], tuple[str, ...]] = {}
         repairs: list[Repair] = []
         clean = []
         for partition, key in zip(cover, keys, strict=True):
@@ -675,9 +655,16 @@ class _Streamed:
             for number in dict.fromkeys(chunk.part for chunk in partition.chunks):
                 j = 0
                 while f"{number}.{j}" in arrays:
-                    places.setdefault((number, j), []).append(key)
+                    places[number, j] = (*places.get((number, j), ()), key)
                     j += 1
-        return Summaries(self.folder, places), merged_repairs(repairs), clean
+        train, held = (
+            Summaries(
+                self.folder,
+                tuple(p for p in places.items() if self.parts[p[0][0]].kind == kind),
+            )
+            for kind in ("train", "validation")
+        )
+        return train, held, merged_repairs(repairs), clean
 
     def _added(self, keys: Sequence[str]) -> tuple[FloatArray, dict[str, TorqueFit]]:
         """Add up sums of scores and errors of torque."""
@@ -694,7 +681,12 @@ class _Streamed:
         }
 
     def _outcome(
-        self, case: Case, X: FloatArray, own: Chosen, held: Chosen, fits: Mapping[str, TorqueFit]
+        self,
+        case: Case,
+        X: FloatArray,
+        own: Summaries,
+        held: Summaries,
+        fits: Mapping[str, TorqueFit],
     ) -> Outcome:
         """Return how X fits all equations and torques; curves are those of the sample."""
         run = case.run

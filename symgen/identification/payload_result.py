@@ -9,7 +9,7 @@ from typing import Any
 from symgen import names
 from symgen.estimation.band import Band
 from symgen.estimation.repairs import Repair
-from symgen.identification.payload import COM
+from symgen.identification.load import COM
 from symgen.schemas import from_json, read_json, result_file, to_json
 
 SCHEMA = "symgen.payload/1"

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import symgen
-from symgen.identification.payload import LABELS
+from symgen.identification.load import LABELS
 
 pytest.importorskip("pinocchio", reason="Pinocchio (PyPI: pin) is not installed")
 
