@@ -47,11 +47,11 @@ from symgen.estimation.system import (
     torque_sides,
 )
 from symgen.estimation.torque_error import TorqueFit, of_torque, squares
+from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import Windows, placed_windows, windows
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 _ROWS = ("samples", "step", "stride", "cutoff", "every", "margin")  # of a Decimation
 
 

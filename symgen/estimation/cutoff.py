@@ -16,7 +16,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.signals import Samples, require_cutoff
 from symgen.distributed import in_turn
@@ -26,9 +25,9 @@ from symgen.estimation.masking import require_left
 from symgen.estimation.rests import rests_of, weighed_rests
 from symgen.estimation.summary import FOLDS, block_errors, placed, summary
 from symgen.estimation.system import Equations, torque_equations, torque_sides
+from symgen.estimation.values import FloatArray
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 #: Cutoffs that are tried, in comparison bands.
 CUTOFFS = (0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
 _SAMPLES = 120_000  # of all logs together, that the scan looks at

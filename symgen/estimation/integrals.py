@@ -12,7 +12,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from symgen.estimation.values import FloatArray
+
 #: Samples of the polynomial of an interval.
 POINTS = 6
 _TOGETHER = 16  # windows that one product integrates

@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.mask import mean_speeds, resting, slow_speeds
 from symgen.data.signals import Samples
@@ -21,9 +20,9 @@ from symgen.estimation.band import Band, Rests
 from symgen.estimation.filtered import filtered
 from symgen.estimation.summary import placed, summary
 from symgen.estimation.system import torque_equations
+from symgen.estimation.values import FloatArray
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 #: Weight of equations at rest before it is known, and what it is at least.
 _FIRST, _LEAST = 0.1, 1e-3
 _ROUNDS = 3

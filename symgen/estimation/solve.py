@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
 from symgen.estimation.covariance import robust_covariance, scores
 from symgen.estimation.summary import Summary, summaries, triangle
 from symgen.estimation.system import LinearSystem
-from symgen.estimation.values import Contrast, Endogeneity
+from symgen.estimation.values import Contrast, Endogeneity, FloatArray
 
-FloatArray = NDArray[np.float64]
 #: Singular values of the scaled regressor under this share of the largest are zero.
 SINGULAR = 1e-8
 _AT_ONCE = 64  # factors that are merged together

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.values import FloatArray
 
-FloatArray = NDArray[np.float64]
 #: Bartlett's weights end after so many times the rows that overlap.
 LAGS = 8
 #: Rows for each column from which a triangle is made by Cholesky's factor, and what its diagonal,

@@ -29,10 +29,10 @@ from symgen.data.mask import Bools, untouched
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.integrals import Integrals, cumulative_integral, over_windows
+from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import Windows, chunks, placed_windows
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 #: From q, qd, qdd (k, n) to what it gives for each sample.
 Model = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 

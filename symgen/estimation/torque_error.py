@@ -18,10 +18,9 @@ from symgen.data.mask import Bools
 from symgen.errors import LogError
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.filtered import FilteredLog
-from symgen.estimation.values import Residual, Trace
+from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 #: Periods of a low-pass's cutoff after which white noise that passed it is uncorrelated to 2 %.
 MEMORY = 2.0
 

@@ -22,7 +22,6 @@ from dataclasses import dataclass, replace
 from functools import reduce
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.data.mask import at_rest
@@ -40,7 +39,7 @@ from symgen.estimation.solve import Solution
 from symgen.estimation.statistics import chi2_tail
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.torque_error import MEMORY, TorqueFit, fit
-from symgen.estimation.values import Balance, Contrast, Residual, Trace, Whiteness
+from symgen.estimation.values import Balance, Contrast, FloatArray, Residual, Trace, Whiteness
 from symgen.identification.case import Case
 from symgen.identification.estimate import (
     LOG_DIGEST,
@@ -64,7 +63,6 @@ from symgen.robot.toml_text import robot_toml
 from symgen.runtime.evaluator import Evaluator
 from symgen.symbolic.near_angles import costly_angles
 
-FloatArray = NDArray[np.float64]
 _PLENTY = 10  # independent equations for each parameter
 _AT_ONCE = 8192  # samples whose energies are evaluated together
 _LOUD = 0.03  # relative residual above which signs are tried

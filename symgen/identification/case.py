@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, LogError
@@ -48,7 +47,6 @@ from symgen.identification.instruments import instrumented
 from symgen.identification.solving import Method, Part, settled
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 _SHIFTS = 3  # of torques that are late
 #: Difference in standard deviations from which two estimates of one parameter disagree, for one
 #: comparison; more for more of them, so that as few are chance (Bonferroni).

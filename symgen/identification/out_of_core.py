@@ -26,7 +26,6 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.codegen.model import derive
 from symgen.data.dataset import DataSet, identity, is_data_set, listed_files
@@ -66,7 +65,7 @@ from symgen.estimation.repairs import Repair
 from symgen.estimation.solve import Solution, condition, log_weights
 from symgen.estimation.summary import Summary, merged_tree, summarised
 from symgen.estimation.torque_error import TorqueFit, fit, relative_error
-from symgen.estimation.values import Residual
+from symgen.estimation.values import FloatArray, Residual
 from symgen.identification.assessment import Outcome, judged, own_version
 from symgen.identification.case import (
     Case,
@@ -84,7 +83,6 @@ from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 
-FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
 #: Samples, of all training and of all validation logs, that are looked at in memory; stretches.
 SAMPLE, HELD_SAMPLE, PIECES = 80_000, 20_000, 4

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import Model
 from symgen.errors import ParameterError
 from symgen.estimation.band import Band
+from symgen.estimation.values import FloatArray
 from symgen.files import load_json, load_toml
 from symgen.identification.estimate import READ, Estimate
 from symgen.identification.reading import MARKER, read_estimate
@@ -24,8 +24,6 @@ from symgen.robot.imported import FORMATS
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 from symgen.schemas import result_file
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.codegen.model import Model, derive
 from symgen.data.raw import Reading
@@ -38,6 +37,7 @@ from symgen.estimation.recipe import JUDGING
 from symgen.estimation.repairs import Repair
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem, torque_equations
+from symgen.estimation.values import FloatArray
 from symgen.identification.gains import calibrated
 from symgen.identification.load import LABELS, LoadEstimate, read_off, units
 from symgen.identification.parameters import link_columns, read_given, regrouping
@@ -46,8 +46,6 @@ from symgen.identification.static import STATIC, Shown, open_poses, pose_equatio
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,7 +33,6 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import Model
@@ -42,15 +41,13 @@ from symgen.estimation.estimators import NOISE_BIAS, Estimator, Wls
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import LinearSystem
-from symgen.estimation.values import Contrast
+from symgen.estimation.values import Contrast, FloatArray
 from symgen.identification.estimate import Consistency
 from symgen.identification.parameters import mass_matrices, regrouping
 from symgen.names import REVOLUTE
 from symgen.robot.body import Body
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
-
-FloatArray = NDArray[np.float64]
 
 
 def pseudo_inertia(link: Sequence[float] | FloatArray) -> FloatArray:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import derive
@@ -24,7 +23,7 @@ from symgen.estimation.recipe import JUDGING
 from symgen.estimation.repairs import Repair
 from symgen.estimation.speeds import mended_speeds
 from symgen.estimation.torque_error import fit
-from symgen.estimation.values import Residual, Trace
+from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.identification.parameters import read_given
 from symgen.identification.reading import Joint
 from symgen.robot.toml_io import read_robot
@@ -32,7 +31,6 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import load
 from symgen.schemas import from_json, read_json, result_file, to_json
 
-FloatArray = NDArray[np.float64]
 SCHEMA = "symgen.prediction/2"
 #: Whose error is that of the one band that it states, instead of a comparison band.
 OLDER = "symgen.prediction/1"

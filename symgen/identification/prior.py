@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import Model
@@ -16,7 +15,6 @@ from symgen.estimation.estimators import Prior
 from symgen.identification.parameters import base_values, cad_parameters, read_named
 from symgen.robot.imported import FORMATS
 
-FloatArray = NDArray[np.float64]
 #: Standard deviation of a prior value that has none, as a share of the value ...
 SHARE = 0.3
 #: ... which counts as at least this share of the largest of its unit.

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError
@@ -29,11 +28,10 @@ from symgen.estimation.solve import Solution, column_norms, undetermined, weighe
 from symgen.estimation.summary import triangle
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.torque_error import relative_error
-from symgen.estimation.values import Convergence, Residual
+from symgen.estimation.values import Convergence, FloatArray, Residual
 from symgen.identification.physical import Consistent
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 ALL_METHODS = (*METHODS, Consistent.name, "recursive")
 #: Methods that need no more of the logs than sums over their parts.
 FOLDED = (Wls.name, "ols")

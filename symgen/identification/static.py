@@ -29,26 +29,24 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 import symgen.identification.assessment as verdicts
 from symgen import names
 from symgen.data.raw import Reading, read_only
 from symgen.data.signals import Samples
-from symgen.errors import IdentificationError, LogError
+from symgen.errors import IdentificationError
 from symgen.estimation.estimators import Estimator, Huber, Ols, Prior, Wls
-from symgen.estimation.logs import HELD_OUT, Source, open_log, require_other_data
+from symgen.estimation.logs import Source, held_out, open_log, require_other_data
 from symgen.estimation.solve import SINGULAR, Solution
 from symgen.estimation.statistics import binomial_tail
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.torque_error import squares
-from symgen.estimation.values import Residual, Trace
+from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.identification.estimate import Consistency, Estimate, ParameterEstimate, Use
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 from symgen.symbolic.near_angles import costly_angles
 
-FloatArray = NDArray[np.float64]
 _SHARE = 1e-6  # of a parameter in what another one stands for
 
 
@@ -208,8 +206,7 @@ def identify_poses(
     require_other_data(train, held)
     given = bool(held)
     if not given:
-        pairs = [_split(s) for s in train]
-        train, held = [a for a, _ in pairs], [b for _, b in pairs]
+        train, held = held_out(train, _FEWEST)
     equations = [e for s in train for e in pose_equations(evaluator, s)]
     shown = Shown.by(equations)
     system = shown.system(evaluator.model.base.names, equations)
@@ -226,20 +223,6 @@ def _within(estimator: Estimator, shown: Shown) -> Estimator:
         return estimator
     at = list(shown.kept)
     return Prior(prior.mean[at], prior.std[at])
-
-
-def _split(poses: Samples) -> tuple[Samples, Samples]:
-    """Hold out the last fifth of a table."""
-    late = round(len(poses.t) * HELD_OUT)
-    if late < _FEWEST:
-        raise LogError(
-            f"{poses.name}: {len(poses.t)} poses are too few to hold out a fifth; accepted: "
-            f"{math.ceil(_FEWEST / HELD_OUT)} and more, or a second table for validation"
-        )
-    cut = len(poses.t) - late
-    last = poses.cut(slice(cut, None))
-    name = f"{poses.name} (last fifth)"
-    return poses.cut(slice(None, cut)), replace(last, name=name, notes=())
 
 
 @dataclass(frozen=True)

@@ -11,18 +11,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from symgen.codegen.model import derive
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.distributed import Workers, executor
-from symgen.errors import IdentificationError, LogError
+from symgen.errors import IdentificationError
 from symgen.estimation.estimators import Estimator, bias_of_least_squares
 from symgen.estimation.logs import (
-    HELD_OUT,
     Source,
+    held_out,
     listed_logs,
     open_logs,
     require_logs,
@@ -53,7 +50,6 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 from symgen.symbolic.near_angles import told_of_angles
 
-FloatArray = NDArray[np.float64]
 AUTO = "auto"
 MODELS = (AUTO, *NEEDED, STATIC)
 _FEWEST = 10  # samples held out
@@ -226,20 +222,7 @@ def _look(
     require_other_data(train, held)
     if held:
         return train, held, repairs
-    early, late = zip(*map(_split, train), strict=True)
-    return list(early), list(late), repairs
-
-
-def _split(s: Samples) -> tuple[Samples, Samples]:
-    """Hold out the last fifth."""
-    cut = int(len(s.t) * (1 - HELD_OUT))
-    if len(s.t) - cut < _FEWEST:
-        raise LogError(
-            f"{s.name}: too short to hold out its last fifth, {len(s.t) - cut} samples; "
-            "accepted: a longer log, or a second one for validation"
-        )
-    late = s.cut(slice(cut, None))
-    return s.cut(slice(None, cut)), replace(late, name=f"{s.name} (last fifth)", notes=())
+    return *held_out(train, _FEWEST), repairs
 
 
 def _solve(
