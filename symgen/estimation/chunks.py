@@ -14,9 +14,10 @@ evaluated.
 from __future__ import annotations
 
 import io
+import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -52,7 +53,8 @@ from symgen.estimation.windows import Windows, placed_windows, windows
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-_ROWS = ("samples", "step", "stride", "cutoff", "every", "margin")  # of a Decimation
+_MOTION = ("q", "qd", "qdd")
+_SIDES = ("joint", "correlation", "rest_weight")  # of equations, beside arrays
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,28 +114,22 @@ class ThinLog:
 
     def arrays(self) -> dict[str, Any]:
         """Return all of it as arrays, for `packed_arrays` and `thin_log`."""
-        arrays: dict[str, Any] = {"t": self.t, "measured": self.measured}
-        arrays |= dict(zip(("q", "qd", "qdd"), self.motion, strict=True))
-        arrays["name"] = np.array(self.name)
-        cutoff = np.nan if self.rows.cutoff is None else self.rows.cutoff
-        given = replace(self.rows, cutoff=cutoff)
-        arrays["rows"] = np.array([getattr(given, key) for key in _ROWS], dtype=float)
-        if self.windows is not None:
-            w = self.windows
-            arrays["windows"] = np.array([w.stride, w.steps, w.hop])
-            if w.stride != self.rows.stride:
-                arrays |= dict(zip(("wq", "wqd"), self.window_motion, strict=True))
-        arrays["sides_t"] = self.sides[0].t
-        arrays["sides_y"] = np.stack([e.y for e in self.sides])
+        about = {
+            "name": self.name,
+            "rows": asdict(self.rows),
+            "windows": None if self.windows is None else asdict(self.windows),
+            "sides": [{key: getattr(e, key) for key in _SIDES} for e in self.sides],
+        }
+        arrays: dict[str, Any] = {"about": np.array(json.dumps(about))}
+        arrays |= {"t": self.t, "measured": self.measured}
+        arrays |= dict(zip(_MOTION, self.motion, strict=True))
+        if self.windows is not None and self.windows.stride != self.rows.stride:
+            arrays |= dict(zip(("wq", "wqd"), self.window_motion, strict=True))
+        arrays |= {"sides_t": self.sides[0].t, "y": np.stack([e.y for e in self.sides])}
         if any(e.rest is not None for e in self.sides):
-            arrays["rest"] = np.stack(
-                [np.zeros(len(e.y), bool) if e.rest is None else e.rest for e in self.sides]
-            )
-            arrays["rest_weight"] = np.array([e.rest_weight for e in self.sides])
+            arrays["rest"] = np.stack([e.scale != 1 for e in self.sides])
         if self.resting is not None:
             arrays["resting"] = self.resting
-        arrays["joints"] = np.array([-1 if e.joint is None else e.joint for e in self.sides])
-        arrays["correlation"] = np.array(self.sides[0].correlation)
         return arrays
 
 
@@ -164,26 +160,25 @@ def thinned(log: FilteredLog, recipe: Recipe) -> ThinLog:
 
 def thin_log(arrays: Mapping[str, NDArray[Any]]) -> ThinLog:
     """Return the log whose `arrays` these are."""
-    samples, step, stride, cutoff, every, margin = map(float, arrays["rows"])
-    rows = Decimation(
-        int(samples), step, int(stride), None if np.isnan(cutoff) else cutoff, int(every),
-        int(margin),
-    )  # fmt: skip
+    about = json.loads(str(arrays["about"]))
     motion = (arrays["q"], arrays["qd"], arrays["qdd"])
-    w = Windows(*map(int, arrays["windows"])) if "windows" in arrays else None
-    own = (arrays["wq"], arrays["wqd"]) if "wq" in arrays else motion[:2]
-    name, joints = str(arrays["name"]), list(map(int, arrays["joints"]))
-    t, y = arrays["sides_t"], arrays["sides_y"]
-    none, correlation = np.zeros((len(t), 0)), int(arrays["correlation"])
+    t, name = arrays["sides_t"], about["name"]
+    rests = arrays.get("rest", [None] * len(about["sides"]))
     sides = tuple(
-        Equations(name, none, y[k], t, correlation, None if j < 0 else j)
-        for k, j in enumerate(joints)
+        Equations(name, np.zeros((len(t), 0)), y, t, rest=rest, **own)
+        for y, rest, own in zip(arrays["y"], rests, about["sides"], strict=True)
     )
-    if "rest" in arrays:
-        weights = zip(sides, arrays["rest"], map(float, arrays["rest_weight"]), strict=True)
-        sides = tuple(replace(e, rest=rest, rest_weight=weight) for e, rest, weight in weights)
-    seen = arrays["t"], arrays["measured"], arrays.get("resting")
-    return ThinLog(name, rows, motion, w, own, sides, *seen)
+    return ThinLog(
+        name,
+        Decimation(**about["rows"]),
+        motion,
+        about["windows"] and Windows(**about["windows"]),
+        (arrays["wq"], arrays["wqd"]) if "wq" in arrays else motion[:2],
+        sides,
+        arrays["t"],
+        arrays["measured"],
+        arrays.get("resting"),
+    )
 
 
 #: Own rows of a chunk, about; those of a partition, the unit of work, that is kept when finished.

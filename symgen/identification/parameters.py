@@ -74,19 +74,11 @@ def read_parameters(path: str | Path, model: Model) -> FloatArray:
     Raises:
         ParameterError: the file cannot be read, or a name is unknown, missing or not a number.
     """
-    return base_values(named_values(path, model), model, str(path))
-
-
-def named_values(path: str | Path, model: Model) -> dict[str, Any]:
-    """Return name and value of the parameters in a file that `read_parameters` reads.
-
-    Raises:
-        ParameterError: the file cannot be read.
-    """
     path = Path(path)
     if path.suffix.lower() in FORMATS:
-        return dict(cad_parameters(path, model))
-    return {name: value for name, (value, _) in read_named(path, model.robot.name).items()}
+        return base_values(cad_parameters(path, model), model, str(path))
+    named = read_named(path, model.robot.name).items()
+    return base_values({name: value for name, (value, _) in named}, model, str(path))
 
 
 def read_named(path: Path, robot: str) -> dict[str, tuple[Any, Any]]:

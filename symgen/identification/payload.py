@@ -252,34 +252,56 @@ def _against(
     model: Model, rows: Sequence[Equations], known: _Known, G: FloatArray, mass: float | None
 ) -> Solved:
     """Solve for the load and friction, with given inertial parameters of the robot."""
-    p, inertial = len(known.X), model.inertial
-    free = list(range(10 if mass is None else 9))
-    V = _basis(rows, G, free)
-    given = _given(mass)
-    load_columns = G * units() @ V
-    rubbing = [k for k in Shown.by(rows).kept if k >= inertial]
-    rub = np.eye(p)[:, rubbing]
-    labels = (
-        *(f"load {k + 1}" for k in range(V.shape[1])),
-        *(model.base.names[k] for k in rubbing),
-    )
+    inertial = model.inertial
     # Friction as it was: what is left of it is solved for, so that its change has no say in s.
-    system = LinearSystem(
-        labels,
-        tuple(
-            replace(e, W=e.W @ np.hstack([load_columns, rub]), y=e.y - e.W @ (known.X + G @ given))
-            for e in rows
-        ),
-    )
-    solution = Wls().solve(system)
-    r = V.shape[1]
+    rubbing = [k for k in Shown.by(rows).kept if k >= inertial]
+    V, system, solution = _with_load(model, rows, (), G, mass, rubbing, known.X)
     covariance = solution.covariance
     if known.covariance is not None:
         shift = _shift(system, rows, solution)[:, :inertial]
         covariance = covariance + shift @ known.covariance[:inertial, :inertial] @ shift.T
     after = _relative(rows, [e.y - e.W @ solution.X for e in system.logs])
     before = _relative(rows, [e.y - e.W @ known.X for e in rows])
-    return _found(V, solution.X[:r], covariance[:r, :r], given), before, after, known.notes
+    return _found(V, solution.X, covariance, mass), before, after, known.notes
+
+
+def _with_load(
+    model: Model,
+    rows: Sequence[Equations],
+    alone: Sequence[Equations],
+    G: FloatArray,
+    mass: float | None,
+    free: Sequence[int],
+    X: FloatArray,
+) -> tuple[FloatArray, LinearSystem, Solution]:
+    """Solve for the load, and for a change of some parameters.
+
+    Args:
+        model: of the robot.
+        rows: with the load.
+        alone: without it.
+        G: from the parameters of the load to X, (p, 10).
+        mass: of the load, where it is known.
+        free: places of the parameters that are solved for.
+        X: the robot's parameters before, (p,).
+
+    Returns:
+        The directions of the load that torques show (10, r), the equations, and the solution: r
+        parameters of the load, then the free ones.
+    """
+    V = _basis(rows, G, range(10 if mass is None else 9))
+    own, r = np.eye(len(X))[:, list(free)], V.shape[1]
+    loaded, known = np.hstack([G * units() @ V, own]), X + G @ _given(mass)
+    bare = np.hstack([np.zeros((len(X), r)), own])
+    labels = (*(f"load {k + 1}" for k in range(r)), *(model.base.names[k] for k in free))
+    system = LinearSystem(
+        labels,
+        (
+            *(replace(e, W=e.W @ loaded, y=e.y - e.W @ known) for e in rows),
+            *(replace(e, W=e.W @ bare, y=e.y - e.W @ X) for e in alone),
+        ),
+    )
+    return V, system, Wls().solve(system)
 
 
 def _shift(system: LinearSystem, rows: Sequence[Equations], solution: Solution) -> FloatArray:
@@ -298,27 +320,12 @@ def _beside(
     mass: float | None,
 ) -> Solved:
     """Solve for the robot and the load at once, from logs with and without it."""
-    free = list(range(10 if mass is None else 9))
-    V = _basis(rows, G, free)
-    r, p = V.shape[1], G.shape[0]
-    given = _given(mass)
-    kept = list(Shown.by([*rows, *alone]).kept)
-    own = np.eye(p)[:, kept]
-    both = np.hstack([G * units() @ V, own])
-    none = np.hstack([np.zeros((p, r)), own])
-    labels = (*(f"load {k + 1}" for k in range(r)), *(model.base.names[k] for k in kept))
-    system = LinearSystem(
-        labels,
-        tuple(
-            [replace(e, W=e.W @ both, y=e.y - e.W @ (G @ given)) for e in rows]
-            + [replace(e, W=e.W @ none) for e in alone]
-        ),
-    )
-    solution = Wls().solve(system)
-    logs = system.logs[: len(rows)]
-    after = _relative(rows, [e.y - e.W @ solution.X for e in logs])
-    before = _relative(rows, [e.y - e.W @ own @ solution.X[r:] for e in rows])
-    return _found(V, solution.X[:r], solution.covariance[:r, :r], given), before, after, ()
+    kept, X = list(Shown.by([*rows, *alone]).kept), np.zeros(len(G))
+    V, system, solution = _with_load(model, rows, alone, G, mass, kept, X)
+    after = _relative(rows, [e.y - e.W @ solution.X for e in system.logs[: len(rows)]])
+    X[kept] = solution.X[V.shape[1] :]
+    before = _relative(rows, [e.y - e.W @ X for e in rows])
+    return _found(V, solution.X, solution.covariance, mass), before, after, ()
 
 
 def _calibrated(
@@ -334,7 +341,7 @@ def _calibrated(
     before = _beside(model, rows, alone, G, mass)[1]
     told = tuple(Quantity(float(g), float(s)) for g, s in zip(found.gain, found.std, strict=True))
     after = _relative(rows, found.left)
-    return (_found(V, found.a, found.covariance, given), before, after, ()), told
+    return (_found(V, found.a, found.covariance, mass), before, after, ()), told
 
 
 def _given(mass: float | None) -> FloatArray:
@@ -344,9 +351,10 @@ def _given(mass: float | None) -> FloatArray:
     return out
 
 
-def _found(V: FloatArray, a: FloatArray, C: FloatArray, given: FloatArray) -> LoadEstimate:
-    """Return s = given + U V a with its covariance, U the units."""
-    onto = units()[:, None] * V
+def _found(V: FloatArray, a: FloatArray, C: FloatArray, mass: float | None) -> LoadEstimate:
+    """Return s = given + U V a with its covariance, U the units; a comes first in X and its C."""
+    onto, given, r = units()[:, None] * V, _given(mass), V.shape[1]
+    a, C = a[:r], C[:r, :r]
     rest = np.linalg.svd(np.column_stack([V, given != 0]))
     null = rest[0][:, np.linalg.matrix_rank(np.column_stack([V, given != 0])) :]
     return LoadEstimate(given + onto @ a, onto @ C @ onto.T, null)
