@@ -104,7 +104,7 @@ def identify(
         told("writing the report")
         said, urdf = "", {}
         if robot.endswith(".urdf"):
-            from symgen.identification.robot_file import identified_file
+            from symgen.identification.export import identified_file
 
             try:
                 text, said = identified_file(robot, estimate)

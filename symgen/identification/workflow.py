@@ -39,10 +39,9 @@ from symgen.identification.case import (
     require_condition,
 )
 from symgen.identification.estimate import Estimate
-from symgen.identification.options import Fit
 from symgen.identification.out_of_core import identify_data_set, is_long, paths_of
-from symgen.identification.prior import read_prior
-from symgen.identification.solving import Method, solved
+from symgen.identification.parameters import read_prior
+from symgen.identification.solving import Fit, Method, solved
 from symgen.identification.static import METHODS as POSE_METHODS
 from symgen.identification.static import STATIC, identify_poses
 from symgen.robot.toml_io import read_robot

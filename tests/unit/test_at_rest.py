@@ -14,9 +14,9 @@ from symgen.data.mask import Mask, mean_speeds, resting, slow_speeds
 from symgen.data.signals import Samples, prepare, sampled
 from symgen.errors import LogError
 from symgen.estimation.band import OPEN, Band, Rests
+from symgen.estimation.cutoff import rests_of, weighed_rests
 from symgen.estimation.filtered import filtered, unfiltered
 from symgen.estimation.masking import require_left, rests_in_words, seldom_moving
-from symgen.estimation.rests import rests_of, weighed_rests
 from symgen.estimation.system import (
     Equations,
     momentum_equations,
