@@ -42,12 +42,12 @@ from symgen.estimation.estimators import (
 )
 from symgen.estimation.estimators import InstrumentalVariables as InstrumentalVariables
 from symgen.experiment.controller import Controller as Controller
-from symgen.experiment.excitation import excite as excite
-from symgen.experiment.instruments import Instruments as Instruments
-from symgen.experiment.options import (
+from symgen.experiment.excitation import (
     Motion as Motion,
     Search as Search,
+    excite as excite,
 )
+from symgen.experiment.recording import Instruments as Instruments
 from symgen.experiment.recording import Recording as Recording
 from symgen.experiment.reference import (
     Reference as Reference,
@@ -66,7 +66,7 @@ from symgen.identification.solving import Fit as Fit
 from symgen.identification.payload import payload as payload
 from symgen.identification.physical import link_parameters as link_parameters
 from symgen.identification.prediction import predict as predict
-from symgen.identification.reading import read_estimate as read_estimate
+from symgen.identification.estimate import read_estimate as read_estimate
 from symgen.identification.online.identifier import Identifier as Identifier
 from symgen.identification.export import export as export
 from symgen.identification.workflow import identify as identify
@@ -90,5 +90,4 @@ from symgen.runtime.evaluator import (
     Evaluator as Evaluator,
     load as load,
 )
-from symgen.runtime.folding import Fold as Fold
 from symgen.symbolic.base_parameters import BaseParameters as BaseParameters

@@ -28,7 +28,7 @@ from typing import Any
 
 from symgen.errors import PackageError, SymgenWarning, plain
 from symgen.places import alone, exchanged, place, sweep, written
-from symgen.record import RECORD, Carried, read_record, record_of
+from symgen.record import RECORD, Carried, read_record, with_record
 
 _ASIDE = "-old-"
 
@@ -58,8 +58,8 @@ def write_folder(folder: Path, files: Mapping[str, bytes], marker: str) -> None:
         folder.parent.mkdir(parents=True, exist_ok=True)
         sweep(folder.parent)
         with place(folder.parent) as own:
-            fresh, carried = own / "new", Carried()
-            for name, content in {**files, RECORD: record_of(files)}.items():
+            fresh, carried = own / "new", Carried(marker)
+            for name, content in with_record(files, marker).items():
                 path = fresh / name
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_bytes(content)
@@ -140,11 +140,14 @@ def _check_kind(folder: Path, marker: str) -> None:
             _aside(folder, "12345678").lstat()  # the name fits into the file system
         if not folder.is_dir() or not any(folder.iterdir()):
             return
-        record = read_record(folder)
+        record = read_record(folder, marker)
+    except FileNotFoundError:
+        record = None
     except OSError as error:
         raise PackageError(f"{shown}: not ours ({error.strerror}); {accepted}") from error
     if record is None or marker not in record:
-        reason = f"no {RECORD} in it" if record is None else f"no {marker} in its {RECORD}"
+        missing = marker if not (folder / marker).is_file() else RECORD
+        reason = f"no {missing} in it" if record is None else f"no {marker} in its {RECORD}"
         raise PackageError(f"{shown}: not ours ({reason}); {accepted}")
 
 

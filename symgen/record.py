@@ -1,16 +1,17 @@
 """Which files of a folder symgen wrote, and what becomes of the others.
 
-The record is a file in the folder: the SHA-256 of each file of symgen, as `sha256sum` writes it.
-Only a file that stands in the record, and still has that digest, is replaced or removed. Everything
-else was put there, or changed, by somebody. It goes over into the folder that replaces this one; a
-file whose name symgen needs gets another name. What other files say, such as the digests in an
-estimate.json, plays no part.
+The record is the SHA-256 of each file of symgen: a file in the folder, as `sha256sum` writes it.
+The manifest of a package and the JSON of a diagnosis list these digests themselves, and are the
+record of their folder. Only a file that stands in the record, and still has that digest, is
+replaced or removed. Everything else was put there, or changed, by somebody. It goes over into the
+folder that replaces this one; a file whose name symgen needs gets another name.
 """
 
 from __future__ import annotations
 
 import hashlib
 import itertools
+import json
 import os
 import shutil
 import stat
@@ -18,25 +19,48 @@ from collections.abc import Mapping
 from pathlib import Path
 
 RECORD = ".symgen.sha256"
+#: They list the digests of the files beside them, robot.toml among these.
+_LISTING = ("manifest.json", "diagnosis.json")
 
 
-def record_of(files: Mapping[str, bytes]) -> bytes:
-    """Return the record of a folder of files."""
+def with_record(files: Mapping[str, bytes], marker: str) -> dict[str, bytes]:
+    """Return the files of a folder with its record, where its marker is none itself."""
+    if marker in _LISTING:
+        return dict(files)
     digests = {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
-    return "".join(f"{digest}  {name}\n" for name, digest in sorted(digests.items())).encode()
+    lines = [f"{digest}  {name}\n" for name, digest in sorted(digests.items())]
+    return {**files, RECORD: "".join(lines).encode()}
 
 
-def read_record(folder: Path) -> dict[str, str] | None:
+def read_record(folder: Path, marker: str) -> dict[str, str] | None:
     """Return the digests of the files that symgen wrote into a folder, None without a record.
+
+    Args:
+        folder: of files.
+        marker: name of the JSON that tells what kind of folder it is.
 
     Raises:
         OSError: it cannot be read.
     """
     path = folder / RECORD
-    if path.is_symlink() or not path.is_file():
+    if path.is_file() and not path.is_symlink():
+        lines = path.read_text("utf-8", errors="replace").split("\n")
+        return {name: digest for digest, gap, name in (x.partition("  ") for x in lines) if gap}
+    record = _listed((folder / marker).read_bytes()) if marker in _LISTING else {}
+    if "robot.toml" not in record:
         return None
-    lines = path.read_text("utf-8", errors="replace").split("\n")
-    return {name: digest for digest, gap, name in (x.partition("  ") for x in lines) if gap}
+    # What CasADi saves differs from version to version, and is not listed.
+    unlisted = [marker, *(path.name for path in folder.glob("*.casadi"))]
+    return record | {name: _sha256(folder / name) for name in unlisted}
+
+
+def _listed(marker: bytes) -> dict[str, str]:
+    """Return the digests that a JSON lists."""
+    try:
+        content = json.loads(marker)
+        return {str(name): str(digest) for name, digest in content["digests"].items()}
+    except (ValueError, RecursionError, LookupError, TypeError, AttributeError):
+        return {}
 
 
 class Carried:
@@ -46,8 +70,9 @@ class Carried:
         renamed: paths of files that have another name now, and that name.
     """
 
-    def __init__(self) -> None:
-        """Begin with nothing."""
+    def __init__(self, marker: str) -> None:
+        """Begin with nothing; the marker is the JSON that tells what kind of folder it is."""
+        self._marker = marker
         self.renamed: dict[str, str] = {}
         self._brought: set[tuple[str, int, int]] = set()
 
@@ -60,7 +85,7 @@ class Carried:
         Raises:
             OSError: something cannot be brought.
         """
-        self._inside(old, new, read_record(old) or {}, "")
+        self._inside(old, new, read_record(old, self._marker) or {}, "")
 
     def _inside(self, old: Path, new: Path, record: Mapping[str, str], inside: str) -> None:
         for path in sorted((old / inside).iterdir()):

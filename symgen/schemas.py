@@ -1,28 +1,87 @@
-"""Results as JSON and back, by the types of their fields: the one place that knows how.
+"""Results as JSON and back: a frozen dataclass is the schema of its file.
 
-A result is a frozen dataclass of numbers, texts, tuples and other such dataclasses; its JSON has a
-key for every field, and "schema". Reading is strict: another type, a missing key or one too many is
-an error that names the key.
+The file has a key for every field, in their order, and "schema"; numbers that JSON has no word for
+are null. `at`, `Form`, OPTIONAL and BESIDE say of a field that it stands there in another way.
+Reading is strict: another type, a missing key or an unknown one is an error that names the key.
 """
 
 from __future__ import annotations
 
 import json
 import math
-from dataclasses import fields, is_dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeVar, get_type_hints
 
 import numpy as np
-from pydantic import BeforeValidator, TypeAdapter, ValidationError
+from pydantic import (
+    AliasPath,
+    BeforeValidator,
+    Field,
+    GetCoreSchemaHandler,
+    GetPydanticSchema,
+    TypeAdapter,
+    ValidationError,
+)
+from pydantic_core import core_schema
 
 from symgen.errors import ParameterError
 from symgen.files import load_json
 
 Result = TypeVar("Result")
-#: A number that JSON has as null where it is NaN.
+#: Numbers that stand in a file as null where they are NaN, or infinite.
 OrNan = Annotated[float, BeforeValidator(lambda value: math.nan if value is None else value)]
+OrInf = Annotated[float, BeforeValidator(lambda value: math.inf if value is None else value)]
+#: Of a field that does not stand in the file.
+BESIDE = GetPydanticSchema(lambda *_: core_schema.any_schema())
+#: Of a field that has no key there where it is None.
+OPTIONAL = "optional"
+
+
+@dataclass(frozen=True)
+class Form:
+    """Says of a field how it stands in the file: as another type, made of it, and made back."""
+
+    kind: Any
+    write: Callable[[Any], Any]
+    read: Callable[[Any], Any]
+
+    def __get_pydantic_core_schema__(
+        self, _: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        """Read as the other type, then back."""
+        other = handler.generate_schema(self.kind)
+        return core_schema.no_info_after_validator_function(self.read, other)
+
+
+#: Pairs of texts as an object; a matrix of numbers.
+PAIRS = Form(dict[str, str], dict, lambda found: tuple(found.items()))
+MATRIX = Form(tuple[tuple[OrNan, ...], ...], np.ndarray.tolist, lambda rows: np.array(rows, float))
+
+
+def at(key: str) -> Any:
+    """Say of a field what its key is.
+
+    Args:
+        key: "residual.train" is the key train of the object residual, which is null where all of
+            its fields are None.
+    """
+    return Field(validation_alias=AliasPath(*key.split(".")))
+
+
+@cache
+def _keys(kind: Any) -> list[tuple[str, list[Any], Form | None, bool]]:
+    """Return the fields in a file: name, path, form, and whether it may have no key."""
+    out, hints = [], get_type_hints(kind, include_extras=True)
+    for f in fields(kind):
+        marks = getattr(hints[f.name], "__metadata__", ())
+        paths = (m.validation_alias.path for m in marks if hasattr(m, "validation_alias"))
+        form = next((m for m in marks if isinstance(m, Form)), None)
+        if BESIDE not in marks:
+            out.append((f.name, next(paths, [f.name]), form, OPTIONAL in marks))
+    return out
 
 
 def to_json(result: Any, schema: str) -> dict[str, Any]:
@@ -30,13 +89,42 @@ def to_json(result: Any, schema: str) -> dict[str, Any]:
     return {"schema": schema, **as_json(result)}
 
 
-def from_json(kind: type[Result], content: dict[str, Any], file: Path) -> Result:
+def as_json(value: Any) -> Any:
+    """Return a value as JSON has it: dataclasses and named tuples by their fields."""
+    if is_dataclass(value):
+        return _as_object(value)
+    if hasattr(value, "_asdict"):
+        value = value._asdict()
+    if isinstance(value, dict):
+        return {key: as_json(v) for key, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [as_json(v) for v in value]
+    if isinstance(value, (np.ndarray, np.generic)):
+        return as_json(value.tolist())
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _as_object(value: Any) -> dict[str, Any]:
+    out: dict[str, Any] = {}
+    for name, (*groups, key), form, optional in _keys(value.__class__):
+        own = getattr(value, name)
+        if own is not None or not optional:
+            into = out.setdefault(groups[0], {}) if groups else out
+            into[key] = as_json(form.write(own) if form else own)
+    for name in {path[0] for _, path, *_ in _keys(value.__class__) if len(path) > 1}:
+        if all(v is None for v in out[name].values()):
+            out[name] = None
+    return out
+
+
+def from_json(kind: type[Result], content: dict[str, Any], file: Path, **beside: Any) -> Result:
     """Return the result that a JSON file holds.
 
     Args:
         kind: the dataclass.
         content: of the file, its schema known.
         file: for messages.
+        beside: fields that do not stand in the file.
 
     Raises:
         ParameterError: the content is another.
@@ -44,15 +132,33 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path) -> Result
     given = {key: value for key, value in content.items() if key != "schema"}
     known = _adapter(kind)  # type: ignore[arg-type]  # a class is hashable
     try:
-        read: Result = known.validate_json(json.dumps(given), strict=True)
+        text = json.dumps({**given, **dict.fromkeys(beside)})
+        read = known.validate_json(text, strict=True)
+        where, what = _unknown(given, as_json(read)), "an unknown key"
     except ValidationError as error:
         first = error.errors()[0]
-        where = ".".join(map(str, first["loc"]))
+        where, what = ".".join(map(str, first["loc"])) or "its top", first["msg"]
+    if where:
         raise ParameterError(
-            f"{file}: damaged at {where or 'its top'}: {first['msg']}; accepted: schema "
-            f"{content.get('schema')} as symgen writes it"
-        ) from error
-    return read
+            f"{file}: damaged at {where[:100]}: {what[:200]}; accepted: schema "
+            f"{content['schema']} as symgen writes it"
+        )
+    found: Result = replace(read, **beside) if beside else read
+    return found
+
+
+def _unknown(given: Any, written: Any) -> str:
+    """Return the first key of what is given that would not be written, "" where there is none."""
+    pairs: list[tuple[str, Any, Any]] = []
+    if isinstance(given, dict) and isinstance(written, dict):
+        for key, value in given.items():
+            if key not in written:
+                return str(key)
+            pairs.append((key, value, written[key]))
+    elif isinstance(given, list) and isinstance(written, list):
+        pairs += [(str(k), *both) for k, both in enumerate(zip(given, written, strict=False))]
+    inner = ((key, _unknown(value, other)) for key, value, other in pairs)
+    return next((f"{key}.{where}" for key, where in inner if where), "")
 
 
 @cache
@@ -85,27 +191,3 @@ def read_json(file: Path, *schemas: str) -> dict[str, Any]:
         accepted = " or ".join(schemas)
         raise ParameterError(f"{file}: its schema is {found!r}; accepted: {accepted}")
     return dict(content)
-
-
-def as_json(value: Any) -> Any:
-    """Return a value as JSON has it: dataclasses and named tuples by their fields.
-
-    A number that JSON has no word for is null. A field of the metadata {"absent": True} has no key
-    where it is None: older files do not have it.
-    """
-    if is_dataclass(value):
-        held = {f: getattr(value, f.name) for f in fields(value)}
-        return {
-            f.name: as_json(v)
-            for f, v in held.items()
-            if v is not None or not f.metadata.get("absent")
-        }
-    if hasattr(value, "_asdict"):
-        value = value._asdict()
-    if isinstance(value, dict):
-        return {key: as_json(v) for key, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [as_json(v) for v in value]
-    if isinstance(value, (np.ndarray, np.generic)):
-        return as_json(value.tolist())
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -12,21 +12,56 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 import symgen
-from symgen.codegen.casadi_model import Dynamics
 from symgen.estimation.integrals import cumulative_integral
 from symgen.experiment import paper
+from symgen.experiment.paper import Dynamics
+from symgen.experiment.reference import STEP, paper_motion
 
 SEED = 1988
 PILOTS = 20  # runs of another seed, whose joint least-squares estimate drives the simulation
 WINDOW = 10  # samples of a sliding window
-SETUPS = {"a": paper.setup_a, "b": paper.setup_b}
+#: Set-ups of the paper, with the streams of their noise.
+SETUPS = {"a": (paper.setup_a, 1), "b": (paper.setup_b, 2)}
 TACHOMETERS = (1.0, 4.0)
 MODES = ("start", "sliding")
 #: Instruments along: the model under known torques with parameters of the pilot runs; the motion
 #: that was commanded; the model with the parameters of least squares on the same run.
 INSTRUMENTS = ("simulation", "commanded", "own simulation")
+
+
+class Mirrored:
+    """A generator of noise for runs, of which the second half has that of the first negated."""
+
+    def __init__(self, draw: np.random.Generator) -> None:
+        self.draw = draw
+
+    def normal(self, *, size: tuple[int, ...]) -> np.ndarray:
+        return _negated(self.draw.normal(size=((size[0] + 1) // 2, *size[1:])), size[0])
+
+    def uniform(self, low: float, high: float, size: tuple[int, ...]) -> np.ndarray:
+        return _negated(self.draw.uniform(low, high, ((size[0] + 1) // 2, *size[1:])), size[0])
+
+
+def _negated(x: np.ndarray, runs: int) -> np.ndarray:
+    return np.concatenate([x, -x])[:runs]
+
+
+def measured(
+    dynamics: Dynamics, setup: str, count: int, seed: int, tachometer: float, mirrored: bool
+) -> paper.Runs:
+    """Return runs of a set-up."""
+    simulate, stream = SETUPS[setup]
+    draw: Any = np.random.default_rng([seed, stream])
+    return simulate(dynamics, count, Mirrored(draw) if mirrored else draw, tachometer=tachometer)
+
+
+def free_run(dynamics: Dynamics, X: np.ndarray, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return q, qd (runs, N, 2) of the model with X (runs, 4) under known torques (N, 2)."""
+    known = CubicSpline(paper.times(), tau)(paper.stages(2))
+    return paper.integrated(dynamics, X, known, np.zeros((len(X), len(tau), 2)))
 
 
 def rows(
@@ -36,7 +71,7 @@ def rows(
     runs, N, _ = q.shape
     h = evaluator.energy_regressor(q.reshape(-1, 2), qd.reshape(-1, 2)).reshape(runs, N, 4)
     power = np.einsum("rij,rij->ri", qd, tau)
-    work = cumulative_integral(np.ascontiguousarray(power.T), paper.STEP).T
+    work = cumulative_integral(np.ascontiguousarray(power.T), STEP).T
     first, last = (slice(0, 1), slice(1, None)) if mode == "start" else (
         slice(None, -WINDOW), slice(WINDOW, None))  # fmt: skip
     return h[:, last] - h[:, first], work[:, last] - work[:, first]
@@ -54,7 +89,7 @@ def pilot(
     evaluator: symgen.Evaluator, dynamics: Dynamics, setup: str, tachometer: float
 ) -> np.ndarray:
     """Return the joint least-squares estimate of the pilot runs, (4,)."""
-    runs = SETUPS[setup](dynamics, PILOTS, SEED + 1, tachometer=tachometer)
+    runs = measured(dynamics, setup, PILOTS, SEED + 1, tachometer, False)
     W, y = rows(evaluator, runs.q, runs.qd, runs.tau, "start")
     out: np.ndarray = np.linalg.lstsq(W.reshape(-1, 4), y.ravel(), rcond=None)[0]
     return out
@@ -71,13 +106,13 @@ def instrument_motion(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return q and qd (1 or runs, N, 2) of the motion along which instruments are taken."""
     if kind == "commanded":
-        q, qd, _ = paper.reference(paper.times())
+        q, qd, _ = paper_motion(paper.times())
         return q[None], qd[None]
     if kind == "simulation":
         X = pilot(evaluator, dynamics, setup, tachometer)[None]
-        return paper.free_run(dynamics, X, tau)
+        return free_run(dynamics, X, tau)
     with np.errstate(all="ignore"):
-        q, qd = paper.free_run(dynamics, own, tau)
+        q, qd = free_run(dynamics, own, tau)
     lost = ~np.isfinite(q + qd).all(axis=(1, 2))  # an estimate that no simulation survives
     q[lost], qd[lost] = q[~lost][0], qd[~lost][0]
     return q, qd
@@ -97,9 +132,9 @@ def errors(X: np.ndarray) -> dict[str, Any]:
 
 def study(evaluator: symgen.Evaluator, dynamics: Dynamics, count: int) -> Iterator[dict[str, Any]]:
     """Yield the figures of every set-up, noise and kind of window."""
-    for setup, simulate in SETUPS.items():
+    for setup in SETUPS:
         for tachometer in TACHOMETERS:
-            runs = simulate(dynamics, count, SEED, tachometer=tachometer, mirrored=True)
+            runs = measured(dynamics, setup, count, SEED, tachometer, True)
             for mode in MODES:
                 W, y = rows(evaluator, runs.q, runs.qd, runs.tau, mode)
                 least = solutions(W, W, y)

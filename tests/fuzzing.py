@@ -15,7 +15,6 @@ import json
 import os
 import random
 import re
-import shutil
 import signal
 import socket
 import sys
@@ -204,8 +203,8 @@ def read_result(path: Path) -> None:
 
 def read_beside(path: Path) -> None:
     """Read the result that a table of curves belongs to."""
+    from symgen.identification.estimate import read_estimate
     from symgen.identification.prediction import read_prediction
-    from symgen.identification.reading import read_estimate
 
     if path.suffix == ".npz":
         found = read_estimate(path.parent)
@@ -228,10 +227,10 @@ def read_parameters(path: Path, model: list[Any] = []) -> None:  # noqa: B006  (
 def read_package(path: Path) -> None:
     """Look at a package as what replaces it does, and as what checks it does."""
     from symgen.files import check_replaceable
-    from symgen.runtime.check import _manifest, _prefix
+    from symgen.runtime.check import read_options
 
     check_replaceable(path.parent, path.name)
-    _prefix(_manifest(path.parent)["options"])
+    read_options(path.parent)
 
 
 @cache
@@ -331,10 +330,12 @@ def day_of_fleet(folder: Path, work: Path, kept: bool = False) -> Any:
             X=KEPT[0], covariance=KEPT[1], torque_validation=torque, verdict="trusted"
         )
 
-    text = symgen.robot_toml(_planar2r())
-    task = robot_days.IdentifyDay(text, "auto", 5.0, symgen.Reading())
+    task = robot_days.IdentifyDay("", "momentum", 5.0, symgen.Reading())
     day = robot_days.Day("7", "1", (str(folder / "day.csv"),))
-    with mock.patch.object(robot_days, "identify", identify):
+    with (
+        mock.patch.object(robot_days, "identify", identify),
+        mock.patch.object(robot_days.IdentifyDay, "_model", None),
+    ):
         (estimate,) = robot_days.estimated(task, [day], Workers(1, work=work), lambda _: None)
     return estimate
 
@@ -343,14 +344,15 @@ def read_kept(path: Path) -> None:
     """Go on with a run of `fleet` of which a result is spoiled: that result, or worked anew."""
     import symgen
 
+    (kept,) = path.with_name("kept").iterdir()
     folder = path.with_name("folder")
-    shutil.copytree(path.with_name("kept"), folder)
+    folder.mkdir(exist_ok=True)
     try:
-        (file,) = folder.iterdir()
-        file.write_bytes(path.read_bytes())
+        (folder / kept.name).write_bytes(path.read_bytes())
         estimate = day_of_fleet(path.parent, folder)
     finally:
-        shutil.rmtree(folder)
+        for file in folder.iterdir():
+            file.unlink()
     if estimate.X is None and estimate.verdict == f"failed: {ANEW}":
         raise symgen.LogError(ANEW)
     X, covariance = KEPT

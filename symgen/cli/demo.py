@@ -23,7 +23,7 @@ _SHOWING = {"compiling": 0.05, "(a)": 0.15, "(b)": 0.55}
 @click.option("--runs", default=1000, show_default=True, type=click.IntRange(10, 100_000))
 def demo(into: Path, runs: int) -> int:
     """Run the example of Gautier and Khalil (1988) end to end."""
-    from symgen.experiment.reproduction import MARKER, PAGE, reproduce
+    from symgen.experiment.paper import MARKER, PAGE, reproduce
     from symgen.files import check_replaceable, write_folder
     from symgen.report.content.demo import demo_content
     from symgen.report.html import page

@@ -36,7 +36,7 @@ def diagnose(
 ) -> int:
     """Find what the model of ROBOT misses in LOGS, name it, add it, and show the gap shrink."""
     import symgen
-    from symgen.diagnosis.reading import MARKER
+    from symgen.diagnosis.diagnosis import MARKER
     from symgen.files import check_replaceable
 
     check_replaceable(into, MARKER)

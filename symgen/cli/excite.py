@@ -28,7 +28,9 @@ from symgen.report.terminal import print_plan
 @click.option("--acceleration", help="Largest accelerations, rad/s2 or m/s2.")
 @click.option("--jerk", help="Largest jerks, rad/s3 or m/s3.")
 @click.option("--torque", help="Largest torques of the prior model, N m or N.")
-@click.option("--parameters", help="Of the prior model: estimate.json, or TOML with [parameters].")
+@click.option(
+    "--parameters", help="Of the prior model: result folder, estimate.json or TOML [parameters]."
+)
 @click.option("--start", help="Where every run begins, rad or m; default anywhere.")
 @click.option("--duration", help="Of each run, s; default what identify trusts, at least 10.")
 @click.option(
@@ -66,8 +68,7 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
     import symgen
     from symgen import Limits, Motion, Search
     from symgen.diagnosis.extend import with_effect
-    from symgen.experiment.formats import FORMATS, exported
-    from symgen.experiment.plan import paths
+    from symgen.experiment.plan import FORMATS, exported, paths
     from symgen.files import check_new, write_files
 
     if into.suffix != ".csv":

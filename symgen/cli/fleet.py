@@ -42,7 +42,7 @@ def fleet(
     ROBOT_DAY.parquet.
     """
     import symgen
-    from symgen.diagnosis.fleet_reading import MARKER
+    from symgen.diagnosis.fleet import MARKER
     from symgen.files import check_replaceable
 
     check_replaceable(into, MARKER)

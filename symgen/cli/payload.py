@@ -15,7 +15,9 @@ from symgen.report.terminal import print_result
 @click.command()
 @click.argument("robot", shell_complete=robot_names)
 @click.argument("logs", nargs=-1, required=True, type=click.Path())
-@click.option("--parameters", help="Of the robot alone: estimate.json, or TOML [parameters].")
+@click.option(
+    "--parameters", help="Of the robot alone: result folder, estimate.json or TOML [parameters]."
+)
 @click.option("--without", multiple=True, help="A log without the load; may be repeated.")
 @click.option("--mass", type=float, help="Of the load, kg, where it was weighed.")
 @click.option("--gain", type=float, help="Std of the drives' gains, %; a part of every std.")

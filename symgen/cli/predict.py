@@ -18,7 +18,11 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("robot", shell_complete=robot_names)
 @click.argument("log", type=click.Path())
-@click.option("--parameters", required=True, help="estimate.json, or TOML with [parameters].")
+@click.option(
+    "--parameters",
+    required=True,
+    help="Result folder of identify, its estimate.json, or TOML with [parameters].",
+)
 @click.option(
     "--cutoff", type=float, help="Of the filter of q and qd, Hz; by default it is chosen."
 )

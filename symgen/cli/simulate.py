@@ -15,7 +15,11 @@ from symgen.report.terminal import print_simulation
 
 @click.command()
 @click.argument("robot", shell_complete=robot_names)
-@click.option("--parameters", required=True, help="estimate.json, or TOML with [parameters].")
+@click.option(
+    "--parameters",
+    required=True,
+    help="Result folder of identify, its estimate.json, or TOML with [parameters].",
+)
 @click.option("--trajectory", help="CSV with t, q1.. to follow; default a Fourier series.")
 @click.option("--torque", help="CSV with t, tau1.. to play instead of a controller.")
 @click.option("--hold", is_flag=True, help="Hold each of these torques until the next stamp.")
@@ -32,7 +36,7 @@ def simulate(
 ) -> int:
     """Simulate ROBOT with given parameters under a controller, and write the log that it leaves."""
     import symgen
-    from symgen.experiment.simulation import log_paths
+    from symgen.experiment.simulate import log_paths
     from symgen.files import check_new, write_files
 
     for path in log_paths(into, runs):

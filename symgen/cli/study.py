@@ -18,7 +18,11 @@ _METHODS = ("ols", "wls", "iv", "huber", "tls", "ridge", "essential", "consisten
 
 @click.command()
 @click.argument("robot", shell_complete=robot_names)
-@click.option("--parameters", required=True, help="estimate.json, or TOML with [parameters].")
+@click.option(
+    "--parameters",
+    required=True,
+    help="Result folder of identify, its estimate.json, or TOML with [parameters].",
+)
 @click.option("--trajectory", multiple=True, help="CSV of a motion, one log each; repeatable.")
 @click.option("--held-out", help="CSV of the motion along which torque is predicted.")
 @recording_options

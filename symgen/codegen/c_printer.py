@@ -30,9 +30,8 @@ _FUNCTIONS = {
 
 @dataclass(frozen=True)
 class CFunction:
-    """What a template needs to place one kernel: arguments, and the lines of its body."""
+    """What a template needs to place one kernel: the lines of its body, and what they need."""
 
-    arguments: tuple[str, ...]
     body: tuple[str, ...]
     needs_math: bool
     needs_sincos: bool = False
@@ -54,14 +53,8 @@ def _decimal(digits: str) -> str:
     return digits if any(mark in digits for mark in ".en") else f"{digits}.0"
 
 
-def print_kernel(
-    kernel: Kernel,
-    geometry: Mapping[sp.Symbol, str],
-    values: Mapping[sp.Symbol, sp.Expr],
-    dtype: str,
-    prefix: str | None = None,
-) -> CFunction:
-    """Write the body of a kernel.
+class Printer:
+    """Writes the body of one kernel; a subclass says what differs for another kind of value.
 
     Args:
         kernel: what to write.
@@ -71,11 +64,6 @@ def print_kernel(
         prefix: of the package's names; with it, in double, its own sincos takes several angles at
             once, and libm's one where None.
     """
-    return Printer(kernel, geometry, values, dtype, prefix).function()
-
-
-class Printer:
-    """Writes the body of one kernel; a subclass says what differs for another kind of value."""
 
     def __init__(
         self,
@@ -83,7 +71,7 @@ class Printer:
         geometry: Mapping[sp.Symbol, str],
         values: Mapping[sp.Symbol, sp.Expr],
         dtype: str,
-        prefix: str | None,
+        prefix: str | None = None,
     ) -> None:
         tape = kernel.tape
         self.prefix = prefix
@@ -101,7 +89,6 @@ class Printer:
     def function(self) -> CFunction:
         used = {s for _, e in self.tape.steps for s in e.free_symbols}
         used |= {s for e in self.tape.outputs for s in e.free_symbols}
-        arguments = tuple(name for name, _ in self.tape.inputs)
         lines = [
             f"(void){name};" for name, symbols in self.tape.inputs if not used.intersection(symbols)
         ]
@@ -131,7 +118,7 @@ class Printer:
             e.is_Function and e.func is not sp.sign and e not in self.word
             for _, e in self.tape.steps
         )
-        return CFunction(arguments, tuple(lines), needs_math, bool(calls))
+        return CFunction(tuple(lines), needs_math, bool(calls))
 
     def verdict(self) -> list[str]:
         """Return the status of a guarded kernel.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +12,6 @@ import sympy as sp
 
 from symgen.codegen.kernels import LINK, Kernel
 from symgen.codegen.model import Model
-from symgen.errors import PackageError, ParameterError
-from symgen.symbolic.friction import torque_tape
 from symgen.symbolic.tape import Numbers
 
 
@@ -22,15 +19,8 @@ def arithmetic(values: Mapping[sp.Symbol, sp.Expr]) -> Numbers:
     """Return the arithmetic of CasADi expressions for `Tape.run`."""
     import casadi
 
-    functions = {
-        "sin": casadi.sin,
-        "cos": casadi.cos,
-        "abs": casadi.fabs,
-        "tanh": casadi.tanh,
-        "exp": casadi.exp,
-        "log": casadi.log,
-        "sign": casadi.sign,
-    }
+    names = ("sin", "cos", "fabs", "tanh", "exp", "log", "sign")
+    functions = {name.replace("fabs", "abs"): getattr(casadi, name) for name in names}
     return Numbers(values, functions)
 
 
@@ -80,66 +70,6 @@ def casadi_function(model: Model, kernel: Kernel, *, flat: bool = False) -> Any:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class Dynamics:
-    """Torques and accelerations by differentiating the energy model.
-
-    Attributes:
-        inverse: casadi.Function (q, qd, qdd, X) -> tau, each a column.
-        forward: casadi.Function (q, qd, tau, X) -> qdd.
-    """
-
-    inverse: Any
-    forward: Any
-
-
-def dynamics(model: Model) -> Dynamics:
-    """Derive inverse and forward dynamics from the energy kernel by automatic differentiation.
-
-    With H = h(q, qd) . X the total energy and U = H(q, 0) its potential part, L = H - 2 U and
-
-        tau = d/dt dL/dqd - dL/dq + friction,    M = d2L/dqd2      (Lagrange)
-
-    Args:
-        model: the derived model; X is in its base parameters.
-
-    Raises:
-        ParameterError: the robot has effects that hold the model's own torque.
-    """
-    import casadi
-
-    robot, base = model.robot, model.base
-    if robot.loaded:
-        raise ParameterError("effects of kind model; accepted: a robot whose effects have columns")
-    n, p, inertial = robot.n, len(base.parameters), model.inertial
-    q, qd, qdd, tau, X = (
-        casadi.SX.sym(name, size)
-        for name, size in (("q", n), ("qd", n), ("qdd", n), ("tau", n), ("X", p))
-    )
-    kernel = model.kernel("energy_regressor")
-    assert kernel is not None
-    energy = casadi_function(model, kernel)
-    total = casadi.dot(energy(q, qd), X[:inertial])
-    lagrangian = total - 2 * casadi.dot(energy(q, casadi.SX.zeros(n)), X[:inertial])
-    momentum = casadi.gradient(lagrangian, qd)
-    rest = casadi.jtimes(momentum, q, qd) - casadi.gradient(lagrangian, q)
-    if p > inertial:
-        columns = torque_tape(robot).run(
-            arithmetic(robot.values()), {"q": casadi.vertsplit(q), "qd": casadi.vertsplit(qd)}
-        )
-        count = len(base.standard) - sum(s.inertial for s in base.standard)
-        first = len(base.standard) - count
-        kept = [b.index - first for b in base.parameters if not b.inertial]
-        for k, j in ((k, j) for k in range(len(kept)) for j in range(n)):
-            rest[j] += columns[j * count + kept[k]] * X[inertial + k]
-    mass = casadi.jacobian(momentum, qd)
-    name = function_name(robot.name, "")
-    return Dynamics(
-        casadi.Function(f"{name}_inverse", [q, qd, qdd, X], [casadi.mtimes(mass, qdd) + rest]),
-        casadi.Function(f"{name}_forward", [q, qd, tau, X], [casadi.solve(mass, tau - rest)]),
-    )
-
-
 def function_name(robot: str, kernel: str) -> str:
     """Return a name that CasADi accepts: no double and no trailing underscores."""
     return re.sub("_+", "_", f"{robot}_{kernel}").strip("_")
@@ -151,23 +81,3 @@ def serialized(function: Any) -> bytes:
         path = Path(folder) / "function.casadi"
         function.save(str(path))
         return path.read_bytes()
-
-
-def deserialized(content: bytes) -> Any:
-    """Return the Function in a .casadi file.
-
-    Raises:
-        PackageError: it holds none.
-    """
-    import casadi
-
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "function.casadi"
-        path.write_bytes(content)
-        try:
-            function = casadi.Function.load(str(path))
-        except RuntimeError as error:
-            raise PackageError("not a .casadi file") from error
-    if function.is_null():
-        raise PackageError("not a .casadi file")
-    return function

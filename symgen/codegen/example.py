@@ -1,13 +1,16 @@
-"""The examples in C: which there are, a robot that could exist, and how wrong they have it."""
+"""The examples, in C and over CasADi: which there are, and the robot, which could exist."""
 
 from __future__ import annotations
 
 import random
+import textwrap
 from collections.abc import Sequence
+from typing import Any
 
 from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import Model
 from symgen.codegen.verification import SEED, physical_parameters
+from symgen.files import rendered
 
 #: The kernels that each program calls; the controller watches with the identifier, too.
 PROGRAMS = {
@@ -50,34 +53,58 @@ def programs(model: Model, kernels: Sequence[Kernel], *, identifier: bool) -> tu
     )
 
 
-def facts(model: Model, kernels: Sequence[Kernel]) -> dict[str, int | bool]:
-    """Return what programs are told of the robot: its links, the last that moves, what acts on it.
+def facts(model: Model, kernels: Sequence[Kernel], dtype: str) -> dict[str, Any]:
+    """Return what programs are told of the robot: its links, what acts on it, and parameters.
+
+    Those are the C literals of X: `actual`, and `assumed` by the controller.
 
     Args:
         model: from `derive`.
         kernels: those of the package.
+        dtype: double or float.
     """
     weight = [k.tape.outputs for k in kernels if k.name == "gravity_torque"]
+    suffix = "f" if dtype == "float" else ""
+
+    def literals(error: float) -> list[str]:
+        X = physical_parameters(model, random.Random(SEED), error)
+        return [f"{round(x, 6)!r}{suffix}" for x in X]
+
     return {
+        "g": ", GRAVITY" if model.robot.gravity_input else "",
+        "better": BETTER,
+        "share": SHARE,
         "links": len(model.robot.joints),
         "link": model.robot.movable[-1].number,
         "rubs": any(j.friction for j in model.robot.joints),
         "falls": any(torque != 0 for torques in weight for torque in torques),
+        "actual": literals(0.0),
+        "assumed": literals(PERCENT / 100),
     }
 
 
-def parameters(model: Model, suffix: str) -> dict[str, list[str]]:
-    """Return the C literals of X: `actual`, and `assumed` by the controller.
+def controllable(model: Model, kernels: Sequence[Kernel]) -> bool:
+    """Whether the example of optimal control finds its kernels, and a smooth model."""
+    robot = model.robot
+    if robot.effects:
+        return False
+    called = {"inverse_dynamics", "inverse_dynamics_derivatives", "mass_matrix"}
+    return called <= {k.name for k in kernels}
+
+
+def optimal_control(name: str, model: Model) -> str:
+    """Return example/NAME_optimal_control.py.
 
     Args:
-        model: from `derive`.
-        suffix: of the literals, "f" for float.
+        name: prefix of the package.
+        model: gives the parameters of a robot that could exist, without dry friction.
     """
-    errors = {"actual": 0.0, "assumed": PERCENT / 100}
-    return {
-        key: [
-            f"{round(x, 6)!r}{suffix}"
-            for x in physical_parameters(model, random.Random(SEED), error)
-        ]
-        for key, error in errors.items()
-    }
+    X = physical_parameters(model, random.Random(SEED))
+    for i, parameter in enumerate(model.base.parameters):
+        standard = model.base.standard[parameter.index]
+        joint = standard.joint
+        smooth = standard.prefix == "FS" and model.robot.joint(joint).coulomb_width > 0
+        X[i] = 0.0 if standard.prefix in ("FS", "FSM") and not smooth else round(X[i], 6)
+    lines = textwrap.wrap(", ".join(map(repr, X)) + ",", 95)
+    tilted = model.robot.gravity_input
+    return rendered("casadi/optimal_control.py", name=name, lines=lines, tilted=tilted)

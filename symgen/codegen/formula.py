@@ -43,14 +43,6 @@ class Formula:
     products: tuple[Product, ...]
 
     @property
-    def expression(self) -> sp.Expr:
-        """The formula in SymPy."""
-        return sp.Add(
-            *(p.number * sp.Mul(*(_value(f.base) ** f.power for f in p.factors))
-              for p in self.products)
-        )  # fmt: skip
-
-    @property
     def size(self) -> int:
         """Number of products, those in parentheses included."""
         return sum(
@@ -64,15 +56,6 @@ class Formula:
         inner = [f.base.depth + 1 for p in self.products for f in p.factors
                  if isinstance(f.base, Formula)]  # fmt: skip
         return max(inner, default=0)
-
-
-def _value(base: sp.Symbol | Call | Formula) -> sp.Expr:
-    if isinstance(base, Formula):
-        return base.expression
-    if isinstance(base, Call):
-        function = sp.Abs if base.name == "abs" else getattr(sp, base.name)
-        return function(base.argument.expression)
-    return base
 
 
 def step(expr: sp.Expr, order: Mapping[sp.Symbol, int]) -> Formula:

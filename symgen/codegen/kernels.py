@@ -8,7 +8,6 @@ from functools import cached_property
 
 import sympy as sp
 
-from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.tape import Tape
 
@@ -38,6 +37,48 @@ class Output:
 
 
 @dataclass(frozen=True)
+class Argument:
+    """One argument of a kernel.
+
+    Attributes:
+        name: as the contract has it.
+        size: number of entries; of `link`, the number of links.
+        read: whether the kernel reads it.
+        written: whether the kernel writes it.
+    """
+
+    name: str
+    size: int
+    read: bool
+    written: bool
+
+    @property
+    def link(self) -> bool:
+        """Whether it is the number of a link, in C a size_t."""
+        return self.name == LINK
+
+    @property
+    def plain(self) -> bool:
+        """Whether it is one number, passed by value."""
+        return self.link or self.name in SCALARS
+
+    @property
+    def shared(self) -> bool:
+        """Whether all samples of a batch have it in common."""
+        return self.plain or self.name in SHARED
+
+    def declared(self, real: str, *, batch: bool = False) -> str:
+        """Return its declaration in C, an array of one sample with its length.
+
+        Compilers then warn of a short one.
+        """
+        if self.plain:
+            return f"{'size_t' if self.link else real} {self.name}"
+        kind = real if self.written else f"const {real}"
+        return f"{kind} *{self.name}" if batch else f"{kind} {self.name}[{self.size}]"
+
+
+@dataclass(frozen=True)
 class Kernel:
     """One function of the model.
 
@@ -63,15 +104,41 @@ class Kernel:
         """Number of entries of all outputs."""
         return sum(output.size for output in self.outputs)
 
+    @cached_property
+    def arguments(self) -> tuple[Argument, ...]:
+        """Its arguments in C: inputs, then outputs; what is changed in place is both."""
+        written = {o.name: o.size for o in self.outputs}
+        read = {name: len(symbols) for name, symbols in self.tape.inputs}
+        sizes = read | {name: size for name, size in written.items() if name not in read}
+        return tuple(Argument(n, size, n in read, n in written) for n, size in sizes.items())
+
+    @property
+    def inputs(self) -> tuple[Argument, ...]:
+        """Those of its arguments that it reads."""
+        return tuple(a for a in self.arguments if a.read)
+
     @property
     def links(self) -> int:
         """Number of links that its input `link` chooses from; 0 where it has no such input."""
-        return next((len(symbols) for name, symbols in self.tape.inputs if name == LINK), 0)
+        return next((a.size for a in self.arguments if a.link), 0)
 
     @property
     def fallible(self) -> bool:
         """Whether a call can fail: in C the kernel returns a status then."""
         return bool(self.guards or self.links)
+
+    def prototypes(self, prefix: str, real: str) -> tuple[str, ...]:
+        """Return how C declares it: for one sample, and for N where it has such a form.
+
+        Args:
+            prefix: of the function's name.
+            real: the floating type.
+        """
+        returns = "int" if self.fallible else "void"
+        single = ", ".join(a.declared(real) for a in self.arguments)
+        several = ", ".join(a.declared(real, batch=True) for a in self.arguments)
+        batch = f"{returns} {prefix}_{self.name}_batch(size_t N, {several});"
+        return (f"{returns} {prefix}_{self.name}({single});", *([batch] if self.batch else []))
 
     @cached_property
     def filled(self) -> tuple[tuple[int, ...], ...]:
@@ -84,52 +151,8 @@ class Kernel:
         return tuple(out)
 
 
-@dataclass(frozen=True)
-class Subject:
-    """What a kernel is derived from."""
-
-    robot: Robot
-    base: BaseParameters
-    energy: Tape
-
-    @property
-    def inertial(self) -> list[int]:
-        """Positions of the inertial base parameters among the standard ones."""
-        return [p.index for p in self.base.parameters if p.inertial]
-
-    @property
-    def linear(self) -> list[int]:
-        """Positions of the base parameters with a column among the standard ones."""
-        return [p.index for p in self.base.parameters[: self.base.linear]]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the base parameters with a column."""
-        return self.base.names[: self.base.linear]
-
-    @property
-    def columns(self) -> int:
-        """Number of standard parameters with a column."""
-        return sum(not p.load for p in self.base.standard)
-
-    @property
-    def rows(self) -> list[int]:
-        """Places of the columns with parameters of X in (n, standard parameters), row-major."""
-        return rows(self.robot.n, self.columns, self.linear)
-
-    @property
-    def numbers(self) -> list[int]:
-        """Numbers of the movable joints."""
-        return [j.number for j in self.robot.movable]
-
-
 #: What identification by energy needs.
 ENERGY = ("energy_regressor", "friction_power")
-
-
-def rows(n: int, count: int, kept: Sequence[int]) -> list[int]:
-    """Return the places of some columns of an (n, count) matrix, row-major."""
-    return [j * count + i for j in range(n) for i in kept]
 
 
 def regrouped(

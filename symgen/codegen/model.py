@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from symgen.codegen.kernels import ENERGY, Kernel, Subject
-from symgen.codegen.recipes import ALL, RECIPES
+from symgen.codegen.kernels import ENERGY, Kernel
+from symgen.codegen.recipes import ALL, RECIPES, Subject
 from symgen.errors import ParameterError
-from symgen.robot.sought import require_constants
+from symgen.robot.effect import require_constants
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters, find_base
@@ -37,7 +37,7 @@ class Model:
     def _repr_latex_(self) -> str:
         from symgen.codegen.tex import regroupings
 
-        return regroupings(self)
+        return regroupings(self.robot, self.base)
 
     @property
     def inertial(self) -> int:
@@ -94,7 +94,7 @@ def derive(
     source = Subject(subject, base, energy)
     derived = []
     for name in (name for name in RECIPES if name in chosen):
-        kernel = RECIPES[name](source)
+        kernel = RECIPES[name](name, source)
         derived += [] if kernel is None else [kernel]
         meter(len(derived) / len(chosen))
     return Model(robot, base, tuple(derived))

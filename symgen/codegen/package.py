@@ -6,40 +6,55 @@ Same model, same bytes: no dates, no paths, no order of sets, nothing of the Sym
 from __future__ import annotations
 
 import hashlib
+import html
 import json
+import re
+import textwrap
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache, cached_property, partial
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
 import sympy as sp
 
 from symgen.codegen import example
-from symgen.codegen.backends import Package, cpp, optimal_control
-from symgen.codegen.c_printer import DTYPES, CFunction, literal, operation_counts, print_kernel
-from symgen.codegen.c_runtime import runtime_parts, runtime_source
-from symgen.codegen.check_program import checks
-from symgen.codegen.kernels import Kernel
-from symgen.codegen.manifest import SCHEMA, base_table, described
+from symgen.codegen.backends import Backend, Package, cpp, fmu, mex
+from symgen.codegen.c_printer import DTYPES, Printer, literal, operation_counts
+from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
 from symgen.codegen.model import Model
 from symgen.codegen.parts import in_parts
-from symgen.codegen.prototypes import arguments, declarations
 from symgen.codegen.recipes import FRICTION, RECIPES
-from symgen.codegen.targets import BACKENDS, backends
-from symgen.codegen.verification import DIGITS, POINTS, TOLERANCE, verification
-from symgen.codegen.wording import columns_text, input_text, markdown, shape_text, wrapped
-from symgen.codegen.worst_case import worst_case
+from symgen.codegen.verification import (
+    DIGITS,
+    POINTS,
+    SEED,
+    TOLERANCE,
+    check_program,
+    verification,
+)
 from symgen.errors import PackageError
 from symgen.files import rendered, write_folder
 from symgen.robot.expressions import text
 from symgen.robot.identifiers import is_robot_name
 from symgen.robot.toml_text import robot_toml
-from symgen.robot.types import joint_variable
+from symgen.robot.types import Robot, joint_variable, require_gravity
+from symgen.symbolic.base_parameters import bound
 
+SCHEMA = "symgen.manifest/1"
 #: Of a package's interface, in C, CMake and pkg-config: the first number is that of its layout.
-_VERSION = (int(SCHEMA.split("/")[1]), 1, 0)
+_VERSION = "1.1.0"
 _LINE = 100  # columns of a header
 _SINCOS = "math.h"
+#: The runtime in C: least squares, the identifier on line.
+_RUNTIME = ("least_squares", "identifier", "identifier_momentum")
+#: What stands on the C: each of these comes with it.
+BACKENDS: dict[str, Backend] = {"fmu": fmu, "mex": mex}
+TARGETS = ("c", "casadi", *BACKENDS, "all")
+
+_wrapped = partial(textwrap.wrap, break_long_words=False, break_on_hyphens=False)
 
 
 @dataclass(frozen=True)
@@ -86,7 +101,7 @@ def generate(
     if dtype not in DTYPES:
         raise PackageError(f"dtype {dtype!r}; accepted: {', '.join(DTYPES)}")
     chosen = _chosen(model, kernels)
-    added = backends(target, chosen, model.robot)
+    added = _backends(target, chosen, model.robot)
     name = default_prefix(model.robot.name, dtype) if prefix is None else prefix
     if not is_robot_name(name):
         raise PackageError(f"prefix {name!r}; accepted: a C identifier that hides no header of C")
@@ -111,6 +126,24 @@ def _chosen(model: Model, names: Sequence[str] | None) -> tuple[Kernel, ...]:
     return chosen
 
 
+def _backends(target: str, kernels: Sequence[Kernel], robot: Robot) -> tuple[str, ...]:
+    """Return the names of the backends that a target asks for; "all", those that it can have."""
+    if target not in TARGETS:
+        raise PackageError(f"target {target!r}; accepted: {', '.join(TARGETS)}")
+    written = {k.name for k in kernels}
+    if target == "all":
+        possible = [name for name in BACKENDS if name != "fmu" or not robot.gravity_input]
+        return tuple(name for name in possible if written >= BACKENDS[name].NEEDS)
+    if target == "fmu":
+        require_gravity(robot, "an FMU")
+    if target not in BACKENDS:
+        return ()
+    missing = sorted(BACKENDS[target].NEEDS - written)
+    if missing:
+        raise PackageError(f"target {target}: needs the kernels {', '.join(missing)}")
+    return (target,)
+
+
 def library(model: Model, kernels: Sequence[str] | None = None) -> dict[str, bytes]:
     """Return the sources and headers of a model's functions in double: what an evaluator builds.
 
@@ -118,8 +151,7 @@ def library(model: Model, kernels: Sequence[str] | None = None) -> dict[str, byt
     """
     chosen = tuple(k for k in model.kernels if kernels is None or k.name in kernels)
     writer = _Writer(model, "c", "double", chosen, False, model.robot.name, ())
-    described = [writer.describe(k) for k in chosen]
-    return {path: text.encode() for path, text in writer.library(described)}
+    return {path: content.encode() for path, content in writer.library().items()}
 
 
 def default_prefix(robot: str, dtype: str) -> str:
@@ -141,6 +173,28 @@ def write_package(tree: SourceTree, folder: str | Path) -> None:
     write_folder(Path(folder), tree.files, "manifest.json")
 
 
+def robot_key(robot: Robot) -> str:
+    """Return what tells a robot from another: the first 64 bits of the SHA-256 of robot.toml."""
+    return hashlib.sha256(robot_toml(robot).encode()).hexdigest()[:16]
+
+
+@cache
+def _worst_case() -> Any:
+    """Return what calls take on a Cortex-M7, as tests/benchmarks/bench_instructions.py counted."""
+    return tomllib.loads((resources.files("symgen.codegen") / "worst_case.toml").read_text("utf-8"))
+
+
+def runtime_source(path: str, gravity_input: bool) -> str:
+    """Return a file of the runtime in C, where NAME stands for the prefix.
+
+    Args:
+        path: in templates/c/runtime.
+        gravity_input: whether its functions take g as their last input.
+    """
+    declared, given = (", const NAME_real *g", ", g") if gravity_input else ("", "")
+    return rendered(f"c/runtime/{path}", gravity_input=gravity_input, G=declared, g=given)
+
+
 @dataclass(frozen=True)
 class _Writer:
     model: Model
@@ -153,243 +207,272 @@ class _Writer:
 
     def tree(self) -> SourceTree:
         verified = verification(self.model, self.kernels)
-        files: dict[str, bytes] = {"robot.toml": robot_toml(self.model.robot).encode()}
+        files = {"robot.toml": robot_toml(self.model.robot).encode()}
         if self.target != "casadi":
-            files |= {path: content.encode() for path, content in self.c_files(verified)}
+            files |= {path: content.encode() for path, content in self.c_files(verified).items()}
         if self.target in ("casadi", "all"):
             from symgen.codegen.casadi_model import casadi_function, serialized
 
             for kernel in self.kernels:
                 function = casadi_function(self.model, kernel)
                 files[f"{self.name}_{kernel.name}.casadi"] = serialized(function)
-            if optimal_control.possible(self.model, self.kernels):
-                program = optimal_control.program(self.name, self.model)
+            if self.controlled:
+                program = example.optimal_control(self.name, self.model)
                 files[f"example/{self.name}_optimal_control.py"] = program.encode()
         if self.tex:
             from symgen.codegen.tex import tex_document
 
-            files[f"{self.name}.tex"] = tex_document(self.model, self.kernels).encode()
-        files["README.md"] = self.render("README.md", **self.readme()).encode()
+            document = tex_document(self.model.robot, self.model.base, self.kernels)
+            files[f"{self.name}.tex"] = document.encode()
+        files["README.md"] = self.readme().encode()
         digests = {
             path: hashlib.sha256(content).hexdigest()
             for path, content in sorted(files.items())
             if not path.endswith(".casadi")
         }
-        options = {
-            "target": self.target,
-            "dtype": self.dtype,
-            "kernels": [k.name for k in self.kernels],
-            "prefix": self.name,
-            **({"tex": True} if self.tex else {}),
-        }
-        manifest = described(self.model, self.kernels, options, verified, digests)
+        manifest = self.manifest(verified) | {"digests": digests}
         files["manifest.json"] = (json.dumps(manifest, indent=1) + "\n").encode()
         return SourceTree(self.name, dict(sorted(files.items())))
 
     def render(self, template: str, **data: Any) -> str:
-        robot = self.model.robot
-        known = {"name": self.name, "robot": robot.name, "gravity_input": robot.gravity_input}
-        return rendered(f"c/{template}", **known, **data)
+        """Return a file: templates know the model, and what is given."""
+        robot, base = self.model.robot, self.model.base
+        return rendered(
+            f"c/{template}",
+            name=self.name,
+            robot=robot.name,
+            n=robot.n,
+            p=len(base.parameters),
+            inertial=self.model.inertial,
+            gravity_input=robot.gravity_input,
+            version=_VERSION,
+            dtype=self.dtype,
+            proof=base.proof,
+            examples=self.examples,
+            backends=self.backends,
+            percent=example.PERCENT,
+            **data,
+        )
+
+    @cached_property
+    def runtime(self) -> tuple[str, ...]:
+        """The runtime's parts whose kernels are written: every column of their model."""
+        written = {k.name for k in self.kernels}
+        model = self.model
+        rubs = len(model.base.parameters) > model.inertial
+        if model.robot.loaded:
+            return ()  # not linear in X
+
+        def complete(kernel: str, friction: str) -> bool:
+            return {kernel, *([friction] if rubs else [])} <= written
+
+        if not complete(*ENERGY):
+            return ()
+        return _RUNTIME if complete("momentum_regressor", "friction_torque") else _RUNTIME[:2]
 
     @property
-    def version(self) -> str:
-        return ".".join(map(str, _VERSION))
-
-    # Data of the templates.
-
-    def geometry(self) -> list[dict[str, str]]:
-        return [
-            {"name": name, "value": literal(value, self.dtype)}
-            for name, value in self.model.robot.geometry
-        ]
-
-    def runtime(self) -> tuple[str, ...]:
-        return runtime_parts(self.model, self.kernels)
-
     def examples(self) -> tuple[str, ...]:
         if self.target == "casadi":
             return ()
-        return example.programs(self.model, self.kernels, identifier=bool(self.runtime()))
+        return example.programs(self.model, self.kernels, identifier=bool(self.runtime))
 
-    def library(self, described: Sequence[dict[str, Any]]) -> list[tuple[str, str]]:
-        out = [
-            (
-                f"{self.name}.h",
-                self.render(
-                    "model.h",
-                    n=self.model.robot.n,
-                    p=len(self.model.base.parameters),
-                    inertial=self.model.inertial,
-                    joints=", ".join(f"q{j.number}" for j in self.model.robot.movable),
-                    dtype=self.dtype,
-                    geometry=self.geometry(),
-                    base=self.named_base(),
-                    kernels=described,
-                    version=self.version,
-                    major=_VERSION[0],
-                    minor=_VERSION[1],
-                    digest=model_digest(
-                        hashlib.sha256(robot_toml(self.model.robot).encode()).hexdigest()
-                    ),
-                ),
-            )
-        ]
-        out += [(f"{self.name}_{d['name']}.c", self.render("kernel.c", k=d)) for d in described]
-        for stem in self.runtime():
-            out += [self.plain(f"{stem}{suffix}") for suffix in (".h", ".c")]
-        if any(d["needs_sincos"] for d in described):
-            out.append(self.plain(_SINCOS))  # private to the sources
+    @property
+    def controlled(self) -> bool:
+        return example.controllable(self.model, self.kernels)
+
+    def library(self) -> dict[str, str]:
+        """Return the sources and headers of the functions."""
+        robot = self.model.robot
+        kernels = [self.describe(k) for k in self.kernels]
+        header = self.render(
+            "model.h",
+            joints=", ".join(f"q{j.number}" for j in robot.movable),
+            geometry=[(name, literal(value, self.dtype)) for name, value in robot.geometry],
+            base=[
+                (b.name, _wrapped(f"{b.expression} [{b.unit}]", _LINE - 4))
+                for b in self.model.base.parameters
+            ],
+            kernels=kernels,
+            numbers=_VERSION.split("."),
+            digest=model_digest(robot_key(robot)),
+        )
+        out = {f"{self.name}.h": header}
+        out |= {f"{self.name}_{k['name']}.c": self.render("kernel.c", k=k) for k in kernels}
+        plain = [f"{stem}{suffix}" for stem in self.runtime for suffix in (".h", ".c")]
+        if any(k["needs_sincos"] for k in kernels):
+            plain.append(_SINCOS)  # private to the sources
+        for path in plain:
+            source = runtime_source(path, robot.gravity_input)
+            out[f"{self.name}_{path}"] = source.replace("NAME", self.name)
         return out
 
-    def c_files(self, verified: Mapping[str, Any]) -> list[tuple[str, str]]:
-        out = self.library([self.describe(k) for k in self.kernels])
+    def c_files(self, verified: Mapping[str, Any]) -> dict[str, str]:
+        out = self.library()
         private = f"{self.name}_{_SINCOS}"
-        sources = [path for path, _ in out if path.endswith(".c")]
-        out.append((f"{self.name}.hpp", cpp.header(self.name, self.model, self.kernels)))
-        headers = [p for p, _ in out if p.endswith((".h", ".hpp")) and p != private]
-        out.append((f"{self.name}_check.c", self.check_c(verified)))
-        if self.examples():
-            out.append((f"example/{self.name}_simulated.h", self.example("simulated.h")))
-        out += [(f"example/{self.name}_{e}.c", self.example(f"{e}.c")) for e in self.examples()]
-        cmake = self.render(
-            "CMakeLists.txt",
-            sources=sources,
-            headers=" ".join(headers),
-            version=self.version,
-            examples=self.examples(),
-            backends=self.backends,
+        sources = [path for path in out if path.endswith(".c")]
+        out[f"{self.name}.hpp"] = cpp.header(self.name, self.model, self.kernels)
+        headers = [p for p in out if p.endswith((".h", ".hpp")) and p != private]
+        out[f"{self.name}_check.c"] = self.render(
+            "check.c",
+            kernels=check_program(self.name, self.kernels, verified, self.dtype),
+            points=POINTS,
+            digits=DIGITS,
+            tolerance=repr(TOLERANCE[self.dtype]),
         )
-        out.append(("CMakeLists.txt", cmake))
-        out.append((f"{self.name}.pc.in", self.render("package.pc.in")))
+        programs = [f"{program}.c" for program in self.examples]
+        for file in ["simulated.h", *programs] if programs else []:
+            out[f"example/{self.name}_{file}"] = self.render(
+                f"example/{file}", **example.facts(self.model, self.kernels, self.dtype)
+            )
+        out["CMakeLists.txt"] = self.render(
+            "CMakeLists.txt", sources=sources, headers=" ".join(headers)
+        )
+        out[f"{self.name}.pc.in"] = self.render("package.pc.in")
         package = Package(self.name, self.model, self.dtype, self.kernels, dict(out))
         for target in self.backends:
-            out += BACKENDS[target].files(package).items()
+            out |= BACKENDS[target].files(package)
         return out
-
-    def plain(self, path: str) -> tuple[str, str]:
-        """Return a file of plain C with this package's name."""
-        source = runtime_source(path, self.model.robot.gravity_input)
-        return f"{self.name}_{path}", source.replace("NAME", self.name)
 
     def describe(self, kernel: Kernel) -> dict[str, Any]:
         """Return what the templates print of one kernel."""
-        function = self.printed(kernel)
+        robot, listed = self.model.robot, kernel.arguments
+        macros = {sp.Symbol(g, real=True): f"{self.name}_geometry_{g}" for g, _ in robot.geometry}
+        function = Printer(kernel, macros, robot.values(), self.dtype, self.name).function()
         counts = operation_counts([kernel.tape])
-        listed = arguments(kernel, self.dtype)
         names = [a.name for a in listed]
-        shapes = [
-            f"{name}: {input_text(self.name, name, len(s))}" for name, s in kernel.tape.inputs
-        ] + [f"{o.name}: {shape_text(o.shape)}{columns_text(o.columns)}" for o in kernel.outputs]
+        shapes = [f"{a.name}: {self.shape(a.name, a.size)}" for a in kernel.inputs]
+        for o in kernel.outputs:
+            of = f": {', '.join(o.columns)}" if o.columns else ""
+            comma = "," if len(o.shape) == 1 else ""
+            shapes.append(f"{o.name}: ({', '.join(map(str, o.shape))}{comma}){of}")
         return {
             "name": kernel.name,
-            "doc": wrapped(kernel.doc),
-            "shapes": [line for shape in shapes for line in wrapped(shape, "  ")],
+            "doc": _wrapped(kernel.doc, _LINE - 4),
+            "shapes": [
+                line for s in shapes for line in _wrapped(s, _LINE - 4, subsequent_indent="  ")
+            ],
             "returns": "int" if kernel.fallible else "void",
             "fallible": kernel.fallible,
             "guarded": bool(kernel.guards),
             "links": kernel.links,
             "batch": kernel.batch,
-            "parameters": ", ".join(a.single for a in listed),
-            "batch_parameters": ", ".join(a.batch for a in listed),
-            "strides": ", ".join(a.step for a in listed),
+            "parameters": ", ".join(a.declared(self.dtype) for a in listed),
+            "batch_parameters": ", ".join(a.declared(self.dtype, batch=True) for a in listed),
+            "strides": ", ".join(
+                a.name if a.shared else f"&{a.name}[k * {a.size}u]" for a in listed
+            ),
             "declarations": [
                 line
-                for text in declarations(self.name, kernel, self.dtype)
-                for line in wrapped(text, "    ", _LINE)
+                for prototype in kernel.prototypes(self.name, self.dtype)
+                for line in _wrapped(prototype, _LINE, subsequent_indent="    ")
             ],
             "operations": ", ".join(f"{v} {key}" for key, v in counts.items() if v)
             or "0 operations",
             "body": function.body,
-            "parts": in_parts(function.body, names, self.dtype),
+            "parts": in_parts(function.body, names),
             "dtype": self.dtype,
             "names": ", ".join(names),
             "needs_math": function.needs_math,
             "needs_sincos": function.needs_sincos,
         }
 
-    def printed(self, kernel: Kernel) -> CFunction:
-        robot = self.model.robot
-        macros = {sp.Symbol(g, real=True): f"{self.name}_geometry_{g}" for g, _ in robot.geometry}
-        return print_kernel(kernel, macros, robot.values(), self.dtype, self.name)
+    def shape(self, name: str, size: int) -> str:
+        """Return what an input is, in words."""
+        if name == LINK:
+            return (
+                f"number of a joint in robot.toml, 1 to {size}; with any other the function "
+                f"returns {self.name}_NO_SUCH_LINK and writes nothing"
+            )
+        return "a number" if name in SCALARS else f"({size},)"
 
-    def named_base(self) -> list[dict[str, Any]]:
-        """Return name and comment of each base parameter, in lines that are not too long."""
-        return [
-            {"name": b["name"], "lines": wrapped(f"{b['expression']} [{b['unit']}]")}
-            for b in base_table(self.model)
-        ]
-
-    def readme(self) -> dict[str, Any]:
+    def readme(self) -> str:
         robot, base = self.model.robot, self.model.base
-        keys = ("gamma", "b", "alpha", "d", "theta", "r")
-        return {
-            "p": len(base.parameters),
-            "inertial": self.model.inertial,
-            "version": self.version,
-            "dtype": self.dtype,
-            "casadi": self.kernels[-1].name if self.target in ("casadi", "all") else "",
-            "sources": " ".join(
-                f"{self.name}_{stem}.c"
-                for stem in (*(k.name for k in self.kernels), *self.runtime())
-            ),
-            "table": [
+        known = _worst_case()
+        counts = known["robots"].get(robot_key(robot), {})
+        stems = (*(k.name for k in self.kernels), *self.runtime)
+        return self.render(
+            "README.md",
+            casadi=self.kernels[-1].name if self.target in ("casadi", "all") else "",
+            sources=" ".join(f"{self.name}_{stem}.c" for stem in stems),
+            table=[
                 " | ".join(
                     [
-                        str(j.number),
-                        str(j.sigma),
-                        str(j.antecedent),
-                        *(text(getattr(j, key)) for key in keys),
+                        *map(str, (j.number, j.sigma, j.antecedent)),
+                        *map(text, (j.gamma, j.b, j.alpha, j.d, j.theta, j.r)),
                         text(sum((c * joint_variable(k) for k, c in j.shares), j.offset)),
-                        markdown(j.name) or "-",
+                        _markdown(j.name) or "-",
                     ]
                 )
                 for j in robot.joints
             ],
-            "effects": [
-                {
-                    "name": markdown(e.name),
-                    "joint": j,
-                    "torque": text(torque),
-                    "constants": e.nonlinear,
-                }
+            effects=[
+                (_markdown(e.name), j, text(torque), e.nonlinear)
                 for e in robot.effects
                 for j, torque in e.torque
             ],
-            "gravity": "[" + ", ".join(text(g) for g in robot.gravity) + "]",
-            "identifier": bool(self.runtime()),
-            "geometry": [{"name": n, "value": text(v)} for n, v in robot.geometry],
-            "base": base_table(self.model),
-            "no_effect": ", ".join(base.no_effect) or "none",
+            gravity="[" + ", ".join(text(g) for g in robot.gravity) + "]",
+            identifier=bool(self.runtime),
+            geometry=[(name, text(value)) for name, value in robot.geometry],
+            base=base.parameters,
+            no_effect=", ".join(base.no_effect) or "none",
+            kernels=[(k.name, *operation_counts([k.tape]).values()) for k in self.kernels],
+            worst_case=[(k.name, *counts[k.name]) for k in self.kernels if k.name in counts],
+            compiler=known["compiler"],
+            control=self.controlled,
+        )
+
+    def manifest(self, verified: Mapping[str, Any]) -> dict[str, Any]:
+        """Return what the package is, the proof of its parameters, and values to check it by."""
+        robot, base = self.model.robot, self.model.base
+        return {
+            "schema": SCHEMA,
+            "robot": robot.name,
+            "options": {
+                "target": self.target,
+                "dtype": self.dtype,
+                "kernels": [k.name for k in self.kernels],
+                "prefix": self.name,
+                **({"tex": True} if self.tex else {}),
+            },
+            "joints": robot.n,
+            "joint_numbers": [j.number for j in robot.movable],
+            "standard_parameters": len(base.standard),
+            "base_parameters": [
+                {"name": b.name, "expression": b.expression, "unit": b.unit}
+                for b in base.parameters
+            ],
+            "inertial_parameters": self.model.inertial,
+            "no_effect": base.no_effect,
+            "effects": [{"name": e.name, "kind": e.kind} for e in robot.effects],
+            "kernels": [
+                {
+                    "name": k.name,
+                    "inputs": [{"name": a.name, "shape": [a.size]} for a in k.inputs],
+                    "outputs": [vars(o) for o in k.outputs],
+                    "operations": operation_counts([k.tape]),
+                }
+                for k in self.kernels
+            ],
             "proof": {
                 "rank": base.proof.rank,
-                "primes": " and ".join(map(str, base.proof.primes)),
-                "structural": base.proof.structural,
-                "lifted": base.proof.lifted,
+                "primes": base.proof.primes,
+                "seeds": base.proof.seeds,
+                "points": base.proof.points,
+                "structural_relations": base.proof.structural,
+                "lifted_relations": base.proof.lifted,
+                "bound": bound(robot),
+                "method": base.proof.method,
             },
-            "kernels": [{"name": k.name, **operation_counts([k.tape])} for k in self.kernels],
-            "worst_case": worst_case(robot, self.kernels),
-            "examples": self.examples(),
-            "backends": self.backends,
-            "control": optimal_control.possible(self.model, self.kernels),
-            "percent": example.PERCENT,
+            "verification": {
+                "digits": DIGITS,
+                "seed": SEED,
+                "tolerance": TOLERANCE[self.dtype],
+                "points": {name: entry["points"] for name, entry in verified.items()},
+                "expected": {name: entry["expected"] for name, entry in verified.items()},
+            },
         }
 
-    def check_c(self, verified: Mapping[str, Any]) -> str:
-        return self.render(
-            "check.c",
-            kernels=checks(self.name, self.kernels, verified, self.dtype),
-            points=POINTS,
-            digits=DIGITS,
-            tolerance=repr(TOLERANCE[self.dtype]),
-        )
 
-    def example(self, file: str) -> str:
-        return self.render(
-            f"example/{file}",
-            g=", GRAVITY" if self.model.robot.gravity_input else "",
-            percent=example.PERCENT,
-            better=example.BETTER,
-            share=example.SHARE,
-            **example.facts(self.model, self.kernels),
-            **example.parameters(self.model, "f" if self.dtype == "float" else ""),
-        )
+def _markdown(name: str) -> str:
+    """Return a free text as Markdown that shows it: no tag of HTML, no link, no cell of its own."""
+    return re.sub(r"([\\`*\[\]|!])", r"\\\1", html.escape(name, quote=False))

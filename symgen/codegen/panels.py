@@ -13,7 +13,7 @@ from typing import Any
 import sympy as sp
 
 from symgen.codegen.c_printer import Printer
-from symgen.codegen.kernels import LINK, SCALARS, SHARED, Kernel
+from symgen.codegen.kernels import SHARED, Kernel
 from symgen.codegen.model import Model
 from symgen.files import rendered, templates
 
@@ -23,8 +23,7 @@ LARGEST = 1024
 
 def panelled(kernel: Kernel) -> bool:
     """Whether a kernel has panels: arrays in, other arrays out, and not too many of them."""
-    other = {LINK, *SCALARS, *(o.name for o in kernel.outputs)}
-    arrays = not other.intersection(name for name, _ in kernel.tape.inputs)
+    arrays = not any(a.plain or (a.read and a.written) for a in kernel.arguments)
     return arrays and kernel.batch and kernel.size <= LARGEST
 
 
@@ -34,26 +33,19 @@ def panel_sources(model: Model, kernel: Kernel) -> dict[str, bytes]:
     geometry = {sp.Symbol(g, real=True): f"{name}_geometry_{g}" for g, _ in model.robot.geometry}
     printer = _PanelPrinter(kernel, geometry, model.robot.values())
     body = printer.function().body
-    arguments: list[dict[str, Any]] = [
-        {"name": a, "size": len(symbols), "shared": a in SHARED}
-        for a, symbols in kernel.tape.inputs
-    ]
-    outputs: list[dict[str, Any]] = [{"name": o.name, "size": o.size} for o in kernel.outputs]
-    read = [f"const {'double' if a['shared'] else 'lanes'} *{a['name']}" for a in arguments]
-    passed = [a["name"] if a["shared"] else f"lanes_{a['name']}" for a in arguments]
+    read, written = kernel.inputs, kernel.outputs
+    lanes = [f"const {'double' if a.shared else 'lanes'} *{a.name}" for a in read]
+    passed = [a.name if a.shared else f"lanes_{a.name}" for a in read]
     described = {
         "name": kernel.name,
-        "arguments": arguments,
-        "outputs": outputs,
-        "largest": max(o.size for o in kernel.outputs),
-        "parameters": ", ".join([*read, *(f"lanes *{o.name}" for o in kernel.outputs)]),
-        "plain": ", ".join(
-            [f"const double *{a['name']}" for a in arguments]
-            + [f"double *{o.name}" for o in kernel.outputs]
-        ),
-        "call": ", ".join([*passed, *(f"lanes_{o.name}" for o in kernel.outputs)]),
+        "arguments": read,
+        "outputs": written,
+        "largest": max(o.size for o in written),
+        "parameters": ", ".join([*lanes, *(f"lanes *{o.name}" for o in written)]),
+        "plain": ", ".join(a.declared("double", batch=True) for a in kernel.arguments),
+        "call": ", ".join([*passed, *(f"lanes_{o.name}" for o in written)]),
         "body": body,
-        "names": ", ".join([a["name"] for a in arguments] + [o["name"] for o in outputs]),
+        "names": ", ".join(a.name for a in kernel.arguments),
         "status": printer.status,
     }
     files = {
@@ -62,8 +54,8 @@ def panel_sources(model: Model, kernel: Kernel) -> dict[str, bytes]:
         ).encode()
         for suffix in (".h", ".c")
     }
-    lanes = (templates() / "c" / "runtime" / "lanes.inc").read_text("utf-8")
-    return files | {f"{name}_lanes.inc": lanes.replace("NAME", name).encode()}
+    plain = (templates() / "c" / "runtime" / "lanes.inc").read_text("utf-8")
+    return files | {f"{name}_lanes.inc": plain.replace("NAME", name).encode()}
 
 
 class _PanelPrinter(Printer):

@@ -19,109 +19,78 @@ _ANGLES = re.compile(r"\w+_angles(\d)")
 
 
 @dataclass(frozen=True)
-class Part:
-    """One function of a kernel: its number, and the lines of its body."""
-
-    number: int
-    body: tuple[str, ...]
-
-
-@dataclass(frozen=True)
 class Parts:
-    """A kernel's functions in order, and how many values they hand on."""
+    """The lines of a kernel's functions in order, and how many values they hand on."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[tuple[str, ...], ...]
     handed: int
 
 
-def in_parts(
-    body: Sequence[str], arguments: Sequence[str], dtype: str, limit: int = LIMIT
-) -> Parts:
+def in_parts(body: Sequence[str], arguments: Sequence[str], limit: int = LIMIT) -> Parts:
     """Cut a body into functions of at most `limit` statements; no parts where it is short enough.
 
     Args:
         body: the lines of a kernel, one statement each.
         arguments: the names of its inputs and outputs.
-        dtype: double or float.
         limit: statements of one function.
     """
     if len(body) <= limit:
         return Parts((), 0)
-    size = limit
+    lines, size = [line for line in body if not line.startswith("(void)")], limit
     while True:
         size = size * 3 // 4
-        found = _cut(
-            [line for line in body if not line.startswith("(void)")], arguments, dtype, size
-        )
-        if all(len(part.body) <= limit for part in found.parts):
+        found = _cut(lines, arguments, size)
+        if all(len(part) <= limit for part in found.parts):
             return found
 
 
-def _cut(lines: Sequence[str], arguments: Sequence[str], dtype: str, size: int) -> Parts:
+def _cut(lines: Sequence[str], arguments: Sequence[str], size: int) -> Parts:
     groups: list[list[str]] = [[]]
     depth, held = 0, -1
     last = {word: at for at, line in enumerate(lines) for word in _WORD.findall(line)}
+    home: dict[str, tuple[int, str]] = {}  # in which part a value is defined, and its type
     for at, line in enumerate(lines):
         if len(groups[-1]) >= size and depth == 0 and at > held:
             groups.append([])
         groups[-1].append(line)
         depth += line.count("{") - line.count("}")
-        if _DEFINED.match(line) is None and (found := _LOCAL.match(line)) is not None:
+        if (found := _DEFINED.match(line)) is not None:
+            home[found[2]] = len(groups) - 1, found[1]
+        elif (found := _LOCAL.match(line)) is not None:
             held = max(held, last[found[1]])
-    home: dict[str, int] = {}
-    kind: dict[str, str] = {}
-    for number, group in enumerate(groups):
-        for line in group:
-            if (found := _DEFINED.match(line)) is not None:
-                home[found[2]], kind[found[2]] = number, found[1]
     used = [{word for line in group for word in _WORD.findall(line)} for group in groups]
-    place: dict[str, int] = {}
-    values = 0
-    for name, number in home.items():
+    place: dict[str, dict[str, str]] = {}  # where each number of a value that is handed on stands
+    handed = 0
+    for name, (number, kind) in home.items():
         if any(name in words for words in used[number + 1 :]):
-            place[name] = values
-            values += _count(kind[name], dtype)
+            numbers = _numbers(name, kind)
+            place[name] = {x: f"w[{handed + i}]" for i, x in enumerate(numbers)}
+            handed += len(numbers)
     parts = []
     for number, group in enumerate(groups):
-        taken = [n for n in place if home[n] < number and n in used[number]]
-        read = [_read(n, kind[n], place[n], dtype) for n in taken]
-        kept = {n: _kept(n, kind[n], place[n], dtype) for n in place if home[n] == number}
-        body = []
+        body = [f"(void){a};" for a in arguments if a not in used[number]]
+        for name, at_w in place.items():
+            if home[name][0] < number and name in used[number]:
+                body.append(f"const {home[name][1]} {name} = {_value(list(at_w.values()))};")
+        if not any("w[" in line for line in body) and not any(home[n][0] == number for n in place):
+            body.append("(void)w;")
         for line in group:
             body.append(line)
             if (found := _DEFINED.match(line)) is not None:
-                body += kept.get(found[2], [])
-        if not taken and not kept:
-            body.insert(0, "(void)w;")
-        unused = [f"(void){a};" for a in arguments if a not in used[number]]
-        parts.append(Part(number + 1, (*unused, *read, *body)))
-    return Parts(tuple(parts), values)
+                body += [f"{w} = {x};" for x, w in place.get(found[2], {}).items()]
+        parts.append(tuple(body))
+    return Parts(tuple(parts), handed)
 
 
-def _count(kind: str, dtype: str) -> int:
-    return 1 if kind == dtype else 2 * _several(kind)
+def _numbers(name: str, kind: str) -> list[str]:
+    """Return the numbers of a value: cosines, then sines, of several angles; else itself."""
+    angles = _ANGLES.fullmatch(kind)
+    if angles is None:
+        return [name]
+    return [f"{name}.{member}[{k}]" for member in "cs" for k in range(int(angles[1]))]
 
 
-def _several(kind: str) -> int:
-    found = _ANGLES.fullmatch(kind)
-    assert found is not None, kind
-    return int(found[1])
-
-
-def _read(name: str, kind: str, at: int, dtype: str) -> str:
-    if kind == dtype:
-        return f"const {dtype} {name} = w[{at}];"
-    count = _several(kind)
-    halves = (", ".join(f"w[{at + half * count + k}]" for k in range(count)) for half in (0, 1))
-    return f"const {kind} {name} = {{ {', '.join(f'{{ {h} }}' for h in halves)} }};"
-
-
-def _kept(name: str, kind: str, at: int, dtype: str) -> list[str]:
-    if kind == dtype:
-        return [f"w[{at}] = {name};"]
-    count = _several(kind)
-    return [
-        f"w[{at + half * count + k}] = {name}.{member}[{k}];"
-        for half, member in enumerate("cs")
-        for k in range(count)
-    ]
+def _value(numbers: list[str]) -> str:
+    half = len(numbers) // 2
+    both = (", ".join(part) for part in (numbers[:half], numbers[half:]))
+    return f"{{ {', '.join(f'{{ {part} }}' for part in both)} }}" if half else numbers[0]

@@ -1,48 +1,145 @@
 """The kernels of a model: name, what it computes, and how its tape is derived.
 
-One table; a kernel is added by one entry here or in `control_recipes`.
+One table; a kernel is added by one entry here.
 """
 
 from __future__ import annotations
 
-from symgen.codegen import control_recipes
-from symgen.codegen.control_recipes import Recipe
-from symgen.codegen.kernels import Kernel, Output, Subject, rows
-from symgen.symbolic import dynamics, forward, friction, placement, regressor
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from symgen.codegen.kernels import Kernel, Output
+from symgen.robot.types import Robot
+from symgen.symbolic import (
+    derivatives,
+    dynamics,
+    energy,
+    forward,
+    friction,
+    passive,
+    placement,
+    points,
+    regressor,
+    regrouping,
+)
+from symgen.symbolic.base_parameters import BaseParameters
+from symgen.symbolic.constraints import Rows
 from symgen.symbolic.joined import joined
+from symgen.symbolic.tape import Tape
 
 
-def _energy_regressor(s: Subject) -> Kernel:
-    names = s.names[: s.base.inertial]
-    return Kernel(
-        "energy_regressor",
-        "columns DE + DU of kinetic plus potential energy: E + U = out . X",
-        s.energy.keep(s.inertial),
-        (Output("out", (len(names),), names),),
-    )
+@dataclass(frozen=True)
+class Subject:
+    """What a kernel is derived from."""
+
+    robot: Robot
+    base: BaseParameters
+    energy: Tape
+
+    @property
+    def inertial(self) -> list[int]:
+        """Positions of the inertial base parameters among the standard ones."""
+        return [p.index for p in self.base.parameters if p.inertial]
+
+    @property
+    def linear(self) -> list[int]:
+        """Positions of the base parameters with a column among the standard ones."""
+        return [p.index for p in self.base.parameters[: self.base.linear]]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the base parameters with a column."""
+        return self.base.names[: self.base.linear]
+
+    @property
+    def all_names(self) -> tuple[str, ...]:
+        """Names of the standard parameters with a column."""
+        return tuple(p.name for p in self.base.standard if not p.load)
+
+    @property
+    def own(self) -> int:
+        """Number of inertial standard parameters: the first ones."""
+        return sum(p.inertial for p in self.base.standard)
+
+    @property
+    def rubbing(self) -> tuple[str, ...]:
+        """Names of the base parameters of friction and effects."""
+        return self.names[self.base.inertial :]
+
+    def rows(self, count: int, kept: Sequence[int]) -> list[int]:
+        """Return the places of some columns of an (n, count) matrix, row-major."""
+        return [j * count + i for j in range(self.robot.n) for i in kept]
+
+    def vector(self, of_joints: Mapping[int, sp.Expr]) -> list[sp.Expr]:
+        """Return the entries that belong to the movable joints."""
+        return [of_joints[j.number] for j in self.robot.movable]
+
+    def matrix(self, of_joints: Rows) -> list[sp.Expr]:
+        """Return the entries that belong to the movable joints, row-major."""
+        return dynamics.dense(of_joints, [j.number for j in self.robot.movable])
 
 
-def _friction_power(s: Subject) -> Kernel | None:
-    names, kept, _ = _friction_columns(s)
-    if not names:
+Recipe = Callable[[str, Subject], Kernel | None]
+_Entries = Callable[[dynamics.Plant, Subject], Sequence[sp.Expr]]
+
+
+def _kernel(
+    name: str, s: Subject, doc: str, tape: Tape, outputs: str, *, batch: bool = True
+) -> Kernel:
+    """Return a kernel; what its tape has behind the outputs are guards.
+
+    Args:
+        name: of the kernel.
+        s: what it is derived from.
+        doc: what it computes.
+        tape: the program.
+        outputs: names with their shapes, "M n n; h n", where n is the number of joints.
+        batch: whether there is a form for N samples.
+    """
+    arrays = []
+    for output in outputs.split(";"):
+        array, *shape = output.split()
+        arrays.append(Output(array, tuple(s.robot.n if k == "n" else int(k) for k in shape)))
+    guards = len(tape.outputs) - sum(array.size for array in arrays)
+    return Kernel(name, doc, tape, tuple(arrays), guards, batch)
+
+
+def _columns(
+    name: str, doc: str, tape: Tape, names: tuple[str, ...], *lead: int, outputs: str = "out"
+) -> Kernel:
+    """Return a kernel of columns, each of a parameter."""
+    arrays = (Output(output, (*lead, len(names)), names) for output in outputs.split())
+    return Kernel(name, doc, tape, tuple(arrays))
+
+
+def _of_plant(
+    doc: str, inputs: str, outputs: str, entries: _Entries, *, inertial: bool = False
+) -> Recipe:
+    """Return the recipe of a kernel that is linear or rational in X."""
+
+    def recipe(name: str, s: Subject) -> Kernel:
+        p = dynamics.plant(s.robot, s.base)
+        tape = p.close(tuple(inputs.split()), list(entries(p, s)), inertial=inertial)
+        return _kernel(name, s, doc, tape, outputs)
+
+    return recipe
+
+
+def _friction_power(name: str, s: Subject) -> Kernel | None:
+    kept = [i - s.own for i in s.linear if i >= s.own]
+    doc = f"columns of the power that friction takes: P = out . {_slice(s)}"
+    return _columns(name, doc, friction.power_tape(s.robot).keep(kept), s.rubbing) if kept else None
+
+
+def _friction_torque(name: str, s: Subject) -> Kernel | None:
+    kept = [i - s.own for i in s.linear if i >= s.own]
+    if not kept:
         return None
-    return Kernel(
-        "friction_power",
-        f"columns of the power that friction takes: P = out . {_slice(s)}",
-        friction.power_tape(s.robot).keep(kept),
-        (Output("out", (len(names),), names),),
-    )
-
-
-def _friction_torque(s: Subject) -> Kernel | None:
-    names, kept, count = _friction_columns(s)
-    if not names:
-        return None
-    return Kernel(
-        "friction_torque",
-        f"columns of friction torque: out {_slice(s)}",
-        friction.torque_tape(s.robot).keep(rows(s.robot.n, count, kept)),
-        (Output("out", (s.robot.n, len(names)), names),),
+    tape = friction.torque_tape(s.robot).keep(s.rows(len(s.all_names) - s.own, kept))
+    return _columns(
+        name, f"columns of friction torque: out {_slice(s)}", tape, s.rubbing, s.robot.n
     )
 
 
@@ -51,118 +148,45 @@ def _slice(s: Subject) -> str:
     return f"X[p_inertial..{s.base.linear if s.robot.loaded else 'p'})"
 
 
-def _friction_columns(s: Subject) -> tuple[tuple[str, ...], list[int], int]:
-    """Return the base parameters of friction, their positions, and the count of standard ones."""
-    first = sum(p.inertial for p in s.base.standard)
-    kept = [i - first for i in s.linear if i >= first]
-    return s.names[s.base.inertial :], kept, s.columns - first
-
-
-def _power_regressor(s: Subject) -> Kernel:
-    return Kernel(
-        "power_regressor",
-        "columns of power: qd' tau = out . X, the rate of energy plus friction",
-        regressor.power_tape(s.robot).keep(s.linear),
-        (Output("out", (len(s.names),), s.names),),
-    )
-
-
-def _torque_regressor(s: Subject) -> Kernel:
-    return Kernel(
-        "torque_regressor",
-        "columns of torque: tau = out X, friction included",
-        regressor.torque_tape(s.robot).keep(s.rows),
-        (Output("out", (s.robot.n, len(s.names)), s.names),),
-    )
-
-
-def _momentum_regressor(s: Subject) -> Kernel:
-    names, n = s.names[: s.base.inertial], s.robot.n
-    count = sum(p.inertial for p in s.base.standard)
-    first = rows(n, count, s.inertial)
-    kept = first + [n * count + i for i in first]
-    shape = (n, len(names))
-    return Kernel(
-        "momentum_regressor",
+def _momentum_regressor(name: str, s: Subject) -> Kernel:
+    first = s.rows(s.own, s.inertial)
+    kept = first + [s.robot.n * s.own + i for i in first]
+    return _columns(
+        name,
         "columns of p = dT/dqd and of dL/dq: dp/dt = tau - friction + dL/dq",
         regressor.momentum_tape(s.robot).keep(kept),
-        (Output("p_out", shape, names), Output("dl_out", shape, names)),
+        s.names[: s.base.inertial],
+        s.robot.n,
+        outputs="p_out dl_out",
     )
 
 
-def _inverse_dynamics(s: Subject) -> Kernel:
-    p = dynamics.plant(s.robot, s.base)
-    torque = dynamics.inverse_dynamics(p)
-    tape = p.close(("q", "qd", "qdd"), [torque[j] for j in s.numbers])
-    doc = "torque of a motion: tau = M qdd + C qd + g + friction"
-    return Kernel("inverse_dynamics", doc, tape, (Output("tau", (s.robot.n,)),))
-
-
-def _bias_torque(s: Subject) -> Kernel:
-    p = dynamics.plant(s.robot, s.base)
-    torque = dynamics.inverse_dynamics(p, accelerating=False)
-    tape = p.close(("q", "qd"), [torque[j] for j in s.numbers])
-    return Kernel("bias_torque", "h = C qd + g + friction", tape, (Output("h", (s.robot.n,)),))
-
-
-def _gravity_torque(s: Subject) -> Kernel:
-    p = dynamics.plant(s.robot, s.base)
-    torque = dynamics.gravity_torque(p)
-    tape = p.close(("q",), [torque[j] for j in s.numbers], inertial=True)
-    doc = "torque that holds the arm at rest, without friction"
-    return Kernel("gravity_torque", doc, tape, (Output("tau", (s.robot.n,)),))
-
-
-def _mass_matrix(s: Subject) -> Kernel:
-    p = dynamics.plant(s.robot, s.base)
-    entries = dynamics.dense(dynamics.mass_matrix(p), s.numbers)
-    tape = p.close(("q",), entries, inertial=True)
-    return Kernel("mass_matrix", "mass matrix M(q)", tape, (Output("M", (s.robot.n,) * 2),))
-
-
-def _coriolis(s: Subject) -> Kernel:
-    p = dynamics.plant(s.robot, s.base)
-    entries = dynamics.dense(dynamics.coriolis(p), s.numbers)
-    tape = p.close(("q", "qd"), entries, inertial=True)
-    doc = "C(q, qd) with C qd the Coriolis torques and dM/dt - 2 C skew-symmetric"
-    return Kernel("coriolis", doc, tape, (Output("C", (s.robot.n,) * 2),))
-
-
-def _forward_dynamics(s: Subject) -> Kernel:
-    p = dynamics.plant(s.robot, s.base)
-    qdd, pivots = forward.forward_dynamics(p)
-    tape = p.close(("q", "qd", "tau"), [*qdd, *pivots])
+def _forward_dynamics(name: str, s: Subject) -> Kernel | None:
     doc = "accelerations under torques tau; not 0 where M is not positive definite"
     if s.robot.loaded:
         doc += ", or a share of the load lets nothing through"
-    return Kernel("forward_dynamics", doc, tape, (Output("qdd", (s.robot.n,)),), len(pivots))
+    recipe = _of_plant(doc, "q qd tau", "qdd n", lambda p, _: _flat(forward.forward_dynamics(p)))
+    return recipe(name, s)
 
 
-def _energy(s: Subject) -> Kernel:
-    p = dynamics.plant(s.robot, s.base)
-    tape = p.close(("q", "qd"), dynamics.energies(p), inertial=True)
-    doc = "kinetic energy T and potential energy U, U up to a constant"
-    return Kernel("energy", doc, tape, (Output("T_out", (1,)), Output("U_out", (1,))))
+def _mass_matrix_factor(p: dynamics.Plant, s: Subject) -> list[sp.Expr]:
+    L, D = forward.mass_matrix_factor(p)
+    return [*s.matrix(L), *D, *D]
 
 
-def _frames(s: Subject) -> Kernel:
-    tape = placement.frames_tape(s.robot)
-    doc = "homogeneous transforms 0T_j of all links, fixed ones included"
-    return Kernel("frames", doc, tape, (Output("T_out", (len(s.robot.joints), 4, 4)),))
+def _forward_dynamics_derivatives(p: dynamics.Plant, s: Subject) -> list[sp.Expr]:
+    *slopes, guards = derivatives.forward_dynamics_derivatives(p)
+    return [*_flat(s.matrix(slope) for slope in slopes), *guards]
 
 
-def _jacobian(s: Subject) -> Kernel:
-    tape = placement.jacobian_tape(s.robot)
-    doc = "Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning"
-    return Kernel("jacobian", doc, tape, (Output("J_out", (6, s.robot.n)),))
-
-
-def _all_terms(s: Subject) -> Kernel:
-    parts = [
-        recipe(s) for recipe in (_mass_matrix, _bias_torque, _gravity_torque, _jacobian, _frames)
-    ]
+def _all_terms(name: str, s: Subject) -> Kernel:
+    found = (
+        RECIPES[part](part, s)
+        for part in ("mass_matrix", "bias_torque", "gravity_torque", "jacobian", "frames")
+    )
+    parts = [kernel for kernel in found if kernel]
     return Kernel(
-        "all_terms",
+        name,
         "mass_matrix, bias_torque, gravity_torque, jacobian and frames in one call, which turns "
         "each angle once",
         joined(s.robot, [k.tape for k in parts], ("q", "qd", "X")),
@@ -170,24 +194,188 @@ def _all_terms(s: Subject) -> Kernel:
     )
 
 
+def _flat(parts: Iterable[Iterable[sp.Expr]]) -> list[sp.Expr]:
+    return [entry for part in parts for entry in part]
+
+
 RECIPES: dict[str, Recipe] = {
-    "energy_regressor": _energy_regressor,
+    "energy_regressor": lambda name, s: _columns(
+        name,
+        "columns DE + DU of kinetic plus potential energy: E + U = out . X",
+        s.energy.keep(s.inertial),
+        s.names[: s.base.inertial],
+    ),
     "friction_power": _friction_power,
     "friction_torque": _friction_torque,
-    "power_regressor": _power_regressor,
+    "power_regressor": lambda name, s: _columns(
+        name,
+        "columns of power: qd' tau = out . X, the rate of energy plus friction",
+        regressor.power_tape(s.robot).keep(s.linear),
+        s.names,
+    ),
     "momentum_regressor": _momentum_regressor,
-    "torque_regressor": _torque_regressor,
-    "inverse_dynamics": _inverse_dynamics,
-    "mass_matrix": _mass_matrix,
-    "gravity_torque": _gravity_torque,
-    "coriolis": _coriolis,
-    "bias_torque": _bias_torque,
+    "torque_regressor": lambda name, s: _columns(
+        name,
+        "columns of torque: tau = out X, friction included",
+        regressor.torque_tape(s.robot).keep(s.rows(len(s.all_names), s.linear)),
+        s.names,
+        s.robot.n,
+    ),
+    "inverse_dynamics": _of_plant(
+        "torque of a motion: tau = M qdd + C qd + g + friction",
+        "q qd qdd",
+        "tau n",
+        lambda p, s: s.vector(dynamics.inverse_dynamics(p)),
+    ),
+    "mass_matrix": _of_plant(
+        "mass matrix M(q)",
+        "q",
+        "M n n",
+        lambda p, s: s.matrix(dynamics.mass_matrix(p)),
+        inertial=True,
+    ),
+    "gravity_torque": _of_plant(
+        "torque that holds the arm at rest, without friction",
+        "q",
+        "tau n",
+        lambda p, s: s.vector(dynamics.gravity_torque(p)),
+        inertial=True,
+    ),
+    "coriolis": _of_plant(
+        "C(q, qd) with C qd the Coriolis torques and dM/dt - 2 C skew-symmetric",
+        "q qd",
+        "C n n",
+        lambda p, s: s.matrix(dynamics.coriolis(p)),
+        inertial=True,
+    ),
+    "bias_torque": _of_plant(
+        "h = C qd + g + friction",
+        "q qd",
+        "h n",
+        lambda p, s: s.vector(dynamics.inverse_dynamics(p, accelerating=False)),
+    ),
     "forward_dynamics": _forward_dynamics,
-    "energy": _energy,
-    "frames": _frames,
-    "jacobian": _jacobian,
+    "energy": _of_plant(
+        "kinetic energy T and potential energy U, U up to a constant",
+        "q qd",
+        "T_out 1; U_out 1",
+        lambda p, _: dynamics.energies(p),
+        inertial=True,
+    ),
+    "frames": lambda name, s: _kernel(
+        name,
+        s,
+        "homogeneous transforms 0T_j of all links, fixed ones included",
+        placement.frames_tape(s.robot),
+        f"T_out {len(s.robot.joints)} 4 4",
+    ),
+    "jacobian": lambda name, s: _kernel(
+        name,
+        s,
+        "Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning",
+        placement.jacobian_tape(s.robot),
+        "J_out 6 n",
+    ),
     "all_terms": _all_terms,
-    **control_recipes.RECIPES,
+    "slotine_li_regressor": lambda name, s: _columns(
+        name,
+        "columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols",
+        regressor.slotine_li_tape(s.robot).keep(s.rows(len(s.all_names), s.linear)),
+        s.names,
+        s.robot.n,
+    ),
+    "slotine_li_torque": _of_plant(
+        "M qddr + C(q, qd) qdr + g + friction(qd), C of Christoffel's symbols",
+        "q qd qdr qddr",
+        "tau n",
+        lambda p, s: s.vector(passive.slotine_li_torque(p)),
+    ),
+    "generalized_momentum": _of_plant(
+        "p = M qd and rate = C' qd - g: dp/dt = tau - friction + rate",
+        "q qd",
+        "p_out n; rate_out n",
+        lambda p, s: _flat(map(s.vector, passive.generalized_momentum(p))),
+        inertial=True,
+    ),
+    "friction": _of_plant(
+        "torque of the friction that joints and couplings declare; effects are not in it",
+        "qd",
+        "tau n",
+        lambda p, s: s.vector(dynamics.joint_friction(p)),
+    ),
+    "inverse_dynamics_derivatives": _of_plant(
+        "dtau/dq and dtau/dqd; dtau/dqdd is mass_matrix; the derivative of sign(qd) is 0",
+        "q qd qdd",
+        "dq_out n n; dqd_out n n",
+        lambda p, s: _flat(map(s.matrix, derivatives.inverse_dynamics_derivatives(p))),
+    ),
+    "forward_dynamics_derivatives": _of_plant(
+        "dqdd/dq, dqdd/dqd and dqdd/dtau; the derivative of sign(qd) is 0",
+        "q qd tau",
+        "dq_out n n; dqd_out n n; dtau_out n n",
+        _forward_dynamics_derivatives,
+    ),
+    "solve_mass_matrix": _of_plant(
+        "x of M(q) x = b",
+        "q b",
+        "x n",
+        lambda p, _: _flat(forward.solve_mass_matrix(p)),
+        inertial=True,
+    ),
+    "mass_matrix_factor": _of_plant(
+        "M = L D L' with ones on the diagonal of L and zeros below it; for projections solve with "
+        "L from its last row",
+        "q",
+        "L_out n n; D_out n",
+        _mass_matrix_factor,
+        inertial=True,
+    ),
+    "link_jacobian": lambda name, s: _kernel(
+        name,
+        s,
+        "Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning",
+        points.link_jacobian_tape(s.robot),
+        "J 6 n",
+    ),
+    "link_drift": lambda name, s: _kernel(
+        name,
+        s,
+        "dJ/dt qd of a point in the frame of a link: its acceleration without qdd, in frame 0",
+        points.link_drift_tape(s.robot),
+        "a 6",
+    ),
+    "base_parameters": lambda name, s: _kernel(
+        name,
+        s,
+        "X from the standard parameters, in this order: "
+        + ", ".join(p.name for p in s.base.standard),
+        regrouping.base_parameters_tape(s.robot, s.base),
+        f"X {len(s.base.parameters)}",
+        batch=False,
+    ),
+    "add_body": lambda name, s: _kernel(
+        name,
+        s,
+        "fix a body on a link, in X: its mass, the centre of mass in the frame of the link, and "
+        "inertia XX XY XZ YY YZ ZZ about that; mass and inertia negative: take it off",
+        regrouping.add_body_tape(s.robot, s.base),
+        f"X {len(s.base.parameters)}",
+        batch=False,
+    ),
+    "standard_energy_regressor": lambda name, s: _columns(
+        name,
+        "columns DE and DU of kinetic and of potential energy in every standard parameter",
+        energy.separate_tape(s.robot),
+        tuple(p.name for p in s.base.standard if p.inertial),
+        outputs="kinetic_out potential_out",
+    ),
+    "standard_torque_regressor": lambda name, s: _columns(
+        name,
+        "columns of torque in every standard parameter, friction included",
+        regressor.torque_tape(s.robot),
+        s.all_names,
+        s.robot.n,
+    ),
 }
 #: Kernels that a robot without friction or effects does not have.
 FRICTION = ("friction_power", "friction_torque")

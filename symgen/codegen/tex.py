@@ -1,142 +1,282 @@
-"""The model of a robot as a LaTeX document: tables, parameters and formulas to paste from.
+r"""The model of a robot as a LaTeX document: tables, parameters and formulas to paste from.
 
 A kernel whose closed form is short is printed in closed form, any other as the steps of its tape.
+Rows of formulas end at sums: a formula is text with a line break before each term of the outermost
+sum, where a row may end, and a tab before those of inner ones, where a long term may be broken.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import sympy as sp
 
 from symgen import names
 from symgen.codegen.closed_form import closed_form
-from symgen.codegen.formula import Factor, Formula, Product, geometric, step
+from symgen.codegen.formula import Call, Factor, Formula, Product, geometric, step
 from symgen.codegen.kernels import Kernel
-from symgen.codegen.model import Model
-from symgen.codegen.tex_printer import TexPrinter, Words, broken, escaped, subscript
 from symgen.files import rendered
-from symgen.robot.types import Joint, joint_variable, require_gravity
-from symgen.symbolic.base_parameters import BaseParameter, bound
+from symgen.robot.expressions import text
+from symgen.robot.types import Joint, Robot, joint_variable, require_gravity
+from symgen.symbolic.base_parameters import BaseParameter, BaseParameters, bound
 from symgen.symbolic.friction import torque_tape
 from symgen.symbolic.kinematics import variables
 from symgen.symbolic.tape import Tape
 
-
-@dataclass(frozen=True)
-class _Section:
-    """How a kernel is presented; `always` prints its steps where there is no closed form."""
-
-    kernel: str
-    title: str
-    text: str
-    always: bool = True
-
-
-_SECTIONS = (
-    _Section("energy_regressor", "Energy regressor", "Columns $h(q, \\dot q)$ of the energy:"),
-    _Section("inverse_dynamics", "Torques", "Torques of a motion, friction included:"),
-    _Section("mass_matrix", "Mass matrix", "Entries $M_{jk} = M_{kj}$:"),
-    _Section(
-        "coriolis",
-        "Coriolis matrix",
-        "With $\\dot M - 2 C$ skew-symmetric:",
-        always=False,
-    ),
-    _Section("gravity_torque", "Gravity", "Torques that hold the arm at rest:"),
+#: Kernels that are presented: title and text.
+_SECTIONS = {
+    "energy_regressor": ("Energy regressor", "Columns $h(q, \\dot q)$ of the energy:"),
+    "inverse_dynamics": ("Torques", "Torques of a motion, friction included:"),
+    "mass_matrix": ("Mass matrix", "Entries $M_{jk} = M_{kj}$:"),
+    "coriolis": ("Coriolis matrix", "With $\\dot M - 2 C$ skew-symmetric:"),
+    "gravity_torque": ("Gravity", "Torques that hold the arm at rest:"),
+}
+_CLOSED_ONLY = "coriolis"  # whose steps nobody reads
+_LETTERS = 66  # of a row at most: what the template's lines hold
+_SILENT = re.compile(r"\\(d?dot|mathit|t?frac|operatorname|[lr]vert|qquad|quad|,)|[\\{}^_& ]")
+_GREEK = frozenset(
+    "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi rho sigma tau phi "
+    "chi psi omega".split()
 )
+_PREFIXES = (*names.LINK, names.ROTOR, names.COUPLING_INERTIA, *names.FRICTION.values(),
+             *names.COUPLING_FRICTION)  # fmt: skip
+_PARAMETER = re.compile(rf"({'|'.join(sorted(_PREFIXES, key=len, reverse=True))})(\d+|L)(R?)")
+_VARIABLE = {"q": "q", "qd": r"\dot q", "qdd": r"\ddot q", "tau": r"\tau"}
+_FUNCTIONS = {"log": "ln", "sign": "operatorname{sign}"}
+_FRACTION = 12  # denominators up to this are written as fractions, but for decimals
 
 
-def tex_document(model: Model, kernels: Sequence[Kernel]) -> str:
+def tex_document(robot: Robot, base: BaseParameters, kernels: Sequence[Kernel]) -> str:
     """Return a model as a LaTeX document (article, amsmath, booktabs).
 
     Args:
-        model: from `derive`.
-        kernels: those of its kernels whose formulas may be printed.
+        robot: the mechanism.
+        base: its base parameters.
+        kernels: whose formulas may be printed.
 
     Raises:
         RobotError: gravity is an input.
     """
-    require_gravity(model.robot, "a LaTeX document")
-    return rendered("tex/model.tex", **_Document(model, kernels).data())
+    require_gravity(robot, "a LaTeX document")
+    return rendered("tex/model.tex", **_Document(robot, base).data(kernels))
 
 
-def regroupings(model: Model) -> str:
+def regroupings(robot: Robot, base: BaseParameters) -> str:
     """Return the formulas of the base parameters, in dollars, as notebooks show LaTeX."""
-    document = _Document(model, ())
-    rows = [row for p in model.base.parameters for row in document.regrouping(p)]
+    document = _Document(robot, base)
+    rows = [row for p in base.parameters for row in document.regrouping(p)]
     return "$$\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}$$"
 
 
-class _Document:
-    def __init__(self, model: Model, kernels: Sequence[Kernel]) -> None:
-        self.robot, self.base = model.robot, model.base
-        self.chosen = {kernel.name: kernel for kernel in kernels}
-        variable = variables(self.robot)
-        self.words = Words(
-            (*variable.q, *variable.qd, *variable.qdd, *variable.tau),
-            dict.fromkeys((*(p.name for p in self.base.standard), *self.base.names)),
-            (name for name, _ in self.robot.geometry),
-        )
-        self.printer = TexPrinter(self.words)
+class Words:
+    """The LaTeX of the symbols of a document; two never look the same."""
 
-    def data(self) -> dict[str, Any]:
-        base = self.base
-        kernels = [k for section in _SECTIONS for k in self.kernel(section)]
+    def __init__(self, robot: Robot, base: BaseParameters) -> None:
+        self._words: dict[str, str] = {}
+        variable = variables(robot)
+        for symbol in (*variable.q, *variable.qd, *variable.qdd, *variable.tau):
+            letter = symbol.name.rstrip("0123456789")
+            self._put(symbol.name, _VARIABLE[letter], _subscript(symbol.name[len(letter) :]))
+        for name in (*(p.name for p in base.standard), *base.names):
+            if f"X_{name}" not in self._words:
+                self._put(f"X_{name}", *_parameter(name))
+        for name, _ in robot.geometry:
+            self._put(name, *_identifier(name))
+
+    def __getitem__(self, name: str) -> str:
+        """Return a symbol's LaTeX; steps are known from their first use."""
+        if name not in self._words:
+            self._put(name, *_identifier(name))
+        return self._words[name]
+
+    def _put(self, name: str, letter: str, index: str) -> None:
+        while letter + index in self._words.values():
+            letter += "'"
+        self._words[name] = letter + index
+
+    def rows(self, left: str, formula: Formula) -> list[str]:
+        """Return `left = formula` as rows of an align."""
+        return _rows(left, self.sum(formula, alone=True))
+
+    def line(self, formula: Formula) -> str:
+        """Return a formula on one line."""
+        return " ".join(self.sum(formula, alone=True).split())
+
+    def sum(self, formula: Formula, alone: bool = False) -> str:
+        """Return a sum, each term but the first behind a place to break it."""
+        single, space = alone and len(formula.products) == 1, "\n" if alone else "\t"
+        out = "".join(
+            f"{space}{'-' if p.number < 0 else '+'} {self.product(p, single and not p.factors)}"
+            for p in formula.products
+        )
+        return re.sub(r"^\s(\+ |(-) )", r"\2", out) or "0"
+
+    def product(self, product: Product, decimal: bool = False) -> str:
+        """Return a product without its sign."""
+        number = abs(product.number)
+        under = [f for f in product.factors if f.power < 0]
+        if number.is_Rational and (
+            under or (not number.is_Integer and any(f.base is sp.pi for f in product.factors))
+        ):
+            over = Product(sp.Integer(number.p), tuple(f for f in product.factors if f.power > 0))
+            below = Product(sp.Integer(number.q), tuple(Factor(f.base, -f.power) for f in under))
+            top, bottom = (self.product(p).replace("\t", " ") for p in (over, below))
+            return rf"\frac{{{top}}}{{{bottom}}}"
+        out = "" if number == 1 and product.factors else _number(number, decimal)
+        for factor in product.factors:
+            written = self.factor(factor)
+            between = " " if out else ""
+            if out and written[0].isdigit():
+                between = r" \cdot "
+            elif out and re.match(r"[A-Za-z]{2}|\\mathit", written):
+                between = r" \, "  # between words of several letters
+            out += between + written
+        return out
+
+    def factor(self, factor: Factor) -> str:
+        """Return a factor with its power."""
+        base, power = factor.base, ""
+        if factor.power != 1:
+            power = f"^{factor.power}" if 1 < factor.power < 10 else f"^{{{factor.power}}}"
+        if isinstance(base, Formula):
+            left, right = "()" if base.depth == 0 else "[]"
+            return f"{left}{self.sum(base)}{right}{power}"
+        if not isinstance(base, Call):
+            word = r"\pi" if base is sp.pi else self[base.name]
+            return f"{{{word}}}{power}" if power and "'" in word else f"{word}{power}"
+        argument = self.line(base.argument)
+        if base.name == "sqrt":
+            root = rf"\sqrt{{{argument}}}"
+            return f"({root}){power}" if power else root
+        if base.name == "abs":
+            return rf"\lvert {argument} \rvert{power}"
+        return rf"\{_FUNCTIONS.get(base.name, base.name)}{power}({argument})"
+
+
+def _rows(left: str, right: str) -> list[str]:
+    r"""Return `left = right` as rows of an align, none much longer than a line."""
+    rows, row, room = [], "", _LETTERS - _letters(left)
+    for term in right.split("\n"):
+        for part in term.split("\t") if _letters(term) > room else [term.replace("\t", " ")]:
+            if row and _letters(row) + _letters(part) > room:
+                rows.append(row)
+                row = ""
+            row += f" {part}"
+    first, *others = [*rows, row]
+    return [f"{left} &={first}", *(rf"&\quad{other}" for other in others)]
+
+
+def _letters(tex: str) -> int:
+    return len(_SILENT.sub("", tex))
+
+
+def _parameter(name: str) -> tuple[str, str]:
+    """Return letter and index of a standard or base parameter: ZZ1R gives ZZ_{1R}, IA3 Ia_3."""
+    match = _PARAMETER.fullmatch(name)
+    if match is None:
+        return _identifier(name)
+    prefix, number, regrouped = match.groups()
+    if prefix not in names.LINK:  # the field writes Ia, Fs, Fv
+        prefix = prefix.capitalize()
+    return prefix, _subscript(number + regrouped)
+
+
+def _identifier(name: str) -> tuple[str, str]:
+    r"""Return letter and index of a step or length: Ns1_2_ gives \mathit{Ns}'_{1,2}."""
+    plain = name.rstrip("_")
+    match = re.fullmatch(r"(_*[A-Za-z]+)_?(.*)", plain)
+    head, tail = match.groups() if match else ("", plain)
+    letters = _escaped(head)
+    if head in _GREEK:
+        letters = rf"\{head}"
+    elif len(head) > 1:
+        letters = rf"\mathit{{{letters}}}"
+    marks = "'" * (len(name) - len(plain))
+    return letters + marks, _subscript(tail.replace("_", ",")) if tail else ""
+
+
+def _subscript(index: str) -> str:
+    return f"_{index}" if len(index) == 1 else f"_{{{index}}}"
+
+
+def _escaped(name: str) -> str:
+    return name.replace("_", r"\_")
+
+
+def _number(value: sp.Expr, decimal: bool) -> str:
+    """Return a positive number: small fractions as such, others as a robot file writes them."""
+    written = text(value)
+    if (
+        value.is_Rational
+        and not value.is_Integer
+        and ("/" in written or (not decimal and value.q <= _FRACTION and value.q % 5 != 0))
+    ):
+        return rf"\tfrac{{{value.p}}}{{{value.q}}}"
+    digits, _, exponent = written.partition("e")
+    return rf"{digits} \cdot 10^{{{int(exponent)}}}" if exponent else digits
+
+
+class _Document:
+    def __init__(self, robot: Robot, base: BaseParameters) -> None:
+        self.robot, self.base, self.words = robot, base, Words(robot, base)
+
+    def data(self, kernels: Sequence[Kernel]) -> dict[str, Any]:
+        robot, base = self.robot, self.base
+        written = {kernel.name: kernel for kernel in kernels}
+        sections = [s for name in _SECTIONS if name in written for s in self.section(written[name])]
         return {
-            "name": self.robot.name,
-            "title": escaped(self.robot.name),
-            "table": [self.row(joint) for joint in self.robot.joints],
-            "gravity": ", ".join(self.geometric(g) for g in self.robot.gravity),
+            "name": robot.name,
+            "title": _escaped(robot.name),
+            "table": [self.row(joint) for joint in robot.joints],
+            "gravity": ", ".join(map(self.geometric, robot.gravity)),
             "geometry": ", ".join(
-                f"${self.words[name]} = {self.geometric(value)}$"
-                for name, value in self.robot.geometry
+                f"${self.words[name]} = {self.geometric(value)}$" for name, value in robot.geometry
             ),
             "drives": list(self.drives()),
             "p": len(base.parameters),
-            "base": ", ".join(f"${self.parameter(name)}$" for name in base.names),
+            "base": ", ".join(map(self.parameter, base.names)),
             "regrouped": [row for p in base.parameters if p.terms for row in self.regrouping(p)],
-            "no_effect": ", ".join(f"${self.parameter(name)}$" for name in base.no_effect),
+            "no_effect": ", ".join(map(self.parameter, base.no_effect)),
             "proof": {
                 "rank": base.proof.rank,
                 "primes": " and ".join(map(str, base.proof.primes)),
                 "relations": base.proof.structural + base.proof.lifted,
-                "bound": bound(self.robot),
+                "bound": bound(robot),
             },
             "friction": self.friction(),
-            "kernels": kernels,
-            "recursive": any(k["recursive"] for k in kernels),
+            "kernels": sections,
+            "recursive": any(k["recursive"] for k in sections),
         }
 
     def geometric(self, expr: sp.Expr) -> str:
-        return self.printer.line(geometric(expr))
+        return self.words.line(geometric(expr))
 
     def parameter(self, name: str) -> str:
-        return self.words[f"X_{name}"]
+        return f"${self.words[f'X_{name}']}$"
 
     def row(self, joint: Joint) -> str:
         """Return a line of the table of geometry, the joint variable where it belongs."""
-        values = {key: geometric(getattr(joint, key)) for key in ("gamma", "b", "alpha", "d")}
-        for key, sigma in (("theta", names.REVOLUTE), ("r", names.PRISMATIC)):
-            here = joint.sigma == sigma
-            products = geometric(getattr(joint, key) + (joint.offset if here else 0)).products
-            for k, share in joint.shares if here else ():
+        cells: list[object] = [joint.number, joint.sigma, joint.antecedent]
+        for key in ("gamma", "b", "alpha", "d", "theta", "r"):
+            value = getattr(joint, key)
+            moving = key == {names.REVOLUTE: "theta", names.PRISMATIC: "r"}.get(joint.sigma)
+            products = geometric(value + (joint.offset if moving else 0)).products
+            for k, share in joint.shares if moving else ():
                 variable = Factor(joint_variable(k))
                 products += tuple(
                     Product(p.number, (*p.factors, variable)) for p in geometric(share).products
                 )
-            values[key] = Formula(products)
-        cells = [str(n) for n in (joint.number, joint.sigma, joint.antecedent)]
-        return " & ".join([*cells, *(f"${self.printer.line(v)}$" for v in values.values())])
+            cells.append(f"${self.words.line(Formula(products))}$")
+        return " & ".join(map(str, cells))
 
     def drives(self) -> Iterator[str]:
         """Describe couplings and the payload, a sentence each."""
         for c in self.robot.couplings:
-            j, k = (subscript(str(i)) for i in (c.first, c.second))
+            j, k = (_subscript(str(i)) for i in (c.first, c.second))
             rotor, *friction = (
-                f"${self.parameter(f'{prefix}{c.second}')}$"
+                self.parameter(f"{prefix}{c.second}")
                 for prefix in (names.COUPLING_INERTIA, *names.COUPLING_FRICTION)
             )
             yield (
@@ -148,81 +288,73 @@ class _Document:
             yield f"A payload, of index L, is fixed to link {self.robot.payload}."
 
     def regrouping(self, p: BaseParameter) -> list[str]:
-        def term(coefficient: sp.Expr, name: str) -> Product:
-            symbol = Factor(sp.Symbol(f"X_{name}", real=True))
-            parts = geometric(coefficient).products
-            if len(parts) > 1:
-                return Product(sp.S.One, (Factor(Formula(parts)), symbol))
-            return Product(parts[0].number, (*parts[0].factors, symbol))
-
-        products = [term(c, name) for c, name in ((sp.S.One, p.head), *p.terms)]
-        return self.printer.rows(self.parameter(p.name), Formula(tuple(products)))
+        products = []
+        for coefficient, name in ((sp.S.One, p.head), *p.terms):
+            symbol, formula = Factor(sp.Symbol(f"X_{name}", real=True)), geometric(coefficient)
+            alone = Product(sp.S.One, (Factor(formula),))
+            part = formula.products[0] if len(formula.products) == 1 else alone
+            products.append(Product(part.number, (*part.factors, symbol)))
+        return self.words.rows(self.words[f"X_{p.name}"], Formula(tuple(products)))
 
     def friction(self) -> list[str]:
         """Return the torque of friction on each joint."""
         tape = torque_tape(self.robot)
-        forms = closed_form(tape)
         first = sum(s.inertial for s in self.base.standard)
         rubbing = [s for s in self.base.standard[first:] if not s.load]
-        count = len(rubbing)
-        out: list[str] = []
-        if not count:
-            return out
-        if forms is None:
-            out, forms = list(self.steps(tape)), _stepped(tape)
-        for i, joint in enumerate(self.robot.movable):
+        if not rubbing:
+            return []
+        forms = closed_form(tape)
+        out = list(self.steps(tape)) if forms is None else []
+        columns = iter(forms or _stepped(tape))
+        for joint in self.robot.movable:
             products = [
                 Product(p.number, (Factor(sp.Symbol(f"X_{s.name}", real=True)), *p.factors))
-                for k, s in enumerate(rubbing)
-                for p in forms[i * count + k].products
+                for s in rubbing
+                for p in next(columns).products
             ]
-            left = rf"\tau_{{f,{joint.number}}}"
-            out += self.printer.rows(left, Formula(tuple(products)))
+            out += self.words.rows(rf"\tau_{{f,{joint.number}}}", Formula(tuple(products)))
         return out
 
-    def kernel(self, section: _Section) -> Iterator[dict[str, Any]]:
-        kernel = self.chosen.get(section.kernel)
-        if kernel is None:
-            return
+    def section(self, kernel: Kernel) -> Iterator[dict[str, Any]]:
+        """Yield what is printed of a kernel, if anything."""
         forms = closed_form(kernel.tape)
-        if forms is not None:
-            rows = self.outputs(kernel, forms)
-        elif section.always:
-            rows = [*self.steps(kernel.tape), *self.outputs(kernel, _stepped(kernel.tape))]
-        else:
+        if forms is None and kernel.name == _CLOSED_ONLY:
             return
+        rows = list(self.steps(kernel.tape)) if forms is None else []
+        title, said = _SECTIONS[kernel.name]
         yield {
-            "title": section.title,
-            "text": section.text,
-            "rows": rows,
+            "title": title,
+            "text": said,
+            "rows": rows + self.outputs(kernel, forms or _stepped(kernel.tape)),
             "recursive": forms is None,
         }
 
     def steps(self, tape: Tape) -> Iterator[str]:
         for symbol, value in tape.constants:
             if symbol != value:
-                yield from self.printer.rows(self.words[symbol.name], geometric(value))
+                yield from self.words.rows(self.words[symbol.name], geometric(value))
         for symbol, expr in tape.steps:
-            yield from self.printer.rows(self.words[symbol.name], step(expr, tape.order))
+            yield from self.words.rows(self.words[symbol.name], step(expr, tape.order))
 
     def outputs(self, kernel: Kernel, forms: tuple[Formula, ...]) -> list[str]:
         (output,) = kernel.outputs
         numbers = [j.number for j in self.robot.movable]
         if output.columns:
-            lefts = [f"h_{{{self.parameter(name)}}}" for name in output.columns]
+            lefts = [f"h_{{{self.words[f'X_{name}']}}}" for name in output.columns]
         elif len(output.shape) == 1:
             letter = r"\tau" if kernel.name == "inverse_dynamics" else "Q"
-            lefts = [letter + subscript(str(j)) for j in numbers]
+            lefts = [letter + _subscript(str(j)) for j in numbers]
         else:
             comma = "," if max(numbers) > 9 else ""
             lefts = [f"{output.name}_{{{j}{comma}{k}}}" for j in numbers for k in numbers]
-        kept = list(range(len(lefts)))
+        kept = list(zip(lefts, forms, strict=True))
         if kernel.name == "mass_matrix":  # symmetric
-            kept = [i for i in kept if i // len(numbers) <= i % len(numbers)]
-        rows = [r for i in kept if forms[i].products for r in self.printer.rows(lefts[i], forms[i])]
-        zeros = [lefts[i] for i in kept if not forms[i].products]
+            n = len(numbers)
+            kept = [pair for i, pair in enumerate(kept) if i // n <= i % n]
+        rows = [row for left, form in kept if form.products for row in self.words.rows(left, form)]
+        zeros = [left for left, form in kept if not form.products]
         if zeros:
-            rows += broken(zeros[0], [(0, part) for part in [*(f"{z} =" for z in zeros[1:]), "0"]])
+            rows += _rows(zeros[0], "\n".join([*(f"{left} =" for left in zeros[1:]), "0"]))
         return rows
 
 

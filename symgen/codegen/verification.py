@@ -1,4 +1,4 @@
-"""Seeded points of every kernel, and what 50 digits give there."""
+"""Seeded points of every kernel, what 50 digits give there, and the program that compares."""
 
 from __future__ import annotations
 
@@ -43,6 +43,53 @@ def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
             "expected": [[_digits(v) for v in row] for row in expected],
         }
     return out
+
+
+def check_program(
+    prefix: str, kernels: Sequence[Kernel], verified: Mapping[str, Any], dtype: str
+) -> list[dict[str, Any]]:
+    """Return what the template of NAME_check.c prints of each kernel.
+
+    Args:
+        prefix: of the package.
+        kernels: those of the package.
+        verified: points and expected values by kernel, from `verification`.
+        dtype: double or float.
+    """
+    return [_check(prefix, kernel, verified[kernel.name], dtype) for kernel in kernels]
+
+
+def _check(prefix: str, kernel: Kernel, entry: Mapping[str, Any], dtype: str) -> dict[str, Any]:
+    inputs, words = [], []
+    for a in kernel.arguments:
+        given = f"{a.name}_in" if a.written else a.name  # copied first, if it is changed in place
+        first = f"{given}[i]"
+        words.append(a.name if a.written else f"{first}[0]" if a.plain else first)
+        if a.read:
+            suffix = "u" if a.link else "f" if dtype == "float" else ""
+            points = [point[a.name] for point in entry["points"]]
+            inputs.append(
+                {
+                    "name": given,
+                    "real": "size_t" if a.link else f"{prefix}_real",
+                    "size": len(points[0]),
+                    "rows": [", ".join(f"{v!r}{suffix}" for v in values) for values in points],
+                }
+            )
+    sizes = [o.size for o in kernel.outputs]
+    call = f"{prefix}_{kernel.name}({', '.join(words)})"
+    return {
+        "name": kernel.name,
+        "size": kernel.size,
+        "arguments": inputs,
+        "changed": sorted(a.name for a in kernel.inputs if a.written),
+        "outputs": [
+            {"name": o.name, "size": o.size, "offset": sum(sizes[:i])}
+            for i, o in enumerate(kernel.outputs)
+        ],
+        "call": f"worst += {call}" if kernel.fallible else call,
+        "expected": [", ".join(repr(float(v)) for v in row) for row in entry["expected"]],
+    }
 
 
 def physical_parameters(model: Model, draw: random.Random, error: float = 0.0) -> list[float]:
@@ -112,15 +159,8 @@ def _arithmetic(robot: Robot, digits: int) -> tuple[Numbers, Callable[[str], Any
 
     context = mpmath.mp.clone()
     context.dps = digits + 10
-    functions = {
-        "sin": context.sin,
-        "cos": context.cos,
-        "abs": abs,
-        "tanh": context.tanh,
-        "exp": context.exp,
-        "log": context.log,
-        "sign": context.sign,
-    }
+    functions = {f: getattr(context, f) for f in ("sin", "cos", "tanh", "exp", "log", "sign")}
+    functions["abs"] = abs
     number = context.mpf
     return Numbers(robot.values(), functions, lambda e: number(str(e)), digits + 10), number
 

@@ -70,7 +70,7 @@ def _local(source: str) -> list[str]:
         if os.path.isdir(source):
             return [str(p) for p in Path(source).rglob("*") if p.is_file()]
         return [source] if os.path.exists(source) else glob.glob(source, recursive=True)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:  # of a pattern of many "**"
         raise LogError(one_line(f"{source}: {error}; accepted: {_ACCEPTED}")) from error
 
 

@@ -20,8 +20,7 @@ from symgen import names
 from symgen.diagnosis.evidence import Columns, Evidence, Scene
 from symgen.diagnosis.shapes import Shape, Torques, contact, dahl, drift, gain, pulse
 from symgen.errors import RobotError
-from symgen.robot.effect import Definition, Search, definitions
-from symgen.robot.sought import Sought
+from symgen.robot.effect import Definition, Search, Sought, definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.effects import definition_tape
 from symgen.symbolic.independence import FUNCTIONS

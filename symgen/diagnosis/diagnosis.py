@@ -4,18 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symgen.diagnosis.mended import MendedChannel
+from symgen.errors import ParameterError
 from symgen.estimation.repairs import Repair
 from symgen.files import html_table
+from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
-from symgen.schemas import OrNan
+from symgen.schemas import BESIDE, OPTIONAL, OrNan, at, from_json, read_json, result_file, to_json
 
 FloatArray = NDArray[np.float64]
+MARKER = "diagnosis.json"
+SCHEMA = "symgen.diagnosis/1"
 VERDICTS = ("consistent", "explained", "partly-explained", "unexplained", "bad-measurement")
 
 
@@ -26,12 +31,12 @@ class Gap:
     `total` is the root mean square of the joints' ratios.
     """
 
-    per_joint: tuple[float, ...]
+    total: OrNan = field(init=False, compare=False)
+    per_joint: tuple[OrNan, ...]
 
-    @property
-    def total(self) -> float:
-        """Root mean square over the joints."""
-        return float(np.sqrt(np.mean(np.square(self.per_joint))))
+    def __post_init__(self) -> None:
+        total = float(np.sqrt(np.mean(np.square(self.per_joint)))) if self.per_joint else np.nan
+        object.__setattr__(self, "total", total)
 
 
 @dataclass(frozen=True)
@@ -42,6 +47,13 @@ class FoundParameter:
     value: OrNan
     std: OrNan
     unit: str
+
+
+class Alike(NamedTuple):
+    """An effect that these data cannot tell from another."""
+
+    name: str
+    joints: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -64,11 +76,11 @@ class FoundEffect:
     joints: tuple[int, ...]
     parameters: tuple[FoundParameter, ...]
     expression: str
-    p_value: float
-    gap_reduction: float
-    indistinguishable_from: tuple[tuple[str, tuple[int, ...]], ...] = ()
+    p_value: OrNan
+    gap_reduction: OrNan
+    indistinguishable_from: tuple[Alike, ...] = ()
     separate: str = ""
-    declared: bool = True
+    declared: Annotated[bool, at("in_robot_toml")] = True
 
 
 @dataclass(frozen=True)
@@ -140,7 +152,7 @@ def work(curves: Sequence[Curves], window: float = 0.2) -> Work | None:
     return Work(window, *left)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Diagnosis:
     """The answer of `diagnose`.
 
@@ -148,7 +160,9 @@ class Diagnosis:
         robot: name.
         verdict: one of VERDICTS.
         cutoff_hz: of the low-pass that every torque passes; None where none fits.
+        metric: of the gap: "torque".
         before, after, floor: the gap on data that the selection never saw.
+        energy: the same as work of the curves; None without them.
         where: joints with the gap, the largest share first; empty where consistent.
         effects: in the order of their share in closing the gap.
         rejected: what else was looked at.
@@ -162,29 +176,38 @@ class Diagnosis:
         declared: the robot as it was declared.
         values: its base parameters X, of the model before.
         repairs: what was mended in the logs.
+        replay: RMS distances of the motion under the measured torques, of a folder that was read.
+        digests: SHA-256 of the other files of that folder.
         mended: the channels that this changed most, for drawing.
     """
 
     robot: str
     verdict: str
     cutoff_hz: float | None
-    before: Gap
-    after: Gap
-    floor: Gap
+    metric: Annotated[Literal["torque"], at("gap.metric")] = "torque"
+    before: Annotated[Gap, at("gap.before")]
+    after: Annotated[Gap, at("gap.after")]
+    floor: Annotated[Gap, at("gap.noise_floor")]
+    energy: Work | None = field(init=False)
     where: tuple[Place, ...]
     effects: tuple[FoundEffect, ...]
     rejected: tuple[Rejected, ...]
+    tried: Annotated[int, at("candidates_tried")] = 0
     advice: tuple[str, ...]
     notes: tuple[str, ...]
-    extended: Robot
-    joints: tuple[int, ...]
-    curves: tuple[Curves, ...] = ()
-    tried: int = 0
-    parameters: tuple[FoundParameter, ...] = field(default_factory=tuple)
-    declared: Robot | None = None
-    values: tuple[float, ...] = ()
+    parameters: tuple[FoundParameter, ...] = ()
     repairs: tuple[Repair, ...] = ()
-    mended: tuple[MendedChannel, ...] = ()
+    replay: dict[str, Any] | None = None
+    digests: Annotated[dict[str, str] | None, OPTIONAL] = None
+    extended: Annotated[Robot, BESIDE]
+    joints: Annotated[tuple[int, ...], BESIDE]
+    curves: Annotated[tuple[Curves, ...], BESIDE] = ()
+    declared: Annotated[Robot | None, BESIDE] = None
+    values: Annotated[tuple[float, ...], BESIDE] = ()
+    mended: Annotated[tuple[MendedChannel, ...], BESIDE] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "energy", work(self.curves))
 
     def __repr__(self) -> str:
         """Return robot, verdict and the gap before and after."""
@@ -209,6 +232,29 @@ class Diagnosis:
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of diagnosis.json (schema symgen.diagnosis/1)."""
-        from symgen.diagnosis.reading import diagnosis_json
+        return to_json(self, SCHEMA)
 
-        return diagnosis_json(self)
+
+def read_diagnosis(path: str | Path) -> Diagnosis:
+    """Read a diagnosis again: diagnosis.json, and the extended robot.toml beside it.
+
+    Curves over time are not kept there: `curves` is empty.
+
+    Args:
+        path: the folder that `diagnose` wrote, or the diagnosis.json in it.
+
+    Raises:
+        ParameterError: there is none, or it is damaged.
+        RobotError: robot.toml beside it cannot be read.
+    """
+    file = result_file(path, MARKER)
+    content, extended = read_json(file, SCHEMA), read_robot(file.with_name("robot.toml"))
+    joints = tuple(j.number for j in extended.movable)
+    found = from_json(Diagnosis, content, file, extended=extended, joints=joints)
+    sizes = {len(gap.per_joint) for gap in (found.before, found.after, found.floor)}
+    if found.verdict not in VERDICTS or sizes != {len(joints)}:
+        what = "gap.per_joint" if found.verdict in VERDICTS else f"verdict {found.verdict!r}"
+        raise ParameterError(
+            f"{file}: damaged at {what}; accepted: schema {SCHEMA} as diagnose writes it"
+        )
+    return found

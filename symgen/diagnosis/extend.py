@@ -14,6 +14,7 @@ from symgen.errors import ParameterError
 from symgen.robot.effect import (
     Definition,
     Effect,
+    LogEffect,
     Search,
     definitions,
     of_file,
@@ -21,7 +22,6 @@ from symgen.robot.effect import (
     variables,
 )
 from symgen.robot.expressions import exact
-from symgen.robot.log_effect import LogEffect
 from symgen.robot.types import Coupling, Joint, Robot
 
 #: What robot.toml declares by its own words.

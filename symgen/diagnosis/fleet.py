@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,29 +24,30 @@ from symgen.data.dataset import listed_files
 from symgen.data.raw import Reading
 from symgen.data.signals import NORMAL
 from symgen.diagnosis.drift import LEVEL, Course, Named, Step, named, steps
-from symgen.diagnosis.robot_days import DayEstimate, IdentifyDay, courses_of, estimated, grouped
+from symgen.diagnosis.robot_days import (
+    DayEstimate,
+    IdentifyDay,
+    Shift,
+    courses_of,
+    estimated,
+    grouped,
+)
 from symgen.diagnosis.workflow import diagnose
 from symgen.distributed import Workers
-from symgen.errors import SymgenError
+from symgen.errors import ParameterError, SymgenError
 from symgen.identification.parameters import link_columns, read_given, regrouping
 from symgen.identification.workflow import identify
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import parameters_toml, robot_toml
 from symgen.robot.types import Robot
-from symgen.schemas import OrNan
+from symgen.schemas import OrNan, from_json, read_json, result_file, to_json
 
+MARKER = "fleet.json"
+SCHEMA = "symgen.fleet/1"
 FloatArray = NDArray[np.float64]
 #: A torque error stands out where it is so many times that of the fleet, and beyond so many times
 #: the scatter of its logarithm.
 _TIMES, _BEYOND = 1.5, 6.0
-
-
-class Shift(NamedTuple):
-    """By how much a parameter changed, or what it is, and its standard deviation."""
-
-    name: str
-    value: OrNan
-    std: OrNan
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ class Finding:
     effect: str
     joints: tuple[int, ...]
     parameters: tuple[Shift, ...]
-    p_value: float
+    p_value: OrNan
     says: str
 
 
@@ -78,7 +79,6 @@ class Fleet:
 
     Attributes:
         robot: name of the model.
-        names: of the parameters.
         estimates: of every robot and day, in their order.
         changes: since a day.
         outliers: robots that are others than the fleet, or leave more torque unexplained.
@@ -86,17 +86,48 @@ class Fleet:
     """
 
     robot: str
-    names: tuple[str, ...]
     estimates: tuple[DayEstimate, ...]
     changes: tuple[Finding, ...]
     outliers: tuple[Finding, ...]
     notes: tuple[str, ...]
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the parameters; empty where no day has any."""
+        return next(
+            (tuple(p.name for p in e.parameters) for e in self.estimates if e.parameters), ()
+        )
+
     def to_json(self) -> dict[str, Any]:
         """Return the content of fleet.json (schema symgen.fleet/1)."""
-        from symgen.diagnosis.fleet_reading import fleet_json
+        return to_json(self, SCHEMA)
 
-        return fleet_json(self)
+
+def read_fleet(path: str | Path) -> Fleet:
+    """Read what is known of a fleet again.
+
+    Of covariances fleet.json keeps the variances, and of logs none.
+
+    Args:
+        path: the folder that `fleet` wrote, or the fleet.json in it.
+
+    Raises:
+        ParameterError: there is none, or it is damaged.
+    """
+    file = result_file(path, MARKER)
+    found = from_json(Fleet, read_json(file, SCHEMA), file)
+    if len({tuple(p.name for p in e.parameters) for e in found.estimates if e.parameters}) > 1:
+        raise ParameterError(
+            f"{file}: damaged at estimates: days have other parameters; accepted: schema {SCHEMA} "
+            "as fleet writes it"
+        )
+    variances = [p.std * p.std for e in found.estimates for p in e.parameters or ()]
+    if any(map(math.isinf, variances)):
+        raise ParameterError(
+            f"{file}: damaged at estimates: the square of a std is no number; accepted: schema "
+            f"{SCHEMA} as fleet writes it"
+        )
+    return found
 
 
 def fleet(
@@ -147,10 +178,10 @@ def fleet(
         first = identify(source, list(days[0].files), model=model, reading=reading)
         cutoff = first.band.cutoff_hz if first.band is not None else None
         task = replace(task, cutoff=cutoff)
-    estimates = estimated(task, days, workers, progress)
+    estimates = estimated(task, days, derived.base.names, workers, progress)
     X = None if given is None else given.X
     found = _findings(source, derived, estimates, X, cutoff, reading, progress)
-    return Fleet(source.name, derived.base.names, tuple(estimates), *found)
+    return Fleet(source.name, tuple(estimates), *found)
 
 
 def _findings(
@@ -193,7 +224,7 @@ def _findings(
         f"{len(courses)} robots, {len(estimates)} days, {looks:,} looks: a p value is corrected "
         f"for all of them, and {LEVEL:g} is the chance of one false alarm in the fleet",
     )
-    failed = sum(e.X is None for e in estimates)
+    failed = sum(e.parameters is None for e in estimates)
     notes += (f"{failed} days could not be identified",) if failed else ()
     return tuple(changes), tuple(outliers), notes
 
@@ -205,15 +236,15 @@ def _finding(step: Step, n: Named) -> Finding:
 
 def _loud(estimates: Sequence[DayEstimate]) -> list[tuple[str, str, float, float]]:
     """Return robot, first day, ratio and p value where the torque error stands out to the end."""
-    logs = np.array([math.log(max(e.torque, 1e-12)) for e in estimates if e.X is not None])
+    logs = np.array([math.log(max(e.torque, 1e-12)) for e in estimates if e.parameters is not None])
     if len(logs) < 5:
         return []
     centre = float(np.median(logs))
     spread = max(NORMAL * float(np.median(np.abs(logs - centre))), 0.02)
     robots: dict[str, list[DayEstimate]] = {}
     for e in estimates:
-        if e.X is not None:
-            robots.setdefault(e.day.robot, []).append(e)
+        if e.parameters is not None:
+            robots.setdefault(e.robot, []).append(e)
     out = []
     for name, own in robots.items():
         away = [math.log(max(e.torque, 1e-12)) - centre for e in own]
@@ -222,7 +253,7 @@ def _loud(estimates: Sequence[DayEstimate]) -> list[tuple[str, str, float, float
             k = len(loud) - next((i for i, x in enumerate(reversed(loud)) if not x), len(loud))
             least = min(away[k:])
             p = min(len(logs) * math.erfc(least / spread / math.sqrt(2)), 1.0)
-            out.append((name, own[k].day.day, math.exp(float(np.median(away[k:]))), p))
+            out.append((name, own[k].day, math.exp(float(np.median(away[k:]))), p))
     return out
 
 
@@ -242,7 +273,7 @@ def _diagnosed(
     course = next(c for c in courses if c.robot == name)
     k = course.days.index(since)
     before = course.mean(slice(0, k))[0] if k else np.median([c.X[0] for c in courses], axis=0)
-    (day,) = (e.day for e in estimates if (e.day.robot, e.day.day) == (name, since))
+    (day,) = (e for e in estimates if (e.robot, e.day) == (name, since))
     try:
         with tempfile.TemporaryDirectory(prefix="symgen-") as folder:
             file = Path(folder) / "before.toml"

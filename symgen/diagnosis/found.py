@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.diagnosis.candidates import Candidate
-from symgen.diagnosis.diagnosis import FoundEffect, FoundParameter
+from symgen.diagnosis.diagnosis import Alike, FoundEffect, FoundParameter
 from symgen.diagnosis.search import Selection
 from symgen.diagnosis.select import Score, judge
 from symgen.diagnosis.study import Study
@@ -85,7 +85,7 @@ def found_effects(
                 p_value=score.p_value,
                 gap_reduction=min(score.gain, 1.0),
                 indistinguishable_from=tuple(
-                    (s.candidate.name, numbers(study.robot, s.candidate)) for s in alike
+                    Alike(s.candidate.name, numbers(study.robot, s.candidate)) for s in alike
                 ),
                 separate=d.separate if alike else "",
                 declared=score in declared or bool(d.reads),

@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from symgen.identification.workflow import identify
 from symgen.robot.toml_io import parse_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
+from symgen.schemas import BESIDE, OrInf, OrNan, at
 
 FloatArray = NDArray[np.float64]
 
@@ -37,22 +38,34 @@ class Day:
     files: tuple[str, ...]
 
 
+class Shift(NamedTuple):
+    """By how much a parameter changed, or what it is, and its standard deviation."""
+
+    name: str
+    value: OrNan
+    std: OrNan
+
+
 @dataclass(frozen=True, eq=False)
 class DayEstimate:
-    """What was identified of a day.
+    """What was identified of a robot on a day.
 
     Attributes:
-        day: whose logs it is of.
-        X, covariance: (p,) and (p, p); None where the logs do not determine them.
+        robot, day: by name.
         torque: relative error of torque on held-out motion.
         verdict: "trusted" or "doubtful", or "failed: " and why.
+        parameters: None where the logs do not determine them.
+        covariance: (p, p) of them; None where it is not known, but for their std.
+        files: the logs.
     """
 
-    day: Day
-    X: FloatArray | None
-    covariance: FloatArray | None
-    torque: float
+    robot: str
+    day: str
+    torque: Annotated[OrInf, at("torque_residual")]
     verdict: str
+    parameters: tuple[Shift, ...] | None
+    covariance: Annotated[FloatArray | None, BESIDE] = None
+    files: Annotated[tuple[str, ...], BESIDE] = ()
 
 
 @dataclass(frozen=True)
@@ -96,10 +109,11 @@ class IdentifyDay:
 def estimated(
     task: IdentifyDay,
     days: Sequence[Day],
+    names: Sequence[str],
     workers: Workers | None,
     progress: Callable[[str], None],
 ) -> list[DayEstimate]:
-    """Identify all days that are not kept."""
+    """Identify all days that are not kept; `names` are those of the parameters."""
     keys = [digest(repr(task), repr(day), *(identity(name) for name in day.files)) for day in days]
     with tempfile.TemporaryDirectory(prefix="symgen-") as fresh, executor(workers) as by:
         folder = WorkFolder(Path((workers and workers.work) or fresh))
@@ -108,10 +122,15 @@ def estimated(
         out = []
         for day, key in zip(days, keys, strict=True):
             with np.load(io.BytesIO(folder.read(key)), allow_pickle=False) as archive:
-                X, C = (archive.get(k) for k in ("X", "covariance"))
-                out.append(
-                    DayEstimate(day, X, C, float(archive["torque"]), str(archive["verdict"]))
-                )
+                torque, verdict = float(archive["torque"]), str(archive["verdict"])
+                found = covariance = None
+                if "X" in archive:
+                    covariance = archive["covariance"]
+                    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+                    rows = zip(names, archive["X"].tolist(), std.tolist(), strict=True)
+                    found = tuple(Shift(*row) for row in rows)
+                made = (torque, verdict, found, covariance, day.files)
+                out.append(DayEstimate(day.robot, day.day, *made))
     return out
 
 
@@ -156,8 +175,10 @@ def courses_of(estimates: Sequence[DayEstimate]) -> list[Course]:
     """Return the estimates robot by robot, without days that failed."""
     robots: dict[str, list[tuple[str, FloatArray, FloatArray]]] = {}
     for e in estimates:
-        if e.X is not None and e.covariance is not None:
-            robots.setdefault(e.day.robot, []).append((e.day.day, e.X, e.covariance))
+        if e.parameters is not None:
+            X, std = (np.array([p[k] for p in e.parameters]) for k in (1, 2))
+            known = np.diag(std**2) if e.covariance is None else e.covariance
+            robots.setdefault(e.robot, []).append((e.day, X, known))
     return [
         Course(
             name,

@@ -6,12 +6,14 @@ Both are chosen from the training logs together, and used for everything that th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from symgen.data.signals import Samples, lowpass
 from symgen.estimation.values import FloatArray
+from symgen.schemas import OPTIONAL
 
 #: Share of the power of a joint's speed that lies below half the comparison band.
 POWER = 0.99
@@ -35,6 +37,10 @@ class Rests:
     slow: tuple[float, ...]
     weight: tuple[float, ...]
 
+    def __post_init__(self) -> None:
+        if len(self.slow) != len(self.weight) or not all(0 < w <= 1 for w in self.weight):
+            raise ValueError("weights beyond (0, 1], or of other joints")
+
 
 @dataclass(frozen=True)
 class Band:
@@ -54,22 +60,16 @@ class Band:
     cutoff_hz: float
     comparison_hz: float
     velocity: str
-    rests: Rests | None = field(default=None, metadata={"absent": True})
+    rests: Annotated[Rests | None, OPTIONAL] = None
+
+    def __post_init__(self) -> None:
+        derived = self.velocity in ("measured", "derived")
+        if not (derived and min(self.rate_hz, self.cutoff_hz, self.comparison_hz) > 0):
+            raise ValueError("no run has such a band")
 
     def filters(self, step: float) -> bool:
         """Whether positions of a log of this step pass a low-pass."""
         return self.cutoff_hz < OPEN / step
-
-    def require(self) -> None:
-        """Raise ValueError where no run can have these filters."""
-        if not min(self.rate_hz, self.cutoff_hz, self.comparison_hz) > 0:
-            raise ValueError("band")
-        if self.velocity not in ("measured", "derived"):
-            raise ValueError("band")
-        if self.rests is not None:
-            slow, weight = self.rests.slow, self.rests.weight
-            if len(slow) != len(weight) or not all(0 < w <= 1 for w in weight):
-                raise ValueError("rests")
 
     def in_words(self) -> str:
         """Return what every command says in one line."""

@@ -15,7 +15,7 @@ from symgen.data.raw import read_only
 from symgen.data.signals import Samples, can_filter, lowpass
 from symgen.errors import LogError
 from symgen.estimation.values import FloatArray
-from symgen.robot.log_effect import LogEffect
+from symgen.robot.effect import LogEffect
 from symgen.robot.types import Robot
 from symgen.symbolic.effects import definition_tape
 from symgen.symbolic.independence import FUNCTIONS

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.schemas import BESIDE, at
+
 FloatArray = NDArray[np.float64]
+#: Curves stand beside an estimate.json, not in it.
+Curve = Annotated[FloatArray, BESIDE]
 
 
 @dataclass(frozen=True)
@@ -36,9 +41,9 @@ class Trace:
     log: str
     kind: str
     quantity: str
-    t: FloatArray
-    measured: FloatArray
-    predicted: FloatArray
+    t: Curve
+    measured: Curve
+    predicted: Curve
     spacing: int = 1
 
 
@@ -59,10 +64,10 @@ class Balance:
 
     log: str
     kind: str
-    t: FloatArray
-    work: FloatArray
-    energy: FloatArray
-    friction: FloatArray
+    t: Curve
+    work: Curve
+    energy: Curve
+    friction: Curve
 
     @property
     def rest(self) -> FloatArray:
@@ -117,7 +122,7 @@ class Endogeneity:
     """
 
     columns: str
-    statistic: float
+    statistic: Annotated[float, at("F")]
     df: tuple[int, float]
     p_value: float
 

@@ -1,24 +1,36 @@
-"""Limits of a motion: what the user allows, how much of it a trajectory takes, how to keep it."""
+"""Limits of a motion: what the user allows, how much of it a trajectory takes, what keeps to it.
+
+A cell is a floor and boxes that link frames and the tool stay clear of. Clearance of a point x is
+its height above the floor, and its distance from a box: Euclidean outside, negative depth inside,
+
+    d = ||max(|x - c| - h, 0)|| + min(max_i (|x - c| - h)_i, 0),   c the centre, h the half sizes
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import ParameterError
-from symgen.experiment.trajectory import Trajectory
+from symgen.experiment.trajectory import Basis, Trajectory, fine_matrix
 from symgen.robot.types import Limits, Robot
+from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
-#: Step in s at which limits are checked.
-FINE = 1e-3
+#: Step in s at which limits are checked, and the cell every so many of them.
+FINE, _EVERY = 1e-3, 5
 #: A limit of which a motion takes this share or more binds.
 BINDING = 0.97
 KEYS = ("position", "velocity", "acceleration", "jerk")
+#: Kinds of use that are those of a cell, and the kernel that they need.
+CELL, FRAMES = ("floor", "box"), "frames"
+_STILL = 1e-9  # m: what moves less is part of the base
+#: What is left of a limit between the milliseconds at which it is checked.
+_INSIDE = 0.9995
 Torque = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 
@@ -50,6 +62,27 @@ class Bounds:
         """Half the range of the positions, (n,)."""
         return (self.high - self.low) / 2
 
+    def uses(self, run: Trajectory, torque: Torque | None = None) -> Iterator[Use]:
+        """Yield how much of every limit a run takes, every millisecond and at its ends.
+
+        Args:
+            run: the trajectory.
+            torque: of the prior model, (N, n) from q, qd, qdd; None where torques are not limited.
+        """
+        t = run.fine(FINE)
+        motion = [run.at(t, order) for order in range(4)]
+        every = [(motion[0], self.low, self.high)]
+        every += [(x, -top, top) for x, top in zip(motion[1:], self.rates, strict=True)]
+        if torque is not None:
+            every.append((torque(*motion[:3]), -self.torque, self.torque))
+        for key, (x, low, high) in zip((*KEYS, "torque"), every, strict=False):
+            for j in np.flatnonzero(np.isfinite(high)):
+                away = x[:, j] - (low[j] + high[j]) / 2
+                k = int(np.argmax(np.abs(away)))
+                share = float(abs(away[k]) / ((high[j] - low[j]) / 2))
+                edge = high[j] if away[k] >= 0 else low[j]
+                yield Use(key, self.numbers[j], share, float(x[k, j]), float(edge))
+
 
 @dataclass(frozen=True)
 class Use:
@@ -72,79 +105,187 @@ def bounds(robot: Robot) -> Bounds:
         ParameterError: limits of position or speed are missing, or a limit has no meaning.
     """
     own = robot.limits or Limits()
-    where, ranges = f"limits of {robot.name}", own.position
-    if ranges is None:
-        raise ParameterError(
-            f"{where}: positions are not limited; accepted: position in [limits], or --position"
-        )
-    _require_count(where, "position", len(ranges), robot.n)
-    low, high = np.array(ranges, dtype=np.float64).reshape(robot.n, 2).T
-    if not (np.isfinite(low).all() and np.isfinite(high).all() and (low < high).all()):
-        raise ParameterError(f"{where}: position; accepted: for each joint LOW below HIGH, finite")
-    rows = [_positive(where, key, getattr(own, key), robot.n) for key in KEYS[1:]]
-    if not np.isfinite(rows[0]).all():
-        raise ParameterError(
-            f"{where}: speeds are not limited; accepted: velocity in [limits], or --velocity"
-        )
-    tau = _positive(where, "torque", own.torque, robot.n)
-    return Bounds(low, high, np.array(rows), tau, tuple(j.number for j in robot.movable))
+    where = f"limits of {robot.name}"
+    for key, missing in (("position", own.position), ("velocity", own.velocity)):
+        if missing is None:
+            raise ParameterError(
+                f"{where}: {'positions' if key == 'position' else 'speeds'} are not limited; "
+                f"accepted: {key} in [limits], or --{key}"
+            )
+    tops = []
+    for key in (*KEYS, "torque"):
+        values = getattr(own, key)
+        array = np.full(robot.n, math.inf) if values is None else np.array(values, dtype=float)
+        if len(array) != robot.n:
+            raise ParameterError(
+                f"{where}: {key} has {len(array)} entries; accepted: one for each of {robot.n} "
+                "movable joints"
+            )
+        span = np.diff(array) if array.ndim > 1 else array
+        if values is not None and not (np.isfinite(array).all() and (span > 0).all()):
+            accepted = "finite numbers above 0" if array.ndim == 1 else "LOW below HIGH, finite"
+            raise ParameterError(f"{where}: {key}; accepted: for each joint {accepted}")
+        tops.append(array)
+    numbers = tuple(j.number for j in robot.movable)
+    low, high = tops[0].T
+    return Bounds(low, high, np.array(tops[1:4]), tops[4], numbers)
 
 
-def _positive(where: str, key: str, values: Sequence[float] | None, n: int) -> FloatArray:
-    if values is None:
-        return np.full(n, math.inf)
-    _require_count(where, key, len(values), n)
-    if not all(math.isfinite(v) and v > 0 for v in values):
-        raise ParameterError(f"{where}: {key}; accepted: finite numbers above 0")
-    return np.array(values, dtype=float)
-
-
-def _require_count(where: str, key: str, found: int, n: int) -> None:
-    if found != n:
-        raise ParameterError(
-            f"{where}: {key} has {found} entries; accepted: one for each of {n} movable joints"
-        )
-
-
-def uses(limits: Bounds, run: Trajectory, torque: Torque | None = None) -> tuple[Use, ...]:
-    """Return how much of every limit a run takes, every millisecond and at its ends.
-
-    Args:
-        limits: of the joints.
-        run: the trajectory.
-        torque: of the prior model, (N, n) from q, qd, qdd; None where torques are not limited.
-    """
-    t = run.fine(FINE)
-    motion = [run.at(t, order) for order in range(4)]
-    out = []
-    for j, number in enumerate(limits.numbers):
-        q = motion[0][:, j]
-        far = q[np.argmax(np.abs(q - limits.centre[j]))]
-        edge = limits.high[j] if far > limits.centre[j] else limits.low[j]
-        share = abs(far - limits.centre[j]) / limits.half[j]
-        out.append(Use("position", number, float(share), float(far), float(edge)))
-        peaks = [(KEYS[k], motion[k][:, j], limits.rates[k - 1, j]) for k in (1, 2, 3)]
-        out += [
-            _use(key, number, x, allowed) for key, x, allowed in peaks if math.isfinite(allowed)
-        ]
-    if torque is not None:
-        tau = torque(*motion[:3])
-        pairs = zip(limits.numbers, tau.T, limits.torque, strict=True)
-        out += [_use("torque", *pair) for pair in pairs]
-    return tuple(u for u in out if math.isfinite(u.allowed))
-
-
-def _use(key: str, number: int, x: FloatArray, allowed: float) -> Use:
-    extreme = x[np.argmax(np.abs(x))]
-    share = float(abs(extreme) / allowed)
-    return Use(key, number, share, float(extreme), float(math.copysign(allowed, extreme)))
-
-
-def worst(found: Sequence[Use]) -> dict[tuple[str, int], Use]:
+def worst(found: Iterable[Use]) -> tuple[Use, ...]:
     """Return the largest use of every limit of every joint over several runs."""
     out: dict[tuple[str, int], Use] = {}
     for use in found:
-        known = out.get((use.limit, use.joint))
-        if known is None or use.share > known.share:
-            out[use.limit, use.joint] = use
-    return out
+        key = use.limit, use.joint
+        out[key] = max(out.get(key, use), use, key=lambda u: u.share)
+    return tuple(out.values())
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """A floor and boxes in frame 0, and the point of the tool in the last link's frame."""
+
+    evaluator: Evaluator
+    limits: Limits
+
+    def uses(self, run: Trajectory) -> Iterator[Use]:
+        """Yield how near the moving frames and the tool come to the floor and to each box.
+
+        The share is 1 less the smallest clearance in m, so that 1 touches; extreme is that
+        clearance, allowed is 0.
+        """
+        T = self.evaluator[FRAMES](run.at(run.fine(_EVERY * FINE)))
+        numbers = [j.number for j in self.evaluator.model.robot.joints]
+        tip = T[:, -1, :3, :3] @ np.array(self.limits.tool or (0.0, 0.0, 0.0)) + T[:, -1, :3, 3]
+        x, numbers = np.concatenate([T[:, :, :3, 3], tip[:, None]], 1), [*numbers, numbers[-1]]
+        moves = np.flatnonzero(np.ptp(x, axis=0).max(axis=1) > _STILL)
+        x = x[:, moves]
+        clearances = []
+        if self.limits.floor is not None:
+            clearances.append(("floor", x[..., 2] - self.limits.floor))
+        for box in self.limits.boxes:
+            low, high = np.array(box).T
+            away = np.abs(x - (low + high) / 2) - (high - low) / 2
+            outside = np.linalg.norm(np.maximum(away, 0), axis=-1)
+            clearances.append(("box", outside + np.minimum(away.max(axis=-1), 0)))
+        for limit, clearance in clearances:
+            least = clearance.min(axis=0)
+            k = int(np.argmin(least))
+            yield Use(limit, numbers[moves[k]], 1 - float(least[k]), float(least[k]), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """One joint in one run: its part of z, and P scaled to the joint's range."""
+
+    run: int
+    joint: int
+    basis: Basis
+    part: slice
+    P: FloatArray
+
+    def matrix(self, t: FloatArray, order: int) -> FloatArray:
+        """Return B(t) P, or its derivative of this order, (N, m)."""
+        return self.basis.matrix(t, order) @ self.P
+
+
+@dataclass(frozen=True, eq=False)
+class Space:
+    """The motions of some runs that may be chosen from: all their coefficients as one vector z.
+
+    q(t) = centre + B(t) P z with P a basis of the coefficients that keep the ends at rest (and at
+    the start, where one is given). Every limit on q and its derivatives is then linear in z, and
+    the motions within the limits are a convex set around z = 0, the robot at rest in the centre.
+
+    Attributes:
+        blocks: run by run, joint by joint.
+        centre: (n,).
+        size: of z.
+        limits: of position, speed, acceleration and jerk.
+    """
+
+    blocks: tuple[Block, ...]
+    centre: FloatArray
+    size: int
+    limits: Bounds
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return self.blocks[-1].run + 1
+
+    def of(self, run: int) -> tuple[Block, ...]:
+        """Return the joints of a run."""
+        return tuple(b for b in self.blocks if b.run == run)
+
+    def trajectories(self, z: FloatArray) -> tuple[Trajectory, ...]:
+        """Return the runs of z (size,)."""
+        return tuple(
+            Trajectory(
+                tuple(b.basis for b in self.of(run)),
+                tuple(
+                    self.centre[b.joint] * b.basis.constant + b.P @ z[b.part] for b in self.of(run)
+                ),
+            )
+            for run in range(self.runs)
+        )
+
+    def fitted(self, z: FloatArray, grow: bool = False) -> FloatArray:
+        """Return z with every joint of every run shrunk about the centre into its limits.
+
+        Args:
+            z: (size,).
+            grow: widen joints that do not reach their limits too.
+        """
+        out, limits = z.copy(), self.limits
+        for b in self.blocks:
+            j, c = b.joint, b.P @ z[b.part]
+            q = fine_matrix(b.basis, FINE, 0) @ c
+            top = (
+                max(
+                    q.max() / (limits.high[j] - self.centre[j]),
+                    q.min() / (limits.low[j] - self.centre[j]),
+                    *(
+                        np.abs(fine_matrix(b.basis, FINE, order) @ c).max()
+                        / limits.rates[order - 1, j]
+                        for order in (1, 2, 3)
+                        if np.isfinite(limits.rates[order - 1, j])
+                    ),
+                )
+                / _INSIDE
+            )
+            if top > 1 or (grow and top > 0):
+                out[b.part] = z[b.part] / top
+        return out
+
+    def drawn(self, draw: np.random.Generator) -> FloatArray:
+        """Draw a random motion that reaches its limits."""
+        z = np.empty(self.size)
+        for b in self.blocks:
+            # Accelerations of all functions of like size: slow ones then move far.
+            t = np.linspace(0, b.basis.duration, 200)
+            size = np.sqrt(np.mean(b.matrix(t, 1) ** 2, axis=0)) + 1 / b.basis.duration
+            z[b.part] = draw.normal(size=b.part.stop - b.part.start) / size
+        return self.fitted(z, grow=True)
+
+
+def space(
+    bases: tuple[tuple[Basis, ...], ...], limits: Bounds, start: FloatArray | None = None
+) -> Space:
+    """Return the motions of some runs.
+
+    Args:
+        bases: of each run, of each joint.
+        limits: the positions among them set centre and range.
+        start: (n,) where every run begins, None for anywhere.
+    """
+    blocks, at = [], 0
+    for run, joints in enumerate(bases):
+        for j, basis in enumerate(joints):
+            conditions = basis.rest()
+            if start is not None:
+                conditions = np.concatenate([conditions, basis.matrix(np.zeros(1))])
+            null = np.linalg.qr(conditions.T, mode="complete")[0][:, len(conditions) :]
+            P = limits.half[j] * null
+            blocks.append(Block(run, j, basis, slice(at, at + P.shape[1]), P))
+            at += P.shape[1]
+    return Space(tuple(blocks), limits.centre if start is None else start, at, limits)

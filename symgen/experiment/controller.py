@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import ParameterError
+from symgen.experiment.plant import Repeated
 from symgen.experiment.reference import Reference
-from symgen.experiment.repeated import Repeated
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]

@@ -8,34 +8,306 @@ will be used, built from the same windows: a motion may be good for torques and 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from symgen.errors import IdentificationError, ParameterError
+from symgen.codegen.model import Model, derive
+from symgen.data.log import read_only
+from symgen.data.signals import Samples
+from symgen.errors import IdentificationError, LogError, ParameterError
+from symgen.estimation.filtered import unfiltered
 from symgen.estimation.logs import HELD_OUT
-from symgen.estimation.recipe import require_model
-from symgen.experiment.bounds import Bounds, bounds
-from symgen.experiment.cell import KINDS
-from symgen.experiment.criterion import FloatArray
-from symgen.experiment.judge import MODELS, SHRUNK, Found, Judge, judge
-from symgen.experiment.objective import Objective, smooth_robot
-from symgen.experiment.options import Motion, Search, require_positive
+from symgen.estimation.recipe import NEEDED, Recipe, require_model
+from symgen.estimation.system import Equations
+from symgen.experiment.bounds import CELL, FRAMES, Bounds, Cell, Space, Use, bounds, space, worst
 from symgen.experiment.plan import Plan, binding_text
-from symgen.experiment.search import Clock, Program
-from symgen.experiment.space import space
-from symgen.experiment.trajectory import SMOOTH, basis
+from symgen.experiment.search import CRITERIA, Clock, Program
+from symgen.experiment.trajectory import SMOOTH, Trajectory, basis
 from symgen.identification.assessment import WINDOWS
+from symgen.identification.parameters import read_parameters
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Limits, Robot, require_gravity
+from symgen.runtime.evaluator import Evaluator, load
 
+FloatArray = NDArray[np.float64]
 #: Condition number above which runs determine nothing: refused.
 SINGULAR = 1e5
 _DRAWS = 8  # random motions of which each search begins with the best
 _LONGEST = 600.0  # s, of a run
 _USUAL = 10.0  # s, the shortest run that is chosen without being asked for
+_MODELS = tuple(NEEDED)
+_SHRUNK = ("torque", *CELL)  # limits that are kept by shrinking the whole motion
+_SHRINK = 0.9  # of it, again and again
+_SMALLEST, _SMALLEST_IN_CELL = 0.5, 0.25
+_HALVINGS = 5  # of the last step
+_SLOW = 0.1  # of the allowed speeds, in the approach
+_PEAK = 1.875  # of the mean speed of a motion of degree five from rest to rest
+_MOST = 10_000  # runs, searches, iterations
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What the runs of an excitation look like.
+
+    Attributes:
+        duration: of each run, s, one or one for each; None for 10 s, or what identify trusts in
+            all.
+        runs: how many, each with coefficients of its own.
+        kind: "fourier", "bspline", or the paper's "cubic" and "cosine"; one for all joints or one
+            for each.
+        terms: harmonics, coefficients (bspline) or strokes (cubic) of a joint; None for what the
+            duration suggests.
+        start: where every run begins, (n,), rad or m; None for anywhere.
+        rate: of the sampled references, Hz.
+
+    Raises:
+        ParameterError: a number has no meaning.
+    """
+
+    duration: float | Sequence[float] | None = None
+    runs: int = 1
+    kind: str | Sequence[str] = "fourier"
+    terms: int | None = None
+    start: Sequence[float] | None = None
+    rate: float = 200.0
+
+    def __post_init__(self) -> None:
+        _require_count("runs", self.runs)
+        _require_positive("rate", self.rate)
+
+
+@dataclass(frozen=True)
+class Search:
+    """How runs are searched for.
+
+    Attributes:
+        criterion: "condition" number, or "logdet" of the information matrix.
+        budget: of time, s: the search stops then with the best that it has.
+        searches: how many random starts are improved.
+        iterations: of IPOPT for each, at most.
+        seed: of the random starts. The same seed gives the same runs where the budget lasts.
+
+    Raises:
+        ParameterError: a number has no meaning.
+    """
+
+    criterion: str = "condition"
+    budget: float = 60.0
+    searches: int = 4
+    iterations: int = 500
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.criterion not in CRITERIA:
+            raise ParameterError(f"criterion {self.criterion!r}; accepted: {', '.join(CRITERIA)}")
+        _require_positive("budget", self.budget)
+        _require_count("searches", self.searches)
+        _require_count("iterations", self.iterations)
+
+
+def _require_positive(what: str, value: float) -> None:
+    """Raise ParameterError where a number is not above 0, or not finite."""
+    if not (math.isfinite(value) and value > 0):
+        raise ParameterError(f"{what} {value:g}; accepted: a number above 0")
+
+
+def _require_count(what: str, count: int) -> None:
+    if not 1 <= count <= _MOST:
+        raise ParameterError(f"{what} {count}; accepted: 1 to {_MOST}")
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A motion of all runs, with its condition number and use of limits on a fine grid."""
+
+    runs: tuple[Trajectory, ...]
+    condition: float
+    log_det: float
+    uses: tuple[Use, ...]
+
+    @property
+    def excess(self) -> float:
+        """Largest share that is used of a limit of torque, or of the cell."""
+        return _excess(self.uses)
+
+    @property
+    def keeps(self) -> bool:
+        """Whether torques and cell are within their limits; the other limits always are."""
+        return self.excess <= 1
+
+
+def _excess(uses: Iterable[Use]) -> float:
+    return max((u.share for u in uses if u.limit in _SHRUNK), default=0.0)
+
+
+def quality(W: FloatArray) -> tuple[float, float]:
+    """Return condition number and log det of W'W, columns of W (K, p) scaled to unit norm.
+
+    They are inf and -inf where W is singular.
+    """
+    norms = np.linalg.norm(W, axis=0)
+    if len(W) < W.shape[1] or not norms.all():
+        return math.inf, -math.inf
+    singular = np.linalg.svd(np.linalg.qr(W / norms, mode="r"), compute_uv=False)
+    if singular[-1] <= 1e-14 * singular[0]:
+        return math.inf, -math.inf
+    return float(singular[0] / singular[-1]), float(2 * np.log(singular).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """What motions are judged by: limits every millisecond, and identify's own equations."""
+
+    evaluator: Evaluator
+    name: str
+    window: float
+    rate: float
+    limits: Bounds
+    prior: FloatArray | None
+    notes: tuple[str, ...]
+    cell: Cell | None
+
+    @property
+    def model(self) -> Model:
+        """The derived model."""
+        return self.evaluator.model
+
+    def equations(self, runs: Sequence[Trajectory], name: str) -> tuple[Equations, ...]:
+        """Return the equations that identify would build from these runs.
+
+        Raises:
+            IdentificationError: a window does not fit a run.
+        """
+        recipe = Recipe(name, self.window)
+        out: list[Equations] = []
+        for k, run in enumerate(runs, 1):
+            t = run.times(1 / self.rate)
+            q, qd = (read_only(run.at(t, order)) for order in range(2))
+            step = float(t[1] - t[0])
+            samples = Samples(f"run {k}", t, q, qd, np.zeros_like(q), step, None, ())
+            out += recipe.equations(self.evaluator, unfiltered(samples))
+        return tuple(out)
+
+    def quality(self, runs: Sequence[Trajectory], name: str) -> tuple[float, float]:
+        """Return condition number and log det of identify's regressor of these runs."""
+        return quality(np.concatenate([e.W for e in self.equations(runs, name)]))
+
+    def judged(self, choices: Space, z: FloatArray) -> Found:
+        """Return a motion that keeps its limits, and what it is worth.
+
+        Joints are shrunk about the centre as far as their own limits ask for, all of them together
+        as far as the torques and the cell do.
+        """
+        z = choices.fitted(z)
+        runs, found = self._used(choices, z)
+        factor, too_much = 1.0, 1.0
+        smallest = _SMALLEST if self.cell is None else _SMALLEST_IN_CELL
+        while _excess(found) > 1 and factor > smallest:
+            too_much, factor = factor, _SHRINK * factor
+            runs, found = self._used(choices, factor * z)
+        for _ in range(_HALVINGS if too_much > factor and _excess(found) <= 1 else 0):
+            middle = (factor + too_much) / 2
+            tried = self._used(choices, middle * z)
+            if _excess(tried[1]) <= 1:
+                factor, (runs, found) = middle, tried
+            else:
+                too_much = middle
+        return Found(runs, *self.quality(runs, self.name), found)
+
+    def _used(
+        self, choices: Space, z: FloatArray
+    ) -> tuple[tuple[Trajectory, ...], tuple[Use, ...]]:
+        """Return the runs of z, and how much of every limit they take."""
+        runs, prior = choices.trajectories(z), self.prior
+        torque = None
+        if prior is not None:
+            inverse = self.evaluator["inverse_dynamics"]
+
+            def torque(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+                return np.asarray(inverse(q, qd, qdd, prior))
+
+        every = [u for r in runs for u in self.limits.uses(r, torque)]
+        every += [u for r in runs if self.cell for u in self.cell.uses(r)]
+        return runs, worst(every)
+
+    def plan(self, best: Found, start: float, searches: tuple[int, int], stopped: str) -> Plan:
+        """Return the plan, with what the other models would make of it."""
+        own = self.equations(best.runs, self.name)
+        conditions = {}
+        for name in _MODELS:
+            try:
+                conditions[name] = self.quality(best.runs, name)[0]
+            except (IdentificationError, LogError):  # its windows or filter do not fit these runs
+                conditions[name] = math.inf
+        # The farthest way between positions takes a tenth of the allowed speeds.
+        way = (self.limits.high - self.limits.low) / (_SLOW * self.limits.rates[0])
+        return Plan(
+            robot=self.model.robot.name,
+            model=self.name,
+            window=self.window,
+            rate=self.rate,
+            runs=best.runs,
+            conditions=conditions,
+            log_det=best.log_det,
+            start=start,
+            uses=tuple(sorted(best.uses, key=lambda u: u.joint)),
+            parameters=len(self.model.base.parameters),
+            independent=sum(len(e.y) / e.correlation for e in own),
+            searches=searches,
+            stopped=stopped,
+            notes=self.notes,
+            approach=float(math.ceil(_PEAK * way.max())),
+        )
+
+
+def judge(
+    robot: Robot,
+    name: str,
+    window: float,
+    rate: float,
+    limits: Bounds,
+    parameters: str | Path | None,
+    asked: bool,
+) -> Judge:
+    """Load what motions are judged by.
+
+    Args:
+        robot: the mechanism.
+        name: of the model that will be used.
+        window: of energy and momentum, s.
+        rate: of the samples, Hz.
+        limits: of the joints.
+        parameters: file of the prior model, None where torques are not looked at.
+        asked: whether limits of torque were given on purpose.
+
+    Raises:
+        ParameterError: limits of torque without a prior model, or the other way round.
+    """
+    limited = bool(np.isfinite(limits.torque).any())
+    notes: tuple[str, ...] = ()
+    if parameters is None and asked:
+        raise ParameterError(
+            "limits of torque need a prior model; accepted: parameters as well (estimate.json, or "
+            "TOML with [parameters])"
+        )
+    if parameters is not None and not limited:
+        raise ParameterError(
+            "parameters are given and no torque is limited; accepted: torque in [limits], or "
+            "--torque"
+        )
+    if parameters is None and limited:
+        notes = ("limits of torque are not looked at: that needs --parameters of a prior model",)
+    fence = robot.limits if robot.limits is not None and robot.limits.cell else None
+    kernels = dict.fromkeys(k for m in _MODELS for k in Recipe(m, window).all_kernels)
+    model = derive(robot, (*kernels, FRAMES) if fence else tuple(kernels))
+    prior = None if parameters is None else read_parameters(parameters, model)
+    evaluator = load(model)
+    cell = Cell(evaluator, fence) if fence else None
+    return Judge(evaluator, name, window, rate, limits, prior, notes, cell)
 
 
 def excite(
@@ -75,9 +347,13 @@ def excite(
     """
     motion, search = motion or Motion(), search or Search()
     clock = Clock(search.budget)
-    if model not in MODELS:
-        raise ParameterError(f"model {model!r}; accepted: {', '.join(MODELS)}")
-    require_positive("window", window)
+
+    def value(found: Found) -> float:
+        return found.condition if search.criterion == "condition" else -found.log_det
+
+    if model not in _MODELS:
+        raise ParameterError(f"model {model!r}; accepted: {', '.join(_MODELS)}")
+    _require_positive("window", window)
     source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
     require_gravity(source, "an excitation")
     require_model(source, model)
@@ -90,43 +366,41 @@ def excite(
     lengths = _durations(motion.duration, motion.runs, task)
     bases = tuple(tuple(basis(k, length, motion.terms) for k in kinds) for length in lengths)
     choices = space(bases, allowed, _start(motion.start, allowed, source.n))
-    objective = Objective(smooth_robot(source, allowed), choices, model, window, task.model)
-    program = Program(objective, allowed, task.prior, clock, search.iterations)
-    best: Found | None = None
-    ended, closest = 0, None
+    program = Program(
+        source, choices, model, window, search.criterion, task.prior, clock, search.iterations
+    )
+    tried: list[tuple[Found, float]] = []
+    ended = 0
     with clock.listening():
         for k in range(search.searches):
             if k and clock.left <= 0:
                 break
             draw = np.random.default_rng([search.seed, k])
-            drawn = [choices.drawn(draw, allowed) for _ in range(_DRAWS if clock.left > 0 else 1)]
-            first = min(drawn, key=lambda z: objective(z, search.criterion)[0])
+            drawn = [choices.drawn(draw) for _ in range(_DRAWS if clock.left > 0 else 1)]
+            first = min(drawn, key=lambda z: float(program.loss(z)))
             before = task.judged(choices, first)
-            progress(f"{clock.elapsed:5.1f} s  search {k + 1}: begins at {before.text}")
-            z = first if clock.left <= 0 else program.solve(first, search.criterion)
+            progress(f"{clock.elapsed:5.1f} s  search {k + 1}: begins at {_text(before)}")
+            z = first if clock.left <= 0 else program.solve(first)
             after = task.judged(choices, z)
             ended += clock.left > 0
-            for found in (before, after):
-                if not found.keeps and (closest is None or found.excess < closest.excess):
-                    closest = found
-                better = best is None or _value(found, search) < _value(best, search)
-                if found.keeps and better:
-                    best = found.beginning(before)
-            shown = "none keeps its limits" if best is None else f"best {best.text}"
+            tried += [(before, before.condition), (after, before.condition)]
+            kept = [pair for pair in tried if pair[0].keeps]
+            best, start = min(kept, key=lambda pair: value(pair[0]), default=(None, math.nan))
+            shown = "none keeps its limits" if best is None else f"best {_text(best)}"
             meter((k + 1) / search.searches)
-            progress(f"{clock.elapsed:5.1f} s  search {k + 1}: reaches {after.text}; {shown}")
+            progress(f"{clock.elapsed:5.1f} s  search {k + 1}: reaches {_text(after)}; {shown}")
     if best is None:
-        raise _too_much_torque(source.name, closest)
+        raise _too_much_torque(source.name, min((f for f, _ in tried), key=lambda f: f.excess))
     if not best.condition <= SINGULAR:
         raise _singular(source, model, lengths, best)
     stopped = (
         "interrupted" if clock.interrupted else "done" if ended == search.searches else "budget"
     )
-    return task.plan(best, (ended, search.searches), stopped)
+    return task.plan(best, start, (ended, search.searches), stopped)
 
 
-def _value(found: Found, search: Search) -> float:
-    return found.condition if search.criterion == "condition" else -found.log_det
+def _text(found: Found) -> str:
+    return f"condition number {found.condition:.4g}"
 
 
 def _kinds(kind: str | Sequence[str], n: int, limits: Bounds) -> tuple[str, ...]:
@@ -178,10 +452,9 @@ def _durations(
     return lengths
 
 
-def _too_much_torque(name: str, closest: Found | None) -> IdentificationError:
-    assert closest is not None
-    use = max((u for u in closest.uses if u.limit in SHRUNK), key=lambda u: u.share)
-    if use.limit in KINDS:
+def _too_much_torque(name: str, closest: Found) -> IdentificationError:
+    use = max((u for u in closest.uses if u.limit in _SHRUNK), key=lambda u: u.share)
+    if use.limit in CELL:
         return IdentificationError(
             f"{name}: no motion that was tried keeps clear of the {use.limit}: the frame of joint "
             f"{use.joint} comes {-use.extreme:.3g} m too far; accepted: a range of positions whose "

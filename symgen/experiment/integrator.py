@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import RK45
 
 from symgen.errors import ParameterError
-from symgen.experiment import dormand_prince as pair
 from symgen.experiment.controller import Law
 from symgen.experiment.plant import SLACK, Plant
 
@@ -24,6 +24,10 @@ FloatArray = NDArray[np.float64]
 Rows = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
+#: Nodes (7,); weights of the stages (i, 1, 1); those of the error (7, 1, 1).
+_C = np.append(RK45.C, 1.0)
+_A = [RK45.A[i, :i, None, None] for i in range(1, 6)] + [RK45.B[:, None, None]]
+_E = RK45.E[:, None, None]
 #: Speed at which a friction that slows down has come to rest, rad/s or m/s.
 _STOPPED = 1e-8
 #: Below this step, s, what remains of a search for an event is rounding; as an accuracy it is
@@ -56,7 +60,7 @@ class _State:
     step: FloatArray  # (runs,) the step that the accuracy allows, s
     slope: FloatArray  # (runs, 2 n) of x, where known
     force: FloatArray  # (runs, m) of the frictions, where known
-    known: Mask  # (runs,) whether slope and force are those at x
+    known: Mask  # (runs,) whether mode, slope and force are those at x
 
 
 def integrate(
@@ -97,57 +101,50 @@ def integrate(
     out.q[:, 0], out.qd[:, 0] = q, qd
     v = plant.speed(qd)
     mode = np.where(np.abs(v) > _STOPPED, np.sign(v), 0.0)
-    qd = plant.stopped(qd, mode)
-    state = _State(
-        np.concatenate([q, qd], axis=1),
-        mode,
-        np.full(runs, t[1] - t[0]),
-        np.zeros((runs, 2 * n)),
-        np.zeros_like(mode),
-        np.zeros(runs, dtype=bool),
-    )
+    x = np.concatenate([q, plant.stopped(qd, mode)], axis=1)
+    step, known = np.full(runs, t[1] - t[0]), np.zeros(runs, dtype=bool)
+    state = _State(x, mode, step, np.zeros_like(x), np.zeros_like(mode), known)
     stride = _STRIDE if smooth and held is None and unseen is None else 1
     shown = 1 + len(t) // 200 // stride
+    constant = np.zeros((runs, n))
     for k in range(0, len(t) - 1, stride):
         end = min(k + stride, len(t) - 1)
-        command = held(k, out.q, out.qd) if held else out.tau[:, k]
-        out.tau[:, k] = command
-        extra = None if unseen is None else unseen[:, k]
-        if held or unseen is not None:
+        if held:
+            out.tau[:, k] = constant = held(k, out.q, out.qd)
+        added = constant if unseen is None else constant + unseen[:, k]
+        if stride == 1:
             state.known[:] = False
-
-        def torque(
-            at: FloatArray,
-            q: FloatArray,
-            qd: FloatArray,
-            rows: Rows,
-            command: FloatArray = command,
-            extra: FloatArray | None = extra,
-        ) -> FloatArray:
-            tau = command[rows] if held else law(at, q, qd)
-            return tau if extra is None else tau + extra[rows]
-
-        passed = _advance(plant, torque, state, t[k : end + 1], tolerance)
-        out.q[:, k + 1 : end + 1], out.qd[:, k + 1 : end + 1] = passed[..., :n], passed[..., n:]
+        x = _advance(plant, None if held else law, added, state, t[k : end + 1], tolerance)
+        out.q[:, k + 1 : end + 1], out.qd[:, k + 1 : end + 1] = x[..., :n], x[..., n:]
         if k // stride % shown == 0:
             progress(k)
-    last = len(t) - 1
     if held:
-        out.tau[:, last] = held(last, out.q, out.qd)
-    else:
-        for run in range(runs):
-            for part in (slice(at, at + _BLOCK) for at in range(0, len(t), _BLOCK)):
-                out.tau[run, part] = law(t[part], out.q[run, part], out.qd[run, part])
+        out.tau[:, -1] = held(len(t) - 1, out.q, out.qd)
+        return out
+    for run in range(runs):
+        for part in (slice(at, at + _BLOCK) for at in range(0, len(t), _BLOCK)):
+            out.tau[run, part] = law(t[part], out.q[run, part], out.qd[run, part])
     return out
 
 
-Torque = Callable[[FloatArray, FloatArray, FloatArray, Rows], FloatArray]
-
-
 def _advance(
-    plant: Plant, torque: Torque, state: _State, stamps: FloatArray, tolerance: float
+    plant: Plant,
+    law: Law | None,
+    added: FloatArray,
+    state: _State,
+    stamps: FloatArray,
+    tolerance: float,
 ) -> FloatArray:
-    """Move all runs from the first stamp to the last; return x (runs, K, 2 n) at the others."""
+    """Move all runs from the first stamp to the last; return x (runs, K, 2 n) at the others.
+
+    Args:
+        plant: the robot.
+        law: the torque as a function of time and state, None for none.
+        added: (runs, n) torques that act as well.
+        state: of the runs, which is changed.
+        stamps: (K + 1,) s.
+        tolerance: of the error of each step.
+    """
     runs, n = len(state.x), state.x.shape[1] // 2
     t, span = float(stamps[0]), float(stamps[-1] - stamps[0])
     since = stamps[1:-1] - t
@@ -156,11 +153,9 @@ def _advance(
     done = np.zeros(runs)
     limit = np.full(runs, np.inf)  # how far the search for an event lets a run go
     for _ in range(_PIECES):
-        x, mode = state.x[rows], state.mode[rows]
-        h = np.minimum(np.minimum(span - done[rows], state.step[rows]), limit[rows])
-        trial = _step(plant, torque, state, rows, t + done[rows], h)
-        if trial.mode is not mode:
-            state.mode[rows] = mode = trial.mode
+        begin, x = done[rows], state.x[rows]
+        h = np.minimum(np.minimum(span - begin, state.step[rows]), limit[rows])
+        trial = _step(plant, law, added, state, rows, t + begin, h)
         with np.errstate(invalid="ignore", over="ignore"):
             size = tolerance * (1.0 + np.maximum(np.abs(x), np.abs(trial.x)))
             ratio = (np.abs(trial.error) / size).max(axis=1)
@@ -170,29 +165,28 @@ def _advance(
         # A step that the stamp or an event cut short says nothing against longer ones.
         before = np.where(exact & (h < state.step[rows]), state.step[rows], 0.0)
         state.step[rows] = np.maximum(before, h * growth)
-        _require_sane(plant, trial, exact, h, t + done[rows], rows)
-        part, event = _events(plant, x, mode, trial, h)
+        far, stiff = exact & (np.abs(trial.x).max(axis=1) > _FAR), ~exact & (h <= _SHORTEST)
+        if (far | stiff).any():
+            raise _insane(plant, trial, far, stiff, t + begin, rows)
+        part, event = _events(plant, x, state.mode[rows], trial, h)
         found = exact & ((part >= 1.0) | (h <= _SHORTEST))
-        if not found.all():
-            shorter = np.where(exact, h * part, limit[rows])
-            limit[rows] = np.where(found, np.inf, shorter)
-        else:
-            limit[rows] = np.inf
-        kept = rows[found]
-        if len(since):
-            _interpolate(plant, x, trial, h, done[rows], found, since, rows, passed)
+        limit[rows] = np.where(found, np.inf, np.where(exact, h * part, limit[rows]))
+        kept, mode = rows[found], state.mode[rows[found]]
+        end = (begin + h)[:, None]
+        run, stamp = np.nonzero((begin[:, None] < since) & (since <= end) & found[:, None])
+        if len(run):  # Shampine's interpolant of order 4 (1986)
+            powers = ((since[stamp] - begin[run]) / h[run]) ** np.arange(1, 5)[:, None]
+            weights = (RK45.P[:, :, None] * powers).sum(axis=1)[:, :, None]
+            at = x[run] + h[run, None] * np.add.reduce(weights * trial.slopes[:, run], axis=0)
+            at[:, n:] = plant.stopped(at[:, n:], state.mode[rows[run]])
+            passed[rows[run], stamp] = at
         state.x[kept], state.slope[kept] = trial.x[found], trial.slopes[6, found]
-        state.force[kept], state.known[kept] = trial.force[1][found], True
-        done[kept] += h[found]
-        if len(plant.A) and len(kept):
-            event = event[found]
-            if event.any():
-                # What comes to rest sticks; the next step settles whether it can.
-                turned = np.where(event == 2.0, 0.0, np.where(event == 0.0, mode[found], event))
-                state.mode[kept] = turned
-                state.known[kept] = ~event.any(axis=1)
-            if not state.mode[kept].all():
-                state.x[kept, n:] = plant.stopped(state.x[kept, n:], state.mode[kept])
+        state.force[kept], done[kept] = trial.force[1][found], begin[found] + h[found]
+        # What comes to rest sticks; the next step settles whether it can.
+        event, known = event[found], part[found] >= 1.0
+        turned = np.where(event == 2.0, 0.0, np.where(event == 0.0, mode, event))
+        state.mode[kept], state.known[kept] = turned, known & ~event.any(axis=1)
+        state.x[kept, n:] = plant.stopped(state.x[kept, n:], turned)
         rows = rows[(span - done[rows]) > 1e-12 * span]
         if not len(rows):
             passed[:, -1] = state.x
@@ -203,29 +197,6 @@ def _advance(
     )
 
 
-def _interpolate(
-    plant: Plant,
-    x: FloatArray,
-    trial: _Trial,
-    h: FloatArray,
-    begin: FloatArray,
-    found: Mask,
-    since: FloatArray,
-    rows: Rows,
-    passed: FloatArray,
-) -> None:
-    """Write the states at the stamps that the kept steps pass."""
-    over = (begin[:, None] < since) & (since <= (begin + h)[:, None]) & found[:, None]
-    run, stamp = np.nonzero(over)
-    if len(run):
-        weights = pair.inside((since[stamp] - begin[run]) / h[run])[:, :, None]
-        n = x.shape[1] // 2
-        at = x[run] + h[run, None] * np.add.reduce(weights * trial.slopes[:, run], axis=0)
-        if len(plant.A):
-            at[:, n:] = plant.stopped(at[:, n:], trial.mode[run])
-        passed[rows[run], stamp] = at
-
-
 @dataclass(frozen=True, eq=False)
 class _Trial:
     """A step that may be kept: its end, its error, and what the frictions do at both ends."""
@@ -233,72 +204,58 @@ class _Trial:
     x: FloatArray
     slopes: FloatArray  # (7, runs, 2 n)
     error: FloatArray
-    mode: FloatArray  # the modes that it was made with
-    pull: tuple[FloatArray, FloatArray]  # acceleration A qdd at its ends, (runs, m)
     force: tuple[FloatArray, FloatArray]  # friction at its ends, (runs, m)
 
 
 def _step(
-    plant: Plant, torque: Torque, state: _State, rows: Rows, t: FloatArray, h: FloatArray
+    plant: Plant,
+    law: Law | None,
+    added: FloatArray,
+    state: _State,
+    rows: Rows,
+    t: FloatArray,
+    h: FloatArray,
 ) -> _Trial:
-    x, mode, force = state.x[rows], state.mode[rows], state.force[rows]
-    n = x.shape[1] // 2
-    slopes = np.empty((7, *x.shape))
-    wide = h[:, None]
+    """Make a step of Dormand and Prince; settle the modes of runs that are not known before.
+
+    Raises:
+        ParameterError: M is not positive definite at the beginning.
+    """
+    x, n = state.x[rows], state.x.shape[1] // 2
+    slopes, wide = np.empty((7, *x.shape)), h[:, None]
+
+    def torque(at: FloatArray, x: FloatArray, rows: Rows) -> FloatArray:
+        tau = added[rows]
+        return tau if law is None else tau + law(at, x[:, :n], x[:, n:])
+
     try:
-        slopes[0] = state.slope[rows]
         new = ~state.known[rows]
         if new.any():
-            slopes[0, new, :n] = x[new, n:]
-            slopes[0, new, n:], force[new] = _rates(
-                plant, torque, x[new], mode[new], rows[new], t[new]
-            )
-        fresh = _unsettled(plant, x, mode, force)
-        if fresh.any():
-            tau = torque(t, x[:, :n], x[:, n:], rows)[fresh]
-            mode = mode.copy()
-            mode[fresh] = plant.settle(x[fresh, :n], x[fresh, n:], tau, mode[fresh])
-            slopes[0, fresh, n:], force[fresh] = plant.accelerate(
-                x[fresh, :n], x[fresh, n:], tau, mode[fresh]
-            )
-        at, last = x, force
+            own, fresh = x[new], rows[new]
+            tau = torque(t[new], own, fresh)
+            settled = plant.settle(own[:, :n], own[:, n:], tau, state.mode[fresh])
+            state.mode[fresh], qdd, state.force[fresh] = settled
+            state.slope[fresh] = np.concatenate([own[:, n:], qdd], axis=1)
+            state.known[fresh] = True
+        mode, force = state.mode[rows], state.force[rows]
+        slopes[0], at, last = state.slope[rows], x, force
         for i in range(1, 7):
-            at = x + wide * np.add.reduce(pair.A[i - 1] * slopes[:i], axis=0)
+            at = x + wide * np.add.reduce(_A[i - 1] * slopes[:i], axis=0)
             slopes[i, :, :n] = at[:, n:]
-            slopes[i, :, n:], last = _rates(plant, torque, at, mode, rows, t + pair.C[i] * h)
+            tau = torque(t + _C[i] * h, at, rows)
+            slopes[i, :, n:], last = plant.accelerate(at[:, :n], at[:, n:], tau, mode)
     except (ParameterError, np.linalg.LinAlgError) as error:
-        _explain(plant, x, t, rows, error)
+        negative = np.linalg.eigvalsh(plant.mass(x[:, :n]))[:, 0] <= 0
+        if negative.any():
+            i = int(np.argmax(negative))
+            raise ParameterError(
+                f"simulate: run {rows[i] + 1}, t = {t[i]:.6g} s: the mass matrix is not positive "
+                "definite; accepted: parameters of a robot that can exist"
+            ) from error
         # A stage that went astray is no verdict on the robot: the step is too long.
-        return _Trial(x, slopes, np.full_like(x, np.inf), mode, (mode, mode), (mode, mode))
-    miss = wide * np.add.reduce(pair.E * slopes, axis=0)
-    return _Trial(at, slopes, miss, mode, _pulls(plant, slopes), (force, last))
-
-
-def _rates(
-    plant: Plant, torque: Torque, x: FloatArray, mode: FloatArray, rows: Rows, t: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return qdd and the friction forces."""
-    n = x.shape[1] // 2
-    q, qd = x[:, :n], x[:, n:]
-    return plant.accelerate(q, qd, torque(t, q, qd, rows), mode)
-
-
-def _pulls(plant: Plant, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
-    n = slopes.shape[2] // 2
-    return plant.speed(slopes[0, :, n:]), plant.speed(slopes[6, :, n:])
-
-
-def _unsettled(plant: Plant, x: FloatArray, mode: FloatArray, force: FloatArray) -> Mask:
-    """Return which runs have a sticking friction that cannot hold any more."""
-    n = x.shape[1] // 2
-    out = np.asarray((mode == 0).any(axis=1))
-    if mode.size and out.any():
-        low, high = plant.limits(x[out, :n], x[out, n:])
-        slack = SLACK * (high - low) + 1e-12
-        f = force[out]
-        over = (f > high + slack) | (f < low - slack)
-        out[out] = ((mode[out] == 0) & over).any(axis=1)
-    return out
+        zero = np.zeros_like(state.mode[rows])
+        return _Trial(x, np.zeros_like(slopes), np.full_like(x, np.inf), (zero, zero))
+    return _Trial(at, slopes, wide * np.add.reduce(_E * slopes, axis=0), (force, last))
 
 
 def _events(
@@ -311,78 +268,52 @@ def _events(
         and (runs, m) 2 for a friction that comes to rest at the end, 1 or -1 for one that begins to
         slide that way, 0 for all others.
     """
-    part = np.ones(len(x))
-    if not len(plant.A):
-        return part, mode
-    n = plant.A.shape[1]
-    with np.errstate(invalid="ignore", over="ignore"):
-        before = mode * plant.speed(x[:, n:])
+    parts, event, n = np.ones_like(mode), np.zeros_like(mode), x.shape[1] // 2
+    if not mode.shape[1]:
+        return np.ones(len(x)), event
+    with np.errstate(all="ignore"):
         after = mode * plant.speed(trial.x[:, n:])
-        slope = mode * trial.pull[0] * h[:, None]
         sliding = mode != 0
         passed = sliding & (after < -_STOPPED)
-        rest = sliding & (abs(after) <= _STOPPED) & (mode * trial.pull[1] < 0)
-        if sliding.all() and not (passed | rest).any():
-            return part, np.zeros_like(mode)
-        parts = np.ones_like(mode)
+        near = sliding & (np.abs(after) <= _STOPPED)
+        if near.any():
+            event[near & (mode * plant.speed(trial.slopes[6, :, n:]) < 0)] = 2.0
         if passed.any():
-            ends = (before, slope, after, mode * trial.pull[1] * h[:, None])
-            parts[passed] = pair.crossing(*(x[passed] for x in ends))
-        event = np.where(rest, 2.0, 0.0)
+            # Where the parabola through both ends, with the slope at the first, comes to zero.
+            before = np.maximum(mode * plant.speed(x[:, n:]), 0.0)
+            slope = mode * plant.speed(trial.slopes[0, :, n:]) * h[:, None]
+            bend = after - before - slope
+            root = np.sqrt(slope**2 - 4 * before * bend)
+            zero = np.where(slope > 0, -(slope + root) / (2 * bend), 2 * before / (root - slope))
+            parts[passed] = np.clip(np.nan_to_num(zero, nan=0.5), 1e-3, 0.999)[passed]
         holding = ~sliding.all(axis=1) & np.isfinite(trial.error).all(axis=1)
         if holding.any():
-            stuck = mode[holding] == 0
+            stuck = ~sliding[holding]
             low, high = plant.limits(trial.x[holding, :n], trial.x[holding, n:])
             slack = SLACK * (high - low) + 1e-12
             first, last = (f[holding] for f in trial.force)
             side = np.where(last > (low + high) / 2, 1.0, -1.0)
-            margin = [np.where(side > 0, high - f, f - low) for f in (first, last)]
-            over = stuck & (margin[1] < -slack)
-            where = (margin[0] + slack / 2) / np.maximum(margin[0] - margin[1], 1e-300)
+            room, left = (np.where(side > 0, high - f, f - low) for f in (first, last))
+            over = stuck & (left < -slack)
+            where = (room + slack / 2) / np.maximum(room - left, 1e-300)
             parts[holding] = np.where(over, np.clip(where, 0.05, 0.95), parts[holding])
-            event[holding] += np.where(stuck & ~over & (margin[1] <= 0), side, 0.0)
+            event[holding] += np.where(stuck & ~over & (left <= 0), side, 0.0)
     # A search that has come down to rounding ends where it is.
-    tiny = (h <= _SHORTEST)[:, None]
-    event = np.where(tiny & (parts < 1.0), np.where(sliding, 2.0, event), event)
+    event[(h <= _SHORTEST)[:, None] & (parts < 1.0) & sliding] = 2.0
     return parts.min(axis=1), event
 
 
-def _explain(plant: Plant, x: FloatArray, t: FloatArray, rows: Rows, error: Exception) -> None:
-    """Say where M is not positive definite, if it is so at the beginning of a step.
-
-    Raises:
-        ParameterError: it is.
-    """
-    n = x.shape[1] // 2
-    for i, state in enumerate(x):
-        try:
-            plant.evaluator["forward_dynamics"](state[:n], state[n:], np.zeros(n), plant.X)
-        except ParameterError:
-            raise ParameterError(
-                f"simulate: run {rows[i] + 1}, t = {t[i]:.6g} s: the mass matrix is not positive "
-                "definite; accepted: parameters of a robot that can exist"
-            ) from error
-
-
-def _require_sane(
-    plant: Plant, trial: _Trial, exact: Mask, h: FloatArray, t: FloatArray, rows: Rows
-) -> None:
-    """Refuse states that no robot has, and an accuracy that no step reaches.
-
-    Raises:
-        ParameterError: with the run, the time and the joint.
-    """
-    far = exact & (np.abs(trial.x).max(axis=1) > _FAR)
-    stiff = ~exact & (h <= _SHORTEST)
-    for bad, size, what in (
-        (far, np.abs(trial.x), "leaves all bounds"),
-        (stiff, np.abs(trial.error), "moves too abruptly for any step"),
-    ):
-        if bad.any():
-            i = int(np.argmax(bad))
-            worst = int(np.argmax(np.where(np.isnan(size[i]), np.inf, size[i])))
-            joint = plant.evaluator.model.robot.movable[worst % (size.shape[1] // 2)].number
-            raise ParameterError(
-                f"simulate: run {rows[i] + 1}, joint {joint}, {what} at t = {t[i]:.6g} s; "
-                "accepted: torques or gains under which the motion is finite"
-            )
+def _insane(
+    plant: Plant, trial: _Trial, far: Mask, stiff: Mask, t: FloatArray, rows: Rows
+) -> ParameterError:
+    """Return why states that no robot has, or an accuracy that no step reaches, are refused."""
+    bad, size, what = far, np.abs(trial.x), "leaves all bounds"
+    if not far.any():
+        bad, size, what = stiff, np.abs(trial.error), "moves too abruptly for any step"
+    i = int(np.argmax(bad))
+    worst = int(np.argmax(np.where(np.isnan(size[i]), np.inf, size[i])))
+    joint = plant.evaluator.model.robot.movable[worst % (size.shape[1] // 2)].number
+    return ParameterError(
+        f"simulate: run {rows[i] + 1}, joint {joint}, {what} at t = {t[i]:.6g} s; "
+        "accepted: torques or gains under which the motion is finite"
+    )

@@ -1,37 +1,47 @@
-"""The example of Gautier and Khalil (1988): two revolute joints, its motion, noise and set-ups.
+"""The paper again: the example of Gautier and Khalil (1988), simulated and identified many times.
 
-Joint 1 follows a cubic, q1 = D (3 s^2 - 2 s^3) with s = t/T; joint 2 a sine, q2 = A (1 - cos w t).
-Set-up (a), the paper's figure 3: the robot follows the reference exactly, the measurements alone
-are noisy. Set-up (b), its figure 2: torques computed from wrong parameters X_d, plus torque noise,
-drive a simulated robot; what is known to the identification is the computed torque.
+The canonical model is derived and compiled, the noisy measurements of the paper's two set-ups are
+simulated, and every run is identified recursively.
 """
 
 from __future__ import annotations
 
+import json
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.codegen.casadi_model import Dynamics
-from symgen.data.spline import interpolated
+from symgen.codegen.casadi_model import casadi_function
+from symgen.codegen.model import Model, derive
+from symgen.data.log import make_log
+from symgen.data.signals import sampled
+from symgen.errors import IdentificationError
+from symgen.estimation.estimators import solve
+from symgen.estimation.filtered import unfiltered
+from symgen.estimation.integrals import cumulative_integral
+from symgen.estimation.solve import SINGULAR
+from symgen.estimation.system import LinearSystem, energy_equations
+from symgen.experiment.reference import SAMPLES, STEP, as_csv, paper_motion
+from symgen.identification.workflow import identify
+from symgen.robot.toml_io import read_robot
+from symgen.robot.types import Robot
+from symgen.runtime.evaluator import Evaluator, load
 
 FloatArray = NDArray[np.float64]
 
 X_TRUE = np.array([1.702, 0.05644, 0.15, 0.075])
 NAMES = ("ZZ1R", "ZZ2", "MX2", "MY2")
 PAPER_ERRORS = np.array([5.6e-4, 0.016, 0.011, 0.019])
-SAMPLES = 100
-STEP = 0.0622
-_W = 2.0
-_A = 1.0
 _ENCODER_POINTS = 14_400
 _TACHOMETER = np.array([0.005, 0.01])
 #: Ratio of X_d to X in set-up (b), and standard deviation of the torque noise over RMS torque.
 WRONG = 1.2
 TORQUE_NOISE = 0.01
-_SUBSTEPS, _COARSE = 8, 2
+_SUBSTEPS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,160 +54,123 @@ class Runs:
     tau: FloatArray
 
 
-def reference(t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the reference motion q, qd, qdd, each (N, 2), rad and s; peak speeds 1 and 2 rad/s."""
-    T = SAMPLES * STEP
-    D = T / 1.5
-    s = t / T
-    q = np.stack([D * (3 * s**2 - 2 * s**3), _A * (1 - np.cos(_W * t))], axis=-1)
-    qd = np.stack([6 * D / T * (s - s**2), _A * _W * np.sin(_W * t)], axis=-1)
-    qdd = np.stack([6 * D / T**2 * (1 - 2 * s), _A * _W**2 * np.cos(_W * t)], axis=-1)
-    return q, qd, qdd
-
-
 def times() -> FloatArray:
     """Return the sampling times: 0 and the paper's 100 samples, s."""
     return np.arange(SAMPLES + 1) * np.float64(STEP)
 
 
+@dataclass(frozen=True, eq=False)
+class Dynamics:
+    """Torques and accelerations of a robot.
+
+    Attributes:
+        inverse: casadi.Function (q, qd, qdd, X) -> tau, each a column.
+        forward: casadi.Function (q, qd, tau, X) -> qdd.
+    """
+
+    inverse: Any
+    forward: Any
+
+
+def dynamics(robot: Robot) -> Dynamics:
+    """Derive the dynamics of a robot."""
+    model = derive(robot, ("inverse_dynamics", "forward_dynamics"))
+    return Dynamics(*(casadi_function(model, kernel) for kernel in model.kernels))
+
+
 def exact_run(dynamics: Dynamics) -> Runs:
     """Return the reference with its torque and no noise at all."""
     t = times()
-    q, qd, qdd = reference(t)
+    q, qd, qdd = paper_motion(t)
     return Runs(t, q[None], qd[None], _torque(dynamics, q, qd, qdd, X_TRUE)[None])
 
 
 def setup_a(
-    dynamics: Dynamics, runs: int, seed: int, *, tachometer: float = 1.0, mirrored: bool = False
+    dynamics: Dynamics, runs: int, draw: np.random.Generator, *, tachometer: float = 1.0
 ) -> Runs:
     """Return runs that follow the reference exactly, with noisy measurements.
 
     Args:
         dynamics: of the robot.
         runs: how many.
-        seed: of the noise.
+        draw: of the noise.
         tachometer: factor of the tachometers' noise.
-        mirrored: whether the second half of the runs has the noise of the first with the other
-            sign. What is odd in the noise then cancels in means over runs, and bias stands out.
     """
     clean = exact_run(dynamics)
-    draw = _Noise(np.random.default_rng([seed, 1]), runs, mirrored)
-    q, qd = _measured(draw, np.repeat(clean.q, runs, 0), np.repeat(clean.qd, runs, 0), tachometer)
-    return Runs(clean.t, q, qd, np.repeat(clean.tau, runs, 0))
+    t, q, qd, tau = clean.t, *(np.repeat(x, runs, 0) for x in (clean.q, clean.qd, clean.tau))
+    return Runs(t, *_measured(draw, q, qd, tachometer), tau)
 
 
 def setup_b(
-    dynamics: Dynamics, runs: int, seed: int, *, tachometer: float = 1.0, mirrored: bool = False
+    dynamics: Dynamics, runs: int, draw: np.random.Generator, *, tachometer: float = 1.0
 ) -> Runs:
     """Return runs of a simulated robot driven by wrong computed torques plus torque noise.
 
-    The robot is integrated by Runge and Kutta's fourth-order rule, 8 steps a sample; the noise is
-    constant over a sample. Arguments as those of `setup_a`.
+    The robot is integrated in 8 steps a sample; the noise is constant over a sample. Arguments as
+    those of `setup_a`.
     """
     t = times()
-    draw = _Noise(np.random.default_rng([seed, 2]), runs, mirrored)
-    computed = _torque(dynamics, *reference(t), WRONG * X_TRUE)
-    noise = TORQUE_NOISE * np.sqrt(np.mean(computed**2, axis=0)) * draw.normal((len(t), 2))
-    exact = _torque(dynamics, *reference(_stages(_SUBSTEPS)), WRONG * X_TRUE)
-    true = _integrated(dynamics, np.repeat(X_TRUE[None], runs, 0), exact, _SUBSTEPS, noise)
+    computed = _torque(dynamics, *paper_motion(t), WRONG * X_TRUE)
+    size = TORQUE_NOISE * np.sqrt(np.mean(computed**2, axis=0))
+    noise = size * draw.normal(size=(runs, len(t), 2))
+    exact = _torque(dynamics, *paper_motion(stages(_SUBSTEPS)), WRONG * X_TRUE)
+    true = integrated(dynamics, np.repeat(X_TRUE[None], runs, 0), exact, noise)
     return Runs(t, *_measured(draw, *true, tachometer), np.repeat(computed[None], runs, 0))
 
 
-def free_run(dynamics: Dynamics, X: FloatArray, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the motion of the model under known torques, free of noise: q, qd (runs, N, 2).
-
-    Args:
-        dynamics: of the robot.
-        X: parameters of each run, (runs, 4).
-        tau: torques at the sampling times, the same for all runs, (N, 2); a spline between.
-    """
-    known = interpolated(times(), tau)(_stages(_COARSE))
-    return _integrated(dynamics, X, known, _COARSE, np.zeros((len(X), len(tau), 2)))
-
-
-def _stages(substeps: int) -> FloatArray:
+def stages(substeps: int) -> FloatArray:
     """Return the times at which an integration looks at the torque: ends and middles of steps."""
     return np.arange(2 * substeps * SAMPLES + 1) * (np.float64(STEP) / (2 * substeps))
 
 
-def _integrated(
-    dynamics: Dynamics, X: FloatArray, tau: FloatArray, substeps: int, noise: FloatArray
+def integrated(
+    dynamics: Dynamics, X: FloatArray, tau: FloatArray, noise: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Integrate from the start of the reference, by Runge and Kutta's fourth-order rule.
+    """Return q, qd (runs, N, 2) from the start of the reference, by Runge and Kutta's fourth order.
 
     Args:
         dynamics: of the robot.
         X: parameters of each run, (runs, 4).
-        tau: torques at `_stages(substeps)`.
-        substeps: steps a sample.
+        tau: torques at `stages` of some steps a sample.
         noise: added to the torque, constant over a sample, (runs, N, 2).
     """
-    runs = len(X)
-    forward, parameters = dynamics.forward.map(runs), X.T
-
-    def rate(q: FloatArray, qd: FloatArray, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return qd, np.array(forward(q, qd, tau, parameters))
-
-    start = reference(np.zeros(1))
-    q, qd = (np.repeat(x.T, runs, 1) for x in start[:2])
-    states = [(q, qd)]
+    forward, substeps = dynamics.forward.map(len(X)), len(tau) // (2 * SAMPLES)
     h = STEP / substeps
+
+    def rate(x: FloatArray, tau: FloatArray) -> FloatArray:
+        return np.concatenate([x[2:], np.array(forward(x[:2], x[2:], tau, X.T))])
+
+    x = np.repeat(np.concatenate(paper_motion(np.zeros(1))[:2], axis=1).T, len(X), axis=1)
+    states = [x]
     for k in range(SAMPLES):
-        for i in range(substeps):
-            at = 2 * (k * substeps + i)
-            first, middle, last = (w[:, None] + noise[:, k].T for w in tau[at : at + 3])
-            a1, b1 = rate(q, qd, first)
-            a2, b2 = rate(q + h / 2 * a1, qd + h / 2 * b1, middle)
-            a3, b3 = rate(q + h / 2 * a2, qd + h / 2 * b2, middle)
-            a4, b4 = rate(q + h * a3, qd + h * b3, last)
-            q = q + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-            qd = qd + h / 6 * (b1 + 2 * b2 + 2 * b3 + b4)
-        states.append((q, qd))
-    q, qd = (np.array([s[i].T for s in states]).transpose(1, 0, 2) for i in (0, 1))
+        for i in range(2 * k * substeps, 2 * (k + 1) * substeps, 2):
+            first, middle, last = (w[:, None] + noise[:, k].T for w in tau[i : i + 3])
+            a = rate(x, first)
+            b = rate(x + h / 2 * a, middle)
+            c = rate(x + h / 2 * b, middle)
+            x = x + h / 6 * (a + 2 * b + 2 * c + rate(x + h * c, last))
+        states.append(x)
+    q, qd = np.split(np.array(states).transpose(2, 0, 1), 2, axis=2)
     return q, qd
 
 
 def proportional_run(dynamics: Dynamics, seed: int | None = None) -> Runs:
     """Return the motion the paper warns of: joint 2 moves as joint 1 does, at half its speed."""
     t = times()
-    q, qd, qdd = (np.stack([x[:, 0], 0.5 * x[:, 0]], axis=-1) for x in reference(t))
+    q, qd, qdd = (np.stack([x[:, 0], 0.5 * x[:, 0]], axis=-1) for x in paper_motion(t))
     tau = _torque(dynamics, q, qd, qdd, X_TRUE)
     if seed is not None:
-        draw = _Noise(np.random.default_rng([seed, 3]), 1, False)
-        (q,), (qd,) = _measured(draw, q[None], qd[None])
+        (q,), (qd,) = _measured(np.random.default_rng([seed, 3]), q[None], qd[None])
     return Runs(t, q[None], qd[None], tau[None])
 
 
-@dataclass(frozen=True, eq=False)
-class _Noise:
-    """Random numbers of shape (runs, *shape); mirrored, the second half negates the first."""
-
-    draw: np.random.Generator
-    runs: int
-    mirrored: bool
-
-    def normal(self, shape: tuple[int, ...]) -> FloatArray:
-        return self._signed(self.draw.normal(size=(self._count(), *shape)))
-
-    def uniform(self, half: float, shape: tuple[int, ...]) -> FloatArray:
-        return self._signed(self.draw.uniform(-half, half, (self._count(), *shape)))
-
-    def _count(self) -> int:
-        return (self.runs + 1) // 2 if self.mirrored else self.runs
-
-    def _signed(self, x: FloatArray) -> FloatArray:
-        return np.concatenate([x, -x])[: self.runs] if self.mirrored else x
-
-
 def _measured(
-    draw: _Noise, q: FloatArray, qd: FloatArray, tachometer: float = 1.0
+    draw: np.random.Generator, q: FloatArray, qd: FloatArray, tachometer: float = 1.0
 ) -> tuple[FloatArray, FloatArray]:
     """Add the encoders' error, uniform over a step, and the tachometers' noise."""
-    step = 2 * math.pi / _ENCODER_POINTS
-    return (
-        q + draw.uniform(step / 2, q.shape[1:]),
-        qd + tachometer * _TACHOMETER * draw.normal(qd.shape[1:]),
-    )
+    half = math.pi / _ENCODER_POINTS
+    q = q + draw.uniform(-half, half, q.shape)
+    return q, qd + tachometer * _TACHOMETER * draw.normal(size=qd.shape)
 
 
 def _torque(
@@ -207,3 +180,174 @@ def _torque(
     count = len(q)
     function = dynamics.inverse.map(count)
     return np.array(function(q.T, qd.T, qdd.T, np.repeat(X[:, None], count, 1))).T
+
+
+#: Names of the files that are written.
+MARKER, PAGE = "demo.json", "demo.html"
+_SEED = 1988
+# Runs whose way to the result is followed, sample by sample.
+_FOLLOWED = 200
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """One of the paper's set-ups.
+
+    Attributes:
+        letter: a or b.
+        words: how the measurements came about.
+        runs: the simulated ones.
+        history: estimates after every sample of the first runs, (F, N, 4).
+        final: estimates of all runs, (R, 4).
+    """
+
+    letter: str
+    words: str
+    runs: Runs
+    history: FloatArray
+    final: FloatArray
+
+    def summary(self) -> dict[str, Any]:
+        """Return for each parameter its errors beside the paper's, for demo.json."""
+        final = self.final
+        error = np.abs(final / X_TRUE - 1)
+        return {
+            name: {
+                "true": float(X_TRUE[i]),
+                "mean": float(final[:, i].mean()),
+                "paper_relative_error": float(PAPER_ERRORS[i]),
+                "relative_error_quantiles": {
+                    str(level): float(np.quantile(error[:, i], level))
+                    for level in (0.05, 0.5, 0.95)
+                },
+                "share_below_paper": float(np.mean(error[:, i] < PAPER_ERRORS[i])),
+            }
+            for i, name in enumerate(NAMES)
+        }
+
+    def log(self, k: int) -> bytes:
+        """Return one run as a log that `symgen identify planar2r` reads."""
+        runs = self.runs
+        return as_csv(runs.t, {"q": runs.q[k], "qd": runs.qd[k], "tau": runs.tau[k]}, digits=9)
+
+
+@dataclass(frozen=True, eq=False)
+class Reproduction:
+    """What became of the paper's example.
+
+    Attributes:
+        model: the canonical one.
+        backend: that evaluated it.
+        count: runs of each set-up.
+        exact: largest relative errors without noise, by spline integrals and on line.
+        setups: a and b.
+        refused: why joint speeds proportional to each other are refused, without and with noise;
+            empty where they are not.
+    """
+
+    model: Model
+    backend: str
+    count: int
+    exact: tuple[float, float]
+    setups: tuple[Setup, ...]
+    refused: tuple[str, str]
+
+    def files(self) -> dict[str, bytes]:
+        """Return demo.json, and two runs of each set-up as logs."""
+        summary = {"schema": "symgen.demo/1", "runs": self.count, "seed": _SEED}
+        told = summary | {s.letter: s.summary() for s in self.setups}
+        logs = {f"setup_{s.letter}_{k + 1}.csv": s.log(k) for s in self.setups for k in range(2)}
+        return {MARKER: (json.dumps(told, indent=1) + "\n").encode(), **logs}
+
+
+def reproduce(runs: int, say: Callable[[str], None]) -> Reproduction:
+    """Derive, simulate and identify the paper's example.
+
+    Args:
+        runs: seeded runs of each set-up.
+        say: is told what is being done.
+    """
+    model = derive(read_robot("planar2r"))
+    say("compiling the model")
+    evaluator, simulated = load(model), dynamics(model.robot)
+    setups = []
+    for stream, letter, words, simulate in (
+        (1, "a", "the robot follows the reference, the measurements are noisy", setup_a),
+        (
+            2,
+            "b",
+            f"torques computed from X_d = {WRONG:g} X, noise of "
+            f"{100 * TORQUE_NOISE:g} % of RMS torque, drive a simulated robot",
+            setup_b,
+        ),
+    ):
+        say(f"({letter}) {runs} seeded runs of this set-up")
+        measured = simulate(simulated, runs, np.random.default_rng([_SEED, stream]))
+        rows = _rows(evaluator, measured)
+        final = _solved(np.linalg.qr(rows, mode="r"))
+        setups.append(Setup(letter, words, measured, _recursive(rows[:_FOLLOWED]), final))
+    still, shaken = (proportional_run(simulated, noise) for noise in (None, 1))
+    return Reproduction(
+        model,
+        evaluator.backend,
+        runs,
+        _returned(evaluator, exact_run(simulated)),
+        tuple(setups),
+        (_refused(evaluator, still), _refused(evaluator, shaken)),
+    )
+
+
+def _rows(evaluator: Evaluator, runs: Runs) -> FloatArray:
+    """Return [W y] of the energy equations of every run, (runs, N, 5).
+
+    All windows begin with the first sample, as in the paper: each new sample adds an equation.
+    """
+    both = [evaluator.energy_regressor(q, qd) for q, qd in zip(runs.q, runs.qd, strict=True)]
+    h, power = np.stack(both), np.sum(runs.qd * runs.tau, axis=2)
+    y = cumulative_integral(power.T, STEP).T
+    return np.concatenate([h - h[:, :1], y[:, :, None]], axis=2)
+
+
+def _solved(factors: FloatArray) -> FloatArray:
+    """Return the least-squares estimates (runs, 4) of triangles of [W y]; NaN where singular."""
+    p = len(X_TRUE)
+    R, out = factors[:, :p, :p], np.full((len(factors), p), np.nan)
+    norms = np.linalg.norm(R, axis=1, keepdims=True)
+    sizes = np.linalg.svd(R / np.where(norms > 0, norms, 1.0), compute_uv=False)
+    known = sizes[:, -1] > SINGULAR * sizes[:, 0]
+    out[known] = np.linalg.solve(R[known], factors[known, :p, p:])[:, :, 0]
+    return out
+
+
+def _recursive(rows: FloatArray) -> FloatArray:
+    """Return the estimate after each sample of every run, (runs, N, 4), one equation at a time."""
+    out = np.full((*rows.shape[:2], len(X_TRUE)), np.nan)
+    factors = rows[:, :0]
+    for i in range(1, rows.shape[1]):
+        factors = np.linalg.qr(np.concatenate([factors, rows[:, i : i + 1]], axis=1), mode="r")
+        if i > len(X_TRUE):
+            out[:, i] = _solved(factors)
+    return out
+
+
+def _returned(evaluator: Evaluator, exact: Runs) -> tuple[float, float]:
+    """Return the largest relative errors without noise: spline integrals, and on line."""
+    log = make_log("exact", exact.t, exact.q[0], exact.tau[0], exact.qd[0])
+    equations = energy_equations(evaluator, unfiltered(sampled(log)), 10 * STEP)
+    spline = solve(LinearSystem(evaluator.model.base.names, (equations,))).X
+    online = _recursive(_rows(evaluator, exact))[0, -1]
+    return _worst(spline), _worst(online)
+
+
+def _worst(X: FloatArray) -> float:
+    return float(np.abs(X / X_TRUE - 1).max())
+
+
+def _refused(evaluator: Evaluator, runs: Runs) -> str:
+    """Return why a run is refused; empty where it is not."""
+    log = make_log("proportional", runs.t, runs.q[0], runs.tau[0], runs.qd[0])
+    try:
+        identify(evaluator, log, model="energy", window=10 * STEP)
+    except IdentificationError as error:
+        return str(error)
+    return ""

@@ -24,11 +24,49 @@ from numpy.typing import NDArray
 
 from symgen.codegen.model import Model
 from symgen.errors import ParameterError
-from symgen.experiment.repeated import Repeated
 from symgen.robot.types import Robot
+from symgen.runtime.calls import Bound
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
+#: Sizes of batches that have buffers of their own.
+_SIZES = 16
+
+
+class Repeated:
+    """A kernel with its parameters, on buffers of its own: a few microseconds less for each call.
+
+    Args:
+        evaluator: which has it.
+        name: of the kernel.
+        X: parameters (p,).
+    """
+
+    def __init__(self, evaluator: Evaluator, name: str, X: FloatArray) -> None:
+        self._function = evaluator[name]
+        self._X = X
+        self._bound: dict[int, Bound] = {}
+
+    def __call__(self, *inputs: FloatArray) -> FloatArray:
+        """Return the first output (runs, ...) for inputs (runs, n); of the last, (1, n) will do.
+
+        Raises:
+            ParameterError: M is not positive definite.
+        """
+        count = len(inputs[0])
+        bound = self._bound.get(count)
+        if bound is None:
+            if len(self._bound) >= _SIZES:
+                return np.asarray(self._function(*inputs, self._X))
+            bound = self._bound[count] = self._function.bind(count)
+            bound.inputs[-1][...] = self._X[: len(bound.inputs[-1])]
+        for buffer, array in zip(bound.inputs, inputs, strict=False):
+            buffer[...] = array
+        if bound.call():
+            raise ParameterError("forward_dynamics: the mass matrix is not positive definite")
+        return bound.out.copy()
+
+
 Mask = NDArray[np.bool_]
 
 KERNELS = ("forward_dynamics", "mass_matrix", "bias_torque", "inverse_dynamics", "friction_torque")
@@ -69,21 +107,12 @@ class Plant:
 
     def speed(self, qd: FloatArray) -> FloatArray:
         """Return v = A qd, (runs, m)."""
-        own = qd[:, self.joint]
-        if len(self.joint) == len(self.A):
-            return own
-        return np.concatenate([own, (qd[:, None, :] * self.A[len(self.joint) :]).sum(-1)], axis=1)
-
-    def pull(self, f: FloatArray) -> FloatArray:
-        """Return A' f, the torques (runs, n) of friction forces (runs, m)."""
-        out = np.zeros((len(f), self.A.shape[1]))
-        out[:, self.joint] = f[:, : len(self.joint)]
-        for i in range(len(self.joint), len(self.A)):
-            out += f[:, i, None] * self.A[i]
-        return out
+        return np.asarray(np.einsum("rj,mj->rm", qd, self.A))
 
     def limits(self, q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the least and largest force (runs, m) that each friction holds with."""
+        """Return the least and largest force, (runs, m) or (m,), that each friction holds with."""
+        if not self.shown.any():
+            return -self.force, self.force
         low, high = (np.tile(sign * self.force, (len(q), 1)) for sign in (-1.0, 1.0))
         for i in np.flatnonzero(self.shown):
             j = self.joint[i]
@@ -115,13 +144,13 @@ class Plant:
         if not len(self.A):
             return self.forward(q, qd, tau), mode
         f = mode * self.force
-        applied = tau - self.pull(f)
+        applied = tau - np.einsum("rm,mj->rj", f, self.A)
         if self.shown.any():
             qd = self._seen(qd, mode)
         qdd = self.forward(q, qd, applied)
         if not mode.all():
             rows = np.flatnonzero((mode == 0).any(axis=1))
-            qdd[rows], held = self._hold(q[rows], qd[rows], applied[rows], mode[rows] == 0)
+            qdd[rows], held = self._hold(q[rows], qd[rows], applied[rows], mode[rows])
             f[rows] += held
         return qdd, f
 
@@ -134,41 +163,30 @@ class Plant:
         return out
 
     def _hold(
-        self, q: FloatArray, qd: FloatArray, tau: FloatArray, stuck: Mask
+        self, q: FloatArray, qd: FloatArray, tau: FloatArray, mode: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Solve M qdd + A' f = tau - h with A qdd = 0 for the rows that stick."""
-        if len(self.joint) == len(self.A):
-            return self._hold_joints(q, qd, tau, stuck)
-        runs, n, m = len(q), q.shape[1], len(self.A)
+        n, m, stuck = q.shape[1], len(self.A), mode == 0
         M = self.mass(q)
         rows = stuck[:, :, None] * self.A
-        system = np.zeros((runs, n + m, n + m))
+        system = np.zeros((len(q), n + m, n + m))
         system[:, :n, :n] = M
         system[:, :n, n:] = rows.transpose(0, 2, 1)
         system[:, n:, :n] = rows
-        mass = np.einsum("rij,ij->ri", rows @ M, self.A)
-        give = _SHARE / np.where(stuck, mass, 1.0) if self.shared else np.zeros((runs, m))
-        at = np.arange(n, n + m)
+        at, give = np.arange(n, n + m), np.zeros(1)
+        if self.shared:
+            mass = np.einsum("rij,ij->ri", rows @ M, self.A)
+            give = _SHARE / np.where(stuck, mass, 1.0)
         system[:, at, at] = np.where(stuck, -give, 1.0)
-        right = np.zeros((runs, n + m, 1))
+        right = np.zeros((len(q), n + m, 1))
         right[:, :n, 0] = tau - self.bias(q, qd)
         found = np.linalg.solve(system, right)[:, :, 0]
-        return found[:, :n], np.where(stuck, found[:, n:], 0.0)
-
-    def _hold_joints(
-        self, q: FloatArray, qd: FloatArray, tau: FloatArray, stuck: Mask
-    ) -> tuple[FloatArray, FloatArray]:
-        """Do so where no coupling may stick: joints that stick leave the equations."""
-        M, right = self.mass(q), tau - self.bias(q, qd)
-        fixed = np.zeros(q.shape, dtype=bool)
-        fixed[:, self.joint] = stuck
-        system = np.where(fixed[:, :, None] | fixed[:, None, :], np.eye(q.shape[1]), M)
-        qdd = np.linalg.solve(system, np.where(fixed, 0.0, right)[:, :, None])[:, :, 0]
-        rest = right - (M * qdd[:, None, :]).sum(-1)
-        return qdd, np.where(stuck, rest[:, self.joint], 0.0)
+        return self.stopped(found[:, :n], mode), np.where(stuck, found[:, n:], 0.0)
 
     def stopped(self, qd: FloatArray, mode: FloatArray) -> FloatArray:
-        """Return qd with exactly 0 along the frictions that stick."""
+        """Return qd (or qdd) with exactly 0 along the frictions that stick."""
+        if mode.all():
+            return qd
         out = qd.copy()
         own = len(self.joint)
         for _ in range(4 if own < len(self.A) else 1):
@@ -181,8 +199,8 @@ class Plant:
 
     def settle(
         self, q: FloatArray, qd: FloatArray, tau: FloatArray, mode: FloatArray
-    ) -> FloatArray:
-        """Return the modes in which the frictions of mode 0 stick or begin to slide.
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the modes in which the frictions of mode 0 stick or begin to slide, qdd and f.
 
         One that sticks needs f within its limits, one that begins to slide accelerates that way:
         a linear complementarity problem with bounds, solved by principal pivots, of the least
@@ -199,7 +217,7 @@ class Plant:
             ParameterError: no modes are consistent.
         """
         resting = mode == 0
-        low, high = self.limits(q, qd)
+        low, high = self.limits(q, qd) if resting.any() else (mode, mode)
         slack = SLACK * (high - low) + 1e-12
         for turn in range(_ROUNDS):
             qdd, f = self.accelerate(q, qd, tau, mode)
@@ -207,7 +225,7 @@ class Plant:
             over = np.where(f > high + slack, 1.0, np.where(f < low - slack, -1.0, 0.0))
             wrong = resting & np.where(mode == 0, over != 0, onward < -1e-9 * (1 + abs(onward)))
             if not wrong.any():
-                return mode
+                return mode, qdd, f
             if turn > 5:
                 wrong &= np.cumsum(wrong, axis=1) == 1
             mode = np.where(wrong, np.where(mode == 0, over, 0.0), mode)
@@ -236,50 +254,50 @@ def plant(evaluator: Evaluator, X: FloatArray) -> Plant:
     """
     model, robot = evaluator.model, evaluator.model.robot
     numbers = [j.number for j in robot.movable]
-    rows: dict[tuple[str, int], tuple[FloatArray, float, int]] = {}
-    rest = np.array(X, dtype=np.float64)
+    declared = {}
     for i, p in enumerate(model.base.parameters):
         standard = model.base.standard[p.index]
-        if standard.prefix not in ("FS", "FSM") or p.inertial:
-            continue
+        if not p.inertial:
+            declared[standard.prefix, standard.joint] = i
+    signs, rest = _signs(robot), np.array(X, dtype=np.float64)
+    rows: list[tuple[FloatArray, int | None, int]] = []
+    for k, joint in enumerate(robot.movable):
+        at = None if joint.coulomb_width else declared.get(("FS", joint.number))
+        rows.append((np.eye(robot.n)[k], at, k))
+    for coupling in robot.couplings:
         a = np.zeros(robot.n)
-        if standard.prefix == "FS":
-            if robot.joint(standard.joint).coulomb_width:
-                continue
-            a[numbers.index(standard.joint)] = 1.0
-        else:
-            coupling = next(c for c in robot.couplings if c.second == standard.joint)
-            a[numbers.index(coupling.first)] = 1.0
-            a[numbers.index(coupling.second)] = float(coupling.ratio.subs(robot.values()))
-        if X[i] < 0:
-            raise ParameterError(
-                f"{p.name} = {X[i]:.4g}: Coulomb friction that drives leaves the motion from rest "
-                "open; accepted: 0 or more, or a coulomb_width in the robot file"
-            )
-        at = numbers.index(standard.joint) if standard.prefix == "FS" else -1
-        rows[standard.prefix, standard.joint] = (a, float(X[i]), at)
-        rest[i] = 0.0
-    signs = _signs(robot)
-    for number in sorted(signs):
-        unit = np.eye(robot.n)[numbers.index(number)]
-        rows.setdefault(("FS", number), (unit, 0.0, numbers.index(number)))
-    # A friction of no force still has no mode: the joint is smooth there.
-    rows = dict(sorted(rows.items()))  # FS before FSM
-    kept = [(k, r) for k, r in rows.items() if r[1] > 0 or (k[1] in signs and k[0] == "FS")]
+        a[numbers.index(coupling.first)] = 1.0
+        a[numbers.index(coupling.second)] = float(coupling.ratio.subs(robot.values()))
+        rows.append((a, declared.get(("FSM", coupling.second)), -1))
+    kept: list[tuple[FloatArray, float, int, bool]] = []
+    for a, at, k in rows:
+        force = 0.0 if at is None else float(X[at])
+        shown = k >= 0 and numbers[k] in signs
+        if at is not None:
+            rest[at] = 0.0
+            if force < 0:
+                raise ParameterError(
+                    f"{model.base.names[at]} = {force:.4g}: Coulomb friction that drives leaves "
+                    "the motion from rest open; accepted: 0 or more, or a coulomb_width in the "
+                    "robot file"
+                )
+        # A friction of no force still has no mode: the joint is smooth there.
+        if force > 0 or shown:
+            kept.append((a, force, k, shown))
     if kept and robot.loaded:
         raise ParameterError(
             f"robot {robot.name!r}: Coulomb friction of width 0 and effects of the load (taur) are "
             "not simulated together; accepted: a coulomb_width on every joint with Coulomb friction"
         )
-    A = np.array([r[0] for _, r in kept]).reshape(len(kept), robot.n)
+    A = np.array([a for a, *_ in kept]).reshape(len(kept), robot.n)
     return Plant(
         evaluator,
         rest,
         A,
-        np.array([r[1] for _, r in kept]),
-        np.array([r[2] for _, r in kept if r[2] >= 0], dtype=np.intp),
-        np.array([k[0] == "FS" and k[1] in signs for k, _ in kept], dtype=bool),
-        len(kept) > 0 and bool(np.linalg.matrix_rank(A) < len(A)),
+        np.array([force for _, force, _, _ in kept]),
+        np.array([k for _, _, k, _ in kept if k >= 0], dtype=np.intp),
+        np.array([shown for *_, shown in kept], dtype=bool),
+        bool(kept) and bool(np.linalg.matrix_rank(A) < len(A)),
         *(Repeated(evaluator, name, rest) for name in KERNELS[:3]),
     )
 

@@ -10,9 +10,125 @@ from numpy.typing import NDArray
 
 from symgen.errors import ParameterError
 from symgen.experiment.controller import Controller
-from symgen.experiment.instruments import Instruments
 
 FloatArray = NDArray[np.float64]
+_POSITION, _VELOCITY, _TORQUE, _DISTURBANCE = range(4)
+
+
+@dataclass(frozen=True)
+class Instruments:
+    """The measuring chain, alike on all joints; errors are independent of joint, sample and run.
+
+    A log shows, of what truly happens at t,
+
+        q(t)   = round((q(t - delay) + position_noise e) / encoder_step) encoder_step
+        qd(t)  = velocity_gain qd(t - delay) + velocity_noise e
+        tau(t) = command(t) + (torque_noise + torque_noise_relative RMS(command)) e
+
+    with e normal of unit variance. An encoder_step of 0 does not round.
+
+    Attributes:
+        encoder_step: resolution of the encoders, rad or m.
+        position_noise: standard deviation, rad or m.
+        velocity_noise: standard deviation, rad/s or m/s.
+        velocity_gain: of the tachometers.
+        velocity: whether the log has qd at all.
+        torque_noise: standard deviation, N m or N.
+        torque_noise_relative: standard deviation over the RMS of that joint's command.
+        delay: of q and qd behind the torque, s; before the first state the joint is taken to rest.
+
+    Raises:
+        ParameterError: a value is negative or not finite.
+    """
+
+    encoder_step: float = 0.0
+    position_noise: float = 0.0
+    velocity_noise: float = 0.0
+    velocity_gain: float = 1.0
+    velocity: bool = True
+    torque_noise: float = 0.0
+    torque_noise_relative: float = 0.0
+    delay: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (math.isfinite(value) and value >= 0):
+                raise ParameterError(f"instruments: {name} is {value:g}; accepted: 0 or more")
+
+    def motion_noise(
+        self, runs: range, seed: int, shape: tuple[int, int]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the errors of q and qd in some runs, (runs, N, n); (1, 1, 1) without any."""
+        return (
+            _normal(self.position_noise, runs, seed, _POSITION, shape),
+            _normal(self.velocity_noise, runs, seed, _VELOCITY, shape),
+        )
+
+    def read(
+        self, q: FloatArray, qd: FloatArray, q_error: FloatArray, qd_error: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return what encoders and tachometers show of q and qd, arrays of one shape."""
+        q, qd = q + q_error, self.velocity_gain * qd + qd_error
+        if self.encoder_step:
+            q = self.encoder_step * np.floor(q / self.encoder_step + 0.5)
+        return q, qd
+
+    def torque(self, command: FloatArray, runs: range, seed: int) -> FloatArray:
+        """Return the torques that the logs of some runs show, (runs, N, n).
+
+        Args:
+            command: the commanded ones, (runs, N, n), or (1, N, n) where they are alike.
+            runs: numbers of the runs.
+            seed: of all noise.
+        """
+        if not (self.torque_noise or self.torque_noise_relative):
+            return command
+        size = np.sqrt(np.mean(command**2, axis=1, keepdims=True))
+        e = _normal(1.0, runs, seed, _TORQUE, (command.shape[1], command.shape[2]))
+        return np.asarray(command + (self.torque_noise + self.torque_noise_relative * size) * e)
+
+    def delayed(
+        self, t: FloatArray, q: FloatArray, qd: FloatArray, at: slice
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return q and qd (runs, K, n) of `delay` before the stamps t[at]: cubics in between.
+
+        Args:
+            t: (N,) stamps, s.
+            q: (runs, N, n), known up to the last of the stamps asked for.
+            qd: (runs, N, n).
+            at: which stamps.
+        """
+        if not self.delay:
+            return q[:, at], qd[:, at]
+        then = t[at] - self.delay
+        k = np.clip(np.searchsorted(t, then, side="right") - 1, 0, len(t) - 2)
+        h = (t[k + 1] - t[k])[:, None]
+        s = np.clip((then - t[k])[:, None] / h, 0.0, 1.0)
+        # A delay of whole steps may ask for the end of an interval that ends now.
+        last = np.minimum(k + 1, max(range(*at.indices(len(t)))))
+        a, b, va, vb = q[:, k], q[:, last], h * qd[:, k], h * qd[:, last]
+        rise = b - a
+        position = a + s * (va + s * (3 * rise - 2 * va - vb + s * (va + vb - 2 * rise)))
+        slope = va + s * (2 * (3 * rise - 2 * va - vb) + 3 * s * (va + vb - 2 * rise))
+        return position, np.where((then < t[0])[:, None], 0.0, slope / h)
+
+
+def unseen_torque(size: FloatArray, runs: range, seed: int, samples: int) -> FloatArray:
+    """Return torques (runs, N, n) that act on the joints unseen, of standard deviations (n,)."""
+    e = _normal(1.0, runs, seed, _DISTURBANCE, (samples, len(size)))
+    return np.asarray(size * e)
+
+
+def _normal(
+    size: float, runs: range, seed: int, channel: int, shape: tuple[int, int]
+) -> FloatArray:
+    """Draw from a stream of its own for each run and instrument: run 3 is run 3 of however many."""
+    if not size:
+        return np.zeros((1, 1, 1))
+    out = np.empty((len(runs), *shape))
+    for k, run in enumerate(runs):
+        out[k] = size * np.random.default_rng([seed, run, channel]).standard_normal(shape)
+    return out
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
@@ -16,12 +17,13 @@ from symgen.data.log import Log, read_log, read_only
 from symgen.data.plain import read_columns
 from symgen.data.signals import differentiate, prepare
 from symgen.errors import LogError
-from symgen.experiment import paper
 from symgen.robot.types import Robot
 
 FloatArray = NDArray[np.float64]
 _ACCEPTED = "CSV with the columns t, q1.. and optionally qd1.., qdd1.."
 _HARMONICS = 5
+#: Samples of the paper's motion, and their step in s.
+SAMPLES, STEP = 100, 0.0622
 #: What a reference reaches where [limits] are silent: position, speed, acceleration.
 _MODEST = {names.REVOLUTE: (1.0, 1.5, 6.0), names.PRISMATIC: (0.2, 0.5, 3.0)}
 #: Part of the limits that a reference uses: the controller needs the rest.
@@ -204,6 +206,14 @@ def read_reference(path: str | Path) -> Reference:
     return make_reference(str(path), t, q, qd, qdd)
 
 
+def as_csv(t: FloatArray, groups: Mapping[str, FloatArray], digits: int = 12) -> bytes:
+    """Return the content of a CSV with t (N,) and columns q1, q2, ... of groups q, ... (N, n)."""
+    names = [f"{name}{j + 1}" for name, x in groups.items() for j in range(x.shape[1])]
+    form = ",".join([f"%.{digits}g"] * (1 + len(names)))
+    rows = np.column_stack([t, *groups.values()]).tolist()
+    return "\n".join([",".join(["t", *names]), *(form % tuple(r) for r in rows), ""]).encode()
+
+
 def fourier(
     robot: Robot, *, duration: float = 20.0, rate: float = 1000.0, seed: float = 0
 ) -> Reference:
@@ -257,11 +267,22 @@ def fourier(
     return make_reference("Fourier series", t, q, qd, qdd)
 
 
+def paper_motion(t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the motion of Gautier and Khalil (1988): q, qd, qdd, each (N, 2), rad and s."""
+    T, w = SAMPLES * STEP, 2.0
+    D = T / 1.5
+    s = t / T
+    q = np.stack([D * (3 * s**2 - 2 * s**3), (1 - np.cos(w * t))], axis=-1)
+    qd = np.stack([6 * D / T * (s - s**2), w * np.sin(w * t)], axis=-1)
+    qdd = np.stack([6 * D / T**2 * (1 - 2 * s), w**2 * np.cos(w * t)], axis=-1)
+    return q, qd, qdd
+
+
 def _paper(robot: Robot, rate: float) -> Reference:
     if robot.n != 2 or any(robot.sigma):
         _refuse("trajectory paper", f"{robot.name} has other joints", "two revolute joints")
-    t = np.arange(round(paper.SAMPLES * paper.STEP * rate) + 1) / rate
-    return make_reference("paper", t, *paper.reference(t))
+    t = np.arange(round(SAMPLES * STEP * rate) + 1) / rate
+    return make_reference("paper", t, *paper_motion(t))
 
 
 def _refuse(file: str | Path, what: str, accepted: str) -> NoReturn:

@@ -1,30 +1,49 @@
 """The search for a motion: a nonlinear program over CasADi's emitted functions, solved by IPOPT.
 
-The loss is the objective's. Limits of position, speed, acceleration and jerk are linear; torques of
-the prior model are those of its emitted function, which CasADi differentiates.
+With W the regressor of the model that will be used, its columns scaled to unit norm, and
+lambda_i the eigenvalues of C = W'W, the condition number is sqrt(lambda_max / lambda_min) and
+log det C = sum of log lambda_i, 0 at best (Gautier and Khalil 1992, Swevers et al. 1997).
+Limits of position, speed, acceleration and jerk are linear in the coefficients.
 """
 
 from __future__ import annotations
 
+import math
 import signal
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import casadi
 import numpy as np
+from numpy.typing import NDArray
 
-from symgen.experiment.bounds import Bounds
-from symgen.experiment.criterion import FloatArray
-from symgen.experiment.objective import INPUTS, Objective, fastest
-from symgen.experiment.space import Space
+from symgen.codegen.casadi_model import casadi_function
+from symgen.codegen.model import Model, derive
+from symgen.estimation.integrals import cumulative_integral
+from symgen.experiment.bounds import Bounds, Space
+from symgen.robot.types import Robot
 
-_CHECKS = 6  # samples of the limits in a period of the fastest term
-_TORQUE_CHECKS = 4
-_MARGIN = 0.985  # of a limit that holds between these samples
+FloatArray = NDArray[np.float64]
+CRITERIA = ("condition", "logdet")
+#: What the equations of each model are made of: kernels.
+KERNELS: dict[str, tuple[str, ...]] = {
+    "energy": ("energy_regressor", "friction_power"),
+    "momentum": ("momentum_regressor", "friction_torque"),
+    "torque": ("torque_regressor",),
+}
+_FLOOR = 1e-13  # added to the eigenvalues
+_SMALL = 1e-30  # of the square of a column's norm
+_LARGE = 0.05  # what columns e times as large are worth, in logs of the condition number
+#: Width of tanh(qd/width) for sign(qd), as a share of the largest speed, while searching.
+_SMOOTH = 0.03
+# Samples in a period of the fastest term: of the criterion, the limits and the torques.
+_PER_PERIOD, _CHECKS, _TORQUE_CHECKS = 8, 6, 4
+_ROWS = 2  # rows of the regressor for each parameter, at least
+_MARGIN = 0.985  # of a limit that holds between the samples
 
 
 @dataclass
@@ -62,150 +81,13 @@ class Clock:
             signal.signal(signal.SIGINT, before)
 
 
-class _Function(casadi.Callback):
-    """A function of z that knows its Jacobian, both in NumPy, as CasADi calls it.
-
-    `at` returns the values (rows,) and the Jacobian (rows, size), which has the given sparsity.
-    """
-
-    def __init__(self, name: str, size: int, rows: int, pattern: Any) -> None:
-        casadi.Callback.__init__(self)
-        self.size, self.rows, self.pattern = size, rows, pattern
-        self.kept: list[Any] = []
-        self.last: tuple[bytes, tuple[FloatArray, FloatArray]] | None = None
-        self.construct(name, {})
-
-    def at(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        raise NotImplementedError
-
-    def once(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return `at`, computed once for value and Jacobian."""
-        key = z.tobytes()
-        if self.last is None or self.last[0] != key:
-            self.last = key, self.at(z)
-        return self.last[1]
-
-    def get_n_in(self) -> int:
-        return 1
-
-    def get_n_out(self) -> int:
-        return 1
-
-    def get_sparsity_in(self, _: int) -> Any:
-        return casadi.Sparsity.dense(self.size, 1)
-
-    def get_sparsity_out(self, _: int) -> Any:
-        return casadi.Sparsity.dense(self.rows, 1)
-
-    def eval(self, given: Any) -> Any:
-        return [casadi.DM(self.once(given[0].full()[:, 0])[0])]
-
-    def has_jacobian(self, *_: object) -> bool:
-        return True
-
-    def get_jacobian(self, name: str, _in: Any, _out: Any, options: Any = None) -> Any:
-        self.kept.append(_Jacobian(name, self, options))
-        return self.kept[-1]
-
-
-class _Jacobian(casadi.Callback):
-    """The Jacobian of a `_Function`."""
-
-    def __init__(self, name: str, function: _Function, options: Any) -> None:
-        casadi.Callback.__init__(self)
-        self.function = function
-        self.construct(name, options)
-
-    def get_n_in(self) -> int:
-        return 2
-
-    def get_n_out(self) -> int:
-        return 1
-
-    def get_sparsity_in(self, i: int) -> Any:
-        return casadi.Sparsity.dense(self.function.rows if i else self.function.size, 1)
-
-    def get_sparsity_out(self, _: int) -> Any:
-        return self.function.pattern
-
-    def eval(self, given: Any) -> Any:
-        jacobian = self.function.once(given[0].full()[:, 0])[1]
-        return [casadi.project(casadi.DM(jacobian), self.function.pattern)]
-
-
-class _Loss(_Function):
-    """The loss of the criterion."""
-
-    def __init__(self, objective: Objective, criterion: str) -> None:
-        self.objective, self.criterion = objective, criterion
-        pattern = casadi.Sparsity.dense(1, objective.size)
-        super().__init__("loss", objective.size, 1, pattern)
-
-    def at(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        value, gradient = self.objective(z, self.criterion)
-        return np.array([value]), gradient[None]
-
-
-class Torques(_Function):
-    """Torques of the prior model over their limits, sample by sample of a grid of their own.
-
-    d tau/dz = sum over k of (d tau/d q^(k)) B^(k), with the first factor from CasADi.
-    """
-
-    def __init__(self, objective: Objective, limits: Bounds, X: FloatArray) -> None:
-        space = objective.space
-        self.space, self.X = space, X
-        self.joints = np.flatnonzero(np.isfinite(limits.torque))
-        self.allowed = limits.torque[self.joints]
-        grids = [
-            np.linspace(0, space.duration(run), _TORQUE_CHECKS * fastest(space, run) + 1)
-            for run in range(space.runs)
-        ]
-        self.edges = np.cumsum([0, *(len(t) for t in grids)])
-        self.matrices = [
-            [b.matrix(grids[b.run], order) for order in range(3)] for b in space.blocks
-        ]
-        n, total = len(space.centre), int(self.edges[-1])
-        q, qd, qdd = (casadi.SX.sym(name, n) for name in INPUTS)
-        values = casadi.DM(X)
-        tau = objective.inverse(q, qd, qdd, values)
-        slope = casadi.jacobian(tau, casadi.vertcat(q, qd, qdd))
-        dense = casadi.densify(slope)
-        self.function = casadi.Function("torques", [q, qd, qdd], [tau, casadi.vec(dense)]).map(
-            total
-        )
-        shown = np.zeros((total, len(self.joints), space.size))
-        for b in space.blocks:
-            shown[self.edges[b.run] : self.edges[b.run + 1], :, b.part] = 1
-        rows = total * len(self.joints)
-        pattern = casadi.sparsify(casadi.DM(shown.reshape(rows, -1))).sparsity()
-        super().__init__("torques", space.size, rows, pattern)
-
-    def at(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        n, total = len(self.space.centre), int(self.edges[-1])
-        motion = np.zeros((3, n, total))
-        motion[0] += self.space.centre[:, None]
-        spans = [slice(self.edges[b.run], self.edges[b.run + 1]) for b in self.space.blocks]
-        for b, span, matrices in zip(self.space.blocks, spans, self.matrices, strict=True):
-            for order, B in enumerate(matrices):
-                motion[order, b.joint, span] += B @ z[b.part]
-        tau, slopes = self.function(*motion)
-        # Column-major vec of (n, 3 n): the derivative's column comes first.
-        cube = slopes.full().T.reshape(total, 3, n, n)[..., self.joints] / self.allowed
-        out = np.zeros((total, len(self.joints), self.space.size))
-        for b, span, matrices in zip(self.space.blocks, spans, self.matrices, strict=True):
-            for order, B in enumerate(matrices):
-                out[span, :, b.part] += cube[span, order, b.joint][:, :, None] * B[:, None, :]
-        values = tau.full().T[:, self.joints] / self.allowed
-        return values.ravel(), out.reshape(-1, self.space.size)
-
-
 class _Watch(casadi.Callback):
     """Stops IPOPT when the clock says so."""
 
     def __init__(self, variables: int, constraints: int, clock: Clock) -> None:
         casadi.Callback.__init__(self)
-        self.sizes = {"x": variables, "g": constraints, "lam_x": variables, "lam_g": constraints}
+        self.sizes = {"f": 1, "x": variables, "lam_x": variables}
+        self.sizes |= {"g": constraints, "lam_g": constraints}
         self.clock = clock
         self.construct("watch", {})
 
@@ -219,8 +101,7 @@ class _Watch(casadi.Callback):
         return str(casadi.nlpsol_out(i))
 
     def get_sparsity_in(self, i: int) -> Any:
-        name = casadi.nlpsol_out(i)
-        size = 1 if name == "f" else self.sizes.get(name, 0)
+        size = self.sizes.get(casadi.nlpsol_out(i), 0)
         return casadi.Sparsity.dense(size, 1 if size else 0)
 
     def eval(self, _: Any) -> Any:
@@ -228,81 +109,207 @@ class _Watch(casadi.Callback):
 
 
 class Program:
-    """The nonlinear program of one search; solved from many starts."""
+    """The nonlinear program of one search; solved from many starts.
+
+    Args:
+        robot: whose motions they are.
+        space: of the motions to choose from, with their limits.
+        model: that will be used to identify: "energy", "momentum" or "torque".
+        window: of energy and momentum, s.
+        criterion: "condition" or "logdet".
+        prior: parameters (p,) of the model whose torques are limited, or None.
+        clock: when to stop.
+        iterations: of IPOPT, at most.
+    """
 
     def __init__(
         self,
-        objective: Objective,
-        limits: Bounds,
+        robot: Robot,
+        space: Space,
+        model: str,
+        window: float,
+        criterion: str,
         prior: FloatArray | None,
         clock: Clock,
         iterations: int,
     ) -> None:
-        space = objective.space
+        derived = derive(_smooth(robot, space.limits), (*KERNELS[model], "inverse_dynamics"))
         z = casadi.MX.sym("z", space.size)
-        A, low, high = _linear_limits(space, limits)
-        g, lower, upper = [casadi.mtimes(A, z)], [low], [high]
-        self.torques = None
+        G = sum(_gram(derived, space, run, z, model, window) for run in range(space.runs))
+        self.loss = casadi.Function("loss", [z], [_loss(G, criterion)])
+        A, low, high = _linear_limits(space)
+        g, slopes = [casadi.mtimes(A, z)], [casadi.MX(A)]
         if prior is not None:
-            self.torques = Torques(objective, limits, prior)
-            g.append(self.torques(z))
-            edge = np.full(g[-1].numel(), _MARGIN)
-            lower, upper = [*lower, -edge], [*upper, edge]
-        self.lower, self.upper = np.concatenate(lower), np.concatenate(upper)
-        constraints = casadi.vertcat(*g)
+            for run in range(space.runs):
+                tau, slope = _torques(derived, space, run, z, prior)
+                g, slopes = [*g, tau], [*slopes, slope]
+        constraints, unused = casadi.vertcat(*g), casadi.MX.sym("p", 0)
+        edge = np.full(constraints.numel() - len(low), _MARGIN)
+        self.bounds = {"lbg": np.append(low, -edge), "ubg": np.append(high, edge)}
         self.watch = _Watch(space.size, constraints.numel(), clock)
-        self.losses, self.solvers = {}, {}
-        for criterion in ("logdet", "condition"):
-            self.losses[criterion] = _Loss(objective, criterion)
-            self.solvers[criterion] = casadi.nlpsol(
-                criterion,
-                "ipopt",
-                {"x": z, "f": self.losses[criterion](z), "g": constraints},
-                {
-                    "print_time": False,
-                    "error_on_fail": False,
-                    "iteration_callback": self.watch,
-                    "ipopt.print_level": 0,
-                    "ipopt.sb": "yes",
-                    "ipopt.hessian_approximation": "limited-memory",
-                    "ipopt.limited_memory_max_history": 8,
-                    "ipopt.limited_memory_aug_solver": "extended",
-                    "ipopt.max_iter": iterations,
-                    "ipopt.tol": 1e-4,
-                    "ipopt.acceptable_tol": 1e-3,
-                    "ipopt.acceptable_obj_change_tol": 1e-4,
-                    "ipopt.mu_strategy": "monotone",
-                    "ipopt.mu_init": 1e-2,
+        self.solver = casadi.nlpsol(
+            criterion,
+            "ipopt",
+            {"x": z, "f": self.loss(z), "g": constraints},
+            {
+                "print_time": False,
+                "error_on_fail": False,
+                "iteration_callback": self.watch,
+                "jac_g": casadi.Function(
+                    "jac_g", [z, unused], [constraints, casadi.vertcat(*slopes)]
+                ),
+                "ipopt": {
+                    "print_level": 0,
+                    "sb": "yes",
+                    "hessian_approximation": "limited-memory",
+                    "limited_memory_max_history": 8,
+                    "limited_memory_aug_solver": "extended",
+                    "max_iter": iterations,
+                    "tol": 1e-4,
+                    "acceptable_tol": 1e-3,
+                    "acceptable_obj_change_tol": 1e-4,
+                    "mu_strategy": "monotone",
+                    "mu_init": 1e-2,
                 },
-            )
+            },
+        )
 
-    def solve(self, z: FloatArray, criterion: str) -> FloatArray:
+    def solve(self, z: FloatArray) -> FloatArray:
         """Return the z that IPOPT reaches from a start; the clock may stop it on the way."""
-        result = self.solvers[criterion](x0=z, lbg=self.lower, ubg=self.upper)
-        found: FloatArray = result["x"].full()[:, 0]
+        found: FloatArray = self.solver(x0=z, **self.bounds)["x"].full()[:, 0]
         return found if np.isfinite(found).all() else z
 
 
-def _linear_limits(space: Space, limits: Bounds) -> tuple[Any, FloatArray, FloatArray]:
+def _smooth(robot: Robot, limits: Bounds) -> Robot:
+    """Return the robot with Coulomb friction that has a derivative where speeds change sign."""
+    width = iter(_SMOOTH * limits.rates[0])
+    joints = (
+        replace(j, coulomb_width=j.coulomb_width or float(next(width))) if j.movable else j
+        for j in robot.joints
+    )
+    return replace(robot, joints=tuple(joints))
+
+
+def _fastest(space: Space, run: int) -> int:
+    """Return how many periods of the fastest term fit into a run."""
+    own = (b.basis for b in space.of(run))
+    return max(b.terms if b.kind in ("fourier", "cosine") else math.ceil(b.terms / 2) for b in own)
+
+
+def _basis(space: Space, run: int, t: FloatArray) -> tuple[Any, FloatArray]:
+    """Return B, c of q, qd, qdd = B z + c at times t, joint by joint: (3 n N, size), (3 n N,)."""
+    own = space.of(run)
+    orders = ([casadi.DM(b.matrix(t, order)) for b in own] for order in range(3))
+    B = casadi.vertcat(*(casadi.diagcat(*matrices) for matrices in orders))
+    begin, end = own[0].part.start, own[-1].part.stop
+    rows = B.shape[0]
+    B = casadi.horzcat(casadi.DM(rows, begin), B, casadi.DM(rows, space.size - end))
+    return B, np.append(np.repeat(space.centre, len(t)), np.zeros(rows * 2 // 3))
+
+
+def _motion(x: Any, n: int) -> dict[str, Any]:
+    """Return the q, qd and qdd, (n, N) each, that `_basis` has joint by joint."""
+    parts = casadi.vertsplit(x, x.numel() // 3)
+    shaped = (casadi.reshape(part, part.numel() // n, n).T for part in parts)
+    return dict(zip(("q", "qd", "qdd"), shaped, strict=True))
+
+
+def _gram(derived: Model, space: Space, run: int, z: Any, model: str, window: float) -> Any:
+    """Return W'W (p, p) of a run: the equations that identify builds, on a coarser grid.
+
+    Energy: [h(t2) - h(t1), integral of f]; momentum: [p(t2) - p(t1) - integral of dL/dq, integral
+    of F]; torque: the samples themselves.
+    """
+    n, length = len(space.centre), space.of(run)[0].basis.duration
+    lines = 1 if model == "energy" else n  # equations of each sample
+    enough = math.ceil(_ROWS * len(derived.base.names) / lines / space.runs)
+    reach = 0.0 if model == "torque" else window
+    step = min(length / (_PER_PERIOD * _fastest(space, run)), (length - reach) / enough)
+    steps = 0
+    if model != "torque":
+        steps = max(4, math.ceil(window / step - 1e-9))
+        step = window / steps
+    count = int(length / step + 1e-9) + 1
+    B, c = _basis(space, run, np.arange(count) * np.float64(step))
+    motion = _motion(casadi.mtimes(B, z) + c, n)
+    samples: list[Any] = []
+    for kernel in filter(None, map(derived.kernel, KERNELS[model])):
+        function = casadi_function(derived, kernel, flat=True).map(count)
+        found = function(*(motion[name] for name, _ in kernel.tape.inputs))
+        samples += found if isinstance(found, tuple) else [found]
+    if model != "torque":
+        identity = np.eye(count)
+        integral = cumulative_integral(identity, step)
+        D, S = (
+            casadi.sparsify(casadi.DM((x[steps:] - x[:-steps]).T)) for x in (identity, integral)
+        )
+        first, *rates = samples
+        samples = [casadi.mtimes(first, D), *(casadi.mtimes(x, S) for x in rates)]
+        if model == "momentum":
+            samples[:2] = [samples[0] - samples[1]]
+    rows = zip(*(casadi.vertsplit(x, x.shape[0] // lines) for x in samples), strict=True)
+    W = casadi.horzcat(*(casadi.vertcat(*row) for row in rows))
+    return casadi.mtimes(W, W.T)
+
+
+def _loss(G: Any, criterion: str) -> Any:
+    """Return a smooth loss of W'W.
+
+    "logdet" is -log det C. "condition" is the log of the condition number with power means of
+    order 6 in place of the extreme eigenvalues, which are not smooth where two meet:
+
+        (log tr C^6 + log tr C^-6) / 12
+
+    Scaled columns do not tell a large motion from a small one, which drowns in noise: a small
+    share of the mean log norm of the columns prefers the large one.
+    """
+    p = G.shape[0]
+    norms = casadi.sqrt(casadi.fmax(casadi.diag(G), _SMALL))
+    C = G / casadi.mtimes(norms, norms.T) + _FLOOR * casadi.DM.eye(p)
+    if criterion == "logdet":
+        symbols = casadi.SX.sym("C", p, p)
+        R = casadi.diag(casadi.chol(symbols))
+        value = -2 * casadi.Function("logdet", [symbols], [casadi.sum1(casadi.log(R))])(C)
+    else:
+        cubes = (casadi.mtimes([M, M, M]) for M in (C, casadi.inv(C, "ldl", {})))
+        value = sum(casadi.log(casadi.sumsqr(M)) for M in cubes) / 12
+    return value - _LARGE / p * casadi.sum1(casadi.log(norms))
+
+
+def _torques(derived: Model, space: Space, run: int, z: Any, X: FloatArray) -> tuple[Any, Any]:
+    """Return the prior model's torques over their limits along a run, and their slopes in z.
+
+    d tau/dz = (d tau/d(q, qd, qdd)) B, with the first factor from CasADi.
+    """
+    t = np.linspace(0, space.of(run)[0].basis.duration, _TORQUE_CHECKS * _fastest(space, run) + 1)
+    B, c = _basis(space, run, t)
+    x = casadi.MX.sym("x", B.shape[0])
+    kernel = derived.kernel("inverse_dynamics")
+    assert kernel is not None
+    inverse = casadi_function(derived, kernel).map(len(t))
+    tau = inverse(*_motion(x, len(space.centre)).values(), casadi.repmat(casadi.DM(X), 1, len(t)))
+    shares = np.diag(1 / space.limits.torque)[np.isfinite(space.limits.torque)]
+    tau = casadi.vec(casadi.mtimes(casadi.sparsify(casadi.DM(shares)), tau))
+    function = casadi.Function("torques", [x], [tau, casadi.jacobian(tau, x)])
+    values, slopes = function(casadi.mtimes(B, z) + c)
+    return values, casadi.mtimes(slopes, B)
+
+
+def _linear_limits(space: Space) -> tuple[Any, FloatArray, FloatArray]:
     """Return A, low and high of low <= A z <= high: limits over their size, on a grid."""
-    rows, low, high = [], [], []
+    limits = space.limits
+    blocks, low, high = [], [], []
     for b in space.blocks:
-        count = _CHECKS * fastest(space, b.run) + 1
-        t = np.linspace(0, b.basis.duration, count)
+        t = np.linspace(0, b.basis.duration, _CHECKS * _fastest(space, b.run) + 1)
         j, own = b.joint, []
-        room = np.array([limits.low[j], limits.high[j]]) - space.centre[j]
-        own.append((b.matrix(t, 0) / limits.half[j], *(room / limits.half[j] * _MARGIN)))
-        for order in (1, 2, 3):
-            allowed = limits.rates[order - 1, j]
-            if np.isfinite(allowed):
-                own.append((b.matrix(t, order) / allowed, -_MARGIN, _MARGIN))
-        for B, a, c in own:
-            moving = np.abs(B).max(axis=1) > 1e-9  # at rest by construction: no constraint
-            dense = np.zeros((int(moving.sum()), b.part.stop - b.part.start))
-            dense[:] = B[moving]
-            before = casadi.DM(len(dense), b.part.start)
-            after = casadi.DM(len(dense), space.size - b.part.stop)
-            rows.append(casadi.horzcat(before, casadi.DM(dense), after))
-            low.append(np.full(len(dense), a))
-            high.append(np.full(len(dense), c))
-    return casadi.vertcat(*rows), np.concatenate(low), np.concatenate(high)
+        size = [limits.half[j], *limits.rates[:, j]]
+        room = (np.array([limits.low[j], limits.high[j]]) - space.centre[j]) / size[0]
+        edges = [room, *[np.array([-1.0, 1.0])] * 3]
+        for order in np.flatnonzero(np.isfinite(size)).tolist():
+            rows = b.matrix(t, order) / size[order]
+            moving = np.abs(rows).max(axis=1) > 1e-9  # at rest by construction: no constraint
+            own.append(rows[moving])
+            low.append(np.full(len(own[-1]), _MARGIN * edges[order][0]))
+            high.append(np.full(len(own[-1]), _MARGIN * edges[order][1]))
+        blocks.append(casadi.DM(np.concatenate(own)))
+    return casadi.diagcat(*blocks), np.concatenate(low), np.concatenate(high)

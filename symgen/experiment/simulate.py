@@ -2,32 +2,200 @@
 
 from __future__ import annotations
 
+import io
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symgen.codegen.model import Model, derive
-from symgen.data.drive import joint_side
-from symgen.data.log import Log, read_only
-from symgen.errors import ParameterError
+from symgen.data.drive import joint_side, motor_side
+from symgen.data.log import Log, make_log, read_only
+from symgen.errors import LogError, ParameterError
+from symgen.estimation.beside_model import torque_beside
 from symgen.experiment.controller import Controller, Law, replay, tracking
-from symgen.experiment.instruments import Instruments, unseen_torque
 from symgen.experiment.integrator import Motion, integrate
 from symgen.experiment.plant import KERNELS, Plant, plant, without_dry
-from symgen.experiment.recording import Recording
-from symgen.experiment.reference import Reference, from_log, reference_of, torques_of
-from symgen.experiment.simulation import Simulation
-from symgen.experiment.warming import warmed
+from symgen.experiment.recording import Instruments, Recording, unseen_torque
+from symgen.experiment.reference import Reference, as_csv, from_log, reference_of, torques_of
 from symgen.identification.parameters import base_values, read_parameters
 from symgen.robot.toml_io import read_robot
-from symgen.robot.types import Robot, require_gravity
+from symgen.robot.types import Drive, Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator, load
 
 FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """What truly happened in every run, and what its log shows. Arrays are read-only.
+
+    Attributes:
+        robot: its name.
+        t: (N,) stamps, s.
+        q: (runs, N, n) true positions, rad or m.
+        qd: (runs, N, n) true speeds, rad/s or m/s.
+        tau: (runs, N, n) commanded torques, N m or N.
+        q_log: (runs, N, n) positions in the logs.
+        qd_log: (runs, N, n) speeds in the logs, None without tachometers.
+        tau_log: (runs, N, n) torques in the logs.
+        sigma: types of the joints.
+        joints: their numbers in the robot file.
+        notes: what was done, in words.
+        drive: of the robot; files are on the side that it says that logs are on.
+        temp: (N, n) temperatures in the logs, deg C, or None.
+    """
+
+    robot: str
+    t: FloatArray
+    q: FloatArray
+    qd: FloatArray
+    tau: FloatArray
+    q_log: FloatArray
+    qd_log: FloatArray | None
+    tau_log: FloatArray
+    sigma: tuple[int, ...]
+    joints: tuple[int, ...]
+    notes: tuple[str, ...] = ()
+    drive: Drive | None = None
+    temp: FloatArray | None = None
+
+    def __repr__(self) -> str:
+        """Return robot, runs and duration."""
+        span = f"{self.t[-1] - self.t[0]:.4g} s"
+        return f"<Simulation of {self.robot}: {self.runs} runs of {span}, {len(self.t)} stamps>"
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return len(self.q_log)
+
+    def seen_by(self, instruments: Instruments, runs: range, seed: int) -> Simulation:
+        """Return the same motions in the logs of some instruments.
+
+        Args:
+            instruments: what the logs show.
+            runs: numbers of the runs: one a motion, or any of the one motion that there is.
+            seed: of all noise.
+        """
+        count = len(self.t)
+        noise = instruments.motion_noise(runs, seed, (count, len(self.sigma)))
+        q, qd = instruments.delayed(self.t, self.q, self.qd, slice(0, count))
+        q, qd = instruments.read(q, qd, *noise)
+        arrays = (self.q, self.qd, self.tau, q, qd, instruments.torque(self.tau, runs, seed))
+        shape = (len(runs), count, len(self.sigma))
+        true_q, true_qd, tau, q, qd, tau_log = (_view(np.broadcast_to(x, shape)) for x in arrays)
+        return replace(
+            self, q=true_q, qd=true_qd, tau=tau, q_log=q,
+            qd_log=qd if instruments.velocity else None, tau_log=tau_log,
+        )  # fmt: skip
+
+    def log(self, run: int = 0) -> Log:
+        """Return the log of a run, on the joint side.
+
+        Raises:
+            LogError: it is no log that identification would take, such as one of under 10 samples.
+        """
+        qd = None if self.qd_log is None else self.qd_log[run]
+        name = f"{self.robot} {run + 1}"
+        q, tau = self.q_log[run], self.tau_log[run]
+        log = make_log(name, self.t, q, tau, qd, sigma=self.sigma, temp=self.temp)
+        return replace(log, mapped=self.drive is not None)
+
+    def files(self, into: Path) -> Iterator[tuple[Path, bytes]]:
+        """Yield path and content of every run's log: `into`, or NAME_1 and so on where several."""
+        for run, path in enumerate(log_paths(into, self.runs)):
+            yield path, self.file(run, path.suffix)
+
+    def file(self, run: int = 0, suffix: str = ".csv") -> bytes:
+        """Return the log of a run as the content of a CSV or NPZ file.
+
+        Raises:
+            LogError: the suffix is neither .csv nor .npz.
+        """
+        qd = None if self.qd_log is None else self.qd_log[run]
+        log = Log(self.robot, self.t, self.q_log[run], qd, self.tau_log[run])
+        if self.drive is not None:
+            log = motor_side(log, self.drive)
+        every = {"q": log.q, "qd": log.qd, "tau": log.tau, "i": log.current, "temp": self.temp}
+        groups: dict[str, Any] = {r: array for r, array in every.items() if array is not None}
+        if suffix == ".npz":
+            out = io.BytesIO()
+            np.savez(out, t=self.t, **groups)
+            return out.getvalue()
+        _require_format(suffix)
+        return as_csv(self.t, groups)
+
+
+def _view(array: FloatArray) -> FloatArray:
+    """Return a view that nobody writes to; unlike `read_only`, without a copy."""
+    view = array.view()
+    view.setflags(write=False)
+    return view
+
+
+def log_paths(into: Path, runs: int) -> list[Path]:
+    """Return the paths of the logs of some runs.
+
+    Raises:
+        LogError: the suffix is neither .csv nor .npz.
+    """
+    _require_format(into.suffix)
+    if runs == 1:
+        return [into]
+    return [into.with_name(f"{into.stem}_{run + 1}{into.suffix}") for run in range(runs)]
+
+
+def _require_format(suffix: str) -> None:
+    if suffix not in (".csv", ".npz"):
+        raise LogError(f"log {suffix or 'without a suffix'}; accepted: .csv or .npz")
+
+
+def warmed(
+    done: Simulation,
+    robot: Robot,
+    temperature: tuple[float, float, float],
+    instruments: Instruments,
+    runs: range,
+    seed: int,
+) -> Simulation:
+    """Return a simulation with temperatures, and with the torques that depend on them.
+
+    Args:
+        done: the motions.
+        robot: with its effects on samples.
+        temperature: at the start and in the end, deg C, and the time constant, s.
+        instruments: what the logs show of torques.
+        runs: numbers of the runs.
+        seed: of all noise.
+
+    Raises:
+        ParameterError: the temperature has no meaning.
+    """
+    start, end, constant = temperature
+    if not all(map(math.isfinite, temperature)) or constant <= 0:
+        listed = ",".join(f"{x:g}" for x in temperature)
+        raise ParameterError(
+            f"simulate: temperature {listed}; accepted: START,END in deg C and a time above 0 s"
+        )
+    t = done.t - done.t[0]
+    course = end + (start - end) * np.exp(-t / constant)
+    temp = np.repeat(course[:, None], len(done.sigma), axis=1)
+    more = np.stack(
+        [
+            torque_beside(robot, q, qd, temp, done.robot)
+            for q, qd in zip(done.q, done.qd, strict=True)
+        ]
+    )
+    tau = read_only(done.tau + more)
+    shown = instruments.torque(tau, runs, seed)
+    return replace(done, tau=tau, tau_log=read_only(shown), temp=read_only(temp))
+
+
 Parameters = str | Path | Mapping[str, float] | ArrayLike
 #: Numbers in one array of all runs, above which memory is likely to be short.
 _MOST = 60_000_000
@@ -110,7 +278,7 @@ def simulate(
         )
     if torque is not None:
         t, tau, start = torques_of(torque, source)
-        law, acts = replay(t, tau, hold), "at stamps" if hold else "always"
+        law = replay(t, tau, hold)
     else:
         aim = reference_of(
             trajectory, source, duration=duration, rate=made.rate or 1000.0, seed=seed
@@ -118,25 +286,13 @@ def simulate(
         t = aim.t if made.rate is None else _stamps(aim.t, made.rate)
         start = aim.q[0], aim.qd[0]
         law = tracking(made.controller, aim, evaluator, without_dry(evaluator.model, X))
-        acts = "always" if made.controller.feedback == "true" else "on measurements"
-    plan = _Plan(
-        plant(evaluator, X),
-        t,
-        law,
-        acts,
-        start if initial is None else initial,
-        made.instruments,
-        made.unseen(source.n),
-        numbers,
-        seed,
-        made.clip,
-        tolerance,
-        torque is None,
-    )
-    done = _run(plan, progress, meter)
+    done = _run(
+        plant(evaluator, X), t, law, start if initial is None else initial, made, numbers, seed,
+        tolerance, hold=hold, smooth=torque is None, progress=progress, meter=meter,
+    )  # fmt: skip
     if temperature is None:
         return done
-    return warmed(done, source, temperature, plan.instruments, numbers, seed)
+    return warmed(done, source, temperature, made.instruments, numbers, seed)
 
 
 def track(
@@ -176,112 +332,101 @@ def track(
     source = evaluator.model.robot
     log = log if source.drive is None else joint_side(log, source.drive)
     aim = reference_of(from_log(log, cutoff), source)
-    chosen = controller or Controller()
-    plan = _Plan(
-        plant(evaluator, X),
-        log.t,
-        tracking(chosen, aim, evaluator, without_dry(evaluator.model, X)),
-        "always" if chosen.feedback == "true" else "on measurements",
-        (aim.q[0], aim.qd[0]),
-        clip=clip,
-        tolerance=tolerance,
+    made = Recording(controller=controller or Controller(), clip=clip)
+    law = tracking(made.controller, aim, evaluator, without_dry(evaluator.model, X))
+    return _run(
+        plant(evaluator, X), log.t, law, (aim.q[0], aim.qd[0]), made, range(1), 0, tolerance
     )
-    return _run(plan)
-
-
-@dataclass(frozen=True, eq=False)
-class _Plan:
-    """All that a simulation is made of."""
-
-    plant: Plant
-    t: FloatArray
-    law: Law
-    acts: str  # "always", "at stamps" and held, "on measurements" at stamps and held
-    initial: tuple[ArrayLike, ArrayLike]
-    instruments: Instruments = field(default_factory=Instruments)
-    disturbance: FloatArray | None = None
-    runs: range = range(1)
-    seed: int = 0
-    clip: bool = False
-    tolerance: float = 1e-9
-    smooth: bool = True  # whether the law does not bend at the stamps
 
 
 def _run(
-    plan: _Plan,
+    moved: Plant,
+    t: FloatArray,
+    law: Law,
+    initial: tuple[ArrayLike, ArrayLike],
+    made: Recording,
+    runs: range,
+    seed: int,
+    tolerance: float,
+    *,
+    hold: bool = False,
+    smooth: bool = True,
     progress: Callable[[str], None] = lambda _: None,
     meter: Callable[[float], None] = lambda _: None,
 ) -> Simulation:
-    robot, t, shown = plan.plant.evaluator.model.robot, plan.t, plan.instruments
+    """Move a plant along stamps t (N,), and read the logs off.
+
+    Args:
+        moved: the robot.
+        t: (N,) s.
+        law: the torque that acts.
+        initial: q and qd (n,).
+        made: instruments, controller, disturbance and clipping.
+        runs: their numbers.
+        seed: of all noise.
+        tolerance: of an integration step.
+        hold: whether a torque is held until the next stamp.
+        smooth: whether the law does not bend at the stamps.
+        progress: is told what is being done.
+        meter: is told which part is done.
+    """
+    robot, shown = moved.evaluator.model.robot, made.instruments
     limits = robot.limits.torque if robot.limits else None
-    if plan.clip and limits is None:
+    if made.clip and limits is None:
         raise ParameterError(f"simulate: clip, and {robot.name} has no torque in [limits]")
-    if not 1e-13 <= plan.tolerance <= 1e-3:
-        raise ParameterError(f"simulate: tolerance {plan.tolerance:g}; accepted: 1e-13 to 1e-3")
-    if len(plan.runs) * len(t) * robot.n > _MOST:
+    if not 1e-13 <= tolerance <= 1e-3:
+        raise ParameterError(f"simulate: tolerance {tolerance:g}; accepted: 1e-13 to 1e-3")
+    if len(runs) * len(t) * robot.n > _MOST:
         raise ParameterError(
-            f"simulate: {len(plan.runs)} runs of {len(t)} samples and {robot.n} joints would fill "
+            f"simulate: {len(runs)} runs of {len(t)} samples and {robot.n} joints would fill "
             f"the memory; accepted: up to {_MOST // (len(t) * robot.n)} runs at a time"
         )
-    noise = shown.motion_noise(plan.runs, plan.seed, (len(t), robot.n))
-    pushed = plan.disturbance is not None and bool(plan.disturbance.any())
-    noisy = plan.acts == "on measurements" and any(e.size > 1 for e in noise)
+    start = [np.asarray(x, dtype=np.float64) for x in initial]
+    for name, value in zip(("q", "qd"), start, strict=True):
+        if value.shape != (robot.n,) or not np.isfinite(value).all():
+            raise ParameterError(
+                f"simulate: initial {name} has the shape {value.shape}, or is not finite; "
+                f"accepted: ({robot.n},)"
+            )
+    noise = shown.motion_noise(runs, seed, (len(t), robot.n))
+    top = np.array(limits or ())
+    measured, pushed = made.controller.feedback == "measured", made.unseen(robot.n)
     # Runs that differ in nothing but what is read off them are one motion.
-    moving = plan.runs if pushed or noisy else plan.runs[:1]
-    law = _clipped(plan.law, np.array(limits)) if plan.clip else plan.law
-    unseen = None
-    if pushed:
-        assert plan.disturbance is not None
-        unseen = unseen_torque(plan.disturbance, moving, plan.seed, len(t))
+    apart = pushed.any() or (measured and any(e.size > 1 for e in noise))
+    moving = runs if apart else runs[:1]
+
+    def torque(at: FloatArray, q: FloatArray, qd: FloatArray) -> FloatArray:
+        tau = law(at, q, qd)
+        return np.clip(tau, -top, top) if made.clip else tau
+
+    def held(k: int, q: FloatArray, qd: FloatArray) -> FloatArray:
+        now = slice(k, k + 1)
+        errors = (e if e.size == 1 else e[: len(q), now] for e in noise)
+        q, qd = shown.read(*shown.delayed(t, q, qd, now), *errors)
+        return torque(np.full(len(q), t[k]), q[:, 0], qd[:, 0])
+
     progress(f"moving {robot.name} over {t[-1] - t[0]:.6g} s")
     motion = integrate(
-        plan.plant,
-        law,
+        moved,
+        torque,
         t,
-        *_start(plan.initial, robot, len(moving)),
-        held=None if plan.acts == "always" else _held(plan, law, noise),
-        unseen=unseen,
-        smooth=plan.smooth,
-        tolerance=plan.tolerance,
+        *(np.repeat(x[None], len(moving), axis=0) for x in start),
+        held=held if hold or measured else None,
+        unseen=unseen_torque(pushed, moving, seed, len(t)) if pushed.any() else None,
+        smooth=smooth,
+        tolerance=tolerance,
         progress=lambda k: meter((k + 1) / (len(t) - 1)),
     )
-    notes = _torque_notes(motion, robot, limits, plan.clip)
     true = Simulation(
         robot.name,
         read_only(t),
         *(motion.q, motion.qd, motion.tau) * 2,
         robot.sigma,
         tuple(j.number for j in robot.movable),
-        notes,
+        _torque_notes(motion, robot, limits, made.clip),
         robot.drive,
     )
-    return true.seen_by(shown, plan.runs, plan.seed)
-
-
-def _held(
-    plan: _Plan, law: Law, noise: tuple[FloatArray, FloatArray]
-) -> Callable[[int, FloatArray, FloatArray], FloatArray]:
-    """Return the torque that acts from stamp k on, held until the next."""
-    shown, t = plan.instruments, plan.t
-
-    def torque(k: int, q: FloatArray, qd: FloatArray) -> FloatArray:
-        now = slice(k, k + 1)
-        if plan.acts == "on measurements":
-            q, qd = shown.delayed(t, q, qd, now)
-            errors = (e if e.size == 1 else e[: len(q), now] for e in noise)
-            q, qd = shown.read(q, qd, *errors)
-        else:
-            q, qd = q[:, now], qd[:, now]
-        return law(np.full(len(q), t[k]), q[:, 0], qd[:, 0])
-
-    return torque
-
-
-def _clipped(law: Law, limits: FloatArray) -> Law:
-    def clipped(t: FloatArray, q: FloatArray, qd: FloatArray) -> FloatArray:
-        return np.clip(law(t, q, qd), -limits, limits)
-
-    return clipped
+    return true.seen_by(shown, runs, seed)
 
 
 def _torque_notes(
@@ -308,19 +453,6 @@ def _torque_notes(
     return tuple(notes)
 
 
-def _start(initial: tuple[ArrayLike, ArrayLike], robot: Robot, runs: int) -> list[FloatArray]:
-    out = []
-    for name, given in zip(("q", "qd"), initial, strict=True):
-        value = np.asarray(given, dtype=np.float64)
-        if value.shape != (robot.n,) or not np.isfinite(value).all():
-            raise ParameterError(
-                f"simulate: initial {name} has the shape {value.shape}, or is not finite; "
-                f"accepted: ({robot.n},)"
-            )
-        out.append(np.repeat(value[None], runs, axis=0))
-    return out
-
-
 def _stamps(t: FloatArray, rate: float) -> FloatArray:
     count = math.floor((t[-1] - t[0]) * rate * (1 + 1e-12)) + 1
     if count < 2:
@@ -334,20 +466,16 @@ def _loaded(
     robot: Robot | str | Path | Evaluator, parameters: Parameters, progress: Callable[[str], None]
 ) -> tuple[Evaluator, FloatArray]:
     """Return the evaluator with the kernels that are needed, and X (p,)."""
-    if isinstance(robot, Evaluator):
-        model: Model = robot.model
-        ready = all(robot.has(name) for name in KERNELS if name != "friction_torque")
-        evaluator = robot if ready else None
-        source = model.robot
-    else:
-        evaluator = None
-        source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
+    source = robot.model.robot if isinstance(robot, Evaluator) else robot
+    source = source if isinstance(source, Robot) else read_robot(source)
     require_gravity(source, "a simulation")
-    if evaluator is None:
-        progress("deriving and compiling the model")
-        model = derive(source, KERNELS)
+    needed = [name for name in KERNELS if name != "friction_torque"]
+    if isinstance(robot, Evaluator) and all(map(robot.has, needed)):
+        return robot, values_of(parameters, robot.model)
+    progress("deriving and compiling the model")
+    model = derive(source, KERNELS)
     X = values_of(parameters, model)
-    return evaluator or load(model), X
+    return load(model), X
 
 
 def values_of(parameters: Parameters, model: Model) -> FloatArray:

@@ -6,13 +6,13 @@ B''' c, so that limits on all four are linear in c. Every joint may have a basis
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import interpolate
 
 from symgen.errors import ParameterError
 
@@ -20,45 +20,46 @@ FloatArray = NDArray[np.float64]
 _DEGREE = 5
 
 
-class Basis(Protocol):
-    """One joint's functions of time, on 0 <= t <= duration."""
+@dataclass(frozen=True)
+class Basis:
+    """One joint's functions of time, on 0 <= t <= duration.
 
-    def __hash__(self) -> int: ...
+    Attributes:
+        duration: length in s.
+        terms: what sets the number of coefficients.
+        kind: name of the family.
+        ends: where the functions have to be put to rest: parts of the duration, and orders.
+    """
 
-    @property
-    def kind(self) -> str:
-        """Name of the family."""
-
-    @property
-    def duration(self) -> float:
-        """Length in s."""
-
-    @property
-    def terms(self) -> int:
-        """What sets the number of coefficients."""
+    duration: float
+    terms: int
+    kind: ClassVar[str]
+    ends: ClassVar[tuple[tuple[float, int], ...]] = ()
 
     @property
     def constant(self) -> FloatArray:
         """Coefficients of q(t) = 1, (size,)."""
+        raise NotImplementedError
 
     def matrix(self, t: FloatArray, order: int = 0) -> FloatArray:
         """Return the derivative of this order of all functions at t, (N, size)."""
+        raise NotImplementedError
 
     def rest(self) -> FloatArray:
         """Return rows E: E c = 0 puts the joint at rest at both ends, (conditions, size)."""
+        rows = [self.matrix(np.array([end * self.duration]), order) for end, order in self.ends]
+        return np.concatenate([np.zeros((0, len(self.constant))), *rows])
 
 
-@dataclass(frozen=True)
-class Fourier:
+class Fourier(Basis):
     """q = a0 + sum over k of a_k cos(k w t) + b_k sin(k w t), w = 2 pi / duration.
 
     Coefficients a0, a_1, b_1, a_2, ... (Swevers et al. 1997); speed and acceleration are zero at
     both ends, which are at the same place.
     """
 
-    duration: float
-    terms: int
     kind = "fourier"
+    ends = ((0.0, 1), (0.0, 2))
 
     @property
     def constant(self) -> FloatArray:
@@ -75,67 +76,35 @@ class Fourier:
         out[:, 2::2] = w**order * np.sin(turned)
         return out
 
-    def rest(self) -> FloatArray:
-        """Return the conditions: no speed and no acceleration at t = 0, and so at the end."""
-        return _at((self, 0.0, 1), (self, 0.0, 2))
 
-
-@dataclass(frozen=True)
-class BSpline:
+class BSpline(Basis):
     """q = sum of c_i N_i(t): B-splines of degree 5 on uniform knots, clamped at both ends.
 
     `terms` is the number of coefficients; speed and acceleration are zero at both ends.
     """
 
-    duration: float
-    terms: int
     kind = "bspline"
+    ends = ((0.0, 1), (0.0, 2), (1.0, 1), (1.0, 2))
 
     @property
     def constant(self) -> FloatArray:
         """Coefficients of q(t) = 1."""
         return np.ones(self.terms)
 
-    @property
-    def knots(self) -> FloatArray:
-        """The knots in s, (terms + 6,)."""
-        inner = np.linspace(0, self.duration, self.terms - _DEGREE + 1)
-        ends = np.ones(_DEGREE) * self.duration
-        return np.concatenate([0 * ends, inner, ends])
-
     def matrix(self, t: FloatArray, order: int = 0) -> FloatArray:
-        """Return the functions' derivatives, (N, terms), by Cox and de Boor's recursion."""
-        knots, count = self.knots, self.terms
-        inside = np.clip(np.searchsorted(knots, t, "right") - 1, _DEGREE, count - 1)
-        out = np.zeros((len(t), len(knots) - 1))
-        out[np.arange(len(t)), inside] = 1.0
-        for degree in range(1, _DEGREE + 1):
-            width = knots[degree:] - knots[:-degree]
-            inverse = np.divide(1.0, width, out=np.zeros_like(width), where=width > 0)
-            a, b = out[:, :-1] * inverse[:-1], out[:, 1:] * inverse[1:]
-            if degree > _DEGREE - order:
-                out = degree * (a - b)
-            else:
-                low, high = knots[: -degree - 1], knots[degree + 1 :]
-                out = (t[:, None] - low) * a + (high - t[:, None]) * b
-        return out
-
-    def rest(self) -> FloatArray:
-        """Return the conditions: no speed and no acceleration at both ends."""
-        T = self.duration
-        return _at((self, 0.0, 1), (self, 0.0, 2), (self, T, 1), (self, T, 2))
+        """Return the functions' derivatives, (N, terms)."""
+        inner = np.linspace(0, self.duration, self.terms - _DEGREE + 1)
+        knots = np.pad(inner, _DEGREE, mode="edge")
+        return np.asarray(interpolate.BSpline(knots, np.eye(self.terms), _DEGREE)(t, nu=order))
 
 
-@dataclass(frozen=True)
-class Cubic:
+class Cubic(Basis):
     """The paper's first generator: q = q0 + D (3 s^2 - 2 s^3), s = t/T, from stop to stop.
 
     Coefficients are the `terms` + 1 positions of the stops, at equal times; with one term it is
     the motion of Gautier and Khalil (1988). Accelerations jump at the stops.
     """
 
-    duration: float
-    terms: int
     kind = "cubic"
 
     @property
@@ -155,20 +124,13 @@ class Cubic:
         out[rows, part + 1] = rise
         return out
 
-    def rest(self) -> FloatArray:
-        """Return no conditions: it is at rest at every stop."""
-        return np.zeros((0, self.terms + 1))
 
-
-@dataclass(frozen=True)
-class Cosine:
+class Cosine(Basis):
     """The paper's second generator: q = q0 + sum of A_k (1 - cos(k w t)), w = 2 pi / duration.
 
     Coefficients q0, A_1, A_2, ...; speeds are zero at both ends, accelerations are not.
     """
 
-    duration: float
-    terms: int
     kind = "cosine"
 
     @property
@@ -182,14 +144,8 @@ class Cosine:
         waves = float(order == 0) - w**order * np.cos(np.outer(t, w) + order * np.pi / 2)
         return np.column_stack([np.full(len(t), float(order == 0)), waves])
 
-    def rest(self) -> FloatArray:
-        """Return no conditions: it is at rest at both ends."""
-        return np.zeros((0, self.terms + 1))
 
-
-KINDS: dict[str, type[Fourier] | type[BSpline] | type[Cubic] | type[Cosine]] = {
-    b.kind: b for b in (Fourier, BSpline, Cubic, Cosine)
-}
+KINDS = {b.kind: b for b in (Fourier, BSpline, Cubic, Cosine)}
 #: The fewest terms that can move.
 _FEWEST = {"fourier": 3, "bspline": 8, "cubic": 1, "cosine": 1}
 _MOST = 100
@@ -230,10 +186,6 @@ def fine_matrix(own: Basis, step: float, order: int) -> FloatArray:
     return own.matrix(fine(own, step), order)
 
 
-def _at(*places: tuple[Basis, float, int]) -> FloatArray:
-    return np.concatenate([b.matrix(np.array([t]), order) for b, t, order in places])
-
-
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """One run: a basis and its coefficients for every movable joint, rad or m."""
@@ -270,12 +222,3 @@ class Trajectory:
                 for b, c in zip(self.bases, self.coefficients, strict=True)
             ],
         }
-
-    @classmethod
-    def from_dict(cls, content: Mapping[str, Any]) -> Trajectory:
-        """Return the trajectory that `to_dict` wrote."""
-        joints = content["joints"]
-        return cls(
-            tuple(basis(j["kind"], content["duration"], j["terms"]) for j in joints),
-            tuple(np.array(j["coefficients"], dtype=float) for j in joints),
-        )

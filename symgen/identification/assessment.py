@@ -47,8 +47,10 @@ from symgen.identification.estimate import (
     Alternative,
     Consistency,
     Estimate,
+    Joint,
     ParameterEstimate,
     Use,
+    other_estimate,
 )
 from symgen.identification.parameters import mass_matrices
 from symgen.identification.physical import POSITIVE, consistency, implausible
@@ -218,7 +220,7 @@ def judged(
     outside, prior = np.where(std > 0, std, 1), method.prior
     return Estimate(
         robot=robot.name,
-        joints=tuple((j.number, names.unit("FS", j.sigma)) for j in robot.movable),
+        joints=tuple(Joint(j.number, names.unit("FS", j.sigma)) for j in robot.movable),
         model=recipe.model,
         method=method.label,
         parameters=parameters,
@@ -241,8 +243,10 @@ def judged(
         physical=physical,
         excludes=method.excludes,
         endogeneity=solution.endogeneity,
-        comparison=solution.comparison,
-        prior=None if prior is None else Contrast("prior", prior.mean, prior.std),
+        comparison=tuple(other_estimate(c, base.names) for c in solution.comparison),
+        prior=None
+        if prior is None
+        else other_estimate(Contrast("prior", prior.mean, prior.std), base.names),
         balances=energy_balances(evaluator, (*train, *held), X),
         whiteness=whiteness(traces),
         band=run.band,

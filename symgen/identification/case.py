@@ -42,7 +42,7 @@ from symgen.estimation.summary import (
 )
 from symgen.estimation.system import Equations, LinearSystem, torque_equations
 from symgen.estimation.torque_error import TorqueFit, fit
-from symgen.identification.estimate import Alternative
+from symgen.identification.estimate import Alternative, Apart
 from symgen.identification.instruments import instrumented
 from symgen.identification.solving import Method, Part, settled
 from symgen.runtime.evaluator import Evaluator
@@ -310,7 +310,7 @@ def _alternatives(
     found = [_told(f, best, run.evaluator.model.base.names) for f in fitted]
     found.sort(key=lambda a: (not a.chosen, a.held_out))
     found += [
-        Alternative(model, math.inf, math.inf, None, None, False, str(error))
+        Alternative(model, math.inf, None, None, math.inf, False, str(error))
         for model, error in lost.items()
     ]
     return best, tuple(found)
@@ -337,20 +337,20 @@ def _told(own: Fitted, best: Fitted, names: Sequence[str]) -> Alternative:
         singular = isinstance(own.solution, np.linalg.LinAlgError)
         reason += "; singular" if singular else f"; {own.solution}"
         model, left = own.recipe.model, own.held_out
-        return Alternative(model, math.inf, left, None, None, own is best, reason)
+        return Alternative(model, math.inf, None, None, left, own is best, reason)
     return Alternative(
         own.recipe.model,
         own.solution.condition_number,
-        own.held_out,
         own.torques[0].residual,
         own.torques[1].residual,
+        own.held_out,
         own is best,
         reason,
         () if own is best else _apart(own.blocks, best.blocks, names),
     )
 
 
-def _apart(a: Blocks, b: Blocks, names: Sequence[str]) -> tuple[tuple[str, float], ...]:
+def _apart(a: Blocks, b: Blocks, names: Sequence[str]) -> tuple[Apart, ...]:
     """Return the parameters that two models see apart, with how far, in std of the difference."""
     filled = [k for k in range(BLOCKS) if a.rows[k].any() and b.rows[k].any()]
     if len(filled) < BLOCKS // 2:
@@ -360,7 +360,7 @@ def _apart(a: Blocks, b: Blocks, names: Sequence[str]) -> tuple[tuple[str, float
     tail = (1 - NormalDist().cdf(APART)) / max(len(names), 1)
     level = student_quantile(tail, len(filled) - 1)
     ratio = np.abs(a.fit() - b.fit()) / np.where(std > 0, std, np.inf)
-    return tuple((name, float(r)) for name, r in zip(names, ratio, strict=True) if r > level)
+    return tuple(Apart(name, float(r)) for name, r in zip(names, ratio, strict=True) if r > level)
 
 
 @contextmanager

@@ -8,8 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from symgen.errors import ParameterError
-from symgen.identification.estimate import LOG_DIGEST, ROBOT_DIGEST, Estimate, ParameterEstimate
-from symgen.identification.reading import read_estimate
+from symgen.identification.estimate import (
+    LOG_DIGEST,
+    ROBOT_DIGEST,
+    Estimate,
+    ParameterEstimate,
+    read_estimate,
+)
 
 SCHEMA = "symgen.comparison/1"
 #: Combined standard deviations from which a parameter counts as moved.

@@ -4,106 +4,94 @@ from __future__ import annotations
 
 import io
 import json
+from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.raw import require_size
 from symgen.errors import ParameterError
 from symgen.estimation.values import Balance, Convergence, Trace
-from symgen.identification.estimate import Estimate
+from symgen.schemas import as_json, from_json
 
-FloatArray = NDArray[np.float64]
 FILE = "curves.npz"
-_TRACE = ("t", "measured", "predicted")
-_BALANCE = ("t", "work", "energy", "friction")
+_KINDS: dict[str, type[Trace | Balance]] = {"trace": Trace, "balance": Balance}
 
 
-def curves_npz(estimate: Estimate) -> bytes:
+def curves_npz(curves: Mapping[str, tuple[Any, ...]], course: Convergence | None) -> bytes:
     """Return the traces, balances and convergence of an estimate as the bytes of an NPZ file.
 
     Curves are in single precision, times in double. `index`, a JSON text in bytes, names them:
     "traces" and "balances" in order, whose arrays are `trace0_t`, `trace0_measured`, ...,
     `balance0_work`, ...; and `convergence_t`, `convergence_values` where there is one.
     """
-    traces = [
-        {"log": x.log, "kind": x.kind, "quantity": x.quantity, "spacing": x.spacing}
-        for x in estimate.traces
-    ]
-    balances = [{"log": x.log, "kind": x.kind} for x in estimate.balances]
-    index = json.dumps({"traces": traces, "balances": balances})
+    index = json.dumps(as_json(curves))
     arrays: dict[str, Any] = {"index": np.frombuffer(index.encode(), dtype=np.uint8)}
-    for kind, values, keys in (
-        ("trace", estimate.traces, _TRACE),
-        ("balance", estimate.balances, _BALANCE),
-    ):
-        for k, value in enumerate(values):
-            for key in keys:
-                array = getattr(value, key)
-                arrays[f"{kind}{k}_{key}"] = array if key == "t" else array.astype(np.float32)
-    if estimate.convergence is not None:
-        arrays["convergence_t"] = estimate.convergence.t
-        arrays["convergence_values"] = estimate.convergence.values
+    for kind in _KINDS:
+        for k, value in enumerate(curves[f"{kind}s"]):
+            for key, array in vars(value).items():
+                if isinstance(array, np.ndarray):
+                    kept = array if key == "t" else array.astype(np.float32)
+                    arrays[f"{kind}{k}_{key}"] = kept
+    if course is not None:
+        arrays |= {f"convergence_{key}": array for key, array in vars(course).items()}
     file = io.BytesIO()
     np.savez_compressed(file, allow_pickle=False, **arrays)
     return file.getvalue()
 
 
-def read_curves(
-    path: Path, parameters: int
-) -> tuple[tuple[Trace, ...], tuple[Balance, ...], Convergence | None]:
+def read_curves(path: Path, parameters: int) -> dict[str, Any]:
     """Read what `curves_npz` wrote; a file that is absent holds nothing.
 
     Args:
         path: the NPZ file.
         parameters: number of parameters that the estimate has.
 
+    Returns:
+        The fields traces, balances and convergence of an estimate, those that it holds.
+
     Raises:
         ParameterError: the file is damaged.
     """
     if not path.exists():
-        return (), (), None
+        return {}
     try:
         with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
             require_size(path, sum(entry.file_size for entry in file.zip.infolist()))
             index = json.loads(file["index"].tobytes())
-            traces = []
-            for k, entry in enumerate(index["traces"]):
-                arrays = _arrays(file, f"trace{k}", _TRACE)
-                log, kind, quantity = (str(entry[key]) for key in ("log", "kind", "quantity"))
-                t, measured, predicted = arrays
-                if measured.ndim != 2 or measured.shape != predicted.shape:
-                    raise ValueError("columns")
-                apart = max(0, int(entry["spacing"]))
-                traces.append(Trace(log, kind, quantity, t, measured, predicted, apart))
-            balances = []
-            for k, entry in enumerate(index["balances"]):
-                arrays = _arrays(file, f"balance{k}", _BALANCE)
-                balances.append(Balance(str(entry["log"]), str(entry["kind"]), *arrays))
-            course = None
+            found: dict[str, Any] = {
+                f"{kind}s": tuple(
+                    from_json(made, entry, path, **_arrays(file, f"{kind}{k}", made, entry))
+                    for k, entry in enumerate(index[f"{kind}s"])
+                )
+                for kind, made in _KINDS.items()
+            }
             if "convergence_t" in file:
-                course = Convergence(*_arrays(file, "convergence", ("t", "values")))
+                found["convergence"] = Convergence(**_arrays(file, "convergence", Convergence, ()))
     except Exception as error:  # a damaged archive raises one of two dozen kinds
         raise ParameterError(
             f"{path}: damaged ({type(error).__name__}); accepted: the file that identify wrote, or "
             "none (figures over time are left out then)"
         ) from error
+    course = found.get("convergence")
     if course is not None and course.values.shape != (len(course.t), parameters):
         raise ParameterError(f"{path}: it belongs to another estimate than the one beside it")
-    return tuple(traces), tuple(balances), course
+    return found
 
 
-def _arrays(file: Any, start: str, keys: tuple[str, ...]) -> list[FloatArray]:
-    """Return arrays by their keys, t first; all have as many rows as t, of finite numbers.
+def _arrays(file: Any, start: str, kind: Any, told: Any) -> dict[str, Any]:
+    """Return the arrays of a curve, as many rows as t of finite numbers in each.
 
     Raises:
-        ValueError: they have not.
+        ValueError: they are others.
     """
-    found = [np.asarray(file[f"{start}_{key}"], dtype=float) for key in keys]
-    if found[0].ndim != 1 or any(len(array) != len(found[0]) for array in found):
+    keys = (f.name for f in fields(kind) if f.name not in told)
+    found = {key: np.asarray(file[f"{start}_{key}"], dtype=float) for key in keys}
+    rows, columns = found["t"].shape, {x.shape[1:] for key, x in found.items() if key != "t"}
+    if any(x.shape[:1] != rows or not np.isfinite(x).all() for x in found.values()):
         raise ValueError("rows")
-    if not all(np.isfinite(array).all() for array in found):
-        raise ValueError("numbers")
+    if [len(shape) for shape in columns] != [0 if kind is Balance else 1]:
+        raise ValueError("columns")
     return found

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.errors import SymgenError
+from symgen.errors import ParameterError, SymgenError
 from symgen.estimation.band import Band
 from symgen.estimation.repairs import Repair
 from symgen.estimation.values import (
@@ -21,32 +24,59 @@ from symgen.estimation.values import (
     Whiteness,
 )
 from symgen.files import html_table
+from symgen.identification.curves import FILE, read_curves
+from symgen.schemas import (
+    BESIDE,
+    MATRIX,
+    PAIRS,
+    Form,
+    OrInf,
+    OrNan,
+    as_json,
+    at,
+    from_json,
+    read_json,
+    result_file,
+    to_json,
+)
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
 FloatArray = NDArray[np.float64]
 SCHEMA = "symgen.estimate/2"
+MARKER = "estimate.json"
+_PER_JOINT = ("torque", "momentum")  # residuals of one component a joint
 #: Schemas that are read.
 READ = (SCHEMA, "symgen.estimate/1")
 #: Labels of provenance: the robot, and what ends the label of a log.
 ROBOT_DIGEST, LOG_DIGEST = "robot, sha256 of its canonical robot.toml", "sha256 of samples"
 
 
+class Joint(NamedTuple):
+    """A joint by its number in the file, and the unit of its torque."""
+
+    number: int
+    unit: str
+
+
 @dataclass(frozen=True)
 class ParameterEstimate:
-    """One identified parameter: value and standard deviation, in `unit`."""
+    """One identified parameter: value and standard deviation, in `unit`.
+
+    `relative_std_percent` is 100 std / |value|; infinite for a value of zero.
+    """
 
     name: str
     expression: str
     value: float
-    std: float
+    std: OrNan
     unit: str
+    relative_std_percent: float = field(init=False, compare=False)
 
-    @property
-    def relative_std_percent(self) -> float:
-        """100 std / |value|; infinite for a value of zero."""
-        return 100 * self.std / abs(self.value) if self.value else float("inf")
+    def __post_init__(self) -> None:
+        relative = 100 * self.std / abs(self.value) if self.value else math.inf
+        object.__setattr__(self, "relative_std_percent", relative)
 
 
 @dataclass(frozen=True)
@@ -68,6 +98,10 @@ class Consistency:
 UNCHECKED = Consistency(None, None, "not checked")
 
 
+#: Reasons as one text.
+_JOINED = Form(str, "; ".join, lambda reason: (reason,) if reason else ())
+
+
 @dataclass(frozen=True)
 class Use:
     """Whether an estimate serves a purpose.
@@ -76,16 +110,39 @@ class Use:
         name: prediction, parameters or simulation.
         reasons: what speaks against it, in words; empty where it does.
         known: names of the parameters that are known, of parameters alone.
+        ok: whether nothing speaks against it.
     """
 
-    name: str
-    reasons: tuple[str, ...] = ()
+    name: Annotated[str, BESIDE] = ""
+    ok: bool = field(init=False)
+    reasons: Annotated[tuple[str, ...], at("reason"), _JOINED] = ()
     known: tuple[str, ...] = ()
 
-    @property
-    def ok(self) -> bool:
-        """Whether nothing speaks against it."""
-        return not self.reasons
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "ok", not self.reasons)
+
+
+def _by_name(uses: Iterable[Use]) -> dict[str, dict[str, Any]]:
+    """Return what stands in the file; `known` of the parameters alone."""
+    out = {use.name: as_json(use) for use in uses}
+    for name in out.keys() - {"parameters"}:
+        del out[name]["known"]
+    return out
+
+
+#: Uses by their names.
+_USES = Form(
+    dict[str, Use],
+    _by_name,
+    lambda found: tuple(replace(use, name=name) for name, use in found.items()),
+)
+
+
+class Apart(NamedTuple):
+    """A parameter of another model that differs from the chosen one's, by so many std."""
+
+    name: str
+    std: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,24 +152,52 @@ class Alternative:
     Attributes:
         model: energy, momentum or torque.
         condition_number: of its regressor with columns scaled to unit norm.
-        held_out: error in torque on folds left out of its fit, RMS over the joints.
         train, validation: its residual in torque; None where its logs do not determine it.
+        held_out: error in torque on folds left out of its fit, RMS over the joints.
         chosen: whether it is the estimate.
         reason: in words.
         apart: parameters that differ from those of the chosen model beyond chance, in std.
     """
 
     model: str
-    condition_number: float
-    held_out: float
-    train: Residual | None
-    validation: Residual | None
+    condition_number: OrInf
+    train: Annotated[Residual | None, at("torque_residual.train")]
+    validation: Annotated[Residual | None, at("torque_residual.validation")]
+    held_out: Annotated[OrInf, at("held_out_folds")]
     chosen: bool
     reason: str
-    apart: tuple[tuple[str, float], ...] = ()
+    apart: tuple[Apart, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
+class OtherValue(NamedTuple):
+    """A parameter by another method."""
+
+    name: str
+    value: float
+    std: OrNan
+
+
+@dataclass(frozen=True)
+class OtherEstimate:
+    """The same parameters by another method, or their prior: those that it knows."""
+
+    method: str
+    parameters: tuple[OtherValue, ...]
+
+    @property
+    def X(self) -> FloatArray:
+        """The values, in their order."""
+        return np.array([p.value for p in self.parameters])
+
+
+def other_estimate(contrast: Contrast, names: Iterable[str]) -> OtherEstimate:
+    """Return what a method or a prior says of parameters; those of no finite std are left out."""
+    rows = zip(names, contrast.X.tolist(), contrast.std.tolist(), strict=True)
+    values = (OtherValue(*row) for row in rows)
+    return OtherEstimate(contrast.method, tuple(v for v in values if not math.isinf(v.std)))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Estimate:
     """Identified parameters with their precision, the fit, and a verdict in words.
 
@@ -148,36 +233,36 @@ class Estimate:
     """
 
     robot: str
-    joints: tuple[tuple[int, str], ...]
+    joints: tuple[Joint, ...] = ()
     model: str
     method: str
     parameters: tuple[ParameterEstimate, ...]
-    condition_number: float
-    train: Residual
-    validation: Residual
-    torque_train: Residual | None
-    torque_validation: Residual | None
+    condition_number: OrInf
+    train: Annotated[Residual, at("residual.train")]
+    validation: Annotated[Residual, at("residual.validation")]
+    torque_train: Annotated[Residual | None, at("torque_residual.train")] = None
+    torque_validation: Annotated[Residual | None, at("torque_residual.validation")] = None
     cutoff_hz: float | None
     window_s: float | None
     verdict: str
     reasons: tuple[str, ...]
-    notes: tuple[str, ...]
-    correlation: FloatArray
-    traces: tuple[Trace, ...] = ()
-    convergence: Convergence | None = None
-    provenance: tuple[tuple[str, str], ...] = field(default=())
-    physical: Consistency = UNCHECKED
-    excludes: str = ""
-    endogeneity: tuple[Endogeneity, ...] = ()
-    comparison: tuple[Contrast, ...] = ()
-    prior: Contrast | None = None
-    balances: tuple[Balance, ...] = ()
-    whiteness: tuple[Whiteness, ...] = ()
-    band: Band | None = None
-    repairs: tuple[Repair, ...] = ()
-    alternatives: tuple[Alternative, ...] = ()
-    uses: tuple[Use, ...] = ()
     headline: str = ""
+    uses: Annotated[tuple[Use, ...], _USES] = ()
+    band: Band | None = None
+    alternatives: Annotated[tuple[Alternative, ...], at("models")] = ()
+    repairs: tuple[Repair, ...] = ()
+    physical: Consistency = UNCHECKED
+    excludes: Annotated[str, at("std_excludes")] = ""
+    endogeneity: tuple[Endogeneity, ...] = ()
+    comparison: tuple[OtherEstimate, ...] = ()
+    prior: OtherEstimate | None = None
+    correlation: Annotated[FloatArray, MATRIX] = field(default_factory=lambda: np.empty((0, 0)))
+    whiteness: tuple[Whiteness, ...] = ()
+    notes: tuple[str, ...] = ()
+    provenance: Annotated[tuple[tuple[str, str], ...], PAIRS] = ()
+    traces: Annotated[tuple[Trace, ...], BESIDE] = ()
+    convergence: Annotated[Convergence | None, BESIDE] = None
+    balances: Annotated[tuple[Balance, ...], BESIDE] = ()
 
     def __repr__(self) -> str:
         """Return robot, model, method and verdict."""
@@ -222,6 +307,42 @@ class Estimate:
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of estimate.json (schema symgen.estimate/2)."""
-        from symgen.identification.reading import estimate_json
+        return to_json(self, SCHEMA)
 
-        return estimate_json(self)
+
+def read_estimate(path: str | Path) -> Estimate:
+    """Read an estimate again.
+
+    Args:
+        path: the folder that `identify` wrote, or the estimate.json in it. The curves for figures
+            come from curves.npz beside it; without that file there are none. What an older
+            estimate.json does not hold is empty.
+
+    Raises:
+        ParameterError: there is no estimate, or it is damaged.
+    """
+    file = result_file(path, MARKER)
+    found = from_json(Estimate, read_json(file, *READ), file)
+    wrong = _torn(found)
+    if wrong:
+        raise ParameterError(
+            f"{file}: damaged at {wrong}; accepted: schema {SCHEMA} as identify writes it"
+        )
+    torque = found.torque_validation and found.torque_validation.per_joint
+    joints = (Joint(j, "N m or N") for j in range(1, len(torque or ()) + 1))
+    curves = read_curves(file.with_name(FILE), len(found.parameters))
+    return replace(found, joints=found.joints or tuple(joints), **curves)
+
+
+def _torn(e: Estimate) -> str:
+    """Return which parts of an estimate do not belong together, "" where all do."""
+    names = {p.name for p in e.parameters}
+    if len(names) < len(e.parameters) or not names:
+        return "parameters: some are missing, or there twice"
+    if e.correlation.size and e.correlation.shape != (len(names), len(names)):
+        return "correlation: it has another size"
+    for w in e.whiteness:
+        joints = len(e.joints) if w.quantity in _PER_JOINT else 1
+        if not 0 <= w.component < joints or not w.bands or len(w.correlations) != len(w.bands):
+            return "whiteness: a joint that is not there, or no lags"
+    return ""

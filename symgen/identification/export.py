@@ -11,10 +11,9 @@ from symgen.codegen.model import derive
 from symgen.codegen.package import model_digest
 from symgen.errors import ParameterError
 from symgen.files import rendered
-from symgen.identification.estimate import ROBOT_DIGEST, Estimate
+from symgen.identification.estimate import ROBOT_DIGEST, Estimate, read_estimate
 from symgen.identification.parameters import cad_parameters, same_frames
 from symgen.identification.physical import link_parameters
-from symgen.identification.reading import read_estimate
 from symgen.robot.foreign import read_imported
 from symgen.robot.mjcf_io import updated_mjcf
 from symgen.robot.toml_io import read_robot

@@ -18,8 +18,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.estimators import Prior
 from symgen.estimation.values import FloatArray
 from symgen.files import load_json, load_toml
-from symgen.identification.estimate import READ, Estimate
-from symgen.identification.reading import MARKER, read_estimate
+from symgen.identification.estimate import MARKER, READ, Estimate, read_estimate
 from symgen.robot.foreign import read_imported
 from symgen.robot.imported import FORMATS
 from symgen.robot.types import Robot

@@ -6,6 +6,7 @@ import io
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -24,38 +25,18 @@ from symgen.estimation.repairs import Repair
 from symgen.estimation.speeds import mended_speeds
 from symgen.estimation.torque_error import fit
 from symgen.estimation.values import FloatArray, Residual, Trace
+from symgen.identification.estimate import Joint
 from symgen.identification.parameters import read_given
-from symgen.identification.reading import Joint
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import load
-from symgen.schemas import from_json, read_json, result_file, to_json
+from symgen.schemas import BESIDE, at, from_json, read_json, result_file, to_json
 
 SCHEMA = "symgen.prediction/2"
-#: Whose error is that of the one band that it states, instead of a comparison band.
-OLDER = "symgen.prediction/1"
 MARKER, CURVES = "prediction.json", "prediction.csv"
 
 
-@dataclass(frozen=True, kw_only=True)
-class _File:
-    """prediction.json, key by key; the older schema had one low-pass, and no repairs."""
-
-    robot: str
-    joints: tuple[Joint, ...]
-    log: str
-    torque_error: Residual
-    band: Band | None = None
-    repairs: tuple[Repair, ...] = ()
-    notes: tuple[str, ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Older(_File):
-    band_hz: float | None
-
-
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Prediction:
     """Torque and energy of a model along a log.
 
@@ -73,19 +54,24 @@ class Prediction:
     """
 
     robot: str
-    torque: Trace
-    error: Residual
-    kinetic: FloatArray
-    potential: FloatArray
+    joints: tuple[Joint, ...]
+    log: str
+    error: Annotated[Residual, at("torque_error")]
     band: Band
-    notes: tuple[str, ...]
-    joints: tuple[tuple[int, str], ...] = ()
     repairs: tuple[Repair, ...] = ()
+    notes: tuple[str, ...]
+    torque: Annotated[Trace, BESIDE]
+    kinetic: Annotated[FloatArray, BESIDE]
+    potential: Annotated[FloatArray, BESIDE]
 
     def __repr__(self) -> str:
         """Return robot, log and error."""
         error = f"{100 * self.error.relative:.3g} %"
-        return f"<Prediction of {self.robot} along {self.torque.log}: torque error {error}>"
+        return f"<Prediction of {self.robot} along {self.log}: torque error {error}>"
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the content of prediction.json."""
+        return to_json(self, SCHEMA)
 
     def to_files(self) -> dict[str, bytes]:
         """Return prediction.json and prediction.csv."""
@@ -95,17 +81,8 @@ class Prediction:
         rows = np.column_stack([*columns, self.kinetic, self.potential])
         lines = [",".join(["t", *labels, "kinetic", "potential"])]
         lines += [",".join(f"{v:.9g}" for v in row) for row in rows]
-        summary = _File(
-            robot=self.robot,
-            joints=tuple(Joint(*joint) for joint in self.joints),
-            log=self.torque.log,
-            torque_error=self.error,
-            band=self.band,
-            repairs=self.repairs,
-            notes=self.notes,
-        )
         return {
-            MARKER: (json.dumps(to_json(summary, SCHEMA), indent=1) + "\n").encode(),
+            MARKER: (json.dumps(self.to_json(), indent=1) + "\n").encode(),
             CURVES: ("\n".join(lines) + "\n").encode(),
         }
 
@@ -151,15 +128,16 @@ def predict(
         measured, torque = (lowpass(x, seen.step, seen.rows.cutoff) for x in (measured, torque))
     kinetic, potential = evaluator["energy"](seen.q, seen.qd, X)
     return Prediction(
-        source.name,
-        Trace(samples.name, "validation", "torque", seen.t, measured, torque, 0),
-        compared.residual,
-        kinetic[:, 0],
-        potential[:, 0],
-        band,
-        (*samples.notes, f"band: {band.in_words()}", *compared.told_apart),
-        tuple((j.number, names.unit("FS", j.sigma)) for j in source.movable),
-        (*repairs, *mended),
+        robot=source.name,
+        joints=tuple(Joint(j.number, names.unit("FS", j.sigma)) for j in source.movable),
+        log=samples.name,
+        error=compared.residual,
+        band=band,
+        repairs=(*repairs, *mended),
+        notes=(*samples.notes, f"band: {band.in_words()}", *compared.told_apart),
+        torque=Trace(samples.name, "validation", "torque", seen.t, measured, torque, 0),
+        kinetic=kinetic[:, 0],
+        potential=potential[:, 0],
     )
 
 
@@ -173,40 +151,21 @@ def read_prediction(path: str | Path) -> Prediction:
         ParameterError: there is none, or it is damaged.
     """
     file = result_file(path, MARKER)
-    content = read_json(file, SCHEMA, OLDER)
+    content, curves = read_json(file, SCHEMA), dict.fromkeys(("torque", "kinetic", "potential"))
+    found = from_json(Prediction, content, file, **curves)
     try:
-        found = from_json(_Older if content["schema"] == OLDER else _File, content, file)
         n = len(found.joints)
         text = file.with_name(CURVES).read_text(encoding="utf-8")
         rows = np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1, ndmin=2)
         t, measured, predicted, kinetic, potential = np.split(rows, np.cumsum([1, n, n, 1]), axis=1)
         if potential.shape[1] != 1 or not np.isfinite(rows).all():
             raise ValueError("columns")
-        if n == 0 or len(found.torque_error.per_joint or ()) != n:
+        if n == 0 or len(found.error.per_joint or ()) != n:
             raise ValueError("torque_error")
-        band = found.band
-        if isinstance(found, _Older):
-            band = _older_band(found.band_hz, t[:, 0])
-        if band is None:
-            raise ValueError("band")
-        band.require()
-        trace = Trace(found.log, "validation", "torque", t[:, 0], measured, predicted)
-        joints = tuple((j.number, j.unit) for j in found.joints)
-        return Prediction(
-            found.robot, trace, found.torque_error, kinetic[:, 0], potential[:, 0], band,
-            found.notes, joints, found.repairs,
-        )  # fmt: skip
     except (OSError, ValueError) as error:
         raise ParameterError(
             f"{file}: damaged, or {CURVES} beside it is ({type(error).__name__}); accepted: both "
             "as predict writes them"
         ) from error
-
-
-def _older_band(band_hz: float | None, t: FloatArray) -> Band:
-    """Return the one low-pass of an older prediction; None where no filter was needed."""
-    if len(t) < 2 or not (np.diff(t) > 0).all():
-        raise ValueError("t")
-    rate = float(1 / np.median(np.diff(t)))
-    cutoff = rate / 2 if band_hz is None else band_hz
-    return Band(rate, cutoff, cutoff, "measured")
+    trace = Trace(found.log, "validation", "torque", t[:, 0], measured, predicted)
+    return replace(found, torque=trace, kinetic=kinetic[:, 0], potential=potential[:, 0])

@@ -42,7 +42,13 @@ from symgen.estimation.statistics import binomial_tail
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.torque_error import squares
 from symgen.estimation.values import FloatArray, Residual, Trace
-from symgen.identification.estimate import Consistency, Estimate, ParameterEstimate, Use
+from symgen.identification.estimate import (
+    Consistency,
+    Estimate,
+    Joint,
+    ParameterEstimate,
+    Use,
+)
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 from symgen.symbolic.near_angles import costly_angles
@@ -313,7 +319,7 @@ def _judged(
         headline = f"doubtful: {'; '.join(prediction.reasons)}"
     return Estimate(
         robot=robot.name,
-        joints=tuple((j.number, names.unit("FS", j.sigma)) for j in robot.movable),
+        joints=tuple(Joint(j.number, names.unit("FS", j.sigma)) for j in robot.movable),
         model=STATIC,
         method=label,
         parameters=parameters,

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Callable
+import tomllib
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
 from symgen.errors import ParameterError
+from symgen.files import templates
 from symgen.robot.effect import Definition, Search, definitions, unit
 from symgen.symbolic.effects import definition_tape
 from symgen.symbolic.independence import FUNCTIONS
@@ -33,50 +36,6 @@ _OVER = {
     "qdd": ("qdd, rad/s2", 1.0),
 }
 _WARMER = 10.0  # than the mean, deg C, where a picture asks for a temperature
-Shape = tuple[str, float, float, Callable[[FloatArray], FloatArray]]
-#: Pictures of effects that are no expression in the joint's own variables: label, range, values.
-_SHAPES: dict[str, Shape] = {
-    "coupled_transmission": (
-        "torque over u, rad/s (FVM = FSM = 1, at constant u)", -1, 1, lambda u: -u - np.sign(u),
-    ),
-    "payload": ("torque over q of a horizontal axis, rad", -np.pi, np.pi, lambda q: -np.cos(q)),
-    "base_tilt": (
-        "torque on an axis across gravity over q1, rad", -np.pi, np.pi, lambda q: 0.05 * np.sin(q),
-    ),
-    "geometry_error": (
-        "torque over q of a horizontal axis, rad", -np.pi, np.pi, lambda q: -0.02 * np.cos(q),
-    ),
-    "joint_elasticity": (
-        "amplitude over frequency / resonance", 0.05, 0.9, lambda x: x**2 / (1 - x**2),
-    ),
-    "saturation": (
-        "torque missing over time / period, cut at 0.7 of the peak", 0, 2,
-        lambda t: np.clip(np.sin(2 * np.pi * t), -0.7, 0.7) - np.sin(2 * np.pi * t),
-    ),
-    "drive_gain_error": ("residual over the model's torque (G = 0.1)", -1, 1, lambda x: 0.1 * x),
-    "time_delay": (
-        "residual over time / period of a torque with friction, 3 % late", 0, 2,
-        lambda t: _late(t - 0.03) - _late(t),
-    ),
-    "velocity_sensor_error": (
-        "measured qd minus dq/dt over qd, rad/s (GV = 0.05, OV = 0.02)", -1, 1,
-        lambda v: 0.05 * v + 0.02,
-    ),
-    "thermal_drift": (
-        "factor of friction over t / T (DR = 1)", 0, 4, lambda t: 1 + np.exp(-t),
-    ),
-    "backlash": (
-        "torque over time / period of the speed", 0, 2,
-        lambda t: np.sign(np.sin(2 * np.pi * t)) * (np.mod(t, 0.5) < 0.08),
-    ),
-    "dahl_friction": (
-        "torque over way / xs after a reversal (FD = 1)", -1, 6,
-        lambda x: np.where(x < 0, 1.0, 2 * np.exp(-np.maximum(x, 0)) - 1),
-    ),
-    "external_contact": (
-        "torque over time / duration", 0, 1, lambda t: ((t > 0.4) & (t < 0.5)).astype(float),
-    ),
-}  # fmt: skip
 
 
 def listed() -> list[tuple[str, str, str]]:
@@ -118,32 +77,38 @@ def curve(definition: Definition) -> tuple[str, FloatArray, FloatArray] | None:
     other variables 1, and constants in the middle of their range (the lowest where they are not
     spaced by ratio).
     """
-    if definition.name in _SHAPES:
-        label, low, high, shape = _SHAPES[definition.name]
-        x = np.linspace(low, high, 2 * _WIDTH)
-        return label, x, shape(x)
+    drawn = tomllib.loads((templates() / "report" / "pictures.toml").read_text("utf-8"))
+    if definition.name in drawn:
+        label, ends, y = drawn[definition.name].values()
+        own = replace(definition, torque=f"Y*({y})", linear={"Y": ""}, nonlinear={})
+        return label, *_drawn(own, "q", np.linspace(*ends, 2 * _WIDTH), {})
     if not definition.torque:
         return None
-    tape = definition_tape(definition)
     over = next((name for name in _OVER if _holds(definition.torque, name)), "qd")
     text, half = _OVER[over]
-    x = np.linspace(-half, half, 2 * _WIDTH)
     constants = {name: _middle(s) for name, s in definition.nonlinear.items()}
-    inputs = {name: [x if name == over else np.ones_like(x)] for name in _OVER}
-    with np.errstate(divide="ignore"):
-        inputs |= {role: [np.full_like(x, _WARMER)] for role in definition.reads}
-        constants |= {k: 0.0 for k, s in definition.nonlinear.items() if s.scale == "mean temp"}
-        columns = tape.run(Numbers({}, FUNCTIONS), {**inputs, "c": list(constants.values())})
-    y = -np.sum([np.broadcast_to(np.asarray(c, dtype=float), x.shape) for c in columns], axis=0)
+    taken = {k: 0.0 for k, s in definition.nonlinear.items() if s.scale == "mean temp"}
+    x = np.linspace(-half, half, 2 * _WIDTH)
+    x, y = _drawn(definition, over, x, constants | taken)
     beside = ", with qd = 1" if over == "q" and _holds(definition.torque, "qd") else ""
     beside += f", {_WARMER:g} degC above T0" if definition.reads else ""
-    fixed = "".join(f", {name} = {value:.3g}" for name, value in constants.items())
+    fixed = "".join(f", {name} = {value:.3g}" for name, value in (constants | taken).items())
     ones = " = ".join([*definition.linear, "1"])
     return f"torque over {text}{beside} ({ones}{fixed})", x, y
 
 
-def _late(t: FloatArray) -> FloatArray:
-    return np.sin(2 * np.pi * t) + 0.5 * np.sign(np.cos(2 * np.pi * t))
+def _drawn(
+    definition: Definition, over: str, x: FloatArray, constants: Mapping[str, float]
+) -> tuple[FloatArray, FloatArray]:
+    """Return x, and the torque of an effect over it, all coefficients and variables being 1."""
+    inputs = {name: [x if name == over else np.ones_like(x)] for name in _OVER}
+    inputs |= {role: [np.full_like(x, _WARMER)] for role in definition.reads}
+    with np.errstate(divide="ignore"):
+        tape = definition_tape(definition)
+        columns = tape.run(Numbers({}, FUNCTIONS), {**inputs, "c": list(constants.values())})
+    return x, 0.0 - np.sum(
+        [np.broadcast_to(np.asarray(c, float), x.shape) for c in columns], axis=0
+    )
 
 
 def _holds(torque: str, name: str) -> bool:
@@ -200,10 +165,7 @@ def _declaration(d: Definition) -> str:
 
 def _pictured(d: Definition) -> list[str]:
     found = curve(d)
-    if found is None:
-        return []
-    label, x, y = found
-    return ["", label, *picture(x, y)]
+    return [] if found is None else ["", found[0], *picture(*found[1:])]
 
 
 def picture(x: FloatArray, y: FloatArray) -> list[str]:

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 from symgen.codegen.model import derive
 from symgen.codegen.package import generate
-from symgen.diagnosis import fleet_reading
-from symgen.diagnosis import reading as diagnosis_reading
+from symgen.diagnosis import diagnosis as diagnoses
+from symgen.diagnosis import fleet as fleets
 from symgen.diagnosis.diagnosis import Diagnosis
 from symgen.diagnosis.fleet import Fleet
 from symgen.diagnosis.replay import replayed
@@ -21,7 +21,8 @@ from symgen.errors import ParameterError, SymgenError
 from symgen.experiment import study_result
 from symgen.experiment.study_result import Study
 from symgen.files import json_text, write_folder
-from symgen.identification import curves, payload_result, prediction, reading
+from symgen.identification import curves, payload_result, prediction
+from symgen.identification import estimate as estimates
 from symgen.identification.estimate import Estimate
 from symgen.identification.export import values_header
 from symgen.report.content import content
@@ -29,28 +30,27 @@ from symgen.report.html import page
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import parameters_toml, robot_toml
 from symgen.robot.types import Robot
-from symgen.schemas import as_json
 
 if TYPE_CHECKING:
     from symgen.report.content import Result, Shown
 
 _PAGE = "report.html"
 _READERS: dict[str, Callable[[Path], Result]] = {
-    reading.MARKER: reading.read_estimate,
-    diagnosis_reading.MARKER: diagnosis_reading.read_diagnosis,
+    estimates.MARKER: estimates.read_estimate,
+    diagnoses.MARKER: diagnoses.read_diagnosis,
     prediction.MARKER: prediction.read_prediction,
     payload_result.MARKER: payload_result.read_payload,
     study_result.MARKER: study_result.read_study,
-    fleet_reading.MARKER: fleet_reading.read_fleet,
+    fleets.MARKER: fleets.read_fleet,
 }
 
 _MARKERS: dict[type, str] = {
-    Estimate: reading.MARKER,
-    Diagnosis: diagnosis_reading.MARKER,
+    Estimate: estimates.MARKER,
+    Diagnosis: diagnoses.MARKER,
     prediction.Prediction: prediction.MARKER,
     payload_result.Payload: payload_result.MARKER,
     Study: study_result.MARKER,
-    Fleet: fleet_reading.MARKER,
+    Fleet: fleets.MARKER,
 }
 
 
@@ -144,7 +144,9 @@ def result_files(result: Result, robot: Robot | None = None) -> dict[str, bytes]
         files[f"{result.robot}_values.h"] = values_header(result).encode()
     files[_PAGE] = page(content(result, robot)).encode()
     if isinstance(result, Estimate):
-        files[curves.FILE] = curves.curves_npz(result)
+        files[curves.FILE] = curves.curves_npz(
+            {"traces": result.traces, "balances": result.balances}, result.convergence
+        )
         if robot is not None:
             files["robot.toml"] = robot_toml(robot).encode()
     return files
@@ -178,8 +180,6 @@ def _diagnosis_files(diagnosis: Diagnosis) -> dict[str, bytes]:
     # Who gets the folder can check that its files are those of this diagnosis.
     digests = {path: hashlib.sha256(data).hexdigest() for path, data in sorted(files.items())}
     moved = None if motion is None else motion.to_json()
-    summary = as_json({**diagnosis.to_json(), "replay": moved, "digests": digests})
-    files[diagnosis_reading.MARKER] = (
-        json.dumps(summary, indent=1, allow_nan=False) + "\n"
-    ).encode()
+    summary = replace(diagnosis, replay=moved, digests=digests).to_json()
+    files[diagnoses.MARKER] = (json.dumps(summary, indent=1, allow_nan=False) + "\n").encode()
     return files

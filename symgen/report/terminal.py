@@ -10,7 +10,7 @@ import click
 
 if TYPE_CHECKING:
     from symgen.experiment.plan import Plan
-    from symgen.experiment.simulation import Simulation
+    from symgen.experiment.simulate import Simulation
     from symgen.report.content import Shown
     from symgen.report.content.parts import Banner, Content, Section, Table
     from symgen.robot.types import Robot
@@ -50,9 +50,9 @@ def _echo(text: str, nl: bool = True) -> None:
 
 def print_robot(robot: Robot) -> None:
     """Print the Denavit-Hartenberg table of a robot."""
-    from symgen.robot.table import HEADER, table_rows
+    from symgen.robot.types import HEADER
 
-    table(HEADER, table_rows(robot))
+    table(HEADER, robot.table())
 
 
 def print_model(model: Any) -> None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import resources
@@ -27,6 +27,9 @@ from symgen.robot import expressions
 OWN = ("q", "qd", "qdd", "taur")
 #: And on columns of a log beside the motion, which no kernel takes; kind log then.
 BESIDE = ("temp",)
+#: Values that are tried of each constant, by the number of ranges of an effect.
+COUNTS = {1: 20, 2: 12}
+_BY_RATIO = 10  # the ends' ratio above which the values are spaced by ratio
 _POSITION = {names.REVOLUTE: "rad", names.PRISMATIC: "m"}
 _TORQUE = {names.REVOLUTE: "N m", names.PRISMATIC: "N"}
 
@@ -164,6 +167,96 @@ def definitions() -> Mapping[str, Definition]:
         }
         out[name] = Definition(name=name, nonlinear=searches, **table)
     return out
+
+
+@dataclass(frozen=True)
+class LogEffect:
+    """One effect on the samples of a joint: its torque is taken off every log of the robot.
+
+    No kernel takes a temperature; such an effect is linear in coefficients that a diagnosis finds.
+
+    Attributes:
+        name: of the library.
+        joint: its number.
+        values: of every coefficient, then of every constant, by their names in the library.
+    """
+
+    name: str
+    joint: int
+    values: tuple[tuple[str, sp.Expr], ...]
+
+    @property
+    def definition(self) -> Definition:
+        """Its table of the library."""
+        return definitions()[self.name]
+
+
+@dataclass(frozen=True)
+class Sought:
+    """One effect to be searched.
+
+    Attributes:
+        effect: with the lower end in place of every range.
+        ranges: (constant, lower end, upper end), exact, by the names in the file.
+    """
+
+    effect: Effect
+    ranges: tuple[tuple[str, sp.Expr, sp.Expr], ...]
+
+    @property
+    def key(self) -> tuple[str, int]:
+        """Its name and its joint's number: one effect of a name is searched on a joint."""
+        return self.effect.name, self.effect.joints[0]
+
+    def definition(self, lengths: Mapping[sp.Symbol, sp.Expr]) -> Definition:
+        """Return the library's entry; or one of its own, constants that are numbers put in.
+
+        Args:
+            lengths: value of every named length that the ranges may hold.
+        """
+        if not self.effect.own:
+            return definitions()[self.effect.name]
+        searches = self.searches(lengths)
+        fixed = {sp.Symbol(n, real=True): v for n, v in self.effect.constants if n not in searches}
+        ((_, torque),) = self.effect.torque
+        return Definition(
+            name=self.effect.name,
+            kind=self.effect.kind,
+            pattern="all",
+            says="an effect of the robot file",
+            torque=expressions.text(torque.subs(fixed)),
+            linear=dict(self.effect.linear),
+            nonlinear=searches,
+            own=True,
+        )
+
+    def searches(self, lengths: Mapping[sp.Symbol, sp.Expr]) -> dict[str, Search]:
+        """Return the values that are tried of each searched constant.
+
+        Args:
+            lengths: as for `definition`.
+        """
+        out = {}
+        for name, *ends in self.ranges:
+            low, high = (float(end.subs(lengths)) for end in ends)
+            by_ratio = low > 0 and high > _BY_RATIO * low
+            out[name] = Search(low, high, COUNTS[len(self.ranges)], by_ratio=by_ratio)
+        return out
+
+
+def require_constants(sought: Sequence[Sought]) -> None:
+    """Refuse a model of a robot with effects that are to be searched.
+
+    Raises:
+        RobotError: the message names the first of them.
+    """
+    for s in sought:
+        (name, joint), (constant, *ends) = s.key, s.ranges[0]
+        low, high = map(expressions.text, ends)
+        raise RobotError(
+            f"effect {name!r} of joint {joint}: {constant} is the range [{low}, {high}], which "
+            "`symgen diagnose` searches; accepted in a model: a number"
+        )
 
 
 def unit(written: str, sigma: int) -> str:
@@ -334,23 +427,22 @@ def _degree(expr: sp.Expr, load: sp.Symbol) -> sp.Expr | None:
 
 
 def from_table(
-    table: Any, movable: Mapping[int, int], geometry: Mapping[str, sp.Expr]
+    table: Any,
+    constants: Mapping[str, sp.Expr],
+    movable: Mapping[int, int],
+    geometry: Mapping[str, sp.Expr],
 ) -> list[Effect]:
     """Return the effects that one [[effect]] table declares: one a joint.
 
     Args:
-        table: the validated table: name, joints, torque, linear, nonlinear (exact values).
+        table: the validated table: name, joints, torque, linear.
+        constants: exact value of every nonlinear constant.
         movable: type of every movable joint by its number.
         geometry: value of each of the file's named lengths.
 
     Raises:
         RobotError: the message names the key.
     """
-    for j in table.joints:
-        if j not in movable:
-            raise RobotError(f"key 'joints': {j} is not a movable joint")
-    if len(set(table.joints)) != len(table.joints) or not table.joints:
-        raise RobotError("key 'joints': each joint once, and at least one")
     known = definitions()
     if table.torque is None:
         chosen = known.get(table.name)
@@ -363,14 +455,14 @@ def from_table(
             )
         if table.linear:
             raise RobotError("key 'linear': an effect of the library has its own")
-        return [of_library(chosen, j, movable[j], table.nonlinear, geometry) for j in table.joints]
+        return [of_library(chosen, j, movable[j], constants, geometry) for j in table.joints]
     if table.name in known:
         raise RobotError(f"key 'torque': {table.name} is an effect of the library and has its own")
     if len(table.joints) != 1:
         raise RobotError("key 'joints': an effect with a torque acts on one joint")
     j = table.joints[0]
-    constants, names_ = table.nonlinear, variables(j, movable)
-    return [of_file(table.name, j, table.torque, table.linear, constants, names_, geometry)]
+    known_names = variables(j, movable)
+    return [of_file(table.name, j, table.torque, table.linear, constants, known_names, geometry)]
 
 
 def variables(joint: int, movable: Iterable[int]) -> list[str]:

@@ -49,7 +49,7 @@ def _smaller(a: sp.Expr, b: sp.Expr) -> sp.Expr:
 
 
 def _power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
-    numbers = exponent.atoms(sp.Rational) | ({exponent} if exponent.is_number else set())
+    numbers = [*exponent.atoms(sp.Rational), *([exponent] if exponent.is_number else [])]
     if not all(abs(number) <= _MAX_EXPONENT for number in numbers):
         raise ExpressionError(f"an exponent of pow is at most {_MAX_EXPONENT} in size")
     return sp.Pow(sp.Abs(base), exponent)
@@ -110,7 +110,7 @@ def check_finite(expr: sp.Expr, text: str) -> sp.Expr:
         raise ExpressionError(f"{shortened(text)!r} is not a finite real value")
     if expr.is_number:
         size = abs(float(expr.evalf(20)))
-        if not math.isfinite(size) or size > 10.0**_MAX_DECIMALS:
+        if not size <= 10.0**_MAX_DECIMALS:
             raise ExpressionError(f"{shortened(text)!r} is not a finite real value")
     return expr
 
@@ -124,9 +124,7 @@ def check_plain(expr: sp.Expr, written: str) -> None:
                 f"{_MAX_EXPONENT}"
             )
     if _terms(expr) > _MAX_TERMS:
-        raise ExpressionError(
-            f"{shortened(written)!r}: more than {_MAX_TERMS} terms when multiplied out"
-        )
+        raise ExpressionError(f"{shortened(written)!r}: over {_MAX_TERMS} terms, multiplied out")
 
 
 def _terms(expr: sp.Expr) -> int:
@@ -329,8 +327,8 @@ def _text(expr: sp.Expr, level: int) -> str:
         return _parenthesised(_rational(expr), expr < 0 or not expr.is_Integer, level, expr)
     if expr.is_Float:
         return _parenthesised(repr(float(expr)), expr < 0, level, expr)
-    if expr.is_Symbol or expr is sp.pi:
-        return str(expr.name) if expr.is_Symbol else "pi"
+    if expr.is_Symbol or expr in (sp.pi, sp.E):
+        return {sp.pi: "pi", sp.E: "exp(1)"}.get(expr, str(expr))
     if expr.is_Add:
         terms = sorted((_text(a, 1) for a in expr.args), key=lambda s: (s.startswith("-"), s))
         out = "".join(f" - {s[1:]}" if s.startswith("-") else f" + {s}" for s in terms)
@@ -361,13 +359,10 @@ def _text(expr: sp.Expr, level: int) -> str:
         if exponent.is_Integer:
             return f"{_text(base, 2)}**{exponent}"
         if (2 * exponent).is_Integer and base.func is not sp.Abs:
-            whole = _text(base ** (exponent - sp.Rational(1, 2)), 2)
-            out = f"{whole}*sqrt({_text(base, 0)})"
-            return f"({out})" if level > 1 else out
+            whole = base ** (exponent - sp.S.Half)
+            return _text(sp.Mul(whole, sp.sqrt(base), evaluate=False), level)
         inner = base.args[0] if base.func is sp.Abs else base  # pow takes the size of its base
         return f"pow({_text(inner, 0)}, {_text(exponent, 0)})"
-    if expr is sp.E:
-        return "exp(1)"
     if expr.func in (sp.sin, sp.cos, sp.tan, sp.Abs, sp.sign, sp.tanh, sp.exp):
         return f"{expr.func.__name__.lower()}({_text(expr.args[0], 0)})"
     raise ExpressionError(f"{expr} cannot be written in the grammar of robot files")

@@ -18,8 +18,7 @@ from symgen.errors import ExpressionError, RobotError
 from symgen.robot import expressions
 from symgen.robot.expressions import shortened
 from symgen.robot.imported import Imported
-from symgen.robot.limits import OF_JOINTS
-from symgen.robot.types import Joint, Limits, Robot, joint_variable
+from symgen.robot.types import OF_JOINTS, Joint, Limits, Robot, joint_variable
 
 _ACCEPTED = "NAME, which is held at 0, or NAME=VALUE in rad or m"
 _PER_JOINT = (names.ROTOR, *names.FRICTION.values())

@@ -24,7 +24,7 @@ from symgen import names
 from symgen.errors import ParameterError, RobotError, plain
 from symgen.robot import expressions
 from symgen.robot.body import Body
-from symgen.robot.denavit_hartenberg import turned_by
+from symgen.robot.dh import turned_by
 from symgen.robot.expressions import shortened
 from symgen.robot.imported import Imported, read_text
 from symgen.robot.urdf_chain import Chain
@@ -268,5 +268,4 @@ def _matrix(quaternion: Iterable[float]) -> FloatArray:
 
 def _rpy(R: FloatArray) -> Triple:
     """Return roll, pitch, yaw of R = Rot(z, yaw) Rot(y, pitch) Rot(x, roll)."""
-    x, y, z = R.T.tolist()
-    return _triple(turned_by(x, y, z))
+    return _triple(turned_by(R))

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import warnings
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import sympy as sp
 
 from symgen import names
@@ -18,8 +20,15 @@ from symgen.files import load_toml
 from symgen.robot import expressions, recognition
 from symgen.robot.builtin import library, library_text
 from symgen.robot.closure import require_closed
-from symgen.robot.drive import drive_from_table
-from symgen.robot.effect import Effect
+from symgen.robot.effect import (
+    COUNTS,
+    Definition,
+    Effect,
+    LogEffect,
+    Sought,
+    definitions,
+    from_table,
+)
 from symgen.robot.expressions import shortened, snapped
 from symgen.robot.foreign import parse_imported
 from symgen.robot.identifiers import (
@@ -29,26 +38,28 @@ from symgen.robot.identifiers import (
     is_robot_name,
 )
 from symgen.robot.imported import FORMATS, read_text
-from symgen.robot.limits import limits_from_table
-from symgen.robot.log_effect import LogEffect, is_log_effect, read_log_effects
-from symgen.robot.sought import Sought, read_effects
 from symgen.robot.types import (
     GRAVITY_INPUT,
+    LENGTHS,
     MAX_RATIO,
+    OF_JOINTS,
     Coupling,
+    Drive,
     Joint,
+    Limits,
     Loop,
     Robot,
     joint_variable,
 )
 
 if TYPE_CHECKING:
-    from symgen.robot.schema import JointTable, RobotFile
+    from symgen.robot.schema import EffectTable, JointTable, RobotFile
 
-_LENGTHS = ("b", "d", "r")
 _ANGLES = ("gamma", "alpha", "theta")
 _MAX_DENOMINATOR = 10_000
 _MAX_TURN = 4 * math.pi
+#: Largest condition number of a matrix of gears, its rows scaled to unit length.
+_MAX_CONDITION = 1e6
 
 
 def read_robot(source: str | Path) -> Robot:
@@ -140,7 +151,7 @@ class _Reader:
                 for g in file.robot.gravity
             )
         sigma = {j.number: j.sigma for j in movable}
-        effects, sought = self.effects(file, sigma)
+        effects, sought, on_logs = self.effects(file, sigma)
         robot = Robot(
             name=name,
             gravity=(gravity[0], gravity[1], gravity[2]),
@@ -148,12 +159,12 @@ class _Reader:
             geometry=tuple(self.geometry.items()),
             couplings=self.couplings(file, joints),
             payload=self.payload(file, joints),
-            limits=limits_from_table(file.limits, len(movable), self.fail),
+            limits=self.limits(file, len(movable)),
             loops=tuple(Loop(*table.cut) for table in file.loop),
-            effects=effects,
-            sought=sought,
-            on_logs=self.on_logs(file, sigma),
-            drive=drive_from_table(file.drive, len(movable), self.fail),
+            effects=tuple(effects),
+            sought=tuple(sought),
+            on_logs=tuple(on_logs),
+            drive=self.drive(file, len(movable)),
         )
         try:
             require_closed(robot)
@@ -203,8 +214,7 @@ class _Reader:
         value = float(self.at_values(exact).evalf(30))
         if abs(value) > _MAX_TURN:
             raise self.fail(
-                f"{place}: {value:.6g} rad is more than two turns; accepted: angles in rad, "
-                "not in degrees"
+                f"{place}: {value:.6g} rad is over two turns; accepted: angles in rad, not degrees"
             )
         for term in sp.Add.make_args(sp.expand(exact)):
             number, base = term.as_coeff_Mul()
@@ -234,7 +244,7 @@ class _Reader:
             raise self.fail(f"joint {number}, key 'friction': a word stands twice")
         values = {
             key: self.expression(getattr(table, key), f"joint {number}, key {key!r}", self.geometry)
-            for key in (*_LENGTHS, *_ANGLES)
+            for key in LENGTHS
         }
         for key in _ANGLES:
             values[key] = self.angle(values[key], f"joint {number}, key {key!r}")
@@ -326,52 +336,93 @@ class _Reader:
 
     def effects(
         self, file: RobotFile, sigma: Mapping[int, int]
-    ) -> tuple[tuple[Effect, ...], tuple[Sought, ...]]:
-        """Return the effects of the model, and those that are to be searched."""
+    ) -> tuple[list[Effect], list[Sought], list[LogEffect]]:
+        """Return the effects of the model, those to be searched, and those taken off logs."""
         found: list[Effect] = []
         sought: list[Sought] = []
+        on_logs: list[LogEffect] = []
         for number, table in enumerate(file.effect, 1):
-            place = f"effect {number}"
-            if is_log_effect(table.name):
+            place, joints = f"effect {number}", table.joints
+            for j in joints:
+                if j not in sigma:
+                    raise self.fail(f"{place}, key 'joints': {j} is not a movable joint")
+            if len(set(joints)) != len(joints) or not joints:
+                raise self.fail(f"{place}, key 'joints': each joint once, and at least one")
+            definition = definitions().get(table.name)
+            if definition is not None and definition.reads:
+                known = self.on_logs(table, definition, place)
+                for j in {e.joint for e in on_logs if e.name == table.name} & set(joints):
+                    raise self.fail(f"{place}: a second {table.name} on joint {j}")
+                on_logs += known
                 continue
-            if table.values:
-                raise self.fail(f"{place}, key 'values': accepted: nonlinear, of this effect")
-            for name in table.linear:
-                if not is_coefficient_name(name):
-                    raise self.fail(
-                        f"{place}, key 'linear': {shortened(name)!r}: reserved, or not a capital "
-                        "letter followed by letters and digits"
-                    )
-            for name in table.nonlinear:
-                if not is_geometry_name(name):
-                    raise self.fail(f"{place}: {shortened(name)!r}: reserved, or no C identifier")
-            ends = {key: self.ends(value, place) for key, value in table.nonlinear.items()}
-            try:
-                here, ranged = read_effects(table, ends, sigma, self.geometry)
-            except RobotError as error:
-                raise self.fail(f"{place}: {error}") from error
+            here, ranges = self.effect(table, sigma, place)
             earlier = (*found, *(s.effect for s in sought))
             taken = {*self.geometry, *(n for e in earlier for n in e.names)}
-            for name in (n for e in (*here, *(s.effect for s in ranged)) for n in e.names):
+            for name in (n for e in here for n in e.names):
                 if name in taken:
                     raise self.fail(f"{place}: {name} is declared twice")
                 taken.add(name)
-            for name, joint in {s.key for s in sought} & {s.key for s in ranged}:
+            if not ranges:
+                found += here
+                continue
+            wanted = [Sought(e, ranges) for e in here]
+            for name, joint in {s.key for s in sought} & {s.key for s in wanted}:
                 raise self.fail(
                     f"{place}: a second {shortened(name)!r} to be searched on joint {joint}; "
                     "accepted: another name"
                 )
-            found += here
-            sought += ranged
-        return tuple(found), tuple(sought)
+            sought += wanted
+        return found, sought, on_logs
 
-    def on_logs(self, file: RobotFile, sigma: Mapping[int, int]) -> tuple[LogEffect, ...]:
-        """Return the effects that are taken off logs."""
+    def effect(
+        self, table: EffectTable, sigma: Mapping[int, int], place: str
+    ) -> tuple[list[Effect], tuple[tuple[str, sp.Expr, sp.Expr], ...]]:
+        """Return the effects of a table, with the lower end of every range, and the ranges."""
+        if table.values:
+            raise self.fail(f"{place}, key 'values': accepted: nonlinear, of this effect")
+        for name in table.linear:
+            if not is_coefficient_name(name):
+                raise self.fail(
+                    f"{place}, key 'linear': {shortened(name)!r}: reserved, or not a capital "
+                    "letter followed by letters and digits"
+                )
+        for name in table.nonlinear:
+            if not is_geometry_name(name):
+                raise self.fail(f"{place}: {shortened(name)!r}: reserved, or no C identifier")
+        ends = {key: self.ends(value, place) for key, value in table.nonlinear.items()}
+        ranges = tuple((name, pair[0], pair[1]) for name, pair in ends.items() if len(pair) == 2)
+        if len(ranges) > max(COUNTS):
+            raise self.fail(
+                f"{place}, key 'nonlinear': {len(ranges)} ranges; accepted: at most {max(COUNTS)}, "
+                "and numbers for the others"
+            )
+        try:  # every corner of the ranges has to make sense
+            lowest, *_ = [
+                from_table(table, dict(zip(ends, corner, strict=True)), sigma, self.geometry)
+                for corner in itertools.product(*ends.values())
+            ]
+        except RobotError as error:
+            raise self.fail(f"{place}: {error}") from error
+        return lowest, ranges
 
-        def value(written: int | Decimal | str, place: str) -> sp.Expr:
-            return self.at_values(self.expression(written, place, self.geometry))
-
-        return read_log_effects(file.effect, value, sigma, self.fail)
+    def on_logs(self, table: EffectTable, definition: Definition, place: str) -> list[LogEffect]:
+        """Return the effects of a table that are taken off logs."""
+        for key in ("torque", "linear", "nonlinear"):
+            if getattr(table, key):
+                raise self.fail(f"{place}, key {key!r}: {table.name} has values alone")
+        wanted = (*definition.linear, *definition.nonlinear)
+        place = f"{place}, key 'values'"
+        if set(table.values) != set(wanted):
+            given = ", ".join(map(shortened, table.values)) or "none"
+            raise self.fail(
+                f"{place}: {given}; accepted: a number for each of {', '.join(wanted)}, as symgen "
+                "diagnose finds them"
+            )
+        values = tuple(
+            (key, self.at_values(self.expression(table.values[key], place, self.geometry)))
+            for key in wanted
+        )
+        return [LogEffect(table.name, j, values) for j in table.joints]
 
     def ends(
         self, value: int | Decimal | str | tuple[int | Decimal | str, ...], place: str
@@ -395,8 +446,61 @@ class _Reader:
             raise self.fail(f"payload, key 'joint': there is no joint {file.payload.joint}")
         return file.payload.joint
 
+    def entries(self, table: str, values: Any, keys: Sequence[str], n: int) -> dict[str, Any]:
+        """Return what a table has for each of n movable joints, None where it has nothing."""
+        out = {key: getattr(values, key) for key in keys}
+        for key, given in out.items():
+            if given is not None and len(given) != n:
+                raise self.fail(
+                    f"{table}, key {key!r}: {len(given)} entries; accepted: one for each of the "
+                    f"{n} movable joints"
+                )
+        return {key: None if given is None else tuple(given) for key, given in out.items()}
+
+    def limits(self, file: RobotFile, n: int) -> Limits | None:
+        table = file.limits
+        if table is None:
+            return None
+        columns = self.entries("limits", table, OF_JOINTS, n)
+        for low, high in table.position or ():
+            if low >= high:
+                raise self.fail(f"limits, key 'position': [{low}, {high}] is empty")
+        for k, box in enumerate(table.boxes, 1):
+            if any(low >= high for low, high in box):
+                what = "empty; accepted: [[x, x], [y, y], [z, z]]"
+                raise self.fail(f"limits, key 'boxes', entry {k}: {what}")
+        return Limits(**columns, floor=table.floor, tool=table.tool, boxes=tuple(table.boxes))
+
+    def drive(self, file: RobotFile, n: int) -> Drive | None:
+        table = file.drive
+        if table is None:
+            return None
+        if not table.model_fields_set:
+            raise self.fail(
+                "drive: declares nothing; accepted: ratio, torque_constant, gain or side"
+            )
+        ratio = table.ratio or [1.0] * n
+        if len(ratio) != n:
+            raise self.fail(
+                f"drive, key 'ratio': {len(ratio)} entries; accepted: one number for each of the "
+                f"{n} movable joints, or a {n} x {n} matrix"
+            )
+        matrix = np.array(ratio) if isinstance(ratio[0], list) else np.diag(ratio)
+        sizes = np.linalg.norm(matrix, axis=1)
+        if not sizes.all() or np.linalg.cond(matrix / sizes[:, None]) > _MAX_CONDITION:
+            raise self.fail(
+                "drive, key 'ratio': the matrix is singular; accepted: q_motor = N q_joint that "
+                "can be solved for q_joint"
+            )
+        side = "joint" if table.side == "link" else "motor"
+        return Drive(
+            tuple(map(tuple, matrix.tolist())),
+            position_side=table.position_side or side,
+            torque_side=table.torque_side or side,
+            **self.entries("drive", table, ("torque_constant", "gain", "gain_std"), n),
+        )
+
 
 def _rationalised(term: sp.Expr) -> sp.Expr:
-    """Write the number of a term without roots below the line, so that equal angles look so."""
     number, rest = term.as_independent(*term.free_symbols, as_Add=False)
     return sp.radsimp(number) * rest if number.has(sp.Pow) else term

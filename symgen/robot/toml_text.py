@@ -3,90 +3,97 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from decimal import Decimal
+from typing import Any
 
+import numpy as np
 import sympy as sp
 
 from symgen import names
 from symgen.robot import expressions
-from symgen.robot.drive import drive_toml
-from symgen.robot.limits import limits_toml
-from symgen.robot.types import Robot
+from symgen.robot.types import LENGTHS, Joint, Robot
 
 
 def robot_toml(robot: Robot) -> str:
     """Return the robot as the text of a robot.toml; reading it gives the same robot."""
-
-    def scalar(expr: sp.Expr) -> str:
-        written = _decimal(expr) or expressions.text(expr)
-        try:
-            plain = expr.is_Rational and expressions.exact(Decimal(written)) == expr
-        except ArithmeticError:
-            plain = False
-        return written if plain else f'"{written}"'
-
-    out = [
-        "[robot]",
-        f'name = "{robot.name}"',
-        'convention = "modified-dh"',
-        'gravity = "input"'
-        if robot.gravity_input
-        else f"gravity = [{', '.join(scalar(g) for g in robot.gravity)}]",
-    ]
+    gravity = "input" if robot.gravity_input else robot.gravity
+    head = {"name": robot.name, "convention": "modified-dh", "gravity": gravity}
+    tables: list[tuple[str, Mapping[str, Any]]] = [("[robot]", head)]
     if robot.geometry:
-        out += ["", "[geometry]", *(f"{key} = {scalar(v)}" for key, v in robot.geometry)]
-    for joint in robot.joints:
-        out += ["", f"[[joint]]  # {joint.number}", f"sigma = {joint.sigma}"]
-        if joint.antecedent != joint.number - 1:
-            out.append(f"antecedent = {joint.antecedent}")
-        for key in ("gamma", "b", "alpha", "d", "theta", "r"):
-            if not getattr(joint, key).is_zero:
-                out.append(f"{key} = {scalar(getattr(joint, key))}")
-        if joint.name:
-            out.append(f"name = {json.dumps(joint.name, ensure_ascii=False)}")
-        if joint.follows is not None:
-            out.append(f'follows = "{expressions.text(joint.follows)}"')
-        elif joint.sigma != names.FIXED:
-            words = ", ".join(f'"{word}"' for word in joint.friction)
-            out.append(f"friction = [{words}]")
-            if joint.coulomb_width:
-                out.append(f"coulomb_width = {joint.coulomb_width!r}")
-            out.append(f"rotor_inertia = {str(joint.rotor_inertia).lower()}")
-    for coupling in robot.couplings:
-        out += ["", "[[coupling]]", f"joints = [{coupling.first}, {coupling.second}]"]
-        out.append(f"ratio = {scalar(coupling.ratio)}")
+        tables.append(("[geometry]", dict(robot.geometry)))
+    tables += [(f"[[joint]]  # {joint.number}", _joint(joint)) for joint in robot.joints]
+    for c in robot.couplings:
+        tables.append(("[[coupling]]", {"joints": (c.first, c.second), "ratio": c.ratio}))
     if robot.payload is not None:
-        out += ["", "[payload]", f"joint = {robot.payload}"]
-    for loop in robot.loops:
-        out += ["", "[[loop]]", f"cut = [{loop.first}, {loop.second}]"]
+        tables.append(("[payload]", {"joint": robot.payload}))
+    tables += [("[[loop]]", {"cut": (loop.first, loop.second)}) for loop in robot.loops]
     sought = [(s.effect, {name: ends for name, *ends in s.ranges}) for s in robot.sought]
     for effect, ranges in [*((e, {}) for e in robot.effects), *sought]:
-        out += ["", "[[effect]]", f"name = {json.dumps(effect.name, ensure_ascii=False)}"]
-        out.append(f"joints = {list(effect.joints)}")
+        about: dict[str, Any] = {"name": effect.name, "joints": effect.joints}
         if effect.own:
-            out.append(f'torque = "{expressions.text(effect.torque[0][1])}"')
-            units = ", ".join(
-                f"{k} = {json.dumps(u, ensure_ascii=False)}" for k, u in effect.linear
-            )
-            out.append(f"linear = {{ {units} }}")
-        if effect.constants:
-            constants = ", ".join(
-                f"{key} = [{', '.join(map(scalar, ranges[key]))}]"
-                if key in ranges
-                else f"{key} = {scalar(value)}"
-                for key, value in effect.constants
-            )
-            out.append(f"nonlinear = {{ {constants} }}")
+            about |= {
+                "torque": expressions.text(effect.torque[0][1]),
+                "linear": dict(effect.linear),
+            }
+        about["nonlinear"] = dict(effect.constants) | ranges or None
+        tables.append(("[[effect]]", about))
     for known in robot.on_logs:
-        out += ["", "[[effect]]", f'name = "{known.name}"', f"joints = [{known.joint}]"]
-        values = ", ".join(f"{name} = {scalar(value)}" for name, value in known.values)
-        out.append(f"values = {{ {values} }}")
+        about = {"name": known.name, "joints": (known.joint,), "values": dict(known.values)}
+        tables.append(("[[effect]]", about))
     if robot.limits is not None:
-        out += ["", *limits_toml(robot.limits)]
+        tables.append(("[limits]", vars(robot.limits) | {"boxes": robot.limits.boxes or None}))
     if robot.drive is not None:
-        out += ["", *drive_toml(robot.drive)]
-    return "\n".join(out) + "\n"
+        ratio = np.array(robot.drive.ratio)
+        diagonal = np.array_equal(ratio, np.diag(np.diag(ratio)))
+        sides = {
+            key: side if side != "motor" else None
+            for key, side in vars(robot.drive).items()
+            if key.endswith("side")
+        }
+        about = {"ratio": (np.diag(ratio) if diagonal else ratio).tolist()}
+        tables.append(("[drive]", vars(robot.drive) | sides | about))
+    return "\n".join(f"{head}\n{_lines(entries)}" for head, entries in tables)
+
+
+def _joint(joint: Joint) -> dict[str, Any]:
+    """Return the entries of a joint, without those that say what holds anyway."""
+    out: dict[str, Any] = {"sigma": joint.sigma}
+    if joint.antecedent != joint.number - 1:
+        out["antecedent"] = joint.antecedent
+    out |= {key: getattr(joint, key) for key in LENGTHS if not getattr(joint, key).is_zero}
+    out["name"] = joint.name or None
+    if joint.follows is not None:
+        out["follows"] = expressions.text(joint.follows)
+    elif joint.sigma != names.FIXED:
+        out["friction"] = joint.friction
+        out["coulomb_width"] = joint.coulomb_width or None
+        out["rotor_inertia"] = joint.rotor_inertia
+    return out
+
+
+def _lines(entries: Mapping[str, Any]) -> str:
+    """Write what a table holds; None stands for what it does not."""
+    known = ((key, value) for key, value in entries.items() if value is not None)
+    return "".join(f"{key} = {_value(value)}\n" for key, value in known)
+
+
+def _value(value: Any) -> str:
+    """Write a value as TOML has it, an exact one as a decimal or as an expression in quotes."""
+    if isinstance(value, dict):
+        return f"{{ {', '.join(f'{key} = {_value(v)}' for key, v in value.items())} }}"
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(_value, value))}]"
+    if isinstance(value, (str, bool)):
+        return json.dumps(value, ensure_ascii=False)
+    if not isinstance(value, sp.Expr):
+        return repr(value)
+    written = _decimal(value) or expressions.text(value)
+    try:
+        plain = value.is_Rational and expressions.exact(Decimal(written)) == value
+    except ArithmeticError:
+        plain = False
+    return written if plain else f'"{written}"'
 
 
 def parameters_toml(values: Iterable[tuple[str, float]]) -> str:

@@ -20,9 +20,8 @@ import sympy as sp
 from symgen import names
 from symgen.errors import RobotError
 from symgen.files import html_table
-from symgen.robot.effect import Effect
-from symgen.robot.log_effect import LogEffect
-from symgen.robot.sought import Sought
+from symgen.robot import expressions
+from symgen.robot.effect import Effect, LogEffect, Sought
 
 _VARIABLE = re.compile(r"q\d+")
 #: Gravity in frame 0 where it is an input of the kernels; no length of a file can have such a name.
@@ -31,6 +30,12 @@ GRAVITY_INPUT = (
     sp.Symbol("X_g2", real=True),
     sp.Symbol("X_g3", real=True),
 )
+#: The constants of a joint's transform in the order of a table.
+LENGTHS = ("gamma", "b", "alpha", "d", "theta", "r")
+#: The limits that have an entry for each movable joint.
+OF_JOINTS = ("position", "velocity", "acceleration", "jerk", "torque")
+#: What the columns of a robot's table are, see `Robot.table`.
+HEADER = ("joint", "name", "sigma", "antecedent", *LENGTHS, "follows")
 #: Largest factor by which a revolute joint follows another: it makes rounding as much larger.
 MAX_RATIO = 200
 
@@ -114,8 +119,8 @@ class Limits:
         jerk: rad/s3 or m/s3.
         torque: N m or N.
         floor: height in frame 0, m, above which every link frame that moves, and the tool, stay.
-        boxes: in frame 0, m, which they stay out of: x, y and z from low to high.
         tool: of the robot, in the frame of its last link, m; None for none.
+        boxes: in frame 0, m, which they stay out of: x, y and z from low to high.
     """
 
     position: tuple[tuple[float, float], ...] | None = None
@@ -124,8 +129,8 @@ class Limits:
     jerk: tuple[float, ...] | None = None
     torque: tuple[float, ...] | None = None
     floor: float | None = None
-    boxes: tuple[tuple[tuple[float, float], ...], ...] = ()
     tool: tuple[float, float, float] | None = None
+    boxes: tuple[tuple[tuple[float, float], ...], ...] = ()
 
     def __post_init__(self) -> None:
         for key, value in vars(self).items():  # lists are as welcome
@@ -181,10 +186,10 @@ class Drive:
 
     ratio: tuple[tuple[float, ...], ...]
     torque_constant: tuple[float, ...] | None = None
-    position_side: str = "motor"
-    torque_side: str = "motor"
     gain: tuple[float, ...] | None = None
     gain_std: tuple[float, ...] | None = None
+    position_side: str = "motor"
+    torque_side: str = "motor"
 
     @property
     def gain_uncertainty_percent(self) -> float | None:
@@ -224,9 +229,21 @@ class Robot:
         return f"<Robot {self.name}: {self.n} of {len(self.joints)} joints movable>"
 
     def _repr_html_(self) -> str:
-        from symgen.robot.table import HEADER, table_rows
+        return html_table(repr(self), HEADER, self.table())
 
-        return html_table(repr(self), HEADER, table_rows(self))
+    def table(self) -> list[tuple[str, ...]]:
+        """Return a row for each joint of the file, as `HEADER` names the cells."""
+        return [
+            (
+                str(j.number),
+                j.name,
+                str(j.sigma),
+                str(j.antecedent),
+                *(_short(getattr(j, key)) for key in LENGTHS),
+                "" if j.follows is None else expressions.text(j.follows),
+            )
+            for j in self.joints
+        ]
 
     @property
     def movable(self) -> tuple[Joint, ...]:
@@ -278,11 +295,10 @@ class Robot:
     def with_values(self) -> Robot:
         """Return the robot with the file's values in place of the named symbols."""
         values = self.values()
-        keys = ("gamma", "b", "alpha", "d", "theta", "r")
         joints = tuple(
             replace(
                 joint,
-                **{key: getattr(joint, key).subs(values) for key in keys},
+                **{key: getattr(joint, key).subs(values) for key in LENGTHS},
                 follows=None if joint.follows is None else sp.expand(joint.follows.subs(values)),
             )
             for joint in self.joints
@@ -290,3 +306,9 @@ class Robot:
         couplings = tuple(replace(c, ratio=c.ratio.subs(values)) for c in self.couplings)
         x, y, z = (g.subs(values) for g in self.gravity)
         return replace(self, joints=joints, couplings=couplings, gravity=(x, y, z), geometry=())
+
+
+def _short(expr: sp.Expr) -> str:
+    """Write an exact value; one that is no short decimal with 9 digits."""
+    written = expressions.text(expr)
+    return f"{float(expr):.9g}" if expr.is_Rational and len(written) > 12 else written

@@ -10,13 +10,13 @@ import heapq
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import sympy as sp
 
 from symgen import names
 from symgen.errors import RobotError
-from symgen.robot import denavit_hartenberg as dh
-from symgen.robot import recognition
-from symgen.robot.denavit_hartenberg import Line, Matrix, Pose, Vector
+from symgen.robot import dh, recognition
+from symgen.robot.dh import Array, Line
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import robot_name
 from symgen.robot.recognition import context
@@ -25,7 +25,6 @@ from symgen.robot.urdf_text import Triple, Urdf, UrdfJoint
 
 _FAR = 10  # m
 _WRITTEN = 1e-14  # rad: an angle with all digits is not rounded
-_Y, _Z = (0, 1, 0), (0, 0, 1)
 _GRAVITY = (sp.S.Zero, sp.S.Zero, sp.Rational(-981, 100))
 
 
@@ -42,7 +41,7 @@ class Chain:
         self.order = self._order()
         self.number = {name: i for i, name in enumerate(self.order, 1)}
         self.line = {name: self._line(urdf.joints[name]) for name in self.order}
-        self.frame: dict[str, Pose] = {"": dh.identity()}
+        self.frame: dict[str, Array] = {"": np.eye(4, dtype=object)}
         self.table: dict[str, dict[str, sp.Expr]] = {}
         for name in self.order:
             self._place(urdf.joints[name])
@@ -56,20 +55,14 @@ class Chain:
 
     # --- the tree -------------------------------------------------------------------------------
 
-    def _below(self) -> dict[str, list[UrdfJoint]]:
-        out: dict[str, list[UrdfJoint]] = {name: [] for name in self.urdf.links}
-        for joint in self.urdf.joints.values():
-            out[joint.parent].append(joint)
-        return out
-
-    def _link_frames(self) -> dict[str, Pose]:
-        below, out = self._below(), {self.urdf.root: dh.identity()}
-        waiting = [self.urdf.root]
+    def _link_frames(self) -> dict[str, Array]:
+        out = {self.urdf.root: np.eye(4, dtype=object)}
+        waiting = list(self.urdf.joints.values())
         while waiting:
-            parent = waiting.pop()
-            for joint in below[parent]:
-                out[joint.child] = out[parent].times(self._pose(joint.xyz, joint.rpy))
-                waiting.append(joint.child)
+            for joint in waiting:
+                if joint.parent in out:
+                    out[joint.child] = out[joint.parent] @ self._pose(joint.xyz, joint.rpy)
+            waiting = [joint for joint in waiting if joint.child not in out]
         return out
 
     def _carrier(self, link: str) -> str:
@@ -105,27 +98,23 @@ class Chain:
 
     # --- frames ---------------------------------------------------------------------------------
 
-    def _pose(self, xyz: Triple, rpy: Triple) -> Pose:
+    def _pose(self, xyz: Triple, rpy: Triple) -> Array:
         """Return Trans(xyz) Rot(z, yaw) Rot(y, pitch) Rot(x, roll), rounded angles as meant."""
         angles = _many(rpy)
-        if self.exact:
-            angles = self._meant(angles)
-        turn = dh.turn(*angles)
-        if self.exact:
-            turn = self._recognised(turn)
-        return Pose(turn.x, turn.y, turn.z, _many(xyz))
+        turn = dh.turn(*(self._meant(angles.tolist()) if self.exact else angles))
+        return dh.pose(self._recognised(turn) if self.exact else turn, _many(xyz))
 
-    def _meant(self, angles: Vector) -> Vector:
+    def _meant(self, angles: Sequence[Any]) -> list[Any]:
         """Return angles, those near multiples of pi/24 as these."""
-        roll, pitch, yaw = (recognition.snapped(angle) for angle in angles)
-        for angle, meant in zip(angles, (roll, pitch, yaw), strict=True):
-            if abs(meant - angle) > _WRITTEN:
+        meant = list(map(recognition.snapped, angles))
+        for angle, near in zip(angles, meant, strict=True):
+            if abs(near - angle) > _WRITTEN:
                 self.snapped[f"{float(angle):.12g}"] = None
-        return roll, pitch, yaw
+        return meant
 
-    def _recognised(self, turn: Pose) -> Pose:
+    def _recognised(self, turn: Array) -> Array:
         """Return a rotation whose angles are all near multiples of pi/24 as these."""
-        angles = dh.turned_by(turn.x, turn.y, turn.z)
+        angles = dh.turned_by(turn)
         if any(recognition.fraction_of_pi(angle) is None for angle in angles):
             return turn
         return dh.turn(*self._meant(angles))
@@ -133,23 +122,24 @@ class Chain:
     def _line(self, joint: UrdfJoint) -> Line:
         frame = self.link[joint.child]
         if joint.sigma == names.FIXED:
-            return Line(frame.origin, frame.z)
+            return frame[:3, 3], frame[:3, 2]
         axis = _many(joint.axis)
-        axis = dh.scaled(axis, 1 / dh.norm(axis))
+        axis = axis / dh.norm(axis)
         if self.exact:
-            flat = tuple(a if abs(a) > recognition.TOLERANCE else context().mpf(0) for a in axis)
-            axis = dh.scaled(flat, 1 / dh.norm(flat))
-            axis = self._recognised(Pose(axis, _Y, _Z, axis)).x
-        return Line(frame.origin, frame.turned(axis))
+            axis = np.where(abs(axis) > recognition.TOLERANCE, axis, context().mpf(0))
+            turn = np.eye(3, dtype=object)
+            turn[:, 0] = axis / dh.norm(axis)
+            axis = self._recognised(turn)[:, 0]
+        return frame[:3, 3], frame[:3, :3] @ axis
 
     def _place(self, joint: UrdfJoint) -> None:
         """Give a joint its row of the table, and its frame."""
         base = self.frame[self.carrier[joint.parent]]
         line = self.line[joint.name]
         gamma, b, alpha, d = dh.reach(base, line)
-        before = base.times(dh.screw(2, gamma, b)).times(dh.screw(0, alpha, d))
-        theta, r = self._rest(joint, Line(before.origin, before.z), before)
-        self.frame[joint.name] = before.times(dh.screw(2, theta, r))
+        before = base @ dh.screw(2, gamma, b) @ dh.screw(0, alpha, d)
+        theta, r = self._rest(joint, before)
+        self.frame[joint.name] = before @ dh.screw(2, theta, r)
         angles = {"gamma": gamma, "alpha": alpha, "theta": theta}
         lengths = {"b": b, "d": d, "r": r}
         self.table[joint.name] = {
@@ -157,29 +147,25 @@ class Chain:
             **{key: recognition.length(value) for key, value in lengths.items()},
         }
         if abs(b) > _FAR or abs(r) > _FAR:
-            across = dh.norm(dh.cross(base.z, line.direction))  # may be a digit more than 1
-            tilt = context().atan2(across, abs(dh.dot(base.z, line.direction)))
+            across = dh.norm(np.cross(base[:3, 2], line[1]))  # may be a digit more than 1
+            tilt = context().atan2(across, abs(base[:3, 2] @ line[1]))
             self.notes.append(
                 f"joint {joint.name!r}: its axis is {float(tilt):.3g} rad from parallel to the one "
                 f"before, which puts b and r at {float(b):.3g} and {float(r):.3g} m"
             )
 
-    def _rest(self, joint: UrdfJoint, line: Line, before: Pose) -> tuple[Any, Any]:
+    def _rest(self, joint: UrdfJoint, before: Array) -> tuple[Any, Any]:
         """Return theta and r, which choose x and the origin of the frame on its z axis."""
-        zero = context().mpf(0)
+        z, at = before[:3, 2:].T
         if joint.sigma == names.FIXED:
             frame = self.link[joint.child]
-            x, origin = frame.x, frame.origin
-        else:
-            found = self._next(joint)
-            common = None if found is None else dh.normal(line, self.line[found])
-            if common is None:
-                return zero, zero
-            x, origin = common
-        theta = dh.turn_of(x, before)
-        if joint.sigma != names.FIXED:
-            theta = dh.half_turn(theta)
-        return theta, dh.dot(dh.plus(origin, before.origin, -1), before.z)
+            return dh.turn_of(frame[:3, 0], before), (frame[:3, 3] - at) @ z
+        found = self._next(joint)
+        common = None if found is None else dh.normal((at, z), self.line[found])
+        if common is None:
+            return context().mpf(0), context().mpf(0)
+        foot, x = common
+        return dh.half_turn(dh.turn_of(x, before)), (foot - at) @ z
 
     def _next(self, joint: UrdfJoint) -> str | None:
         """Return the first moving joint on a joint's link."""
@@ -271,41 +257,28 @@ class Chain:
         losses: list[tuple[str, float]] = []
         for name in self.order:
             joint, number = self.urdf.joints[name], self.number[name]
-            values = _standard(self._body(joint.child))
+            values = self._standard(joint.child)
             out += [(f"{k}{number}", v) for k, v in zip(names.LINK, values, strict=True)]
             if joint.sigma != names.FIXED and joint.mimic is None:
                 out.append((f"{names.ROTOR}{number}", 0.0))
                 losses += [(f"FS{number}", joint.friction), (f"FV{number}", joint.damping)]
         return out + losses
 
-    def inside(self, name: str) -> Pose:
-        """Return the frame of a joint's child link in the joint's own frame."""
-        return self.frame[name].inverse().times(self.link[self.urdf.joints[name].child])
-
-    def _body(self, link: str) -> tuple[Any, Vector, Matrix]:
-        """Return mass, centre of mass and inertia about it of a link, in its joint's frame."""
+    def _standard(self, link: str) -> list[float]:
+        """Return XX XY XZ YY YZ ZZ MX MY MZ M of a link about the origin of its joint's frame."""
         inertial = self.urdf.links[link].inertial
-        zero = context().mpf(0)
         if inertial is None:
-            return zero, (zero,) * 3, ((zero,) * 3,) * 3
-        pose = self.inside(self.above[link].name).times(self._pose(inertial.xyz, inertial.rpy))
+            return [0.0] * len(names.LINK)
+        own = self.link[link] @ self._pose(inertial.xyz, inertial.rpy)
+        pose = dh.inverse(self.frame[self.above[link].name]) @ own
         xx, xy, xz, yy, yz, zz = _many(inertial.inertia)
-        tensor = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-        return _many((inertial.mass,))[0], pose.origin, pose.tensor(tensor)
+        tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], dtype=object)
+        (mass,), turn, c = _many((inertial.mass,)), pose[:3, :3], pose[:3, 3]
+        steiner = c @ c * np.eye(3, dtype=object) - np.outer(c, c)
+        about = (turn @ tensor @ turn.T + mass * steiner)[np.triu_indices(3)]
+        return [recognition.number(v) for v in (*about, *(mass * c), mass)]
 
 
-def _standard(body: tuple[Any, Vector, Matrix]) -> list[float]:
-    """Return XX XY XZ YY YZ ZZ MX MY MZ M about the frame's origin."""
-    mass, c, inertia = body
-    square = dh.dot(c, c)
-    about = [
-        inertia[i][k] + mass * ((square if i == k else 0) - c[i] * c[k])
-        for i in range(3)
-        for k in range(i, 3)
-    ]
-    return [recognition.number(v) for v in (*about, *dh.scaled(c, mass), mass)]
-
-
-def _many(values: Sequence[sp.Rational]) -> Any:
+def _many(values: Sequence[sp.Rational]) -> Array:
     """Return exact rationals with 50 digits."""
-    return tuple(context().mpf(int(v.p)) / int(v.q) for v in values)
+    return np.array([context().mpf(int(v.p)) / int(v.q) for v in values], dtype=object)

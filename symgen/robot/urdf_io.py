@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from symgen import names
 from symgen.errors import ParameterError
+from symgen.robot import dh
 from symgen.robot.body import Body
-from symgen.robot.denavit_hartenberg import Pose
 from symgen.robot.expressions import shortened
 from symgen.robot.imported import Imported, read_text
 from symgen.robot.urdf_chain import Chain
@@ -100,7 +100,7 @@ def written_bodies(chain: Chain, bodies: Iterable[Body], where: str) -> dict[str
         empty = urdf.links[link].inertial is None and not body.mass and not np.any(body.inertia)
         if link == urdf.root or empty:  # nothing moves it, or it is nothing
             continue
-        pose = chain.link[link].inverse().times(chain.frame[name])
+        pose = dh.inverse(chain.link[link]) @ chain.frame[name]
         parts.setdefault(link, []).append(_moved(body, pose))
     return {link: _joined(own) for link, own in parts.items()}
 
@@ -149,10 +149,9 @@ def _require_finite(body: Body, place: str) -> None:
         )
 
 
-def _moved(body: Body, pose: Pose) -> Body:
+def _moved(body: Body, pose: dh.Array) -> Body:
     """Return a body of a frame in another, in which `pose` places it."""
-    R = np.array([[float(v) for v in axis] for axis in (pose.x, pose.y, pose.z)]).T
-    origin = np.array([float(v) for v in pose.origin])
+    R, origin = pose[:3, :3].astype(float), pose[:3, 3].astype(float)
     inertia = np.asarray(body.inertia, dtype=float)
     return Body(body.joint, float(body.mass), R @ body.com + origin, R @ inertia @ R.T)
 

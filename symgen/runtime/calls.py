@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symgen.codegen.kernels import LINK, SCALARS, SHARED, Kernel
+from symgen.codegen.kernels import LINK, Argument, Kernel
 from symgen.errors import ParameterError
 from symgen.robot.expressions import shortened
 
@@ -43,60 +43,50 @@ class Bound:
 
 def checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArray], int | None]:
     """Return the inputs as C-contiguous arrays, and N for a batch (None for one sample)."""
-    expected = kernel.tape.inputs
-    if len(inputs) == len(expected) - 1 and expected[-1][0] == "g":
+    expected = kernel.inputs
+    if len(inputs) == len(expected) - 1 and expected[-1].name == "g":
         raise ParameterError(
             f"{kernel.name}: gravity is an input of this robot; accepted: g behind the other "
             "arrays, or a robot file whose gravity is three numbers"
         )
     if len(inputs) != len(expected):
         raise ParameterError(
-            f"{kernel.name} takes {len(expected)} arrays ({', '.join(n for n, _ in expected)}), "
+            f"{kernel.name} takes {len(expected)} arrays ({', '.join(a.name for a in expected)}), "
             f"{len(inputs)} were given"
         )
-    arrays = [
-        _numbers(kernel, name, len(symbols), given)
-        for (name, symbols), given in zip(expected, inputs, strict=True)
-    ]
-    lead = arrays[0].shape[:-1] if kernel.batch else ()
-    for i, ((name, symbols), array) in enumerate(zip(expected, arrays, strict=True)):
-        if name == LINK and array.size == 1 and array.item() in range(1, len(symbols) + 1):
-            arrays[i] = array.reshape(1)
-        elif name == LINK:
-            raise _not_accepted(kernel, name, len(symbols), inputs[i])
-        elif name in SCALARS and array.size == 1:
-            arrays[i] = array.reshape(1)
-        elif name == "X" and array.ndim == 1 and len(array) >= len(symbols):
-            arrays[i] = array[: len(symbols)]
-        elif name == "g" and array.shape == (len(symbols),):
-            pass
-        elif name == "X":
-            raise ParameterError(
-                f"{kernel.name}: X has shape {array.shape}; accepted: ({len(symbols)},) or longer"
-            )
-        elif name == "g":
-            raise ParameterError(
-                f"{kernel.name}: g has shape {array.shape}; accepted: (3,), for all samples"
-            )
-        elif array.ndim not in (1, 2) or array.shape != (*lead, len(symbols)):
-            raise ParameterError(
-                f"{kernel.name}: {name} has shape {array.shape}; "
-                f"accepted: ({len(symbols)},) or (N, {len(symbols)}), the same N for all"
-            )
+    arrays: list[FloatArray] = []
+    lead: tuple[int, ...] = ()
+    for a, given in zip(expected, inputs, strict=True):
+        try:
+            array = np.ascontiguousarray(given, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise _not_accepted(kernel, a, f"is {shortened(repr(given))}") from error
+        if a.plain and array.size == 1:
+            array = array.reshape(1)
+            if a.link and array[0] not in range(1, a.size + 1):
+                raise _not_accepted(kernel, a, f"is {shortened(repr(given))}")
+        elif a.link:
+            raise _not_accepted(kernel, a, f"is {shortened(repr(given))}")
+        elif a.name == "X" and array.ndim == 1 and len(array) >= a.size:
+            array = array[: a.size]
+        else:
+            if not arrays and kernel.batch and array.ndim == 2:
+                lead = array.shape[:1]
+            if array.shape != ((a.size,) if a.shared else (*lead, a.size)) or a.name == "X":
+                raise _not_accepted(kernel, a, f"has shape {array.shape}")
+        arrays.append(array)
     return arrays, (lead[0] if lead else None)
 
 
-def _numbers(kernel: Kernel, name: str, size: int, given: ArrayLike) -> FloatArray:
-    try:
-        return np.ascontiguousarray(given, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise _not_accepted(kernel, name, size, given) from error
-
-
-def _not_accepted(kernel: Kernel, name: str, size: int, given: ArrayLike) -> ParameterError:
-    accepted = f"the number of a joint, 1 to {size}" if name == LINK else "an array of numbers"
+def _not_accepted(kernel: Kernel, a: Argument, found: str) -> ParameterError:
+    accepted = {
+        LINK: f"the number of a joint, 1 to {a.size}",
+        "X": f"({a.size},) or longer",
+        "g": f"({a.size},), for all samples",
+    }
+    shapes = f"({a.size},) or (N, {a.size}) numbers, the same N for all"
     return ParameterError(
-        f"{kernel.name}: {name} is {shortened(repr(given))}; accepted: {accepted}"
+        f"{kernel.name}: {a.name} {found}; accepted: {accepted.get(a.name, shapes)}"
     )
 
 
@@ -117,14 +107,11 @@ def result(kernel: Kernel, outputs: Sequence[FloatArray], status: int) -> Any:
 def buffers(
     kernel: Kernel, count: int | None
 ) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...]]:
-    plain = {LINK, *SCALARS, *(o.name for o in kernel.outputs)}
-    if plain.intersection(name for name, _ in kernel.tape.inputs) or not (
-        kernel.batch or not count
+    """Return arrays for the inputs and outputs of one sample, or of `count`."""
+    if any(a.plain or (a.read and a.written) for a in kernel.arguments) or (
+        count and not kernel.batch
     ):
         raise ParameterError(f"{kernel.name} has no fixed buffers; accepted: plain calls")
     lead = () if count is None else (count,)
-    inputs = tuple(
-        np.zeros((*(() if name in SHARED else lead), len(symbols)))
-        for name, symbols in kernel.tape.inputs
-    )
+    inputs = tuple(np.zeros((*(() if a.shared else lead), a.size)) for a in kernel.inputs)
     return inputs, tuple(np.zeros((*lead, *o.shape)) for o in kernel.outputs)

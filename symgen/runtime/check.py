@@ -5,23 +5,23 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from symgen.codegen.casadi_model import deserialized
-from symgen.codegen.manifest import SCHEMA
+from symgen.codegen.casadi_model import casadi_function
 from symgen.codegen.model import Model, derive
-from symgen.codegen.package import SourceTree, generate
+from symgen.codegen.package import SCHEMA, SourceTree, generate
 from symgen.codegen.verification import TOLERANCE
 from symgen.errors import PackageError, ParameterError
-from symgen.files import load_json
 from symgen.robot.toml_io import read_robot
 from symgen.runtime import confined
 from symgen.runtime.build import find_compiler
 from symgen.runtime.evaluator import Evaluator, load
 from symgen.runtime.stack import worst_case_stack
+from symgen.schemas import from_json, read_json
 
 _BUILT = (".o", ".obj", ".a", ".so", ".out")  # what a compiler leaves beside the sources
 
@@ -73,27 +73,43 @@ def check(
     return tuple(out)
 
 
-def _check_one(folder: Path) -> Checked:
-    manifest = _manifest(folder)
-    options = manifest["options"]
-    kernels = tuple(options["kernels"])
-    model = _derived(folder, kernels)
+@dataclass(frozen=True)
+class Options:
+    """What a package was asked to hold."""
+
+    target: str
+    dtype: str
+    kernels: tuple[str, ...]
+    tex: bool = False
+    prefix: str | None = None
+
+
+def read_options(folder: Path) -> Options:
+    """Return the options of a package, by its manifest.
+
+    Raises:
+        PackageError: it has none.
+    """
+    path = folder / "manifest.json"
     try:
-        tree = generate(
-            model,
-            target=options["target"],
-            dtype=options["dtype"],
-            kernels=kernels,
-            tex=options.get("tex") is True,
-            prefix=_prefix(options),
-        )
-    except PackageError as error:
+        options = read_json(path, SCHEMA).get("options")
+        return from_json(Options, options if isinstance(options, dict) else {}, path)
+    except ParameterError as error:
+        raise PackageError(str(error)) from error
+
+
+def _check_one(folder: Path) -> Checked:
+    options, robot = read_options(folder), read_robot(folder / "robot.toml")
+    try:
+        model = derive(robot, options.kernels)
+        tree = generate(model, **vars(options))
+    except (PackageError, ParameterError) as error:
         raise PackageError(f"{folder / 'manifest.json'}: {error}") from error
     # Measured at the points of the tree written now: the folder's own are compared with these.
     fresh = json.loads(tree.files["manifest.json"])
     errors = _errors(model, fresh)
     tolerance = TOLERANCE["double"]  # this machine evaluates in double, whatever the package does
-    differences = _differences(folder, tree) + tuple(
+    differences = _differences(folder, tree, model) + tuple(
         f"{kernel}: error {error:.1e} of {backend} exceeds {tolerance:g}"
         for backend, kernel, error in errors
         if not error <= tolerance
@@ -114,43 +130,7 @@ def _stacks(tree: SourceTree) -> dict[str, int] | None:
     }
 
 
-def _derived(folder: Path, kernels: tuple[str, ...]) -> Model:
-    try:
-        return derive(read_robot(folder / "robot.toml"), kernels)
-    except ParameterError as error:
-        raise PackageError(f"{folder / 'manifest.json'}: {error}") from error
-
-
-def _manifest(folder: Path) -> dict[str, Any]:
-    path = folder / "manifest.json"
-    try:
-        manifest = load_json(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise PackageError(
-            f"{path}: not a manifest: {' '.join(str(error).split())[:200]}"
-        ) from error
-    if not isinstance(manifest, dict) or manifest.get("schema") != SCHEMA:
-        raise PackageError(f"{path}: not a manifest of schema {SCHEMA}")
-    options = manifest.get("options")
-    kernels = options.get("kernels") if isinstance(options, dict) else None
-    if not (
-        isinstance(options, dict)
-        and {"target", "dtype"} <= set(options)
-        and isinstance(kernels, list)
-        and all(isinstance(k, str) for k in kernels)
-    ):
-        raise PackageError(f"{path}: options with target, dtype and a list of kernels are missing")
-    return manifest
-
-
-def _prefix(options: Mapping[str, Any]) -> str | None:
-    prefix = options.get("prefix")
-    if prefix is not None and not isinstance(prefix, str):
-        raise PackageError(f"prefix {prefix!r}; accepted: a name in quotes")
-    return prefix
-
-
-def _differences(folder: Path, tree: SourceTree) -> tuple[str, ...]:
+def _differences(folder: Path, tree: SourceTree, model: Model) -> tuple[str, ...]:
     out = []
     points = json.loads(tree.files["manifest.json"])["verification"]["points"]
     # The package's own folders are looked into; what else stands there is not ours to judge.
@@ -170,10 +150,11 @@ def _differences(folder: Path, tree: SourceTree) -> tuple[str, ...]:
         if found == content:
             continue
         if name.endswith(".casadi"):
-            kernel = name.removeprefix(f"{tree.name}_").removesuffix(".casadi")
+            kernel = model.kernel(name.removeprefix(f"{tree.name}_").removesuffix(".casadi"))
+            assert kernel is not None
             if not confined.available():
                 out.append(f"{name}: other bytes, and only Linux can look at them without risk")
-            elif not _same_value(found, content, points[kernel]):
+            elif not _same_value(found, casadi_function(model, kernel), points[kernel.name]):
                 out.append(f"{name}: computes something else")
         else:
             out.append(f"{name}: line {_first_difference(found, content)} differs")
@@ -183,20 +164,18 @@ def _differences(folder: Path, tree: SourceTree) -> tuple[str, ...]:
 
 
 def _first_difference(a: bytes, b: bytes) -> int:
-    pairs = zip(a.splitlines(), b.splitlines(), strict=False)
-    for number, (left, right) in enumerate(pairs, 1):
-        if left != right:
-            return number
-    return min(len(a.splitlines()), len(b.splitlines())) + 1
+    pairs = enumerate(zip_longest(a.splitlines(), b.splitlines()), 1)
+    return next((number for number, (left, right) in pairs if left != right), 1)
 
 
-def _same_value(found: bytes, own: bytes, points: Sequence[Mapping[str, Sequence[float]]]) -> bool:
+def _same_value(
+    found: bytes, function: Any, points: Sequence[Mapping[str, Sequence[float]]]
+) -> bool:
     """Whether a .casadi file of unknown origin computes what ours does.
 
     Compared at the points of the kernel's verification. Another version of CasADi writes other
     bytes for the same function; the file is never loaded in this process.
     """
-    function = deserialized(own)
     inputs = [list(point.values()) for point in points]
     answer = confined.values(found, inputs)
     if answer is None or answer[0] != confined.sizes(function) or len(answer[1]) != len(inputs):

@@ -6,21 +6,21 @@ NumPy in, NumPy out: one sample, a batch, or bound buffers for loops that count 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
-from functools import cached_property
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from functools import cached_property, partial
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from symgen.codegen.casadi_model import casadi_function
-from symgen.codegen.kernels import LINK, SCALARS, SHARED, Kernel
+from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import Model, derive
 from symgen.codegen.package import library
 from symgen.codegen.panels import panelled
-from symgen.codegen.prototypes import declarations as prototypes
 from symgen.errors import BuildError, ParameterError, SymgenWarning
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -40,7 +40,6 @@ from symgen.runtime.calls import (
     result,
 )
 from symgen.runtime.flags import chosen_flags
-from symgen.runtime.kernel_methods import KernelMethods
 
 if TYPE_CHECKING:
     from symgen.runtime.panels import Panels
@@ -49,14 +48,19 @@ _BLOCK = 512  # samples that CasADi maps over in one call
 #: A batch of as many samples or more is evaluated on panels, which are compiled when first needed.
 MANY = 2**17
 
+_Array = Callable[..., FloatArray]
+_Arrays = Callable[..., tuple[FloatArray, ...]]
 
-class KernelFunction(Protocol):
+
+class KernelFunction(ABC):
     """One kernel, callable on NumPy arrays."""
 
     kernel: Kernel
 
-    def __call__(self, *inputs: ArrayLike) -> Any:
+    def __call__(self, *inputs: ArrayLike, **named: ArrayLike) -> Any:
         """Evaluate one sample, inputs (n,), or a batch, inputs (N, n); X is shared.
+
+        The last inputs may be given by their names.
 
         Returns:
             The output array, or a tuple of them where the kernel has several.
@@ -65,19 +69,40 @@ class KernelFunction(Protocol):
             ParameterError: a shape is wrong; or a kernel with a status, such as forward_dynamics,
                 finds M not positive definite, or numbers that are not finite.
         """
+        last = (named[a.name] for a in self.kernel.inputs if a.name in named)
+        arrays, count = checked(self.kernel, (*inputs, *last))
+        if count is not None and count >= MANY:
+            panels = self.panels()
+            if panels is not None:
+                return panels(*arrays)
+        lead = () if count is None else (count,)
+        outputs = [np.empty((*lead, *o.shape)) for o in self.kernel.outputs]
+        return result(self.kernel, outputs, self._bound(arrays, outputs, count)() or 0)
 
     def bind(self, count: int | None = None) -> Bound:
         """Return the kernel on fixed buffers: of one sample, or of a batch of `count`."""
+        inputs, outputs = buffers(self.kernel, count)
+        return Bound(inputs, outputs, self._bound(inputs, outputs, count))
 
     def panels(self) -> Panels | None:
         """Return the kernel on panels of samples, compiled now; None where that cannot be had."""
+        return None
+
+    @abstractmethod
+    def _bound(
+        self, inputs: Sequence[FloatArray], outputs: Sequence[FloatArray], count: int | None
+    ) -> Callable[[], int | None]:
+        """Return a call that evaluates the kernel from arrays into arrays; it has a status."""
 
 
-class Evaluator(KernelMethods):
+class Evaluator:
     """A loaded model: every kernel is a method, `evaluator.mass_matrix(q, X)`.
 
+    Every method takes one sample, arrays (n,), or N of them, (N, n), and X (p,), which all share;
+    where gravity is an input, g (3,) comes last. What it returns of N samples has a first axis N.
     By its name a kernel is had as a function that can be bound to fixed buffers, or put on panels:
-    `evaluator["mass_matrix"].bind()`.
+    `evaluator["mass_matrix"].bind()`. A kernel that the model was derived without is a
+    ParameterError that says which it has.
 
     Attributes:
         model: what was derived.
@@ -109,6 +134,89 @@ class Evaluator(KernelMethods):
             raise ParameterError(
                 f"kernel {name!r} is not in this model; accepted: {', '.join(self._functions)}"
             ) from None
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> KernelFunction:
+            if name in type(self).__annotations__:
+                return self[name]
+            raise AttributeError(f"an evaluator has no attribute {name!r}")
+
+    def friction_power(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
+        """Columns (p - p_inertial,) of the power of friction, W; none for a robot without it."""
+        if not self.has("friction_power"):
+            arrays, _ = checked(self["energy_regressor"].kernel, (q, qd))
+            return np.zeros((*arrays[0].shape[:-1], 0))
+        return np.asarray(self["friction_power"](q, qd))
+
+    energy_regressor: _Array
+    """Of (q, qd, g): h = DE + DU (p_inertial,): total energy is h . X[:p_inertial], J, up to a
+    constant."""
+    power_regressor: _Array
+    """Of (q, qd, qdd, g): Columns (p,) of power, W: qd' tau = out . X, the rate of energy plus
+    friction."""
+    momentum_regressor: _Arrays
+    """Of (q, qd, g): dT/dqd and dL/dq, (n, p_inertial) each: d/dt(dT/dqd) = tau - friction +
+    dL/dq."""
+    torque_regressor: _Array
+    """Of (q, qd, qdd, g): Columns (n, p) of torque, friction included: tau = out X."""
+    friction_torque: _Array
+    """Of (q, qd): Columns (n, p - p_inertial) of friction torque: out X[p_inertial:]."""
+    inverse_dynamics: _Array
+    """Of (q, qd, qdd, X, g): tau = M qdd + C qd + g + friction, (n,), N m or N."""
+    mass_matrix: _Array
+    """Of (q, X): M(q), (n, n), kg m2 (kg where prismatic)."""
+    gravity_torque: _Array
+    """Of (q, X, g): The torque (n,) that holds the arm at rest, without friction."""
+    coriolis: _Array
+    """Of (q, qd, X): C(q, qd), (n, n): C qd are the Coriolis torques, and dM/dt - 2 C is
+    skew-symmetric."""
+    bias_torque: _Array
+    """Of (q, qd, X, g): h = C qd + g + friction, (n,)."""
+    forward_dynamics: _Array
+    """Of (q, qd, tau, X, g): Accelerations (n,) under torques; a ParameterError where M is not
+    positive definite."""
+    energy: _Arrays
+    """Of (q, qd, X, g): Kinetic and potential energy, (1,) each, J; the latter up to a constant."""
+    frames: _Array
+    """Of (q): Transforms 0T_j (links, 4, 4), fixed links included."""
+    jacobian: _Array
+    """Of (q): Jacobian (6, n) of the last frame that moves, in frame 0: velocity, then turning."""
+    all_terms: _Arrays
+    """Of (q, qd, X, g): M, h, gravity torque, Jacobian and frames in one call, which turns each
+    angle once."""
+    slotine_li_regressor: _Array
+    """Of (q, qd, qdr, qddr, g): Columns (n, p) of M qddr + C(q, qd) qdr + g + friction(qd)."""
+    slotine_li_torque: _Array
+    """Of (q, qd, qdr, qddr, X, g): M qddr + C(q, qd) qdr + g + friction(qd), (n,), C of
+    Christoffel's symbols."""
+    generalized_momentum: _Arrays
+    """Of (q, qd, X, g): p = M qd and rate = C' qd - g, (n,) each: dp/dt = tau - friction + rate."""
+    friction: _Array
+    """Of (qd, X): Torque (n,) of the friction that joints and couplings declare; effects are not in
+    it."""
+    inverse_dynamics_derivatives: _Arrays
+    """Of (q, qd, qdd, X, g): dtau/dq and dtau/dqd, (n, n) each; dtau/dqdd is `mass_matrix`."""
+    forward_dynamics_derivatives: _Arrays
+    """Of (q, qd, tau, X, g): dqdd/dq, dqdd/dqd and dqdd/dtau, (n, n) each."""
+    solve_mass_matrix: _Array
+    """Of (q, b, X): x (n,) of M(q) x = b; a ParameterError where M is not positive definite."""
+    mass_matrix_factor: _Arrays
+    """Of (q, X): L (n, n) and the diagonal D (n,) of M = L D L'."""
+    link_jacobian: _Array
+    """Of (q, link, point): Jacobian (6, n), in frame 0, of a point (3,) in the frame of a link, by
+    its number."""
+    link_drift: _Array
+    """Of (q, qd, link, point): dJ/dt qd (6,) of such a point: its acceleration without qdd."""
+    base_parameters: _Array
+    """Of (standard): X (p,) from the standard parameters, in the order of `model.base.standard`."""
+    add_body: _Array
+    """Of (X, link, mass, com, inertia): X (p,) with a body fixed on a link; inertia XX XY XZ YY YZ
+    ZZ about com (3,)."""
+    standard_energy_regressor: _Arrays
+    """Of (q, qd, g): DE and DU of every standard parameter."""
+    standard_torque_regressor: _Array
+    """Of (q, qd, qdd, g): Columns of torque in every standard parameter, friction included."""
 
 
 def load(robot: Robot | Model | str | Path, *, backend: str = "auto") -> Evaluator:
@@ -153,7 +261,7 @@ def _say_once(message: str) -> None:
 def _compiled(model: Model, compiler: Compiler) -> Evaluator:
     sources = library(model)
     name = model.robot.name
-    declarations = "\n".join(line for k in model.kernels for line in prototypes(name, k, "double"))
+    declarations = "\n".join(line for k in model.kernels for line in k.prototypes(name, "double"))
     apart = model.robot.gravity_input  # its identifier takes g: for C alone
     if f"{name}_identifier.h" in sources and not apart:
         declarations += _IDENTIFIER.replace("NAME", name)
@@ -191,7 +299,7 @@ int NAME_identifier_momentum_init(void *state, size_t bytes, size_t window, int 
 """
 
 
-class _CKernel:
+class _CKernel(KernelFunction):
     def __init__(
         self, kernel: Kernel, model: Model, module: ModuleType, compiler: Compiler
     ) -> None:
@@ -202,35 +310,22 @@ class _CKernel:
         self._one: Any = getattr(module.lib, f"{name}_{kernel.name}")
         self._batch: Any = getattr(module.lib, f"{name}_{kernel.name}_batch", None)
 
-    def _pointers(self, inputs: Sequence[FloatArray], outputs: Sequence[FloatArray]) -> list[Any]:
-        """Return what C is given; what it changes in place is written into the output."""
-        place = {o.name: i for i, o in enumerate(self.kernel.outputs)}
+    def _bound(
+        self, inputs: Sequence[FloatArray], outputs: Sequence[FloatArray], count: int | None
+    ) -> Callable[[], int | None]:
+        written = {o.name: array for o, array in zip(self.kernel.outputs, outputs, strict=True)}
         given: list[Any] = []
-        for (name, _), array in zip(self.kernel.tape.inputs, inputs, strict=True):
-            if name == LINK:
-                given.append(int(array[0]))
-            elif name in SCALARS:
-                given.append(float(array[0]))
-            elif name in place:
-                outputs[place[name]][...] = array
-            if name not in (LINK, *SCALARS):
-                changed = outputs[place[name]] if name in place else array
-                given.append(self._ffi.from_buffer("double *", changed))
-        names = {name for name, _ in self.kernel.tape.inputs}
-        free = (o for o, k in zip(outputs, self.kernel.outputs, strict=True) if k.name not in names)
-        return [*given, *(self._ffi.from_buffer("double *", o) for o in free)]
-
-    def __call__(self, *inputs: ArrayLike) -> Any:
-        arrays, count = checked(self.kernel, inputs)
-        if count is not None and count >= MANY:
-            panels = self.panels()
-            if panels is not None:
-                return panels(*arrays)
-        lead = () if count is None else (count,)
-        outputs = [np.empty((*lead, *o.shape)) for o in self.kernel.outputs]
-        pointers = self._pointers(arrays, outputs)
-        status = self._one(*pointers) if count is None else self._batch(count, *pointers)
-        return result(self.kernel, outputs, status or 0)
+        for a, array in zip(self.kernel.inputs, inputs, strict=True):
+            if a.plain:
+                given.append((int if a.link else float)(array[0]))
+                continue
+            if a.written:  # what C changes in place is written into the output
+                written[a.name][...] = array
+            given.append(self._ffi.from_buffer("double *", written.pop(a.name, array)))
+        given += [self._ffi.from_buffer("double *", array) for array in written.values()]
+        if count is None:
+            return partial(self._one, *given)
+        return partial(self._batch, count, *given)
 
     @cached_property
     def _panels(self) -> Panels | None:
@@ -246,68 +341,33 @@ class _CKernel:
     def panels(self) -> Panels | None:
         return self._panels
 
-    def bind(self, count: int | None = None) -> Bound:
-        inputs, outputs = buffers(self.kernel, count)
-        pointers = self._pointers(inputs, outputs)
-        if count is not None:
-            batch = self._batch
-            return Bound(inputs, outputs, lambda: batch(count, *pointers))
-        function = self._one
-        if len(pointers) == 3:  # the usual case, without the cost of unpacking
-            a, b, c = pointers
-            return Bound(inputs, outputs, lambda: function(a, b, c))
-        return Bound(inputs, outputs, lambda: function(*pointers))
 
-
-class _CasadiKernel:
+class _CasadiKernel(KernelFunction):
     def __init__(self, kernel: Kernel, model: Model) -> None:
         self.kernel = kernel
         self._function = casadi_function(model, kernel, flat=True)
         self._maps: dict[int, Any] = {}
 
-    def __call__(self, *inputs: ArrayLike) -> Any:
-        arrays, count = checked(self.kernel, inputs)
-        if count is None:
-            outputs = self._one(arrays)
-        else:
-            outputs = [np.empty((count, *o.shape)) for o in self.kernel.outputs]
-            names = [name for name, _ in self.kernel.tape.inputs]
-            for at in range(0, count, _BLOCK):
-                size = min(_BLOCK, count - at)
+    def _bound(
+        self, inputs: Sequence[FloatArray], outputs: Sequence[FloatArray], count: int | None
+    ) -> Callable[[], int | None]:
+        def call() -> int:
+            if count is None:
+                for out, value in zip(outputs, self._function.call(list(inputs)), strict=True):
+                    out[...] = np.array(value).reshape(out.shape)
+            for at in range(0, count or 0, _BLOCK):
+                size = min(_BLOCK, count - at if count else 0)
                 if size not in self._maps:  # at most _BLOCK of them, small ones
                     self._maps[size] = self._function.map(size)
                 part = [
-                    np.repeat(a[:, None], size, axis=1)
-                    if name in (*SHARED, LINK)
-                    else a[at : at + size].T
-                    for name, a in zip(names, arrays, strict=True)
+                    np.repeat(array[:, None], size, axis=1) if a.shared else array[at : at + size].T
+                    for a, array in zip(self.kernel.inputs, inputs, strict=True)
                 ]
-                blocks = self._maps[size](*part)
-                for out, block in zip(outputs, _as_tuple(blocks), strict=True):
+                for out, block in zip(outputs, self._maps[size].call(part), strict=True):
                     out[at : at + size] = np.array(block).T.reshape(size, *out.shape[1:])
-        bad = self.kernel.guards > 0 and not all(np.isfinite(o).all() for o in outputs)
-        given = all(np.isfinite(a).all() for a in arrays)
-        status = NOT_POSITIVE_DEFINITE if given else NOT_FINITE
-        return result(self.kernel, outputs, status if bad else 0)
+            if not self.kernel.guards or all(np.isfinite(o).all() for o in outputs):
+                return 0
+            known = all(np.isfinite(a).all() for a in inputs)
+            return NOT_POSITIVE_DEFINITE if known else NOT_FINITE
 
-    def _one(self, arrays: Sequence[FloatArray]) -> list[FloatArray]:
-        results = _as_tuple(self._function(*arrays))
-        pairs = zip(results, self.kernel.outputs, strict=True)
-        return [np.array(r).reshape(o.shape) for r, o in pairs]
-
-    def bind(self, count: int | None = None) -> Bound:
-        inputs, outputs = buffers(self.kernel, count)
-
-        def call() -> None:
-            values = self._one(inputs) if count is None else _as_tuple(self(*inputs))
-            for out, value in zip(outputs, values, strict=True):
-                out[...] = value
-
-        return Bound(inputs, outputs, call)
-
-    def panels(self) -> None:
-        """CasADi's virtual machine has none."""
-
-
-def _as_tuple(result: Any) -> tuple[Any, ...]:
-    return result if isinstance(result, tuple) else (result,)
+        return call

@@ -31,6 +31,7 @@ from symgen.codegen.model import derive
 from symgen.codegen.package import library
 from symgen.codegen.panels import panel_sources
 from symgen.errors import BuildError
+from symgen.places import written
 from symgen.robot.toml_io import read_robot
 from symgen.runtime import race
 from symgen.runtime.build import _FLAGS, Compiler, _make, cache_folder, native
@@ -132,54 +133,35 @@ def _panels(compiler: Compiler) -> Chosen:
 def _asked() -> Chosen | None:
     """Return the set that SYMGEN_FLAGS names."""
     wanted = os.environ.get("SYMGEN_FLAGS", "").strip()
-    if not wanted:
-        return None
-    sets = {known.name: known for known in (*PANEL_SETS, *SETS)}
-    if wanted in sets:
-        return Chosen(sets[wanted], {}, "asked for by SYMGEN_FLAGS")
-    accepted = ", ".join(dict.fromkeys(s.name for s in (*SETS, *PANEL_SETS)))
-    raise BuildError(f"SYMGEN_FLAGS is {wanted!r}; accepted: {accepted}")
+    sets = {known.name: known for known in (*SETS, *PANEL_SETS)}
+    if wanted and wanted not in sets:
+        raise BuildError(f"SYMGEN_FLAGS is {wanted!r}; accepted: {', '.join(sets)}")
+    return Chosen(sets[wanted], {}, "asked for by SYMGEN_FLAGS") if wanted else None
 
 
-@dataclass(frozen=True)
-class Contest:
-    """What is compiled and raced.
-
-    Attributes:
-        sources: name and content of every .c and .h file.
-        functions: as `race.race` takes them.
-    """
-
-    sources: Mapping[str, bytes]
-    functions: Sequence[Mapping[str, Any]]
+#: What is compiled and raced: the sources, and functions as `race.race` takes them.
+Contest = tuple[Mapping[str, bytes], Sequence[Mapping[str, Any]]]
 
 
 def _contest() -> Contest:
     """Return two kernels of an arm: one that computes much, one that stores much."""
     model = derive(read_robot(_ROBOT), _KERNELS)
-    functions = [
-        _entry(model.robot.name, kernel, "batch", (_SAMPLES,))
-        for kernel in model.kernels
-        if kernel.name in _KERNELS
-    ]
-    return Contest(library(model, _KERNELS), functions)
+    return library(model), [_entry(kernel, "batch", (_SAMPLES,)) for kernel in model.kernels]
 
 
 def _panel_contest() -> Contest:
     """Return the first of them on panels, outputs in panels and in rows."""
     model = derive(read_robot(_ROBOT), _KERNELS[:1])
-    kernel = model.kernel(_KERNELS[0])
-    assert kernel is not None
-    sources = library(model, ()) | panel_sources(model, kernel)
-    functions = [_entry(_ROBOT, kernel, layout, (0, _SAMPLES)) for layout in ("panels", "rows")]
-    return Contest(sources, functions)
+    (kernel,) = model.kernels
+    entries = [_entry(kernel, layout, (0, _SAMPLES)) for layout in ("panels", "rows")]
+    return library(model, ()) | panel_sources(model, kernel), entries
 
 
-def _entry(robot: str, kernel: Kernel, form: str, leading: tuple[int, ...]) -> dict[str, Any]:
+def _entry(kernel: Kernel, form: str, leading: tuple[int, ...]) -> dict[str, Any]:
     return {
-        "name": f"{robot}_{kernel.name}_{form}",
+        "name": f"{_ROBOT}_{kernel.name}_{form}",
         "leading": leading,
-        "inputs": [_SAMPLES * len(symbols) for _, symbols in kernel.tape.inputs],
+        "inputs": [_SAMPLES * a.size for a in kernel.inputs],
         "outputs": [_SAMPLES * output.size for output in kernel.outputs],
     }
 
@@ -259,23 +241,19 @@ def _remembered(memory: Path, sets: Sequence[FlagSet]) -> Chosen | None:
 def _remember(memory: Path, winner: FlagSet, ratios: Mapping[str, float]) -> None:
     """Write the winner in one rename; a folder that cannot be written costs a race a process."""
     kept = {"winner": winner.name, "ratios": {k: round(v, 4) for k, v in ratios.items()}}
-    try:
+    with suppress(OSError):
         _make(memory.parent)
-        number, path = tempfile.mkstemp(prefix="build-", dir=memory.parent)
-        with os.fdopen(number, "w", encoding="utf-8") as file:
-            json.dump(kept, file)
-        os.replace(path, memory)
-    except OSError:
-        return
+        written(memory, json.dumps(kept).encode())
 
 
 def _race(sets: Sequence[FlagSet], compiler: Compiler, contest: Contest) -> dict[str, float]:
     """Compile with every set and race those that compiled; empty where that fails."""
+    files, functions = contest
     with tempfile.TemporaryDirectory(prefix="symgen-", ignore_cleanup_errors=True) as folder:
         work = Path(folder)
-        for file, content in contest.sources.items():
+        for file, content in files.items():
             (work / file).write_bytes(content)
-        sources = [file for file in sorted(contest.sources) if file.endswith(".c")]
+        sources = [file for file in sorted(files) if file.endswith(".c")]
 
         def compiled(one: FlagSet) -> bool:
             command = [*compiler.command, *_FLAGS, *one.flags, *sources]
@@ -285,7 +263,7 @@ def _race(sets: Sequence[FlagSet], compiler: Compiler, contest: Contest) -> dict
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             built = [s for s, done in zip(sets, pool.map(compiled, sets), strict=True) if done]
         libraries = {s.name: str(work / f"{s.name}.so") for s in built}
-        given = json.dumps({"libraries": libraries, "functions": contest.functions})
+        given = json.dumps({"libraries": libraries, "functions": functions})
         told = _run([sys.executable, "-I", "-S", race.__file__], work, given) if built else None
     try:
         ratios = json.loads(told or "{}")

@@ -15,7 +15,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symgen.codegen.kernels import SHARED, Kernel
+from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import Model
 from symgen.codegen.package import library
 from symgen.codegen.panels import panel_sources
@@ -44,9 +44,7 @@ class Panels:
             BuildError: the compiler fails.
         """
         name = f"{model.robot.name}_{kernel.name}"
-        arrays = [f"const double *{a}" for a, _ in kernel.tape.inputs]
-        arrays += [f"double *{o.name}" for o in kernel.outputs]
-        listed = ", ".join(arrays)
+        listed = ", ".join(a.declared("double", batch=True) for a in kernel.arguments)
         declarations = (
             f"size_t {name}_width(void);\n"
             f"int {name}_rows(int stream, size_t N, {listed});\n"
@@ -90,8 +88,7 @@ class Panels:
                 it and doing so is faster on these buffers: some machines gain half, some lose.
         """
         inputs = tuple(
-            np.zeros(len(symbols) if name in SHARED else (count, len(symbols)))
-            for name, symbols in self.kernel.tape.inputs
+            np.zeros(a.size if a.shared else (count, a.size)) for a in self.kernel.inputs
         )
         blocks = -(-count // self.width)
         outputs = tuple(

@@ -2,7 +2,7 @@
 {% if k.parts.parts %}
 {{ indent }}{{ k.dtype }} w[{{ k.parts.handed }}];
 {% for part in k.parts.parts %}
-{{ indent }}{{ "return " if loop.last and k.guarded }}part_{{ part.number }}({{ k.names }}, w);
+{{ indent }}{{ "return " if loop.last and k.guarded }}part_{{ loop.index }}({{ k.names }}, w);
 {% endfor %}
 {% else %}
 {% for line in k.body %}
@@ -24,9 +24,9 @@
 
 {% for part in k.parts.parts %}
 {% set last = loop.last %}
-static {{ "int" if last and k.guarded else "void" }} part_{{ part.number }}({{ k.parameters }}, {{ k.dtype }} *w)
+static {{ "int" if last and k.guarded else "void" }} part_{{ loop.index }}({{ k.parameters }}, {{ k.dtype }} *w)
 {
-{% for line in part.body %}
+{% for line in part %}
     {{ line }}
 {% endfor %}
 }
@@ -49,14 +49,12 @@ static {{ "int" if last and k.guarded else "void" }} part_{{ part.number }}({{ k
 {
 {% if k.fallible %}
     int status = 0;
+{% endif %}
     for (size_t k = 0; k < N; ++k) {
-        status |= {{ name }}_{{ k.name }}({{ k.strides }});
+        {{ "status |= " if k.fallible }}{{ name }}_{{ k.name }}({{ k.strides }});
     }
+{% if k.fallible %}
     return status;
-{% else %}
-    for (size_t k = 0; k < N; ++k) {
-        {{ name }}_{{ k.name }}({{ k.strides }});
-    }
 {% endif %}
 }
 {% endif %}

@@ -29,16 +29,16 @@ extern "C" {
 {% if geometry %}
 
 /* Named lengths and angles of the robot file. */
-{% for g in geometry %}
-#define {{ name }}_geometry_{{ g.name }} {{ g.value }}
+{% for length, value in geometry %}
+#define {{ name }}_geometry_{{ length }} {{ value }}
 {% endfor %}
 {% endif %}
 
 /* Position of each base parameter in X. */
 enum {
-{% for b in base %}
-    /* {{ b.lines | join("\n     * ") }} */
-    {{ name }}_{{ b.name }} = {{ loop.index0 }}{{ "" if loop.last else "," }}
+{% for parameter, lines in base %}
+    /* {{ lines | join("\n     * ") }} */
+    {{ name }}_{{ parameter }} = {{ loop.index0 }}{{ "" if loop.last else "," }}
 {% endfor %}
 };
 {% for k in kernels %}

@@ -25,7 +25,7 @@ typedef struct {
 
 static const kernel kernels[] = {
 {% for k in kernels %}
-    { "{{ k.name }}", {{ k.inputs|length }}, { {% for i in k.inputs %}{ "{{ i.name }}", {{ i.size }}, {{ i.shared|int }}, {{ k.links if i.link else 0 }} }, {% endfor %}}, {{ k.shapes|length }}, { {% for shape in k.shapes %}{ {{ shape }} }, {% endfor %}} },
+    { "{{ k.name }}", {{ k.inputs|length }}, { {% for name, size, shared, links in k.inputs %}{ "{{ name }}", {{ size }}, {{ shared }}, {{ links }} }, {% endfor %}}, {{ k.shapes|length }}, { {% for shape in k.shapes %}{ {{ shape }} }, {% endfor %}} },
 {% endfor %}
 };
 

@@ -22,7 +22,7 @@ from packages import run, write
 from support import PROJECT
 
 import symgen
-from symgen.codegen.worst_case import key
+from symgen.codegen.package import robot_key as key
 
 ROBOTS = ("planar2r", "puma560", "panda", "rx90", "twin")
 FIGURES = PROJECT / "symgen" / "codegen" / "worst_case.toml"

@@ -28,7 +28,6 @@ from peers import casadi_slopes, loops, pinocchio_model, pinocchio_objects
 
 import symgen
 from symgen.codegen.kernels import SCALARS, Kernel, regrouped
-from symgen.codegen.prototypes import arguments
 
 ROBOTS = ("panda", "puma560", "ur10e")
 SAMPLES, REPEATS = 256, 41
@@ -155,7 +154,7 @@ def timed(name: str, kernel: Kernel, n: int, known: set[str]) -> str:
         at += output.size
     words = [
         f"ours + N * {outputs[a.name][0]}" if a.name in outputs else place.get(a.name, "third")
-        for a in arguments(kernel, "double")
+        for a in kernel.arguments
     ]
     call = f"{name}_{kernel.name}_batch(N, {', '.join(words)})"
     other = OTHER.get(kernel.name, kernel.name)

@@ -41,13 +41,11 @@ from peers import (
 )
 from rich.console import Console
 from rich.table import Table
-from scipy.linalg import blas
 
 import symgen
 from symgen.codegen.verification import physical_parameters
 from symgen.runtime.build import _FLAGS, find_compiler
 from symgen.runtime.flags import chosen_flags, panel_flags
-from symgen.runtime.folding import Fold
 from symgen.runtime.panels import aligned, cache_bytes
 from symgen.symbolic.tape import Numbers
 
@@ -198,25 +196,6 @@ def memory_ways(
     return ways, 8 * kernel.size
 
 
-def fold_ways(evaluator: symgen.Evaluator, name: str) -> tuple[dict[str, tuple[Call, int]], int]:
-    """Rows evaluated and folded, and dsyrk on a hot block of as many columns: ns a row."""
-    kernel = evaluator[name].kernel
-    columns = len(kernel.outputs[0].columns)
-    rows = kernel.size // columns
-    draw = np.random.default_rng(3)
-    count = 4096
-    inputs = [draw.uniform(-1, 1, (count, len(s))) for _, s in kernel.tape.inputs]
-    y = draw.normal(size=(count, rows) if rows > 1 else count)
-    block = np.asfortranarray(draw.normal(size=(256, columns + 1)))
-    gram = np.zeros((columns + 1, columns + 1), order="F")
-    folds = {m: Fold(evaluator, name, m) for m in ("normal", "orthogonal")}
-    ways: dict[str, tuple[Call, int]] = {
-        method: ((lambda f=fold: f(inputs, y)), count * rows) for method, fold in folds.items()
-    }
-    ways["dsyrk"] = (lambda: blas.dsyrk(1.0, block, beta=1.0, c=gram, trans=1, overwrite_c=1), 256)
-    return ways, columns
-
-
 def on_two_threads(evaluator: symgen.Evaluator, name: str) -> dict[str, float]:
     """How much more two threads do than one, each on arrays of its own.
 
@@ -238,11 +217,6 @@ def on_two_threads(evaluator: symgen.Evaluator, name: str) -> dict[str, float]:
         "panels, 1 MB": [bound(panels.bind(four, rows=False), drawn(four)) for _ in range(2)],
         "panels to memory": [bound(panels.bind(large, rows=False), drawn(large)) for _ in range(2)],
     }
-    rows = kernel.size // len(kernel.outputs[0].columns)
-    for method in ("normal", "orthogonal"):
-        inputs, y = drawn(4096), draw.normal(size=(4096, rows) if rows > 1 else 4096)
-        folds = [Fold(evaluator, name, method) for _ in range(2)]
-        pairs[f"folded, {method}"] = [lambda f=f, x=inputs, y=y: f(x, y) for f in folds]
     return {way: _more(calls) for way, calls in pairs.items()}
 
 
@@ -330,7 +304,6 @@ def main() -> None:
     chosen, wide = chosen_flags(compiler), panel_flags(compiler)
     cached: dict[str, dict[str, float]] = {}
     memory: dict[str, dict[str, float]] = {}
-    folded: dict[str, dict[str, float]] = {}
     threads: dict[str, dict[str, float]] = {}
     with tempfile.TemporaryDirectory() as temporary:
         cxx = pinocchio(Path(temporary), PINOCCHIO.keys() & kernels, ("-march=native",))
@@ -352,8 +325,6 @@ def main() -> None:
                     far, _ = memory_ways(evaluator, kernel, stores)
                     memory[f"{robot} {kernel}"] = measure(far)
                 if kernel in ("energy_regressor", "torque_regressor"):
-                    fold, columns = fold_ways(evaluator, kernel)
-                    folded[f"{robot} {kernel}, {columns} columns, a row"] = measure(fold)
                     threads[f"{robot} {kernel}"] = on_two_threads(evaluator, kernel)
     figures = {
         "schema": "symgen.speed/1",
@@ -363,7 +334,6 @@ def main() -> None:
         "panel_flags": {"panels": wide.flags.name, "over_best": flag_ratios(wide)},
         "cache": cached,
         "memory": memory,
-        "fold": folded,
         "two_threads": threads,
     }
     asked.into.write_text(json.dumps(figures, indent=1) + "\n")
@@ -371,7 +341,6 @@ def main() -> None:
     console.print(f"{compiler.version}; single calls {chosen.flags.name}, panels {wide.flags.name}")
     console.print(shown("in cache, over the single call", cached, "single"))
     console.print(shown("to memory, over streaming stores alone", memory, "stores alone"))
-    console.print(shown("rows evaluated and folded, over dsyrk alone", folded, "dsyrk"))
     console.print("two threads over one:")
     for name, row in threads.items():
         console.print(f"  {name}: " + ", ".join(f"{way} {x:.2f}" for way, x in row.items()))

@@ -15,7 +15,13 @@ import pytest
 
 import symgen
 from symgen.estimation.values import Residual
-from symgen.identification.estimate import ROBOT_DIGEST, Consistency, Estimate, ParameterEstimate
+from symgen.identification.estimate import (
+    ROBOT_DIGEST,
+    Consistency,
+    Estimate,
+    Joint,
+    ParameterEstimate,
+)
 
 CC, GXX = shutil.which("cc"), shutil.which("g++")
 STRICT = [
@@ -63,7 +69,7 @@ def estimate(model: symgen.Model) -> Estimate:
     )  # fmt: skip
     return Estimate(
         robot=NAME,
-        joints=((1, "N m"),) * 4,
+        joints=(Joint(1, "N m"),) * 4,
         model="torque",
         method="wls",
         parameters=replace_some(parameters),

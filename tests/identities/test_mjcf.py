@@ -89,7 +89,7 @@ def test_an_imported_mjcf_has_the_torques_of_mujoco(arm) -> None:
 
 
 def test_identified_parameters_go_into_the_mjcf_and_nothing_else_changes(tmp_path, command) -> None:
-    from symgen.identification.estimate import Estimate, ParameterEstimate, Residual
+    from symgen.identification.estimate import Estimate, Joint, ParameterEstimate, Residual
     from symgen.identification.parameters import read_parameters
 
     source = re.sub('<joint name="slide".*?/>', "", MJCF)
@@ -109,8 +109,9 @@ def test_identified_parameters_go_into_the_mjcf_and_nothing_else_changes(tmp_pat
     )
     fit = Residual(0.02)
     estimate = Estimate(
-        robot.name, ((1, "N m"), (2, "N m")), "torque", "wls", parameters, 3.0, fit, fit,
-        None, None, 8.0, None, "trusted", (), (), np.eye(len(X)),
+        robot=robot.name, joints=(Joint(1, "N m"), Joint(2, "N m")), model="torque", method="wls", parameters=parameters, condition_number=3.0,
+        train=fit, validation=fit, cutoff_hz=8.0, window_s=None, verdict="trusted", reasons=(),
+        correlation=np.eye(len(X)),
     )  # fmt: skip
     (result / "estimate.json").write_text(json.dumps(estimate.to_json()))
     to = tmp_path / "out.xml"

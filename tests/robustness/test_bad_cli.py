@@ -12,7 +12,7 @@ import pytest
 from support import messages
 
 import symgen
-from symgen.codegen.casadi_model import dynamics
+from symgen.experiment.paper import dynamics
 from symgen.files import write_folder
 
 
@@ -61,7 +61,7 @@ def samples():
         sum(a[k] * w[k] ** d * f(w[k] * t[:, None]) for k in (0, 1))
         for d, f in ((0, np.sin), (1, np.cos), (2, lambda x: -np.sin(x)))
     )
-    inverse = dynamics(symgen.derive(symgen.read_robot("planar2r"))).inverse
+    inverse = dynamics(symgen.read_robot("planar2r")).inverse
     X = np.tile(np.array([3.5, 0.06, 0.124, 0.006])[:, None], len(t))
     tau = np.array(inverse.map(len(t))(q.T, qd.T, qdd.T, X)).T
     return {"t": t, "q": q, "qd": qd, "tau": tau}

@@ -207,15 +207,26 @@ def test_what_the_user_changed_is_kept_under_another_name(tmp_path: Path) -> Non
     folder = tmp_path / "package"
     tree = symgen.generate(symgen.derive(symgen.read_robot("planar2r"), ("energy",)))
     symgen.write_package(tree, folder)
-    for name in ("robot.toml", "manifest.json"):
-        (folder / name).write_text("changed")
+    (folder / "robot.toml").write_text("changed")
     for kept in ("robot.toml.kept", "robot.toml.kept-2"):
         with pytest.warns(symgen.SymgenWarning, match=r"changed since symgen wrote it.*is now .*k"):
             symgen.write_package(tree, folder)
         assert (folder / kept).read_text() == "changed"
         assert (folder / "robot.toml").read_bytes() == tree.files["robot.toml"]
         (folder / "robot.toml").write_text("changed")
-    assert (folder / "manifest.json.kept").read_text() == "changed"
+    (folder / "manifest.json").write_text("changed")
+    with pytest.raises(symgen.PackageError, match="not ours"):
+        symgen.write_package(tree, folder)
+    assert (folder / "manifest.json").read_text() == "changed"
+
+
+def test_a_manifest_from_elsewhere_makes_nothing_ours(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
+    sha = hashlib.sha256(b"mine").hexdigest()
+    listed = {"schema": "symgen.manifest/1", "digests": {"notes.txt": sha}}
+    (tmp_path / "manifest.json").write_text(json.dumps(listed))
+    code, said = command("generate", "planar2r", "--into", tmp_path)
+    assert (code, (tmp_path / "notes.txt").read_text()) == (2, "mine"), said
 
 
 @pytest.mark.parametrize(

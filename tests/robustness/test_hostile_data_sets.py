@@ -193,7 +193,9 @@ def test_a_url_that_is_none_is_a_line(command, tmp_path, verb, url):
     assert len(line) < 2100
 
 
-@pytest.mark.parametrize("name", ["a\0*.npz", "a" * 5000 + "*", "[", "**/[!", "a" * 300 + "/*.csv"])
+@pytest.mark.parametrize(
+    "name", ["a\0*.npz", "a" * 5000 + "*", "[", "**/[!", "a" * 300 + "/*.csv", "**/" * 2000]
+)
 def test_a_pattern_that_no_disk_has_is_a_line(name):
     with pytest.raises(symgen.LogError, match="; accepted: "):
         symgen.identify("planar2r", name, model="momentum")

@@ -1,4 +1,4 @@
-"""The criterion: NumPy's condition number, differences, and identify's own equations."""
+"""The search for a motion: its loss by NumPy on identify's own equations, and its slopes."""
 
 from __future__ import annotations
 
@@ -8,14 +8,9 @@ import numpy as np
 import pytest
 
 import symgen
-from symgen.data.signals import Samples
-from symgen.estimation.filtered import unfiltered
-from symgen.estimation.system import energy_equations, momentum_equations
-from symgen.experiment.bounds import Bounds
-from symgen.experiment.criterion import KERNELS, condition_number, log_determinant, loss, windows
-from symgen.experiment.objective import Objective, smooth_robot
-from symgen.experiment.search import Clock, Program, Torques
-from symgen.experiment.space import space
+from symgen.experiment.bounds import Bounds, Space, space
+from symgen.experiment.excitation import judge
+from symgen.experiment.search import Clock, Program
 from symgen.experiment.trajectory import basis
 
 ROBOT = """
@@ -23,10 +18,10 @@ ROBOT = """
 name = "rubbing"
 gravity = [0.0, -9.81, 0.0]
 [[joint]]
-friction = ["coulomb", "viscous"]
+friction = ["viscous", "offset"]
 [[joint]]
 d = 0.5
-friction = ["viscous", "offset"]
+friction = ["viscous"]
 """
 LIMITS = Bounds(
     np.full(2, -2.0),
@@ -35,149 +30,81 @@ LIMITS = Bounds(
     np.full(2, np.inf),
     (1, 2),
 )
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_condition_number_and_log_det_are_numpys_on_scaled_columns(seed: int) -> None:
-    draw = np.random.default_rng(seed)
-    W = draw.normal(size=(60, 7)) * 10.0 ** draw.uniform(-3, 3, 7)
-    scaled = W / np.sqrt((W**2).sum(axis=0))
-    assert condition_number(W) == pytest.approx(np.linalg.cond(scaled), rel=1e-10)
-    sign, value = np.linalg.slogdet(scaled.T @ scaled)
-    assert sign == 1
-    assert log_determinant(W) == pytest.approx(value, rel=1e-9)
-
-
-@pytest.mark.parametrize("spoil", ["zero column", "equal columns", "few rows"])
-def test_a_singular_regressor_is_infinitely_badly_conditioned(spoil: str) -> None:
-    W = np.random.default_rng(0).normal(size=(20, 4))
-    if spoil == "zero column":
-        W[:, 2] = 0
-    elif spoil == "equal columns":
-        W[:, 2] = 3 * W[:, 1]
-    else:
-        W = W[:3]
-    assert condition_number(W) == np.inf or condition_number(W) > 1e14
-
-
-@pytest.mark.parametrize("criterion", ["condition", "logdet"])
-def test_the_gradient_of_the_loss_is_that_of_differences(criterion: str) -> None:
-    draw = np.random.default_rng(3)
-    W, d, e = draw.normal(size=(30, 6)), draw.normal(size=(30, 6)), 1e-6
-    slope = (loss(W + e * d, criterion)[0] - loss(W - e * d, criterion)[0]) / (2 * e)
-    assert np.sum(loss(W, criterion)[1] * d) == pytest.approx(slope, rel=1e-6)
-
-
-def test_the_loss_bounds_the_log_of_the_condition_number_from_above() -> None:
-    # Power means over p values exceed the largest by a factor of at most p ** (1/6).
-    W = np.random.default_rng(4).normal(size=(30, 6))
-    scaled = W / np.linalg.norm(W, axis=0)
-    smooth = loss(scaled, "condition")[0]  # columns of unit norm: no reward for large ones
-    log = np.log(np.linalg.cond(scaled))
-    assert log <= smooth <= log + np.log(6) / 6
-
-
-@pytest.mark.parametrize("criterion", ["condition", "logdet"])
-def test_of_motions_alike_in_condition_the_larger_is_preferred(criterion: str) -> None:
-    W = np.random.default_rng(4).normal(size=(30, 6))
-    assert loss(2 * W, criterion)[0] < loss(W, criterion)[0]
-    better = np.linalg.qr(W)[0] * np.linalg.norm(W, axis=0)  # best conditioned, of the same size
-    assert loss(better, criterion)[0] < loss(2 * W, criterion)[0]
+WINDOW, STEPS = 0.2, 4
 
 
 @pytest.fixture(scope="module")
-def evaluator() -> symgen.Evaluator:
-    return symgen.load(symgen.derive(symgen.parse_robot(ROBOT, "rubbing"), "all"))
+def robot() -> symgen.Robot:
+    return symgen.parse_robot(ROBOT, "rubbing")
 
 
-def _samples(count: int, step: float) -> Samples:
-    t = np.arange(count) * step
-    q = np.stack([np.sin(1.3 * t), np.cos(2.1 * t)], axis=1)
-    qd = np.stack([1.3 * np.cos(1.3 * t), -2.1 * np.sin(2.1 * t)], axis=1)
-    return Samples("motion", t, q, qd, 0 * q, step, None, ())
+def _choices(limits: Bounds = LIMITS) -> Space:
+    bases = tuple((basis("fourier", T, 3), basis("bspline", T, 9)) for T in (3.0, 4.0))
+    return space(bases, limits)
+
+
+def _program(robot: symgen.Robot, choices: Space, model: str, criterion: str = "condition",
+             prior: np.ndarray | None = None, clock: float = 100.0) -> Program:  # fmt: skip
+    return Program(robot, choices, model, WINDOW, criterion, prior, Clock(clock), 30)
 
 
 @pytest.mark.parametrize("model", ["energy", "momentum"])
-def test_windows_are_the_equations_that_identify_builds(evaluator, model: str) -> None:
-    s = _samples(80, 0.05)
-    planned = unfiltered(s)
-    outputs = [evaluator[name](s.q, s.qd) for name in KERNELS[model]]
-    flat = tuple(x for o in outputs for x in (o if isinstance(o, tuple) else (o,)))
-    W = windows(model, 80, 0.05, 4).rows(flat)
-    if model == "energy":
-        expected = energy_equations(evaluator, planned, 0.2).W
-    else:
-        joints = momentum_equations(evaluator, planned, 0.2)
-        expected = np.stack([e.W for e in joints], axis=1).reshape(-1, W.shape[1])
-    np.testing.assert_allclose(W, expected, atol=1e-12)
-
-
-@pytest.mark.parametrize("model", ["energy", "momentum", "torque"])
-def test_the_way_back_through_the_windows_is_the_transpose(model: str) -> None:
-    draw = np.random.default_rng(2)
-    shapes = {
-        "energy": ((30, 5), (30, 4)),
-        "momentum": ((30, 2, 5), (30, 2, 5), (30, 2, 4)),
-        "torque": ((30, 2, 9),),
-    }[model]
-    own = windows(model, 30, 0.05, 4)
-    samples = tuple(draw.normal(size=s) for s in shapes)
-    W = own.rows(samples)
-    G = draw.normal(size=W.shape)
-    back = own.transposed(G, samples)
-    assert sum(np.sum(a * b) for a, b in zip(back, samples, strict=True)) == pytest.approx(
-        np.sum(G * W)
-    )
-
-
-@pytest.mark.parametrize("model", ["energy", "momentum", "torque"])
 @pytest.mark.parametrize("criterion", ["condition", "logdet"])
-def test_the_gradient_through_the_kernels_is_that_of_differences(
-    evaluator, model, criterion
-) -> None:
-    bases = tuple((basis("fourier", T, 3), basis("bspline", T, 9)) for T in (3.0, 4.0))
-    choices = space(bases, LIMITS)
-    robot = smooth_robot(evaluator.model.robot, LIMITS)
-    objective = Objective(robot, choices, model, 0.2, evaluator.model)
-    draw = np.random.default_rng(0)
-    z = choices.drawn(draw, LIMITS)
-    for _ in range(3):
-        d, e = draw.normal(size=choices.size), 1e-6
-        slope = (objective(z + e * d, criterion)[0] - objective(z - e * d, criterion)[0]) / (2 * e)
-        assert objective(z, criterion)[1] @ d == pytest.approx(slope, rel=1e-4, abs=1e-5)
+def test_the_loss_is_that_of_the_equations_that_identify_builds(robot, model, criterion) -> None:
+    choices = _choices()
+    program = _program(robot, choices, model, criterion)
+    # Identify's equations at the stamps of the search: STEPS of them in a window.
+    task = judge(robot, model, WINDOW, STEPS / WINDOW, LIMITS, None, False)
+    for seed in range(3):
+        z = choices.drawn(np.random.default_rng(seed))
+        W = np.concatenate([e.W for e in task.equations(choices.trajectories(z), model)])
+        norms = np.linalg.norm(W, axis=0)
+        values = np.linalg.eigvalsh((W / norms).T @ (W / norms))
+        powers = (np.log(np.sum(values**6)) + np.log(np.sum(values**-6.0))) / 12
+        expected = powers if criterion == "condition" else -np.log(values).sum()
+        if criterion == "condition":  # power means bound it from above
+            log = np.log(np.linalg.cond(W / norms))
+            assert log <= expected <= log + np.log(len(values)) / 6
+        larger = 0.05 * np.mean(np.log(norms))  # of two alike in condition, the larger is preferred
+        assert float(program.loss(z)) == pytest.approx(expected - larger, rel=1e-7)
 
 
-def test_torques_and_their_jacobian_are_those_of_the_prior_model(evaluator) -> None:
+@pytest.mark.parametrize("model", ["energy", "momentum", "torque"])
+def test_motions_that_determine_nothing_have_a_loss_all_the_same(robot, model) -> None:
+    choices = _choices()
+    still = np.zeros(choices.size)
+    assert np.isfinite(float(_program(robot, choices, model, "condition").loss(still)))
+
+
+def test_torques_and_their_slopes_are_those_of_the_prior_model(robot) -> None:
     limits = replace(LIMITS, torque=np.array([np.inf, 2.0]))
-    bases = tuple((basis("fourier", T, 3), basis("bspline", T, 9)) for T in (3.0, 4.0))
-    choices = space(bases, limits)
-    robot = smooth_robot(evaluator.model.robot, limits)
-    objective = Objective(robot, choices, "energy", 0.2, evaluator.model)
+    choices = _choices(limits)
+    evaluator = symgen.load(symgen.derive(robot, ("inverse_dynamics",)))
     draw = np.random.default_rng(0)
     X = draw.uniform(0.1, 1, len(evaluator.model.base.parameters))
-    torques = Torques(objective, limits, X)
-    z, d, e = choices.drawn(draw, limits), draw.normal(size=choices.size), 1e-6
-    values, jacobian = torques.at(z)
-    slope = (torques.at(z + e * d)[0] - torques.at(z - e * d)[0]) / (2 * e)
-    np.testing.assert_allclose(jacobian @ d, slope, atol=1e-6 * np.abs(slope).max())
-    smooth = symgen.load(symgen.derive(robot, ("inverse_dynamics",)), backend="casadi")
+    program = _program(robot, choices, "energy", prior=X)
+    kept = len(program.bounds["lbg"])
+    free = len(_program(robot, choices, "energy").bounds["lbg"])
+    slopes = program.solver.get_function("nlp_jac_g")
+    z, d, e = choices.drawn(draw), draw.normal(size=choices.size), 1e-6
+    g, jacobian = (x.full() for x in slopes(z, []))
+    ends = [slopes(z + sign * e * d, [])[0].full()[:, 0] for sign in (1, -1)]
+    difference = (ends[0] - ends[1]) / (2 * e)
+    np.testing.assert_allclose(jacobian @ d, difference, atol=1e-6 * np.abs(difference).max())
     expected = []
     for run in choices.trajectories(z):
-        t = np.linspace(0, run.duration, len(values) // 2)
-        tau = smooth["inverse_dynamics"](run.at(t), run.at(t, 1), run.at(t, 2), X)
+        t = np.linspace(0, run.duration, (kept - free) // 2)
+        tau = evaluator["inverse_dynamics"](run.at(t), run.at(t, 1), run.at(t, 2), X)
         expected.append(tau[:, 1] / 2.0)
-    np.testing.assert_allclose(values, np.concatenate(expected), atol=1e-12)
+    np.testing.assert_allclose(g[free:, 0], np.concatenate(expected), atol=1e-12)
 
 
-def test_a_clock_that_has_run_out_stops_the_program(evaluator) -> None:
-    choices = space(((basis("fourier", 5.0, 6),) * 2,), LIMITS)
-    robot = smooth_robot(evaluator.model.robot, LIMITS)
-    objective = Objective(robot, choices, "energy", 0.2, evaluator.model)
-    z = choices.drawn(np.random.default_rng(0), LIMITS)
+def test_a_clock_that_has_run_out_stops_the_program(robot) -> None:
+    choices = _choices()
+    z = choices.drawn(np.random.default_rng(0))
     steps = {}
     for end in (0.0, 100.0):
-        program = Program(objective, LIMITS, None, Clock(end), 30)
-        found = program.solve(z, "condition")
-        steps[end] = program.solvers["condition"].stats()["iter_count"]
-        assert np.isfinite(found).all()
+        program = _program(robot, choices, "energy", clock=end)
+        assert np.isfinite(program.solve(z)).all()
+        steps[end] = program.solver.stats()["iter_count"]
     assert steps[0.0] <= 1 < steps[100.0]

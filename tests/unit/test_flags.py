@@ -12,7 +12,7 @@ import pytest
 import symgen
 from symgen.runtime import doctor, flags
 from symgen.runtime.build import Compiler, find_compiler
-from symgen.runtime.flags import Contest, FlagSet, fastest
+from symgen.runtime.flags import FlagSet, fastest
 
 CC = shutil.which("cc")
 pytestmark = [
@@ -30,7 +30,7 @@ void work(size_t N, const double *in, double *out)
 }
 """
 FUNCTION = {"name": "work", "leading": [4], "inputs": [1], "outputs": [1]}
-CONTEST = Contest({"work.c": SOURCE}, [FUNCTION])
+CONTEST = {"work.c": SOURCE}, [FUNCTION]
 SLOW, FAST = FlagSet("slow", ("-DTURNS=100000",)), FlagSet("fast", ("-DTURNS=1000",))
 
 
@@ -46,7 +46,7 @@ def contest():
     """What is raced, and how often it was asked for."""
     asked = []
 
-    def make() -> Contest:
+    def make():
         asked.append(1)
         return CONTEST
 
@@ -87,7 +87,7 @@ def test_a_set_that_the_compiler_rejects_or_the_processor_lacks_takes_no_part(co
 
 def test_code_that_kills_the_race_kills_nothing_else(compiler):
     source = SOURCE.replace(b"out[0] = sum", b"__builtin_trap()")
-    dying = Contest({"work.c": source}, [FUNCTION])
+    dying = {"work.c": source}, [FUNCTION]
     chosen = fastest("test", (SLOW, FAST), compiler, lambda: dying)
     assert (chosen.flags, dict(chosen.ratios)) == (SLOW, {})
 

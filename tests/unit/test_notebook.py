@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import symgen
-from symgen.identification.estimate import Estimate, ParameterEstimate, Residual
+from symgen.identification.estimate import Estimate, Joint, ParameterEstimate, Residual
 from symgen.report.store import read_result
 
 
@@ -110,10 +110,11 @@ def test_a_diagnosis_shows_its_verdict_and_effects(model) -> None:
         "gravity_spring", (2,), (FoundParameter("K2", 12.1, 0.4, "N m/rad"),), "-K2*(q2 - c)",
         1e-9, 0.8,
     )  # fmt: skip
-    gaps = (Gap((0.31, 0.31)), Gap((0.04, 0.04)), Gap((0.03, 0.03)))
     found = Diagnosis(
-        "arm", "explained", 8.0, *gaps, (), (spring,), (), (), (), model.robot, (1, 2)
-    )
+        robot="arm", verdict="explained", cutoff_hz=8.0, before=Gap((0.31, 0.31)),
+        after=Gap((0.04, 0.04)), floor=Gap((0.03, 0.03)), where=(), effects=(spring,), rejected=(),
+        advice=(), notes=(), extended=model.robot, joints=(1, 2),
+    )  # fmt: skip
     assert repr(found) == "<Diagnosis of arm: explained, torque error 31 % to 4 %>"
     head, row = Cells(found._repr_html_()).rows
     assert head == ["effect", "joints", "torque on the joint", "found", "closes"]
@@ -127,8 +128,9 @@ def test_an_estimate_shows_its_verdict_and_values() -> None:
     )
     fit = Residual(0.02)
     estimate = Estimate(
-        "arm", ((1, "N m"),), "momentum", "wls", parameters, 3.0, fit, fit, None, None, 8.0, 0.2,
-        "doubtful", ("too short",), (), np.eye(2),
+        robot="arm", joints=(Joint(1, "N m"),), model="momentum", method="wls", parameters=parameters, condition_number=3.0,
+        train=fit, validation=fit, cutoff_hz=8.0, window_s=0.2, verdict="doubtful", reasons=("too short",),
+        correlation=np.eye(2),
     )  # fmt: skip
     assert repr(estimate) == "<Estimate of arm: 2 parameters by momentum and wls, doubtful>"
     head, *rows = Cells(estimate._repr_html_()).rows

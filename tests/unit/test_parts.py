@@ -35,9 +35,7 @@ def model():
 def short(monkeypatch):
     """Functions of 60 statements, as if that were the limit."""
     whole = parts.in_parts
-    monkeypatch.setattr(
-        package, "in_parts", lambda body, names, dtype: whole(body, names, dtype, limit=60)
-    )
+    monkeypatch.setattr(package, "in_parts", lambda body, names: whole(body, names, limit=60))
 
 
 @pytest.mark.usefixtures("short")

@@ -18,7 +18,7 @@ from oracles.random_arms import random_arms
 from support import robot_of
 
 import symgen
-from symgen.codegen.c_printer import print_kernel
+from symgen.codegen.c_printer import Printer
 from symgen.codegen.casadi_model import arithmetic
 from symgen.codegen.kernels import Kernel, Output
 from symgen.errors import SymgenError
@@ -99,7 +99,7 @@ def random_tape(seed: int) -> Tape:
 def bodies(tape: Tape, own: str | None = None) -> tuple[str, ...]:
     """The lines of C of a tape."""
     kernel = Kernel("k", "", tape, (Output("out", (len(tape.outputs),)),))
-    return print_kernel(kernel, {LENGTH: "LENGTH_1"}, VALUES, "double", own).body
+    return Printer(kernel, {LENGTH: "LENGTH_1"}, VALUES, "double", own).function().body
 
 
 @pytest.fixture(scope="module")
@@ -273,7 +273,7 @@ def test_operation_counts_are_those_of_the_printed_kernels(name):
     model = symgen.derive(robot)
     for kernel in model.kernels:
         geometry = {sp.Symbol(g, real=True): f"{name}_{g}" for g, _ in robot.geometry}
-        printed = print_kernel(kernel, geometry, robot.values(), "double").body
+        printed = Printer(kernel, geometry, robot.values(), "double").function().body
         assert counted(printed) == operations(kernel.tape)
 
 

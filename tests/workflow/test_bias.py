@@ -17,10 +17,11 @@ import numpy as np
 import pytest
 
 import symgen
-from symgen.codegen.casadi_model import Dynamics, dynamics
 from symgen.estimation.estimators import solve
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.experiment import paper
+from symgen.experiment.paper import Dynamics, dynamics
+from symgen.experiment.reference import paper_motion
 
 FIGURES = Path(__file__).parent / "bias_figures.json"
 RUNS = 10_000
@@ -32,7 +33,7 @@ COUNTS, REMAINS = 4.0, 0.15
 @cache
 def _model() -> tuple[symgen.Evaluator, Dynamics]:
     model = symgen.derive(symgen.read_robot("planar2r"))
-    return symgen.load(model), dynamics(model)
+    return symgen.load(model), dynamics(model.robot)
 
 
 def _cases() -> list[dict[str, Any]]:
@@ -43,9 +44,7 @@ def _equations(case: dict[str, Any], count: int, mirrored: bool) -> list[Equatio
     """Return the equations of runs of a case, with the motion of the simulated model in Z."""
     evaluator, robot = _model()
     setup, tachometer, mode = case["setup"], case["tachometer"], case["windows"]
-    runs = bias_study.SETUPS[setup](
-        robot, count, bias_study.SEED, tachometer=tachometer, mirrored=mirrored
-    )
+    runs = bias_study.measured(robot, setup, count, bias_study.SEED, tachometer, mirrored)
     W, y = bias_study.rows(evaluator, runs.q, runs.qd, runs.tau, mode)
     q, qd = bias_study.instrument_motion(
         evaluator, robot, setup, tachometer, runs.tau[0], "simulation", W[:0]
@@ -141,7 +140,7 @@ def test_the_estimators_give_the_figures_of_the_study(
 
 def test_mirrored_runs_cancel_what_is_odd_in_the_noise() -> None:
     _, robot = _model()
-    runs = paper.setup_a(robot, 6, 3, mirrored=True)
+    runs = bias_study.measured(robot, "a", 6, 3, 1.0, True)
     clean = paper.exact_run(robot)
     np.testing.assert_allclose(runs.qd[:3] + runs.qd[3:], np.repeat(2 * clean.qd, 3, 0), atol=1e-12)
     assert np.abs(runs.qd[0] - runs.qd[1]).max() > 0.01
@@ -149,7 +148,7 @@ def test_mirrored_runs_cancel_what_is_odd_in_the_noise() -> None:
 
 def test_a_run_of_the_model_free_of_noise_is_the_reference() -> None:
     _, robot = _model()
-    q, qd = paper.free_run(robot, paper.X_TRUE[None], paper.exact_run(robot).tau[0])
-    expected = paper.reference(paper.times())
+    q, qd = bias_study.free_run(robot, paper.X_TRUE[None], paper.exact_run(robot).tau[0])
+    expected = paper_motion(paper.times())
     np.testing.assert_allclose(q[0], expected[0], atol=2e-4)
     np.testing.assert_allclose(qd[0], expected[1], atol=2e-4)

@@ -13,9 +13,8 @@ import pytest
 from oracles.transforms import Arm, world_transforms
 
 import symgen
-from symgen.experiment.cell import Cell
-from symgen.experiment.formats import exported
-from symgen.experiment.plan import Plan
+from symgen.experiment.bounds import Cell
+from symgen.experiment.plan import Plan, exported
 from symgen.experiment.trajectory import Trajectory, basis
 from symgen.robot.types import Limits
 

@@ -17,7 +17,7 @@ from support import messages
 
 import symgen
 from symgen.estimation.values import Residual
-from symgen.identification.estimate import Consistency, Estimate, ParameterEstimate
+from symgen.identification.estimate import Consistency, Estimate, Joint, ParameterEstimate
 from symgen.identification.prediction import read_prediction
 from symgen.report.store import result_files, result_page
 
@@ -82,10 +82,12 @@ def folders(estimates, tmp_path_factory):
 def small(*parameters: tuple, robot: str = "arm", provenance: tuple = ()) -> Estimate:
     """An estimate of (name, expression, value, std) with nothing else in it."""
     return Estimate(
-        robot, ((1, "N m"),), "energy", "wls",
-        tuple(ParameterEstimate(*p[:4], p[4] if len(p) > 4 else "kg m2") for p in parameters),
-        12.5, Residual(0.01), Residual(0.02), None, None, None, 0.2, "trusted", (), (),
-        np.empty((0, 0)), provenance=provenance,
+        robot=robot, joints=(Joint(1, "N m"),), model="energy", method="wls",
+        parameters=tuple(
+            ParameterEstimate(*p[:4], p[4] if len(p) > 4 else "kg m2") for p in parameters
+        ),
+        condition_number=12.5, train=Residual(0.01), validation=Residual(0.02), cutoff_hz=None,
+        window_s=0.2, verdict="trusted", reasons=(), provenance=provenance,
     )  # fmt: skip
 
 

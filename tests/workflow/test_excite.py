@@ -22,10 +22,9 @@ from support import excited, heeds_ctrl_c
 
 import symgen
 from symgen import Limits, cli
-from symgen.experiment.bounds import bounds
-from symgen.experiment.judge import judge
+from symgen.experiment.bounds import bounds, space
+from symgen.experiment.excitation import judge
 from symgen.experiment.plan import Plan
-from symgen.experiment.space import space
 from symgen.experiment.trajectory import basis
 
 LIMITS = {
@@ -223,7 +222,7 @@ def test_a_motion_with_too_much_torque_is_slowed_until_it_keeps_the_limits(tmp_p
     t = np.linspace(0, 6, 11_001)
     before = after = 0.0
     for seed in range(5):
-        z = choices.drawn(np.random.default_rng(seed), limits)
+        z = choices.drawn(np.random.default_rng(seed))
         found = task.judged(choices, z)
         for runs, own in ((choices.trajectories(z), False), (found.runs, True)):
             tau = planar2r.inverse_dynamics(*(runs[0].at(t, k) for k in range(3)), X, 0.5)

@@ -111,13 +111,12 @@ friction = ["viscous", "offset"]
 """
 
 
-@pytest.mark.parametrize("backend", ["c", "casadi"])
-def test_momentum_on_line_agrees_with_the_batch(tmp_path, backend: str) -> None:
+def test_momentum_on_line_agrees_with_the_batch(tmp_path) -> None:
     # The same windows: means of the batch's own over half their length. The batch takes polynomials
     # behind the last sample, too: with noise, the rules differ by little beside the noise itself.
     (tmp_path / "rubbing.toml").write_text(RUBBING)
     model = symgen.derive(symgen.read_robot(tmp_path / "rubbing.toml"), "all")
-    evaluator = symgen.load(model, backend=backend)
+    evaluator = symgen.load(model)
     draw = np.random.default_rng(3)
     true = draw.uniform(0.1, 1.0, len(model.base.parameters))
     motion = symgen.prepare(_motion(0.01, 20.0))
@@ -156,6 +155,11 @@ def test_what_an_identifier_cannot_do_is_said() -> None:
         symgen.Identifier(evaluator, model="torque")
     with pytest.raises(symgen.IdentificationError, match="needs the kernel momentum_regressor"):
         symgen.Identifier(evaluator, model="momentum")
+    for settings in ({"window": 0}, {"window": -1}, {"forgetting": 0.0}, {"forgetting": 1.1}):
+        with pytest.raises(symgen.IdentificationError, match="at least 1 sample"):
+            symgen.Identifier(evaluator, **settings)
+    with pytest.raises(symgen.BuildError, match=r"pip install 'symgen\[cc\]'"):
+        symgen.Identifier(symgen.load("planar2r", backend="casadi"))
     with pytest.raises(symgen.IdentificationError, match="energy and momentum"):
         symgen.identify("planar2r", _motion(0.01, 8.0), model="torque", method="recursive")
 

@@ -52,10 +52,11 @@ def pushed(d: float, mass: float, end: float = 3.0) -> Diagnosis:
     effect = FoundEffect("torque_offset", (1,), (), "", 0.0, 1.0)
     parameters = (FoundParameter("M1", mass, 0.1, "kg"), FoundParameter("OF1", -d, 0.1, "N"))
     return Diagnosis(
-        *("slider", "explained", 10.0, Gap((0.1,)), Gap((0.0,)), Gap((0.0,)), (), (effect,)),
-        *((), (), (), slider('"offset"'), (1,), (seen,), 1, parameters),
-        **{"declared": slider(), "values": (mass,)},
-    )
+        robot="slider", verdict="explained", cutoff_hz=10.0, before=Gap((0.1,)), after=Gap((0.0,)),
+        floor=Gap((0.0,)), where=(), effects=(effect,), rejected=(), tried=1, advice=(), notes=(),
+        parameters=parameters, extended=slider('"offset"'), joints=(1,), curves=(seen,),
+        declared=slider(), values=(mass,),
+    )  # fmt: skip
 
 
 def test_a_missed_constant_force_moves_as_the_linear_equation_says() -> None:

@@ -15,9 +15,18 @@ from plotly.offline import get_plotlyjs
 import symgen
 from symgen.estimation.band import Band
 from symgen.estimation.repairs import Repair
-from symgen.estimation.values import Balance, Contrast, Convergence, Residual, Trace
+from symgen.estimation.values import Balance, Convergence, Residual, Trace
 from symgen.identification.assessment import whiteness
-from symgen.identification.estimate import Alternative, Estimate, ParameterEstimate, Use
+from symgen.identification.estimate import (
+    Alternative,
+    Apart,
+    Estimate,
+    Joint,
+    OtherEstimate,
+    OtherValue,
+    ParameterEstimate,
+    Use,
+)
 from symgen.report import html as pages
 from symgen.report.content.parts import Content, Section, Table
 from symgen.report.plots import curves as plots
@@ -54,9 +63,9 @@ def synthetic(robot: str = "arm2", log: str = "excite.csv", verdict: str = "doub
         Balance(name, kind, t, t**2 + 0.1 * t, t**2, 0.08 * t)
         for name, kind in ((log, "train"), ("check.csv", "validation"))
     )
-    prior_std = np.array([0.3, 0.1, np.inf, 0.5, 900.0, np.inf])
+    prior_std = {"ZZ1R": 0.3, "ZZ2R": 0.1, "FS1": 0.5, "FV1": 900.0}  # nothing of the others
     return Estimate(
-        joints=tuple((j + 1, "N m") for j in range(7)),
+        joints=tuple(Joint(j + 1, "N m") for j in range(7)),
         robot=robot,
         model="energy",
         method="wls",
@@ -75,8 +84,17 @@ def synthetic(robot: str = "arm2", log: str = "excite.csv", verdict: str = "doub
         traces=tuple(traces),
         convergence=Convergence(seen, course),
         provenance=(("seed", "17"), ("log", log)),
-        prior=Contrast("prior", final * 1.1, prior_std),
-        comparison=(Contrast("iv", final * 0.99, 0.02 * np.abs(final)),),
+        prior=OtherEstimate(
+            "prior",
+            tuple(
+                OtherValue(v[0], 1.1 * v[2], prior_std[v[0]]) for v in values if v[0] in prior_std
+            ),
+        ),
+        comparison=(
+            OtherEstimate(
+                "iv", tuple(OtherValue(v[0], 0.99 * v[2], 0.02 * abs(v[2])) for v in values)
+            ),
+        ),
         balances=balances,
         whiteness=whiteness(traces),
     )
@@ -118,9 +136,9 @@ def test_the_page_says_uses_models_band_and_repairs() -> None:
             Use("simulation", ("FV2 is negative: friction would drive the joint",)),
         ),
         alternatives=(
-            Alternative("energy", 12.0, 0.04, whole, whole, True, "4 %"),
-            Alternative("torque", 9.0, 0.06, whole, whole, False, "6 %", (("FV2", 7.3),)),
-            Alternative("momentum", math.inf, math.inf, None, None, False, "no window fits"),
+            Alternative("energy", 12.0, whole, whole, 0.04, True, "4 %"),
+            Alternative("torque", 9.0, whole, whole, 0.06, False, "6 %", (Apart("FV2", 7.3),)),
+            Alternative("momentum", math.inf, None, None, math.inf, False, "no window fits"),
         ),
     )
     text = Page(result_page(estimate)).text
@@ -359,8 +377,8 @@ def test_nothing_is_clipped_on_a_wide_screen_a_narrow_one_and_a_phone(tmp_path: 
         synthetic(verdict="trusted"),
         uses=(Use("parameters", ("1 of 6 are weak: FV2; " * 5,), ("ZZ1R",)),),
         alternatives=(
-            Alternative("energy", 12.0, 0.04, Residual(0.04), Residual(0.04), True, "4 % " * 9),
-            Alternative("torque", 9.0, 0.06, Residual(0.06), Residual(0.06), False, "6 %", ()),
+            Alternative("energy", 12.0, Residual(0.04), Residual(0.04), 0.04, True, "4 % " * 9),
+            Alternative("torque", 9.0, Residual(0.06), Residual(0.06), 0.06, False, "6 %"),
         ),
         repairs=(Repair("excite.csv", "tau2", "cut off at 14", 37, "masked"),),
     )

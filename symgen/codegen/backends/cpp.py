@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from symgen.codegen.backends import Input, inputs_of
-from symgen.codegen.kernels import Kernel
-from symgen.codegen.manifest import base_table
+from symgen.codegen.kernels import Argument, Kernel
 from symgen.codegen.model import Model
 from symgen.files import rendered
 
@@ -21,13 +19,13 @@ def header(name: str, model: Model, kernels: Sequence[Kernel]) -> str:
         kernels: those of the package; each becomes two static functions of the struct NAME_robot,
             or one where it changes its argument in place.
     """
-    described = [_described(kernel, len(model.base.parameters)) for kernel in kernels]
-    return rendered("cpp/model.hpp", name=name, base=base_table(model), kernels=described)
+    described = [_described(kernel) for kernel in kernels]
+    return rendered("cpp/model.hpp", name=name, base=model.base.parameters, kernels=described)
 
 
-def _described(kernel: Kernel, parameters: int) -> dict[str, Any]:
-    inputs = inputs_of(kernel, parameters)
-    changed = {i.name for i in inputs if i.changed}
+def _described(kernel: Kernel) -> dict[str, Any]:
+    inputs = kernel.inputs
+    changed = {i.name for i in inputs if i.written}
     outputs = [o for o in kernel.outputs if o.name not in changed]
     arrays = [f"std::array<real, {o.size}>" for o in outputs]
     names = [o.name for o in outputs]
@@ -54,8 +52,8 @@ def _described(kernel: Kernel, parameters: int) -> dict[str, Any]:
     }
 
 
-def _declared(argument: Input) -> str:
+def _declared(argument: Argument) -> str:
     if argument.plain:
         return f"{'std::size_t' if argument.link else 'real'} {argument.name}"
     size = "parameters" if argument.name == "X" else str(argument.size)
-    return f"{'output' if argument.changed else 'input'}<{size}> {argument.name}"
+    return f"{'output' if argument.written else 'input'}<{size}> {argument.name}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from symgen.codegen.backends import Package, inputs_of
+from symgen.codegen.backends import Package
 from symgen.codegen.kernels import Kernel
 from symgen.files import rendered
 
@@ -20,7 +20,7 @@ def files(package: Package) -> dict[str, str]:
         "kernels": kernels,
         "inputs": max(len(k["inputs"]) for k in kernels),
         "outputs": max(len(k["shapes"]) for k in kernels),
-        "widest": max(i.size for k in kernels for i in k["inputs"]),
+        "widest": max(size for k in kernels for _, size, *_ in k["inputs"]),
         "largest": max(parameters, *(o.size for k in package.kernels for o in k.outputs)),
         "sources": [f"{name}_{kernel.name}.c" for kernel in package.kernels],
     }
@@ -31,21 +31,24 @@ def files(package: Package) -> dict[str, str]:
 
 
 def _described(kernel: Kernel, parameters: int) -> dict[str, Any]:
-    inputs = inputs_of(kernel, parameters)
     place = {output.name: i for i, output in enumerate(kernel.outputs)}
-    words = [
-        f"out[{place[a.name]}]" if a.changed else f"(size_t)in[{i}][0]" if a.link
-        else f"in[{i}][0]" if a.plain else f"in[{i}]"
-        for i, a in enumerate(inputs)
-    ]  # fmt: skip
-    changed = {a.name for a in inputs if a.changed}
-    words += [f"out[{i}]" for name, i in place.items() if name not in changed]
+    inputs, copies, words = [], [], []
+    for i, a in enumerate(kernel.inputs):
+        size = 1 if a.plain else parameters if a.name == "X" else a.size
+        shared = int(a.shared or not kernel.batch)
+        inputs.append((a.name, size, shared, a.size if a.link else 0))
+        if a.written:
+            copies.append((place[a.name], i, size))
+        words.append(
+            f"out[{place[a.name]}]" if a.written else f"(size_t)in[{i}][0]" if a.link
+            else f"in[{i}][0]" if a.plain else f"in[{i}]"
+        )  # fmt: skip
+    words += [f"out[{place[a.name]}]" for a in kernel.arguments if not a.read]
     return {
         "name": kernel.name,
         "fallible": kernel.fallible,
-        "links": kernel.links,
         "inputs": inputs,
         "shapes": [", ".join(map(str, (*o.shape, 0, 0)[:3])) for o in kernel.outputs],
-        "copies": [(place[a.name], i, a.size) for i, a in enumerate(inputs) if a.changed],
+        "copies": copies,
         "arguments": ", ".join(words),
     }

@@ -1,24 +1,13 @@
-"""The identifier on line: samples in, one at a time; the least-squares core that runs in C.
-
-The same C files that a generated package carries; without a C compiler their NumPy twin.
-"""
+"""The identifier on line: samples in, one at a time, to the C that a generated package carries."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symgen.errors import IdentificationError, LogError
-from symgen.identification.online.twin import (
-    NOT_EXCITED,
-    OUTLIER,
-    WindowIdentifier,
-    energy_columns,
-    momentum_columns,
-)
+from symgen.errors import BuildError, IdentificationError, LogError
 from symgen.robot.types import require_gravity
 from symgen.runtime.evaluator import Evaluator
 
@@ -27,7 +16,8 @@ _KERNELS = {
     "energy": ("energy_regressor", "friction_power"),
     "momentum": ("momentum_regressor", "friction_torque"),
 }
-_MODES = {"start": 0, "sliding": 1, "consecutive": 2}
+_MODES = ("start", "sliding", "consecutive")  # as identifier.h numbers them
+_OUTLIER, _NOT_EXCITED = 4, 8  # as NAME.h numbers them
 
 
 class Identifier:
@@ -38,7 +28,7 @@ class Identifier:
     rotations, so that no covariance is inverted and none can lose its sign.
 
     Args:
-        evaluator: the loaded model.
+        evaluator: the loaded model, compiled (`symgen.load(model, backend="c")`).
         window: length of a window in samples; without meaning for mode "start".
         mode: "start", "sliding" or "consecutive".
         forgetting: weight of the past for each new sample, in (0, 1].
@@ -48,6 +38,7 @@ class Identifier:
     Raises:
         IdentificationError: an argument is out of its range, or the evaluator lacks a kernel that
             the model needs.
+        BuildError: the evaluator is not compiled.
     """
 
     def __init__(
@@ -62,27 +53,41 @@ class Identifier:
             raise IdentificationError(f"model {model!r}; accepted: {', '.join(_KERNELS)}")
         if mode not in _MODES:
             raise IdentificationError(f"mode {mode!r}; accepted: {', '.join(_MODES)}")
-        if not 0 < forgetting <= 1 or (mode != "start" and window < 1):
-            raise IdentificationError(
-                f"window {window}, forgetting {forgetting}; accepted: window of at least 1 sample, "
-                "forgetting above 0 and at most 1"
-            )
         derived = evaluator.model
         require_gravity(derived.robot, "identification on line in Python")
-        rubs = len(derived.base.parameters) > derived.inertial
-        for kernel in _KERNELS[model][: 2 if rubs else 1]:
+        self._names = derived.base.names
+        self._n, self._p = derived.robot.n, len(self._names)
+        for kernel in _KERNELS[model][: 2 if self._p > derived.inertial else 1]:
             if not evaluator.has(kernel):
                 raise IdentificationError(
                     f"model {model} needs the kernel {kernel}; accepted: a model derived with it"
                 )
-        self._names = derived.base.names
-        self._n = derived.robot.n
+        if evaluator.library is None:
+            raise BuildError(
+                "identification on line needs a compiled model; install a C compiler "
+                "(pip install 'symgen[cc]' brings one) and load the model with backend 'c'"
+            )
+        self._ffi, self._lib = evaluator.library.ffi, evaluator.library.lib
+        self._prefix = f"{derived.robot.name}_identifier"
+        begin = "" if model == "energy" else f"_{model}"
+        size = self._call(f"{begin}_size", window if mode == "sliding" and window > 0 else 0)
+        self._memory = np.zeros(size // 8 + 2)
+        self._state = self._ffi.from_buffer(self._memory)
+        settings = max(window, 0), _MODES.index(mode), forgetting
+        if self._call(f"{begin}_init", self._state, self._memory.nbytes, *settings):
+            raise IdentificationError(
+                f"window {window}, forgetting {forgetting}; accepted: window of at least 1 sample, "
+                "forgetting above 0 and at most 1"
+            )
         self._time: float | None = None
-        self._core: _CCore | _NumpyCore
-        if evaluator.library is not None:
-            self._core = _CCore(evaluator, window, mode, forgetting, model)
-        else:
-            self._core = _NumpyCore(evaluator, window, mode, forgetting, model)
+
+    def _call(self, function: str, *arguments: Any) -> Any:
+        """Call a function of the identifier's C, arrays as pointers."""
+        given = (
+            self._ffi.from_buffer("double *", a) if isinstance(a, np.ndarray) else a
+            for a in arguments
+        )
+        return getattr(self._lib, self._prefix + function)(*given)
 
     def step(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, t: float) -> None:
         """Take one sample.
@@ -102,7 +107,9 @@ class Identifier:
         """
         dt = 0.0 if self._time is None else t - self._time
         arrays = [np.ascontiguousarray(a, dtype=np.float64) for a in (q, qd, tau)]
-        if any(a.shape != (self._n,) for a in arrays) or self._core.step(arrays, dt):
+        if any(a.shape != (self._n,) for a in arrays) or self._call(
+            "_step", self._state, *arrays, dt
+        ):
             raise LogError(
                 f"the sample at t = {t:g} s is refused; accepted: {self._n} finite values each of "
                 "q, qd and tau, at a later time than the last"
@@ -118,7 +125,7 @@ class Identifier:
         time, *rest = (np.ascontiguousarray(a, dtype=np.float64) for a in (t, q, qd, tau))
         if any(a.shape != (len(time), self._n) for a in rest):
             raise LogError(f"t (N,) and q, qd, tau (N, {self._n}) are needed")
-        refused = self._core.run(time, rest)
+        refused = self._call("_run", self._state, len(time), time, *rest)
         taken = refused - 1 if refused else len(time)
         self._time = float(time[taken - 1]) if taken else None
         if refused:
@@ -126,7 +133,7 @@ class Identifier:
 
     def restart(self) -> None:
         """Forget the open windows, not what was learned: the next sample begins a new log."""
-        self._core.restart()
+        self._call("_restart", self._state)
         self._time = None
 
     def read(self) -> tuple[FloatArray, FloatArray]:
@@ -135,7 +142,14 @@ class Identifier:
         Raises:
             IdentificationError: the samples so far do not determine every parameter.
         """
-        return self._core.read(self._names)
+        X, std = np.empty(self._p), np.empty(self._p)
+        lost = self._call("_read", self._state, X, std)
+        if lost:
+            raise IdentificationError(
+                f"the samples so far do not determine {self._names[lost - 1]}: its column depends "
+                "on those before it"
+            )
+        return X, std
 
     @property
     def status(self) -> str:
@@ -145,107 +159,14 @@ class Identifier:
         excited", where it would teach less than is forgotten. It is no test of standstill: see
         `step`.
         """
-        status = self._core.status()
-        return "outlier" if status & OUTLIER else "not excited" if status & NOT_EXCITED else "taken"
+        status = self._call("_status", self._state)
+        if status & _OUTLIER:
+            return "outlier"
+        return "not excited" if status & _NOT_EXCITED else "taken"
 
     @property
     def R(self) -> FloatArray:
         """Square root of the information matrix, (p, p) upper triangle: R'R = W'W."""
-        return self._core.triangle()
-
-
-def _undetermined(name: str) -> IdentificationError:
-    return IdentificationError(
-        f"the samples so far do not determine {name}: its column depends on those before it"
-    )
-
-
-class _CCore:
-    def __init__(
-        self, evaluator: Evaluator, window: int, mode: str, forgetting: float, model: str
-    ) -> None:
-        module: Any = evaluator.library
-        self._ffi, lib, name = module.ffi, module.lib, evaluator.model.robot.name
-        self._lib = {
-            f: getattr(lib, f"{name}_identifier_{f}")
-            for f in ("step", "status", "restart", "run", "read", "state")
-        }
-        prefix = f"{name}_identifier" + ("" if model == "energy" else f"_{model}")
-        size_of, init = (getattr(lib, f"{prefix}_{f}") for f in ("size", "init"))
-        self._p = len(evaluator.model.base.parameters)
-        window = window if mode == "sliding" else max(1, window)
-        size = size_of(window if mode == "sliding" else 0)
-        self._memory = np.zeros(size // 8 + 2)
-        self._state = self._ffi.from_buffer(self._memory)
-        bytes_ = self._memory.nbytes
-        if size == 0 or init(self._state, bytes_, window, _MODES[mode], forgetting):
-            raise IdentificationError("the identifier refused its settings")
-
-    def step(self, arrays: Sequence[FloatArray], dt: float) -> int:
-        pointers = [self._ffi.from_buffer("double *", a) for a in arrays]
-        return int(self._lib["step"](self._state, *pointers, dt))
-
-    def status(self) -> int:
-        return int(self._lib["status"](self._state))
-
-    def restart(self) -> None:
-        self._lib["restart"](self._state)
-
-    def run(self, t: FloatArray, arrays: Sequence[FloatArray]) -> int:
-        pointers = [self._ffi.from_buffer("double *", a) for a in (t, *arrays)]
-        return int(self._lib["run"](self._state, len(t), *pointers))
-
-    def read(self, names: Sequence[str]) -> tuple[FloatArray, FloatArray]:
-        X, std = np.empty(self._p), np.empty(self._p)
-        pointers = [self._ffi.from_buffer("double *", a) for a in (X, std)]
-        lost = self._lib["read"](self._state, *pointers)
-        if lost:
-            raise _undetermined(names[lost - 1])
-        return X, std
-
-    def triangle(self) -> FloatArray:
-        state = self._lib["state"](self._state)
         out = np.zeros((self._p, self._p))
-        out[np.triu_indices(self._p)] = list(state.R)
+        out[np.triu_indices(self._p)] = list(self._call("_state", self._state).R)
         return out
-
-
-class _NumpyCore:
-    def __init__(
-        self, evaluator: Evaluator, window: int, mode: Any, forgetting: float, model: str
-    ) -> None:
-        p = len(evaluator.model.base.parameters)
-        regressor, friction = _KERNELS[model]
-        columns = energy_columns if model == "energy" else momentum_columns
-        rubs = p > evaluator.model.inertial
-        self._twin = WindowIdentifier(
-            columns(evaluator[regressor], evaluator[friction] if rubs else None),
-            p,
-            1 if model == "energy" else evaluator.model.robot.n,
-            mode=mode,
-            window=0 if mode == "start" else window,
-            forgetting=forgetting,
-        )
-
-    def step(self, arrays: Sequence[FloatArray], dt: float) -> int:
-        q, qd, tau = arrays
-        return self._twin.step(q, qd, tau, dt)
-
-    def status(self) -> int:
-        return self._twin.status
-
-    def restart(self) -> None:
-        self._twin.restart()
-
-    def run(self, t: FloatArray, arrays: Sequence[FloatArray]) -> int:
-        q, qd, tau = arrays
-        return self._twin.run(t, q, qd, tau)
-
-    def read(self, names: Sequence[str]) -> tuple[FloatArray, FloatArray]:
-        lost = self._twin.least_squares.undetermined()
-        if lost:
-            raise _undetermined(names[lost - 1])
-        return self._twin.read()
-
-    def triangle(self) -> FloatArray:
-        return self._twin.least_squares.R.copy()

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from symgen.codegen.kernels import Kernel
 from symgen.experiment import paper
-from symgen.experiment.reproduction import Reproduction, Setup
+from symgen.experiment.paper import Reproduction, Setup
+from symgen.experiment.reference import SAMPLES, STEP
 from symgen.report.content.parts import Banner, Content, Section, Table, frames_section
 from symgen.report.plots import curves as plots
 from symgen.robot.expressions import text
@@ -47,8 +48,8 @@ def demo_content(found: Reproduction) -> Content:
     lead = (
         "In 1988 M. Gautier and W. Khalil showed that a robot's energy gives its inertial "
         "parameters without any acceleration, on a simulated arm of two joints. This page does it "
-        f"again: {found.count} seeded runs of each of their set-ups, {paper.SAMPLES} samples of "
-        f"{paper.STEP} s, with the noise that they had.",
+        f"again: {found.count} seeded runs of each of their set-ups, {SAMPLES} samples of "
+        f"{STEP} s, with the noise that they had.",
     )
     title = "The example of Gautier and Khalil (1988)"
     return Content(title, lead, sections, _banner(found))

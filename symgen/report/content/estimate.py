@@ -265,12 +265,15 @@ def _values_sections(estimate: Estimate) -> list[Section]:
         header += [label, "std", "apart, std"]
         styles += ["number"] * 3
     rows = []
-    for k, p in enumerate(estimate.parameters):
+    for p in estimate.parameters:
         row = [p.name]
         for other, _ in others:
-            x, std = float(other.X[k]), float(other.std[k])
-            apart = (x - p.value) / std if std > 0 else float("nan")
-            row += ["-"] * 3 if np.isinf(std) else [number(x), number(std, 3), number(apart, 3)]
+            value = next((v for v in other.parameters if v.name == p.name), None)
+            if value is None:
+                row += ["-"] * 3
+                continue
+            apart = (value.value - p.value) / value.std if value.std > 0 else float("nan")
+            row += [number(value.value), number(value.std, 3), number(apart, 3)]
         rows.append(tuple(row))
     told = " and ".join(
         (["prior"] if known else []) + ["other methods"] * bool(estimate.comparison)

@@ -30,7 +30,7 @@ _MOST = 12  # trends that are drawn
 
 def fleet_content(found: Fleet) -> Content:
     """Return what changed, what stands out, trends, every day."""
-    robots = list(dict.fromkeys(e.day.robot for e in found.estimates))
+    robots = list(dict.fromkeys(e.robot for e in found.estimates))
     lead = (
         f"{counted(len(robots), 'robot')} of the model {found.robot}, an estimate for each of "
         f"{counted(len(found.estimates), 'day')}.",
@@ -96,12 +96,12 @@ def _trends(found: Fleet) -> Figure | None:
 
 def _errors(found: Fleet, robots: list[str]) -> Figure:
     """Draw the torque error of every robot by day."""
-    longest = max(sum(e.day.robot == r for e in found.estimates) for r in robots)
+    longest = max(sum(e.robot == r for e in found.estimates) for r in robots)
     x = np.arange(1.0, longest + 1)
     series = {}
     for r in robots:
         values = [100 * e.torque if math.isfinite(e.torque) else math.nan
-                  for e in found.estimates if e.day.robot == r]  # fmt: skip
+                  for e in found.estimates if e.robot == r]  # fmt: skip
         series[r] = np.array([*values, *[math.nan] * (longest - len(values))])
     figure = plots.lines(
         x, series, title="Torque error", xlabel="day", ylabel="torque error, %", height=420
@@ -117,8 +117,8 @@ def _every(days: int) -> int:
 def _days(found: Fleet) -> Table:
     rows = tuple(
         (
-            e.day.robot,
-            e.day.day,
+            e.robot,
+            e.day,
             percent(e.torque, 3) if math.isfinite(e.torque) else "-",
             e.verdict,
         )

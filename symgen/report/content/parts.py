@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.report.plots.robot import drawing
-from symgen.robot.table import HEADER, table_rows
+from symgen.robot.types import HEADER
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -135,7 +135,7 @@ def frames_section(robot: Robot) -> Section:
         "circles, prismatic ones squares, each with the number of its frame."
     )
     rows = tuple(row[:-1] if not any(j.follows for j in robot.joints) else row
-                 for row in table_rows(robot))  # fmt: skip
+                 for row in robot.table())  # fmt: skip
     header = HEADER[: len(rows[0])]
     table = Table(header, rows, ("name", *("text",) * (len(header) - 1)))
     return Section("The robot", (text,), table, picture=drawing(robot))

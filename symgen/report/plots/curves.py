@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.estimation.values import Balance, Trace
+from symgen.estimation.values import Trace
 from symgen.identification.estimate import Estimate
 
 if TYPE_CHECKING:
@@ -36,6 +36,22 @@ WEAK_PERCENT = 30.0
 _UNITS = {"energy": "J"}
 _PER_JOINT = {"torque": "", "momentum": " s"}  # what follows the unit of a torque
 LEVEL = {"color": INK, "width": 1.2, "dash": "dash"}
+_UNDER, _OVER = {"color": SKY, "width": 3.5}, {"color": INK, "width": 1.0}
+_WRONG = {"color": ORANGE, "width": 2.5}
+#: Looks of curves by what they show; those with a size are dots.
+_LOOKS: dict[str, dict[str, Any]] = {
+    "measured": _UNDER,
+    "measured work": _UNDER,
+    "predicted": _OVER,
+    "after": _OVER,
+    "as repaired": _OVER,
+    "before": _WRONG,
+    "as recorded": _WRONG,
+    "residual": {"color": ORANGE, "width": 1.0, "dash": "dot"},
+    "true value": LEVEL,
+    "residual before": {"color": SKY, "size": 5, "opacity": 0.7},
+    "found effects": {"color": INK, "size": 3, "opacity": 0.7},
+}
 _KINDS = {"train": "training"}
 NAMED_AXIS = {"tickangle": -90, "tickfont": {"size": 10}}
 
@@ -47,10 +63,14 @@ class Panel:
     Attributes:
         title: what it shows.
         x: abscissa of every series, shape (K,).
-        series: name and values, shape (K,), of each line; equal names share colour and legend.
+        series: name and values, shape (K,), of each line, or (2, M) with an abscissa of its own;
+            equal names share colour and legend.
         ylabel: label of the ordinate with its unit.
         level: a true or expected value, drawn as a dashed horizontal line.
         band: lower and upper limit, each (K,), drawn as a shaded region, say +- 2 std.
+        xlabel: label of the abscissa, where it is not that of the figure.
+        share: of the height, beside the panels above and below it.
+        log: name and kind of the log; a list above the figure chooses one.
     """
 
     title: str
@@ -59,6 +79,9 @@ class Panel:
     ylabel: str = ""
     level: float | None = None
     band: tuple[FloatArray, FloatArray] | None = None
+    xlabel: str = ""
+    share: float = 1.0
+    log: tuple[str, str] | None = None
 
 
 def plain(text: str) -> str:
@@ -73,33 +96,44 @@ def parameters(estimate: Estimate) -> Figure:
     100 std / |value|. The hover gives value +- 2 std.
     """
     found = estimate.parameters
-    names = [plain(p.name) for p in found]
     percent = np.array([p.relative_std_percent for p in found], dtype=float)
     drawn = percent[np.isfinite(percent) & (percent > 0)]
     bottom = 10 ** np.floor(np.log10(min(drawn.min(initial=1.0), 1.0)))
     top = 1.5 * min(max(drawn.max(initial=WEAK_PERCENT), 2 * WEAK_PERCENT), 1e4)
     height = np.clip(np.where(np.isfinite(percent), percent, top), bottom, top)
-    weak = ~(percent <= WEAK_PERCENT)
-    figure = empty()
-    for name, chosen, colour, hatch in (
-        (f"up to {WEAK_PERCENT:g} %", ~weak, BLUE, ""),
-        (f"weak: over {WEAK_PERCENT:g} %, or unknown", weak, ORANGE, "/"),
-    ):
-        at = np.flatnonzero(chosen)
-        hover = [
-            f"<b>{names[k]}</b> = {found[k].value:.5g} ± {2 * found[k].std:.3g} "
-            f"{plain(found[k].unit)} (2 std)<br>relative std {percent[k]:.3g} %"
-            for k in at
-        ]
-        marker = {"color": colour, "pattern": {"shape": hatch}}
-        shown = {"hovertext": hover, "hoverinfo": "text", "marker": marker}
-        figure.add_bar(x=[names[k] for k in at], y=height[at], name=name, **shown)
-    figure.add_hline(y=WEAK_PERCENT, line={"color": INK, "width": 1, "dash": "dash"})
-    figure.update_xaxes(title="parameter, in the order of X", showgrid=False, **NAMED_AXIS)
-    figure.update_xaxes(categoryorder="array", categoryarray=names)
+    names = (f"up to {WEAK_PERCENT:g} %", f"weak: over {WEAK_PERCENT:g} %, or unknown")
+    hover = [
+        f"{p.name} = {p.value:.5g} ± {2 * p.std:.3g} {p.unit} (2 std), relative std "
+        f"{p.relative_std_percent:.3g} %"
+        for p in found
+    ]
+    labels = [p.name for p in found]
+    figure = bars(labels, height, ~(percent <= WEAK_PERCENT), names, hover, [WEAK_PERCENT])
     figure.update_yaxes(type="log", range=list(np.log10([bottom, top])), dtick=1, tickformat="~g")
-    figure.update_layout(bargap=0.25, barmode="overlay", yaxis_title="relative std, %")
+    figure.update_yaxes(title="relative std, %")
+    figure.update_xaxes(title="parameter, in the order of X")
     return styled(figure, "Relative standard deviation", 440, min_width=14 * len(found))
+
+
+def bars(
+    labels: Sequence[str],
+    heights: FloatArray,
+    beyond: NDArray[np.bool_],
+    names: tuple[str, str],
+    hover: Sequence[str],
+    levels: Sequence[float],
+) -> Figure:
+    """Draw a bar for each parameter, hatched where it is beyond a level, and the levels."""
+    figure, shown = empty(), [plain(label) for label in labels]
+    looks = ({"color": BLUE}, {"color": ORANGE, "pattern": {"shape": "/"}})
+    for name, chosen, marker in zip(names, (~beyond, beyond), looks, strict=True):
+        at = np.flatnonzero(chosen & np.isfinite(heights))
+        told = {"hovertext": [plain(hover[k]) for k in at], "hoverinfo": "text"}
+        figure.add_bar(x=[shown[k] for k in at], y=heights[at], name=name, marker=marker, **told)
+    for level in levels:
+        figure.add_hline(y=level, line={"color": INK, "width": 1, "dash": "dash"})
+    figure.update_xaxes(categoryorder="array", categoryarray=shown, showgrid=False, **NAMED_AXIS)
+    return figure.update_layout(bargap=0.25, barmode="overlay")
 
 
 def measured_and_predicted(estimate: Estimate, quantity: str | None = None) -> Figure | None:
@@ -109,42 +143,28 @@ def measured_and_predicted(estimate: Estimate, quantity: str | None = None) -> F
     that the estimate never saw stand on a tinted ground. `quantity` is "energy" or "torque", by
     default that of the first trace; None is returned where there is no such trace.
     """
-    from plotly.subplots import make_subplots
-
-    traces = traces_of(estimate, quantity)
+    traces, panels = traces_of(estimate, quantity), list[Panel]()
     if not traces:
         return None
-    quantity, columns = traces[0].quantity, traces[0].measured.shape[1]
-    alone, named = columns == 1, components(estimate, quantity)
-    rows = 2 if alone else columns
-    shares = [0.62, 0.38] if alone else None
-    gap = 0.05 if alone else 0.12 / rows
-    figure = make_subplots(rows, 1, shared_xaxes=True, vertical_spacing=gap, row_heights=shares)
-    for trace in traces:
-        residual = trace.measured - trace.predicted
-        for column in range(columns):
-            for name, values, colour, width in (
-                ("measured", trace.measured, SKY, 3.5),
-                ("predicted", trace.predicted, INK, 1.0),
-                ("residual", residual, ORANGE, 1.0),
-            ):
-                style = {"color": colour, "width": width}
-                if name == "residual" and not alone:  # told from the others without colour
-                    style["dash"] = "dot"
-                once = {"legendgroup": name, "showlegend": column == 0}
-                line = curve(trace.t, values[:, column], name, style, **once)
-                row = (2 if name == "residual" else 1) if alone else column + 1
-                figure.add_trace(line, row=row, col=1)
-    for row in range(1, rows + 1):
-        name, unit = named[0 if alone else row - 1]
-        label = (quantity, "residual")[row - 1] if alone else name
-        figure.update_yaxes(title=f"{label}, {unit}", row=row, col=1)
-    across = "number of the pose" if estimate.model == "static" else "time, s"
-    figure.update_xaxes(title=across, row=rows, col=1)
-    figure.update_yaxes(zeroline=True)
-    choose_log(figure, traces, 3 * columns)
-    height = 560 if alone else 150 + 165 * columns
-    return styled(figure, f"Measured and predicted {quantity}", height)
+    quantity, alone = traces[0].quantity, traces[0].measured.shape[1] == 1
+    for t in traces:
+        columns = zip(components(estimate, quantity), t.measured.T, t.predicted.T, strict=False)
+        for (name, unit), measured, predicted in columns:
+            both = {"measured": measured, "predicted": predicted}
+            residual, log = {"residual": measured - predicted}, (t.log, t.kind)
+            if alone:
+                panels.append(Panel("", t.t, both, f"{quantity}, {unit}", share=0.62, log=log))
+                label = f"residual, {unit}"
+                panels.append(Panel("", t.t, residual, label, share=0.38, log=log))
+            else:
+                panels.append(Panel("", t.t, both | residual, f"{name}, {unit}", log=log))
+    return line_grid(
+        panels,
+        title=f"Measured and predicted {quantity}",
+        xlabel="number of the pose" if estimate.model == "static" else "time, s",
+        columns=1,
+        panel_height=215 if alone else 165,
+    )
 
 
 def convergence(estimate: Estimate) -> Figure | None:
@@ -209,8 +229,7 @@ def lines(
     """Draw named lines, each (K,), over one abscissa (K,); labels carry the units."""
     panel = Panel("", x, series, ylabel)
     figure = line_grid([panel], title=title, xlabel=xlabel, panel_height=height - 130)
-    figure.update_yaxes(type="log" if log_y else "linear")
-    return figure.update_layout(margin={"t": 52})
+    return figure.update_yaxes(type="log" if log_y else "linear")
 
 
 def line_grid(
@@ -221,46 +240,69 @@ def line_grid(
     columns: int = 3,
     panel_height: int = 230,
 ) -> Figure:
-    """Draw small multiples: trajectories, or parameters that approach their true value."""
+    """Draw small multiples: trajectories, or parameters that approach their true value.
+
+    Panels without a title in one column share their abscissa, those without a label of the ordinate
+    that of the panel to their left. Every log has as many panels.
+    """
     import plotly.graph_objects as go
     from plotly.subplots import make_subplots
 
-    columns = max(1, min(columns, len(panels)))
-    rows = max(1, -(-len(panels) // columns))
+    logs: dict[tuple[str, str] | None, list[Panel]] = {}
+    for panel in panels:
+        logs.setdefault(panel.log, []).append(panel)
+    first = next(iter(logs.values()))
+    titled, beside = any(p.title for p in first), any(not p.ylabel for p in first)
+    columns = max(1, min(columns, len(first)))
+    rows = -(-len(first) // columns)
     height = 130 + rows * panel_height
-    gaps = {"vertical_spacing": 75 / height if rows > 1 else 0.0}
-    gaps["horizontal_spacing"] = 0.24 / columns
-    titles = [plain(panel.title) for panel in panels]
-    figure = make_subplots(rows, columns, subplot_titles=titles, **gaps)
-    order = list(dict.fromkeys(name for panel in panels for name in panel.series))
-    told: set[str] = set()
-    for k, panel in enumerate(panels):
-        place = {"row": k // columns + 1, "col": k % columns + 1}
-        if panel.band is not None:
-            (x, low), (back, high) = (thin(panel.x, limit) for limit in panel.band)
-            area = go.Scatter(
-                x=np.concatenate([x, back[::-1]]),
-                y=np.concatenate([low, high[::-1]]),
-                **{"fill": "toself", "fillcolor": "rgba(0,114,178,0.15)", "line": {"width": 0}},
-                **{"hoverinfo": "skip", "showlegend": False},
-            )
-            figure.add_trace(area, **place)
-        curves = [(n, panel.x, y, line_style(order.index(n))) for n, y in panel.series.items()]
-        if panel.level is not None and len(panel.x):
-            curves.append(("true value", panel.x[[0, -1]], np.full(2, panel.level), LEVEL))
-        for name, abscissa, values, style in curves:
-            once = {"legendgroup": plain(name), "showlegend": name not in told}
-            told.add(name)
-            figure.add_trace(curve(abscissa, values, name, style, **once), **place)
-        last = k + columns >= len(panels)
-        figure.update_xaxes(title=plain(xlabel) if last else None, **place)
-        figure.update_yaxes(title=plain(panel.ylabel), title_standoff=4, **place)
-    figure.update_layout(showlegend=len(told) > 1)
-    figure.update_annotations(font={"size": 12})
+    figure = make_subplots(
+        rows,
+        columns,
+        subplot_titles=[plain(panel.title) for panel in first],
+        shared_xaxes=columns == 1 and not titled,
+        shared_yaxes=beside,
+        vertical_spacing=(75 if titled or columns > 1 else 30) / height if rows > 1 else 0.0,
+        horizontal_spacing=0.03 if beside else 0.24 / columns,
+        row_heights=[panel.share for panel in first[::columns]],
+    )
+    order = list(dict.fromkeys(name for panel in first for name in panel.series))
+    owners = []
+    for log, shown in logs.items():
+        told: set[str] = set()
+        for k, panel in enumerate(shown):
+            place = {"row": k // columns + 1, "col": k % columns + 1}
+            if panel.band is not None:
+                (x, low), (back, high) = (thin(panel.x, limit) for limit in panel.band)
+                area = go.Scatter(
+                    x=np.concatenate([x, back[::-1]]),
+                    y=np.concatenate([low, high[::-1]]),
+                    **{"fill": "toself", "fillcolor": "rgba(0,114,178,0.15)", "line_width": 0},
+                    **{"hoverinfo": "skip", "showlegend": False},
+                )
+                figure.add_trace(area, **place)
+            curves = [(name, panel.x, y) for name, y in panel.series.items()]
+            if panel.level is not None and len(panel.x):
+                curves.append(("true value", panel.x[[0, -1]], np.full(2, panel.level)))
+            for name, x, y in curves:
+                look = _LOOKS.get(name) or line_style(order.index(name))
+                once = {"legendgroup": plain(name), "showlegend": name not in told}
+                told.add(name)
+                own = y if y.ndim == 2 else (x, y)
+                figure.add_trace(curve(*own, name, look, **once), **place)
+            owners += [log] * (len(figure.data) - len(owners))
+            label = panel.xlabel or (xlabel if k + columns >= len(shown) else "")
+            figure.update_xaxes(title={"text": plain(label), "standoff": 2}, **place)
+            figure.update_yaxes(title=plain(panel.ylabel), title_standoff=4, **place)
+    figure.update_layout(showlegend=len({c.name for c in figure.data}) > 1)
+    figure.update_annotations(font_size=12)
+    if columns == 1:
+        figure.update_annotations(x=0, xanchor="left")
+    choose_log(figure, [log for log in logs if log is not None], owners)
     styled(figure, plain(title), height)
     # panels side by side need their room on a phone, too
     meta = {"min_width": 240 * columns if columns > 1 else 0, "grid": columns > 1}
-    return figure.update_layout(margin={"t": 78}, meta=meta)
+    return figure.update_layout(margin={"t": figure.layout.margin.t + 26 * titled}, meta=meta)
 
 
 def thin(x: FloatArray, y: FloatArray, points: int = POINTS) -> tuple[Any, Any]:
@@ -302,22 +344,26 @@ def traces_of(estimate: Estimate, quantity: str | None = None) -> tuple[Trace, .
     return tuple(t for t in held if t.quantity == wanted)
 
 
-def choose_log(figure: Figure, traces: Sequence[Trace | Balance], curves: int) -> None:
-    """Give the figure a list of logs, each with `curves` curves in order; curves after stay."""
-    first = next((k for k, trace in enumerate(traces) if trace.kind == "validation"), 0)
-    labels = [f"{plain(t.log)} ({_KINDS.get(t.kind, plain(t.kind))})" for t in traces]
-    ground = [VALIDATION_GROUND if t.kind == "validation" else "#ffffff" for t in traces]
-    every = list(range(curves * len(traces)))
-    buttons = []
-    for chosen, label in enumerate(labels):
-        seen = {"visible": [k // curves == chosen for k in every]}
-        act = [seen, {"plot_bgcolor": ground[chosen]}, every]
+def choose_log(
+    figure: Figure, logs: Sequence[tuple[str, str]], owners: Sequence[tuple[str, str] | None]
+) -> None:
+    """Give a figure a list of logs, by name and kind; of each curve, `owners` has the log."""
+    if not logs:
+        return
+    first = next((log for log in logs if log[1] == "validation"), logs[0])
+    ground = {log: VALIDATION_GROUND if log[1] == "validation" else "#ffffff" for log in logs}
+    buttons, every = [], list(range(len(owners)))
+    for log in logs:
+        seen = {"visible": [owner == log for owner in owners]}
+        label = f"{plain(log[0])} ({_KINDS.get(log[1], plain(log[1]))})"
+        act = [seen, {"plot_bgcolor": ground[log]}, every]
         buttons.append({"label": label, "method": "update", "args": act})
-    for k in every:
-        figure.data[k].visible = k // curves == first
-    menu = {"buttons": buttons, "active": first, "bgcolor": "#ffffff", "bordercolor": GREY}
+    for drawn, owner in zip(figure.data, owners, strict=True):
+        drawn.visible = owner == first
+    menu = {"buttons": buttons, "active": logs.index(first), "bgcolor": "#ffffff"}
     place = {"x": 0, "xanchor": "left", "y": 1, "yanchor": "bottom", "pad": {"b": 8}}
-    figure.update_layout(plot_bgcolor=ground[first], updatemenus=[{**menu, **place}])
+    menus = [{**menu, **place, "bordercolor": GREY}]
+    figure.update_layout(plot_bgcolor=ground[first], updatemenus=menus)
 
 
 def components(estimate: Estimate, quantity: str) -> list[tuple[str, str]]:
@@ -340,8 +386,12 @@ def empty() -> Figure:
 def curve(x: FloatArray, y: FloatArray, name: str, line: dict[str, Any], **options: Any) -> Any:
     import plotly.graph_objects as go
 
-    xs, ys = thin(x, y)
-    return go.Scatter(x=xs, y=ys, name=plain(name), mode="lines", line=line, **options)
+    if "size" in line:
+        told = {"x": np.asarray(x, np.float32), "y": np.asarray(y, np.float32), "marker": line}
+    else:
+        told = {**dict(zip("xy", thin(x, y), strict=True)), "line": line}
+    mode = "markers" if "size" in line else "lines"
+    return go.Scatter(name=plain(name), mode=mode, **told, **options)
 
 
 def styled(figure: Figure, title: str, height: int, min_width: int = 0) -> Figure:
@@ -354,7 +404,7 @@ def styled(figure: Figure, title: str, height: int, min_width: int = 0) -> Figur
     # once for all axes, not once for each
     every = {
         "xaxis": {"zeroline": False, **axis, **ticks},
-        "yaxis": {"zerolinecolor": "#b8bec5", **axis, **ticks},
+        "yaxis": {"zeroline": True, "zerolinecolor": "#b8bec5", **axis, **ticks},
     }
     figure.layout.template = {"layout": every}  # and nothing of plotly's own
     top = 84 if figure.layout.updatemenus else 52
@@ -368,7 +418,7 @@ def styled(figure: Figure, title: str, height: int, min_width: int = 0) -> Figur
         height=height,
         showlegend=legend,
         margin={"l": 64, "r": 16, "t": top, "b": 92 if legend else 60},
-        legend={"yref": "container", **below},
+        legend={"yref": "container", "itemsizing": "constant", **below},
         hovermode="closest",
         meta={"min_width": min_width},
     )

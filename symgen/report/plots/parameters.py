@@ -12,12 +12,10 @@ from numpy.typing import NDArray
 from symgen.identification.comparison import MOVED, Comparison
 from symgen.identification.estimate import Estimate
 from symgen.report.plots.curves import (
-    BLUE,
     COLOURS,
-    INK,
     NAMED_AXIS,
-    ORANGE,
     WEAK_PERCENT,
+    bars,
     empty,
     plain,
     styled,
@@ -46,7 +44,11 @@ def values(estimate: Estimate) -> Figure:
     own = _Source(estimate.method, estimate.X, np.array([p.std for p in found]))
     others = [] if estimate.prior is None else [estimate.prior]
     others += estimate.comparison
-    sources = [own, *(_Source(c.method, c.X, c.std) for c in others)]
+    sources = [own]
+    for other in others:
+        known = {v.name: (v.value, v.std) for v in other.parameters}
+        pairs = [known.get(p.name, (np.nan, np.inf)) for p in found]
+        sources.append(_Source(other.method, *np.array(pairs).T))
     return _drawn([p.name for p in found], [p.unit for p in found], sources)
 
 
@@ -62,27 +64,14 @@ def both_values(comparison: Comparison) -> Figure:
 
 def moved(comparison: Comparison) -> Figure:
     """Draw by how many combined standard deviations each parameter moved; above 3 hatched."""
-    names = [plain(p.name) for p in comparison.parameters]
-    sigmas = np.array([p.sigmas for p in comparison.parameters])
-    beyond = np.array([p.moved for p in comparison.parameters])
-    figure = empty()
-    for name, chosen, colour, hatch in (
-        (f"within {MOVED:g}", ~beyond, BLUE, ""),
-        (f"moved: over {MOVED:g}", beyond, ORANGE, "/"),
-    ):
-        at = np.flatnonzero(chosen & np.isfinite(sigmas))
-        marker = {"color": colour, "pattern": {"shape": hatch}}
-        hover = "%{x}: %{y:.3g} std<extra></extra>"
-        figure.add_bar(
-            x=[names[k] for k in at], y=sigmas[at], name=name, marker=marker, hovertemplate=hover
-        )
-    for level in (-MOVED, MOVED):
-        figure.add_hline(y=level, line={"color": INK, "width": 1, "dash": "dash"})
-    figure.update_xaxes(title="parameter", showgrid=False, **NAMED_AXIS)
-    figure.update_xaxes(categoryorder="array", categoryarray=names)
-    figure.update_yaxes(title="difference, combined std", zeroline=True)
-    figure.update_layout(bargap=0.25, barmode="overlay")
-    return styled(figure, "Difference", 420, min_width=14 * len(names))
+    found = comparison.parameters
+    sigmas = np.array([p.sigmas for p in found])
+    names = (f"within {MOVED:g}", f"moved: over {MOVED:g}")
+    hover = [f"{p.name}: {p.sigmas:.3g} std" for p in found]
+    beyond = np.array([p.moved for p in found])
+    figure = bars([p.name for p in found], sigmas, beyond, names, hover, (-MOVED, MOVED))
+    figure.update_xaxes(title="parameter").update_yaxes(title="difference, combined std")
+    return styled(figure, "Difference", 420, min_width=14 * len(found))
 
 
 def _drawn(names: Sequence[str], units: Sequence[str], sources: Sequence[_Source]) -> Figure:

@@ -9,21 +9,12 @@ from numpy.typing import NDArray
 
 from symgen.identification.estimate import Estimate
 from symgen.report.plots.curves import (
-    BLUE,
-    GREEN,
-    INK,
     LEVEL,
-    ORANGE,
     POINTS,
-    SKY,
     Panel,
-    choose_log,
     components,
     curve,
-    empty,
     line_grid,
-    line_style,
-    styled,
     traces_of,
 )
 
@@ -42,25 +33,25 @@ def residual_spectrum(estimate: Estimate, quantity: str | None = None) -> Figure
     traces = tuple(t for t in traces_of(estimate, quantity) if len(t.t) >= 16)
     if not traces:
         return None
-    named, columns = components(estimate, traces[0].quantity), traces[0].measured.shape[1]
+    quantity, panels = traces[0].quantity, []
+    named = components(estimate, quantity)
     unit = " | ".join(dict.fromkeys(unit for _, unit in named))
-    figure, low, high = empty(), np.inf, 0.0
-    for trace in traces:
-        f, density = amplitude_density(trace.t, trace.measured - trace.predicted)
-        if np.any(density > 0):
-            low, high = min(low, density[density > 0].min()), max(high, density.max())
-        for column in range(columns):
-            name = "residual" if columns == 1 else named[column][0]
-            above = np.where(density[:, column] > 0, density[:, column], np.nan)
-            figure.add_trace(curve(f, above, name, line_style(column)))
-    # the cutoff goes last: it belongs to every log
-    choose_log(figure, traces, columns)
-    if estimate.cutoff_hz and high > 0:
+    for t in traces:
+        f, density = amplitude_density(t.t, t.measured - t.predicted)
+        above = np.where(density > 0, density, np.nan)
+        labels = [name for name, _ in named] if len(named) > 1 else ["of the residual"]
+        series = dict(zip(labels, above.T, strict=False))
+        panels.append(Panel("", f, series, f"residual, {unit}/√Hz", log=(t.log, t.kind)))
+    title = f"Spectrum of the {quantity} residual"
+    figure = line_grid(panels, title=title, xlabel="frequency, Hz", panel_height=310)
+    heights = [y[np.isfinite(y)] for panel in panels for y in panel.series.values()]
+    drawn = np.concatenate(heights)
+    if estimate.cutoff_hz and drawn.size:  # it belongs to every log
         at, name = np.full(2, estimate.cutoff_hz), f"filter cutoff {estimate.cutoff_hz:.4g} Hz"
-        figure.add_trace(curve(at, np.array([low, high]), name, LEVEL))
-    figure.update_xaxes(type="log", title="frequency, Hz", tickformat="~g", dtick=1)
-    figure.update_yaxes(type="log", title=f"residual, {unit}/√Hz", exponentformat="power", dtick=1)
-    return styled(figure, f"Spectrum of the {traces[0].quantity} residual", 440)
+        figure.add_trace(curve(at, np.array([drawn.min(), drawn.max()]), name, LEVEL))
+        figure.update_layout(showlegend=True)
+    figure.update_xaxes(type="log", tickformat="~g", dtick=1)
+    return figure.update_yaxes(type="log", exponentformat="power", dtick=1)
 
 
 def amplitude_density(t: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -76,22 +67,15 @@ def amplitude_density(t: FloatArray, values: FloatArray) -> tuple[FloatArray, Fl
     Returns:
         Frequencies in Hz (F,), and densities in unit/sqrt(Hz), (F, m).
     """
+    from scipy.signal import welch
+
     step = float(np.median(np.diff(t)))
     pieces = np.split(np.arange(len(t)), np.flatnonzero(np.diff(t) > 5 * step) + 1)
     piece = max(pieces, key=len)
     grid = t[piece[0]] + step * np.arange(len(piece))
     even = np.stack([np.interp(grid, t[piece], column[piece]) for column in values.T])
     length = min(len(piece), max(64, min(2 * POINTS, len(piece) // 6)))
-    starts = range(0, len(piece) - length + 1, length - length // 2)
-    hann = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(length) / length)
-    power = np.zeros((even.shape[0], length // 2 + 1))
-    for first in starts:
-        part = even[:, first : first + length]
-        level = part.mean(axis=1, keepdims=True)
-        power += np.abs(np.fft.rfft(hann * (part - level), axis=1)) ** 2
-    power *= 2 * step / (np.sum(hann**2) * len(starts))
-    power[:, -1] /= 2 - length % 2  # half the rate has no mirror
-    f = np.asarray(np.fft.rfftfreq(length, step), dtype=np.float64)
+    f, power = welch(even, 1 / step, "hann", length, length // 2)
     return f[1:], np.sqrt(power[:, 1:]).T
 
 
@@ -115,29 +99,21 @@ def lag_correlation(estimate: Estimate) -> Figure | None:
         panels.append(Panel(title, lags, series, "correlation, -", band=(-half, half)))
     figure = line_grid(panels, title="Lag correlation", xlabel="lag, s", panel_height=190)
     figure.update_traces(mode="lines+markers", marker={"size": 5}, selector={"name": "correlation"})
-    return figure.update_yaxes(zeroline=True)
+    return figure
 
 
 def energy_balance(estimate: Estimate) -> Figure | None:
     """Draw the measured work over time, what the model says became of it, and the rest below."""
-    from plotly.subplots import make_subplots
-
-    balances = [b for b in estimate.balances if len(b.t)]
-    if not balances:
-        return None
-    figure = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.05, row_heights=[0.68, 0.32])
-    for b in balances:
-        for name, values, colour, width, row in (
-            ("measured work", b.work, SKY, 4.0, 1),
-            ("energy + friction", b.energy + b.friction, INK, 1.2, 1),
-            ("change of energy", b.energy, BLUE, 1.2, 1),
-            ("friction", b.friction, GREEN, 1.2, 1),
-            ("rest", b.rest, ORANGE, 1.2, 2),
-        ):
-            line = {"color": colour, "width": width}
-            figure.add_trace(curve(b.t, values, name, line), row=row, col=1)
-    figure.update_yaxes(title="work since the start, J", row=1, col=1)
-    figure.update_yaxes(title="rest, J", row=2, col=1)
-    figure.update_xaxes(title="time, s", row=2, col=1)
-    choose_log(figure, balances, 5)
-    return styled(figure, "Energy balance", 560)
+    panels = []
+    for b in (b for b in estimate.balances if len(b.t)):
+        work = {
+            "measured work": b.work,
+            "energy + friction": b.energy + b.friction,
+            "change of energy": b.energy,
+            "friction": b.friction,
+        }
+        log = (b.log, b.kind)
+        panels.append(Panel("", b.t, work, "work since the start, J", share=0.68, log=log))
+        panels.append(Panel("", b.t, {"rest": b.rest}, "rest, J", share=0.32, log=log))
+    title = "Energy balance"
+    return line_grid(panels, title=title, columns=1, panel_height=215) if panels else None

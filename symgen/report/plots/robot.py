@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import html
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.robot.types import Joint, Robot
+from symgen.robot import dh
+from symgen.robot.types import Robot
 
 FloatArray = NDArray[np.float64]
 _ROOM, _MARGIN = np.array([540.0, 320.0]), 52.0  # pixels
@@ -19,41 +19,10 @@ _AXES = ((0, "x", "6 4"), (2, "z", ""))
 _NEAR = 14.0  # pixels within which two origins are drawn as one
 
 
-def frames(robot: Robot) -> list[FloatArray]:
-    """Return the frames of all joints in frame 0, (4, 4) each, all joints at zero."""
-    values = dict(robot.geometry)
-
-    def number(expr: Any) -> float:
-        return float(expr.subs({s: values[s.name] for s in expr.free_symbols}))
-
-    def screw(axis: int, angle: Any, distance: Any) -> FloatArray:
-        c, s, out = np.cos(number(angle)), np.sin(number(angle)), np.eye(4)
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        out[[i, i, j, j], [i, j, i, j]] = c, -s, s, c
-        out[axis, 3] = number(distance)
-        return out
-
-    found: list[FloatArray] = []
-    for joint in robot.joints:
-        before = found[joint.antecedent - 1] if joint.antecedent else np.eye(4)
-        turn, slide = _at_zero(joint)
-        own = screw(2, joint.gamma, joint.b) @ screw(0, joint.alpha, joint.d)
-        found.append(before @ own @ screw(2, turn, slide))
-    return found
-
-
-def _at_zero(joint: Joint) -> tuple[Any, Any]:
-    """Return theta and r of a joint where all variables are zero."""
-    turned = joint.sigma == names.REVOLUTE
-    return (
-        joint.theta + (joint.offset if turned else 0),
-        joint.r + (0 if turned else joint.offset),
-    )
-
-
 def drawing(robot: Robot) -> str:
     """Return the SVG: links as lines, joints as circles and squares, axes x and z of each frame."""
-    placed = [np.eye(4), *frames(robot)]
+    at_zero = dict.fromkeys((joint.number for joint in robot.movable), 0.0)
+    placed = dh.frames(robot.with_values(), at_zero)
     flat = np.array([_VIEW @ T[:3, 3] for T in placed])
     low, size = flat.min(axis=0), np.ptp(flat, axis=0)
     scale = float(min(_ROOM / np.maximum(size, 1e-9))) if size.max() > 1e-9 else 1.0

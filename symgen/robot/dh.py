@@ -1,0 +1,154 @@
+"""The notation of Khalil and Kleinfinger (1986): transforms of joints, and frames on any axes.
+
+    T = Rot(z, gamma) Trans(z, b) Rot(x, alpha) Trans(x, d) Rot(z, theta) Trans(z, r)
+
+gamma, b, alpha and d carry the z axis of one frame onto any line, with its direction; theta and r
+then turn and shift the new frame about and along that line. Where the lines are not parallel, x is
+their common normal.
+
+Frames are homogeneous transforms (4, 4), rotations (3, 3), vectors (3,): arrays of floats, or of
+numbers of 50 digits.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen import names
+from symgen.robot.recognition import TOLERANCE, context
+from symgen.robot.types import Robot
+
+Array = NDArray[Any]
+#: A point on a joint axis, and its unit direction, both in frame 0.
+Line = tuple[Array, Array]
+_PARALLEL = 1e-9  # sine of the angle of two axes
+_TOUCH = 1e-12  # m
+_TIE = 1e-9  # rad
+
+
+def screw(axis: int, angle: Any, distance: Any) -> Array:
+    """Return Rot(axis, angle) Trans(axis, distance), axes numbered from 0.
+
+    An angle that is a float gives floats, any other 50 digits.
+    """
+    numbers = math if isinstance(angle, float) else context()
+    c, s, out = numbers.cos(angle), numbers.sin(angle), np.eye(4, dtype=object)
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    out[[i, i, j, j], [i, j, i, j]] = c, -s, s, c
+    out[axis, 3] = distance
+    return out
+
+
+def frames(robot: Robot, q: dict[int, float]) -> list[NDArray[np.float64]]:
+    """Return frame 0 and the frames of all joints in it, (4, 4) each, where joints stand at q.
+
+    Args:
+        robot: the mechanism, with its values.
+        q: rad or m, by the numbers of its movable joints.
+    """
+    out = [np.eye(4)]
+    for joint in robot.joints:
+        at = sum((c * q[k] for k, c in joint.shares), joint.offset)
+        slides = joint.sigma == names.PRISMATIC
+        theta, r = joint.theta + (0 if slides else at), joint.r + (at if slides else 0)
+        own = out[joint.antecedent]
+        for axis, *lengths in ((2, joint.gamma, joint.b), (0, joint.alpha, joint.d), (2, theta, r)):
+            own = own @ screw(axis, *map(float, lengths)).astype(float)
+        out.append(own)
+    return out
+
+
+def pose(turned: Array, origin: Array) -> Array:
+    """Return the frame with these axes, the columns of a rotation, and this origin."""
+    out = np.eye(4, dtype=object)
+    out[:3, :3], out[:3, 3] = turned, origin
+    return out
+
+
+def inverse(frame: Array) -> Array:
+    """Return the frame that a frame stands in, as it is seen from there."""
+    back = frame[:3, :3].T
+    return pose(back, -back @ frame[:3, 3])
+
+
+def norm(a: Array) -> Any:
+    """Return the length of a vector."""
+    return context().sqrt(a @ a)
+
+
+def turn(roll: Any, pitch: Any, yaw: Any) -> Array:
+    """Return the rotation Rot(z, yaw) Rot(y, pitch) Rot(x, roll)."""
+    whole = screw(2, yaw, 0) @ screw(1, pitch, 0) @ screw(0, roll, 0)
+    return np.asarray(whole[:3, :3])
+
+
+def turned_by(rotation: Array) -> tuple[Any, Any, Any]:
+    """Return roll, pitch and yaw of a rotation.
+
+    Where pitch is a right angle within TOLERANCE, only the sum or the difference of roll and yaw
+    shows, and roll is zero.
+    """
+    digits, (x, y, z) = context(), rotation.T
+    level = digits.hypot(x[0], x[1])
+    pitch = digits.atan2(-x[2], level)
+    if level < TOLERANCE:
+        return digits.mpf(0), pitch, digits.atan2(-y[0], y[1])
+    return digits.atan2(y[2], z[2]), pitch, digits.atan2(x[1], x[0])
+
+
+def normal(first: Line, second: Line) -> Line | None:
+    """Return the common normal of two lines: its foot on the first one, and its direction.
+
+    The foot on parallel lines is the first one's point. None where the lines are one.
+    """
+    (point, along), (other, direction) = first, second
+    between, across = other - point, np.cross(along, direction)
+    sine = norm(across)
+    if sine > _PARALLEL:
+        return point + along * (np.cross(between, direction) @ across / sine**2), across / sine
+    apart = between - along * (between @ along)
+    distance = norm(apart)
+    return (point, apart / distance) if distance > _TOUCH else None
+
+
+def reach(base: Array, line: Line) -> tuple[Any, Any, Any, Any]:
+    """Return gamma, b, alpha, d that carry the z axis of a frame onto a line.
+
+    gamma is in (-pi/2, pi/2]; of parallel lines b is 0.
+    """
+    digits = context()
+    gamma, b = digits.mpf(0), digits.mpf(0)
+    x, y, z, origin = base[:3].T
+    found = normal((origin, z), line)
+    if found is not None:
+        foot, common = found
+        gamma = half_turn(digits.atan2(common @ y, common @ x))
+        x = x * digits.cos(gamma) + y * digits.sin(gamma)
+        b = (foot - origin) @ z
+    alpha = _turn(np.cross(z, line[1]) @ x, z @ line[1])
+    return gamma, b, alpha, (line[0] - origin) @ x
+
+
+def turn_of(x: Array, before: Array) -> Any:
+    """Return theta in (-pi, pi], which turns the x axis of a frame into another about z."""
+    return _turn(x @ before[:3, 1], x @ before[:3, 0])
+
+
+def _turn(sine: Any, cosine: Any) -> Any:
+    digits = context()
+    angle = digits.atan2(sine, cosine)
+    return angle + 2 * digits.pi if angle < _TIE - digits.pi else angle
+
+
+def half_turn(angle: Any) -> Any:
+    """Return the angle in (-pi/2, pi/2] of the same line; ties do not depend on the last digits."""
+    digits = context()
+    if angle > digits.pi / 2 + _TIE:
+        return angle - digits.pi
+    if angle <= -digits.pi / 2 + _TIE:
+        return angle + digits.pi
+    return angle
