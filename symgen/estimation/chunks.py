@@ -43,6 +43,7 @@ from symgen.estimation.system import (
     compared_torques,
     energy_rows,
     energy_sides,
+    equated,
     momentum_rows,
     momentum_sides,
     torque_sides,
@@ -85,18 +86,12 @@ class ThinLog:
 
     def equations(self, evaluator: Evaluator, recipe: Recipe) -> tuple[Equations, ...]:
         """Return the equations with their W."""
-        if recipe.model == "energy":
-            assert self.windows is not None
-            W = energy_rows(evaluator, *self.window_motion, self.windows, self.rows.step)
-            return (replace(self.sides[0], W=W),)
-        if recipe.model == "momentum":
-            assert self.windows is not None
-            joints = momentum_rows(evaluator, *self.window_motion, self.windows, self.rows.step)
+        if self.windows is None:
+            rows = compared_torques(evaluator, self.modelled).transpose(1, 0, 2)
         else:
-            joints = compared_torques(evaluator, self.modelled).transpose(1, 0, 2)
-        return tuple(
-            e.with_rows(np.ascontiguousarray(W)) for e, W in zip(self.sides, joints, strict=True)
-        )
+            built = energy_rows if recipe.model == "energy" else momentum_rows
+            rows = built(evaluator, *self.window_motion, self.windows, self.rows.step)
+        return equated(self.sides, rows)
 
     def torque(self, evaluator: Evaluator, X: FloatArray) -> FloatArray:
         """Return the torque of a model in the comparison band, (K, n)."""

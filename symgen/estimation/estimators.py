@@ -278,7 +278,7 @@ class Essential:
         require_rows(system)
         full = Wls().solve(system)
         weights, m = whitening(system, full.X)
-        parts, p = factors(system), len(system.names)
+        parts, p = [s.factor for s in summaries(system)], len(system.names)
         rows = np.concatenate([w * f for w, f in zip(weights, parts, strict=True)])
         kept = list(range(p))
         base = before = _rss(rows, kept)
