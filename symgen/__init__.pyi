@@ -62,13 +62,13 @@ from symgen.experiment.study_result import Study as Study
 from symgen.identification.comparison import compare as compare
 from symgen.identification.estimate import Estimate as Estimate
 from symgen.identification.export import values_header as values_header
-from symgen.identification.options import Fit as Fit
+from symgen.identification.solving import Fit as Fit
 from symgen.identification.payload import payload as payload
-from symgen.identification.physical.links import link_parameters as link_parameters
+from symgen.identification.physical import link_parameters as link_parameters
 from symgen.identification.prediction import predict as predict
 from symgen.identification.estimate import read_estimate as read_estimate
 from symgen.identification.online.identifier import Identifier as Identifier
-from symgen.identification.robot_file import export as export
+from symgen.identification.export import export as export
 from symgen.identification.workflow import identify as identify
 from symgen.report.store import write as write
 from symgen.robot.builtin import library as library

@@ -20,7 +20,7 @@ from symgen.estimation.recipe import Recipe
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.identification.instruments import with_instruments
 from symgen.identification.parameters import base_values
-from symgen.identification.validation import Part
+from symgen.identification.solving import Part
 
 ARM = """
 [robot]

@@ -23,7 +23,7 @@ def export(estimate: Path, to: Path, source: Path | None, robot: str | None) -> 
     file's own are taken.
     """
     from symgen.files import replace_file
-    from symgen.identification.robot_file import export as exported
+    from symgen.identification.export import export as exported
     from symgen.robot.imported import read_text
     from symgen.robot.urdf_io import without_inertials
 

@@ -87,7 +87,7 @@ def identify(
     import symgen
     from symgen.distributed import WorkFolder
     from symgen.files import check_replaceable
-    from symgen.identification.parts import is_long
+    from symgen.identification.out_of_core import is_long
     from symgen.identification.solving import FOLDED
 
     check_replaceable(into, "estimate.json")
@@ -113,7 +113,7 @@ def identify(
         told("writing the report")
         said, urdf = "", {}
         if robot.endswith(".urdf"):
-            from symgen.identification.robot_file import identified_file
+            from symgen.identification.export import identified_file
 
             try:
                 text, said = identified_file(robot, estimate)

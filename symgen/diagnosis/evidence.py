@@ -174,7 +174,7 @@ class Evidence:
         X: (p,) least-squares parameters.
         sigma: (n,) standard deviation of each joint's residual.
         moves: (K, n) weight of the rows: 1.0 where the joint moves, 0.0 where it turns round and
-            friction is undefined, and in between in its rests, see `symgen.estimation.rests`.
+            friction is undefined, and in between in its rests, see `symgen.estimation.cutoff`.
         block: (K,) number of the block of each instant.
         rest: (n,) sum of the squares that rows at rest leave, whitened, beyond what their weight
             lets the residual have of it: the gap counts them whole.

@@ -10,12 +10,11 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.signals import Samples, lowpass
+from symgen.estimation.values import FloatArray
 from symgen.schemas import OPTIONAL
 
-FloatArray = NDArray[np.float64]
 #: Share of the power of a joint's speed that lies below half the comparison band.
 POWER = 0.99
 #: Hz: the comparison band is at least and at most this. Friction steps at reversals live up there.

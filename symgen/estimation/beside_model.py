@@ -10,18 +10,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.raw import read_only
 from symgen.data.signals import Samples, can_filter, lowpass
 from symgen.errors import LogError
+from symgen.estimation.values import FloatArray
 from symgen.robot.effect import LogEffect
 from symgen.robot.types import Robot
 from symgen.symbolic.effects import definition_tape
 from symgen.symbolic.independence import FUNCTIONS
 from symgen.symbolic.tape import Numbers
 
-FloatArray = NDArray[np.float64]
 _SLOW = 10.0  # Hz, of the speed whose sign tells the direction of friction
 
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.estimation.summary import Summary, nonzero_columns
 from symgen.estimation.system import Equations, LinearSystem
-
-FloatArray = NDArray[np.float64]
+from symgen.estimation.values import FloatArray
 
 
 def scores(

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from symgen.data.convolution import lowpass_weights
 from symgen.data.signals import TAIL, end_of_cubic, end_window
 from symgen.estimation.band import OPEN
+from symgen.estimation.values import FloatArray
 
-FloatArray = NDArray[np.float64]
 #: Rows kept in a period of the cutoff.
 PER_PERIOD = 4
 #: Seconds that are left out at either end of a log, where the filter runs in.

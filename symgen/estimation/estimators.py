@@ -44,9 +44,8 @@ from symgen.estimation.solve import (
 from symgen.estimation.statistics import f_tail
 from symgen.estimation.summary import Summary, summaries, summarised, triangle
 from symgen.estimation.system import Equations, LinearSystem
-from symgen.estimation.values import Contrast, Endogeneity
+from symgen.estimation.values import Contrast, Endogeneity, FloatArray
 
-FloatArray = NDArray[np.float64]
 PASSES = 3
 _PASSES_OF_A_PRIOR = 20  # on factors: cheap
 NOISE_BIAS = "bias from noise of positions and speeds in the regressor, and errors of the model"
@@ -279,7 +278,7 @@ class Essential:
         require_rows(system)
         full = Wls().solve(system)
         weights, m = whitening(system, full.X)
-        parts, p = factors(system), len(system.names)
+        parts, p = [s.factor for s in summaries(system)], len(system.names)
         rows = np.concatenate([w * f for w, f in zip(weights, parts, strict=True)])
         kept = list(range(p))
         base = before = _rss(rows, kept)

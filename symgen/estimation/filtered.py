@@ -13,8 +13,8 @@ from symgen.data.mask import Bools, Mask, resting, touched
 from symgen.data.signals import Samples, differentiate, lowpass, lowpass_and_slopes
 from symgen.estimation.band import Band, comparison_band
 from symgen.estimation.decimation import CHANNELS, Decimation, decimation
+from symgen.estimation.values import FloatArray
 
-FloatArray = NDArray[np.float64]
 #: Nodes at which models are evaluated, per period of the highest frequency of interest.
 _NODES = 16.0
 #: Weight of a row in the comparison band under which a mask leaves nothing of it.

@@ -6,12 +6,14 @@ samples around it: exact up to that degree, where the trapezoid biases coarse lo
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from symgen.estimation.values import FloatArray
+
 #: Samples of the polynomial of an interval.
 POINTS = 6
 _TOGETHER = 16  # windows that one product integrates
@@ -30,24 +32,9 @@ def cumulative_integral(y: FloatArray, step: float) -> FloatArray:
     Returns:
         The integral, of the shape of y, zero at the first sample.
     """
-    points = min(POINTS, len(y))
-    before = (points - 2) // 2
-    pieces: FloatArray = np.empty((len(y) - 1, *y.shape[1:]))
-    inner = len(y) - points + 1  # intervals with samples on both sides
-    weights = _interval_weights(points, before)
-    middle = pieces[before : before + inner]
-    middle[...] = weights[0] * y[:inner]
-    for k in range(1, points):
-        middle += weights[k] * y[k : k + inner]
-    for k in range(before):
-        pieces[k] = np.tensordot(_interval_weights(points, k), y[:points], 1)
-    for k in range(before + inner, len(y) - 1):
-        at = k - (len(y) - points)
-        pieces[k] = np.tensordot(_interval_weights(points, at), y[-points:], 1)
-    out = np.zeros(y.shape)
-    np.cumsum(pieces, axis=0, out=out[1:])
-    out *= step
-    return out
+    until = _integral(y.reshape(len(y), -1))
+    at = np.arange(len(y))
+    return np.asarray(step * (until(at) - until(at[:1]))).reshape(y.shape)
 
 
 def over_windows(y: FloatArray, step: float, last: NDArray[np.int64], length: int) -> FloatArray:
@@ -64,6 +51,15 @@ def over_windows(y: FloatArray, step: float, last: NDArray[np.int64], length: in
     Returns:
         (K, n).
     """
+    until = _integral(y)
+    return np.asarray(step * (until(last) - until(last - length)))
+
+
+def _integral(y: FloatArray) -> Callable[[NDArray[np.int64]], FloatArray]:
+    """Return a function from samples (K,) to the integral of y (N, n) up to them, (K, n).
+
+    It has a constant of its own, and the step as its unit.
+    """
     points, before, inner = _interior(len(y))
     sums = np.zeros((len(y) + 1, y.shape[1]))
     np.cumsum(y, axis=0, out=sums[1:])
@@ -77,8 +73,7 @@ def over_windows(y: FloatArray, step: float, last: NDArray[np.int64], length: in
         edge = head[np.minimum(at, before)] + tail[np.maximum(at - before - inner, 0)]
         return np.asarray(middle + edge)
 
-    out: FloatArray = step * (until(last) - until(last - length))
-    return out
+    return until
 
 
 def _interior(samples: int) -> tuple[int, int, int]:

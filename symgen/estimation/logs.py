@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -82,6 +84,30 @@ def _require_within(log: Log, robot: Robot) -> None:
             )
             drive = "a log that [drive] maps into [limits]; see position_side"
             refuse(log.name, what, drive if log.mapped else "rad or m, within [limits]")
+
+
+def held_out(logs: Sequence[Samples], fewest: int) -> tuple[list[Samples], list[Samples]]:
+    """Hold out the last fifth of every log.
+
+    Args:
+        logs: the training logs, or tables of poses.
+        fewest: samples that are held out of each, at least.
+
+    Raises:
+        LogError: a log is too short.
+    """
+    train, held = [], []
+    for s in logs:
+        cut = int(len(s.t) * (1 - HELD_OUT))
+        if len(s.t) - cut < fewest:
+            raise LogError(
+                f"{s.name}: {len(s.t)} samples are too few to hold out the last fifth; accepted: "
+                f"{math.ceil(fewest / HELD_OUT)} and more, or a second log for validation"
+            )
+        train.append(s.cut(slice(None, cut)))
+        late = s.cut(slice(cut, None))
+        held.append(replace(late, name=f"{s.name} (last fifth)", notes=()))
+    return train, held
 
 
 def require_other_data(train: Sequence[Samples], held: Sequence[Samples]) -> None:

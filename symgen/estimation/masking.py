@@ -77,17 +77,17 @@ def _shares(flags: Bools, what: str) -> str:
     return f"{what}: {counts or 'none'} of {len(flags)} samples"
 
 
-def require_left(name: str, equations: Sequence[Equations]) -> None:
+def require_left(log: FilteredLog | Samples, equations: Sequence[Equations]) -> None:
     """Refuse a mask that leaves next to no equations.
 
     Raises:
         LogError: an equation of a joint, or of the energy, is left fewer than 10 times.
     """
-    for e in equations:
+    for e in equations if log.mask is not None else ():
         if len(e.y) < MIN_SAMPLES:
             whose = "" if e.joint is None else f" of joint {e.joint + 1}"
             raise LogError(
-                f"{name}: --mask leaves {len(e.y)} equations{whose}; accepted: at least "
+                f"{log.name}: --mask leaves {len(e.y)} equations{whose}; accepted: at least "
                 f"{MIN_SAMPLES}, so a shorter window, a higher cutoff, or no mask"
             )
 

@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
 from symgen.estimation.covariance import robust_covariance, scores
-from symgen.estimation.summary import Summary, summaries, triangle
+from symgen.estimation.summary import Summary, triangle
 from symgen.estimation.system import LinearSystem
-from symgen.estimation.values import Contrast, Endogeneity
+from symgen.estimation.values import Contrast, Endogeneity, FloatArray
 
-FloatArray = NDArray[np.float64]
 #: Singular values of the scaled regressor under this share of the largest are zero.
 SINGULAR = 1e-8
 _AT_ONCE = 64  # factors that are merged together
@@ -61,18 +59,15 @@ def require_rows(system: LinearSystem) -> None:
         raise IdentificationError(f"{rows} equations for {p} parameters: the log is too short")
 
 
-def factors(system: LinearSystem, weights: Sequence[FloatArray] | None = None) -> list[FloatArray]:
-    """Return the triangular factor of [W y] of every log, (p + 1, p + 1) or shorter.
+def factors(system: LinearSystem, weights: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return the triangular factor of weighted [W y] of every log, (p + 1, p + 1) or shorter.
 
     Args:
         system: the equations.
         weights: of the rows, (K,) a log.
     """
-    if weights is None:
-        return [s.factor for s in summaries(system)]
-    rows = [np.column_stack([e.W, e.y]) for e in system.logs]
-    rows = [w[:, None] * r for w, r in zip(weights, rows, strict=True)]
-    return [triangle(r) for r in rows]
+    pairs = zip(weights, system.logs, strict=True)
+    return [triangle(w[:, None] * np.column_stack([e.W, e.y])) for w, e in pairs]
 
 
 def merged(

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.values import FloatArray
 
-FloatArray = NDArray[np.float64]
 #: Bartlett's weights end after so many times the rows that overlap.
 LAGS = 8
 #: Rows for each column from which a triangle is made by Cholesky's factor, and what its diagonal,
@@ -155,7 +155,7 @@ class Blocks:
         rms: FloatArray = np.sqrt(squares / np.maximum(self.rows.sum(axis=0), 1.0))
         return np.asarray(np.where(rms > 0, rms, 1.0))
 
-    def fit(self, without: Sequence[int] = ()) -> FloatArray:
+    def fit(self, without: Sequence[int] | NDArray[np.intp] = ()) -> FloatArray:
         """Solve weighted least squares, joints weighed by their residual, without some blocks.
 
         Returns:
@@ -244,12 +244,6 @@ def placed(
     return out
 
 
-def folds() -> list[list[int]]:
-    """Return the blocks of every fold."""
-    each = BLOCKS // FOLDS
-    return [list(range(f * each, (f + 1) * each)) for f in range(FOLDS)]
-
-
 def block_errors(equations: Blocks, torques: Blocks) -> FloatArray:
     """Return the squared error in torque of every block under the fit without its fold, (B, m).
 
@@ -262,7 +256,7 @@ def block_errors(equations: Blocks, torques: Blocks) -> FloatArray:
     measured = torques.grams[:, :, -1, -1].sum(axis=0)
     share = 1 / np.where(measured > 0, measured, np.inf)
     out = np.zeros(torques.rows.shape)
-    for fold in folds():
+    for fold in np.split(np.arange(BLOCKS), FOLDS):
         X = equations.fit(fold)
         for b in fold:
             out[b] = torques.errors([b], X) * share

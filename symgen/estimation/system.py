@@ -29,10 +29,10 @@ from symgen.data.mask import Bools, untouched
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.integrals import Integrals, cumulative_integral, over_windows
+from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import Windows, chunks, placed_windows
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 #: From q, qd, qdd (k, n) to what it gives for each sample.
 Model = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
@@ -119,6 +119,12 @@ class LinearSystem:
         return np.concatenate([e.y for e in self.logs])
 
 
+def equated(sides: Sequence[Equations], rows: FloatArray) -> tuple[Equations, ...]:
+    """Return the equations whose sides these are, joint by joint, with their rows (n, K, p)."""
+    pairs = zip(sides, rows, strict=True)
+    return tuple(e.with_rows(np.ascontiguousarray(W)) for e, W in pairs)
+
+
 def energy_equations(evaluator: Evaluator, log: FilteredLog, window: float) -> Equations:
     """Build the energy equations of one log, in sliding windows.
 
@@ -131,8 +137,9 @@ def energy_equations(evaluator: Evaluator, log: FilteredLog, window: float) -> E
         IdentificationError: the window does not fit the log.
     """
     w = placed_windows(log, window)
-    e = energy_sides(log, w)
-    e = replace(e, W=energy_rows(evaluator, *log.nodes(w.stride), w, log.step))
+    (e,) = equated(
+        [energy_sides(log, w)], energy_rows(evaluator, *log.nodes(w.stride), w, log.step)
+    )
     if log.mask is None:
         return e
     last = w.ends(len(log.t))
@@ -152,7 +159,7 @@ def energy_sides(log: FilteredLog, w: Windows) -> Equations:
 def energy_rows(
     evaluator: Evaluator, q: FloatArray, qd: FloatArray, w: Windows, step: float
 ) -> FloatArray:
-    """Return W of the energy equations, (K, p).
+    """Return W of the energy equations, (1, K, p).
 
     Args:
         evaluator: the compiled model.
@@ -167,7 +174,7 @@ def energy_rows(
         f = evaluator.friction_power(q[span], qd[span])
         whole = np.column_stack([h, cumulative_integral(f, w.stride * step)])
         parts.append(whole[at] - whole[at - w.steps])
-    return np.concatenate(parts)
+    return np.concatenate(parts)[None]
 
 
 def momentum_equations(
@@ -180,9 +187,9 @@ def momentum_equations(
     """
     w = placed_windows(log, window)
     W = momentum_rows(evaluator, *log.nodes(w.stride), w, log.step)
-    found = [e.with_rows(rows) for e, rows in zip(momentum_sides(log, w), W, strict=True)]
+    found = equated(momentum_sides(log, w), W)
     if log.mask is None:
-        return tuple(found)
+        return found
     last = w.ends(len(log.t))
     first, end = (last - w.steps) * w.stride, last * w.stride
     masks = log.mask.joint.T
@@ -352,9 +359,9 @@ def torque_equations(
     """
     W = torque_rows(evaluator, log, X)
     known = torque_sides(log) if sides is None else sides
-    out = [e.with_rows(np.ascontiguousarray(W[:, j])) for j, e in enumerate(known)]
+    out = equated(known, W.transpose(1, 0, 2))
     if log.mask is None:
-        return tuple(out)
+        return out
     return tuple(e.where(log.free[:, j], e.name) for j, e in enumerate(out))
 
 

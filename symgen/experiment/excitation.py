@@ -27,8 +27,8 @@ from symgen.experiment.bounds import CELL, FRAMES, Bounds, Cell, Space, Use, bou
 from symgen.experiment.plan import Plan, binding_text
 from symgen.experiment.search import CRITERIA, Clock, Program
 from symgen.experiment.trajectory import SMOOTH, Trajectory, basis
+from symgen.identification.assessment import WINDOWS
 from symgen.identification.parameters import read_parameters
-from symgen.identification.verdict import WINDOWS
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Limits, Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator, load

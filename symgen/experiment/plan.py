@@ -15,7 +15,7 @@ from symgen.errors import ParameterError
 from symgen.experiment.bounds import BINDING, Use
 from symgen.experiment.reference import as_csv
 from symgen.experiment.trajectory import Trajectory
-from symgen.identification.verdict import CONDITION, WINDOWS
+from symgen.identification.assessment import CONDITION, WINDOWS
 from symgen.names import REVOLUTE
 from symgen.robot.types import Robot
 

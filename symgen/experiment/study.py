@@ -37,12 +37,10 @@ from symgen.experiment.reference import Reference, reference_of
 from symgen.experiment.simulate import Parameters, Simulation, simulate, values_of
 from symgen.experiment.study_result import Precision, Settings, Study, Tried
 from symgen.faults.logs import in_one_band, open_logs
-from symgen.identification.case import checked_run, looked_at
+from symgen.identification.case import Run, checked_run, looked_at
 from symgen.identification.instruments import instrumented
-from symgen.identification.judging import Run
-from symgen.identification.reduction import loaded
-from symgen.identification.solving import Method, settled, solved
-from symgen.identification.validation import Part
+from symgen.identification.out_of_core import loaded
+from symgen.identification.solving import Method, Part, settled, solved
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot, require_gravity

@@ -10,7 +10,7 @@ from typing import Any
 from symgen.estimation.band import Band
 from symgen.experiment.recording import Recording
 from symgen.files import html_table
-from symgen.identification.verdict import KNOWN
+from symgen.identification.assessment import KNOWN
 from symgen.schemas import from_json, read_json, result_file, to_json
 
 SCHEMA = "symgen.study/1"

@@ -21,19 +21,18 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
 from symgen.estimation.estimators import Wls
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.values import FloatArray
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Drive, Robot
 
 if TYPE_CHECKING:
     from symgen.identification.payload_result import Payload
 
-FloatArray = NDArray[np.float64]
 _STEPS, _SETTLED = 30, 1e-3  # of the standard deviation
 
 

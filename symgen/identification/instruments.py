@@ -21,7 +21,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.log import make_log
 from symgen.data.plain import read_columns
@@ -31,11 +30,10 @@ from symgen.errors import IdentificationError, LogError
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.logs import Source, open_log
 from symgen.estimation.recipe import Recipe
-from symgen.identification.validation import Part
+from symgen.estimation.values import FloatArray
+from symgen.identification.solving import Part
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
-
-FloatArray = NDArray[np.float64]
 
 
 def instrumented(

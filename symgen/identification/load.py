@@ -11,15 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.errors import ParameterError
-from symgen.identification.physical.bodies import pseudo_inertia
-from symgen.identification.physical.conic import Cone, minimise
-from symgen.identification.physical.feasibility import IDENTITY, MATRIX
+from symgen.estimation.values import FloatArray
+from symgen.identification.physical import IDENTITY, MATRIX, Cone, minimise, pseudo_inertia
 
-FloatArray = NDArray[np.float64]
 COM = ("cx", "cy", "cz")
 #: Names of mass, centre and inertia about it, in the order of `read_off`.
 LABELS = ("mass", *COM, *names.INERTIA)

@@ -17,34 +17,85 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.codegen.model import Model, derive
 from symgen.data.raw import Reading
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
+from symgen.estimation.cutoff import choose_band
 from symgen.estimation.estimators import Wls
+from symgen.estimation.filtered import filtered
 from symgen.estimation.logs import (
     Source,
     listed_logs,
     require_logs,
+    require_other_data,
 )
-from symgen.estimation.poses import Shown
 from symgen.estimation.recipe import JUDGING
 from symgen.estimation.solve import Solution
-from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.system import Equations, LinearSystem, torque_equations
+from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
+from symgen.faults.logs import in_one_band, open_logs
 from symgen.identification.gains import calibrated
 from symgen.identification.load import LABELS, LoadEstimate, read_off, units
 from symgen.identification.parameters import link_columns, read_given, regrouping
-from symgen.identification.payload_logs import still_poses, torques
 from symgen.identification.payload_result import Left, Payload, Quantity
-from symgen.identification.static import STATIC
+from symgen.identification.static import STATIC, Shown, open_poses, pose_equations
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
-from symgen.runtime.evaluator import load
+from symgen.runtime.evaluator import Evaluator, load
 
-FloatArray = NDArray[np.float64]
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What was read: torque equations log by log, and what is said of it."""
+
+    equations: list[tuple[Equations, ...]]
+    band: Band | None
+    notes: tuple[str, ...]
+    repairs: tuple[Fault, ...] = ()
+
+
+def torques(
+    evaluator: Evaluator,
+    logs: Sequence[Source],
+    reading: Reading | None,
+    cutoff: float | None,
+    band: Band | None,
+    progress: Callable[[str], None],
+) -> Seen:
+    """Read logs of motions: in one band, that of the parameters where they have one."""
+    (samples,), repairs = open_logs((logs,), evaluator.model.robot, reading, progress)
+    require_other_data(samples, [])
+    samples, _, mended = in_one_band(samples, [])
+    band = band or choose_band(evaluator, samples, cutoff)
+    if cutoff is not None:
+        band = replace(band, cutoff_hz=cutoff)
+    progress(f"band: {band.in_words()}")
+    equations = [torque_equations(evaluator, filtered(s, band)) for s in samples]
+    notes = (*(n for s in samples for n in s.notes), f"band: {band.in_words()}")
+    return Seen(equations, band, notes, (*repairs, *mended))
+
+
+def still_poses(
+    evaluator: Evaluator,
+    logs: Sequence[Source],
+    reading: Reading | None,
+    cutoff: float | None,
+    _band: Band | None,
+    progress: Callable[[str], None],
+) -> Seen:
+    """Read tables of still poses."""
+    if cutoff is not None:
+        raise IdentificationError("--cutoff: still poses pass no filter; accepted: none")
+    progress(f"reading {', '.join(str(getattr(log, 'name', log)) for log in logs)}")
+    poses = [open_poses(log, evaluator.model.robot, reading) for log in logs]
+    require_other_data(poses, [])
+    equations = [pose_equations(evaluator, s) for s in poses]
+    return Seen(equations, None, tuple(n for s in poses for n in s.notes))
+
+
 MODELS = ("torque", STATIC)
 _TIED = 1e-7  # singular value, of scaled columns, of a direction that the logs do not determine
 
@@ -200,34 +251,56 @@ def _against(
     model: Model, rows: Sequence[Equations], known: _Known, G: FloatArray, mass: float | None
 ) -> Solved:
     """Solve for the load and friction, with given inertial parameters of the robot."""
-    p, inertial = len(known.X), model.inertial
-    free = list(range(10 if mass is None else 9))
-    V = _basis(rows, G, free)
-    given = _given(mass)
-    load_columns = G * units() @ V
-    rubbing = [k for k in Shown.by(rows).kept if k >= inertial]
-    rub = np.eye(p)[:, rubbing]
-    labels = (
-        *(f"load {k + 1}" for k in range(V.shape[1])),
-        *(model.base.names[k] for k in rubbing),
-    )
+    inertial = model.inertial
     # Friction as it was: what is left of it is solved for, so that its change has no say in s.
-    system = LinearSystem(
-        labels,
-        tuple(
-            replace(e, W=e.W @ np.hstack([load_columns, rub]), y=e.y - e.W @ (known.X + G @ given))
-            for e in rows
-        ),
-    )
-    solution = Wls().solve(system)
-    r = V.shape[1]
+    rubbing = [k for k in Shown.by(rows).kept if k >= inertial]
+    V, system, solution = _with_load(model, rows, (), G, mass, rubbing, known.X)
     covariance = solution.covariance
     if known.covariance is not None:
         shift = _shift(system, rows, solution)[:, :inertial]
         covariance = covariance + shift @ known.covariance[:inertial, :inertial] @ shift.T
     after = _relative(rows, [e.y - e.W @ solution.X for e in system.logs])
     before = _relative(rows, [e.y - e.W @ known.X for e in rows])
-    return _found(V, solution.X[:r], covariance[:r, :r], given), before, after, known.notes
+    return _found(V, solution.X, covariance, mass), before, after, known.notes
+
+
+def _with_load(
+    model: Model,
+    rows: Sequence[Equations],
+    alone: Sequence[Equations],
+    G: FloatArray,
+    mass: float | None,
+    free: Sequence[int],
+    X: FloatArray,
+) -> tuple[FloatArray, LinearSystem, Solution]:
+    """Solve for the load, and for a change of some parameters.
+
+    Args:
+        model: of the robot.
+        rows: with the load.
+        alone: without it.
+        G: from the parameters of the load to X, (p, 10).
+        mass: of the load, where it is known.
+        free: places of the parameters that are solved for.
+        X: the robot's parameters before, (p,).
+
+    Returns:
+        The directions of the load that torques show (10, r), the equations, and the solution: r
+        parameters of the load, then the free ones.
+    """
+    V = _basis(rows, G, range(10 if mass is None else 9))
+    own, r = np.eye(len(X))[:, list(free)], V.shape[1]
+    loaded, known = np.hstack([G * units() @ V, own]), X + G @ _given(mass)
+    bare = np.hstack([np.zeros((len(X), r)), own])
+    labels = (*(f"load {k + 1}" for k in range(r)), *(model.base.names[k] for k in free))
+    system = LinearSystem(
+        labels,
+        (
+            *(replace(e, W=e.W @ loaded, y=e.y - e.W @ known) for e in rows),
+            *(replace(e, W=e.W @ bare, y=e.y - e.W @ X) for e in alone),
+        ),
+    )
+    return V, system, Wls().solve(system)
 
 
 def _shift(system: LinearSystem, rows: Sequence[Equations], solution: Solution) -> FloatArray:
@@ -246,27 +319,12 @@ def _beside(
     mass: float | None,
 ) -> Solved:
     """Solve for the robot and the load at once, from logs with and without it."""
-    free = list(range(10 if mass is None else 9))
-    V = _basis(rows, G, free)
-    r, p = V.shape[1], G.shape[0]
-    given = _given(mass)
-    kept = list(Shown.by([*rows, *alone]).kept)
-    own = np.eye(p)[:, kept]
-    both = np.hstack([G * units() @ V, own])
-    none = np.hstack([np.zeros((p, r)), own])
-    labels = (*(f"load {k + 1}" for k in range(r)), *(model.base.names[k] for k in kept))
-    system = LinearSystem(
-        labels,
-        tuple(
-            [replace(e, W=e.W @ both, y=e.y - e.W @ (G @ given)) for e in rows]
-            + [replace(e, W=e.W @ none) for e in alone]
-        ),
-    )
-    solution = Wls().solve(system)
-    logs = system.logs[: len(rows)]
-    after = _relative(rows, [e.y - e.W @ solution.X for e in logs])
-    before = _relative(rows, [e.y - e.W @ own @ solution.X[r:] for e in rows])
-    return _found(V, solution.X[:r], solution.covariance[:r, :r], given), before, after, ()
+    kept, X = list(Shown.by([*rows, *alone]).kept), np.zeros(len(G))
+    V, system, solution = _with_load(model, rows, alone, G, mass, kept, X)
+    after = _relative(rows, [e.y - e.W @ solution.X for e in system.logs[: len(rows)]])
+    X[kept] = solution.X[V.shape[1] :]
+    before = _relative(rows, [e.y - e.W @ X for e in rows])
+    return _found(V, solution.X, solution.covariance, mass), before, after, ()
 
 
 def _calibrated(
@@ -282,7 +340,7 @@ def _calibrated(
     before = _beside(model, rows, alone, G, mass)[1]
     told = tuple(Quantity(float(g), float(s)) for g, s in zip(found.gain, found.std, strict=True))
     after = _relative(rows, found.left)
-    return (_found(V, found.a, found.covariance, given), before, after, ()), told
+    return (_found(V, found.a, found.covariance, mass), before, after, ()), told
 
 
 def _given(mass: float | None) -> FloatArray:
@@ -292,9 +350,10 @@ def _given(mass: float | None) -> FloatArray:
     return out
 
 
-def _found(V: FloatArray, a: FloatArray, C: FloatArray, given: FloatArray) -> LoadEstimate:
-    """Return s = given + U V a with its covariance, U the units."""
-    onto = units()[:, None] * V
+def _found(V: FloatArray, a: FloatArray, C: FloatArray, mass: float | None) -> LoadEstimate:
+    """Return s = given + U V a with its covariance, U the units; a comes first in X and its C."""
+    onto, given, r = units()[:, None] * V, _given(mass), V.shape[1]
+    a, C = a[:r], C[:r, :r]
     rest = np.linalg.svd(np.column_stack([V, given != 0]))
     null = rest[0][:, np.linalg.matrix_rank(np.column_stack([V, given != 0])) :]
     return LoadEstimate(given + onto @ a, onto @ C @ onto.T, null)

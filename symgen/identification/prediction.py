@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import derive
@@ -19,9 +18,9 @@ from symgen.errors import ParameterError
 from symgen.estimation.band import Band, comparison_band
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.filtered import filtered
-from symgen.estimation.fit import fit
 from symgen.estimation.recipe import JUDGING
-from symgen.estimation.values import Residual, Trace
+from symgen.estimation.torque_error import fit
+from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.faults.fault import Fault
 from symgen.faults.logs import open_samples
 from symgen.faults.samples import mended_speeds
@@ -32,7 +31,6 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import load
 from symgen.schemas import BESIDE, at, from_json, read_json, result_file, to_json
 
-FloatArray = NDArray[np.float64]
 SCHEMA = "symgen.prediction/2"
 MARKER, CURVES = "prediction.json", "prediction.csv"
 
@@ -45,7 +43,7 @@ class Prediction:
         robot: its name.
         torque: measured and predicted torque in the motion's band, (N, n), N m or N.
         error: ||measured - predicted|| over ||measured|| in the comparison band, per joint and over
-            all joints stacked; see `symgen.estimation.fit`.
+            all joints stacked; see `symgen.estimation.torque_error`.
         kinetic: kinetic energy (N,), J.
         potential: potential energy (N,), J, up to a constant.
         band: the filters of the run: those of the estimate, where it states them.

@@ -6,10 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symgen.data.signals import Samples
 from symgen.errors import IdentificationError
 from symgen.estimation.estimators import (
     ESTIMATORS,
@@ -23,16 +24,60 @@ from symgen.estimation.estimators import (
     bias_of_least_squares,
 )
 from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.logs import Source
 from symgen.estimation.recipe import Recipe, require_model
 from symgen.estimation.solve import Solution, column_norms, undetermined, weighed
 from symgen.estimation.summary import triangle
-from symgen.estimation.system import LinearSystem
-from symgen.estimation.values import Convergence
-from symgen.identification.physical.consistent import Consistent
-from symgen.identification.validation import Part
+from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.torque_error import relative_error
+from symgen.estimation.values import Convergence, FloatArray, Residual
+from symgen.identification.physical import Consistent
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
+#: Methods for which logs can be given weights.
+WEIGHED = ("wls", "ols")
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How equations are solved.
+
+    Attributes:
+        prior: estimate.json, TOML with [parameters], or the .urdf that the robot was imported from:
+            pulls methods wls and consistent towards its values (see `read_prior`).
+        weights: one a log, of its squared residuals; None: all alike. For wls and ols.
+        commanded: the commanded motion of each log, in their order, for the instruments of method
+            iv; by default they come from the encoders, where speeds were measured too.
+        forgetting: weight of the past for each new sample, of method recursive, in (0, 1]: some
+            1 / (1 - forgetting) samples are remembered, whatever the model and the window.
+    """
+
+    prior: str | Path | None = None
+    weights: Sequence[float] | None = None
+    commanded: Sequence[Source] | Source = ()
+    forgetting: float = 1.0
+
+    def shares(self, logs: int, method: str) -> Sequence[float]:
+        """Return one weight a log.
+
+        Raises:
+            IdentificationError: the method weighs no logs, or these are no weights of them.
+        """
+        weights = self.weights
+        if weights is None:
+            return [1.0] * logs
+        if method not in WEIGHED:
+            raise IdentificationError(
+                f"weights with method {method}; accepted: {', '.join(WEIGHED)}"
+            )
+        if len(weights) != logs or not all(0 < w < math.inf for w in weights):
+            shown = ", ".join(f"{w:g}" for w in weights)
+            raise IdentificationError(
+                f"weights {shown}; accepted: a number above 0 for each of {logs} logs"
+            )
+        return weights
+
+
 ALL_METHODS = (*METHODS, Consistent.name, "recursive")
 #: Methods that need no more of the logs than sums over their parts.
 FOLDED = (Wls.name, "ols")
@@ -42,6 +87,31 @@ _UNBIASED = (InstrumentalVariables.name, TotalLeastSquares.name)
 _CHECKPOINTS = 80
 _WINDOWS, _FEWEST, _MOVED = (0.5, 2.0, 4.0), 20, 3.0  # that are scanned
 _ROUNDS, _SETTLED = 30, 1e-3  # of the standard deviation
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One log in the band of the run, for one purpose: "train" or "validation"."""
+
+    kind: str
+    log: FilteredLog
+    equations: tuple[Equations, ...]
+    quantity: str = "energy"
+
+    @property
+    def samples(self) -> Samples:
+        """The log as it was sampled."""
+        return self.log.samples
+
+
+def residual(parts: Sequence[Part], X: FloatArray) -> Residual:
+    """Return ||y - W X|| / ||y|| of some equations, in all and by joint."""
+    equations = [e for p in parts for e in p.equations]
+    joints = 1 + max(e.joint or 0 for e in equations)
+    sums = np.zeros((2, joints))
+    for e in equations:
+        sums[:, e.joint or 0] += np.sum((e.y - e.W @ X) ** 2), np.sum(e.y**2)
+    return relative_error(sums[0], sums[1], equations[0].joint is not None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +158,11 @@ class Method:
     def plain(self) -> bool:
         """Whether it is least squares, which folds of chunks solve."""
         return self.name in FOLDED and self.prior is None and self.given is None
+
+    @property
+    def is_wls(self) -> bool:
+        """Whether it is the least squares that models are chosen by."""
+        return self.name == Wls.name and self.plain
 
     @property
     def label(self) -> str:

@@ -11,26 +11,27 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from symgen.codegen.model import derive
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.distributed import Workers, executor
-from symgen.errors import IdentificationError, LogError
-from symgen.estimation.estimators import Estimator
+from symgen.errors import IdentificationError
+from symgen.estimation.estimators import Estimator, bias_of_least_squares
 from symgen.estimation.logs import (
-    HELD_OUT,
     Source,
+    held_out,
     listed_logs,
     require_logs,
     require_other_data,
 )
 from symgen.estimation.recipe import JUDGING, NEEDED, Recipe
+from symgen.estimation.solve import Solution
+from symgen.estimation.torque_error import TorqueFit
 from symgen.faults.fault import Fault
 from symgen.faults.logs import open_logs
+from symgen.identification.assessment import judged, outcome
 from symgen.identification.case import (
+    Run,
     checked_run,
     chosen_case,
     determined,
@@ -38,12 +39,9 @@ from symgen.identification.case import (
     require_condition,
 )
 from symgen.identification.estimate import Estimate
-from symgen.identification.judging import Run, judged
-from symgen.identification.options import Fit
-from symgen.identification.out_of_core import identify_data_set
-from symgen.identification.parts import is_long, paths_of
-from symgen.identification.prior import read_prior
-from symgen.identification.solving import Method, solved
+from symgen.identification.out_of_core import identify_data_set, is_long, paths_of
+from symgen.identification.parameters import read_prior
+from symgen.identification.solving import Fit, Method, solved
 from symgen.identification.static import METHODS as POSE_METHODS
 from symgen.identification.static import STATIC, identify_poses
 from symgen.robot.toml_io import read_robot
@@ -51,7 +49,6 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 from symgen.symbolic.near_angles import told_of_angles
 
-FloatArray = NDArray[np.float64]
 AUTO = "auto"
 MODELS = (AUTO, *NEEDED, STATIC)
 _FEWEST = 10  # samples held out
@@ -224,20 +221,7 @@ def _look(
     require_other_data(train, held)
     if held:
         return train, held, repairs
-    early, late = zip(*map(_split, train), strict=True)
-    return list(early), list(late), repairs
-
-
-def _split(s: Samples) -> tuple[Samples, Samples]:
-    """Hold out the last fifth."""
-    cut = int(len(s.t) * (1 - HELD_OUT))
-    if len(s.t) - cut < _FEWEST:
-        raise LogError(
-            f"{s.name}: too short to hold out its last fifth, {len(s.t) - cut} samples; "
-            "accepted: a longer log, or a second one for validation"
-        )
-    late = s.cut(slice(cut, None))
-    return s.cut(slice(None, cut)), replace(late, name=f"{s.name} (last fifth)", notes=())
+    return *held_out(train, _FEWEST), repairs
 
 
 def _solve(
@@ -251,12 +235,15 @@ def _solve(
 ) -> Estimate:
     """Fit the models, take the one that predicts best, and judge it."""
     case = chosen_case(run, recipes, method, shares, motions, progress)
-    system, fault = case.system, case.fault
+    system, known = case.system, case.chosen
     progress(f"solving {len(system.y)} equations for {len(system.names)} parameters")
-    with determined(fault):
-        solution, bias = solved(run.evaluator, system, case.train, method, case.recipe)
-    require_condition(solution, fault)
+    torques: tuple[TorqueFit, ...] = ()
+    if method.is_wls and known is not None and isinstance(known.solution, Solution):
+        solution, bias = bias_of_least_squares(system, known.solution)
+        torques = known.torques
+    else:
+        with determined(case.fault):
+            solution, bias = solved(run.evaluator, system, case.train, method, case.recipe)
+    require_condition(solution, case.fault)
     progress("judging")
-    return judged(
-        run, case.recipe, method, solution, bias, case.found, faults, case.train, case.held
-    )
+    return judged(case, method, solution, bias, faults, outcome(case, solution.X, torques))

@@ -27,10 +27,8 @@ from symgen.estimation.estimators import (
     whitening,
 )
 from symgen.estimation.system import Equations, LinearSystem
-from symgen.identification.physical.bodies import pseudo_inertia
-from symgen.identification.physical.consistent import Consistent
-from symgen.identification.physical.links import nearest_consistent
-from symgen.identification.prior import read_prior
+from symgen.identification.parameters import read_prior
+from symgen.identification.physical import Consistent, nearest_consistent, pseudo_inertia
 
 TRUE = np.array([1.5, -0.4, 0.02, 3.0])
 NAMES = ("A", "B", "C", "FV1")

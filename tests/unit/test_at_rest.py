@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import symgen
 from symgen import read_robot
 from symgen.data.log import make_log
-from symgen.data.mask import mean_speeds, resting, slow_speeds
+from symgen.data.mask import Mask, mean_speeds, resting, slow_speeds
 from symgen.data.signals import Samples, prepare, sampled
 from symgen.errors import LogError
 from symgen.estimation.band import OPEN, Band, Rests
+from symgen.estimation.cutoff import rests_of, weighed_rests
 from symgen.estimation.filtered import filtered, unfiltered
-from symgen.estimation.fit import fit
 from symgen.estimation.masking import require_left, rests_in_words, seldom_moving
-from symgen.estimation.rests import rests_of, weighed_rests
 from symgen.estimation.system import (
     Equations,
     momentum_equations,
@@ -23,6 +24,7 @@ from symgen.estimation.system import (
     torque_equations,
     torque_sides,
 )
+from symgen.estimation.torque_error import fit
 from symgen.estimation.windows import placed_windows
 
 STEP = 0.004
@@ -183,8 +185,11 @@ def test_the_share_of_rests_is_that_of_the_joint_that_rests_most() -> None:
 
 def test_what_a_mask_leaves_too_little_of_is_named_by_log_and_joint() -> None:
     few = Equations("log, joint 2", np.ones((3, 2)), np.ones(3), np.arange(3.0), 1, 1)
+    log = prepare(make_log("log", 0.01 * np.arange(40), *np.ones((2, 40, 2))))
+    require_left(log, [few])
+    masked = replace(log, mask=Mask(np.zeros((40, 2), bool), np.zeros(40, bool)))
     with pytest.raises(LogError, match="log: --mask leaves 3 equations of joint 2; accepted"):
-        require_left("log", [few])
+        require_left(masked, [few])
 
 
 def test_equations_are_named_by_joint_and_a_cutoff_that_filters_nothing_is_said() -> None:

@@ -57,7 +57,7 @@ def test_there_must_be_more_equations_than_parameters() -> None:
 def test_any_number_of_weighted_parts_is_solved_as_one(count: int) -> None:
     logs = [_log(k, 4 if k else 9, 0.3) for k in range(count)]
     weights = np.linspace(0.5, 2.0, count)
-    X, scale, R = merged(factors(_system(*logs)), weights, NAMES)
+    X, scale, R = merged([s.factor for s in summaries(_system(*logs))], weights, NAMES)
     W, y = _stacked(logs, weights)
     np.testing.assert_allclose(X, np.linalg.lstsq(W, y, rcond=None)[0], rtol=1e-9)
     np.testing.assert_allclose(scale, np.linalg.norm(W, axis=0), rtol=1e-12)

@@ -10,9 +10,9 @@ from scipy.signal import butter, sosfiltfilt
 from statsmodels.stats.diagnostic import acorr_ljungbox
 from statsmodels.tsa.stattools import acf
 
-from symgen.estimation.fit import MEMORY as _MEMORY
+from symgen.estimation.torque_error import MEMORY as _MEMORY
 from symgen.estimation.values import Trace
-from symgen.identification.whiteness import in_words, lag_correlations, whiteness
+from symgen.identification.assessment import in_words, lag_correlations, whiteness
 
 STEP = 0.01
 

@@ -18,7 +18,7 @@ from support_streams import motion, parquet, robot
 
 import symgen
 from symgen import distributed
-from symgen.estimation import partition
+from symgen.estimation import chunks
 from symgen.identification import out_of_core
 
 pytest.importorskip("distributed")
@@ -28,7 +28,7 @@ pytestmark = pytest.mark.filterwarnings("default")  # of Dask's own
 @pytest.fixture
 def logs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder of two logs that make a dozen partitions."""
-    cut = partial(partition.partitions, chunk=700, most=700)
+    cut = partial(chunks.partitions, chunk=700, most=700)
     monkeypatch.setattr(out_of_core, "partitions", cut)
     for k, name in enumerate("ab"):
         parquet(tmp_path / f"{name}.parquet", motion(4000, k + 1))

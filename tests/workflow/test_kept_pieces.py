@@ -18,7 +18,7 @@ from support import PROJECT
 from support_streams import motion, parquet, robot
 
 import symgen
-from symgen.estimation import partition
+from symgen.estimation import chunks
 from symgen.identification import out_of_core
 from symgen.robot.toml_text import robot_toml
 
@@ -59,7 +59,7 @@ def _told(lines: list[str]) -> list[str]:
 @pytest.fixture
 def logs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder of two logs that make many pieces."""
-    cut = partial(partition.partitions, chunk=900, most=1800)
+    cut = partial(chunks.partitions, chunk=900, most=1800)
     monkeypatch.setattr(out_of_core, "partitions", cut)
     folder = tmp_path / "logs"
     folder.mkdir()

@@ -21,8 +21,7 @@ from symgen.estimation.recipe import Recipe
 from symgen.estimation.system import Equations, LinearSystem, energy_equations
 from symgen.identification.estimate import Consistency
 from symgen.identification.instruments import instrumented
-from symgen.identification.solving import ALL_METHODS
-from symgen.identification.validation import Part
+from symgen.identification.solving import ALL_METHODS, Part
 from symgen.report.store import result_page
 
 X = np.array([1.702, 0.05644, 0.15, 0.075])

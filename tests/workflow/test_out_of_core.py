@@ -17,10 +17,10 @@ import symgen
 from symgen import distributed
 from symgen.data.dataset import DataSet, listed_files
 from symgen.data.npz import StoredArray
-from symgen.data.tables import ColumnTable
-from symgen.estimation import partition
-from symgen.identification import out_of_core, reduction
-from symgen.identification.parts import is_long
+from symgen.data.parquet import ParquetTable
+from symgen.estimation import chunks
+from symgen.identification import out_of_core
+from symgen.identification.out_of_core import is_long
 from symgen.robot.toml_text import robot_toml
 
 #: Own rows of a chunk and of a partition: many of both in a log of some thousand samples.
@@ -40,7 +40,7 @@ def logs(tmp_path: Path) -> Path:
 @pytest.fixture(autouse=True)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Chunks so small that these logs have many."""
-    cut = partial(partition.partitions, chunk=CHUNK, most=PARTITION)
+    cut = partial(chunks.partitions, chunk=CHUNK, most=PARTITION)
     monkeypatch.setattr(out_of_core, "partitions", cut)
 
 
@@ -106,10 +106,10 @@ def test_no_window_straddles_a_gap_and_stretches_are_logs(tmp_path: Path) -> Non
 def test_each_row_is_the_own_of_one_chunk_and_is_decoded_once(
     logs: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    covers: list[list[partition.Partition]] = []
+    covers: list[list[chunks.Partition]] = []
 
     def kept(*given):
-        covers.append(partition.partitions(*given, chunk=CHUNK, most=PARTITION))
+        covers.append(chunks.partitions(*given, chunk=CHUNK, most=PARTITION))
         return covers[-1]
 
     monkeypatch.setattr(out_of_core, "partitions", kept)
@@ -221,7 +221,7 @@ def test_the_last_pass_goes_on_from_what_the_first_kept(
     assert len(files) > 4
     assert sum(f.stat().st_size for f in files) < once * 7 * 8
     read.clear()
-    monkeypatch.setattr(reduction.Work, "path", lambda *_: None)
+    monkeypatch.setattr(out_of_core.Work, "path", lambda *_: None)
     anew = symgen.identify(robot(), str(logs), **given)
     assert sum(read) > 1.5 * once
     same(anew, kept, 1e-12)
@@ -236,9 +236,9 @@ def test_long_logs_for_least_squares_are_read_chunk_by_chunk(
     path, packed = tmp_path / "long.npz", tmp_path / "packed.npz"
     np.savez(path, t=columns["t"], **arrays)
     np.savez_compressed(packed, t=columns["t"], **arrays)
-    monkeypatch.setattr("symgen.identification.parts._LIGHT", 0)
+    monkeypatch.setattr("symgen.identification.out_of_core._LIGHT", 0)
     memory = symgen.identify(robot(), path, model="momentum")
-    monkeypatch.setattr("symgen.identification.parts.LONG", 3000)
+    monkeypatch.setattr("symgen.identification.out_of_core.LONG", 3000)
     read, rows = [], StoredArray.__getitem__
 
     def counted(self, span):

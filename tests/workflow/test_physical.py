@@ -14,8 +14,7 @@ from symgen import names
 from symgen.codegen.kernels import regrouped
 from symgen.codegen.verification import physical_parameters
 from symgen.identification.estimate import Consistency
-from symgen.identification.physical.bodies import bodies
-from symgen.identification.physical.links import LinkParameters, consistency
+from symgen.identification.physical import LinkParameters, bodies, consistency
 
 DRIVES = ("IA", "IAM", "FS", "FV", "FSM", "FVM")
 L1 = 0.5

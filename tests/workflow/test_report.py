@@ -16,6 +16,7 @@ import symgen
 from symgen.estimation.band import Band
 from symgen.estimation.values import Balance, Convergence, Residual, Trace
 from symgen.faults.fault import Fault
+from symgen.identification.assessment import whiteness
 from symgen.identification.estimate import (
     Alternative,
     Apart,
@@ -26,7 +27,6 @@ from symgen.identification.estimate import (
     ParameterEstimate,
     Use,
 )
-from symgen.identification.whiteness import whiteness
 from symgen.report import html as pages
 from symgen.report.content.parts import Content, Section, Table
 from symgen.report.plots import curves as plots

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.identification.assessment import LEVEL, in_words
 from symgen.identification.estimate import Estimate, ParameterEstimate
-from symgen.identification.whiteness import LEVEL, in_words
 from symgen.report.content.parts import (
     Banner,
     Content,

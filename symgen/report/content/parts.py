@@ -110,7 +110,7 @@ def notes_section(notes: Sequence[str]) -> tuple[Section, ...]:
     return (Section("Notes", tuple(notes), told=told),) if notes else ()
 
 
-def repairs_section(repairs: Sequence[Repair]) -> Section:
+def repairs_section(repairs: Sequence[Fault]) -> Section:
     """Return what was mended in the logs."""
     rows = [(r.log, r.channel, r.fault, str(r.samples), r.done) for r in repairs]
     text = "Mended before anything else was looked for."

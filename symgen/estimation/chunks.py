@@ -1,36 +1,175 @@
-"""Chunks of long logs: which rows are read, and which of what they give counts.
+"""Chunks of long logs: which rows are read, which of what they give counts, and what is kept.
 
 A chunk has rows of its own, and on either side as many more as filters, windows and sums of scores
 reach: what a filter leaves of a sample beyond them is below 1e-10. It begins at a multiple of every
 stride, so that nodes, windows and kept samples are those of the whole log; each of them lies in the
 own time of exactly one chunk. Chunks never span a gap.
+
+The motion is smooth between nodes, and torques are compared some tens of times a second: a chunk
+that was read, mended and filtered once is kept as a quarter of its samples or less, from which a
+later pass goes on. W is not kept: it is larger than the motion that it is made of, and quickly
+evaluated.
 """
 
 from __future__ import annotations
 
+import io
+import json
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.data.mask import Bools
 from symgen.data.signals import TAIL
 from symgen.data.stretch import Stretch
 from symgen.estimation.band import Band
-from symgen.estimation.decimation import decimation
+from symgen.estimation.decimation import Decimation, decimation
 from symgen.estimation.filtered import FilteredLog, stride_of
-from symgen.estimation.fit import TorqueFit, of_torque, squares
 from symgen.estimation.recipe import Recipe
 from symgen.estimation.summary import LAGS
-from symgen.estimation.system import Equations
-from symgen.estimation.thin import ThinLog, packed_arrays, thin_log
-from symgen.estimation.windows import windows
+from symgen.estimation.system import (
+    Equations,
+    Model,
+    compared_torques,
+    energy_rows,
+    energy_sides,
+    equated,
+    momentum_rows,
+    momentum_sides,
+    torque_sides,
+)
+from symgen.estimation.torque_error import TorqueFit, of_torque, squares
+from symgen.estimation.values import FloatArray
+from symgen.estimation.windows import Windows, placed_windows, windows
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
+_MOTION = ("q", "qd", "qdd")
+_SIDES = ("joint", "correlation", "rest_weight")  # of equations, beside arrays
+
+
+@dataclass(frozen=True, eq=False)
+class ThinLog:
+    """A chunk of a log without a mask.
+
+    Attributes:
+        name: of the log.
+        rows: low-pass of the comparison band on the nodes.
+        motion: q, qd, qdd at the nodes, (nodes, n) each.
+        windows: of the equations; None for torque.
+        window_motion: q, qd at the nodes of the windows.
+        sides: the equations without W, joint by joint.
+        t: of the samples at which torques are compared, (K,) s.
+        measured: torque there, (K, n).
+        resting: whether a rest of the joint concerns it, (K, n); None where no joint rests.
+    """
+
+    name: str
+    rows: Decimation
+    motion: tuple[FloatArray, FloatArray, FloatArray]
+    windows: Windows | None
+    window_motion: tuple[FloatArray, FloatArray]
+    sides: tuple[Equations, ...]
+    t: FloatArray
+    measured: FloatArray
+    resting: Bools | None = None
+
+    def equations(self, evaluator: Evaluator, recipe: Recipe) -> tuple[Equations, ...]:
+        """Return the equations with their W."""
+        if self.windows is None:
+            rows = compared_torques(evaluator, self.modelled).transpose(1, 0, 2)
+        else:
+            built = energy_rows if recipe.model == "energy" else momentum_rows
+            rows = built(evaluator, *self.window_motion, self.windows, self.rows.step)
+        return equated(self.sides, rows)
+
+    def torque(self, evaluator: Evaluator, X: FloatArray) -> FloatArray:
+        """Return the torque of a model in the comparison band, (K, n)."""
+        inverse = evaluator["inverse_dynamics"]
+        found = self.modelled(lambda q, qd, qdd: inverse(q, qd, qdd, X))
+        return np.concatenate([torque for _, torque in found])
+
+    def modelled(self, model: Model) -> Iterator[tuple[slice, FloatArray]]:
+        """Evaluate a model along the log, see `FilteredLog.modelled`."""
+
+        def at(first: int, last: int) -> FloatArray:
+            return np.asarray(model(*(x[first:last] for x in self.motion)))
+
+        return self.rows.chunks(at)
+
+    def arrays(self) -> dict[str, Any]:
+        """Return all of it as arrays, for `packed_arrays` and `thin_log`."""
+        about = {
+            "name": self.name,
+            "rows": asdict(self.rows),
+            "windows": None if self.windows is None else asdict(self.windows),
+            "sides": [{key: getattr(e, key) for key in _SIDES} for e in self.sides],
+        }
+        arrays: dict[str, Any] = {"about": np.array(json.dumps(about))}
+        arrays |= {"t": self.t, "measured": self.measured}
+        arrays |= dict(zip(_MOTION, self.motion, strict=True))
+        if self.windows is not None and self.windows.stride != self.rows.stride:
+            arrays |= dict(zip(("wq", "wqd"), self.window_motion, strict=True))
+        arrays |= {"sides_t": self.sides[0].t, "y": np.stack([e.y for e in self.sides])}
+        if any(e.rest is not None for e in self.sides):
+            arrays["rest"] = np.stack([e.scale != 1 for e in self.sides])
+        if self.resting is not None:
+            arrays["resting"] = self.resting
+        return arrays
+
+
+def packed_arrays(arrays: Mapping[str, Any]) -> bytes:
+    """Return arrays as the bytes of an NPZ file."""
+    file = io.BytesIO()
+    np.savez(file, **arrays)
+    return file.getvalue()
+
+
+def thinned(log: FilteredLog, recipe: Recipe) -> ThinLog:
+    """Keep of a log without a mask what its equations and torques need.
+
+    Raises:
+        IdentificationError: the window does not fit the log.
+    """
+    stride = log.rows.stride
+    motion = (*log.nodes(stride), np.ascontiguousarray(log.qdd[::stride]))
+    if recipe.model == "torque":
+        w, own, sides = None, motion[:2], torque_sides(log)
+    else:
+        w = placed_windows(log, recipe.window)
+        own = motion[:2] if w.stride == stride else log.nodes(w.stride)
+        sides = [energy_sides(log, w)] if recipe.model == "energy" else momentum_sides(log, w)
+    t = log.t[log.kept]
+    return ThinLog(log.name, log.rows, motion, w, own, tuple(sides), t, log.measured, log.resting)
+
+
+def thin_log(arrays: Mapping[str, NDArray[Any]]) -> ThinLog:
+    """Return the log whose `arrays` these are."""
+    about = json.loads(str(arrays["about"]))
+    motion = (arrays["q"], arrays["qd"], arrays["qdd"])
+    t, name = arrays["sides_t"], about["name"]
+    rests = arrays.get("rest", [None] * len(about["sides"]))
+    sides = tuple(
+        Equations(name, np.zeros((len(t), 0)), y, t, rest=rest, **own)
+        for y, rest, own in zip(arrays["y"], rests, about["sides"], strict=True)
+    )
+    return ThinLog(
+        name,
+        Decimation(**about["rows"]),
+        motion,
+        about["windows"] and Windows(**about["windows"]),
+        (arrays["wq"], arrays["wqd"]) if "wq" in arrays else motion[:2],
+        sides,
+        arrays["t"],
+        arrays["measured"],
+        arrays.get("resting"),
+    )
+
+
 #: Own rows of a chunk, about; those of a partition, the unit of work, that is kept when finished.
 CHUNK, PARTITION = 1 << 17, 1 << 20
 _SPLINE = 128  # samples that a derivative reaches, twice over

@@ -18,10 +18,9 @@ from symgen.data.mask import Bools
 from symgen.errors import LogError
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.filtered import FilteredLog
-from symgen.estimation.values import Residual, Trace
+from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 #: Periods of a low-pass's cutoff after which white noise that passed it is uncorrelated to 2 %.
 MEMORY = 2.0
 
@@ -59,28 +58,33 @@ class TorqueFit:
         return TorqueFit(error, size, (), np.zeros_like(self.rest))
 
     @property
-    def ratios(self) -> FloatArray:
-        """(n,) ||tau_j - model_j|| / ||tau_j||; 0 where no torque was measured."""
-        return np.asarray(np.sqrt(self.error / np.where(self.size > 0, self.size, np.inf)))
-
-    @property
     def residual(self) -> Residual:
-        """In all, and joint by joint."""
-        total = math.sqrt(float(self.error.sum()) / max(float(self.size.sum()), 1e-300))
-        return Residual(total, tuple(map(float, self.ratios)))
+        """In all, and joint by joint; 0 where no torque was measured."""
+        return relative_error(self.error, self.size)
 
     @property
     def told_apart(self) -> tuple[str, ...]:
         """Say what is left of joints that move and of joints at rest, where any rests."""
         if not self.rest.any():
             return ()
-        error, size = self.rest.sum(axis=1)
         moving = 100 * self.in_motion.residual.relative
-        still = 100 * math.sqrt(error / max(size, 1e-300))
+        still = 100 * relative_error(*self.rest).relative
         return (
             f"the torque error is {moving:.3g} % of joints that move and "
             f"{still:.3g} % of joints at rest",
         )
+
+
+def relative_error(error: FloatArray, size: FloatArray, by_joint: bool = True) -> Residual:
+    """Return ||error|| / ||size|| in all, and by joint: 0 where there is nothing to compare with.
+
+    Args:
+        error, size: (m,) sums of squares.
+        by_joint: whether what is summed belongs to joints.
+    """
+    total = math.sqrt(float(error.sum()) / max(float(size.sum()), 1e-300))
+    each = np.sqrt(error / np.where(size > 0, size, np.inf))
+    return Residual(total, tuple(map(float, each)) if by_joint else None)
 
 
 def fit(

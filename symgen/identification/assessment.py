@@ -1,0 +1,740 @@
+"""What an estimate is worth: its fit, what it may be used for, and all that is said of it.
+
+    prediction  the torque error on held-out motion is small, not learned by heart, and what the
+                covariance of X says of other motions in the same range is no larger
+    parameters  which of them are known, and whether a robot can have them
+    simulation  the mass matrix is positive definite over the range of the motion, and friction
+                takes energy out
+
+How often they are right is counted on simulated runs on which none of the thresholds was chosen
+(tests/workflow/trust_study.py).
+
+A residual that is correlated in time holds motion that the model does not explain. Rows that share
+a window, or what a filter spreads, are correlated by construction: only rows further apart count.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import reduce
+
+import numpy as np
+
+from symgen import names
+from symgen.data.mask import at_rest
+from symgen.data.signals import Samples
+from symgen.errors import IdentificationError
+from symgen.estimation.band import Band
+from symgen.estimation.estimators import Wls
+from symgen.estimation.filtered import FilteredLog, filtered
+from symgen.estimation.integrals import cumulative_integral
+from symgen.estimation.logs import digest
+from symgen.estimation.masking import seldom_moving
+from symgen.estimation.recipe import Recipe
+from symgen.estimation.solve import Solution
+from symgen.estimation.statistics import chi2_tail
+from symgen.estimation.system import LinearSystem
+from symgen.estimation.torque_error import MEMORY, TorqueFit, fit
+from symgen.estimation.values import Balance, Contrast, FloatArray, Residual, Trace, Whiteness
+from symgen.identification.case import Case
+from symgen.identification.estimate import (
+    LOG_DIGEST,
+    ROBOT_DIGEST,
+    Alternative,
+    Consistency,
+    Estimate,
+    Joint,
+    ParameterEstimate,
+    Use,
+    other_estimate,
+)
+from symgen.identification.parameters import mass_matrices
+from symgen.identification.physical import POSITIVE, consistency, implausible
+from symgen.identification.solving import (
+    Method,
+    Part,
+    convergence,
+    moved_by_window,
+    residual,
+)
+from symgen.robot.toml_text import robot_toml
+from symgen.runtime.evaluator import Evaluator
+from symgen.symbolic.near_angles import costly_angles
+
+_PLENTY = 10  # independent equations for each parameter
+_AT_ONCE = 8192  # samples whose energies are evaluated together
+_LOUD = 0.03  # relative residual above which signs are tried
+_BETTER = 0.5  # of the residual that another sign has to leave at most
+#: Largest torque error on held-out motion that counts as explained: in all, and of one joint.
+RESIDUAL, JOINT = 0.25, 0.6
+#: Held-out torque error over that of the training logs above which the log was learned by heart.
+OVERFIT = 3.0
+#: Error of torque on other motions in the same range, as the covariance of X has it, over what is
+#: said.
+ELSEWHERE = 1.0
+#: Torque errors below this are not worth a doubt.
+NEGLIGIBLE = 0.01
+#: Condition number of the scaled regressor above which small errors of the data become large.
+CONDITION = 500.0
+#: Independent windows that each parameter needs.
+WINDOWS = 3.0
+#: How many standard deviations make a sign sure.
+SIGNIFICANT = 3.0
+#: Relative standard deviation up to which a parameter is known, in percent.
+KNOWN = 30.0
+_BEYOND_DOUBT = 7.0  # standard deviations
+_SHARE = 1e-4  # of the squared torque of all joints that one needs to count
+#: States that are drawn to look at a model elsewhere, and their seed.
+STATES, SEED = 500, 1988
+_FARTHER = "symgen excite writes a motion that shows them"
+#: Most lags that are looked at, fewest, and rows that each needs.
+LAGS, _LEAST, _ROWS = 20, 3, 5
+#: Probability from which a residual is called correlated.
+LEVEL = 0.01
+_NORMAL = 1.959963984540054
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """How a solution fits all equations and torques, those of the logs of a run or of more.
+
+    Attributes:
+        train: residual of the equations of the training logs.
+        held: of the validation logs.
+        own: torques of the training logs.
+        seen: of the validation logs.
+        windows: number of independent equations.
+    """
+
+    train: Residual
+    held: Residual
+    own: TorqueFit
+    seen: TorqueFit
+    windows: float
+
+
+def outcome(case: Case, X: FloatArray, torques: Sequence[TorqueFit] = ()) -> Outcome:
+    """Return how X fits the logs of a run.
+
+    Args:
+        case: the run, with the equations of the model.
+        X: parameters, (p,).
+        torques: of the training and the validation logs at X, where they were compared before.
+    """
+    run, train = case.run, case.train
+    own, seen = torques or (
+        fit(run.evaluator, run.train, X, "train"),
+        fit(run.evaluator, run.held, X),
+    )
+    windows = sum(len(e.y) / e.correlation for p in train for e in p.equations)
+    if case.recipe.model == "torque":
+        return Outcome(own.residual, seen.residual, own, seen, windows)
+    return Outcome(residual(train, X), residual(case.held, X), own, seen, windows)
+
+
+def judged(
+    case: Case,
+    method: Method,
+    solution: Solution,
+    bias: str,
+    faults: tuple[str, ...],
+    out: Outcome,
+) -> Estimate:
+    """Return the estimate that a solution is, with its fit, its verdict, and what is drawn of it.
+
+    Args:
+        case: the run, with the equations that were solved, or with those of a sample.
+        method: that solved them.
+        solution: what it gave.
+        bias: of least squares beyond its intervals, in words, or "".
+        faults: of the torques, in words.
+        out: how the solution fits all logs.
+    """
+    run, recipe, train, held = case.run, case.recipe, case.train, case.held
+    evaluator, X = run.evaluator, solution.X
+    robot = evaluator.model.robot
+    base = evaluator.model.base
+    std = solution.std
+    parameters = tuple(
+        ParameterEstimate(b.name, b.expression, float(x), float(s), b.unit)
+        for b, x, s in zip(base.parameters, X, std, strict=True)
+    )
+    own, seen = out.own, out.seen
+    physical = consistency(evaluator.model, X, solution.covariance)
+    turned = wrong_sign(evaluator, train, recipe, out.train.relative)
+    elsewhere = error_elsewhere(evaluator, run.train, solution.covariance)
+    told = verdict(
+        prediction_use(
+            own,
+            seen,
+            elsewhere,
+            (
+                *faults,
+                *hardly_moving(run.train, robot.sigma),
+                *driving_friction(parameters),
+                *((turned,) if turned else ()),
+            ),
+            (
+                *(f"{r.log}: {r.channel} {r.fault}" for r in run.repairs if r.kind == "coarse"),
+                *seldom_moving(run.train),
+            ),
+        ),
+        parameters_use(
+            parameters, physical, (*((bias,) if bias else ()), *disagreement(case.found))
+        ),
+        simulation_use(evaluator, run.train, X, parameters),
+        len(parameters),
+        seen.told_apart,
+    )
+    notes = tuple(note for log in run.logs for note in log.samples.notes)
+    notes += (f"band: {run.band.in_words()}", *_of_rests(run.band, seen), *costly_angles(robot))
+    if not run.given:
+        notes += ("no validation log is given: the last fifth of each log is held out",)
+    if out.windows < _PLENTY * len(parameters):
+        notes += (
+            f"{out.windows:.0f} independent equations for {len(parameters)} parameters: under "
+            f"{_PLENTY} each, the intervals tend to be short",
+        )
+    notes += solution.notes
+    if len(set(solution.weights)) > 1:
+        low, high = min(solution.weights), max(solution.weights)
+        notes += (
+            f"equations are weighed by log and joint, largest over smallest {high / low:.2f}",
+        )
+    if any(p.equations[0].weight != 1.0 for p in train):
+        listed = ", ".join(f"{p.equations[0].weight:g}" for p in train)
+        notes += (f"squared residuals of the logs are weighed by {listed}",)
+    notes += tuple(filter(None, (implausible(evaluator, run.train, X),)))
+    moved = moved_by_window(evaluator, train, method, recipe, X, std)
+    if moved:
+        notes += (
+            f"with other windows {moved}: the model misses something of this size, "
+            "which std does not tell",
+        )
+    traces = tuple(trace for p in (*train, *held) for trace in model_traces(p, X))
+    traces += own.traces + seen.traces
+    outside, prior = np.where(std > 0, std, 1), method.prior
+    return Estimate(
+        robot=robot.name,
+        joints=tuple(Joint(j.number, names.unit("FS", j.sigma)) for j in robot.movable),
+        model=recipe.model,
+        method=method.label,
+        parameters=parameters,
+        condition_number=solution.condition_number,
+        train=out.train,
+        validation=out.held,
+        torque_train=own.residual,
+        torque_validation=seen.residual,
+        cutoff_hz=run.band.cutoff_hz,
+        window_s=None if recipe.model == "torque" else recipe.window,
+        verdict=told.word,
+        reasons=told.reasons,
+        notes=notes,
+        correlation=solution.covariance / np.outer(outside, outside),
+        traces=traces,
+        convergence=convergence(train, base.names),
+        provenance=provenance(
+            evaluator, [(p.kind, p.samples) for p in (*train, *held)], _settings(method)
+        ),
+        physical=physical,
+        excludes=method.excludes,
+        endogeneity=solution.endogeneity,
+        comparison=tuple(other_estimate(c, base.names) for c in solution.comparison),
+        prior=None
+        if prior is None
+        else other_estimate(Contrast("prior", prior.mean, prior.std), base.names),
+        balances=energy_balances(evaluator, (*train, *held), X),
+        whiteness=whiteness(traces),
+        band=run.band,
+        repairs=run.repairs,
+        alternatives=case.found,
+        uses=told.uses,
+        headline=told.headline,
+    )
+
+
+def _of_rests(band: Band, seen: TorqueFit) -> tuple[str, ...]:
+    """Say what rests do, where the logs that judge have any."""
+    if band.rests is None:
+        return ()
+    weights = band.rests.weight
+    return tuple(
+        f"joints stand still at times, where friction can be anything between its limits: {told}; "
+        f"equations at rest weigh {min(weights):.2g} to {max(weights):.2g} of those in motion"
+        for told in seen.told_apart
+    )
+
+
+def own_version() -> str:
+    """Return symgen's version; "unknown" where it is not installed."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("symgen")
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def provenance(
+    evaluator: Evaluator,
+    logs: Iterable[tuple[str, Samples]],
+    more: Iterable[tuple[str, str]] = (),
+) -> tuple[tuple[str, str], ...]:
+    """Return what made an estimate: symgen's version, the backend, the robot, and the logs.
+
+    Args:
+        evaluator: the compiled model.
+        logs: with their kind.
+        more: what else has to be told, before the logs.
+    """
+    robot = hashlib.sha256(robot_toml(evaluator.model.robot).encode()).hexdigest()
+    own = (("symgen", own_version()), ("backend", evaluator.backend), (ROBOT_DIGEST, robot))
+    data = ((f"{kind} {s.name}, {LOG_DIGEST}", digest(s)) for kind, s in logs)
+    return (*own, *more, *data)
+
+
+def _settings(method: Method) -> list[tuple[str, str]]:
+    """Return what the provenance of an estimate says of its method."""
+    out = []
+    if method.name == "recursive":
+        out.append(("forgetting", f"{method.forgetting:g}"))
+    if method.prior is not None:
+        given = np.concatenate([method.prior.mean, method.prior.std]).tobytes()
+        out.append(("prior, sha256 of its means and std", hashlib.sha256(given).hexdigest()))
+    return out
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What an estimate may be used for.
+
+    Attributes:
+        uses: prediction, parameters, simulation.
+        reasons: why it is doubtful; empty where it is trusted.
+        headline: in one line: what it is trusted for, and what stands beside that.
+    """
+
+    uses: tuple[Use, ...]
+    reasons: tuple[str, ...]
+    headline: str
+
+    @property
+    def word(self) -> str:
+        """trusted or doubtful."""
+        return "doubtful" if self.reasons else "trusted"
+
+
+def prediction_use(
+    train: TorqueFit,
+    held: TorqueFit,
+    elsewhere: float,
+    faults: Sequence[str],
+    suspects: Sequence[str] = (),
+) -> Use:
+    """Judge the torque on held-out motion: of joints that move, where any does.
+
+    Args:
+        train: torques of the training logs.
+        held: of data that the estimate never saw.
+        elsewhere: torque error on other motions in the same range, from `error_elsewhere`.
+        faults: of the logs that matter and could not be mended.
+        suspects: what was seen in the logs and left; the reason, where the torque is unexplained.
+    """
+    reasons = list(faults)
+    train, held = (f.in_motion if f.in_motion.size.any() else f for f in (train, held))
+    said, own = held.residual.relative, train.residual.relative
+    if said > RESIDUAL:
+        reasons.append(
+            f"the model leaves {100 * said:.3g} % of the torque of held-out motion unexplained"
+        )
+    each = np.array(held.residual.per_joint)
+    counts = held.size > _SHARE * held.size.sum()
+    bad = [f"{j + 1} ({100 * each[j]:.3g} %)" for j in np.flatnonzero((each > JOINT) & counts)]
+    if bad:
+        reasons.append(
+            f"the torque of held-out motion is unexplained at movable joints {', '.join(bad)}"
+        )
+    if said > RESIDUAL or bad:
+        reasons += suspects
+    if said > max(OVERFIT * own, NEGLIGIBLE):
+        reasons.append(
+            f"overfit: the torque error on held-out motion is {100 * said:.3g} %, "
+            f"{said / max(own, 1e-300):.3g} times that on the training logs"
+        )
+    if elsewhere > max(ELSEWHERE * said, NEGLIGIBLE):
+        reasons.append(
+            f"the motion does not carry its parameters: other motions in the same range would have "
+            f"{100 * elsewhere:.2g} % torque error from their uncertainty alone; record a richer "
+            f"one, {_FARTHER}"
+        )
+    return Use("prediction", tuple(reasons))
+
+
+def error_elsewhere(
+    evaluator: Evaluator, logs: Sequence[FilteredLog], covariance: FloatArray
+) -> float:
+    """Return the torque error on other motions of the same range, from the covariance of X alone.
+
+        sqrt(sum over states of tr(W C W')) / sqrt(sum over states of tau' tau)
+
+    with W at states whose joints are drawn from the logs independently of each other: each joint
+    as it was, but in company that it did not keep; and tau those of the logs.
+
+    Args:
+        evaluator: the compiled model, with torque_regressor.
+        logs: the training logs.
+        covariance: of X, (p, p).
+    """
+    draw = np.random.default_rng(SEED)
+    q, qd, qdd, tau = (
+        np.concatenate([getattr(log, key)[log.kept] for log in logs])
+        if key != "measured"
+        else np.concatenate([log.measured for log in logs])
+        for key in ("q", "qd", "qdd", "measured")
+    )
+    rows = draw.integers(len(q), size=(STATES, q.shape[1]))
+    joints = np.arange(q.shape[1])
+    W = evaluator["torque_regressor"](
+        *(np.ascontiguousarray(x[rows, joints]) for x in (q, qd, qdd))
+    )
+    linear = W.shape[2]
+    spread = np.einsum("kja,ab,kjb->", W, covariance[:linear, :linear], W) / STATES
+    size = float(np.mean(np.sum(tau**2, axis=1)))
+    return float(np.sqrt(max(spread, 0.0) / max(size, 1e-300)))
+
+
+def parameters_use(
+    parameters: Sequence[ParameterEstimate],
+    physical: Consistency,
+    doubts: Sequence[str],
+) -> Use:
+    """Say which parameters are known, and what speaks against them as those of a robot."""
+    known = tuple(p.name for p in parameters if p.relative_std_percent <= KNOWN)
+    reasons = list(doubts)
+    weak = [p.name for p in parameters if p.name not in known]
+    if weak:
+        listed = ", ".join(weak[:8]) + (", ..." if len(weak) > 8 else "")
+        reasons.append(
+            f"{len(weak)} of {len(parameters)} are weak (std above {KNOWN:g} %): {listed}"
+        )
+    negative = negative_parameters(parameters)
+    if negative:
+        reasons.append(f"{', '.join(negative)} must be positive and came out negative")
+    if physical.feasible is False:
+        reasons.append(f"no robot can have them: {physical.reason}")
+    return Use("parameters", tuple(reasons), known)
+
+
+def driving_friction(parameters: Sequence[ParameterEstimate]) -> tuple[str, ...]:
+    """Name joints whose friction would drive them beyond doubt: a sign of a channel, or of time."""
+    out = []
+    values = {p.name: p for p in parameters}
+    for name, p in values.items():
+        other = values.get(f"{'FV' if name.startswith('FS') else 'FS'}{name[2:]}")
+        if name[:2] not in ("FS", "FV") or not name[2:].isdigit():
+            continue
+        helps = other is not None and other.value > SIGNIFICANT * other.std
+        if p.value < -_BEYOND_DOUBT * p.std and not helps:
+            out.append(name)
+    if not out:
+        return ()
+    return (
+        f"friction would drive the robot at {_joints(out)}: {', '.join(out)} negative beyond "
+        "doubt; the sign of tau or of q of these joints, or time itself, runs the other way",
+    )
+
+
+def _joints(names: Sequence[str]) -> str:
+    numbers = list(dict.fromkeys(name[2:] for name in names))
+    return f"joint{'s' if len(numbers) > 1 else ''} {', '.join(numbers)}"
+
+
+def negative_parameters(parameters: Sequence[ParameterEstimate]) -> list[str]:
+    """Return what must be positive and is negative beyond doubt."""
+    return [
+        p.name
+        for p in parameters
+        if p.expression == p.name
+        and p.name.rstrip("0123456789") in POSITIVE
+        and p.value < -SIGNIFICANT * p.std
+    ]
+
+
+def simulation_use(
+    evaluator: Evaluator,
+    logs: Sequence[FilteredLog],
+    X: FloatArray,
+    parameters: Sequence[ParameterEstimate],
+) -> Use:
+    """Judge whether the model can be simulated over the range of the motion.
+
+    The mass matrix has to be positive definite at positions of the logs, and at positions whose
+    joints are drawn from them independently; coefficients of friction must not be negative.
+    """
+    draw = np.random.default_rng(SEED)
+    q = np.concatenate([log.q[log.kept] for log in logs])
+    rows = draw.integers(len(q), size=(STATES, q.shape[1]))
+    mixed = q[rows, np.arange(q.shape[1])]
+    seen = q[:: max(1, len(q) // STATES)]
+    at = np.ascontiguousarray(np.concatenate([seen, mixed]))
+    M = mass_matrices(evaluator, at, X)
+    least = np.linalg.eigvalsh((M + M.transpose(0, 2, 1)) / 2)[:, 0]
+    reasons = []
+    if (least <= 0).any():
+        share = 100 * float(np.mean(least <= 0))
+        reasons.append(
+            f"the mass matrix is not positive definite at {share:.3g} % of the positions of the "
+            "motion's range"
+        )
+    rubs = [
+        p.name
+        for p in parameters
+        if p.name.rstrip("0123456789") in ("FS", "FV", "FSM", "FVM") and p.value < 0
+    ]
+    if rubs:
+        reasons.append(f"{', '.join(rubs)} is negative: friction would drive the joint")
+    return Use("simulation", tuple(reasons))
+
+
+def verdict(
+    prediction: Use, parameters: Use, simulation: Use, count: int, rests: Sequence[str] = ()
+) -> Verdict:
+    """Put the uses together.
+
+    Args:
+        prediction, parameters, simulation: as judged.
+        count: number of parameters.
+        rests: what is said of joints at rest.
+    """
+    uses = (prediction, parameters, simulation)
+    if not prediction.ok:
+        return Verdict(uses, prediction.reasons, f"doubtful: {'; '.join(prediction.reasons)}")
+    known = f"{len(parameters.known)} of {count} parameters known"
+    beside = [*rests, known, *parameters.reasons]
+    beside += [f"not for simulation: {reason}" for reason in simulation.reasons]
+    mend = []
+    if unphysical(parameters) or not simulation.ok:
+        mend.append("--method consistent")
+    if len(parameters.known) < count:
+        mend.append("a richer motion (symgen excite)")
+    said = f"; mended by {' and '.join(mend)}" if mend else ""
+    return Verdict(uses, (), f"trusted for prediction; {'; '.join(beside)}{said}")
+
+
+def unphysical(parameters: Use) -> bool:
+    """Whether parameters were judged to be those of no robot."""
+    return any("must be positive" in r or "no robot" in r for r in parameters.reasons)
+
+
+def hardly_moving(logs: Sequence[FilteredLog], sigma: Sequence[int]) -> tuple[str, ...]:
+    """Say which joints stay slower than 2 % of the fastest one of their kind in all logs.
+
+    What is fitted there carries over to faster motions of these joints by chance only, whatever
+    its standard deviation.
+    """
+    qd = np.concatenate([log.qd for log in logs])
+    q = np.concatenate([log.q for log in logs])
+    _, still = at_rest(qd, logs[0].step, sigma)
+    out = []
+    for j in map(int, np.flatnonzero(still)):
+        length = "m" if sigma[j] == names.PRISMATIC else "rad"
+        out.append(
+            f"movable joint {j + 1} hardly moves ({np.ptp(q[:, j]):.2g} {length} in all): its "
+            "friction and inertia hold for no larger motion; move it too, or fix it in the robot "
+            "(sigma = 2; symgen import --fix)"
+        )
+    return tuple(out)
+
+
+def disagreement(found: Sequence[Alternative]) -> tuple[str, ...]:
+    """Say which models see parameters apart; one model alone has nothing to disagree with."""
+    if not found:
+        return ()
+    chosen = next(a.model for a in found if a.chosen)
+    out = []
+    for a in found:
+        if a.apart:
+            listed = ", ".join(
+                f"{n} ({r:.2g} std)" for n, r in sorted(a.apart, key=lambda x: -x[1])[:5]
+            )
+            more = f" and {len(a.apart) - 5} more" if len(a.apart) > 5 else ""
+            out.append(
+                f"the {a.model} model sees {listed}{more} apart from the {chosen} model: the robot "
+                "does something that its model does not"
+            )
+    return tuple(out)
+
+
+def model_traces(part: Part, X: FloatArray) -> tuple[Trace, ...]:
+    """Return what the model's own equations measure and predict, for drawing."""
+    first = part.equations[0]
+    quantity = "energy" if first.joint is None else part.quantity
+    if quantity == "torque":  # drawn from `fit`
+        return ()
+    t = reduce(np.intersect1d, [e.t for e in part.equations])  # a mask is by joint
+    kept = [(e, np.isin(e.t, t)) for e in part.equations]
+    measured = np.stack([(e.y / e.scale)[k] for e, k in kept], axis=1)
+    predicted = np.stack([(e.W @ X / e.scale)[k] for e, k in kept], axis=1)
+    log = part.log
+    apart = first.correlation + 1  # neighbouring windows share the sample where they meet
+    if log.band.filters(log.step) and len(first.t) > 1:
+        row = float(np.median(np.diff(first.t)))
+        apart += math.ceil(MEMORY / (log.band.cutoff_hz * row))
+    return (Trace(log.name, part.kind, quantity, t, measured, predicted, apart),)
+
+
+def energy_balances(
+    evaluator: Evaluator, parts: Sequence[Part], X: FloatArray
+) -> tuple[Balance, ...]:
+    """Return where the measured work went, log by log.
+
+    Masked logs, whose torque is not to be believed throughout, are left out; and all are where the
+    model has effects that hold its own torque.
+
+    Args:
+        evaluator: the compiled model, with the kernels of energy.
+        parts: the logs.
+        X: the parameters, (p,).
+    """
+    model = evaluator.model
+    if model.base.linear < len(model.base.parameters):
+        return ()
+    out = []
+    for part in parts:
+        s, every = part.log, slice(None, None, part.log.stride)
+        if s.mask is not None:
+            continue
+        q, qd = (np.ascontiguousarray(x[every]) for x in (s.q, s.qd))
+        h, lost = np.empty(len(q)), np.empty((len(q), 1))
+        for first in range(0, len(q), _AT_ONCE):
+            now = slice(first, first + _AT_ONCE)
+            h[now] = evaluator.energy_regressor(q[now], qd[now]) @ X[: model.inertial]
+            lost[now, 0] = evaluator.friction_power(q[now], qd[now]) @ X[model.inertial :]
+        power = np.einsum("ij,ij->i", s.qd, s.tau)[:, None]
+        work = cumulative_integral(power, s.step)[every, 0]
+        friction = cumulative_integral(lost, s.step * s.stride)[:, 0]
+        out.append(Balance(s.name, part.kind, s.t[every], work, h - h[0], friction))
+    return tuple(out)
+
+
+def whiteness(traces: Sequence[Trace]) -> tuple[Whiteness, ...]:
+    """Test the residuals of traces, logs of one kind together; short ones are left out.
+
+    Args:
+        traces: of any quantities and kinds; those with no spacing are left out.
+    """
+    groups: dict[tuple[str, str], list[Trace]] = {}
+    for trace in (t for t in traces if t.spacing > 0 and len(t.t) > 1):
+        groups.setdefault((trace.quantity, trace.kind), []).append(trace)
+    out = []
+    for (quantity, kind), members in groups.items():
+        steps = [t.spacing * float(np.median(np.diff(t.t))) for t in members]
+        pieces = [piece for t in members for piece in _pieces(t)]
+        for component in range(members[0].measured.shape[1]):
+            series = [piece[:, component] for piece in pieces]
+            rows = sum(map(len, series))
+            lags = min(LAGS, rows // _ROWS)
+            if lags < _LEAST or not any(np.ptp(e) > 0 for e in series):
+                continue
+            r, deviation = lag_correlations(series, lags)
+            statistic = float(np.sum((r / deviation) ** 2))
+            out.append(
+                Whiteness(
+                    quantity,
+                    component,
+                    kind,
+                    rows,
+                    float(np.median(steps)),
+                    tuple(map(float, r)),
+                    tuple(map(float, _NORMAL * deviation)),
+                    statistic,
+                    chi2_tail(statistic, lags),
+                )
+            )
+    return tuple(out)
+
+
+def _pieces(trace: Trace) -> list[FloatArray]:
+    """Return the residual of a log without its mean, (K, m), in the stretches between pauses."""
+    residual = trace.measured - trace.predicted
+    step = np.diff(trace.t)
+    cuts = np.flatnonzero(step > 1.5 * np.median(step)) + 1
+    return [e[:: trace.spacing] for e in np.split(residual - residual.mean(axis=0), cuts)]
+
+
+def lag_correlations(series: Sequence[FloatArray], lags: int) -> tuple[FloatArray, FloatArray]:
+    """Return r_k at lags k = 1 .. `lags` and their standard deviations where there is none.
+
+        r_k = sum e_i e_(i+k) / sum e_i^2,    std_k = sqrt(sum (e_i e_(i+k))^2) / sum e_i^2
+
+    The deviation also holds where the size of the residual changes along the motion, as it does
+    with speed (Lobato, Nankervis and Savin 2001); sum (r_k/std_k)^2 is chi-square of `lags` degrees
+    of freedom. With a constant size it is the statistic of Ljung and Box (1978).
+
+    Args:
+        series: residuals (K,) without their mean, stretch by stretch: no pair spans two.
+        lags: how many.
+    """
+    power = sum(float(e @ e) for e in series)
+    r, deviation = np.zeros(lags), np.zeros(lags)
+    for k in range(1, lags + 1):
+        products = np.concatenate([e[k:] * e[:-k] for e in series])
+        r[k - 1] = products.sum() / power
+        deviation[k - 1] = np.sqrt(float(products @ products)) / power
+    return r, np.maximum(deviation, 1e-300)
+
+
+def in_words(tested: Whiteness) -> str:
+    """Return what a test says."""
+    if tested.p_value >= LEVEL:
+        return "white: no correlation beyond chance"
+    sizes = np.abs(tested.correlations) / np.asarray(tested.bands)
+    k = int(np.argmax(np.where(sizes > 1, np.abs(tested.correlations), 0.0)))
+    return (
+        f"not white: correlated by {tested.correlations[k]:.2f} after "
+        f"{(k + 1) * tested.step_s:.2g} s"
+    )
+
+
+def wrong_sign(evaluator: Evaluator, train: Sequence[Part], recipe: Recipe, left: float) -> str:
+    """Say which joint fits at least twice as well when its drive turns the other way, or "".
+
+    Tried for robots with [drive] alone, whose signs nothing else can prove.
+
+    Args:
+        evaluator: the compiled model.
+        train: the training logs.
+        recipe: of their equations.
+        left: relative residual of the estimate on them.
+    """
+    robot = evaluator.model.robot
+    if robot.drive is None or left < _LOUD:
+        return ""
+    found: dict[int, float] = {}
+    for at, joint in enumerate(robot.movable):
+        turn = np.ones(robot.n)
+        turn[at] = -1.0
+        moved = turn if robot.drive.position_side == "motor" else np.ones(robot.n)
+        parts = []
+        for p in train:
+            s = p.samples
+            other = replace(s, q=s.q * moved, qd=s.qd * moved, tau=s.tau * turn)
+            log = filtered(other, p.log.band)
+            parts.append(replace(p, log=log, equations=recipe.equations(evaluator, log)))
+        system = LinearSystem(
+            evaluator.model.base.names, tuple(e for p in parts for e in p.equations)
+        )
+        try:
+            found[joint.number] = residual(parts, Wls().solve(system).X).relative
+        except (IdentificationError, np.linalg.LinAlgError):
+            continue
+    best = min(found, key=lambda j: found[j], default=None)
+    if best is None or found[best] > _BETTER * left:
+        return ""
+    return (
+        f"joint {best} fits better with the other sign of its ratio in [drive]: the residual falls "
+        f"from {100 * left:.2g} to {100 * found[best]:.2g} %"
+    )

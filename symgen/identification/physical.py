@@ -1,0 +1,673 @@
+"""What link parameters must obey to exist, and the nearest that do: semidefinite programs.
+
+Base parameters X = G s fix no more than combinations of the standard parameters s. They are
+realisable when some s gives them with every link a body of positive mass density, and friction and
+rotor inertia not negative:
+
+    G s = X,   [[S_j, m_j], [m_j', M_j]] positive definite for each link j,   IA, FS, FV >= 0
+
+(Sousa and Cortesao 2014; Traversaro, Brossette, Escande, Nori 2016; Wensing, Kim, Slotine 2018).
+Every base parameter is led by a standard parameter that no other contains: the rest are free
+variables, and X = G s holds to rounding. Units are a typical length and mass of the robot, in which
+the entries of a pseudo-inertia compare.
+
+Programs have a quadratic objective, affine equations, signs and semidefinite matrices,
+
+    minimise 1/2 y'P y + c'y   with   E y + f = 0, >= 0, a positive semidefinite matrix,
+                                      or (a, b, c) with b exp(a/b) <= c
+
+and are solved by Clarabel (Goulart and Chen 2024). Symmetric matrices are vectors: the upper
+triangle column by column, off-diagonal entries times sqrt(2), so that tr(A B) is a scalar product.
+
+Torques in N mm or in kN m all fit as well, with parameters a thousand times too large or small. A
+joint's own inertia M_jj over the square of what the robot reaches from there is the mass that it
+moves like; a note says so where all joints move like tonnes, or none like more than a few coins.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from symgen import names
+from symgen.codegen.model import Model
+from symgen.errors import ParameterError
+from symgen.estimation.estimators import NOISE_BIAS, Estimator, Wls
+from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.solve import Solution
+from symgen.estimation.system import LinearSystem
+from symgen.estimation.values import Contrast, FloatArray
+from symgen.identification.estimate import Consistency
+from symgen.identification.parameters import mass_matrices, regrouping
+from symgen.names import REVOLUTE
+from symgen.robot.body import Body
+from symgen.robot.types import Robot
+from symgen.runtime.evaluator import Evaluator
+
+
+def pseudo_inertia(link: Sequence[float] | FloatArray) -> FloatArray:
+    """Return the pseudo-inertia [[S, m], [m', M]] (4, 4) of a link (Wensing, Kim, Slotine 2018).
+
+        S = tr(J)/2 I - J = integral of r r' dm,   m = (MX, MY, MZ)
+
+    A body of positive mass density in some volume has a positive definite one, and the reverse.
+
+    Args:
+        link: XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the frame, (10,).
+    """
+    J, m, M = _matrices(link)
+    out = np.zeros((4, 4))
+    out[:3, :3] = np.trace(J) / 2 * np.eye(3) - J
+    out[:3, 3] = out[3, :3] = m
+    out[3, 3] = M
+    return out
+
+
+def bodies(robot: Robot, values: Mapping[str, float]) -> tuple[Body, ...]:
+    """Return the link behind every joint of the file, fixed ones included.
+
+    With c = m/M, the inertia about the centre of mass is J - M (c'c I - c c').
+
+    Args:
+        robot: the mechanism.
+        values: its standard parameters by name; those of links are used (XX3 ... M3, XXL ... ML).
+
+    Raises:
+        ParameterError: a link parameter is missing, or a mass is not positive.
+    """
+    out = []
+    for joint in robot.joints:
+        suffixes = [str(joint.number)] + ["L"] * (robot.payload == joint.number)
+        wanted = [[f"{prefix}{suffix}" for prefix in names.LINK] for suffix in suffixes]
+        missing = [name for link in wanted for name in link if name not in values]
+        if missing:
+            raise ParameterError(
+                f"link {joint.number}: {', '.join(missing[:5])} missing; accepted: all of "
+                f"{' '.join(names.LINK)}"
+            )
+        J, m, M = _matrices(np.sum([[values[name] for name in link] for link in wanted], axis=0))
+        if not M > 0:
+            raise ParameterError(f"link {joint.number}: its mass is {M:g}; accepted: above 0")
+        com = m / M
+        about = J - M * (com @ com * np.eye(3) - np.outer(com, com))
+        out.append(Body(joint.number, M, com, about))
+    return tuple(out)
+
+
+def _matrices(link: Sequence[float] | FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Return J (3, 3), m (3,) and M."""
+    J = np.zeros((3, 3))
+    J[np.triu_indices(3)] = link[:6]
+    J += np.triu(J, 1).T
+    return J, np.array(link[6:9], dtype=float), float(link[9])
+
+
+_SOLVED = ("Solved", "AlmostSolved")  # to the accuracy, or to a hundred times it
+_ACCURACY = 1e-10
+
+
+@dataclass(frozen=True, eq=False)
+class Cone:
+    """E y + f lies in a cone; E (m, n), f (m,).
+
+    kind is "zero", "nonnegative", "semidefinite" or "exponential".
+    """
+
+    kind: str
+    E: FloatArray
+    f: FloatArray
+
+
+def triangle_vector(matrix: FloatArray) -> FloatArray:
+    """Return a symmetric matrix (m, m) as a vector (m (m + 1)/2,)."""
+    rows, columns = np.triu_indices(len(matrix))
+    order = np.lexsort((rows, columns))
+    rows, columns = rows[order], columns[order]
+    scaled: FloatArray = matrix[rows, columns] * np.where(rows == columns, 1.0, np.sqrt(2.0))
+    return scaled
+
+
+def minimise(
+    P: FloatArray, c: FloatArray, cones: Sequence[Cone]
+) -> tuple[FloatArray, list[FloatArray]]:
+    """Return the minimiser y (n,), and the dual vector of every cone.
+
+    Args:
+        P: positive semidefinite (n, n).
+        c: (n,).
+        cones: what y obeys.
+
+    Raises:
+        ParameterError: Clarabel finds no solution.
+    """
+    import clarabel
+    from scipy.sparse import csc_matrix
+
+    kinds = {
+        "zero": clarabel.ZeroConeT,
+        "nonnegative": clarabel.NonnegativeConeT,
+        "exponential": lambda _: clarabel.ExponentialConeT(),
+        "semidefinite": lambda m: clarabel.PSDTriangleConeT(round((2 * m + 0.25) ** 0.5 - 0.5)),
+    }
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    for name in ("gap_abs", "gap_rel", "feas"):
+        setattr(settings, f"tol_{name}", _ACCURACY)
+        setattr(settings, f"reduced_tol_{name}", 100 * _ACCURACY)
+    solver = clarabel.DefaultSolver(
+        csc_matrix(np.triu(P)),
+        c,
+        csc_matrix(-np.concatenate([cone.E for cone in cones])),
+        np.concatenate([cone.f for cone in cones]),
+        [kinds[cone.kind](len(cone.f)) for cone in cones],
+        settings,
+    )
+    solution = solver.solve()
+    if str(solution.status) not in _SOLVED:
+        raise ParameterError(f"the solver Clarabel ends with {solution.status}")
+    ends = np.cumsum([len(cone.f) for cone in cones])[:-1]
+    return np.array(solution.x), np.split(np.array(solution.z), ends)
+
+
+#: Smallest eigenvalue of a pseudo-inertia, in the robot's units, that counts as positive ...
+_CERTAIN = 1e-8
+#: ... that the nearest consistent parameters keep ...
+_NEAREST = 1e-5
+#: ... and above which a robot is not asked for more.
+_ENOUGH = 1e-3
+#: Largest trace of a pseudo-inertia, in the robot's units.
+_LARGEST = 100.0
+#: Weight of the size of what a prior does not name, and of size in the search for the nearest.
+_FAINT, _FAINTEST, _TINY = 1e-3, 1e-6, 1e-12
+#: Share of a link in what makes X impossible, from which it is named.
+_BLAMED = 0.1
+#: Smallest eigenvalue of a correlation matrix.
+_TIED = 1e-10
+#: Factor, and power of the length, of the robot's unit for each unit of a parameter; effects are
+#: free of constraints and taken as they are.
+_UNITS = {
+    "kg m2": (1, 2),
+    "kg m": (1, 1),
+    "kg": (1, 0),
+    "N m": (10, 1),
+    "N m s/rad": (10, 1),
+    "N": (10, 0),
+    "N s/m": (10, 0),
+}
+#: Parameters that are positive by their nature.
+POSITIVE = ("FS", "FV", "IA", "M", "FSM", "FVM", "IAM")
+#: Parameters that are above zero in every body.
+_DIAGONAL = ("XX", "YY", "ZZ", "M")
+
+
+class Feasibility:
+    """What the parameters of one robot must obey, in its own units: x = s / scale.
+
+    Raises:
+        ParameterError: X are not finite base parameters of this robot.
+    """
+
+    def __init__(self, model: Model, X: Sequence[float] | FloatArray) -> None:
+        base, self.robot = model.base, model.robot.name
+        self.parameters = base.parameters
+        self.names = [p.name for p in base.standard]
+        self.prefix = {p.name: p.prefix for p in base.standard}
+        self.X = np.array(X, dtype=float)
+        if self.X.shape != (len(base.parameters),) or not np.isfinite(self.X).all():
+            raise ParameterError(
+                f"{self.robot}: X is not {len(base.parameters)} finite base parameters"
+            )
+        self.G = regrouping(model)
+        self.heads = [p.index for p in base.parameters]
+        self.free = sorted(set(range(len(self.names))) - set(self.heads))
+        first = [i for i, p in enumerate(base.standard) if p.prefix == names.LINK[0]]
+        self.links = [list(range(i, i + len(names.LINK))) for i in first]
+        within = {i for link in self.links for i in link}
+        self.positive = [
+            i for i, p in enumerate(base.standard) if p.prefix in POSITIVE and i not in within
+        ]
+        length = _length(model.robot)
+        scale = [
+            f * length**power for f, power in (_UNITS.get(p.unit, (1, 0)) for p in base.standard)
+        ]
+        heads = self.heads[: base.inertial]
+        mass = float(np.max(np.abs(self.X[: len(heads)]) / np.take(scale, heads), initial=0.0))
+        self.scale = np.array(scale) * (mass or 1.0)
+        # x = onto y + at: the free parameters y, and the leading ones that X leaves
+        self.onto = np.zeros((len(self.names), len(self.free)))
+        self.onto[self.free, range(len(self.free))] = 1.0
+        self.onto[self.heads] = -self.G[:, self.free] * self.scale[self.free]
+        self.onto[self.heads] /= self.scale[self.heads, None]
+        self.at = np.zeros(len(self.names))
+        self.at[self.heads] = self.X / self.scale[self.heads]
+
+    def require(self, prior: Mapping[str, float]) -> None:
+        """Refuse a prior that does not hold finite standard parameters of this robot."""
+        for name, value in prior.items():
+            if name not in self.prefix:
+                raise ParameterError(
+                    f"{self.robot}: the prior's {name} is no standard parameter; accepted: "
+                    f"{', '.join(self.names[:11])}, ..."
+                )
+            number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+            if not number or not math.isfinite(value):
+                raise ParameterError(
+                    f"{self.robot}: the prior's {name} is {value!r}; accepted: a finite number"
+                )
+
+    def fault(self) -> str:
+        """Return in words why no link parameters give X, or ''."""
+        wrong = [
+            f"{p.name} is {x:.4g} and cannot be negative" + f" ({p.expression})" * bool(p.terms)
+            for row, p, x in zip(self.G, self.parameters, self.X, strict=True)
+            if x < 0 and self._adds_up_positive(row)
+        ]
+        if wrong:
+            return "; ".join(wrong[:3]) + (f"; {len(wrong) - 3} more" if len(wrong) > 3 else "")
+        margin, blame = self.margin
+        if margin > _CERTAIN:
+            return ""
+        worst = sorted(k for k in np.argsort(-blame, kind="stable")[:3] if blame[k] > _BLAMED)
+        links = [f"link {self.names[self.links[k][0]].removeprefix('XX')}" for k in worst]
+        return f"the inertia of {' and '.join(links)} cannot be positive definite"
+
+    def _adds_up_positive(self, row: FloatArray) -> bool:
+        """Say whether a base parameter is a sum of what is never negative."""
+        members = np.flatnonzero(row)
+        kinds = {self.prefix[self.names[i]] for i in members}
+        return bool((row > 0)[members].all()) and kinds <= {*_DIAGONAL, *POSITIVE}
+
+    @cached_property
+    def margin(self) -> tuple[float, FloatArray]:
+        """The largest t with P_j - t I positive semidefinite for every link j, up to 1e-3.
+
+        X is realisable when it is positive. The second value is the share of each link in what
+        binds t: the trace of its dual matrix.
+        """
+        onto = np.pad(self.onto, ((0, 0), (0, 1)))
+        t = np.eye(onto.shape[1])[-1]
+        cones = [
+            Cone(
+                "semidefinite",
+                MATRIX @ onto[link] - np.outer(IDENTITY, t),
+                MATRIX @ self.at[link],
+            )
+            for link in self.links
+        ]
+        cones += [Cone("nonnegative", onto[self.positive], self.at[self.positive])]
+        trace = np.zeros((len(self.links), len(self.names)))
+        for j, link in enumerate(self.links):
+            trace[j, link] = IDENTITY @ MATRIX
+        cones += [
+            Cone("nonnegative", -trace @ onto, _LARGEST - trace @ self.at),
+            Cone("nonnegative", -t[None], np.array([_ENOUGH])),
+        ]
+        y, duals = minimise(np.zeros((len(t), len(t))), -t, cones)
+        return float(y[-1]), np.array([IDENTITY @ z for z in duals[: len(self.links)]])
+
+    def closest(self, prior: Mapping[str, float]) -> FloatArray:
+        """Return the standard parameters s that give X and come closest to the prior."""
+        target = np.array([float(prior.get(name, 0.0)) for name in self.names]) / self.scale
+        named = np.array([name in prior for name in self.names])
+        weights = np.where(named | (not prior), 1.0, _FAINT)
+        # Half of what all links can have at once, but no more than a link has in the prior.
+        floors = np.full(len(self.links), self.margin[0] / 2)
+        for j, link in enumerate(self.links):
+            if named[link].all():
+                own = float(np.linalg.eigvalsh(pseudo_inertia(target[link]))[0])
+                floors[j] = min(floors[j], max(own, _CERTAIN))
+        weighted = self.onto.T * weights
+        y, _ = minimise(
+            weighted @ self.onto,
+            weighted @ (self.at - target),
+            self._consistent(self.onto, self.at, floors),
+        )
+        s: FloatArray = (self.onto @ y + self.at) * self.scale
+        s[self.positive] = np.maximum(s[self.positive], 0.0)
+        s[self.heads] = self.X - self.G[:, self.free] @ s[self.free]
+        s[self.positive] = np.maximum(s[self.positive], 0.0)  # -1e-17, from the line above
+        return s
+
+    def nearest(
+        self,
+        covariance: FloatArray,
+        divergence: float = 0.0,
+        towards: Mapping[str, float] | None = None,
+    ) -> tuple[FloatArray, float]:
+        """Return the nearest base parameters that a robot can have, and how far they are."""
+        whiten = _whitening(covariance, len(self.X))
+        n, p = len(self.names), len(self.X)
+        # In units of the most precise direction: deviations may span many decades.
+        precise = float(np.linalg.norm(whiten @ self.G * self.scale, 2))
+        unit = whiten / precise
+        cones, linear = self._log_det(n + p, towards or {}) if divergence else ([], np.zeros(n + p))
+        size = len(linear)
+        distance = np.zeros((p, size))
+        distance[:, :n], distance[:, n : n + p] = unit @ self.G * self.scale, -np.eye(p)
+        floors = np.full(len(self.links), _NEAREST)
+        bound = self._consistent(np.eye(n, size), np.zeros(n), floors)
+        faint = np.full(n, max(_FAINTEST / precise**2, _TINY))
+        y, _ = minimise(
+            np.diag([*faint, *np.ones(p), *np.zeros(size - n - p)]),
+            divergence / precise**2 * linear,
+            [Cone("zero", distance, -unit @ self.X), *bound, *cones],
+        )
+        s = y[:n] * self.scale
+        s[self.positive] = np.maximum(s[self.positive], 0.0)
+        near: FloatArray = self.G @ s
+        return near, float(np.linalg.norm(whiten @ (near - self.X)))
+
+    def _log_det(self, first: int, towards: Mapping[str, float]) -> tuple[list[Cone], FloatArray]:
+        """Return the cones and the linear objective of the divergence of all links.
+
+        log det P is the largest sum of u_i with u_i <= log L_ii and [[P, L], [L', diag L]] positive
+        semidefinite, L lower triangular (Ben-Tal and Nemirovski 2001). The variables of link j,
+        ten of L and four of u, follow at `first` + 14 j.
+        """
+        size = first + 14 * len(self.links)
+        linear = np.zeros(size)
+        cones = []
+        lower = [(i, k) for i in range(4) for k in range(i + 1)]
+        for j, link in enumerate(self.links):
+            at = first + 14 * j
+            E = np.zeros((36, size))
+            for column, unit in zip(link, np.eye(len(link)), strict=True):
+                E[:, column] = _block(pseudo_inertia(unit), np.zeros((4, 4)))
+            for m, (i, k) in enumerate(lower):
+                single = np.zeros((4, 4))
+                single[i, k] = 1.0
+                E[:, at + m] = _block(np.zeros((4, 4)), single)
+                if i == k:
+                    e = np.zeros((3, size))
+                    e[0, at + 10 + i] = e[2, at + m] = 1.0
+                    cones.append(Cone("exponential", e, np.array([0.0, 1.0, 0.0])))
+            cones.append(Cone("semidefinite", E, np.zeros(36)))
+            linear[at + 10 : at + 14] = -1.0
+            linear[link] = triangle_vector(self._reference(link, towards)) @ MATRIX
+        return cones, linear
+
+    def _reference(self, link: list[int], towards: Mapping[str, float]) -> FloatArray:
+        """Return the inverse of P0 of a link, in the robot's units."""
+        if all(self.names[i] in towards for i in link):
+            P = pseudo_inertia(np.array([towards[self.names[i]] for i in link]) / self.scale[link])
+            if float(np.linalg.eigvalsh(P)[0]) > _CERTAIN:
+                return np.asarray(np.linalg.inv(P), dtype=float)
+        return np.eye(4)
+
+    def _consistent(self, onto: FloatArray, at: FloatArray, floors: FloatArray) -> list[Cone]:
+        """Return the cones of x = onto y + at: links as bodies, and what is never negative."""
+        out = [
+            Cone("semidefinite", MATRIX @ onto[link], MATRIX @ at[link] - floor * IDENTITY)
+            for link, floor in zip(self.links, floors, strict=True)
+        ]
+        return [*out, Cone("nonnegative", onto[self.positive], at[self.positive])]
+
+
+#: The pseudo-inertia of ten link parameters as a vector of the solver, and the unit matrix.
+MATRIX = np.array([triangle_vector(pseudo_inertia(unit)) for unit in np.eye(len(names.LINK))]).T
+IDENTITY = triangle_vector(np.eye(4))
+
+
+def _block(P: FloatArray, L: FloatArray) -> FloatArray:
+    """Return [[P, L], [L', diag L]] as a vector of the solver."""
+    return triangle_vector(np.block([[P, L], [L.T, np.diag(np.diag(L))]]))
+
+
+def _length(robot: Robot) -> float:
+    """Return a typical length in m: the mean of those of the geometry, or 0.1."""
+    plain = robot.with_values()
+    lengths = [abs(float(e)) for j in plain.joints for e in (j.b, j.d, j.r) if e != 0]
+    return sum(lengths) / len(lengths) if lengths else 0.1
+
+
+def _whitening(covariance: FloatArray, p: int) -> FloatArray:
+    """Return W (p, p) with W'W the inverse of a covariance."""
+    std = np.sqrt(np.diag(covariance)) if covariance.shape == (p, p) else np.zeros(p)
+    if not (np.isfinite(covariance).all() and (std > 0).all()):
+        raise ParameterError(f"the covariance is not a ({p}, {p}) matrix with a positive diagonal")
+    values, vectors = np.linalg.eigh(covariance / np.outer(std, std))
+    whiten: FloatArray = vectors.T / np.sqrt(np.maximum(values, _TIED))[:, None] / std
+    return whiten
+
+
+CAVEAT = (
+    "base parameters do not determine link parameters: these are one of infinitely many sets that "
+    "give the same torques, and a single mass or centre need not be the robot's"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class LinkParameters:
+    """Standard parameters of all links that could exist and give certain base parameters.
+
+    Attributes:
+        values: every standard parameter by name, in the order of the model.
+        X: the base parameters that they give, (p,).
+        sigmas: distance d of X from what was asked for, sqrt(d' C^-1 d); 0 where it is met.
+        bodies: mass, centre and inertia of the link behind each joint.
+        caveat: what these numbers are not.
+    """
+
+    values: Mapping[str, float]
+    X: FloatArray
+    sigmas: float
+    bodies: tuple[Body, ...]
+    caveat: str = CAVEAT
+
+
+def link_parameters(
+    model: Model,
+    X: Sequence[float] | FloatArray,
+    *,
+    prior: Mapping[str, float] | None = None,
+    nearest: FloatArray | None = None,
+) -> LinkParameters:
+    """Find link parameters that could exist and give the base parameters X.
+
+    Of all such sets it returns the closest to the prior, in units of a typical length and mass of
+    the robot; without a prior, the smallest.
+
+    Args:
+        model: from `derive`.
+        X: base parameters (p,), for example `estimate.X`.
+        prior: standard parameters by name, from CAD for example. Those that it does not name are
+            kept small, with a thousandth of the weight.
+        nearest: covariance (p, p) of X, for example `estimate.covariance`. With it, an X that no
+            robot can have gives way to the nearest one that a robot can have, and `sigmas` tells
+            how far that is.
+
+    Raises:
+        ParameterError: no link parameters give X (the message says why), or X or the prior are not
+            this robot's.
+    """
+    problem = Feasibility(model, X)
+    prior = prior or {}
+    problem.require(prior)
+    fault = problem.fault()
+    sigmas = 0.0
+    if fault:
+        if nearest is None:
+            raise ParameterError(
+                f"{model.robot.name}: no link parameters give these base parameters: {fault}; "
+                "accepted: nearest=covariance of X, for the nearest that a robot can have"
+            )
+        near, sigmas = problem.nearest(np.asarray(nearest, dtype=float))
+        problem = Feasibility(model, near)
+    s = problem.closest(prior)
+    values = dict(zip(problem.names, map(float, s), strict=True))
+    return LinkParameters(values, problem.X, sigmas, bodies(model.robot, values))
+
+
+def nearest_consistent(
+    model: Model,
+    X: FloatArray,
+    covariance: FloatArray,
+    divergence: float = 0.0,
+    towards: Mapping[str, float] | None = None,
+) -> tuple[FloatArray, float]:
+    """Return the nearest base parameters that a robot can have, and how far they are.
+
+        minimise 1/2 (X - X0)' C^-1 (X - X0) + divergence * sum over links of D(P_j, P0_j),
+        D(P, P0) = tr(P0^-1 P) - log det P        (Lee, Wensing, Park 2020), up to a constant
+
+    over parameters of links whose pseudo-inertias P_j are positive definite, with friction and
+    rotor inertia not negative.
+
+    Args:
+        model: whose parameters they are.
+        X: base parameters X0, (p,).
+        covariance: C of X0, (p, p).
+        divergence: weight of the log-det prior; 0 for none.
+        towards: standard parameters by name, whose pseudo-inertias are P0; links that it does not
+            give, or gives as impossible, have the unit matrix in the robot's units.
+
+    Returns:
+        The base parameters, and sqrt((X - X0)' C^-1 (X - X0)): 0 where X0 is possible and there is
+        no log-det prior.
+
+    Raises:
+        ParameterError: the solver finds no solution, or what it finds is not
+            possible after all.
+    """
+    problem = Feasibility(model, X)
+    problem.require(towards or {})
+    if divergence == 0 and not problem.fault():
+        return problem.X, 0.0
+    near, sigmas = problem.nearest(covariance, divergence, towards or {})
+    fault = Feasibility(model, near).fault()
+    if fault:
+        raise ParameterError(f"{model.robot.name}: no consistent parameters are found: {fault}")
+    return near, sigmas
+
+
+def consistency(model: Model, X: FloatArray, covariance: FloatArray) -> Consistency:
+    """Say whether a robot could have these base parameters, and how far the nearest are.
+
+    Args:
+        model: whose parameters they are.
+        X: base parameters (p,).
+        covariance: of X, (p, p).
+    """
+    try:
+        problem = Feasibility(model, X)
+        fault = problem.fault()
+    except ParameterError as error:
+        return Consistency(None, None, f"not checked: {error}")
+    if not fault:
+        return Consistency(True, 0.0, "bodies of positive mass can have these base parameters")
+    try:
+        near, sigmas = problem.nearest(covariance)
+    except ParameterError as error:
+        return Consistency(False, None, f"{fault}; the nearest that can is unknown: {error}")
+    moves = np.abs(near - X) / np.sqrt(np.diag(covariance))
+    worst = int(np.argmax(moves))
+    return Consistency(
+        False,
+        sigmas,
+        f"{fault}; the nearest that can is {sigmas:.3g} sigmas away, {model.base.names[worst]} by "
+        f"{moves[worst]:.2g} of its own (noise alone: up to {_noise(len(X)):.2g})",
+    )
+
+
+def _noise(p: int) -> float:
+    """Return the distance from p estimates to the truth that noise exceeds once in twenty.
+
+    Fisher's approximation of the quantile of chi with p degrees of freedom.
+    """
+    return (math.sqrt(2 * p - 1) + 1.645) / math.sqrt(2)
+
+
+@dataclass(frozen=True, eq=False)
+class Consistent:
+    """The most likely parameters with every link a body of positive mass (Sousa, Cortesao 2014).
+
+    Of all link parameters whose pseudo-inertias are positive definite, with friction and rotor
+    inertia not negative, those whose base parameters are nearest to another estimate in the metric
+    of its covariance (Wensing, Kim, Slotine 2018): a semidefinite program, solved by Clarabel. With
+    equal residuals in all rows this is least squares under these constraints.
+
+    Attributes:
+        model: of the robot.
+        base: the estimate that it starts from.
+        divergence: weight of a log-det prior on every pseudo-inertia (Lee, Wensing, Park 2020); it
+            keeps them away from the edge of what is possible.
+        towards: standard parameters by name that the log-det prior prefers, from CAD for example.
+    """
+
+    model: Model
+    base: Estimator = field(default_factory=Wls)
+    divergence: float = 0.0
+    towards: Mapping[str, float] = field(default_factory=dict)
+    name: ClassVar[str] = "consistent"
+    excludes: ClassVar[str] = (
+        NOISE_BIAS + "; the constraints (they are those of the estimate without them, and too wide "
+        "where a constraint binds)"
+    )
+
+    def solve(self, system: LinearSystem) -> Solution:
+        """Solve the base estimate, then the semidefinite program.
+
+        Raises:
+            ParameterError: no consistent parameters are found.
+        """
+        free = self.base.solve(system)
+        near, sigmas = nearest_consistent(
+            self.model, free.X, free.covariance, self.divergence, self.towards
+        )
+        moved = (
+            f"parameters that a robot can have are {sigmas:.3g} sigmas from {self.base.name}"
+            if sigmas
+            else f"the estimate of {self.base.name} is one that a robot can have, and is kept"
+        )
+        return replace(
+            free,
+            X=near,
+            notes=(*free.notes, moved),
+            comparison=(Contrast(self.base.name, free.X, free.std), *free.comparison),
+        )
+
+
+#: kg: no robot moves like less than a few coins at every joint, nor like more than a lorry.
+LIGHTEST, HEAVIEST = 0.02, 5000.0
+_BODY = 0.1  # m of a last link beyond its frame
+_STATES = 200
+
+
+def implausible(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) -> str:
+    """Say that a robot would be absurdly heavy or light; "" where it can be.
+
+    Args:
+        evaluator: the compiled model, with inverse_dynamics.
+        logs: the training logs.
+        X: (p,) base parameters.
+    """
+    reach = _reach(evaluator.model.robot.with_values())
+    q = np.concatenate([log.q[log.kept] for log in logs])
+    q = np.ascontiguousarray(q[:: max(1, len(q) // _STATES)])
+    inertia = np.mean(np.einsum("kjj->kj", mass_matrices(evaluator, q, X)), axis=0)
+    masses = np.abs(inertia) / reach**2
+    least, most = float(masses.min()), float(masses.max())
+    if least <= HEAVIEST and most >= LIGHTEST:
+        return ""
+    seen = f"{least:.3g} kg at least" if least > HEAVIEST else f"{most:.3g} kg at most"
+    return (
+        f"every joint moves like {seen} at the end of the arm: look at the units of the log "
+        "(N m, not N mm; N; rad; m; s)"
+    )
+
+
+def _reach(robot: Robot) -> FloatArray:
+    """Return what the robot reaches from each joint, m (1 for a slide), (n,)."""
+    lengths = {j.number: sum(abs(float(x)) for x in (j.b, j.d, j.r)) for j in robot.joints}
+    out = [
+        _BODY + sum(x for number, x in lengths.items() if number > joint.number)
+        if joint.sigma == REVOLUTE
+        else 1.0
+        for joint in robot.movable
+    ]
+    return np.array(out)
