@@ -8,7 +8,8 @@ robot file and is compiled once a process, by its content; results travel as the
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -16,7 +17,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import TypeAdapter
 
 from symgen.codegen.model import derive
 from symgen.data.dataset import DataSet
@@ -41,10 +41,10 @@ from symgen.faults.logs import treated
 from symgen.robot.toml_io import parse_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
+from symgen.schemas import as_json
 
 FloatArray = NDArray[np.float64]
 Reduced = TypeVar("Reduced")
-_FAULTS = TypeAdapter(list[Fault])
 #: Of a fit, what adds up over chunks.
 FIT_SUMS = ("error", "size", "rest")
 
@@ -196,7 +196,7 @@ class EquationReduction(Reduction):
             mended += repairs
             for key, summary in own.items():
                 found.setdefault(key, []).append(summary)
-        arrays: dict[str, Any] = {"repairs": np.array(_FAULTS.dump_json(merged(mended)).decode())}
+        arrays: dict[str, Any] = {"repairs": np.array(_told(mended))}
         for (number, j), parts in found.items():
             whole = merged_tree(parts)
             arrays[f"{number}.{j}"] = whole.factor
@@ -249,9 +249,13 @@ def unpacked(folder: WorkFolder, key: str) -> dict[str, Any]:
         return {name: archive[name] for name in archive.files}
 
 
+def _told(faults: Iterable[Fault]) -> str:
+    return json.dumps([{**as_json(f), "kind": f.kind} for f in merged(faults)])
+
+
 def read_repairs(arrays: Mapping[str, Any]) -> list[Fault]:
     """Return what was mended in a partition."""
-    return _FAULTS.validate_json(str(arrays["repairs"]))
+    return [Fault(**told) for told in json.loads(str(arrays["repairs"]))]
 
 
 class Summaries(Sequence[Summary]):
