@@ -22,7 +22,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from symgen.errors import SymgenError
 from symgen.places import sweep, written
@@ -63,28 +63,13 @@ class Workers:
             raise SymgenError(f"--workers {self.processes}; accepted: 1 or more")
 
 
-class Executor(Protocol):
-    """Who works.
+class Executor:
+    """Who works: this process, one item after the other.
 
     Attributes:
         workers: how many items are worked on at once.
         threads: that each of them may use.
     """
-
-    workers: int
-    threads: int
-
-    def prepare(self, call: Callable[[], object]) -> None:
-        """Have every other process that works load what items need, while there are none yet."""
-
-    def results(
-        self, task: Callable[[Item], bytes], items: Sequence[Item]
-    ) -> Iterator[tuple[int, bytes]]:
-        """Yield the number of an item and its result, as they are done."""
-
-
-class Serial:
-    """This process, one item after the other."""
 
     workers = 1
 
@@ -93,23 +78,22 @@ class Serial:
         self.threads = threads
 
     def prepare(self, call: Callable[[], object]) -> None:
-        """Do nothing: no other process works."""
+        """Have every other process that works load what items need, while there are none yet."""
 
     def results(
         self, task: Callable[[Item], bytes], items: Sequence[Item]
     ) -> Iterator[tuple[int, bytes]]:
-        """Yield the number of an item and its result, in their order."""
+        """Yield the number of an item and its result, as they are done."""
         for k, item in enumerate(items):
             yield k, task(item)
 
 
-class OnDask:
+class OnDask(Executor):
     """Workers of a Dask cluster; a killed one's items go to another."""
-
-    threads = 1
 
     def __init__(self, client: Any) -> None:
         """Take a client of the cluster."""
+        super().__init__()
         self._client = client
         self._known = list(client.scheduler_info(n_workers=-1)["workers"])
         self._prepared: list[Any] = []
@@ -218,7 +202,7 @@ def executor(asked: Workers | None = None) -> Iterator[Executor]:
     """
     workers, scheduler = (None, None) if asked is None else (asked.processes, asked.scheduler)
     if scheduler is None and workers in (None, 1):
-        yield Serial(1 if workers == 1 else min(_cores(), _MOST))
+        yield Executor(1 if workers == 1 else min(_cores(), _MOST))
         return
     try:
         library: Any = importlib.import_module("distributed")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from symgen.cli.options import PATH
 from symgen.cli.progress import meter, say
 from symgen.report.terminal import table
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("folder", type=click.Path(path_type=Path))
+@click.argument("folder", type=PATH)
 def check(folder: Path) -> int:
     """Check generated packages: write them again, compare, prove again, measure error and stack."""
     import symgen

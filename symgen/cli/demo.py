@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from symgen.cli.options import PATH
 from symgen.cli.progress import stages
 from symgen.report.terminal import print_content
 
@@ -15,7 +16,7 @@ _SHOWING = {"compiling": 0.05, "(a)": 0.15, "(b)": 0.55}
 @click.command()
 @click.option(
     "--into",
-    type=click.Path(path_type=Path),
+    type=PATH,
     default=Path("symgen-demo"),
     show_default=True,
     help="Folder of the page.",

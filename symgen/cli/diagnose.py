@@ -7,8 +7,8 @@ from typing import Any
 
 import click
 
+from symgen.cli.options import CUTOFF, INTO, LOGS, ROBOT, listed, reading_options
 from symgen.cli.progress import stages
-from symgen.cli.reading import listed, reading_options, robot_names
 from symgen.report.terminal import print_result
 
 #: First word of what a command says, and the part of its time that has passed then.
@@ -17,16 +17,14 @@ _DIAGNOSING = {"reading": 0.02, "deriving": 0.05, "checking": 0.12, "trying": 0.
 
 
 @click.command()
-@click.argument("robot", shell_complete=robot_names)
-@click.argument("logs", nargs=-1, required=True, type=click.Path())
+@ROBOT
+@LOGS
 @click.option("--validation", multiple=True, help="A log to show the gap on; may be repeated.")
 @click.option("--parameters", help="Given ones, not identified again: what has changed since?")
 @click.option("--effects", help="Comma-separated names to try; default all (symgen explain).")
-@click.option(
-    "--cutoff", type=float, help="Of the filter of q and qd, Hz; by default it is chosen."
-)
+@CUTOFF
 @reading_options
-@click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
+@INTO
 def diagnose(
     robot: str,
     logs: tuple[str, ...],

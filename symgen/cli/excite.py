@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 
+from symgen.cli.options import PATH, ROBOT, WINDOW, listed, taken
 from symgen.cli.progress import meter, say
-from symgen.cli.reading import listed, robot_names
 from symgen.errors import ParameterError
 from symgen.report.terminal import print_plan
 
 
 @click.command()
-@click.argument("robot", shell_complete=robot_names)
+@ROBOT
 @click.option("--model", default="momentum", show_default=True, help="energy, momentum or torque.")
 @click.option(
     "--for",
@@ -47,7 +47,7 @@ from symgen.report.terminal import print_plan
     help="fourier, bspline, cubic or cosine; one a joint is possible.",
 )
 @click.option("--terms", type=int, help="Harmonics, coefficients or strokes of a joint.")
-@click.option("--window", default=0.2, show_default=True, help="Length of the windows, s.")
+@WINDOW
 @click.option("--criterion", default="condition", show_default=True, help="condition or logdet.")
 @click.option("--rate", default=200.0, show_default=True, help="Of the references, Hz.")
 @click.option("--budget", default=60.0, show_default=True, help="Time for the search, s.")
@@ -55,7 +55,7 @@ from symgen.report.terminal import print_plan
 @click.option("--iterations", default=500, show_default=True, help="Of IPOPT, for each start.")
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="Of the starts.")
 @click.option("--to", default="csv", show_default=True, help="Beside the CSV: ros or urscript.")
-@click.option("--into", type=click.Path(path_type=Path), required=True, help="The CSV to write.")
+@click.option("--into", type=PATH, required=True, help="The CSV to write.")
 def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: Any) -> int:
     """Find runs within limits from which the parameters of ROBOT can be identified.
 
@@ -82,12 +82,12 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
     for path in files:
         check_new(path)
     for key in ("velocity", "acceleration", "jerk", "torque", "start"):
-        options[key] = numbers(options[key], f"--{key}", source.n)
-    options["position"] = ranges(options["position"], "--position", source.n)
-    options["duration"] = numbers(options["duration"], "--duration", options["runs"])
+        options[key] = _limits(options[key], f"--{key}", source.n)
+    options["position"] = _limits(options["position"], "--position", source.n, _range)
+    options["duration"] = _limits(options["duration"], "--duration", options["runs"])
     kinds = tuple(options["kind"].split(","))
     options["kind"] = kinds[0] if len(kinds) == 1 else kinds
-    limits, motion, search = (_asked(kind, options) for kind in (Limits, Motion, Search))
+    limits, motion, search = (taken(kind, options) for kind in (Limits, Motion, Search))
     with meter("searching") as advance:
         plan = symgen.excite(
             source, limits=limits, motion=motion, search=search,
@@ -100,52 +100,32 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
     return 0 if plan.good else 1
 
 
-def _asked(kind: Any, options: dict[str, Any]) -> Any:
-    """Make an object of options, and take those off that it holds."""
-    return kind(**{f.name: options.pop(f.name) for f in fields(kind) if f.name in options})
-
-
-def numbers(text: str | None, what: str, count: int) -> tuple[float, ...] | None:
-    """Return `count` numbers from "3" or "3,2.5,..."; None where nothing is given.
+def _limits(
+    text: str | None, what: str, count: int, read: Callable[[str], Any] = float
+) -> tuple[Any, ...] | None:
+    """Return `count` values from "3" or "3,2.5,..."; None where nothing is given.
 
     Raises:
-        ParameterError: it is no number, or their count is wrong.
+        ParameterError: one cannot be read, or their count is wrong.
     """
     if text is None:
         return None
-    try:
-        return tuple(float(part) for part in _parts(text, what, count))
-    except ValueError as error:
-        raise ParameterError(
-            f"{what} {text}: accepted: numbers, such as 3 or 3,2.5 (one for each of {count})"
-        ) from error
-
-
-def ranges(text: str | None, what: str, count: int) -> tuple[tuple[float, float], ...] | None:
-    """Return `count` pairs from "LOW:HIGH" or "HALF" (-HALF to HALF), separated by commas.
-
-    Raises:
-        ParameterError: it is no range, or their count is wrong.
-    """
-    if text is None:
-        return None
-    out = []
-    for part in _parts(text, what, count):
-        low, colon, high = part.partition(":")
-        try:
-            out.append((float(low), float(high)) if colon else (-float(low), float(low)))
-        except ValueError as error:
-            raise ParameterError(
-                f"{what} {text}: accepted: ranges, such as 2.5 or -2:1.5,0:3 (one for each of "
-                f"{count})"
-            ) from error
-    return tuple(out)
-
-
-def _parts(text: str, what: str, count: int) -> tuple[str, ...]:
     parts = listed(text)
     if len(parts) not in (1, count):
         raise ParameterError(
             f"{what} {text}: {len(parts)} entries; accepted: one, or one for each of {count}"
         )
-    return parts * count if len(parts) == 1 else parts
+    try:
+        return tuple(map(read, parts)) * (count if len(parts) == 1 else 1)
+    except ValueError as error:
+        such = (
+            "numbers, such as 3 or 3,2.5" if read is float else "ranges, such as 2.5 or -2:1.5,0:3"
+        )
+        accepted = f"accepted: {such} (one for each of {count})"
+        raise ParameterError(f"{what} {text}: {accepted}") from error
+
+
+def _range(text: str) -> tuple[float, float]:
+    """Return the ends of "LOW:HIGH", or of "HALF", which is -HALF to HALF."""
+    low, colon, high = text.partition(":")
+    return (float(low), float(high)) if colon else (-float(low), float(low))

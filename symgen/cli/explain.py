@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import click
 
-from symgen.cli.reading import effect_names
-from symgen.report.terminal import print_text, table
+from symgen.cli.options import effect_names
+from symgen.report.terminal import say, table
 
 
 @click.command()
@@ -17,4 +17,4 @@ def explain(effect: str | None) -> None:
     if effect is None:
         table(("effect", "kind", "what it is"), listed())
     else:
-        print_text(explained(effect))
+        say(explained(effect))

@@ -6,16 +6,15 @@ from pathlib import Path
 
 import click
 
+from symgen.cli.options import PATH
 from symgen.cli.progress import say
 from symgen.errors import PackageError
 
-_PATH = click.Path(path_type=Path)
-
 
 @click.command()
-@click.argument("estimate", type=_PATH)
-@click.option("--to", type=_PATH, required=True, help="The URDF or MJCF to write.")
-@click.option("--from", "source", type=_PATH, help="The robot's file; by default that of --to.")
+@click.argument("estimate", type=PATH)
+@click.option("--to", type=PATH, required=True, help="The URDF or MJCF to write.")
+@click.option("--from", "source", type=PATH, help="The robot's file; by default that of --to.")
 @click.option("--robot", help="The robot that was identified; default robot.toml by the estimate.")
 def export(estimate: Path, to: Path, source: Path | None, robot: str | None) -> int:
     """Write the link parameters of ESTIMATE into the robot's URDF or MJCF, and nothing else.

@@ -7,10 +7,8 @@ from typing import Any
 
 import click
 
+from symgen.cli.options import INTO, PATH, finish, reading_options, worker_options, workers_of
 from symgen.cli.progress import stages
-from symgen.cli.reading import reading_options
-from symgen.cli.workers import worker_options, workers_of
-from symgen.report.terminal import print_result
 
 #: First word of what is said, and the part of the time that has passed then.
 _DAYS = {"choosing": 0.02, "days": 0.1, "diagnosing": 0.85}
@@ -24,9 +22,9 @@ _DAYS = {"choosing": 0.02, "days": 0.1, "diagnosing": 0.85}
 @click.option("--model", default="momentum", show_default=True, help="energy, momentum or torque.")
 @click.option("--cutoff", type=float, help="Of the filter of q and qd, Hz; by default chosen.")
 @worker_options
-@click.option("--work", type=click.Path(path_type=Path), help="Keeps the days that are finished.")
+@click.option("--work", type=PATH, help="Keeps the days that are finished.")
 @reading_options
-@click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
+@INTO
 def fleet(
     robot: str,
     logs: tuple[str, ...],
@@ -54,7 +52,4 @@ def fleet(
             progress=told,
             **options,
         )
-    files = symgen.write(found, into)
-    steady = print_result(found)
-    click.echo(f"written: {', '.join(map(str, files))}")
-    return 0 if steady else 1
+    return finish(found, into)

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
+from symgen.cli.options import PATH, ROBOT, listed
 from symgen.cli.progress import meter, say
-from symgen.cli.reading import listed, robot_names
 from symgen.report.terminal import print_model
 
 #: Part of the time that passes until kernels are derived, about; the rest proves and writes them.
@@ -15,8 +15,8 @@ _DERIVING = 0.6
 
 
 @click.command()
-@click.argument("robot", shell_complete=robot_names)
-@click.option("--into", type=click.Path(path_type=Path), help="Folder; default generated/NAME.")
+@ROBOT
+@click.option("--into", type=PATH, help="Folder; default generated/NAME.")
 @click.option("--target", default="all", show_default=True, help="c, casadi, fmu, mex or all.")
 @click.option("--dtype", default="double", show_default=True, help="double or float, of the C.")
 @click.option("--kernels", help="Comma-separated names; default all.")

@@ -7,9 +7,22 @@ from typing import Any
 
 import click
 
+from symgen.cli.options import (
+    CUTOFF,
+    INTO,
+    LOGS,
+    PATH,
+    ROBOT,
+    WINDOW,
+    again,
+    diagnosing,
+    numbers,
+    one_of,
+    reading_options,
+    worker_options,
+    workers_of,
+)
 from symgen.cli.progress import stages
-from symgen.cli.reading import again, diagnosing, numbers, one_of, reading_options, robot_names
-from symgen.cli.workers import worker_options, workers_of
 from symgen.report.terminal import print_result
 
 #: First word of what is said, and the part of the time that has passed then.
@@ -18,8 +31,8 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
 
 
 @click.command()
-@click.argument("robot", shell_complete=robot_names)
-@click.argument("logs", nargs=-1, required=True, type=click.Path())
+@ROBOT
+@LOGS
 @click.option("--validation", multiple=True, help="A log to judge by; may be repeated.")
 @click.option(
     "--model",
@@ -37,10 +50,8 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
         "wls", "ols", "huber", "tls", "iv", "ridge", "essential", "consistent", "recursive"
     ),
 )
-@click.option("--window", default=0.2, show_default=True, help="Length of the windows, s.")
-@click.option(
-    "--cutoff", type=float, help="Of the filter of q and qd, Hz; by default it is chosen."
-)
+@WINDOW
+@CUTOFF
 @click.option("--prior", help="estimate.json, TOML or .urdf to pull wls and consistent towards.")
 @click.option(
     "--forgetting", default=1.0, help="Weight of the past for each new sample, of method recursive."
@@ -48,11 +59,9 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
 @click.option("--commanded", multiple=True, help="Commanded motion of each log, for method iv.")
 @click.option("--weights", help="Of the logs' squared residuals, one each: 1,0.5,..")
 @worker_options
-@click.option(
-    "--work", type=click.Path(path_type=Path), help="Where a run that breaks off is kept."
-)
+@click.option("--work", type=PATH, help="Where a run that breaks off is kept.")
 @reading_options
-@click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
+@INTO
 def identify(
     robot: str,
     logs: tuple[str, ...],

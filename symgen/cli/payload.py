@@ -7,14 +7,13 @@ from typing import Any
 
 import click
 
+from symgen.cli.options import CUTOFF, INTO, LOGS, ROBOT, finish, reading_options
 from symgen.cli.progress import stages
-from symgen.cli.reading import reading_options, robot_names
-from symgen.report.terminal import print_result
 
 
 @click.command()
-@click.argument("robot", shell_complete=robot_names)
-@click.argument("logs", nargs=-1, required=True, type=click.Path())
+@ROBOT
+@LOGS
 @click.option(
     "--parameters", help="Of the robot alone: result folder, estimate.json or TOML [parameters]."
 )
@@ -25,11 +24,9 @@ from symgen.report.terminal import print_result
     "--calibrate", is_flag=True, help="Find the drives' gains too, by --mass and --without."
 )
 @click.option("--model", default="torque", help="torque; or static: rows are still poses.")
-@click.option(
-    "--cutoff", type=float, help="Of the filter of q and qd, Hz; by default it is chosen."
-)
+@CUTOFF
 @reading_options
-@click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
+@INTO
 def payload(
     robot: str,
     logs: tuple[str, ...],
@@ -60,7 +57,5 @@ def payload(
     gains = {}
     if calibrate:
         gains["robot.toml"] = with_gains(symgen.read_robot(robot), found).encode()
-    files = symgen.write(found, into, more=gains)
-    print_result(found)
-    click.echo(f"written: {', '.join(map(str, files))}")
+    finish(found, into, more=gains)
     return 0

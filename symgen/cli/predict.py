@@ -7,27 +7,20 @@ from typing import TYPE_CHECKING
 
 import click
 
+from symgen.cli.options import CUTOFF, INTO, PARAMETERS, ROBOT, finish, reading_options
 from symgen.cli.progress import stages
-from symgen.cli.reading import reading_options, robot_names
-from symgen.report.terminal import print_result
 
 if TYPE_CHECKING:
     from symgen.data.raw import Reading
 
 
 @click.command()
-@click.argument("robot", shell_complete=robot_names)
+@ROBOT
 @click.argument("log", type=click.Path())
-@click.option(
-    "--parameters",
-    required=True,
-    help="Result folder of identify, its estimate.json, or TOML with [parameters].",
-)
-@click.option(
-    "--cutoff", type=float, help="Of the filter of q and qd, Hz; by default it is chosen."
-)
+@PARAMETERS
+@CUTOFF
 @reading_options
-@click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
+@INTO
 def predict(
     robot: str, log: str, parameters: str, cutoff: float | None, reading: Reading, into: Path
 ) -> int:
@@ -39,7 +32,5 @@ def predict(
     with stages({"deriving": 0.02}) as told:
         told("deriving and compiling the model")
         prediction = symgen.predict(robot, log, parameters, cutoff=cutoff, reading=reading)
-    files = symgen.write(prediction, into)
-    print_result(prediction)
-    click.echo(f"written: {', '.join(map(str, files))}")
+    finish(prediction, into)
     return 0

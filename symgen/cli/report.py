@@ -6,13 +6,14 @@ from pathlib import Path
 
 import click
 
+from symgen.cli.options import PATH
 from symgen.report.terminal import print_result
 
 
 @click.command()
-@click.argument("folder", type=click.Path(path_type=Path))
-@click.argument("other", type=click.Path(path_type=Path), required=False)
-@click.option("--into", type=click.Path(path_type=Path), help="The page to write, FILE.html.")
+@click.argument("folder", type=PATH)
+@click.argument("other", type=PATH, required=False)
+@click.option("--into", type=PATH, help="The page to write, FILE.html.")
 def report(folder: Path, other: Path | None, into: Path | None) -> int:
     """Print the result in FOLDER again, or compare the estimates in FOLDER and OTHER.
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from symgen.cli.options import PATH
 from symgen.errors import SymgenWarning
 from symgen.report.terminal import print_robot, table
 
@@ -20,9 +21,9 @@ def robots() -> None:
 
 
 @click.command("import")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=PATH)
 @click.option("--fix", multiple=True, help="A joint held still, NAME or NAME=VALUE; repeatable.")
-@click.option("--into", type=click.Path(path_type=Path), help="The robot.toml to write.")
+@click.option("--into", type=PATH, help="The robot.toml to write.")
 def import_(file: Path, fix: tuple[str, ...], into: Path | None) -> int:
     """Read FILE (.urdf, .par of SYMORO, .xml of MuJoCo), print its table, write it as robot.toml.
 
@@ -32,7 +33,7 @@ def import_(file: Path, fix: tuple[str, ...], into: Path | None) -> int:
     import symgen
     from symgen.files import check_text_replaceable, write_text
     from symgen.robot.fixed import with_fixed
-    from symgen.robot.foreign import read_imported
+    from symgen.robot.toml_io import read_imported
     from symgen.robot.toml_text import parameters_toml
     from symgen.symbolic.near_angles import costly_angles
 

@@ -7,19 +7,15 @@ from typing import Any
 
 import click
 
+from symgen.cli.options import DURATION, PARAMETERS, PATH, ROBOT, SEED, recording_options
 from symgen.cli.progress import meter, say
-from symgen.cli.reading import recording_options, robot_names
 from symgen.errors import ParameterError
 from symgen.report.terminal import print_simulation
 
 
 @click.command()
-@click.argument("robot", shell_complete=robot_names)
-@click.option(
-    "--parameters",
-    required=True,
-    help="Result folder of identify, its estimate.json, or TOML with [parameters].",
-)
+@ROBOT
+@PARAMETERS
 @click.option("--trajectory", help="CSV with t, q1.. to follow; default a Fourier series.")
 @click.option("--torque", help="CSV with t, tau1.. to play instead of a controller.")
 @click.option("--hold", is_flag=True, help="Hold each of these torques until the next stamp.")
@@ -27,10 +23,10 @@ from symgen.report.terminal import print_simulation
     "--temperature", help="START,END,SECONDS: temp1.. in the log, deg C, and how fast they change."
 )
 @recording_options
-@click.option("--duration", default=20.0, show_default=True, help="Of the Fourier series, s.")
+@DURATION
 @click.option("--runs", default=1, show_default=True, help="Logs: LOG_1.csv and so on.")
-@click.option("--seed", default=0, show_default=True, help="Of noise and Fourier series.")
-@click.option("--into", type=click.Path(path_type=Path), required=True, help="log.csv or log.npz.")
+@SEED
+@click.option("--into", type=PATH, required=True, help="log.csv or log.npz.")
 def simulate(
     robot: str, parameters: str, temperature: str | None, runs: int, into: Path, **options: Any
 ) -> int:

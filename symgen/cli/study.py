@@ -7,22 +7,28 @@ from typing import Any
 
 import click
 
+from symgen.cli.options import (
+    DURATION,
+    INTO,
+    PARAMETERS,
+    ROBOT,
+    SEED,
+    WINDOW,
+    finish,
+    one_of,
+    recording_options,
+    worker_options,
+    workers_of,
+)
 from symgen.cli.progress import meter, say
-from symgen.cli.reading import one_of, recording_options, robot_names
-from symgen.cli.workers import worker_options, workers_of
-from symgen.report.terminal import print_result
 
 _MODELS = ("energy", "momentum", "torque")
 _METHODS = ("ols", "wls", "iv", "huber", "tls", "ridge", "essential", "consistent", "recursive")
 
 
 @click.command()
-@click.argument("robot", shell_complete=robot_names)
-@click.option(
-    "--parameters",
-    required=True,
-    help="Result folder of identify, its estimate.json, or TOML with [parameters].",
-)
+@ROBOT
+@PARAMETERS
 @click.option("--trajectory", multiple=True, help="CSV of a motion, one log each; repeatable.")
 @click.option("--held-out", help="CSV of the motion along which torque is predicted.")
 @recording_options
@@ -33,14 +39,14 @@ _METHODS = ("ols", "wls", "iv", "huber", "tls", "ridge", "essential", "consisten
     "--method", multiple=True, shell_complete=one_of(*_METHODS),
     help="Repeatable; default ols, wls and iv.",
 )  # fmt: skip
-@click.option("--window", default=0.2, show_default=True, help="Length of the windows, s.")
+@WINDOW
 @click.option("--cutoff", type=float, help="Of the filter, Hz; by default that of the first run.")
-@click.option("--duration", default=20.0, show_default=True, help="Of the Fourier series, s.")
+@DURATION
 @click.option("--runs", default=100, show_default=True, help="Simulated and identified.")
 @click.option("--target", default=2.0, show_default=True, help="To know a parameter to, %.")
-@click.option("--seed", default=0, show_default=True, help="Of noise and Fourier series.")
+@SEED
 @worker_options
-@click.option("--into", type=click.Path(path_type=Path), required=True, help="Folder of results.")
+@INTO
 def study(
     robot: str,
     parameters: str,
@@ -76,7 +82,4 @@ def study(
             meter=advance,
             **options,
         )
-    files = symgen.write(found, into)
-    good = print_result(found)
-    click.echo(f"written: {', '.join(map(str, files))}")
-    return 0 if good else 1
+    return finish(found, into)

@@ -100,26 +100,26 @@ def read_joint_states(
             f"{plain(path.name)}: {late} messages came out of order and were sorted by stamp"
         )
     orders = _orders(path, ordered, joints)
-    rows = {
-        role: [_row(path, m, field, order) for m, order in zip(ordered, orders, strict=True)]
-        for role, field in fields.items()
-    }
     stamps = np.array([m.stamp for m in ordered], dtype=np.int64)
-    kept = _without_repeats(path, stamps, rows)
-    if not kept.all():
-        notes.append(f"{plain(path.name)}: {int((~kept).sum())} repeated messages left out")
     arrays: dict[str, FloatArray] = {}
-    for role, values in rows.items():
-        array = _array(
-            path, role, fields[role], [v for v, k in zip(values, kept, strict=True) if k]
-        )
+    for role, field in fields.items():
+        rows = [_row(path, m, field, order) for m, order in zip(ordered, orders, strict=True)]
+        array = _array(path, role, field, rows)
         if array is not None:
             arrays[role] = array
+    again = np.append(False, np.diff(stamps) == 0)  # the message before once more
+    for k in np.flatnonzero(again):
+        if not all(np.array_equal(x[k], x[k - 1], equal_nan=True) for x in arrays.values()):
+            what = f"two messages of {stamps[k] * 1e-9:.6f} s differ"
+            refuse(path, what, "one message a stamp; --topic, or a bag with one publisher")
+    if again.any():
+        notes.append(f"{plain(path.name)}: {int(again.sum())} repeated messages left out")
+    arrays = {role: x[~again] for role, x in arrays.items()}
     if "q" not in arrays:
         refuse(path, "the messages have no position", "q in every message")
     if "tau" not in arrays and "i" not in arrays:
         refuse(path, f"the messages have no {fields.get('tau', 'effort')}", "torques, as effort")
-    t = (stamps[kept] - stamps[0]) * 1e-9
+    t = (stamps[~again] - stamps[0]) * 1e-9
     ignored = tuple(dict.fromkeys(name for m in wanted for name in m.names if name not in joints))
     return Raw(
         t, arrays["q"], arrays.get("qd"), arrays.get("tau"), arrays.get("i"), ignored, tuple(notes)
@@ -237,19 +237,6 @@ def _row(path: Path, m: _Message, field: str, order: list[int]) -> FloatArray:
         what = f"{_when(m)}: {len(values)} values of {field} for {len(m.names)} names"
         refuse(path, what, "one value a name, or none")
     return values[order]
-
-
-def _without_repeats(
-    path: Path, stamps: np.ndarray[Any, np.dtype[np.int64]], rows: dict[str, list[FloatArray]]
-) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    """Return which messages are not the one before once more."""
-    kept = np.ones(len(stamps), dtype=bool)
-    for k in np.flatnonzero(np.diff(stamps) == 0) + 1:
-        if not all(np.array_equal(r[k], r[k - 1], equal_nan=True) for r in rows.values()):
-            what = f"two messages of {stamps[k] * 1e-9:.6f} s differ"
-            refuse(path, what, "one message a stamp; --topic, or a bag with one publisher")
-        kept[k] = False
-    return kept
 
 
 def _array(path: Path, role: str, field: str, rows: list[FloatArray]) -> FloatArray | None:

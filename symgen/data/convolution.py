@@ -20,8 +20,10 @@ def circle(samples: int, length: int) -> int:
 
     One for a short signal; for a long one many that stay in a cache, with an overlap of a quarter.
     """
+    from scipy.fft import next_fast_len
+
     size = max(_CIRCLE, 1 << (8 * length - 1).bit_length())
-    return size if samples > size else _smooth_number(samples)
+    return size if samples > size else int(next_fast_len(samples, real=True))
 
 
 def convolved(
@@ -55,19 +57,19 @@ def convolved(
 @lru_cache(maxsize=32)
 def gain_of(step: float, cutoff: float, length: int, size: int) -> npt.NDArray[np.complex128]:
     """Return the transform of the impulse response, of a circle of `size` samples."""
-    weights = lowpass_weights(step, cutoff, length)
-    circular = np.zeros(size)
-    circular[: length + 1], circular[-length:] = weights[length:], weights[:length]
-    return np.fft.rfft(circular)
+    return _transform(lowpass_weights(step, cutoff, length), size)
 
 
 @lru_cache(maxsize=32)
 def slope_gain(step: float, size: int) -> npt.NDArray[np.complex128]:
     """Return the transform of the spline's slope, of a circle of `size` samples."""
+    return _transform(cardinal_slope(), size) / step
+
+
+def _transform(weights: FloatArray, size: int) -> npt.NDArray[np.complex128]:
     circular = np.zeros(size)
-    circular[: CARDINAL + 1] = cardinal_slope()[CARDINAL:]
-    circular[-CARDINAL:] = cardinal_slope()[:CARDINAL]
-    return np.fft.rfft(circular) / step
+    circular[: len(weights)] = weights
+    return np.fft.rfft(np.roll(circular, -(len(weights) // 2)))
 
 
 def lowpass_weights(step: float, cutoff: float, length: int) -> FloatArray:
@@ -81,20 +83,6 @@ def lowpass_weights(step: float, cutoff: float, length: int) -> FloatArray:
     half = np.real(np.exp(1j * np.outer(k, poles)) @ (-0.125j * poles))
     whole = np.concatenate([half[:0:-1], half])
     return np.asarray(whole / whole.sum())
-
-
-def _smooth_number(least: int) -> int:
-    """Return the smallest number of at least `least` without a prime factor above 5."""
-    best = 1 << (least - 1).bit_length()
-    five = 1
-    while five < best:
-        three = five
-        while three < best:
-            twos = max(0, (-(-least // three) - 1).bit_length())
-            best = min(best, three << twos)
-            three *= 3
-        five *= 5
-    return best
 
 
 @cache

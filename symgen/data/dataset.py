@@ -11,6 +11,7 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,10 +21,9 @@ from numpy.typing import NDArray
 from symgen.data.bags import is_bag
 from symgen.data.holes import holes
 from symgen.data.log import Log, checked
-from symgen.data.opening import SUFFIXES, open_table
-from symgen.data.parquet import arrow_reads, batches, parquet_file
-from symgen.data.raw import Raw, Reading, Table, listed, one_line, refuse
+from symgen.data.raw import Reading, Table, Wanted, listed, one_line, refuse
 from symgen.data.stretch import Stretch, within
+from symgen.data.tables import SUFFIXES, arrow_reads, batches, open_table, parquet_file
 from symgen.data.urls import is_remote, remote_files, remote_identity
 from symgen.errors import LogError, plain
 
@@ -121,40 +121,38 @@ class DataSet:
         Raises:
             LogError: it cannot be read, or time decreases.
         """
-        edges: list[int] = []  # first rows of stretches
-        times: list[tuple[float, float]] = []  # of their first and last rows
         row, median, last = 0, 0.0, -np.inf
-        low, high = self.reading.start, self.reading.until
+        starts: list[int] = []  # first rows of stretches
+        begins: list[float] = []  # times of these
+        ends: list[float] = []  # times of their last rows
         with self._open(name) as table:
             measured = table.measured
             for piece in table.times():
                 with np.errstate(over="ignore"):  # what is too large is refused below
                     t = np.asarray(piece, dtype=np.float64)
                 steps = np.diff(t, prepend=last)
-                if not np.isfinite(t).all() or (steps <= 0).any():
-                    k = int(np.argmax(~(np.isfinite(t) & (steps > 0))))
+                bad = ~(np.isfinite(t) & (steps > 0))
+                if bad.any():
+                    k = int(np.argmax(bad))
                     what = f"column t, sample {row + k}: {t[k]:.9g} s"
                     refuse(name, what, "finite, strictly increasing time in s")
                 if median == 0.0 and len(t) > 1:
                     median = float(np.median(steps[1:]))
-                before = np.concatenate([[last], t]) if np.isfinite(last) else t
-                cuts = holes(before, median or np.inf) + 1 - (len(before) - len(t))
-                for begin, end in zip([0, *cuts], [*cuts, len(t)], strict=True):
-                    if begin == end:
-                        continue
-                    if begin in cuts or not edges:
-                        edges.append(row + int(begin))
-                        times.append((float(t[begin]), float(t[end - 1])))
-                    else:
-                        times[-1] = (times[-1][0], float(t[end - 1]))
+                if row == 0:
+                    starts, begins = [0], [float(t[0])]
+                before = np.append(last, t) if row else t
+                for k in holes(before, median or np.inf):
+                    starts.append(row + int(k) + 1 - (len(before) - len(t)))
+                    begins.append(float(before[k + 1]))
+                    ends.append(float(before[k]))
                 row, last = row + len(t), float(t[-1])
+        log, low, high = plain(name.rsplit("/", 1)[-1]), self.reading.start, self.reading.until
         out = []
-        for k, (first, span) in enumerate(zip(edges, times, strict=True)):
-            count = (edges[k + 1] if k + 1 < len(edges) else row) - first
-            step = (span[1] - span[0]) / (count - 1) if count > 1 else median
-            log = plain(name.rsplit("/", 1)[-1])
-            log = log if len(edges) == 1 else f"{log}, stretch {k + 1}"
-            out.append(Stretch(name, log, (first, first + count), span, step, measured))
+        for k, rows in enumerate(pairwise([*starts, row])):
+            times, count = (begins[k], [*ends, last][k]), rows[1] - rows[0]
+            step = (times[1] - times[0]) / (count - 1) if count > 1 else median
+            label = log if len(starts) == 1 else f"{log}, stretch {k + 1}"
+            out.append(Stretch(name, label, rows, times, step, measured))
         if low is not None or high is not None:
             out = [s for s in (within(s, low, high) for s in out) if s.count > 0]
         return out
@@ -172,18 +170,15 @@ class DataSet:
         """
         robot = self.robot
         joints = [joint.name for joint in robot.movable]
-        for (first, last), raw in zip(spans, self._raw(name, spans), strict=True):
-            where = f"{name}, rows {first} to {last}"
-            yield checked(where, label, raw, None, robot.sigma, robot.drive, joints)
-
-    def _raw(self, name: str, spans: Sequence[tuple[int, int]]) -> Iterator[Raw]:
         with self._open(name, sound=True) as table:  # `stretches` has read it
-            yield from table.spans(spans)
+            for (first, last), raw in zip(spans, table.spans(spans), strict=True):
+                where = f"{name}, rows {first} to {last}"
+                yield checked(where, label, raw, None, robot.sigma, robot.drive, joints)
 
     def _open(self, name: str, sound: bool = False) -> AbstractContextManager[Table]:
         drive = self.robot.drive
         currents = drive is not None and drive.torque_constant is not None
         joints = [joint.name for joint in self.robot.movable]
         # No robot that reads what is beside the motion is estimated chunk by chunk.
-        asked = (self.reading.columns, currents, joints, self.robot.n)
-        return open_table(name, *asked, beside=False, sound=sound)
+        wanted = Wanted(self.reading.columns, currents, joints, self.robot.n, beside=False)
+        return open_table(name, wanted, sound)

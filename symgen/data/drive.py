@@ -20,10 +20,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.data.raw import FloatArray, read_only, refuse
+from symgen.data.raw import FloatArray, Log, read_only, refuse
 
 if TYPE_CHECKING:
-    from symgen.data.log import Log
     from symgen.robot.types import Drive
 
 

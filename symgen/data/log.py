@@ -8,7 +8,7 @@ and the sample, and says what is accepted.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,18 +19,20 @@ from symgen.data.bags import is_bag, read_bag
 from symgen.data.beside import links, temperatures
 from symgen.data.columns import another_number
 from symgen.data.drive import joint_side
-from symgen.data.opening import SUFFIXES, open_table, whole
 from symgen.data.raw import (
     KEYS,
     ROLES,
     FloatArray,
     Raw,
     Reading,
+    Wanted,
     one_line,
     refuse,
     require_shapes,
 )
+from symgen.data.raw import Log as Log
 from symgen.data.raw import read_only as read_only
+from symgen.data.tables import SUFFIXES, open_table, whole
 from symgen.errors import LogError, plain
 from symgen.names import PRISMATIC
 
@@ -46,41 +48,6 @@ MAX_RANGE = 50.0
 _DEGREES = 180.0 / np.pi
 _LOOKED_AT = 1 << 14  # samples whose speeds tell the unit
 _FILES = "a .csv, .parquet, .npz, .mcap or .db3 file, or the folder of a ROS 2 bag"
-
-
-@dataclass(frozen=True, eq=False)
-class Log:
-    """One measured log. All arrays are read-only float64; C-contiguous, but in a chunk of Parquet.
-
-    It is as it was recorded, on the motor side where the robot has a [drive], until `joint_side`
-    has mapped it, which `mapped` tells; without a [drive] both are the same.
-
-    Attributes:
-        name: file name without its folder.
-        t: (N,) time in s, strictly increasing.
-        q: (N, n) positions in rad (m for a prismatic joint).
-        qd: (N, n) measured velocities in rad/s (m/s), None when the log has none.
-        tau: (N, n) torques in N m (forces in N), None when the log has currents in their place.
-        ignored: the other columns of the file, which nothing reads.
-        current: (N, n) motor currents in A, None where none are used.
-        notes: what was done to the log, in words, one line each.
-        mapped: whether q, qd and tau have been mapped to the joint side.
-        temp: (N, n) temperatures of joints or their motors, deg C, NaN on joints without; or None.
-        qs: (N, n) positions of links, behind what bends in the joint, in rad (m), NaN on joints
-            without a second encoder; or None. They are never mapped by [drive].
-    """
-
-    name: str
-    t: FloatArray
-    q: FloatArray
-    qd: FloatArray | None
-    tau: FloatArray | None
-    ignored: tuple[str, ...] = ()
-    current: FloatArray | None = None
-    notes: tuple[str, ...] = ()
-    mapped: bool = False
-    temp: FloatArray | None = None
-    qs: FloatArray | None = None
 
 
 def read_log(
@@ -130,8 +97,8 @@ def read_log(
             refuse(path, f"the extension {path.suffix!r} is not known", _FILES)
         else:
             own = len(sigma) if sigma is not None else n
-            asked = (reading.columns, currents, names, own, reading.poses)
-            with open_table(str(path), *asked) as table:
+            wanted = Wanted(reading.columns, currents, names, own, reading.poses)
+            with open_table(str(path), wanted) as table:
                 raw = whole(table)
     except (OSError, ValueError) as error:
         raise LogError(one_line(f"{path}: cannot be read: {error}; accepted: {_FILES}")) from error
@@ -240,10 +207,8 @@ def checked(
     held = {role: x for role in ROLES if (x := getattr(raw, role)) is not None}
     require_shapes(file, held)
     t = read_only(held.pop("t"))
-    if len(t) == 0:
-        refuse(file, "has no samples", f"at least {MIN_SAMPLES} samples")
     if len(t) < MIN_SAMPLES:
-        refuse(file, f"has {len(t)} samples", f"at least {MIN_SAMPLES} samples")
+        refuse(file, f"has {len(t) or 'no'} samples", f"at least {MIN_SAMPLES} samples")
     if raw.tau is None and raw.i is None:
         refuse(file, "has neither torques nor currents", KEYS)
     arrays = {role: read_only(x[:, None] if x.ndim == 1 else x) for role, x in held.items()}
@@ -252,11 +217,14 @@ def checked(
     joints = q.shape[1]
     if n is not None and joints != n:
         refuse(file, *another_number(joints, n, names))
-    _require_finite(file, "t", t[:, None], t)
-    for role, array in (("q", q), ("qd", qd), ("tau", tau), ("i", current)):
+    for role, array in (("t", t[:, None]), ("q", q), ("qd", qd), ("tau", tau), ("i", current)):
         if array is not None:
             _require_finite(file, role, array, t)
-    _require_increasing(file, t)
+    late = np.flatnonzero(np.diff(t) <= 0)
+    if len(late):
+        k = int(late[0]) + 1
+        what = f"column t, sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s"
+        refuse(file, what, "strictly increasing time in s")
     revolute = [j for j in range(joints) if sigma is None or sigma[j] != PRISMATIC]
     warm = None if temp is None else temperatures(file, t, temp)
     link = None if qs is None else links(file, qs)
@@ -277,14 +245,6 @@ def _require_finite(file: str, role: str, array: FloatArray, t: FloatArray) -> N
         refuse(file, f"column {column}, sample {sample}{when}: {shown}", "finite numbers")
 
 
-def _require_increasing(file: str, t: FloatArray) -> None:
-    late = np.flatnonzero(np.diff(t) <= 0)
-    if len(late):
-        k = int(late[0]) + 1
-        what = f"column t, sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s"
-        refuse(file, what, "strictly increasing time in s")
-
-
 def _require_radians(
     file: str, t: FloatArray, q: FloatArray, qd: FloatArray | None, revolute: list[int]
 ) -> None:
@@ -298,19 +258,18 @@ def _require_radians(
         return
     # at some tens of thousands of samples all over the log: the unit is that of all of it
     at = np.arange(0, len(t) - 2, max(1, len(t) // _LOOKED_AT))
-    slope = (q[at + 2] - q[at]) / (t[at + 2] - t[at])[:, None]
-    qd = qd[at + 1]
+    slope, qd = (q[at + 2] - q[at]) / (t[at + 2] - t[at])[:, None], qd[at + 1]
+    moved, told = (np.sqrt(np.mean(x**2, axis=0)) for x in (slope, qd))
+    together = np.mean(slope * qd, axis=0)
     for j in revolute:
-        moved, told = (float(np.sqrt(np.mean(x[:, j] ** 2))) for x in (slope, qd))
-        if moved == 0.0 or told == 0.0:
-            continue
         # At rest both are noise, whose ratio can be anything: demand that they move together.
-        together = float(np.mean(slope[:, j] * qd[:, j])) / (moved * told)
-        if together < 0.5:
+        if not together[j] >= 0.5 * moved[j] * told[j] > 0:
             continue
-        for role, factor in (("q", moved / told), ("qd", told / moved)):
+        for role, other, factor in (
+            ("q", "qd", moved[j] / told[j]),
+            ("qd", "q", told[j] / moved[j]),
+        ):
             if abs(factor / _DEGREES - 1.0) < 0.05:
-                other = "qd" if role == "q" else "q"
                 what = (
                     f"qd{j + 1} and the slope of q{j + 1} differ by {factor:.3g}: {role}{j + 1} "
                     f"looks like degrees and {other}{j + 1} like radians"

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 import struct
 import zipfile
-import zlib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -20,6 +18,7 @@ from symgen.data.raw import (
     KEYS,
     ROLES,
     Arrays,
+    Wanted,
     listed,
     one_line,
     refuse,
@@ -58,16 +57,12 @@ class StoredArray:
         return flat.reshape(last - first, *self.shape[1:])
 
 
-def open_npz(
-    path: Path, columns: Mapping[str, str], currents: bool, poses: bool = False, sound: bool = False
-) -> Arrays:
+def open_npz(path: Path, wanted: Wanted, sound: bool = False) -> Arrays:
     """Open what numpy.savez wrote.
 
     Args:
         path: the file.
-        columns: names in the file of our arrays.
-        currents: whether currents i are read, and may stand in place of torques.
-        poses: whether rows are still poses, which need no t: their number is taken for it.
+        wanted: what is read of it; columns are names in the file of our arrays.
         sound: whether its checksums were found right before.
 
     Raises:
@@ -75,7 +70,10 @@ def open_npz(
     """
     if not zipfile.is_zipfile(path):
         refuse(path, "is not an NPZ archive", f"what numpy.savez writes, with {KEYS}")
-    roles = (*(() if poses else ("t",)), "q", "qd", "tau", *(("i",) if currents else ()), *BESIDE)
+    columns, poses = wanted.columns, wanted.poses
+    left_out = {"t" if poses else "", "" if wanted.currents else "i"}
+    left_out |= set(() if wanted.beside else BESIDE)
+    roles = [role for role in ROLES if role not in left_out]
     for ours, theirs in columns.items():
         if ours not in ROLES:
             refuse(path, f"--columns {ours}={theirs}: an NPZ has one array for all joints", KEYS)
@@ -114,20 +112,14 @@ def open_npz(
 def _stored(
     path: Path, file: BinaryIO, archive: zipfile.ZipFile, key: str, sound: bool
 ) -> StoredArray | None:
-    """Return where an array lies; None where it is packed, not in rows, or not what it says.
-
-    Whoever reads the whole of it says what is wrong.
-    """
+    """Return where an array lies; None where it is packed, not in rows, or not what it says."""
     entry = archive.getinfo(key if key in archive.namelist() else f"{key}.npy")
     found = _place(path, file, entry)
-    if found is None or sound:
-        return found
-    begin = found.offset + found.dtype.itemsize * math.prod(found.shape) - entry.file_size
-    file.seek(begin)
-    left, sum_ = entry.file_size, 0
-    while left and (block := file.read(min(_BLOCK, left))):
-        left, sum_ = left - len(block), zlib.crc32(block, sum_)
-    return found if left == 0 and sum_ == entry.CRC else None
+    if found is not None and not sound:
+        with archive.open(entry) as stored:  # raises where the checksum is wrong
+            while stored.read(_BLOCK):
+                pass
+    return found
 
 
 def _place(path: Path, file: BinaryIO, entry: zipfile.ZipInfo) -> StoredArray | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -29,28 +30,23 @@ def read_columns(
         reason = getattr(error, "strerror", None) or "not a text file"
         raise LogError(f"{path}: cannot be read ({reason}); accepted: {accepted}") from error
     header = [name.strip() for name in rows[0]] if rows else []
-    groups: dict[str, dict[int, int]] = {}
-    for at, name in enumerate(header):
-        if match := _COLUMN.fullmatch(name):
-            groups.setdefault(match[1], {})[int(match[2])] = at
-    if "t" not in header or any(role not in groups for role in needed):
+    counts = Counter(match[1] for name in header if (match := _COLUMN.fullmatch(name)))
+    if "t" not in header or not counts.keys() >= set(needed):
         refuse(path, f"columns {', '.join(header[:12]) or 'none'}", accepted)
     if len(rows) < 3:
         refuse(path, "fewer than 2 samples", accepted)
     try:
-        table = np.array([[float(cell) for cell in row] for row in rows[1:]])
+        table = np.array(rows[1:], dtype=float)
     except ValueError as error:
         raise LogError(f"{path}: not a table of numbers ({error}); accepted: {accepted}") from error
     if table.shape[1] != len(header) or not np.isfinite(table).all():
         refuse(path, "a value is not a finite number, or rows differ in length", accepted)
-    t, joints = table[:, header.index("t")], len(groups[needed[0]])
+    t, joints, out = table[:, header.index("t")], counts[needed[0]], {}
     if np.diff(t).min() <= 0:
         refuse(path, "time does not increase", accepted)
-    out = {}
-    for role in (*needed, *optional):
-        places = groups.get(role, {})
-        if places and sorted(places) != list(range(1, joints + 1)):
+    for role in (role for role in (*needed, *optional) if role in counts):
+        names = [f"{role}{j}" for j in range(1, joints + 1)]
+        if counts[role] != joints or not set(names) <= set(header):
             refuse(path, f"the columns of {role} are not numbered 1 to {joints}", accepted)
-        if places:
-            out[role] = np.ascontiguousarray(table[:, [places[j] for j in sorted(places)]])
+        out[role] = np.ascontiguousarray(table[:, [header.index(name) for name in names]])
     return t, out

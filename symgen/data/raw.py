@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn, Protocol
 
@@ -85,6 +85,27 @@ class Reading:
             )
 
 
+@dataclass(frozen=True)
+class Wanted:
+    """What is read of a table, and for which robot.
+
+    Attributes:
+        columns: as of `Reading`.
+        currents: whether currents i1.. are read, and may stand in place of torques.
+        joints: what the robot calls its movable joints; texts may be empty.
+        n: their number, None where it is not known.
+        poses: whether rows are still poses, which need no t: their number is taken for it.
+        beside: whether temperatures and positions of links are read, too.
+    """
+
+    columns: Mapping[str, str]
+    currents: bool
+    joints: Sequence[str] = ()
+    n: int | None = None
+    poses: bool = False
+    beside: bool = True
+
+
 @dataclass(frozen=True, eq=False)
 class Raw:
     """What a file held. Arrays as in the file; tau or i is None where there is none.
@@ -107,6 +128,41 @@ class Raw:
         """Make names of the file plain."""
         object.__setattr__(self, "ignored", tuple(map(plain, self.ignored)))
         object.__setattr__(self, "notes", tuple(map(plain, self.notes)))
+
+
+@dataclass(frozen=True, eq=False)
+class Log:
+    """One measured log. All arrays are read-only float64; C-contiguous, but in a chunk of Parquet.
+
+    It is as it was recorded, on the motor side where the robot has a [drive], until `joint_side`
+    has mapped it, which `mapped` tells; without a [drive] both are the same.
+
+    Attributes:
+        name: file name without its folder.
+        t: (N,) time in s, strictly increasing.
+        q: (N, n) positions in rad (m for a prismatic joint).
+        qd: (N, n) measured velocities in rad/s (m/s), None when the log has none.
+        tau: (N, n) torques in N m (forces in N), None when the log has currents in their place.
+        ignored: the other columns of the file, which nothing reads.
+        current: (N, n) motor currents in A, None where none are used.
+        notes: what was done to the log, in words, one line each.
+        mapped: whether q, qd and tau have been mapped to the joint side.
+        temp: (N, n) temperatures of joints or their motors, deg C, NaN on joints without; or None.
+        qs: (N, n) positions of links, behind what bends in the joint, in rad (m), NaN on joints
+            without a second encoder; or None. They are never mapped by [drive].
+    """
+
+    name: str
+    t: FloatArray
+    q: FloatArray
+    qd: FloatArray | None
+    tau: FloatArray | None
+    ignored: tuple[str, ...] = ()
+    current: FloatArray | None = None
+    notes: tuple[str, ...] = ()
+    mapped: bool = False
+    temp: FloatArray | None = None
+    qs: FloatArray | None = None
 
 
 class Table(Protocol):
@@ -164,10 +220,6 @@ class Arrays:
     def measured(self) -> bool:
         """Whether it has speeds."""
         return "qd" in self.arrays
-
-    def without(self, roles: Collection[str]) -> Arrays:
-        """Return the table without some roles."""
-        return replace(self, arrays={k: x for k, x in self.arrays.items() if k not in roles})
 
     def times(self) -> Iterator[npt.NDArray[Any]]:
         """Yield the column of time, piece by piece."""

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from symgen.data.columns import held_still
-from symgen.data.raw import NUMBERED, refuse
+from symgen.data.raw import NUMBERED, Wanted, refuse
 from symgen.errors import plain
 
 _WORDS = {
@@ -37,9 +37,7 @@ def matched(
     path: Path,
     names: Sequence[str],
     patterns: Mapping[str, str],
-    joints: Sequence[str],
-    n: int | None,
-    currents: bool,
+    wanted: Wanted,
 ) -> tuple[list[str], tuple[str, ...]]:
     """Rename columns of a recorder to ours; those that already have our names stay.
 
@@ -47,9 +45,7 @@ def matched(
         path: the file, for messages.
         names: of its columns.
         patterns: given ones, {"q": "*_position"}, where * is the joint.
-        joints: what the robot calls its movable joints; texts may be empty.
-        n: number of the robot's movable joints, None where it is not known.
-        currents: whether currents are read beside torques.
+        wanted: by which robot.
 
     Returns:
         The names, and what was matched in a line, or nothing.
@@ -57,6 +53,7 @@ def matched(
     Raises:
         LogError: a role has several patterns, or lacks columns of joints.
     """
+    joints, n = wanted.joints, wanted.n
     own = {match[1] for name in names if (match := NUMBERED.fullmatch(name))}
     if not patterns and "t" in names and "q" in own and own & {"tau", "i"}:
         return list(names), ()  # ours; what else it has is not looked at
@@ -68,7 +65,7 @@ def matched(
     of = ""
     for role in ("q", "qd", "tau", "i"):
         found_torque = "tau" in own or "tau1" in ours.values()
-        if role in own or (role == "i" and found_torque and not currents):
+        if role in own or (role == "i" and found_torque and not wanted.currents):
             continue
         if role in patterns:
             pattern, columns = patterns[role], _asked(path, names, role, patterns[role], joints, n)

@@ -88,7 +88,7 @@ class Samples:
         return replace(self, mask=None if self.mask is None else self.mask.cut(span), **arrays)
 
 
-def prepare(log: Log, cutoff: float | None = None, *, wide: float = 1.0) -> Samples:
+def prepare(log: Log, cutoff: float | None = None) -> Samples:
     """Give a log uniform steps and a velocity.
 
     Steps that vary by more than 1 % are resampled by a cubic spline. Measured velocities are used
@@ -99,7 +99,6 @@ def prepare(log: Log, cutoff: float | None = None, *, wide: float = 1.0) -> Samp
     Args:
         log: the measured log.
         cutoff: cutoff of the filter in Hz; None to take it from the motion's bandwidth.
-        wide: by how much q is filtered above the cutoff, for equations that are filtered again.
 
     Raises:
         LogError: a gap in time, a cutoff that is not between 0 and the Nyquist frequency, or
@@ -110,7 +109,7 @@ def prepare(log: Log, cutoff: float | None = None, *, wide: float = 1.0) -> Samp
         require_cutoff(log.name, cutoff, step, float(t[-1] - t[0]))
     used, derived = None, qd is None
     if qd is None:
-        q, qd, used, note = _derive_velocity(q, step, cutoff, wide)
+        q, qd, used, note = _derive_velocity(q, step, cutoff)
         notes.append(f"{log.name}: {note}")
     elif cutoff is not None:
         notes.append(f"{log.name}: qd was measured and is used unfiltered, whatever the cutoff")
@@ -185,7 +184,7 @@ def _evenly(
 
 
 def _derive_velocity(
-    q: FloatArray, step: float, cutoff: float | None, wide: float
+    q: FloatArray, step: float, cutoff: float | None
 ) -> tuple[FloatArray, FloatArray, float | None, str]:
     source = "from the user"
     if cutoff is None:
@@ -198,12 +197,10 @@ def _derive_velocity(
         if reason:
             note = f"qd is missing and was derived from q, not filtered because {reason}"
             return q, differentiate(q, step), None, note
-    edge = max(cutoff, min(wide * cutoff, HIGHEST * 0.5 / step))
-    smooth = lowpass(q, step, edge)
-    wider = f", {edge / cutoff:.3g} times the cutoff {source}" if edge > cutoff else f" ({source})"
+    smooth = lowpass(q, step, cutoff)
     note = (
         "qd is missing and was derived from q, both through a zero-phase low-pass filter at "
-        f"{edge:.4g} Hz{wider}"
+        f"{cutoff:.4g} Hz ({source})"
     )
     return smooth, differentiate(smooth, step), cutoff, note
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,5 +41,5 @@ def within(s: Stretch, low: float | None, high: float | None) -> Stretch:
     if high is not None and high < s.times[1]:
         last = s.rows[0] + int(np.floor((high - s.times[0]) / s.step + 1e-6)) + 1
     first, last = min(first, s.rows[1]), max(last, first)
-    times = tuple(s.times[0] + s.step * (k - s.rows[0]) for k in (first, last - 1))
-    return Stretch(s.file, s.name, (first, last), (times[0], times[1]), s.step, s.measured)
+    begin, end = (s.times[0] + s.step * (k - s.rows[0]) for k in (first, last - 1))
+    return replace(s, rows=(first, last), times=(begin, end))

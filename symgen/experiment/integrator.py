@@ -279,13 +279,10 @@ def _events(
         if near.any():
             event[near & (mode * plant.speed(trial.slopes[6, :, n:]) < 0)] = 2.0
         if passed.any():
-            # Where the parabola through both ends, with the slope at the first, comes to zero.
-            before = np.maximum(mode * plant.speed(x[:, n:]), 0.0)
-            slope = mode * plant.speed(trial.slopes[0, :, n:]) * h[:, None]
-            bend = after - before - slope
-            root = np.sqrt(slope**2 - 4 * before * bend)
-            zero = np.where(slope > 0, -(slope + root) / (2 * bend), 2 * before / (root - slope))
-            parts[passed] = np.clip(np.nan_to_num(zero, nan=0.5), 1e-3, 0.999)[passed]
+            before = mode * plant.speed(x[:, n:])
+            slopes = (mode * plant.speed(trial.slopes[k, :, n:]) * h[:, None] for k in (0, 6))
+            ends = (before, next(slopes), after, next(slopes))
+            parts[passed] = _crossing(*(end[passed] for end in ends))
         holding = ~sliding.all(axis=1) & np.isfinite(trial.error).all(axis=1)
         if holding.any():
             stuck = ~sliding[holding]
@@ -301,6 +298,26 @@ def _events(
     # A search that has come down to rounding ends where it is.
     event[(h <= _SHORTEST)[:, None] & (parts < 1.0) & sliding] = 2.0
     return parts.min(axis=1), event
+
+
+def _crossing(
+    before: FloatArray, slope: FloatArray, after: FloatArray, last: FloatArray
+) -> FloatArray:
+    """Return where the cubic through both ends, with their slopes, comes to zero, from 0 to 1.
+
+    Newton's method, kept between ends of different sign.
+    """
+    before = np.maximum(before, 0.0)
+    low, high = np.zeros_like(before), np.ones_like(before)
+    rise = after - before
+    c2, c3 = 3 * rise - 2 * slope - last, slope + last - 2 * rise
+    part = np.where(before > 0, before / (before - after), 0.5)
+    for _ in range(8):
+        value = before + part * (slope + part * (c2 + part * c3))
+        low, high = np.where(value > 0, part, low), np.where(value > 0, high, part)
+        newton = part - value / (slope + part * (2 * c2 + 3 * part * c3))
+        part = np.where((newton > low) & (newton < high), newton, (low + high) / 2)
+    return np.clip(part, 1e-3, 0.999)
 
 
 def _insane(

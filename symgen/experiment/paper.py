@@ -284,7 +284,7 @@ def reproduce(runs: int, say: Callable[[str], None]) -> Reproduction:
         say(f"({letter}) {runs} seeded runs of this set-up")
         measured = simulate(simulated, runs, np.random.default_rng([_SEED, stream]))
         rows = _rows(evaluator, measured)
-        final = _solved(np.linalg.qr(rows, mode="r"))
+        final = _solved(np.asarray(np.linalg.qr(rows, mode="r")))
         setups.append(Setup(letter, words, measured, _recursive(rows[:_FOLLOWED]), final))
     still, shaken = (proportional_run(simulated, noise) for noise in (None, 1))
     return Reproduction(
@@ -324,7 +324,8 @@ def _recursive(rows: FloatArray) -> FloatArray:
     out = np.full((*rows.shape[:2], len(X_TRUE)), np.nan)
     factors = rows[:, :0]
     for i in range(1, rows.shape[1]):
-        factors = np.linalg.qr(np.concatenate([factors, rows[:, i : i + 1]], axis=1), mode="r")
+        longer = np.concatenate([factors, rows[:, i : i + 1]], axis=1)
+        factors = np.asarray(np.linalg.qr(longer, mode="r"))
         if i > len(X_TRUE):
             out[:, i] = _solved(factors)
     return out

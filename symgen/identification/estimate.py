@@ -184,6 +184,11 @@ class OtherEstimate:
     method: str
     parameters: tuple[OtherValue, ...]
 
+    def of(self, name: str) -> tuple[float, float]:
+        """Return value and std of a parameter; NaN and infinite where it is not known."""
+        known = (p for p in self.parameters if p.name == name)
+        return next(((p.value, p.std) for p in known), (math.nan, math.inf))
+
     @property
     def X(self) -> FloatArray:
         """The values, in their order."""

@@ -18,8 +18,8 @@ from symgen.errors import ParameterError
 from symgen.estimation.band import Band
 from symgen.files import load_json, load_toml
 from symgen.identification.estimate import MARKER, READ, Estimate, read_estimate
-from symgen.robot.foreign import read_imported
 from symgen.robot.imported import FORMATS
+from symgen.robot.toml_io import read_imported
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 from symgen.schemas import result_file

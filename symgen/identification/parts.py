@@ -10,8 +10,8 @@ import numpy as np
 
 from symgen.data.dataset import DataSet, is_data_set, listed_files
 from symgen.data.log import Log
-from symgen.data.opening import COUNTED
 from symgen.data.stretch import Stretch
+from symgen.data.tables import COUNTED
 from symgen.errors import LogError
 from symgen.estimation.logs import HELD_OUT, Source
 from symgen.estimation.partition import Part

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -75,18 +74,15 @@ class Prediction:
         """Return the content of prediction.json."""
         return to_json(self, SCHEMA)
 
-    def to_files(self) -> dict[str, bytes]:
-        """Return prediction.json and prediction.csv."""
+    def to_csv(self) -> bytes:
+        """Return the curves, prediction.csv."""
         n = self.torque.measured.shape[1]
         labels = [f"tau{j}" for j in range(1, n + 1)] + [f"predicted{j}" for j in range(1, n + 1)]
         columns = [self.torque.t, self.torque.measured, self.torque.predicted]
         rows = np.column_stack([*columns, self.kinetic, self.potential])
-        lines = [",".join(["t", *labels, "kinetic", "potential"])]
-        lines += [",".join(f"{v:.9g}" for v in row) for row in rows]
-        return {
-            MARKER: (json.dumps(self.to_json(), indent=1) + "\n").encode(),
-            CURVES: ("\n".join(lines) + "\n").encode(),
-        }
+        file, header = io.StringIO(), ",".join(["t", *labels, "kinetic", "potential"])
+        np.savetxt(file, rows, "%.9g", ",", header=header, comments="")
+        return file.getvalue().encode()
 
 
 def predict(

@@ -10,9 +10,9 @@ from symgen.errors import ParameterError
 from symgen.identification.estimate import ROBOT_DIGEST, Estimate, read_estimate
 from symgen.identification.parameters import cad_parameters, same_frames
 from symgen.identification.physical.links import link_parameters
-from symgen.robot.foreign import read_imported
+from symgen.robot.imported import read_text
 from symgen.robot.mjcf_io import updated_mjcf
-from symgen.robot.toml_io import read_robot
+from symgen.robot.toml_io import read_imported, read_robot
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.robot.urdf_io import updated_urdf
@@ -55,7 +55,8 @@ def identified_file(
     if path.suffix.lower() == ".xml":
         text = updated_mjcf(path, links.bodies)
     else:
-        text = updated_urdf(path, links.bodies)
+        text, _ = read_text(path, "accepted: a .urdf")
+        text = updated_urdf(text, links.bodies, str(path))
     said = f"link parameters in {path.name}: {links.caveat}"
     if links.sigmas > 0:
         said += f"; the identified X is {links.sigmas:.2g} standard deviations away from them"

@@ -81,7 +81,7 @@ def curve(definition: Definition) -> tuple[str, FloatArray, FloatArray] | None:
     if definition.name in drawn:
         label, ends, y = drawn[definition.name].values()
         own = replace(definition, torque=f"Y*({y})", linear={"Y": ""}, nonlinear={})
-        return label, *_drawn(own, "q", np.linspace(*ends, 2 * _WIDTH), {})
+        return label, *_drawn(own, "q", np.linspace(ends[0], ends[1], 2 * _WIDTH), {})
     if not definition.torque:
         return None
     over = next((name for name in _OVER if _holds(definition.torque, name)), "qd")

@@ -2,79 +2,83 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
 from symgen.files import rendered
-from symgen.report.content.parts import Content, Section
+from symgen.report.content.parts import Content, Table
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
 
-#: Columns of numbers that fit side by side on a phone.
-_NARROW = 5
+#: Letters that fit side by side on a phone.
+_NARROW = 48
+#: Letters of a cell from which it wraps; what stands in a column of numbers, none of it among them.
+_LONG = 24
+_NUMBER = re.compile(r"(▲ )?[-+]?[\d.∞].{0,12}$|$|-$|unknown|searched|never|not determined")
 
 
 def page(content: Content) -> str:
     """Return a whole HTML page; the same content gives the same text."""
-    drawn = [(s, None if s.figure is None else s.figure()) for s in content.sections]
-    shown = [
-        (s, figure)
-        for s, figure in drawn
-        if figure is not None or s.table or s.picture or (s.text and s.figure is None)
-    ]
+    views = []
+    for section in content.sections:
+        figure = None if section.figure is None else section.figure()
+        table = section.table if section.table and section.table.rows else None
+        alone = section.text and not (section.figure or section.table)
+        if figure or table or section.picture or alone:
+            drawn = None if figure is None else _figure(figure)
+            views.append((section, drawn, None if table is None else _table(table)))
     banner = content.banner
     if banner is not None:  # a sentence on top of a page
         verdict = banner.verdict.replace("partly-", "partly ").replace("bad-", "bad ")
         banner = replace(banner, verdict=verdict[:1].upper() + verdict[1:])
     return rendered(
         "report/report.html",
-        title=content.title,
-        lead=content.lead,
+        content=content,
         banner=banner,
-        pictures=any(section.picture for section, _ in shown),
-        sections=[_view(k, section, figure) for k, (section, figure) in enumerate(shown, 1)],
-        plotly=_plotly_js() if any(figure is not None for _, figure in shown) else None,
+        sections=views,
+        plotly=_plotly_js() if any(drawn for _, drawn, _ in views) else None,
     )
 
 
-def _view(place: int, section: Section, figure: Figure | None) -> dict[str, Any]:
-    """What the template places: texts, and figures as JSON that is safe inside a script."""
-    view: dict[str, Any] = {
-        "id": f"s{place}",
-        "heading": section.heading,
-        "text": section.text,
-        "table": None,
-        "figure": None,
-        "picture": Markup(section.picture),
+def _table(table: Table) -> dict[str, Any]:
+    """Return what the template places: rows, whether they are pointed out, and styles of cells."""
+    columns = list(zip(table.header, *table.rows, strict=True))
+    styles = [_style(cells, k == 0) for k, (_, *cells) in enumerate(columns)]
+    width = sum(2 + max(map(len, column)) for column in columns)
+    return {
+        "wide": bool({"words", "formula"} & set(styles)) or width > _NARROW,
+        "header": list(zip(styles, table.header, strict=True)),
+        "rows": [
+            (any(c.startswith(("▲", "never")) for c in row), list(zip(styles, row, strict=True)))
+            for row in table.rows
+        ],
     }
-    if section.table is not None:
-        table = section.table
-        styles = table.styles or ("text",) * len(table.header)
-        view["table"] = {
-            "wide": len(styles) > _NARROW or bool({"words", "formula"} & set(styles)),
-            "header": list(zip(styles, table.header, strict=True)),
-            "rows": [
-                {"flagged": k in table.flagged, "cells": list(zip(styles, row, strict=True))}
-                for k, row in enumerate(table.rows)
-            ],
-        }
-    if figure is not None:
-        layout = figure.layout
-        # the heading stands for the figure's own title
-        figure.update_layout(title=None, margin={"t": max(layout.margin.t - 30, 36)})
-        meta = layout.meta if isinstance(layout.meta, dict) else {}
-        view["figure"] = {
-            "id": f"figure{place}",
-            "height": int(layout.height or 450),
-            "min_width": int(meta.get("min_width", 0)),
-            "grid": bool(meta.get("grid", False)),
-            "json": _script_safe(figure),
-        }
-    return view
+
+
+def _figure(figure: Figure) -> dict[str, Any]:
+    """Return what the template places: JSON that is safe inside a script, and its size."""
+    layout = figure.layout
+    # the heading stands for the figure's own title
+    figure.update_layout(title=None, margin={"t": max(layout.margin.t - 30, 36)})
+    meta = {"min_width": 0, "grid": False, **(layout.meta or {})}
+    return {**meta, "height": int(layout.height or 450), "json": _script_safe(figure)}
+
+
+def _style(cells: Sequence[str], first: bool) -> str:
+    """Return how a column is set: "number", "formula", "words" that wrap, "name" or "unit"."""
+    if not first and all(_NUMBER.match(cell) for cell in cells):
+        return "number"
+    if any("*" in cell for cell in cells):
+        return "formula"
+    if max(map(len, cells), default=0) > _LONG:
+        return "words"
+    return "name" if first else "unit"
 
 
 def _script_safe(figure: Figure) -> Markup:

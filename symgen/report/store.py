@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import NamedTuple, TypeAlias
 
 from symgen.codegen.model import derive
 from symgen.codegen.package import generate
@@ -16,42 +15,69 @@ from symgen.diagnosis import diagnosis as diagnoses
 from symgen.diagnosis import fleet as fleets
 from symgen.diagnosis.diagnosis import Diagnosis
 from symgen.diagnosis.fleet import Fleet
-from symgen.diagnosis.replay import replayed
+from symgen.diagnosis.replay import Replay, replayed
 from symgen.errors import ParameterError, SymgenError
 from symgen.experiment import study_result
 from symgen.experiment.study_result import Study
 from symgen.files import json_text, write_folder
 from symgen.identification import curves, payload_result, prediction
 from symgen.identification import estimate as estimates
+from symgen.identification.comparison import Comparison
 from symgen.identification.estimate import Estimate
 from symgen.identification.export import values_header
-from symgen.report.content import content
+from symgen.identification.payload_result import Payload
+from symgen.identification.prediction import Prediction
+from symgen.report.content.comparison import comparison_content
+from symgen.report.content.diagnosis import diagnosis_content
+from symgen.report.content.estimate import estimate_content
+from symgen.report.content.fleet import fleet_content
+from symgen.report.content.parts import Content
+from symgen.report.content.payload import payload_content
+from symgen.report.content.prediction import prediction_content
+from symgen.report.content.study import study_content
 from symgen.report.html import page
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import parameters_toml, robot_toml
 from symgen.robot.types import Robot
 
-if TYPE_CHECKING:
-    from symgen.report.content import Result, Shown
-
+Result: TypeAlias = Estimate | Diagnosis | Prediction | Payload | Study | Fleet
 _PAGE = "report.html"
-_READERS: dict[str, Callable[[Path], Result]] = {
-    estimates.MARKER: estimates.read_estimate,
-    diagnoses.MARKER: diagnoses.read_diagnosis,
-    prediction.MARKER: prediction.read_prediction,
-    payload_result.MARKER: payload_result.read_payload,
-    study_result.MARKER: study_result.read_study,
-    fleets.MARKER: fleets.read_fleet,
+
+
+class _Kind(NamedTuple):
+    """A kind of result: its class, what reads its folder, and what is said of it."""
+
+    made: type
+    read: Callable[[Path], Result]
+    say: Callable[..., Content]
+
+
+#: By the name of the JSON file.
+_KINDS = {
+    estimates.MARKER: _Kind(Estimate, estimates.read_estimate, estimate_content),
+    diagnoses.MARKER: _Kind(Diagnosis, diagnoses.read_diagnosis, diagnosis_content),
+    prediction.MARKER: _Kind(Prediction, prediction.read_prediction, prediction_content),
+    payload_result.MARKER: _Kind(Payload, payload_result.read_payload, payload_content),
+    study_result.MARKER: _Kind(Study, study_result.read_study, study_content),
+    fleets.MARKER: _Kind(Fleet, fleets.read_fleet, fleet_content),
 }
 
-_MARKERS: dict[type, str] = {
-    Estimate: estimates.MARKER,
-    Diagnosis: diagnoses.MARKER,
-    prediction.Prediction: prediction.MARKER,
-    payload_result.Payload: payload_result.MARKER,
-    Study: study_result.MARKER,
-    Fleet: fleets.MARKER,
-}
+
+def _kind(result: Result) -> tuple[str, _Kind]:
+    return next((name, kind) for name, kind in _KINDS.items() if isinstance(result, kind.made))
+
+
+def content(result: Result | Comparison, *beside: Robot | Replay | None) -> Content:
+    """Return what is said of a result.
+
+    Args:
+        result: of identify, diagnose, predict, payload, study, fleet or compare.
+        beside: of an estimate, the robot, which is drawn; of a diagnosis, the models moved by the
+            measured torques.
+    """
+    if isinstance(result, Comparison):
+        return comparison_content(result)
+    return _kind(result)[1].say(result, *beside)
 
 
 def read_result(path: str | Path) -> Result:
@@ -64,18 +90,18 @@ def read_result(path: str | Path) -> Result:
         SymgenError: there is no result, there are two, or it is damaged.
     """
     path = Path(path)
-    found = [name for name in _READERS if (path / name).is_file()]
+    found = [name for name in _KINDS if (path / name).is_file()]
     if path.is_file():
         found, path = [path.name], path.parent
-    if len(found) != 1 or found[0] not in _READERS:
+    if len(found) != 1 or found[0] not in _KINDS:
         what = f"it holds {' and '.join(found)}" if found else "it holds no result"
         if not path.exists():
             what = "it is not there"
         raise ParameterError(
             f"{path}: {what}; accepted: a folder that identify, diagnose, predict, payload, "
-            f"study or fleet wrote, or the {', '.join(_READERS)} in it"
+            f"study or fleet wrote, or the {', '.join(_KINDS)} in it"
         )
-    return _READERS[found[0]](path / found[0])
+    return _KINDS[found[0]].read(path / found[0])
 
 
 def result_robot(path: Path) -> Robot | None:
@@ -87,12 +113,12 @@ def result_robot(path: Path) -> Robot | None:
         return None
 
 
-def result_page(result: Shown, robot: Robot | None = None) -> str:
-    """Return the HTML page of a result; the robot, where it is known, is drawn."""
+def result_page(result: Result | Comparison, robot: Robot | None = None) -> str:
+    """Return the HTML page of a result; the robot of an estimate, where it is known, is drawn."""
     if isinstance(result, Diagnosis):
         told = "Figures over time are on the page that diagnose wrote: its folder holds no curves."
         result = replace(result, notes=(*result.notes, told))
-    return page(content(result, robot))
+    return page(content(result, *([robot] if isinstance(result, Estimate) else [])))
 
 
 def write(
@@ -118,7 +144,7 @@ def write(
         PackageError: the folder holds something else, or cannot be written.
     """
     files = result_files(result, robot) | dict(more or {})
-    write_folder(Path(folder), files, _MARKERS[type(result)])
+    write_folder(Path(folder), files, _kind(result)[0])
     return tuple(Path(folder) / name for name in files)
 
 
@@ -135,42 +161,34 @@ def result_files(result: Result, robot: Robot | None = None) -> dict[str, bytes]
         parameters.toml of the extended robot, and its package under generated/; of a prediction
         its CSV and no page.
     """
-    if isinstance(result, prediction.Prediction):
-        return result.to_files()
     if isinstance(result, Diagnosis):
-        return _diagnosis_files(result)
-    files = {_MARKERS[type(result)]: (_text(result) + "\n").encode()}
+        result, files = _diagnosis_files(result)
+    elif isinstance(result, Prediction):
+        files = {prediction.CURVES: result.to_csv()}
+    else:
+        files = {_PAGE: result_page(result, robot).encode()}
     if isinstance(result, Estimate):
         files[f"{result.robot}_values.h"] = values_header(result).encode()
-    files[_PAGE] = page(content(result, robot)).encode()
-    if isinstance(result, Estimate):
-        files[curves.FILE] = curves.curves_npz(
-            {"traces": result.traces, "balances": result.balances}, result.convergence
-        )
+        drawn = {"traces": result.traces, "balances": result.balances}
+        files[curves.FILE] = curves.curves_npz(drawn, result.convergence)
         if robot is not None:
             files["robot.toml"] = robot_toml(robot).encode()
-    return files
+    return {_kind(result)[0]: (json_text(result.to_json()) + "\n").encode(), **files}
 
 
-def _text(result: Estimate | payload_result.Payload | Study | Fleet) -> str:
-    """The JSON of a result; an estimate, whose matrix of correlations is large, has rows of it."""
-    if isinstance(result, Estimate):
-        return json_text(result.to_json())
-    return json.dumps(result.to_json(), indent=1)
-
-
-def _diagnosis_files(diagnosis: Diagnosis) -> dict[str, bytes]:
-    """Return the files of a diagnosis, with robot and package of the extended model."""
+def _diagnosis_files(diagnosis: Diagnosis) -> tuple[Diagnosis, dict[str, bytes]]:
+    """Return a diagnosis with what its folder adds, and its other files: page, robot, package."""
     model = derive(diagnosis.extended, "all")
     tree = generate(model)
-    motion = None
+    motion, moved = None, None
     try:
         motion = replayed(diagnosis, model)
+        moved = motion.to_json()
     except SymgenError as error:
         note = f"no motion under the measured torques: {error}"
         diagnosis = replace(diagnosis, notes=(*diagnosis.notes, note))
     files = {
-        _PAGE: page(content(diagnosis, motion=motion)).encode(),
+        _PAGE: page(content(diagnosis, motion)).encode(),
         "robot.toml": robot_toml(diagnosis.extended).encode(),
         **{f"generated/{path}": data for path, data in tree.files.items()},
     }
@@ -179,7 +197,4 @@ def _diagnosis_files(diagnosis: Diagnosis) -> dict[str, bytes]:
         files["parameters.toml"] = parameters_toml(values.items()).encode()
     # Who gets the folder can check that its files are those of this diagnosis.
     digests = {path: hashlib.sha256(data).hexdigest() for path, data in sorted(files.items())}
-    moved = None if motion is None else motion.to_json()
-    summary = replace(diagnosis, replay=moved, digests=digests).to_json()
-    files[diagnoses.MARKER] = (json.dumps(summary, indent=1, allow_nan=False) + "\n").encode()
-    return files
+    return replace(diagnosis, replay=moved, digests=digests), files

@@ -11,8 +11,9 @@ import click
 if TYPE_CHECKING:
     from symgen.experiment.plan import Plan
     from symgen.experiment.simulate import Simulation
-    from symgen.report.content import Shown
-    from symgen.report.content.parts import Banner, Content, Section, Table
+    from symgen.identification.comparison import Comparison
+    from symgen.report.content.parts import Banner, Content
+    from symgen.report.store import Result
     from symgen.robot.types import Robot
 
 _COLOURS = {"good": "green", "warn": "yellow", "bad": "red"}
@@ -36,15 +37,16 @@ def table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
         console.width = 1000
     with console.capture() as captured:
         console.print(grid)
-    _echo(captured.get(), nl=False)
+    say(captured.get(), nl=False)
 
 
-def _echo(text: str, nl: bool = True) -> None:
-    """Print a text, in plain letters where the terminal has no others."""
+def say(text: str, nl: bool = True) -> None:
+    """Print a text, in plain letters where the terminal has no others: dots of Braille as stars."""
     try:
         text.encode(getattr(sys.stdout, "encoding", None) or "utf-8")
     except UnicodeEncodeError:
-        text = text.translate(_PLAIN)
+        plain = text.translate(_PLAIN)
+        text = "".join("*" if ord(c) > 0x2800 else c if ord(c) < 128 else "-" for c in plain)
     click.echo(text, nl=nl)
 
 
@@ -92,14 +94,14 @@ def print_simulation(done: Simulation) -> None:
         click.echo(f"note: {note}")
 
 
-def print_result(result: Shown) -> bool:
+def print_result(result: Result | Comparison) -> bool:
     """Print what is said of a result: what was done, tables, notes, and the verdict at the end.
 
     Returns:
         Whether the answer is yes: trusted, consistent, explained, steady; of others it is no
         question.
     """
-    from symgen.report.content import content
+    from symgen.report.store import content
 
     said = content(result)
     print_content(said)
@@ -109,55 +111,28 @@ def print_result(result: Shown) -> bool:
 def print_content(said: Content) -> None:
     """Print what is said of a result."""
     for line in (*said.lead, *said.run):
-        _echo(line)
-    for section, columns in _told(said.sections):
-        if columns is not None:
+        say(line)
+    for section in (s for s in said.sections if s.told is not None):
+        if section.table is not None and section.table.rows:
             click.echo(f"\n{click.style(section.heading, bold=True)}")
-            table(columns.header, columns.rows)
+            table(section.table.header, section.table.rows)
         for line in section.told or ():
-            _echo(line)
+            say(line)
     if said.banner is not None:
         _print_verdict(said.banner)
-
-
-def _told(sections: Sequence[Section]) -> list[tuple[Section, Table | None]]:
-    """Return the sections of the text with their tables; those of the same names are one."""
-    from dataclasses import replace
-
-    out: list[tuple[Section, Table | None]] = []
-    for section in sections:
-        if section.told is None:
-            continue
-        new, names = section.table, _names(section.table)
-        for k, (first, old) in enumerate(out):
-            if old is not None and new is not None and names and _names(old) == names:
-                pairs = zip(old.rows, new.rows, strict=True)
-                header, rows = (*old.header, *new.header[1:]), tuple((*a, *b[1:]) for a, b in pairs)
-                out[k] = (first, replace(old, header=header, rows=rows))
-                new = None
-        if new is not None or section.told:
-            out.append((section, new))
-    return out
-
-
-def _names(columns: Table | None) -> tuple[str, ...]:
-    """Return the first column where it holds names."""
-    if columns is None or columns.header[0] != "name":
-        return ()
-    return tuple(row[0] for row in columns.rows)
 
 
 def _print_verdict(banner: Banner) -> None:
     """Print the few numbers that matter, the verdict, and why."""
     click.echo()
     for label, value in banner.facts:
-        _echo(f"{label}: {value}")
+        say(f"{label}: {value}")
     start = "" if banner.tone == "plain" else "verdict: "
-    _echo(start + click.style(banner.verdict, fg=_COLOURS.get(banner.tone), bold=True))
+    say(start + click.style(banner.verdict, fg=_COLOURS.get(banner.tone), bold=True))
     if banner.text:
-        _echo(f"  {banner.text}")
+        say(f"  {banner.text}")
     for reason in banner.reasons:
-        _echo(f"  - {reason}")
+        say(f"  - {reason}")
 
 
 def print_plan(plan: Plan) -> None:
@@ -181,12 +156,3 @@ def print_plan(plan: Plan) -> None:
         click.echo(f"note: {note}")
     for line in (*plan.warnings, *plan.other_models):
         click.echo(f"{click.style('warning', fg='yellow')}: {line}")
-
-
-def print_text(text: str) -> None:
-    """Print a text that may hold dots of Braille; a terminal without them gets stars."""
-    try:
-        text.encode(getattr(sys.stdout, "encoding", None) or "utf-8")
-    except UnicodeEncodeError:
-        text = "".join("*" if ord(c) > 0x2800 else c if ord(c) < 128 else "-" for c in text)
-    click.echo(text)

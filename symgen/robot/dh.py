@@ -82,8 +82,8 @@ def norm(a: Array) -> Any:
 
 def turn(roll: Any, pitch: Any, yaw: Any) -> Array:
     """Return the rotation Rot(z, yaw) Rot(y, pitch) Rot(x, roll)."""
-    whole = screw(2, yaw, 0) @ screw(1, pitch, 0) @ screw(0, roll, 0)
-    return np.asarray(whole[:3, :3])
+    z, y, x = (screw(k, angle, 0)[:3, :3] for k, angle in ((2, yaw), (1, pitch), (0, roll)))
+    return np.asarray(z @ y @ x)
 
 
 def turned_by(rotation: Array) -> tuple[Any, Any, Any]:

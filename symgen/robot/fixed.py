@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
 from typing import Any
 
 import sympy as sp
@@ -18,7 +18,7 @@ from symgen.errors import ExpressionError, RobotError
 from symgen.robot import expressions
 from symgen.robot.expressions import shortened
 from symgen.robot.imported import Imported
-from symgen.robot.types import OF_JOINTS, Joint, Limits, Robot, joint_variable
+from symgen.robot.types import OF_JOINTS, Joint, Robot, joint_variable
 
 _ACCEPTED = "NAME, which is held at 0, or NAME=VALUE in rad or m"
 _PER_JOINT = (names.ROTOR, *names.FRICTION.values())
@@ -43,9 +43,17 @@ def with_fixed(found: Imported, fixed: Sequence[str]) -> Imported:
         joint = _named(robot, name.strip(), text)
         if joint.number in held:
             raise RobotError(f"--fix {shortened(text)}: given twice; accepted: every joint once")
-        held[joint.number] = _value(value.strip(), text)
-        if not sign:
-            _require_zero(robot, joint, name)
+        try:
+            held[joint.number] = expressions.exact(Decimal(value.strip()))
+        except (ArithmeticError, ExpressionError, ValueError) as error:
+            raise RobotError(f"--fix {shortened(text)}: accepted: {_ACCEPTED}") from error
+        if not sign and robot.limits is not None and robot.limits.position is not None:
+            low, high = robot.limits.position[robot.movable.index(joint)]
+            if not low <= 0 <= high:
+                raise RobotError(
+                    f"--fix {shortened(name)}: its zero lies outside its limits, {low:g} to "
+                    f"{high:g}; accepted: --fix {shortened(name)}=VALUE"
+                )
     if not held:
         return found
     if robot.loops or robot.couplings or robot.effects or robot.sought or robot.drive:
@@ -60,12 +68,22 @@ def with_fixed(found: Imported, fixed: Sequence[str]) -> Imported:
         )
     still = [j.number for j, before in zip(joints, robot.joints, strict=True) if j != before]
     kept = [k for k, joint in enumerate(robot.movable) if joint.number not in held]
+    limits = robot.limits
+    if limits is not None:
+        columns = {key: x for key in OF_JOINTS if (x := getattr(limits, key)) is not None}
+        left: dict[str, Any] = {key: [x[k] for k in kept] for key, x in columns.items()}
+        limits = replace(limits, **left)
+    notes = list(found.notes)
+    for joint in (robot.joints[number - 1] for number in still):
+        at = held.get(joint.number)
+        where = ", as it follows one" if at is None else f" at {float(at):g}"
+        notes.append(f"joint {shortened(joint.name) or joint.number} is held{where}")
     lost = {f"{prefix}{number}" for prefix in _PER_JOINT for number in still}
     return replace(
         found,
-        robot=replace(robot, joints=joints, limits=_limits(robot.limits, kept)),
+        robot=replace(robot, joints=joints, limits=limits),
         parameters=tuple(pair for pair in found.parameters if pair[0] not in lost),
-        notes=(*found.notes, *(_says(robot.joint(k), held.get(k)) for k in still)),
+        notes=tuple(notes),
     )
 
 
@@ -78,25 +96,6 @@ def _named(robot: Robot, name: str, text: str) -> Joint:
     raise RobotError(
         f"--fix {shortened(text)}: {robot.name} has no such movable joint; accepted: of {known}"
     )
-
-
-def _value(text: str, given: str) -> sp.Expr:
-    try:
-        return expressions.exact(Decimal(text))
-    except (InvalidOperation, ArithmeticError, ExpressionError, ValueError) as error:
-        raise RobotError(f"--fix {shortened(given)}: accepted: {_ACCEPTED}") from error
-
-
-def _require_zero(robot: Robot, joint: Joint, name: str) -> None:
-    """Refuse to hold a joint at a zero that its limits leave out."""
-    if robot.limits is None or robot.limits.position is None:
-        return
-    low, high = robot.limits.position[robot.movable.index(joint)]
-    if not low <= 0 <= high:
-        raise RobotError(
-            f"--fix {shortened(name)}: its zero lies outside its limits, {low:g} to {high:g}; "
-            f"accepted: --fix {shortened(name)}=VALUE"
-        )
 
 
 def _held(joint: Joint, held: dict[int, sp.Expr]) -> Joint:
@@ -121,19 +120,3 @@ def _held(joint: Joint, held: dict[int, sp.Expr]) -> Joint:
         rotor_inertia=False,
         **{key: getattr(joint, key) + q},
     )
-
-
-def _limits(limits: Limits | None, kept: Sequence[int]) -> Limits | None:
-    if limits is None:
-        return None
-    given = {key: getattr(limits, key) for key in OF_JOINTS}
-    columns: dict[str, Any] = {
-        key: None if values is None else tuple(values[k] for k in kept)
-        for key, values in given.items()
-    }
-    return replace(limits, **columns)
-
-
-def _says(joint: Joint, at: sp.Expr | None) -> str:
-    name = shortened(joint.name) or str(joint.number)
-    return f"joint {name} is held" + (", as it follows one" if at is None else f" at {float(at):g}")

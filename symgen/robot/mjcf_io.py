@@ -29,7 +29,7 @@ from symgen.robot.expressions import shortened
 from symgen.robot.imported import Imported, read_text
 from symgen.robot.urdf_chain import Chain
 from symgen.robot.urdf_io import CAVEAT, replaced_inertials, written_bodies
-from symgen.robot.urdf_text import Inertial, Link, Triple, Urdf, UrdfJoint
+from symgen.robot.urdf_text import Inertial, Triple, Urdf, UrdfJoint
 from symgen.robot.xml_text import Element, parse_xml
 
 FloatArray = NDArray[np.float64]
@@ -49,8 +49,8 @@ def import_mjcf(path: Path) -> Imported:
             have; one line names the fault.
     """
     tree = _Tree(path)
-    chain = Chain(tree.urdf, str(path), exact=True)
-    found = Imported(chain.robot(), tuple(chain.parameters()), tuple(chain.notes))
+    chain = Chain(tree.urdf, str(path))
+    found = chain.imported()
     rotors = {f"{names.ROTOR}{chain.number[name]}": value for name, value in tree.armature.items()}
     gravity = tuple(map(_exact, tree.model.opt.gravity))
     if not any(gravity):
@@ -77,8 +77,8 @@ def updated_mjcf(path: Path, bodies: Iterable[Body]) -> str:
     """
     text, _ = read_text(path, _ACCEPTED)
     tree = _Tree(path)
-    chain = Chain(tree.urdf, str(path), exact=True)
-    places = _bodies(parse_xml(text, str(path)))
+    chain = Chain(tree.urdf, str(path))
+    places = {e.attributes.get("name"): e for e in parse_xml(text, str(path)).walk("body")}
     edits: list[tuple[Element, list[str]]] = []
     for link, body in written_bodies(chain, bodies, str(path)).items():
         if link not in places:
@@ -92,18 +92,6 @@ def updated_mjcf(path: Path, bodies: Iterable[Body]) -> str:
         line = f'<inertial pos="{centre}" mass="{body.mass!r}" fullinertia="{values}"/>'
         edits.append((places[link], [CAVEAT, line]))
     return replaced_inertials(text, edits)
-
-
-def _bodies(root: Element) -> dict[str, Element]:
-    """Return the bodies of a text by name."""
-    out: dict[str, Element] = {}
-    waiting = [root]
-    while waiting:
-        element = waiting.pop()
-        if element.tag == "body" and element.attributes.get("name"):
-            out[element.attributes["name"]] = element
-        waiting += element.children
-    return out
 
 
 class _Tree:
@@ -123,7 +111,7 @@ class _Tree:
         self.shift: dict[str, FloatArray] = {}
         self.armature: dict[str, float] = {}
         self.notes: list[str] = []
-        self._links: dict[str, Link] = {}
+        self._links: dict[str, Inertial | None] = {}
         self._joints: dict[str, UrdfJoint] = {}
         m = self.model
         self._body_names = [m.body(b).name or f"body{b}" for b in range(m.nbody)]
@@ -138,7 +126,7 @@ class _Tree:
         m, name = self.model, self._body_names[b]
         if b == 0:
             self.shift[name] = np.zeros(3)
-            self._links[name] = Link(name, None, _nowhere())
+            self._links[name] = None
             return
         parent = self._body_names[m.body_parentid[b]]
         R = _matrix(m.body_quat[b])
@@ -154,13 +142,13 @@ class _Tree:
             joint = self._joint(k, before, link, xyz, rpy)
             self._joints[joint.name] = joint
             if not last:
-                self._links[link] = Link(link, None, _nowhere())
+                self._links[link] = None
             before, rpy, previous = link, _ZERO, anchor
         if count == 0:
-            joint = _fixed(f"{name}_fixed", parent, name, _triple(xyz), rpy)
+            joint = UrdfJoint(f"{name}_fixed", names.FIXED, parent, name, _triple(xyz), rpy)
             self._joints[joint.name] = joint
         self.shift[name] = previous
-        self._links[name] = Link(name, self._inertial(b, previous), _nowhere())
+        self._links[name] = self._inertial(b, previous)
 
     def _joint(self, k: int, parent: str, child: str, xyz: FloatArray, rpy: Triple) -> UrdfJoint:
         m = self.model
@@ -192,7 +180,7 @@ class _Tree:
         damping, friction = float(m.dof_damping[dof].flat[0]), float(m.dof_frictionloss[dof])
         return UrdfJoint(
             name, sigma, parent, child, _triple(xyz), rpy, _triple(m.jnt_axis[k]), limit, damping,
-            friction, None,
+            friction,
         )  # fmt: skip
 
     def _inertial(self, b: int, shift: FloatArray) -> Inertial | None:
@@ -235,15 +223,6 @@ def _name(path: Path) -> str:
     return parse_xml(text, str(path)).attributes.get("model", "") or path.stem
 
 
-def _fixed(name: str, parent: str, child: str, xyz: Triple, rpy: Triple) -> UrdfJoint:
-    axis = (sp.S.One, sp.S.Zero, sp.S.Zero)
-    return UrdfJoint(name, names.FIXED, parent, child, xyz, rpy, axis, {}, 0.0, 0.0, None)
-
-
-def _nowhere() -> Element:
-    return Element("body", {}, 0, 0)
-
-
 def _exact(value: float) -> sp.Rational:
     """Return a double as the decimal that it is to fourteen digits: dust is left out."""
     return expressions.exact(Decimal(repr(round(float(value), _DIGITS))))
@@ -254,16 +233,12 @@ def _triple(values: Iterable[float]) -> Triple:
     return x, y, z
 
 
-def _matrix(quaternion: Iterable[float]) -> FloatArray:
+def _matrix(quaternion: FloatArray) -> FloatArray:
     """Return the rotation of a quaternion (w, x, y, z)."""
-    w, x, y, z = np.array(list(quaternion)) / np.linalg.norm(list(quaternion))
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    w, *axis = np.array(quaternion) / np.linalg.norm(quaternion)
+    x, y, z = axis
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.asarray(np.eye(3) + 2 * w * cross + 2 * cross @ cross)
 
 
 def _rpy(R: FloatArray) -> Triple:

@@ -52,17 +52,6 @@ def snapped(value: Any) -> Any:
     return value if k is None else context().pi * int(k.p) / int(k.q)
 
 
-def _decimals(value: sp.Rational) -> int:
-    """Return how many decimals a terminating decimal has."""
-    count, rest = 0, int(value.q)
-    while rest % 10 == 0:
-        count, rest = count + 1, rest // 10
-    for prime in (2, 5):
-        while rest % prime == 0:
-            count, rest = count + 1, rest // prime
-    return count
-
-
 def angle(value: Any) -> sp.Expr:
     """Return an angle of 50 digits as k pi/24, as k pi/2 plus a short decimal, or as a decimal."""
     digits = context()
@@ -81,7 +70,7 @@ def length(value: Any) -> sp.Expr:
     rounded = _rounded(value, _LONG)
     if abs(rounded) < _ANGLE / 100:
         return sp.S.Zero
-    if _decimals(rounded) <= _SHORT:
+    if (rounded * 10**_SHORT).is_Integer:
         return rounded
     digits = context()
     for root in (2, 3, 6):

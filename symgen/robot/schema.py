@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from decimal import Decimal
 from typing import Annotated, Any, Literal
 
@@ -36,6 +37,18 @@ def _number(value: object) -> float:
     return float(number)
 
 
+def _only(good: Callable[[float], bool], accepted: str) -> Callable[[object], float]:
+    """Return what checks a number of some size."""
+
+    def check(value: object) -> float:
+        number = _number(value)
+        if not good(number):
+            raise ValueError(accepted)
+        return number
+
+    return check
+
+
 def _number_or_text(value: object) -> object:
     if isinstance(value, str):
         return value
@@ -64,32 +77,27 @@ Scalar = Annotated[Any, PlainValidator(_number_or_text)]
 Constant = Annotated[Any, PlainValidator(_constant)]
 Finite = Annotated[float, PlainValidator(_number)]
 Integer = Annotated[int, PlainValidator(_integer)]
-
-
-def _positive(value: object) -> float:
-    number = _number(value)
-    if number <= 0:
-        raise ValueError("a number above 0")
-    return number
-
-
-def _width(value: object) -> float:
-    number = _number(value)
-    if number != 0 and number < _SMALLEST_WIDTH:
-        raise ValueError(f"0, or a width of at least {_SMALLEST_WIDTH:g}")
-    return number
+Positive = Annotated[float, PlainValidator(_only(lambda x: x > 0, "a number above 0"))]
+Width = Annotated[
+    float,
+    PlainValidator(
+        _only(
+            lambda x: x == 0 or x >= _SMALLEST_WIDTH,
+            f"0, or a width of at least {_SMALLEST_WIDTH:g}",
+        )
+    ),
+]
+_factor = _only(
+    lambda x: _GEARS[0] <= abs(x) <= _GEARS[1],
+    f"a number other than 0, {_GEARS[0]:g} to {_GEARS[1]:g} in size",
+)
+Factor = Annotated[float, PlainValidator(_factor)]
 
 
 def _title(value: object) -> str:
     if not isinstance(value, str) or not value.isprintable() or len(value) > _MAX_TITLE:
         raise ValueError(f"a text in quotes of at most {_MAX_TITLE} printable characters")
     return value
-
-
-def _own_name(value: object) -> str:
-    if not _title(value):
-        raise ValueError("a name that is not empty")
-    return str(value)
 
 
 def _unit(value: object) -> str:
@@ -99,13 +107,6 @@ def _unit(value: object) -> str:
             "a unit in quotes, such as 'N m/rad', of letters, digits, spaces, / ^ . ( ) -"
         )
     return value
-
-
-def _factor(value: object) -> float:
-    number = _number(value)
-    if not _GEARS[0] <= abs(number) <= _GEARS[1]:
-        raise ValueError(f"a number other than 0, {_GEARS[0]:g} to {_GEARS[1]:g} in size")
-    return number
 
 
 def _gears(value: object) -> list[float] | list[list[float]]:
@@ -118,9 +119,6 @@ def _gears(value: object) -> list[float] | list[list[float]]:
     if max(abs(_number(number)) for row in value for number in row) > _GEARS[1]:
         raise ValueError(f"numbers up to {_GEARS[1]:g} in size")
     return [[_number(number) for number in row] for row in value]
-
-
-Positive = Annotated[float, PlainValidator(_positive)]
 
 
 class _Table(BaseModel):
@@ -149,7 +147,7 @@ class JointTable(_Table):
     theta: Scalar = 0
     r: Scalar = 0
     friction: list[Literal["coulomb", "viscous", "offset"]] | None = None
-    coulomb_width: Annotated[float, PlainValidator(_width)] = 0.0
+    coulomb_width: Width = 0.0
     rotor_inertia: StrictBool | None = None
     follows: str | None = None
     name: Annotated[str, PlainValidator(_title)] = ""
@@ -169,7 +167,7 @@ class LoopTable(_Table):
 
 
 class EffectTable(_Table):
-    name: Annotated[str, PlainValidator(_own_name)]
+    name: Annotated[str, PlainValidator(_title), Field(min_length=1)]
     joints: list[Integer]
     torque: str | None = None
     linear: dict[str, Annotated[str, PlainValidator(_unit)]] = Field(default_factory=dict)
@@ -193,8 +191,8 @@ class LimitsTable(_Table):
 
 class DriveTable(_Table):
     ratio: Annotated[Any, PlainValidator(_gears)] = None
-    torque_constant: list[Annotated[float, PlainValidator(_factor)]] | None = None
-    gain: list[Annotated[float, PlainValidator(_factor)]] | None = None
+    torque_constant: list[Factor] | None = None
+    gain: list[Factor] | None = None
     gain_std: list[Positive] | None = None
     side: Literal["motor", "link"] = "motor"
     position_side: Literal["motor", "joint"] | None = None

@@ -30,14 +30,13 @@ from symgen.robot.effect import (
     from_table,
 )
 from symgen.robot.expressions import shortened, snapped
-from symgen.robot.foreign import parse_imported
 from symgen.robot.identifiers import (
     MAX_NAME,
     is_coefficient_name,
     is_geometry_name,
     is_robot_name,
 )
-from symgen.robot.imported import FORMATS, read_text
+from symgen.robot.imported import FORMATS, Imported, read_text
 from symgen.robot.types import (
     GRAVITY_INPUT,
     LENGTHS,
@@ -87,6 +86,37 @@ def read_robot(source: str | Path) -> Robot:
     for line in imported.assumed:
         warnings.warn(f"{path}: {line}", SymgenWarning, stacklevel=2)
     return imported.robot
+
+
+def read_imported(path: str | Path) -> Imported:
+    """Read a .urdf, a .par of SYMORO, or an .xml of MuJoCo.
+
+    Raises:
+        RobotError: it cannot be read, or is not a robot that symgen can have.
+    """
+    accepted = f"accepted: a path to a file with the ending {' or '.join(FORMATS)}"
+    if Path(path).suffix.lower() not in FORMATS:
+        raise RobotError(f"{shortened(str(path)) or '(empty)'}: not such a file; {accepted}")
+    return parse_imported(*read_text(path, accepted))
+
+
+def parse_imported(text: str, path: Path) -> Imported:
+    """Read the text of a file whose ending tells its format.
+
+    Raises:
+        RobotError: it is not a robot that symgen can have.
+    """
+    if path.suffix.lower() == ".par":
+        from symgen.robot.par_io import import_par
+
+        return import_par(text, str(path))
+    if path.suffix.lower() == ".xml":
+        from symgen.robot.mjcf_io import import_mjcf
+
+        return import_mjcf(path)
+    from symgen.robot.urdf_io import import_urdf
+
+    return import_urdf(text, str(path))
 
 
 def parse_robot(text: str, where: str = "robot.toml") -> Robot:
@@ -271,35 +301,32 @@ class _Reader:
                     "its own; accepted: on the joints that it follows, or as [[coupling]]"
                 )
         variables = {f"q{j.number}": j for j in movable}
-        expr = self.expression(table.follows or "", place, (*self.geometry, *variables))
-        expr = sp.expand(expr)
+        expr = sp.expand(self.expression(table.follows or "", place, (*self.geometry, *variables)))
         joint = replace(joint, follows=expr)
         linear = sum((c * joint_variable(k) for k, c in joint.shares), joint.offset)
         accepted = "a sum of numbers times variables of movable joints, such as 'pi/2 + q7 - q2'"
         if not joint.shares or sp.expand(linear - expr) != 0:
             raise self.fail(f"{place}: {shortened(table.follows or '')!r}; accepted: {accepted}")
+        turns, shares = joint.sigma == names.REVOLUTE, sp.S.Zero
         for k, c in joint.shares:
+            factor, written = self.at_values(c), f"the factor of q{k} is {expressions.text(c)}"
+            shares += factor * joint_variable(k)
             if {s.name for s in c.free_symbols} & set(variables):
                 raise self.fail(f"{place}: not linear in q{k}; accepted: {accepted}")
-            if self.at_values(c).is_zero:
+            if factor.is_zero:
                 raise self.fail(f"{place}: the factor of q{k} is 0 at the file's values")
-            if joint.sigma == names.REVOLUTE and (
-                variables[f"q{k}"].sigma != names.REVOLUTE or not self.at_values(c).is_Rational
-            ):
+            if turns and not (variables[f"q{k}"].sigma == names.REVOLUTE and factor.is_Rational):
                 raise self.fail(
-                    f"{place}: the factor of q{k} is {expressions.text(c)}; accepted for a "
-                    "revolute joint: fractions, of the variables of revolute joints"
+                    f"{place}: {written}; accepted for a revolute joint: fractions, of the "
+                    "variables of revolute joints"
                 )
-            if joint.sigma == names.REVOLUTE and abs(self.at_values(c)) > MAX_RATIO:
+            if turns and abs(factor) > MAX_RATIO:
                 raise self.fail(
-                    f"{place}: the factor of q{k} is {expressions.text(c)}, which makes its "
-                    f"rounding as much larger; accepted: at most {MAX_RATIO} in size"
+                    f"{place}: {written}, which makes its rounding as much larger; accepted: at "
+                    f"most {MAX_RATIO} in size"
                 )
-        if joint.sigma == names.REVOLUTE:
+        if turns:
             self.angle(joint.offset, place)
-            shares = sum(
-                (self.at_values(c) * joint_variable(k) for k, c in joint.shares), sp.S.Zero
-            )
             joint = replace(joint, follows=shares + joint.offset)
         return joint
 

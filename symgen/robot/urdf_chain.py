@@ -19,6 +19,7 @@ from symgen.robot import dh, recognition
 from symgen.robot.dh import Array, Line
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import robot_name
+from symgen.robot.imported import Imported
 from symgen.robot.recognition import context
 from symgen.robot.types import MAX_RATIO, Joint, Limits, Robot, joint_variable
 from symgen.robot.urdf_text import Triple, Urdf, UrdfJoint
@@ -31,8 +32,8 @@ _GRAVITY = (sp.S.Zero, sp.S.Zero, sp.Rational(-981, 100))
 class Chain:
     """The joints of a URDF in symgen's order, with their axes and frames where all q are zero."""
 
-    def __init__(self, urdf: Urdf, where: str, exact: bool) -> None:
-        self.urdf, self.where, self.exact = urdf, where, exact
+    def __init__(self, urdf: Urdf, where: str) -> None:
+        self.urdf, self.where = urdf, where
         self.notes: list[str] = []
         self.snapped: dict[str, None] = {}
         self.above = {joint.child: joint for joint in urdf.joints.values()}
@@ -100,9 +101,8 @@ class Chain:
 
     def _pose(self, xyz: Triple, rpy: Triple) -> Array:
         """Return Trans(xyz) Rot(z, yaw) Rot(y, pitch) Rot(x, roll), rounded angles as meant."""
-        angles = _many(rpy)
-        turn = dh.turn(*(self._meant(angles.tolist()) if self.exact else angles))
-        return dh.pose(self._recognised(turn) if self.exact else turn, _many(xyz))
+        turn = dh.turn(*self._meant(_many(rpy).tolist()))
+        return dh.pose(self._recognised(turn), _many(xyz))
 
     def _meant(self, angles: Sequence[Any]) -> list[Any]:
         """Return angles, those near multiples of pi/24 as these."""
@@ -125,12 +125,10 @@ class Chain:
             return frame[:3, 3], frame[:3, 2]
         axis = _many(joint.axis)
         axis = axis / dh.norm(axis)
-        if self.exact:
-            axis = np.where(abs(axis) > recognition.TOLERANCE, axis, context().mpf(0))
-            turn = np.eye(3, dtype=object)
-            turn[:, 0] = axis / dh.norm(axis)
-            axis = self._recognised(turn)[:, 0]
-        return frame[:3, 3], frame[:3, :3] @ axis
+        axis = np.where(abs(axis) > recognition.TOLERANCE, axis, context().mpf(0))
+        turn = np.eye(3, dtype=object)
+        turn[:, 0] = axis / dh.norm(axis)
+        return frame[:3, 3], frame[:3, :3] @ self._recognised(turn)[:, 0]
 
     def _place(self, joint: UrdfJoint) -> None:
         """Give a joint its row of the table, and its frame."""
@@ -160,22 +158,24 @@ class Chain:
         if joint.sigma == names.FIXED:
             frame = self.link[joint.child]
             return dh.turn_of(frame[:3, 0], before), (frame[:3, 3] - at) @ z
-        found = self._next(joint)
+        behind = (  # moving joints on this one's link
+            name
+            for name, on in ((name, self.urdf.joints[name]) for name in self.order)
+            if on.sigma != names.FIXED and self.carrier[on.parent] == joint.name
+        )
+        found = next(behind, None)
         common = None if found is None else dh.normal((at, z), self.line[found])
         if common is None:
             return context().mpf(0), context().mpf(0)
         foot, x = common
         return dh.half_turn(dh.turn_of(x, before)), (foot - at) @ z
 
-    def _next(self, joint: UrdfJoint) -> str | None:
-        """Return the first moving joint on a joint's link."""
-        for name in self.order:
-            after = self.urdf.joints[name]
-            if after.sigma != names.FIXED and self.carrier[after.parent] == joint.name:
-                return name
-        return None
-
     # --- the robot ------------------------------------------------------------------------------
+
+    def imported(self) -> Imported:
+        """Return the robot, its parameters, and what was read otherwise than written."""
+        robot = self.robot()
+        return Imported(robot, tuple(self.parameters()), tuple(self.notes))
 
     def robot(self) -> Robot:
         """Return the robot."""
@@ -211,7 +211,9 @@ class Chain:
         factor, offset, at, seen = sp.S.One, sp.S.Zero, joint, {joint.name}
         while at.mimic is not None:
             name, c, constant = at.mimic
-            factor, offset = factor * c, offset + factor * self._offset(constant, joint)
+            k = recognition.fraction_of_pi(constant) if joint.sigma != names.PRISMATIC else None
+            offset += factor * (constant if k is None else k * sp.pi)
+            factor *= c
             if name not in self.urdf.joints:
                 raise self.fail(joint, f"there is no joint {shortened(name)!r} to mimic")
             if name in seen:
@@ -232,10 +234,6 @@ class Chain:
             )
         return factor * joint_variable(self.number[at.name]) + offset
 
-    def _offset(self, written: sp.Rational, joint: UrdfJoint) -> sp.Expr:
-        k = recognition.fraction_of_pi(written) if self.exact else None
-        return written if k is None or joint.sigma == names.PRISMATIC else k * sp.pi
-
     def _limits(self, joints: Sequence[Joint]) -> Limits | None:
         """Return the limits that all movable joints have."""
         given = [self.urdf.joints[j.name].limit for j in joints if j.movable]
@@ -251,7 +249,7 @@ class Chain:
 
     def parameters(self) -> list[tuple[str, float]]:
         """Return standard parameters from the file, in the order of X; [] where it has none."""
-        if all(link.inertial is None for link in self.urdf.links.values()):
+        if not any(self.urdf.links.values()):
             return []
         out: list[tuple[str, float]] = []
         losses: list[tuple[str, float]] = []
@@ -266,7 +264,7 @@ class Chain:
 
     def _standard(self, link: str) -> list[float]:
         """Return XX XY XZ YY YZ ZZ MX MY MZ M of a link about the origin of its joint's frame."""
-        inertial = self.urdf.links[link].inertial
+        inertial = self.urdf.links[link]
         if inertial is None:
             return [0.0] * len(names.LINK)
         own = self.link[link] @ self._pose(inertial.xyz, inertial.rpy)

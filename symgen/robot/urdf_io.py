@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +19,7 @@ from symgen.errors import ParameterError
 from symgen.robot import dh
 from symgen.robot.body import Body
 from symgen.robot.expressions import shortened
-from symgen.robot.imported import Imported, read_text
+from symgen.robot.imported import Imported
 from symgen.robot.urdf_chain import Chain
 from symgen.robot.urdf_text import TENSOR, parse_urdf
 from symgen.robot.xml_text import Element, parse_xml
@@ -32,45 +31,39 @@ CAVEAT = (
 )
 
 
-def import_urdf(text: str, where: str = "robot.urdf", exact: bool = True) -> Imported:
+def import_urdf(text: str, where: str = "robot.urdf") -> Imported:
     """Read a URDF as a robot, with the inertias of its links as standard parameters.
+
+    Rounded fractions of pi (1.5708) are read as what they mean.
 
     Args:
         text: the file's text.
         where: what error messages call the file.
-        exact: whether rounded fractions of pi (1.5708) are read as what they mean.
 
     Raises:
         RobotError: it is no URDF, or no robot that symgen can have; one line names the fault.
     """
-    chain = Chain(parse_urdf(text, where), where, exact)
-    return Imported(chain.robot(), tuple(chain.parameters()), tuple(chain.notes))
+    return Chain(parse_urdf(text, where), where).imported()
 
 
-def updated_urdf(
-    source: str | Path, bodies: Iterable[Body], where: str = "robot.urdf", exact: bool = True
-) -> str:
+def updated_urdf(text: str, bodies: Iterable[Body], where: str = "robot.urdf") -> str:
     """Write link parameters into the <inertial> elements of a copy of a URDF.
 
     A fixed link without <inertial> gets none: its body goes to the link that carries it.
 
     Args:
-        source: the URDF as text, or its path; everything else in it stays as it is, to the byte.
+        text: of the URDF; everything else in it stays as it is, to the byte.
         bodies: links of the imported robot in the frames of their joints, as `link_parameters`
             gives them (fixed joints included); links that are not named keep what they have.
-        where: what error messages call a text.
-        exact: as in `import_urdf`.
+        where: what error messages call the file.
 
     Raises:
         RobotError: the URDF cannot be read.
         ParameterError: there is no such joint, or a value is not finite.
     """
-    text, where = _text(source, where)
-    urdf = parse_urdf(text, where)
-    found = written_bodies(Chain(urdf, where, exact), bodies, where)
-    return replaced_inertials(
-        text, [(urdf.links[link].element, _inertial(body)) for link, body in found.items()]
-    )
+    found = written_bodies(Chain(parse_urdf(text, where), where), bodies, where)
+    links = {e.attributes["name"]: e for e in parse_xml(text, where).all("link")}
+    return replaced_inertials(text, [(links[name], _inertial(b)) for name, b in found.items()])
 
 
 def written_bodies(chain: Chain, bodies: Iterable[Body], where: str) -> dict[str, Body]:
@@ -93,11 +86,11 @@ def written_bodies(chain: Chain, bodies: Iterable[Body], where: str) -> dict[str
         name = chain.order[body.joint - 1]
         link = urdf.joints[name].child
         _require_finite(body, f"{where}: joint {shortened(name)!r}")
-        while link != urdf.root and urdf.links[link].inertial is None:
+        while link != urdf.root and urdf.links[link] is None:
             if chain.above[link].sigma != names.FIXED:
                 break
             link = chain.above[link].parent
-        empty = urdf.links[link].inertial is None and not body.mass and not np.any(body.inertia)
+        empty = urdf.links[link] is None and not body.mass and not np.any(body.inertia)
         if link == urdf.root or empty:  # nothing moves it, or it is nothing
             continue
         pose = dh.inverse(chain.link[link]) @ chain.frame[name]
@@ -129,14 +122,6 @@ def without_inertials(text: str, where: str = "robot.urdf") -> bytes:
     for element in sorted(found, key=lambda e: e.start, reverse=True):
         content = content[: element.start] + content[element.end :]
     return re.sub(rb"></(link|body)>", b"/>", b"".join(content.split()))
-
-
-def _text(source: str | Path, where: str) -> tuple[str, str]:
-    """Return the text of a URDF and what messages call it; XML begins with <, a path does not."""
-    if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
-        return source, where
-    text, _ = read_text(source, "accepted: a path to a .urdf, or its text")
-    return text, str(source)
 
 
 def _require_finite(body: Body, place: str) -> None:

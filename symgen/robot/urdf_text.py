@@ -7,8 +7,8 @@ geometry for collision and display, transmissions and plugins are not looked at.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import TypeVar
 
@@ -46,15 +46,6 @@ class Inertial:
 
 
 @dataclass(frozen=True)
-class Link:
-    """A link; `element` says where it stands in the text."""
-
-    name: str
-    inertial: Inertial | None
-    element: Element
-
-
-@dataclass(frozen=True)
 class UrdfJoint:
     """A joint between two links: its frame in the parent's, its axis in its own.
 
@@ -70,20 +61,20 @@ class UrdfJoint:
     child: str
     xyz: Triple
     rpy: Triple
-    axis: Triple
-    limit: dict[str, float]
-    damping: float
-    friction: float
-    mimic: tuple[str, sp.Rational, sp.Rational] | None
+    axis: Triple = (sp.S.One, sp.S.Zero, sp.S.Zero)
+    limit: dict[str, float] = field(default_factory=dict)
+    damping: float = 0.0
+    friction: float = 0.0
+    mimic: tuple[str, sp.Rational, sp.Rational] | None = None
 
 
 @dataclass(frozen=True)
 class Urdf:
-    """A tree of links; joints in document order."""
+    """A tree of links, each with its inertia, and joints in document order."""
 
     name: str
     root: str
-    links: dict[str, Link]
+    links: dict[str, Inertial | None]
     joints: dict[str, UrdfJoint]
 
 
@@ -173,11 +164,10 @@ class _Reader:
             self.triple(origin, "rpy", place, _ZERO),
         )
 
-    def link(self, place: str, element: Element) -> Link:
+    def link(self, place: str, element: Element) -> Inertial | None:
         inertial = element.first("inertial")
-        name = element.attributes["name"]
         if inertial is None:
-            return Link(name, None, element)
+            return None
         mass, tensor = inertial.first("mass"), inertial.first("inertia")
         if mass is None or tensor is None:
             raise self.fail(place, "<inertial> needs <mass> and <inertia>; both must be given")
@@ -186,7 +176,7 @@ class _Reader:
             raise self.fail(place, f"the mass is {float(value):g} kg; accepted: 0 or more")
         inertia = tuple(self.number(tensor, key, place, None) for key in TENSOR)
         xyz, rpy = self.origin(inertial, place)
-        return Link(name, Inertial(xyz, rpy, value, inertia), element)
+        return Inertial(xyz, rpy, value, inertia)
 
     def joint(self, place: str, element: Element) -> UrdfJoint:
         kind = element.attributes.get("type", "")
@@ -203,25 +193,21 @@ class _Reader:
         axis = self.triple(element.first("axis"), "xyz", place, (sp.S.One, sp.S.Zero, sp.S.Zero))
         if KINDS[kind] != names.FIXED and axis == _ZERO:
             raise self.fail(place, "the axis is zero; accepted: any direction")
-        limit = {}
-        given = element.first("limit")
-        for key in ("lower", "upper", "velocity", "effort"):
-            if given is not None and key in given.attributes:
-                limit[key] = float(self.number(given, key, place, None))
-        if kind == "continuous":
-            limit.pop("lower", None), limit.pop("upper", None)
-        elif given is not None:  # what the format says where one of the two is absent
-            limit.setdefault("lower", 0.0), limit.setdefault("upper", 0.0)
-        dynamics = element.first("dynamics")
-        loss = [0.0, 0.0]
-        for i, key in enumerate(("damping", "friction")):
-            if dynamics is not None:
-                loss[i] = float(self.number(dynamics, key, place, "0"))
-            if loss[i] < 0:
-                raise self.fail(place, f"{key} is {loss[i]:g}; accepted: 0 or more")
+        limit, given = {}, element.first("limit")
+        if given is not None:  # the format says what holds where one of the two is absent
+            limit = {"lower": 0.0, "upper": 0.0} if kind != "continuous" else {}
+            for key in (*limit, "velocity", "effort"):
+                if key in given.attributes:
+                    limit[key] = float(self.number(given, key, place, None))
+        dynamics, loss = element.first("dynamics"), dict.fromkeys(("damping", "friction"), 0.0)
+        if dynamics is not None:
+            loss = {key: float(self.number(dynamics, key, place, "0")) for key in loss}
+        for key, value in loss.items():
+            if value < 0:
+                raise self.fail(place, f"{key} is {value:g}; accepted: 0 or more")
         return UrdfJoint(
             element.attributes["name"], KINDS[kind], ends[0], ends[1], xyz, rpy, axis, limit,
-            loss[0], loss[1], self.mimic(place, element),
+            **loss, mimic=self.mimic(place, element),
         )  # fmt: skip
 
     def mimic(self, place: str, element: Element) -> tuple[str, sp.Rational, sp.Rational] | None:
@@ -233,7 +219,7 @@ class _Reader:
         factor = self.number(mimic, "multiplier", place, "1")
         return mimic.attributes["joint"], factor, self.number(mimic, "offset", place, "0")
 
-    def root(self, links: dict[str, Link], joints: dict[str, UrdfJoint]) -> str:
+    def root(self, links: Collection[str], joints: dict[str, UrdfJoint]) -> str:
         """Check that the links are one tree, and return its root."""
         above: dict[str, UrdfJoint] = {}
         for joint in joints.values():
@@ -256,17 +242,11 @@ class _Reader:
                 f"{self.where}: {len(roots)} links have no parent ({shown}{more}); accepted: one "
                 "tree, with one root link"
             )
-        reached = set(roots)
-        children: dict[str, list[str]] = {}
-        for joint in joints.values():
-            children.setdefault(joint.parent, []).append(joint.child)
-        waiting = list(roots)
-        while waiting:
-            below = children.get(waiting.pop(), [])
-            reached.update(below)
-            waiting += below
         for name in links:
-            if name not in reached:
+            top = name
+            for _ in above:  # as many joints as there are lead to the root, or around
+                top = above[top].parent if top in above else top
+            if top in above:
                 place = f"link {shortened(name)!r}"
                 raise self.fail(place, "hangs in a ring of joints; accepted: one tree")
         return roots[0]

@@ -6,6 +6,7 @@ that nothing expands and nothing is fetched.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from xml.parsers import expat
 
@@ -35,6 +36,15 @@ class Element:
     def all(self, tag: str) -> list[Element]:
         """Return the children with this tag."""
         return [child for child in self.children if child.tag == tag]
+
+    def walk(self, tag: str) -> Iterator[Element]:
+        """Yield all elements with this tag inside this one."""
+        waiting = list(self.children)
+        while waiting:
+            element = waiting.pop()
+            waiting += element.children
+            if element.tag == tag:
+                yield element
 
     def first(self, tag: str) -> Element | None:
         """Return the first child with this tag, or None."""

@@ -205,14 +205,11 @@ def _error(
     evaluator: Evaluator, name: str, points: list[dict[str, list[float]]], expected: list[list[str]]
 ) -> float:
     """Return the largest error over the largest entry at any point: one entry may be near zero."""
-    function = evaluator[name]
-    worst = scale = 0.0
-    for point, row in zip(points, expected, strict=True):
-        result = function(*(np.array(point[a]) for a, _ in function.kernel.tape.inputs))
-        parts = result if isinstance(result, tuple) else (result,)
-        out = np.concatenate([part.ravel() for part in parts])
-        exact = np.array([float(v) for v in row])
-        scale = max(scale, float(np.abs(exact).max()))
-        error = float(np.abs(out - exact).max())
-        worst = max(worst, error) if error < np.inf else np.inf
-    return worst / scale if scale else worst
+    results = (evaluator[name](**point) for point in points)
+    found = [
+        np.concatenate([np.ravel(a) for a in (r if isinstance(r, tuple) else (r,))])
+        for r in results
+    ]
+    exact = np.array(expected, dtype=np.float64)
+    scale = np.abs(exact).max(initial=0)
+    return float(np.abs(np.array(found) - exact).max(initial=0) / (scale or 1.0))

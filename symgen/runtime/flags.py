@@ -18,9 +18,9 @@ import platform
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -108,7 +108,7 @@ def chosen_flags(compiler: Compiler) -> Chosen:
     Raises:
         BuildError: SYMGEN_FLAGS names no set.
     """
-    return _asked() or _kernels(compiler)
+    return _asked() or _measured("kernels", SETS, compiler, _contest)
 
 
 def panel_flags(compiler: Compiler) -> Chosen:
@@ -117,17 +117,7 @@ def panel_flags(compiler: Compiler) -> Chosen:
     Raises:
         BuildError: SYMGEN_FLAGS names no set.
     """
-    return _asked() or _panels(compiler)
-
-
-@cache
-def _kernels(compiler: Compiler) -> Chosen:
-    return fastest("kernels", SETS, compiler, _contest)
-
-
-@cache
-def _panels(compiler: Compiler) -> Chosen:
-    return fastest("panels", PANEL_SETS, compiler, _panel_contest)
+    return _asked() or _measured("panels", PANEL_SETS, compiler, _panel_contest)
 
 
 def _asked() -> Chosen | None:
@@ -184,30 +174,26 @@ def fastest(
     defined = {line.split()[1] for line in macros.splitlines() if len(line.split()) > 1}
     able = [s for s in sets if defined.issuperset(s.needs)]
     memory = _memory(name, able, compiler, macros)
-    remembered = _remembered(memory, able)
-    if remembered is not None:
+    if (remembered := _remembered(memory, able)) is not None:
         return remembered
-    with _turn(memory):
-        remembered = _remembered(memory, able)  # measured by another process meanwhile
-        if remembered is not None:
+    with ExitStack() as stack:
+        with suppress(OSError):  # a cache folder that cannot be written: nobody else waits
+            _make(memory.parent)
+            stack.enter_context(turn(memory.parent, memory.stem, _TURN_SECONDS))
+        if (remembered := _remembered(memory, able)) is not None:  # by another process meanwhile
             return remembered
         ratios = _race(able, compiler, contest())
         if not ratios:
             return Chosen(sets[0], {}, "nothing could be measured")
         best = min(ratios.values())
         winner = next(s for s in able if ratios.get(s.name, best * 2) <= best * _AS_GOOD)
-        _remember(memory, winner, ratios)
+        kept = {"winner": winner.name, "ratios": {k: round(v, 4) for k, v in ratios.items()}}
+        with suppress(OSError):  # a folder that cannot be written costs a race a process
+            written(memory, json.dumps(kept).encode())
     return Chosen(winner, ratios, "measured now")
 
 
-@contextmanager
-def _turn(memory: Path) -> Iterator[None]:
-    """Wait for a process that measures the same, where the cache folder can be written."""
-    with ExitStack() as stack:
-        with suppress(OSError):
-            _make(memory.parent)
-            stack.enter_context(turn(memory.parent, memory.stem, _TURN_SECONDS))
-        yield
+_measured = cache(fastest)
 
 
 def _memory(name: str, sets: Sequence[FlagSet], compiler: Compiler, macros: str) -> Path:
@@ -236,14 +222,6 @@ def _remembered(memory: Path, sets: Sequence[FlagSet]) -> Chosen | None:
     except (OSError, ValueError, KeyError, TypeError, AttributeError, StopIteration):
         return None  # none yet, or damaged: a race makes it anew
     return Chosen(winner, ratios, "measured before")
-
-
-def _remember(memory: Path, winner: FlagSet, ratios: Mapping[str, float]) -> None:
-    """Write the winner in one rename; a folder that cannot be written costs a race a process."""
-    kept = {"winner": winner.name, "ratios": {k: round(v, 4) for k, v in ratios.items()}}
-    with suppress(OSError):
-        _make(memory.parent)
-        written(memory, json.dumps(kept).encode())
 
 
 def _race(sets: Sequence[FlagSet], compiler: Compiler, contest: Contest) -> dict[str, float]:

@@ -14,7 +14,7 @@ from support_urdf import Ours
 import symgen
 from symgen.errors import RobotError
 from symgen.robot.fixed import with_fixed
-from symgen.robot.foreign import read_imported
+from symgen.robot.toml_io import read_imported
 
 mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
 
@@ -109,8 +109,9 @@ def test_identified_parameters_go_into_the_mjcf_and_nothing_else_changes(tmp_pat
     )
     fit = Residual(0.02)
     estimate = Estimate(
-        robot=robot.name, joints=(Joint(1, "N m"), Joint(2, "N m")), model="torque", method="wls", parameters=parameters, condition_number=3.0,
-        train=fit, validation=fit, cutoff_hz=8.0, window_s=None, verdict="trusted", reasons=(),
+        robot=robot.name, joints=(Joint(1, "N m"), Joint(2, "N m")), model="torque",
+        method="wls", parameters=parameters, condition_number=3.0, train=fit, validation=fit,
+        cutoff_hz=8.0, window_s=None, verdict="trusted", reasons=(),
         correlation=np.eye(len(X)),
     )  # fmt: skip
     (result / "estimate.json").write_text(json.dumps(estimate.to_json()))

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from pathlib import Path
 
 import pytest
 from browser import Page
 from support import PROJECT
 
+import symgen
 from symgen.report.store import read_result, result_page
 
 WRITTEN = Path(__file__).with_name("schemas")
@@ -76,6 +78,19 @@ def _on_the_page_too(out: str, html: str) -> None:
             words = cell.strip().split(": ", 1) if line.count(": ") == 1 else [cell.strip()]
             for text in words:
                 assert text.lower() in page.lower(), line
+
+
+@pytest.mark.parametrize("folder", RESULTS, ids=lambda p: p.name)
+def test_an_unknown_key_is_refused_by_its_name(folder, tmp_path):
+    copy = shutil.copytree(folder, tmp_path / folder.name)
+    kind = folder.name.split("-")[0]
+    inner = {"estimate": "residual", "diagnosis": "gap", "prediction": "band", "payload": "mass"}
+    for place in ("", inner.get(kind, "")):
+        content = _content(folder)
+        (content[place] if place else content)["surprise"] = 1
+        (copy / f"{kind}.json").write_text(json.dumps(content))
+        with pytest.raises(symgen.ParameterError, match=rf"{kind}\.json.*surprise: an unknown key"):
+            read_result(copy)
 
 
 def test_an_estimate_of_any_version_gives_parameters(command, tmp_path):

@@ -24,7 +24,6 @@ import symgen
 from symgen.data.columns import columns_from
 from symgen.data.dataset import listed_files
 from symgen.data.log import read_log
-from symgen.data.tables import read_csv
 from symgen.diagnosis.robot_days import grouped
 from symgen.errors import plain
 from symgen.files import load_json, load_toml, write_folder
@@ -346,11 +345,11 @@ def test_a_header_of_60_000_columns_takes_seconds(tmp_path, fault):
 
 def test_a_header_of_60_000_columns_that_nothing_reads_is_read(tmp_path):
     names = ["t", "q1", "tau1", *(f"x{k}" for k in range(60_000))]
-    rows = [[str(0.01 * k), *["1"] * (len(names) - 1)] for k in range(3)]
+    rows = [[str(0.01 * k), *["1"] * (len(names) - 1)] for k in range(10)]
     path = tmp_path / "log.csv"
     path.write_text("\n".join(",".join(r) for r in (names, *rows)))
     begun = time.process_time()
-    assert read_csv(path, {}, False).q.shape == (3, 1)
+    assert read_log(path).q.shape == (10, 1)
     assert time.process_time() - begun < 10
 
 

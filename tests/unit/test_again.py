@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from symgen.cli.reading import again
+from symgen.cli.options import again
 
 TYPED = {
     "an option is changed": (

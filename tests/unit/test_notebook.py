@@ -128,8 +128,9 @@ def test_an_estimate_shows_its_verdict_and_values() -> None:
     )
     fit = Residual(0.02)
     estimate = Estimate(
-        robot="arm", joints=(Joint(1, "N m"),), model="momentum", method="wls", parameters=parameters, condition_number=3.0,
-        train=fit, validation=fit, cutoff_hz=8.0, window_s=0.2, verdict="doubtful", reasons=("too short",),
+        robot="arm", joints=(Joint(1, "N m"),), model="momentum",
+        method="wls", parameters=parameters, condition_number=3.0, train=fit, validation=fit,
+        cutoff_hz=8.0, window_s=0.2, verdict="doubtful", reasons=("too short",),
         correlation=np.eye(2),
     )  # fmt: skip
     assert repr(estimate) == "<Estimate of arm: 2 parameters by momentum and wls, doubtful>"

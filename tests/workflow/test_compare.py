@@ -396,8 +396,7 @@ def test_a_prior_stands_beside_the_estimate(logs, folders, tmp_path, run) -> Non
     code, out, _ = run("identify", "planar2r", logs[1], "--validation", logs[2], "--prior",
                        folders[0] / "estimate.json", "--into", into)  # fmt: skip
     assert code == 0, out
-    header = out.splitlines()[[x.startswith("name") for x in out.splitlines()].index(True)]
-    assert "prior" in header
+    assert any(line.split()[:2] == ["name", "prior"] for line in out.splitlines())
     content = json.loads((into / "estimate.json").read_text())
     given = json.loads((folders[0] / "estimate.json").read_text())["parameters"]
     for p, q in zip(content["prior"]["parameters"], given, strict=True):
@@ -455,6 +454,6 @@ def test_browser_draws_a_comparison_in_silence(tmp_path) -> None:
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
 def test_browser_draws_a_prediction_in_silence(folders, logs, tmp_path) -> None:
     prediction = symgen.predict("planar2r", logs[1], folders[0] / "estimate.json")
-    for name, content in prediction.to_files().items():
+    for name, content in result_files(prediction).items():
         (tmp_path / name).write_bytes(content)
     _drawn(result_page(read_prediction(tmp_path)), 2, tmp_path)

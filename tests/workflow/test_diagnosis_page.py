@@ -31,10 +31,9 @@ from symgen.diagnosis.replay import Replay
 from symgen.faults.fault import Fault
 from symgen.faults.logs import open_samples
 from symgen.files import write_folder
-from symgen.report.content import content as said_of
 from symgen.report.html import page as html_page
 from symgen.report.plots import diagnosis as diagnosis_plots
-from symgen.report.store import result_files
+from symgen.report.store import content, result_files
 
 
 def synthetic(name: str = "test.csv", robot: str = "planar2r") -> Diagnosis:
@@ -99,7 +98,7 @@ def moved(log: str = "test.csv") -> Replay:
 
 
 def diagnosis_page(diagnosis: Diagnosis, motion: Replay | None = None) -> str:
-    return html_page(said_of(diagnosis, motion=motion))
+    return html_page(content(diagnosis, motion))
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ import symgen
 from symgen.estimation.estimators import solve
 from symgen.estimation.filtered import unfiltered
 from symgen.estimation.system import LinearSystem, energy_equations, momentum_equations
-from symgen.report.store import result_page
+from symgen.report.store import result_files, result_page
 
 X = np.array([1.702, 0.05644, 0.15, 0.075])
 L1 = 0.5
@@ -373,7 +373,7 @@ class TestPrediction:
         (tmp_path / "estimate.json").write_text(json.dumps(estimate.to_json()))
         prediction = symgen.predict("planar2r", _motion(0.01, 8.0), tmp_path / "estimate.json")
         assert prediction.error.relative < 1e-2
-        assert set(prediction.to_files()) == {"prediction.json", "prediction.csv"}
+        assert set(result_files(prediction)) == {"prediction.json", "prediction.csv"}
 
     @pytest.mark.parametrize(
         ("content", "words"),

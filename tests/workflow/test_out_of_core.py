@@ -17,7 +17,7 @@ import symgen
 from symgen import distributed
 from symgen.data.dataset import DataSet, listed_files
 from symgen.data.npz import StoredArray
-from symgen.data.parquet import ParquetTable
+from symgen.data.tables import ColumnTable
 from symgen.estimation import partition
 from symgen.identification import out_of_core, reduction
 from symgen.identification.parts import is_long
@@ -150,7 +150,7 @@ class BrokenError(Exception):
 def test_an_interrupted_run_goes_on_from_what_was_finished(
     logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    work, results = tmp_path / "work", distributed.Serial.results
+    work, results = tmp_path / "work", distributed.Executor.results
     whole = symgen.identify(robot(), str(logs), model="momentum")
 
     def breaks(self, task: Callable, items) -> Iterator:
@@ -159,11 +159,11 @@ def test_an_interrupted_run_goes_on_from_what_was_finished(
                 raise BrokenError
             yield found
 
-    monkeypatch.setattr(distributed.Serial, "results", breaks)
+    monkeypatch.setattr(distributed.Executor, "results", breaks)
     with pytest.raises(BrokenError):
         symgen.identify(robot(), str(logs), model="momentum", workers=symgen.Workers(work=work))
     assert len(list(work.glob("*.npz"))) == 2
-    monkeypatch.setattr(distributed.Serial, "results", results)
+    monkeypatch.setattr(distributed.Executor, "results", results)
     said: list[str] = []
     again = symgen.identify(
         robot(),
@@ -205,14 +205,14 @@ def test_the_last_pass_goes_on_from_what_the_first_kept(
     logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     read: list[int] = []
-    rows = ParquetTable.spans
+    rows = ColumnTable.spans
 
     def counted(self, spans):
         for raw in rows(self, spans):
             read.append(len(raw.t))
             yield raw
 
-    monkeypatch.setattr(ParquetTable, "spans", counted)
+    monkeypatch.setattr(ColumnTable, "spans", counted)
     given = {"model": "momentum", "cutoff": 6.0}
     kept = symgen.identify(
         robot(), str(logs), workers=symgen.Workers(work=tmp_path / "work"), **given
@@ -307,7 +307,7 @@ def test_refusals_say_what_is_accepted(logs: Path, tmp_path: Path) -> None:
 
 
 def test_stretches_are_found_batch_by_batch(tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.setattr("symgen.data.parquet.BATCH", 64)
+    monkeypatch.setattr("symgen.data.tables.BATCH", 64)
     columns = motion(1000)
     columns["t"] = columns["t"] + np.where(np.arange(1000) >= 640, 5.0, 0.0)  # between batches
     columns["t"] += np.where(np.arange(1000) >= 700, 5.0, 0.0)

@@ -311,8 +311,6 @@ def test_line_grid_draws_level_and_names_each_series_once() -> None:
     assert [c.name for c in figure.data if c.showlegend] == [
         *("joint 1", "joint 2", "estimate", "true value")
     ]
-    alone = plots.lines(t, {"a": t}, title="a", xlabel="time, s", ylabel="a, m", log_y=True)
-    assert alone.layout.yaxis.type == "log"
 
 
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
@@ -388,7 +386,7 @@ def test_nothing_is_clipped_on_a_wide_screen_a_narrow_one_and_a_phone(tmp_path: 
 
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
 def test_what_is_clipped_is_seen(tmp_path: Path) -> None:
-    wide = Table(("a", "b"), (("x" * 200, "y" * 90),), ("name", "name"))
+    wide = Table(("a", "b"), (("x" * 200, "y" * 90),))
     html = pages.page(Content("T", (), (Section("H", (), wide),)))
     found = clipped(html, tmp_path)
     assert found[1400]

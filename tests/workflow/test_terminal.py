@@ -13,7 +13,7 @@ import rich.progress  # noqa: F401 -- before a test sets the clock that it takes
 from documented import shell
 
 from symgen.cli import progress
-from symgen.cli.reading import diagnosing
+from symgen.cli.options import diagnosing
 from symgen.report.content.parts import run_lines
 
 BASH = shutil.which("bash")

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import partial
+from typing import TYPE_CHECKING
+
 import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
@@ -13,6 +17,9 @@ from symgen.experiment.reference import SAMPLES, STEP
 from symgen.report.content.parts import Banner, Content, Section, Table, frames_section
 from symgen.report.plots import curves as plots
 from symgen.robot.expressions import text
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
 
 FloatArray = NDArray[np.float64]
 _COLUMNS = (
@@ -57,9 +64,7 @@ def demo_content(found: Reproduction) -> Content:
 
 def closed_form(kernel: Kernel) -> tuple[str, ...]:
     """Return the outputs of a small kernel written out: steps put into each other, not expanded."""
-    known: dict[sp.Symbol, sp.Expr] = {}
-    for symbol, value in kernel.tape.constants:
-        known[symbol] = value
+    known: dict[sp.Symbol, sp.Expr] = dict(kernel.tape.constants)
     for symbol, expr in kernel.tape.steps:
         known[symbol] = expr.subs(known)
     return tuple(text(sp.factor_terms(out.subs(known))) for out in kernel.tape.outputs)
@@ -70,59 +75,43 @@ def _errors(final: FloatArray) -> Table:
     error = np.abs(final / paper.X_TRUE - 1)
     bias = final.mean(axis=0) / paper.X_TRUE - 1
     low, median, high = np.quantile(error, [0.05, 0.5, 0.95], axis=0)
-    rows = tuple(
+    rows = [
         (
-            name,
-            f"{paper.X_TRUE[i]:g}",
-            f"{final[:, i].mean():.5f}",
-            f"{paper.PAPER_ERRORS[i]:.1e}",
-            f"{low[i]:.1e}",
-            f"{median[i]:.1e}",
-            f"{high[i]:.1e}",
+            *(name, f"{paper.X_TRUE[i]:g}", f"{final[:, i].mean():.5f}"),
+            *(f"{x:.1e}" for x in (paper.PAPER_ERRORS[i], low[i], median[i], high[i])),
             f"{100 * np.mean(error[:, i] < paper.PAPER_ERRORS[i]):.0f} %",
             f"{bias[i]:+.1e}",
         )
         for i, name in enumerate(paper.NAMES)
-    )
-    header = (
-        "parameter",
-        "true",
-        "mean",
-        "paper's error",
-        "5 %",
-        "median",
-        "95 %",
-        "runs below the paper",
-        "bias",
-    )
-    return Table(header, rows)
+    ]
+    header = ("parameter", "true", "mean", "paper's error", "5 %", "median", "95 %")
+    return Table((*header, "runs below the paper", "bias"), rows)
 
 
 def _banner(found: Reproduction) -> Banner:
     """Whether the paper's errors are ones that our runs have: none is beyond 95 % of them."""
-    cases = [(s.letter, name, case) for s in found.setups for name, case in s.summary().items()]
+    cases = {
+        f"{name} in set-up ({s.letter})": (
+            case["paper_relative_error"],
+            case["relative_error_quantiles"],
+        )
+        for s in found.setups
+        for name, case in s.summary().items()
+    }
     # the paper reports the run of set-up (b); an error that all of ours stay below is another one
-    beyond = [
-        f"{name} in set-up ({letter})"
-        for letter, name, case in cases
-        if case["paper_relative_error"] > case["relative_error_quantiles"]["0.95"]
-    ]
-    median = max(case["relative_error_quantiles"]["0.5"] for _, _, case in cases)
-    return Banner(
-        tone="warn" if beyond else "good",
-        verdict="differs" if beyond else "reproduced",
-        text=(
-            f"Beyond 95 % of our runs are the paper's errors of {', '.join(beyond)}."
-            if beyond
-            else "The errors that the paper reports for its one run lie within 95 % of our "
-            f"{found.count}."
-        ),
-        facts=(
-            ("base parameters", f"{len(paper.NAMES)} of 20"),
-            ("median error, at most", f"{100 * median:.2g} %"),
-            ("runs of each set-up", str(found.count)),
-        ),
+    beyond = [where for where, (error, ours) in cases.items() if error > ours["0.95"]]
+    facts = (
+        ("base parameters", f"{len(paper.NAMES)} of 20"),
+        ("median error, at most", f"{100 * max(ours['0.5'] for _, ours in cases.values()):.2g} %"),
+        ("runs of each set-up", str(found.count)),
     )
+    if beyond:
+        text = f"Beyond 95 % of our runs are the paper's errors of {', '.join(beyond)}."
+        return Banner("warn", "differs", text, facts=facts)
+    text = (
+        f"The errors that the paper reports for its one run lie within 95 % of our {found.count}."
+    )
+    return Banner("good", "reproduced", text, facts=facts)
 
 
 def _convergence_line(history: FloatArray) -> str:
@@ -133,47 +122,46 @@ def _convergence_line(history: FloatArray) -> str:
 
 
 def _sections(s: Setup) -> list[Section]:
-    runs, history, table = s.runs, s.history, _errors(s.final)
-    words = s.words
-    shown = {"q": (runs.q[0], "rad"), "qd": (runs.qd[0], "rad/s"), "tau": (runs.tau[0], "N m")}
-    motion = plots.line_grid(
-        [
-            plots.Panel(
-                key, runs.t, {f"joint {j + 1}": y[:, j] for j in range(2)}, f"{key}, {unit}"
-            )
-            for key, (y, unit) in shown.items()
-        ],
-        title="Motion and torque",
-    )
-    low, high = np.nanquantile(history[:, _SHOWN:], [0.05, 0.95], axis=0)
-    curves = plots.line_grid(
-        [
-            plots.Panel(
-                name,
-                runs.t[_SHOWN:],
-                {"first run": history[0, _SHOWN:, i] / true},
-                f"{name} over its true value",
-                level=1.0,
-                band=(low[:, i] / true, high[:, i] / true),
-            )
-            for i, (name, true) in enumerate(zip(paper.NAMES, paper.X_TRUE, strict=True))
-        ],
-        title="Recursive estimate",
-        columns=2,
-    )
-    curves.update_yaxes(range=[0.5, 1.5])
-    within = _convergence_line(history)
+    runs, words, within = s.runs, s.words, _convergence_line(s.history)
     return [
         Section(
             f"Set-up ({s.letter})",
             (f"{words[:1].upper()}{words[1:]}. Drawn is the first run. {_COLUMNS}",),
-            table,
-            lambda: motion,
+            _errors(s.final),
+            partial(
+                _motion, runs.t, {"q, rad": runs.q, "qd, rad/s": runs.qd, "tau, N m": runs.tau}
+            ),
             told=(words, within),
         ),
         Section(
             f"Set-up ({s.letter}): convergence",
             (f"The recursive estimate of the first run; the band holds 90 % of them. {within}.",),
-            figure=lambda: curves,
+            figure=partial(_courses, s),
         ),
     ]
+
+
+def _motion(t: FloatArray, shown: Mapping[str, FloatArray]) -> Figure:
+    panels = [
+        plots.Panel(label.split(",")[0], t, {f"joint {j + 1}": y[0, :, j] for j in range(2)}, label)
+        for label, y in shown.items()
+    ]
+    return plots.line_grid(panels, title="Motion and torque")
+
+
+def _courses(s: Setup) -> Figure:
+    t, history = s.runs.t[_SHOWN:], s.history[:, _SHOWN:] / paper.X_TRUE
+    low, high = np.nanquantile(history, [0.05, 0.95], axis=0)
+    panels = [
+        plots.Panel(
+            name,
+            t,
+            {"first run": history[0, :, i]},
+            f"{name} over its true value",
+            level=1.0,
+            band=(low[:, i], high[:, i]),
+        )
+        for i, name in enumerate(paper.NAMES)
+    ]
+    figure = plots.line_grid(panels, title="Recursive estimate", columns=2)
+    return figure.update_yaxes(range=[0.5, 1.5])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from functools import partial
 
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter, work
@@ -27,9 +27,19 @@ from symgen.report.content.parts import (
     frames_section,
     notes_section,
     number,
+    repairs_section,
 )
 from symgen.report.plots import diagnosis as diagnosis_plots
 
+_LEFT = "Measured minus modelled torque in the motion's band, on data the search never saw."
+_EFFECTS = (
+    "An effect is a torque on the joint. Values come from the logs, identified with all other "
+    "parameters; a constant without std was searched."
+)
+_OVER = (
+    ", and on top of it what the found effects changed. Where black covers blue nothing is left."
+)
+_AGAINST = ", against speed and position: a shape in it is what no effect explains."
 _MENDED = (
     "Around the place where the repair changed the channel most, the largest change first; a line "
     "that is missing is masked."
@@ -46,70 +56,63 @@ def diagnosis_content(diagnosis: Diagnosis, motion: Replay | None = None) -> Con
     return Content(title, lead, tuple(_sections(diagnosis, motion)), _banner(diagnosis))
 
 
-def _banner(diagnosis: Diagnosis) -> Banner:
-    return Banner(
-        tone=TONES[diagnosis.verdict],
-        verdict=diagnosis.verdict,
-        text=summary(diagnosis),
-        reasons=told_once(diagnosis.effects),
-        facts=(
-            ("gap before", percent(diagnosis.before.total)),
-            ("gap after", percent(diagnosis.after.total)),
-            ("noise floor", percent(diagnosis.floor.total)),
-            ("candidates tried", str(diagnosis.tried)),
+def _banner(d: Diagnosis) -> Banner:
+    gaps = (("gap before", d.before), ("gap after", d.after), ("noise floor", d.floor))
+    facts = tuple((label, percent(gap.total)) for label, gap in gaps)
+    facts += (("candidates tried", str(d.tried)),)
+    return Banner(TONES[d.verdict], d.verdict, summary(d), told_once(d.effects), facts)
+
+
+def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
+    tied = [e for e in d.effects if e.indistinguishable_from]
+    alikes = [(placed(e), alike(e), e.separate) for e in tied]
+    rejected = [(r.name, on_joints(r.joints), r.reason) for r in d.rejected]
+    found = [(p.name, number(p.value), _std(p), p.unit) for p in d.parameters]
+    last = "with the effects that were found" if d.effects else "as it is"
+    return [
+        Section("What is left", (_LEFT,), figure=partial(diagnosis_plots.residuals, d)),
+        _gap_section(d),
+        repairs_section(d.repairs),
+        Section("Repaired channels", (_MENDED,), figure=partial(diagnosis_plots.mended, d)),
+        Section("Effects", (_EFFECTS,), _effect_table(d.effects), told=()),
+        Section(
+            "Not told apart",
+            ("On these logs other effects would explain the same part of the gap as well.",),
+            Table(("effect", "looks like", "motion that would tell them apart"), alikes),
         ),
-    )
-
-
-def _sections(diagnosis: Diagnosis, motion: Replay | None) -> list[Section]:
-    text = "Measured minus modelled torque in the motion's band, on data the search never saw."
-    mended = partial(diagnosis_plots.mended, diagnosis)
-    sections = [
-        Section("What is left", (text,), figure=partial(diagnosis_plots.residuals, diagnosis)),
-        _gap_section(diagnosis),
-        *_repair_sections(diagnosis),
-        Section("Repaired channels", (_MENDED,), figure=mended),
+        _advice_section(d, {tie(effect) for effect in tied}),
+        Section(
+            "Torque",
+            (f"Measured, and by the model {last}; both in the motion's band.",),
+            figure=partial(diagnosis_plots.torques, d),
+        ),
+        *([] if motion is None else [_motion_section(d, motion)]),
+        Section(
+            "Portraits of the residual",
+            (f"Measured minus modelled torque before{_OVER if d.effects else _AGAINST}",),
+            figure=partial(diagnosis_plots.portraits, d),
+        ),
+        Section(
+            "Rejected",
+            (f"The best of {d.tried} candidates that were not accepted, and why.",),
+            Table(("effect", "on", "reason"), rejected),
+        ),
+        *notes_section(d.notes),
+        Section("Settings", table=_settings(d)),
+        Section(
+            "Parameters",
+            ("All parameters of the extended robot; parameters.toml holds them.",),
+            Table(("name", "value", "std", "unit"), found),
+        ),
+        frames_section(d.extended),
     ]
-    if diagnosis.effects:
-        text = (
-            "An effect is a torque on the joint. Values come from the logs, identified with all "
-            "other parameters; a constant without std was searched."
-        )
-        sections.append(Section("Effects", (text,), _effect_table(diagnosis.effects), told=()))
-    tied = [e for e in diagnosis.effects if e.indistinguishable_from]
-    if tied:
-        text = "On these logs other effects would explain the same part of the gap as well."
-        sections.append(Section("Not told apart", (text,), _alike_table(tied)))
-    told = {tie(effect) for effect in tied}
-    advice = tuple(line for line in diagnosis.advice if line not in told) + undeclared(diagnosis)
-    if advice or diagnosis.advice or diagnosis.effects:
-        next_ = (*diagnosis.advice, *undeclared(diagnosis), *_actions(diagnosis))
-        lines = tuple(f"next: {line}" for line in next_)
-        sections.append(Section("What to do", advice + _actions(diagnosis), told=lines))
-    found = "with the effects that were found" if diagnosis.effects else "as it is"
-    text = f"Measured, and by the model {found}; both in the motion's band."
-    figure = partial(diagnosis_plots.torques, diagnosis)
-    sections.append(Section("Torque", (text,), figure=figure))
-    if motion is not None:
-        sections.append(_motion_section(diagnosis, motion))
-    text = "Measured minus modelled torque before" + (
-        ", and on top of it what the found effects changed. Where black covers blue nothing is "
-        "left."
-        if diagnosis.effects
-        else ", against speed and position: a shape in it is what no effect explains."
-    )
-    figure = partial(diagnosis_plots.portraits, diagnosis)
-    sections.append(Section("Portraits of the residual", (text,), figure=figure))
-    if diagnosis.rejected:
-        text = f"The best of {diagnosis.tried} candidates that were not accepted, and why."
-        rows = [(r.name, on_joints(r.joints), r.reason) for r in diagnosis.rejected]
-        sections.append(Section("Rejected", (text,), _table(("effect", "on", "reason"), rows)))
-    sections += notes_section(diagnosis.notes)
-    sections.append(Section("Settings", table=_settings(diagnosis)))
-    if diagnosis.parameters:
-        text = "All parameters of the extended robot; parameters.toml holds them."
-        sections.append(Section("Parameters", (text,), _parameter_table(diagnosis.parameters)))
-    return [*sections, frames_section(diagnosis.extended)]
+
+
+def _advice_section(d: Diagnosis, told: Container[str]) -> Section:
+    more, actions = undeclared(d), _actions(d)
+    lines = tuple(f"next: {line}" for line in (*d.advice, *more, *actions))
+    text = (*(line for line in d.advice if line not in told), *more, *actions)
+    return Section("What to do", text, told=lines)
 
 
 def _actions(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -143,16 +146,6 @@ def _gap_section(diagnosis: Diagnosis) -> Section:
     return Section("Gap", (text,), _gap_table(diagnosis), figure, told=())
 
 
-def _repair_sections(diagnosis: Diagnosis) -> list[Section]:
-    if not diagnosis.repairs:
-        return []
-    rows = [(r.channel, r.log, r.fault, str(r.samples), r.done) for r in diagnosis.repairs]
-    header = ("channel", "log", "fault", "samples", "what was done")
-    table = Table(header, tuple(rows), ("name", "text", "words", "number", "words"))
-    text = "Mended before anything else was looked for; the search went on behind it."
-    return [Section("Repairs", (text,), table)]
-
-
 def _motion_section(diagnosis: Diagnosis, motion: Replay) -> Section:
     text = (
         f"Simulated minus measured position where the gap before is largest, on {motion.log}: each "
@@ -162,30 +155,21 @@ def _motion_section(diagnosis: Diagnosis, motion: Replay) -> Section:
     if motion.left_out:
         text += f" No part in it has what robot.toml does not hold: {', '.join(motion.left_out)}."
     pairs = zip(diagnosis.joints, *motion.rms, motion.units, strict=True)
-    rows = tuple((f"joint {j}", number(a, 3), number(b, 3), unit) for j, a, b, unit in pairs)
-    header = ("RMS distance", "before", "after", "unit")
-    table = Table(header, rows, ("name", "number", "number", "unit"))
+    rows = [(f"joint {j}", number(a, 3), number(b, 3), unit) for j, a, b, unit in pairs]
+    table = Table(("RMS distance", "before", "after", "unit"), rows)
     figure = partial(diagnosis_plots.motion, diagnosis, motion)
     return Section("Motion under the measured torques", (text,), table, figure)
 
 
-def _table(header: Sequence[str], rows: Sequence[tuple[str, ...]]) -> Table:
-    """Return a table of texts whose first column holds names."""
-    return Table(tuple(header), tuple(rows), ("name", *("text",) * (len(header) - 1)))
-
-
-def _gap_table(diagnosis: Diagnosis) -> Table:
-    where = {p.joint: p for p in diagnosis.where}
-    columns = [g.per_joint for g in (diagnosis.before, diagnosis.after, diagnosis.floor)]
+def _gap_table(d: Diagnosis) -> Table:
+    where, gaps = {p.joint: p for p in d.where}, (d.before, d.after, d.floor)
     rows = []
-    for k, joint in enumerate(diagnosis.joints):
+    for k, joint in enumerate(d.joints):
         place = where.get(joint)
         told = ("", "") if place is None else (f"{100 * place.share:.0f} %", place.pattern)
-        rows.append((f"joint {joint}", *(percent(c[k]) for c in columns), *told))
-    totals = (diagnosis.before, diagnosis.after, diagnosis.floor)
-    rows.append(("all", *(percent(g.total) for g in totals), "", ""))
-    header = ("", "before", "after", "noise floor", "share", "organised by")
-    return Table(header, tuple(rows), ("name", *("number",) * 4, "text"))
+        rows.append((f"joint {joint}", *(percent(gap.per_joint[k]) for gap in gaps), *told))
+    rows.append(("all", *(percent(gap.total) for gap in gaps), "", ""))
+    return Table(("", "before", "after", "noise floor", "share", "organised by"), rows)
 
 
 def _effect_table(effects: Sequence[FoundEffect]) -> Table:
@@ -198,18 +182,7 @@ def _effect_table(effects: Sequence[FoundEffect]) -> Table:
             cells = ("", "", "", "") if p is None else (p.name, number(p.value), _std(p), p.unit)
             rows.append((*(first if k == 0 else ("", "")), *cells, *(last if k == 0 else [""] * 3)))
     header = ("effect", "joint", "parameter", "value", "std", "unit", "closes", "p", "torque")
-    styles = ("name", "unit", "unit", "number", "number", "unit", "number", "number", "formula")
-    return Table(header, tuple(rows), styles)
-
-
-def _alike_table(effects: Sequence[FoundEffect]) -> Table:
-    rows = [(placed(e), alike(e), e.separate) for e in effects]
-    return _table(("effect", "looks like", "motion that would tell them apart"), rows)
-
-
-def _parameter_table(parameters: Sequence[FoundParameter]) -> Table:
-    rows = tuple((p.name, number(p.value), _std(p), p.unit) for p in parameters)
-    return Table(("name", "value", "std", "unit"), rows, ("name", "number", "number", "unit"))
+    return Table(header, rows)
 
 
 def _std(p: FoundParameter) -> str:

@@ -25,15 +25,11 @@ class Table:
 
     Attributes:
         header: one text a column.
-        rows: one text a column in each.
-        styles: "text", "number", "name", "words" or "formula" for each column; empty: all text.
-        flagged: indices of the rows to point out.
+        rows: one text a column in each; one with a cell that begins with ▲ is pointed out.
     """
 
     header: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    styles: tuple[str, ...] = ()
-    flagged: frozenset[int] = frozenset()
+    rows: Sequence[tuple[str, ...]]
 
 
 @dataclass(frozen=True)
@@ -42,8 +38,8 @@ class Section:
 
     Attributes:
         heading, text, table: words and numbers.
-        figure: draws it, when a page is made; where there is nothing to draw it returns None, and a
-            section without a table is left out.
+        figure: draws it, when a page is made; where there is nothing to draw it returns None. A
+            section with neither a figure nor rows of a table is left out, unless it is text alone.
         picture: SVG.
         told: lines that a terminal prints below the table; None: it shows nothing of the section.
             Lines alone, without anything else, are not on a page.
@@ -114,6 +110,14 @@ def notes_section(notes: Sequence[str]) -> tuple[Section, ...]:
     return (Section("Notes", tuple(notes), told=told),) if notes else ()
 
 
+def repairs_section(repairs: Sequence[Repair]) -> Section:
+    """Return what was mended in the logs."""
+    rows = [(r.log, r.channel, r.fault, str(r.samples), r.done) for r in repairs]
+    text = "Mended before anything else was looked for."
+    table = Table(("log", "channel", "fault", "samples", "what was done"), rows)
+    return Section("Repairs", (text,), table)
+
+
 def number(value: float, digits: int = 5) -> str:
     """Return a number with so many significant digits, in words where it is not finite."""
     if np.isnan(value):
@@ -134,10 +138,8 @@ def frames_section(robot: Robot) -> Section:
         "The table with all joints at zero: axes z as lines, x dashed; revolute joints are "
         "circles, prismatic ones squares, each with the number of its frame."
     )
-    rows = tuple(row[:-1] if not any(j.follows for j in robot.joints) else row
-                 for row in robot.table())  # fmt: skip
-    header = HEADER[: len(rows[0])]
-    table = Table(header, rows, ("name", *("text",) * (len(header) - 1)))
+    columns = len(HEADER) - (not any(j.follows for j in robot.joints))
+    table = Table(HEADER[:columns], [row[:columns] for row in robot.table()])
     return Section("The robot", (text,), table, picture=drawing(robot))
 
 

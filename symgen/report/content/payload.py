@@ -26,15 +26,13 @@ def payload_content(found: Payload) -> Content:
         f"What {found.robot} carries, in the frame of joint {found.frame}; inertia is about the "
         "centre of mass.",
     )
-    styles = ("name", "number", "number", "unit")
-    table = Table(("", "value", "std", "unit"), tuple(rows), styles)
+    table = Table(("", "value", "std", "unit"), rows)
     fit = Table(
         ("error of torque", ""),
         (
             ("without the load", percent(left.before)),
             ("with it", percent(left.after)),
         ),
-        ("name", "number"),
     )
     text = f"By {found.method}; error is ||measured - model|| over ||measured||."
     sections = (

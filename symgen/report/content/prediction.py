@@ -28,7 +28,7 @@ def prediction_content(prediction: Prediction) -> Content:
     lead = (f"What the model of {prediction.robot} with given parameters says of {trace.log}.",)
     joints = [f"joint {joint}" for joint, _ in prediction.joints]
     rows = [*zip(joints, map(percent, error.per_joint or ()), strict=True)]
-    table = Table(("", "error"), (*rows, ("all", percent(error.relative))), ("name", "number"))
+    table = Table(("", "error"), (*rows, ("all", percent(error.relative))))
     text = (
         "RMS of measured minus predicted over RMS of measured torque; in all that of all joints "
         "together."

@@ -37,6 +37,7 @@ _DRAWN = 8  # parameters of the chart
 def study_content(found: Study) -> Content:
     """Return the answer, models and methods beside each other, parameters, settings."""
     s, best = found.settings, found.best
+    target, title = f"{s.target_percent:g} %", f"Study of {found.robot}"
     lead = (
         f"What logs of these motions and sensors tell of {found.robot}: {s.runs} simulated runs of "
         f"{duration(s.seconds)}, each identified by {len(found.results)} ways and compared with "
@@ -44,40 +45,42 @@ def study_content(found: Study) -> Content:
     )
     if best is None or best.torque_error is None:
         banner = Banner("bad", "not determined", "No run determines the parameters.", found.notes)
-        return Content(f"Study of {found.robot}", lead, (_settings(found),), banner)
+        return Content(title, lead, (_settings(found),), banner)
     facts = (
         ("torque error of held-out motion", percent(best.torque_error, 3)),
         ("coverage of 95 % intervals", percent(best.coverage, 2)),
     )
-    told = f"{answer(found, best)}."
-    banner = Banner("plain", best.name, told, facts=facts)
-    words = ("name", *("number",) * (len(HEADER) - 1))
-    ways = Section(
-        "Models and methods",
-        (
-            "Torque error: along a motion without noise that no run had. At once, in the end: "
-            f"parameters within {s.target_percent:g} % after {duration(s.seconds)}, and after "
-            "any time; never: those whose bias alone is larger. Coverage: how often the interval "
-            "of 95 % held the truth, mean over the parameters.",
-        ),
-        Table(HEADER, tuple(overview(found)), words),
-        told=(f"at once, in the end, never: parameters within {s.target_percent:g} %",),
+    banner = Banner("plain", best.name, f"{answer(found, best)}.", facts=facts)
+    ways = (
+        "Torque error: along a motion without noise that no run had. At once, in the end: "
+        f"parameters within {target} after {duration(s.seconds)}, and after any time; never: those "
+        "whose bias alone is larger. Coverage: how often the interval of 95 % held the truth, mean "
+        "over the parameters."
     )
-    styles = ("name", *("number",) * (len(COLUMNS) - 2), "unit")
-    flagged = frozenset(k for k, p in enumerate(best.parameters) if p.seconds is None)
-    parameters = Section(
-        f"Parameters: {best.name}",
-        (
-            "Bias and std over the true value; std says: what the estimates say of their own std. "
-            f"Record: until the parameter is within {s.target_percent:g} %, since std falls as the "
-            f"square root of the time.{_falls(found, best)}",
-        ),
-        Table(COLUMNS, tuple(precision_rows(best)), styles, flagged),
-        told=("bias and std over the true value",),
+    parameters = (
+        "Bias and std over the true value; std says: what the estimates say of their own std. "
+        f"Record: until the parameter is within {target}, since std falls as the square root of "
+        f"the time.{_falls(found, best)}"
     )
-    sections = (ways, *_chart(found, best), parameters, *_lengths(found), _settings(found))
-    notes = notes_section(found.notes)
-    return Content(f"Study of {found.robot}", lead, (*sections, *notes), banner)
+    sections = (
+        Section(
+            "Models and methods",
+            (ways,),
+            Table(HEADER, overview(found)),
+            told=(f"at once, in the end, never: parameters within {target}",),
+        ),
+        *_chart(found, best),
+        Section(
+            f"Parameters: {best.name}",
+            (parameters,),
+            Table(COLUMNS, precision_rows(best)),
+            told=("bias and std over the true value",),
+        ),
+        *_lengths(found),
+        _settings(found),
+        *notes_section(found.notes),
+    )
+    return Content(title, lead, sections, banner)
 
 
 def _falls(found: Study, best: Tried) -> str:
@@ -104,19 +107,23 @@ def _chart(found: Study, best: Tried) -> list[Section]:
 
 
 def _courses(found: Study, known: list[Precision]) -> Figure:
-    s = found.settings
+    s, shown = found.settings, known[::-1]
     longest = max([4 * s.seconds, *(1.5 * (p.seconds or 0.0) for p in known)])
     T = np.geomspace(s.seconds, longest, 60)
+    series = {p.name: 100 * _error(p, T / s.seconds) for p in shown}
     figure = plots.lines(
-        T,
-        {p.name: 100 * _error(p, T / s.seconds) for p in reversed(known)},
-        title="Error",
-        xlabel="recorded, s",
-        ylabel="error, %",
-        log_y=True,
-        height=460,
+        T, series, title="Error", xlabel="recorded, s", ylabel="error, %", height=460
     )
-    _measured(figure, known, s.seconds, s.lengths)
+    for k, p in enumerate(shown):
+        std = np.array(p.std_by_length)
+        figure.add_scatter(
+            x=s.seconds * np.array(s.lengths[: len(std)]),
+            y=100 * np.hypot(std, _floor(p)) / abs(p.value),
+            mode="markers",
+            marker={"color": plots.line_style(k)["color"], "size": 7},
+            name=plots.plain(p.name),
+            showlegend=False,
+        )
     ticks = {"type": "log", "dtick": 1, "tickformat": "~g"}
     figure.update_xaxes(**ticks).update_yaxes(**ticks)
     return figure.add_hline(
@@ -124,24 +131,13 @@ def _courses(found: Study, known: list[Precision]) -> Figure:
     )
 
 
-def _measured(
-    figure: Figure, known: list[Precision], seconds: float, lengths: tuple[int, ...]
-) -> None:
-    for k, p in enumerate(reversed(known)):
-        std = np.array(p.std_by_length)
-        figure.add_scatter(
-            x=seconds * np.array(lengths[: len(std)]),
-            y=100 * np.hypot(std, p.bias if p.seconds is None else 0.0) / abs(p.value),
-            mode="markers",
-            marker={"color": plots.line_style(k)["color"], "size": 7},
-            name=plots.plain(p.name),
-            showlegend=False,
-        )
+def _floor(p: Precision) -> float:
+    """Return the bias that stays; what recording takes away is no floor."""
+    return p.bias if p.seconds is None else 0.0
 
 
 def _error(p: Precision, times: plots.FloatArray) -> plots.FloatArray:
-    floor = p.bias if p.seconds is None else 0.0
-    return np.asarray(np.hypot(p.std / np.sqrt(times), floor) / abs(p.value))
+    return np.asarray(np.hypot(p.std / np.sqrt(times), _floor(p)) / abs(p.value))
 
 
 def _needed(p: Precision) -> float:
@@ -150,19 +146,21 @@ def _needed(p: Precision) -> float:
 
 def _lengths(found: Study) -> list[Section]:
     """Return the time that every parameter needs, by every model and method."""
-    target, out = f"{found.settings.target_percent:g} %", []
-    for model in dict.fromkeys(r.model for r in found.results):
-        ways = [r for r in found.results if r.model == model and r.parameters]
-        if not ways:
-            continue
-        times = zip(*([duration(p.seconds) for p in r.parameters] for r in ways), strict=True)
-        rows = zip((p.name for p in ways[0].parameters), times, strict=True)
-        table = Table(
-            ("name", *(r.method for r in ways)),
-            tuple((name, *row) for name, row in rows),
-            ("name", *("number",) * len(ways)),
-        )
-        text = f"How long must be recorded until a parameter is within {target}."
+    text = (
+        f"How long must be recorded until a parameter is within "
+        f"{found.settings.target_percent:g} %."
+    )
+    models: dict[str, list[Tried]] = {}
+    for r in found.results:
+        models.setdefault(r.model, []).append(r)
+    out = []
+    for model, ways in models.items():
+        shown = [r for r in ways if r.parameters]
+        rows = [
+            (own[0].name, *(duration(p.seconds) for p in own))
+            for own in zip(*(r.parameters for r in shown), strict=True)
+        ]
+        table = Table(("name", *(r.method for r in shown)), rows)
         out.append(Section(f"By the model of {model}", (text,), table))
     return out
 
@@ -182,4 +180,4 @@ def _settings(found: Study) -> Section:
         *((f"band of {r.name}", r.band.in_words()) for r in found.results),
         ("seed", str(s.seed)),
     ]
-    return Section("Settings", (), Table(("", ""), tuple(rows), ("name", "words")))
+    return Section("Settings", (), Table(("", ""), rows))

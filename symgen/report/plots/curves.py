@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.estimation.values import Trace
+from symgen.estimation.values import Trace, Whiteness
 from symgen.identification.estimate import Estimate
 
 if TYPE_CHECKING:
@@ -127,7 +127,7 @@ def bars(
     figure, shown = empty(), [plain(label) for label in labels]
     looks = ({"color": BLUE}, {"color": ORANGE, "pattern": {"shape": "/"}})
     for name, chosen, marker in zip(names, (~beyond, beyond), looks, strict=True):
-        at = np.flatnonzero(chosen & np.isfinite(heights))
+        at = np.flatnonzero(chosen & np.isfinite(heights)).tolist()
         told = {"hovertext": [plain(hover[k]) for k in at], "hoverinfo": "text"}
         figure.add_bar(x=[shown[k] for k in at], y=heights[at], name=name, marker=marker, **told)
     for level in levels:
@@ -178,22 +178,20 @@ def convergence(estimate: Estimate) -> Figure | None:
         return None
     final = course.values[-1]
     known = np.array([p.relative_std_percent <= WEAK_PERCENT for p in estimate.parameters])
-    late = course.values[len(course.t) // 2 :]
     with np.errstate(divide="ignore", invalid="ignore"):
-        moved = np.nan_to_num(np.nanmax(np.abs(late / final - 1), axis=0), nan=0.0, posinf=0.0)
-    first = set(np.argsort(-np.where(known, moved, -1.0), kind="stable")[:COURSES].tolist())
-    figure, every = empty(), slice(1 - len(course.t) % 2, None, 2)  # the last is among them
-    for k, parameter in enumerate(estimate.parameters):
-        if not final[k] or not np.isfinite(final[k]):
-            continue
-        ratio = course.values[every, k] / final[k]
-        line = curve(course.t[every], ratio, parameter.name, line_style(k))
-        figure.add_trace(line.update(visible=True if k in first else "legendonly"))
-    figure.update_xaxes(title="data seen, s")
-    figure.update_yaxes(title="estimate / final value", range=[-0.1, 2.1])
-    styled(figure, "Recursive estimate", 460)
+        ratio = course.values / final
+    late = np.abs(ratio[len(course.t) // 2 :] - 1)
+    moved = np.nan_to_num(np.where(np.isnan(late), 0.0, late).max(axis=0), posinf=0.0)
+    first = np.argsort(-np.where(known, moved, -1.0), kind="stable")[:COURSES].tolist()
+    every = slice(1 - len(course.t) % 2, None, 2)  # the last is among them
+    drawn = [k for k, x in enumerate(final.tolist()) if x and np.isfinite(x)]
+    series = {estimate.parameters[k].name: ratio[every, k] for k in drawn}
+    labels = {"xlabel": "data seen, s", "ylabel": "estimate / final value"}
+    figure = lines(course.t[every], series, title="Recursive estimate", height=460, **labels)
+    for k, line in zip(drawn, figure.data, strict=True):
+        line.visible = True if k in first else "legendonly"
     legend = {"orientation": "v", "yref": "paper", "x": 1.01, "xanchor": "left", "y": 1}
-    return figure.update_layout(
+    return figure.update_yaxes(range=[-0.1, 2.1]).update_layout(
         legend={**legend, "yanchor": "top"}, margin={"b": 60, "r": 110}, meta={"min_width": 400}
     )
 
@@ -223,13 +221,11 @@ def lines(
     title: str,
     xlabel: str,
     ylabel: str,
-    log_y: bool = False,
     height: int = 400,
 ) -> Figure:
     """Draw named lines, each (K,), over one abscissa (K,); labels carry the units."""
     panel = Panel("", x, series, ylabel)
-    figure = line_grid([panel], title=title, xlabel=xlabel, panel_height=height - 130)
-    return figure.update_yaxes(type="log" if log_y else "linear")
+    return line_grid([panel], title=title, xlabel=xlabel, panel_height=height - 130)
 
 
 def line_grid(
@@ -267,7 +263,7 @@ def line_grid(
         row_heights=[panel.share for panel in first[::columns]],
     )
     order = list(dict.fromkeys(name for panel in first for name in panel.series))
-    owners = []
+    owners: list[tuple[str, str] | None] = []
     for log, shown in logs.items():
         told: set[str] = set()
         for k, panel in enumerate(shown):
@@ -286,14 +282,16 @@ def line_grid(
                 curves.append(("true value", panel.x[[0, -1]], np.full(2, panel.level)))
             for name, x, y in curves:
                 look = _LOOKS.get(name) or line_style(order.index(name))
-                once = {"legendgroup": plain(name), "showlegend": name not in told}
-                told.add(name)
                 own = y if y.ndim == 2 else (x, y)
-                figure.add_trace(curve(*own, name, look, **once), **place)
+                line = curve(own[0], own[1], name, look, legendgroup=plain(name))
+                figure.add_trace(line.update(showlegend=name not in told), **place)
+                told.add(name)
             owners += [log] * (len(figure.data) - len(owners))
-            label = panel.xlabel or (xlabel if k + columns >= len(shown) else "")
-            figure.update_xaxes(title={"text": plain(label), "standoff": 2}, **place)
-            figure.update_yaxes(title=plain(panel.ylabel), title_standoff=4, **place)
+    for k, panel in enumerate(first):
+        place = {"row": k // columns + 1, "col": k % columns + 1}
+        label = panel.xlabel or (xlabel if k + columns >= len(first) else "")
+        figure.update_xaxes(title={"text": plain(label), "standoff": 2}, **place)
+        figure.update_yaxes(title=plain(panel.ylabel), title_standoff=4, **place)
     figure.update_layout(showlegend=len({c.name for c in figure.data}) > 1)
     figure.update_annotations(font_size=12)
     if columns == 1:
@@ -320,14 +318,11 @@ def thin(x: FloatArray, y: FloatArray, points: int = POINTS) -> tuple[Any, Any]:
     keep = np.arange(len(y))
     if len(y) > points:
         width = -(-len(y) // (points // 2 - 1))
-        count = -(-len(y) // width)
-        start = width * np.arange(count)
-        padded = np.full(count * width, np.nan)
-        padded[: len(y)] = np.where(np.isfinite(y), y, np.nan)
-        table = padded.reshape(count, width)
-        lowest = np.where(np.isnan(table), np.inf, table).argmin(axis=1) + start
-        highest = np.where(np.isnan(table), -np.inf, table).argmax(axis=1) + start
-        keep = np.unique(np.concatenate([[0], lowest, highest, [len(y) - 1]]))
+        rows = np.pad(y, (0, -len(y) % width), constant_values=np.nan).reshape(-1, width)
+        start, bad = width * np.arange(len(rows)), ~np.isfinite(rows)
+        low = start + np.where(bad, np.inf, rows).argmin(axis=1)
+        high = start + np.where(bad, -np.inf, rows).argmax(axis=1)
+        keep = np.unique(np.concatenate([[0], low, high, [len(y) - 1]]))
     xs, ys = x[keep], y[keep]
     if len(x) > 2:
         step = np.diff(x)
@@ -370,6 +365,12 @@ def components(estimate: Estimate, quantity: str) -> list[tuple[str, str]]:
     if quantity not in _PER_JOINT:
         return [(quantity, _UNITS.get(quantity, "-"))]
     return [(f"joint {number}", unit + _PER_JOINT[quantity]) for number, unit in estimate.joints]
+
+
+def component(estimate: Estimate, tested: Whiteness) -> str:
+    """Return what a residual that was tested is of."""
+    name, _ = components(estimate, tested.quantity)[tested.component]
+    return name if name == tested.quantity else f"{tested.quantity}, {name}"
 
 
 def line_style(k: int) -> dict[str, Any]:
@@ -418,7 +419,7 @@ def styled(figure: Figure, title: str, height: int, min_width: int = 0) -> Figur
         height=height,
         showlegend=legend,
         margin={"l": 64, "r": 16, "t": top, "b": 92 if legend else 60},
-        legend={"yref": "container", "itemsizing": "constant", **below},
+        legend={"yref": "container", **below},
         hovermode="closest",
         meta={"min_width": min_width},
     )

@@ -139,9 +139,11 @@ def portraits(diagnosis: Diagnosis) -> Figure | None:
                 (c.qd, label, f"speed, {unit}/s"),
                 (c.q, "", f"position, {unit}"),
             ):
-                own = {"xlabel": xlabel, "log": _log(c)}
-                panels.append(Panel("", x[some, j], series, ylabel, **own))
-    return line_grid(panels, title="Residual", columns=2, panel_height=210) if panels else None
+                panels.append(Panel("", x[some, j], series, ylabel, xlabel=xlabel, log=_log(c)))
+    if not panels:
+        return None
+    figure = line_grid(panels, title="Residual", columns=2, panel_height=210)
+    return figure.update_layout(legend_itemsizing="constant")
 
 
 def _labels(diagnosis: Diagnosis) -> list[tuple[str, str]]:

@@ -46,9 +46,7 @@ def values(estimate: Estimate) -> Figure:
     others += estimate.comparison
     sources = [own]
     for other in others:
-        known = {v.name: (v.value, v.std) for v in other.parameters}
-        pairs = [known.get(p.name, (np.nan, np.inf)) for p in found]
-        sources.append(_Source(other.method, *np.array(pairs).T))
+        sources.append(_Source(other.method, *np.array([other.of(p.name) for p in found]).T))
     return _drawn([p.name for p in found], [p.unit for p in found], sources)
 
 

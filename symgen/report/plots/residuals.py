@@ -12,8 +12,8 @@ from symgen.report.plots.curves import (
     LEVEL,
     POINTS,
     Panel,
+    component,
     components,
-    curve,
     line_grid,
     traces_of,
 )
@@ -44,11 +44,9 @@ def residual_spectrum(estimate: Estimate, quantity: str | None = None) -> Figure
         panels.append(Panel("", f, series, f"residual, {unit}/√Hz", log=(t.log, t.kind)))
     title = f"Spectrum of the {quantity} residual"
     figure = line_grid(panels, title=title, xlabel="frequency, Hz", panel_height=310)
-    heights = [y[np.isfinite(y)] for panel in panels for y in panel.series.values()]
-    drawn = np.concatenate(heights)
-    if estimate.cutoff_hz and drawn.size:  # it belongs to every log
-        at, name = np.full(2, estimate.cutoff_hz), f"filter cutoff {estimate.cutoff_hz:.4g} Hz"
-        figure.add_trace(curve(at, np.array([drawn.min(), drawn.max()]), name, LEVEL))
+    if estimate.cutoff_hz:  # it belongs to every log
+        name = f"filter cutoff {estimate.cutoff_hz:.4g} Hz"
+        figure.add_vline(x=estimate.cutoff_hz, line=LEVEL, name=name, showlegend=True)
         figure.update_layout(showlegend=True)
     figure.update_xaxes(type="log", tickformat="~g", dtick=1)
     return figure.update_yaxes(type="log", exponentformat="power", dtick=1)
@@ -93,8 +91,7 @@ def lag_correlation(estimate: Estimate) -> Figure | None:
         if w.kind != kind:
             continue
         lags, half = w.step_s * np.arange(1.0, len(w.bands) + 1), np.array(w.bands)
-        name, _ = components(estimate, w.quantity)[w.component]
-        title = w.quantity if name == w.quantity else f"{w.quantity}, {name}"
+        title = component(estimate, w)
         series = {"correlation": np.array(w.correlations)}
         panels.append(Panel(title, lags, series, "correlation, -", band=(-half, half)))
     figure = line_grid(panels, title="Lag correlation", xlabel="lag, s", panel_height=190)
