@@ -27,6 +27,7 @@ DOORS = {
         "diagnosis/select",
         "diagnosis/refine",
         "data/bandwidth",
+        "data/convolution",
         "data/signals",
         "data/spline",
         "estimation/statistics",
