@@ -16,16 +16,16 @@ as the bytes of an NPZ.
 from __future__ import annotations
 
 import io
+import json
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-from pydantic import TypeAdapter
 
 from symgen.codegen.model import derive
 from symgen.data.dataset import DataSet, identity, is_data_set, listed_files
@@ -82,6 +82,7 @@ from symgen.robot.toml_io import parse_robot
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
+from symgen.schemas import as_json
 
 Progress = Callable[[str], None]
 #: Samples, of all training and of all validation logs, that are looked at in memory; stretches.
@@ -190,7 +191,6 @@ def sampled_spans(parts: Sequence[Part], kind: str, budget: int) -> list[tuple[P
 
 
 Reduced = TypeVar("Reduced")
-_FAULTS = TypeAdapter(list[Fault])
 #: Of a fit, what adds up over chunks.
 FIT_SUMS = ("error", "size", "rest")
 
@@ -342,7 +342,7 @@ class EquationReduction(Reduction):
             mended += repairs
             for key, summary in own.items():
                 found.setdefault(key, []).append(summary)
-        arrays: dict[str, Any] = {"repairs": np.array(_FAULTS.dump_json(merged(mended)).decode())}
+        arrays: dict[str, Any] = {"repairs": np.array(_told(mended))}
         for (number, j), parts in found.items():
             whole = merged_tree(parts)
             arrays[f"{number}.{j}"] = whole.factor
@@ -395,9 +395,13 @@ def unpacked(folder: WorkFolder, key: str, *names: str) -> dict[str, Any]:
         return {name: archive[name] for name in names or archive.files}
 
 
+def _told(faults: Iterable[Fault]) -> str:
+    return json.dumps([{**as_json(f), "kind": f.kind} for f in merged(faults)])
+
+
 def read_repairs(arrays: Mapping[str, Any]) -> list[Fault]:
     """Return what was mended in a partition."""
-    return _FAULTS.validate_json(str(arrays["repairs"]))
+    return [Fault(**told) for told in json.loads(str(arrays["repairs"]))]
 
 
 @dataclass(frozen=True)

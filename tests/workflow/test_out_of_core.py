@@ -17,7 +17,7 @@ import symgen
 from symgen import distributed
 from symgen.data.dataset import DataSet, listed_files
 from symgen.data.npz import StoredArray
-from symgen.data.parquet import ParquetTable
+from symgen.data.tables import ColumnTable
 from symgen.estimation import chunks
 from symgen.identification import out_of_core
 from symgen.identification.out_of_core import is_long
