@@ -141,8 +141,6 @@ def _check_kind(folder: Path, marker: str) -> None:
         if not folder.is_dir() or not any(folder.iterdir()):
             return
         record = read_record(folder, marker)
-    except FileNotFoundError:
-        record = None
     except OSError as error:
         raise PackageError(f"{shown}: not ours ({error.strerror}); {accepted}") from error
     if record is None or marker not in record:

@@ -46,7 +46,8 @@ def read_record(folder: Path, marker: str) -> dict[str, str] | None:
     if path.is_file() and not path.is_symlink():
         lines = path.read_text("utf-8", errors="replace").split("\n")
         return {name: digest for digest, gap, name in (x.partition("  ") for x in lines) if gap}
-    record = _listed((folder / marker).read_bytes()) if marker in _LISTING else {}
+    listing = marker in _LISTING and (folder / marker).is_file()
+    record = _listed((folder / marker).read_bytes()) if listing else {}
     if "robot.toml" not in record:
         return None
     # What CasADi saves differs from version to version, and is not listed.

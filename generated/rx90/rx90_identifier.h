@@ -31,11 +31,11 @@
  *         if (rx90_identifier_read(&memory, X, std) == 0) { ... X is determined ... }
  *     }
  *
- * Standstill: with forgetting below 1, do not call rx90_identifier_step while the robot stands. The
- * sign of the noise in qd looks like motion to the Coulomb columns, so X can change while the status
- * is rx90_OK. With the momentum model Coulomb friction goes to zero within minutes, and other
- * parameters follow. The energy model does the same if the noise of qd is large. When the robot
- * moves again, call rx90_identifier_restart and then rx90_identifier_step: X is as it was.
+ * Standstill: with forgetting below 1, do not call rx90_identifier_step while the robot stands.
+ * The sign of the noise in qd looks like motion to the Coulomb columns, so X can change while the
+ * status is rx90_OK. With the momentum model Coulomb friction goes to zero within minutes, and
+ * other parameters follow. The energy model does the same if the noise of qd is large. When the
+ * robot moves again, call rx90_identifier_restart and then rx90_identifier_step: X is as it was.
  *
  * Reading X and std takes many times as long as a step. In a cycle that it would not fit, read in
  * pieces, from a copy of what has been learned when it began:

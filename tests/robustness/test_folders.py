@@ -220,6 +220,12 @@ def test_what_the_user_changed_is_kept_under_another_name(tmp_path: Path) -> Non
     assert (folder / "manifest.json").read_text() == "changed"
 
 
+def test_an_empty_folder_is_filled(tmp_path: Path) -> None:
+    tree = symgen.generate(symgen.derive(symgen.read_robot("planar2r"), ("energy",)))
+    symgen.write_package(tree, tmp_path)
+    assert (tmp_path / "manifest.json").is_file()
+
+
 def test_a_manifest_from_elsewhere_makes_nothing_ours(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     sha = hashlib.sha256(b"mine").hexdigest()

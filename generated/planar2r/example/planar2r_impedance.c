@@ -33,7 +33,7 @@ static int spring(const motion *x, const real *point, const real *to, real *J, r
 {
     real T[16 * LINKS];
     planar2r_frames(x->q, T);
-    const int failed = planar2r_link_jacobian(x->q, LINK, point, J);
+    if (planar2r_link_jacobian(x->q, LINK, point, J)) return 1;
     apart(&T[16 * (LINK - 1)], to, point, e);
     for (int i = 0; i < 6; ++i) {
         real pull = K[i / 3] * e[i];
@@ -44,7 +44,7 @@ static int spring(const motion *x, const real *point, const real *to, real *J, r
             tau[j] += J[i * N + j] * pull;
         }
     }
-    return failed;
+    return 0;
 }
 
 int main(void)

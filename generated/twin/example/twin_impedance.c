@@ -34,7 +34,7 @@ static int spring(const motion *x, const real *point, const real *to, real *J, r
 {
     real T[16 * LINKS];
     twin_frames(x->q, T);
-    const int failed = twin_link_jacobian(x->q, LINK, point, J);
+    if (twin_link_jacobian(x->q, LINK, point, J)) return 1;
     apart(&T[16 * (LINK - 1)], to, point, e);
     for (int i = 0; i < 6; ++i) {
         real pull = K[i / 3] * e[i];
@@ -45,7 +45,7 @@ static int spring(const motion *x, const real *point, const real *to, real *J, r
             tau[j] += J[i * N + j] * pull;
         }
     }
-    return failed;
+    return 0;
 }
 
 int main(void)

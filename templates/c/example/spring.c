@@ -4,7 +4,7 @@ static int spring(const motion *x, const real *point, const real *to, real *J, r
 {
     real T[16 * LINKS];
     {{ name }}_frames(x->q, T);
-    const int failed = {{ name }}_link_jacobian(x->q, LINK, point, J);
+    if ({{ name }}_link_jacobian(x->q, LINK, point, J)) return 1;
     apart(&T[16 * (LINK - 1)], to, point, e);
     for (int i = 0; i < 6; ++i) {
         real pull = K[i / 3] * e[i];
@@ -15,5 +15,5 @@ static int spring(const motion *x, const real *point, const real *to, real *J, r
             tau[j] += J[i * N + j] * pull;
         }
     }
-    return failed;
+    return 0;
 }
