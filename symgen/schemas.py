@@ -139,9 +139,9 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path, **beside:
         first = error.errors()[0]
         where, what = ".".join(map(str, first["loc"])) or "its top", first["msg"]
     if where:
+        schema = f"schema {content['schema']} as" if "schema" in content else "what"
         raise ParameterError(
-            f"{file}: damaged at {where[:100]}: {what[:200]}; accepted: schema "
-            f"{content['schema']} as symgen writes it"
+            f"{file}: damaged at {where[:100]}: {what[:200]}; accepted: {schema} symgen writes"
         )
     found: Result = replace(read, **beside) if beside else read
     return found

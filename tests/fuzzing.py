@@ -336,7 +336,8 @@ def day_of_fleet(folder: Path, work: Path, kept: bool = False) -> Any:
         mock.patch.object(robot_days, "identify", identify),
         mock.patch.object(robot_days.IdentifyDay, "_model", None),
     ):
-        (estimate,) = robot_days.estimated(task, [day], Workers(1, work=work), lambda _: None)
+        workers, names = Workers(1, work=work), [f"P{k}" for k in range(len(KEPT[0]))]
+        (estimate,) = robot_days.estimated(task, [day], names, workers, lambda _: None)
     return estimate
 
 
@@ -353,10 +354,11 @@ def read_kept(path: Path) -> None:
     finally:
         for file in folder.iterdir():
             file.unlink()
-    if estimate.X is None and estimate.verdict == f"failed: {ANEW}":
+    if estimate.parameters is None and estimate.verdict == f"failed: {ANEW}":
         raise symgen.LogError(ANEW)
     X, covariance = KEPT
-    if not (np.array_equal(estimate.X, X) and np.array_equal(estimate.covariance, covariance)):
+    found = [p.value for p in estimate.parameters or ()]
+    if not (np.array_equal(found, X) and np.array_equal(estimate.covariance, covariance)):
         raise AssertionError("what is spoiled is taken for a result")
     if (estimate.torque, estimate.verdict) != (0.25, "trusted"):
         raise AssertionError("what is spoiled is taken for a verdict")

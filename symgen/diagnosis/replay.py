@@ -24,7 +24,6 @@ from symgen.codegen.model import Model, derive
 from symgen.data.spline import interpolated
 from symgen.diagnosis.diagnosis import Curves, Diagnosis
 from symgen.errors import ParameterError, SymgenError
-from symgen.experiment.integrator import integrate
 from symgen.experiment.plant import KERNELS, Plant, plant
 from symgen.runtime.evaluator import Evaluator, load
 
@@ -183,6 +182,9 @@ def driven(evaluator: Evaluator, X: FloatArray, seen: Curves, t: FloatArray) -> 
         SymgenError: X is not this model's or no robot's, or the motion is not finite, or so stiff
             that it takes too long.
     """
+    # SciPy's integrators take longer to import than a page takes that has no motion.
+    from symgen.experiment.integrator import integrate
+
     if len(X) != len(evaluator.model.base.names) or not np.isfinite(X).all():
         raise ParameterError("its parameters are not all known")
     n, w, moved = seen.q.shape[1], BANDWIDTH, plant(evaluator, X)

@@ -27,12 +27,10 @@ def _demo(folder: Path, compiler: str) -> subprocess.CompletedProcess[str]:
     )  # fmt: skip
 
 
-def test_without_a_compiler_the_demo_says_what_brings_one(tmp_path) -> None:
+def test_the_demo_needs_no_compiler(tmp_path) -> None:
     done = _demo(tmp_path, "none")
-    assert done.returncode == 2
-    said = [line for line in done.stderr.splitlines() if line.strip()]
-    assert "pip install 'symgen[cc]'" in said[-1]
-    assert not (tmp_path / "symgen-demo").exists()
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "symgen-demo" / "demo.json").is_file()
 
 
 def test_demo_runs(tmp_path) -> None:

@@ -34,18 +34,14 @@ static int spring(const motion *x, const real *point, const real *to, real *J, r
 {
     real T[16 * LINKS];
     twin_frames(x->q, T);
-    if (twin_link_jacobian(x->q, LINK, point, J)) return 1;
+    const int failed = twin_link_jacobian(x->q, LINK, point, J);
     apart(&T[16 * (LINK - 1)], to, point, e);
     for (int i = 0; i < 6; ++i) {
         real pull = K[i / 3] * e[i];
-        for (int j = 0; j < N; ++j) {
-            pull -= D[i / 3] * J[i * N + j] * x->qd[j];
-        }
-        for (int j = 0; j < N; ++j) {
-            tau[j] += J[i * N + j] * pull;
-        }
+        for (int j = 0; j < N; ++j) { pull -= D[i / 3] * J[i * N + j] * x->qd[j]; }
+        for (int j = 0; j < N; ++j) { tau[j] += J[i * N + j] * pull; }
     }
-    return 0;
+    return failed;
 }
 
 int main(void)
