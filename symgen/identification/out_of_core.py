@@ -687,8 +687,3 @@ class _Streamed:
         by_joint = model != "energy"
         residuals = (own.residual(X, by_joint), held.residual(X, by_joint))
         return Outcome(*residuals, train, seen, windows)
-
-
-def merged_repairs_of(looked: Sequence[Fault], folded: Sequence[Fault]) -> tuple[Fault, ...]:
-    """Return what was mended in the whole; shifts of all torques were found in the sample."""
-    return (*folded, *(r for r in looked if r.kind == "delay"))
