@@ -14,9 +14,9 @@ import symgen
 from symgen.data.bandwidth import motion_bandwidth
 from symgen.data.signals import prepare
 from symgen.estimation.band import Band
+from symgen.estimation.equation_model import Recipe
 from symgen.estimation.estimators import solve
 from symgen.estimation.filtered import filtered
-from symgen.estimation.recipe import Recipe
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.identification.instruments import with_instruments
 from symgen.identification.parameters import base_values

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.codegen.model import derive
+from symgen.diagnosis.baseline import KERNELS, Study, torques_of
 from symgen.diagnosis.diagnosis import (
     Curves,
     Diagnosis,
@@ -28,14 +29,13 @@ from symgen.diagnosis.evidence import (
 from symgen.diagnosis.extend import extended, with_values
 from symgen.diagnosis.floor import at_rest, noise_floor
 from symgen.diagnosis.found import coefficients, found_effects, numbers
-from symgen.diagnosis.given import changed, link_values
-from symgen.diagnosis.portrait import places
+from symgen.diagnosis.given_parameters import changed, link_values
+from symgen.diagnosis.messages import tie
 from symgen.diagnosis.refine import all_slopes, settled_constants
+from symgen.diagnosis.residual_patterns import places
 from symgen.diagnosis.search import MEASURING, Selection
 from symgen.diagnosis.select import Score
 from symgen.diagnosis.shapes import Torques
-from symgen.diagnosis.study import KERNELS, Study, torques_of
-from symgen.diagnosis.words import tie
 from symgen.errors import IdentificationError, RobotError
 from symgen.estimation.estimators import solve
 from symgen.estimation.solve import Solution

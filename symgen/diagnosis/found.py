@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.diagnosis.baseline import Study
 from symgen.diagnosis.candidates import Candidate
 from symgen.diagnosis.diagnosis import Alike, FoundEffect, FoundParameter
 from symgen.diagnosis.search import Selection
 from symgen.diagnosis.select import Score, judge
-from symgen.diagnosis.study import Study
 from symgen.robot.effect import numbered
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator

@@ -18,7 +18,7 @@ from symgen.data.raw import Reading
 from symgen.diagnosis.drift import Course
 from symgen.distributed import Workers, WorkFolder, digest, executor, finished
 from symgen.errors import LogError, SymgenError, plain
-from symgen.estimation.recipe import NEEDED, Recipe
+from symgen.estimation.equation_model import NEEDED, Recipe
 from symgen.identification.out_of_core import loaded
 from symgen.identification.workflow import identify
 from symgen.robot.toml_io import parse_robot

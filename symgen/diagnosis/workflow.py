@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 from symgen.codegen.model import derive
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
+from symgen.diagnosis.baseline import KERNELS, Study, studied
 from symgen.diagnosis.candidates import candidates
+from symgen.diagnosis.chance_test import beyond_misfit
 from symgen.diagnosis.conclusion import conclude, plain
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap
 from symgen.diagnosis.evidence import Scene, scene
-from symgen.diagnosis.gate import (
+from symgen.diagnosis.measuring_chain import (
     check,
     closed,
     corrected,
@@ -31,13 +33,11 @@ from symgen.diagnosis.gate import (
     with_chain,
 )
 from symgen.diagnosis.mended import MendedChannel, largest, mended_channels, undone_channels
-from symgen.diagnosis.misfit import beyond_misfit
+from symgen.diagnosis.model_based_effects import special_candidates
 from symgen.diagnosis.search import Search
-from symgen.diagnosis.special import special_candidates
+from symgen.diagnosis.sparse_terms import with_unnamed
 from symgen.diagnosis.stiffness import NAME as STIFFNESS
 from symgen.diagnosis.stiffness import has_links, stiffnesses, with_stiffness
-from symgen.diagnosis.study import KERNELS, Study, studied
-from symgen.diagnosis.unnamed import with_unnamed
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band

@@ -29,8 +29,8 @@ from symgen.data.signals import TAIL
 from symgen.data.stretch import Stretch
 from symgen.estimation.band import Band
 from symgen.estimation.decimation import Decimation, decimation
+from symgen.estimation.equation_model import Recipe
 from symgen.estimation.filtered import FilteredLog, stride_of
-from symgen.estimation.recipe import Recipe
 from symgen.estimation.summary import LAGS
 from symgen.estimation.system import (
     Equations,

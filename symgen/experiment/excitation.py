@@ -19,9 +19,9 @@ from symgen.codegen.model import Model, derive
 from symgen.data.log import read_only
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, LogError, ParameterError
+from symgen.estimation.equation_model import NEEDED, Recipe, require_model
 from symgen.estimation.filtered import unfiltered
 from symgen.estimation.logs import HELD_OUT
-from symgen.estimation.recipe import NEEDED, Recipe, require_model
 from symgen.estimation.system import Equations
 from symgen.experiment.bounds import CELL, FRAMES, Bounds, Cell, Space, Use, bounds, space, worst
 from symgen.experiment.plan import Plan, binding_text

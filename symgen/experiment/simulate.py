@@ -16,7 +16,7 @@ from symgen.codegen.model import Model, derive
 from symgen.data.drive import joint_side, motor_side
 from symgen.data.log import Log, make_log, read_only
 from symgen.errors import LogError, ParameterError
-from symgen.estimation.beside_model import torque_beside
+from symgen.estimation.temperature_torque import torque_beside
 from symgen.experiment.controller import Controller, Law, replay, tracking
 from symgen.experiment.integrator import Motion, integrate
 from symgen.experiment.plant import KERNELS, Plant, plant, without_dry

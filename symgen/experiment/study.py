@@ -27,9 +27,9 @@ from symgen.data.signals import Samples
 from symgen.distributed import Workers, executor
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
+from symgen.estimation.equation_model import NEEDED, Recipe, require_model
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.filtered import filtered
-from symgen.estimation.recipe import NEEDED, Recipe, require_model
 from symgen.estimation.system import LinearSystem
 from symgen.experiment.plant import KERNELS
 from symgen.experiment.recording import Instruments, Recording
@@ -37,8 +37,8 @@ from symgen.experiment.reference import Reference, reference_of
 from symgen.experiment.simulate import Parameters, Simulation, simulate, values_of
 from symgen.experiment.study_result import Precision, Settings, Study, Tried
 from symgen.faults.logs import in_one_band, open_logs
-from symgen.identification.case import Run, checked_run, looked_at
 from symgen.identification.instruments import instrumented
+from symgen.identification.model_choice import Run, checked_run, looked_at
 from symgen.identification.out_of_core import loaded
 from symgen.identification.solving import Method, Part, settled, solved
 from symgen.robot.toml_io import read_robot

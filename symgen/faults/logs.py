@@ -14,11 +14,11 @@ from symgen.data.signals import Samples, sampled
 from symgen.data.stretch import Stretch
 from symgen.errors import LogError
 from symgen.estimation.band import LOWEST, comparison_band
-from symgen.estimation.beside_model import without_beside
 from symgen.estimation.chunks import Chunk, ChunkOfLog, Settings, thinned, unit
 from symgen.estimation.filtered import filtered
 from symgen.estimation.logs import Source, open_log
 from symgen.estimation.masking import masked
+from symgen.estimation.temperature_torque import without_beside
 from symgen.faults.fault import Fault
 from symgen.faults.samples import masked_faults, mended_speeds, repaired
 from symgen.faults.undo import with_earlier_torques

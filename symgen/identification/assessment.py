@@ -28,18 +28,17 @@ from symgen.data.mask import at_rest
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError
 from symgen.estimation.band import Band
+from symgen.estimation.equation_model import Recipe
 from symgen.estimation.estimators import Wls
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.integrals import cumulative_integral
 from symgen.estimation.logs import digest
 from symgen.estimation.masking import seldom_moving
-from symgen.estimation.recipe import Recipe
 from symgen.estimation.solve import Solution
 from symgen.estimation.statistics import chi2_tail
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.torque_error import MEMORY, TorqueFit, fit
 from symgen.estimation.values import Balance, Contrast, FloatArray, Residual, Trace, Whiteness
-from symgen.identification.case import Case
 from symgen.identification.estimate import (
     LOG_DIGEST,
     ROBOT_DIGEST,
@@ -51,6 +50,7 @@ from symgen.identification.estimate import (
     Use,
     other_estimate,
 )
+from symgen.identification.model_choice import Case
 from symgen.identification.parameters import mass_matrices
 from symgen.identification.physical import POSITIVE, consistency, implausible
 from symgen.identification.solving import (

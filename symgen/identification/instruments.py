@@ -27,9 +27,9 @@ from symgen.data.plain import read_columns
 from symgen.data.signals import Samples, prepare
 from symgen.data.spline import interpolated
 from symgen.errors import IdentificationError, LogError
+from symgen.estimation.equation_model import Recipe
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.logs import Source, open_log
-from symgen.estimation.recipe import Recipe
 from symgen.estimation.values import FloatArray
 from symgen.identification.solving import Part
 from symgen.robot.types import Robot

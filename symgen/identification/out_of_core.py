@@ -57,9 +57,9 @@ from symgen.estimation.chunks import (
     unpacked_chunk,
 )
 from symgen.estimation.covariance import bartlett, sandwich, scores
+from symgen.estimation.equation_model import Recipe
 from symgen.estimation.estimators import PASSES, bias_of_least_squares
 from symgen.estimation.logs import HELD_OUT, Source
-from symgen.estimation.recipe import Recipe
 from symgen.estimation.solve import Solution, condition, log_weights
 from symgen.estimation.summary import Summary, merged_tree, summarised
 from symgen.estimation.torque_error import TorqueFit, fit, relative_error
@@ -67,7 +67,8 @@ from symgen.estimation.values import FloatArray, Residual
 from symgen.faults.fault import Fault, merged
 from symgen.faults.logs import open_samples, treated
 from symgen.identification.assessment import Outcome, judged, own_version
-from symgen.identification.case import (
+from symgen.identification.estimate import Estimate
+from symgen.identification.model_choice import (
     Case,
     Run,
     checked_run,
@@ -76,7 +77,6 @@ from symgen.identification.case import (
     looked_at,
     require_condition,
 )
-from symgen.identification.estimate import Estimate
 from symgen.identification.solving import FOLDED, Method
 from symgen.robot.toml_io import parse_robot
 from symgen.robot.toml_text import robot_toml

@@ -23,6 +23,7 @@ from symgen.data.raw import Reading
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
+from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.estimators import Wls
 from symgen.estimation.filtered import filtered
 from symgen.estimation.logs import (
@@ -31,7 +32,6 @@ from symgen.estimation.logs import (
     require_logs,
     require_other_data,
 )
-from symgen.estimation.recipe import JUDGING
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem, torque_equations
 from symgen.estimation.values import FloatArray

@@ -17,8 +17,8 @@ from symgen.data.signals import lowpass
 from symgen.errors import ParameterError
 from symgen.estimation.band import Band, comparison_band
 from symgen.estimation.cutoff import choose_band
+from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.filtered import filtered
-from symgen.estimation.recipe import JUDGING
 from symgen.estimation.torque_error import fit
 from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.faults.fault import Fault

@@ -12,6 +12,7 @@ import numpy as np
 
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError
+from symgen.estimation.equation_model import Recipe, require_model
 from symgen.estimation.estimators import (
     ESTIMATORS,
     METHODS,
@@ -25,7 +26,6 @@ from symgen.estimation.estimators import (
 )
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.logs import Source
-from symgen.estimation.recipe import Recipe, require_model
 from symgen.estimation.solve import Solution, column_norms, undetermined, weighed
 from symgen.estimation.summary import triangle
 from symgen.estimation.system import Equations, LinearSystem

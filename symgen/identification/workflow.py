@@ -16,6 +16,7 @@ from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.distributed import Workers, executor
 from symgen.errors import IdentificationError
+from symgen.estimation.equation_model import JUDGING, NEEDED, Recipe
 from symgen.estimation.estimators import Estimator, bias_of_least_squares
 from symgen.estimation.logs import (
     Source,
@@ -24,13 +25,13 @@ from symgen.estimation.logs import (
     require_logs,
     require_other_data,
 )
-from symgen.estimation.recipe import JUDGING, NEEDED, Recipe
 from symgen.estimation.solve import Solution
 from symgen.estimation.torque_error import TorqueFit
 from symgen.faults.fault import Fault
 from symgen.faults.logs import open_logs
 from symgen.identification.assessment import judged, outcome
-from symgen.identification.case import (
+from symgen.identification.estimate import Estimate
+from symgen.identification.model_choice import (
     Run,
     checked_run,
     chosen_case,
@@ -38,7 +39,6 @@ from symgen.identification.case import (
     looked_at,
     require_condition,
 )
-from symgen.identification.estimate import Estimate
 from symgen.identification.out_of_core import identify_data_set, is_long, paths_of
 from symgen.identification.parameters import read_prior
 from symgen.identification.solving import Fit, Method, solved

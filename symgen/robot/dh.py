@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.robot.recognition import TOLERANCE, context
+from symgen.robot.exact_numbers import TOLERANCE, context
 from symgen.robot.types import Robot
 
 Array = NDArray[Any]

@@ -15,7 +15,7 @@ import sympy as sp
 
 from symgen import names
 from symgen.errors import ExpressionError, RobotError
-from symgen.robot import expressions, recognition
+from symgen.robot import exact_numbers, expressions
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import is_geometry_name, robot_name
 from symgen.robot.imported import Imported
@@ -186,7 +186,7 @@ class _Reader:
             return expr
         terms = []
         for term in sp.Add.make_args(expr):
-            k = recognition.fraction_of_pi(term) if term.is_Rational and term != 0 else None
+            k = exact_numbers.fraction_of_pi(term) if term.is_Rational and term != 0 else None
             if k is not None:
                 self.notes.append(f"{key}, entry {number}: {term.evalf(15)} is read as {k * sp.pi}")
             terms.append(term if k is None else k * sp.pi)

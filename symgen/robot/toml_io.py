@@ -17,9 +17,8 @@ import sympy as sp
 from symgen import names
 from symgen.errors import ExpressionError, RobotError, SymgenWarning
 from symgen.files import load_toml
-from symgen.robot import expressions, recognition
+from symgen.robot import exact_numbers, expressions
 from symgen.robot.builtin import library, library_text
-from symgen.robot.closure import require_closed
 from symgen.robot.effect import (
     COUNTS,
     Definition,
@@ -37,6 +36,7 @@ from symgen.robot.identifiers import (
     is_robot_name,
 )
 from symgen.robot.imported import FORMATS, Imported, read_text
+from symgen.robot.loop_check import require_closed
 from symgen.robot.types import (
     GRAVITY_INPUT,
     LENGTHS,
@@ -334,7 +334,7 @@ class _Reader:
         k = round(value * 24 / math.pi)
         fraction = sp.pi * sp.Rational(k, 24)
         gap = abs(float((self.at_values(angle) - fraction).evalf(30)))
-        if 0 < gap < recognition.TOLERANCE:
+        if 0 < gap < exact_numbers.TOLERANCE:
             near = expressions.text(fraction)
             warnings.warn(
                 f"{self.where}: {place}: {shortened(expressions.text(angle))} is within 1e-4 of "

@@ -15,12 +15,12 @@ import sympy as sp
 
 from symgen import names
 from symgen.errors import RobotError
-from symgen.robot import dh, recognition
+from symgen.robot import dh, exact_numbers
 from symgen.robot.dh import Array, Line
+from symgen.robot.exact_numbers import context
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import robot_name
 from symgen.robot.imported import Imported
-from symgen.robot.recognition import context
 from symgen.robot.types import MAX_RATIO, Joint, Limits, Robot, joint_variable
 from symgen.robot.urdf_text import Triple, Urdf, UrdfJoint
 
@@ -106,7 +106,7 @@ class Chain:
 
     def _meant(self, angles: Sequence[Any]) -> list[Any]:
         """Return angles, those near multiples of pi/24 as these."""
-        meant = list(map(recognition.snapped, angles))
+        meant = list(map(exact_numbers.snapped, angles))
         for angle, near in zip(angles, meant, strict=True):
             if abs(near - angle) > _WRITTEN:
                 self.snapped[f"{float(angle):.12g}"] = None
@@ -115,7 +115,7 @@ class Chain:
     def _recognised(self, turn: Array) -> Array:
         """Return a rotation whose angles are all near multiples of pi/24 as these."""
         angles = dh.turned_by(turn)
-        if any(recognition.fraction_of_pi(angle) is None for angle in angles):
+        if any(exact_numbers.fraction_of_pi(angle) is None for angle in angles):
             return turn
         return dh.turn(*self._meant(angles))
 
@@ -125,7 +125,7 @@ class Chain:
             return frame[:3, 3], frame[:3, 2]
         axis = _many(joint.axis)
         axis = axis / dh.norm(axis)
-        axis = np.where(abs(axis) > recognition.TOLERANCE, axis, context().mpf(0))
+        axis = np.where(abs(axis) > exact_numbers.TOLERANCE, axis, context().mpf(0))
         turn = np.eye(3, dtype=object)
         turn[:, 0] = axis / dh.norm(axis)
         return frame[:3, 3], frame[:3, :3] @ self._recognised(turn)[:, 0]
@@ -141,8 +141,8 @@ class Chain:
         angles = {"gamma": gamma, "alpha": alpha, "theta": theta}
         lengths = {"b": b, "d": d, "r": r}
         self.table[joint.name] = {
-            **{key: recognition.angle(value) for key, value in angles.items()},
-            **{key: recognition.length(value) for key, value in lengths.items()},
+            **{key: exact_numbers.angle(value) for key, value in angles.items()},
+            **{key: exact_numbers.length(value) for key, value in lengths.items()},
         }
         if abs(b) > _FAR or abs(r) > _FAR:
             across = dh.norm(np.cross(base[:3, 2], line[1]))  # may be a digit more than 1
@@ -211,7 +211,7 @@ class Chain:
         factor, offset, at, seen = sp.S.One, sp.S.Zero, joint, {joint.name}
         while at.mimic is not None:
             name, c, constant = at.mimic
-            k = recognition.fraction_of_pi(constant) if joint.sigma != names.PRISMATIC else None
+            k = exact_numbers.fraction_of_pi(constant) if joint.sigma != names.PRISMATIC else None
             offset += factor * (constant if k is None else k * sp.pi)
             factor *= c
             if name not in self.urdf.joints:
@@ -274,7 +274,7 @@ class Chain:
         (mass,), turn, c = _many((inertial.mass,)), pose[:3, :3], pose[:3, 3]
         steiner = c @ c * np.eye(3, dtype=object) - np.outer(c, c)
         about = (turn @ tensor @ turn.T + mass * steiner)[np.triu_indices(3)]
-        return [recognition.number(v) for v in (*about, *(mass * c), mass)]
+        return [exact_numbers.number(v) for v in (*about, *(mass * c), mass)]
 
 
 def _many(values: Sequence[sp.Rational]) -> Array:

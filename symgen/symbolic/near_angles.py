@@ -15,7 +15,7 @@ import sympy as sp
 
 from symgen import names
 from symgen.errors import IdentificationError
-from symgen.robot import recognition
+from symgen.robot import exact_numbers
 from symgen.robot.expressions import shortened, text
 from symgen.robot.types import Joint, Robot
 from symgen.symbolic.base_parameters import count_base
@@ -68,8 +68,8 @@ def _fraction(joint: Joint, key: str) -> sp.Expr | None:
     if key == "theta" and joint.sigma == names.REVOLUTE:  # where q is counted from
         return None
     angle = getattr(joint, key)
-    k = round(float(angle) * recognition.PARTS / math.pi)
-    fraction = sp.Rational(k, recognition.PARTS) * sp.pi
+    k = round(float(angle) * exact_numbers.PARTS / math.pi)
+    fraction = sp.Rational(k, exact_numbers.PARTS) * sp.pi
     gap = abs(float((angle - fraction).evalf(30)))
     return fraction if 0 < gap < _NEAR else None
 

@@ -143,7 +143,7 @@ def peer() -> None:
 def day(path: Path) -> None:
     """Print the seconds of a minute of a robot whose model is loaded and whose cutoff is known."""
     import symgen
-    from symgen.estimation.recipe import Recipe
+    from symgen.estimation.equation_model import Recipe
 
     robot = symgen.derive(ROBOT, Recipe("momentum", 0.2).all_kernels)
     evaluator = symgen.load(robot)

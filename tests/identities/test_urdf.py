@@ -14,7 +14,7 @@ from support_urdf import Ours, place_gap, torque_gap
 import symgen
 from symgen import robot_toml
 from symgen.robot.body import Body
-from symgen.robot.recognition import fraction_of_pi
+from symgen.robot.exact_numbers import fraction_of_pi
 from symgen.robot.toml_io import parse_robot
 from symgen.robot.urdf_io import import_urdf, updated_urdf
 

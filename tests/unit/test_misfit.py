@@ -9,12 +9,12 @@ import pytest
 from oracles import planar2r
 
 import symgen
+from symgen.diagnosis.baseline import KERNELS, studied
 from symgen.diagnosis.candidates import candidates
+from symgen.diagnosis.chance_test import beyond_misfit, chance_share, share_of_unknown
 from symgen.diagnosis.evidence import Evidence, evidence, scene
-from symgen.diagnosis.misfit import beyond_misfit, chance_share, share_of_unknown
 from symgen.diagnosis.search import Search, Selection
 from symgen.diagnosis.select import Score, judge, quick_gain
-from symgen.diagnosis.study import KERNELS, studied
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.filtered import filtered
 from symgen.faults.logs import open_samples

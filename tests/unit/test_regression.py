@@ -11,7 +11,7 @@ import pytest
 import symgen
 from symgen.errors import IdentificationError
 from symgen.estimation.covariance import robust_covariance, sandwich
-from symgen.estimation.recipe import require_model
+from symgen.estimation.equation_model import require_model
 from symgen.estimation.solve import (
     column_norms,
     condition,

@@ -13,9 +13,9 @@ from support import data_folder
 import symgen
 from symgen.data.drive import motor_side
 from symgen.estimation.band import Band
+from symgen.estimation.equation_model import Recipe
 from symgen.estimation.estimators import solve
 from symgen.estimation.filtered import filtered
-from symgen.estimation.recipe import Recipe
 from symgen.estimation.system import LinearSystem
 from symgen.faults.logs import open_samples
 from symgen.symbolic.base_parameters import BaseParameters

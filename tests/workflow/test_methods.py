@@ -15,9 +15,9 @@ from support import data_folder
 
 import symgen
 from symgen.estimation.band import Band
+from symgen.estimation.equation_model import Recipe
 from symgen.estimation.estimators import ESTIMATORS, bias_of_least_squares
 from symgen.estimation.filtered import FilteredLog, filtered
-from symgen.estimation.recipe import Recipe
 from symgen.estimation.system import Equations, LinearSystem, energy_equations
 from symgen.identification.estimate import Consistency
 from symgen.identification.instruments import instrumented

@@ -102,9 +102,9 @@ def test_a_soft_joint_alone_explains_its_torque() -> None:
 
 
 def test_the_std_covers_over_many_logs() -> None:
+    from symgen.diagnosis.baseline import KERNELS
     from symgen.diagnosis.evidence import evidence, scene
     from symgen.diagnosis.stiffness import stiffnesses
-    from symgen.diagnosis.study import KERNELS
     from symgen.estimation.cutoff import choose_band
     from symgen.estimation.filtered import filtered
     from symgen.faults.logs import open_samples

@@ -15,7 +15,7 @@ from oracles.random_arms import to_toml
 
 import symgen
 from symgen.diagnosis.diagnosis import Diagnosis
-from symgen.diagnosis.special import special_candidates
+from symgen.diagnosis.model_based_effects import special_candidates
 from symgen.diagnosis.workflow import diagnose
 from symgen.symbolic.variation import random_states, variation
 

@@ -7,8 +7,7 @@ from collections.abc import Container, Sequence
 from functools import partial
 
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter, work
-from symgen.diagnosis.replay import Replay
-from symgen.diagnosis.words import (
+from symgen.diagnosis.messages import (
     TONES,
     alike,
     on_joints,
@@ -19,6 +18,7 @@ from symgen.diagnosis.words import (
     told_once,
     undeclared,
 )
+from symgen.diagnosis.replay import Replay
 from symgen.report.content.parts import (
     Banner,
     Content,

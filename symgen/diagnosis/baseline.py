@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from symgen.diagnosis.evidence import Evidence, Scene, evidence, given_evidence, model_torque
 from symgen.diagnosis.floor import noise_floor
-from symgen.diagnosis.given import link_values
+from symgen.diagnosis.given_parameters import link_values
 from symgen.diagnosis.select import Score
 from symgen.diagnosis.shapes import Torques
 from symgen.robot.types import Robot

@@ -20,11 +20,11 @@ from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, LogError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
+from symgen.estimation.equation_model import Recipe
 from symgen.estimation.estimators import Wls
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.logs import Source
 from symgen.estimation.masking import require_left
-from symgen.estimation.recipe import Recipe
 from symgen.estimation.solve import Solution
 from symgen.estimation.statistics import student_quantile
 from symgen.estimation.summary import (
