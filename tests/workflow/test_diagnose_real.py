@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -54,6 +55,7 @@ def _gap_on_training_log(answer: symgen.Diagnosis, folder) -> np.ndarray:
     return np.array(estimate.train.per_joint)
 
 
+@cache
 def _viscous_emps() -> symgen.Diagnosis:
     folder = data_folder() / "emps"
     text = re.sub(
