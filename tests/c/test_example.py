@@ -202,12 +202,10 @@ def test_the_tool_says_no(before: str, after: str, complete: Packages, tmp_path:
 
 
 @pytest.mark.parametrize("name", ["puma560", "leaning"])
-def test_each_program_has_at_most_sixty_lines_over_the_api(name: str, complete: Packages) -> None:
+def test_each_program_shows_the_functions_it_is_about(name: str, complete: Packages) -> None:
     package = complete(name, "double")
     for program in sorted((package / "example").glob("*.c")):
         text = re.sub(r"/\*.*?\*/", "", program.read_text(), flags=re.DOTALL)
-        lines = [line for line in text.splitlines() if line.strip() and line[0] != "#"]
-        assert len(lines) <= 60, program.name
         called = set(re.findall(rf"{package.name}_(\w+)\(", text))
         assert called >= CALLED[program.stem.removeprefix(f"{package.name}_")]
 

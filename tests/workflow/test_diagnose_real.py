@@ -25,6 +25,7 @@ def _told(answer: symgen.Diagnosis) -> list[tuple[str, tuple[int, ...]]]:
     return sorted((e.name, e.joints) for e in answer.effects)
 
 
+@pytest.mark.slow
 def test_tx40_without_its_wrist_coupling() -> None:
     folder = data_folder() / "tx40"
     whole = read_log(folder / "test.csv")
