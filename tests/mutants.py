@@ -130,7 +130,7 @@ class Reached:
                 if k == 0 or end <= SHOWN]  # fmt: skip
 
 
-def _changed(node: ast.AST) -> bool:
+def changed(node: ast.AST) -> bool:
     """Change a node in place, where it is one that can be changed."""
     if isinstance(node, ast.Compare):
         node.ops[0] = _OTHER[type(node.ops[0])]()  # type: ignore[assignment]
@@ -148,7 +148,7 @@ def _changed(node: ast.AST) -> bool:
     return True
 
 
-def _nodes(tree: ast.Module) -> list[ast.AST]:
+def nodes_of(tree: ast.Module) -> list[ast.AST]:
     """Return the nodes of code, without annotations."""
     out: list[ast.AST] = []
     waiting: list[ast.AST] = [tree]
@@ -166,8 +166,8 @@ def places(group: str) -> list[tuple[str, int]]:
     """Return every place of a group that can be changed: a file, and the number of a node in it."""
     out = []
     for file in GROUPS[group][0]:
-        nodes = _nodes(ast.parse((PROJECT / file).read_text("utf-8")))
-        out += [(file, k) for k, node in enumerate(nodes) if _changed(node)]
+        nodes = nodes_of(ast.parse((PROJECT / file).read_text("utf-8")))
+        out += [(file, k) for k, node in enumerate(nodes) if changed(node)]
     return out
 
 
@@ -175,11 +175,11 @@ def mutant(place: int, file: str, k: int) -> tuple[Mutant, str]:
     """Return the mutant of a place, and the text of its file."""
     source = (PROJECT / file).read_text("utf-8")
     tree = ast.parse(source)
-    node: Any = _nodes(tree)[k]
-    was = _shown(node)
-    _changed(node)
+    node: Any = nodes_of(tree)[k]
+    was = shown(node)
+    changed(node)
     text = source.splitlines()[node.lineno - 1].strip()
-    return Mutant(place, file, node.lineno, text, was, _shown(node)), ast.unparse(tree)
+    return Mutant(place, file, node.lineno, text, was, shown(node)), ast.unparse(tree)
 
 
 def now_at(group: str, wanted: Sequence[dict[str, Any]]) -> list[list[int]]:
@@ -191,7 +191,7 @@ def now_at(group: str, wanted: Sequence[dict[str, Any]]) -> list[list[int]]:
     read = {}
     for file in {m["file"] for m in wanted if (PROJECT / m["file"]).is_file()}:
         source = (PROJECT / file).read_text("utf-8")
-        read[file] = source.splitlines(), _nodes(ast.parse(source))
+        read[file] = source.splitlines(), nodes_of(ast.parse(source))
     found = defaultdict(list)
     for place, (file, k) in enumerate(places(group)):
         texts, nodes = read.get(file, ((), ()))
@@ -205,7 +205,7 @@ def key(mutant: dict[str, Any]) -> tuple[str, ...]:
     return mutant["file"], mutant["text"], mutant["was"], mutant["now"]
 
 
-def _shown(node: Any) -> str:
+def shown(node: Any) -> str:
     """Return what is changed of a node, as text."""
     part = node.test if isinstance(node, (ast.If, ast.While)) else node
     return ast.unparse(ast.fix_missing_locations(part))
