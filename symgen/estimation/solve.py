@@ -70,6 +70,15 @@ def factors(system: LinearSystem, weights: Sequence[FloatArray]) -> list[FloatAr
     return [triangle(w[:, None] * np.column_stack([e.W, e.y])) for w, e in pairs]
 
 
+def weighted_triangle(parts: Iterable[FloatArray], weights: FloatArray) -> FloatArray:
+    """Return the triangular factor of weighted rows, or of their factors; one weight a part."""
+    weighed = (w * f for w, f in zip(weights, parts, strict=True))
+    whole = triangle(np.concatenate(list(islice(weighed, _AT_ONCE))))
+    while group := list(islice(weighed, _AT_ONCE)):
+        whole = triangle(np.concatenate([whole, *group]))
+    return whole
+
+
 def merged(
     parts: Iterable[FloatArray], weights: FloatArray, names: tuple[str, ...]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -86,11 +95,7 @@ def merged(
     Raises:
         IdentificationError: the data do not determine the parameters; the message says which.
     """
-    p = len(names)
-    whole: FloatArray = np.zeros((0, p + 1))
-    weighed = (w * f for w, f in zip(weights, parts, strict=True))
-    while group := list(islice(weighed, _AT_ONCE)):
-        whole = triangle(np.concatenate([whole, *group]))
+    p, whole = len(names), weighted_triangle(parts, weights)
     scale = column_norms(whole[:, :p])
     R = whole[:p, :p] / scale
     lost = undetermined(R, names)
@@ -134,14 +139,23 @@ def inverse_deviation(sigma: FloatArray) -> FloatArray:
     return out
 
 
+def inverse_information(scale: FloatArray, R: FloatArray) -> FloatArray:
+    """Return (W'W)^-1 (p, p) of the norms of the columns of W and the factor R of the scaled W."""
+    inverse: FloatArray = np.linalg.inv(R) / scale[:, None]
+    return inverse @ inverse.T
+
+
 def least_squares_solution(
     system: LinearSystem,
     X: FloatArray,
     scale: FloatArray,
     R: FloatArray,
-    weights: Sequence[float | FloatArray],
+    weights: Sequence[float | FloatArray] | FloatArray,
 ) -> Solution:
     """Return the solution of weighted least squares with its precision.
+
+    Scores of rows that are no series, which are few, are divided by 1 - h, h the leverage: how much
+    of its own residual each row takes away (MacKinnon and White 1985, HC3).
 
     Args:
         system: the equations.
@@ -150,24 +164,21 @@ def least_squares_solution(
         R: triangular factor of the weighted, scaled regressor.
         weights: of each log: a number, or one a row.
     """
-    inverse = np.linalg.inv(R)
-    rows = [scores(e, X, scale, w) for w, e in zip(weights, system.logs, strict=True)]
-    rows = [
-        s if e.correlation else s / (1 - _leverage(w, e.W / scale @ inverse))[:, None]
-        for s, w, e in zip(rows, weights, system.logs, strict=True)
-    ]
-    covariance = robust_covariance(system, inverse @ inverse.T, rows) / np.outer(scale, scale)
+    bread = inverse_information(scale, R)
+    rows = [scores(e, X, np.ones_like(X), w) for w, e in zip(weights, system.logs, strict=True)]
+    for s, w, e in zip(rows, weights, system.logs, strict=True):
+        if not e.correlation:
+            leverage = np.square(w) * np.einsum("ka,ab,kb->k", e.W, bread, e.W)
+            s /= 1 - np.minimum(leverage, _FULL)[:, None]
+    covariance = robust_covariance(system, bread, rows)
     return Solution(X, covariance, condition(R), tuple(float(np.mean(w)) for w in weights))
 
 
-def _leverage(weight: float | FloatArray, rows: FloatArray) -> FloatArray:
-    """Return h of weighted rows W R^-1: how much of its own residual each one takes away.
-
-    Rows that are no series are few, and scores over 1 - h make up for it (MacKinnon and White
-    1985, HC3).
-    """
-    h = np.square(weight) * np.einsum("ka,ka->k", rows, rows)
-    return np.asarray(np.minimum(h, _FULL))
+def merged_rows(
+    system: LinearSystem, weights: Sequence[FloatArray]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Solve with a weight for every row, (K,) a log; returns and raises as `merged`."""
+    return merged(factors(system, weights), np.ones(len(weights)), system.names)
 
 
 def weighed(system: LinearSystem, weights: Sequence[FloatArray]) -> Solution:
@@ -181,9 +192,7 @@ def weighed(system: LinearSystem, weights: Sequence[FloatArray]) -> Solution:
         IdentificationError: the data do not determine the parameters.
     """
     require_rows(system)
-    parts = factors(system, weights)
-    X, scale, R = merged(parts, np.ones(len(parts)), system.names)
-    return least_squares_solution(system, X, scale, R, weights)
+    return least_squares_solution(system, *merged_rows(system, weights), weights)
 
 
 def condition(R: FloatArray) -> float:
