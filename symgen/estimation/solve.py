@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import islice
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from symgen.estimation.values import Contrast, Endogeneity, FloatArray
 #: Singular values of the scaled regressor under this share of the largest are zero.
 SINGULAR = 1e-8
 _AT_ONCE = 64  # factors that are merged together
+_SHARE = 1e-6  # of a parameter in a combination that data leave open
 _FULL = 0.99  # leverage of a row that alone determines a parameter
 
 
@@ -207,6 +209,12 @@ def column_norms(R: FloatArray) -> FloatArray:
     return np.where(norms > 0, norms, 1.0)
 
 
+def _null_space(R: FloatArray) -> FloatArray:
+    """Return combinations of columns that have no effect, orthonormal, a row each."""
+    _, singular, right = np.linalg.svd(R)
+    return np.asarray(right[np.count_nonzero(singular > SINGULAR * singular[0]) :])
+
+
 def undetermined(R: FloatArray, names: tuple[str, ...]) -> str:
     """Return in words which parameters a scaled regressor does not determine, or ''.
 
@@ -214,14 +222,38 @@ def undetermined(R: FloatArray, names: tuple[str, ...]) -> str:
         R: triangular factor of the regressor with columns of unit norm, (p, p).
         names: of its columns.
     """
-    _, singular, right = np.linalg.svd(R)
-    null = right[singular <= SINGULAR * singular[0]]
+    null = _null_space(R)
     if len(null) == 0:
         return ""
-    share = np.sqrt((null**2).sum(axis=0))
+    share = np.linalg.norm(null, axis=0)
     involved = [name for name, s in zip(names, share, strict=True) if s > 1e-3]
     what = ", ".join(involved[:8]) + (", ..." if len(involved) > 8 else "")
     return (
         f"the information matrix is singular: these data do not determine {what} "
         f"({len(null)} of {len(names)} combinations of parameters have no effect on them)"
     )
+
+
+class IdentifiableColumns(NamedTuple):
+    """Which parameters some equations show.
+
+    Attributes:
+        kept: places in X of columns that are independent of each other, those before going first.
+        known: of `kept`, those with no part in a combination that the equations leave open.
+    """
+
+    kept: list[int]
+    known: list[int]
+
+
+def identifiable_columns(W: FloatArray) -> IdentifiableColumns:
+    """Return which columns of a regressor (K, p) its rows determine; none where all are zero."""
+    R = triangle(W)
+    norms = np.linalg.norm(R, axis=0)
+    R /= np.where(norms > SINGULAR * norms.max(), norms, np.inf)
+    kept: list[int] = []
+    for k in np.flatnonzero(R.any(axis=0)).tolist():
+        if np.linalg.svd(R[:, [*kept, k]], compute_uv=False)[len(kept)] > SINGULAR:
+            kept.append(k)
+    open_ = np.linalg.norm(_null_space(R), axis=0)
+    return IdentifiableColumns(kept, [k for k in kept if open_[k] <= _SHARE])

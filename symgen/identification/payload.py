@@ -41,7 +41,7 @@ from symgen.identification.gains import calibrated
 from symgen.identification.load import LABELS, LoadEstimate, read_off, units
 from symgen.identification.parameters import link_columns, read_given, regrouping
 from symgen.identification.payload_result import Left, Payload, Quantity
-from symgen.identification.static import STATIC, Shown, open_poses, pose_equations
+from symgen.identification.static import STATIC, open_poses, pose_equations, shown_columns
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
@@ -253,7 +253,7 @@ def _against(
     """Solve for the load and friction, with given inertial parameters of the robot."""
     inertial = model.inertial
     # Friction as it was: what is left of it is solved for, so that its change has no say in s.
-    rubbing = [k for k in Shown.by(rows).kept if k >= inertial]
+    rubbing = [k for k in shown_columns(rows).kept if k >= inertial]
     V, system, solution = _with_load(model, rows, (), G, mass, rubbing, known.X)
     covariance = solution.covariance
     if known.covariance is not None:
@@ -319,7 +319,10 @@ def _beside(
     mass: float | None,
 ) -> Solved:
     """Solve for the robot and the load at once, from logs with and without it."""
-    kept, X = list(Shown.by([*rows, *alone]).kept), np.zeros(len(G))
+    kept, X = (
+        shown_columns([*rows, *alone]).kept,
+        np.zeros(len(G)),
+    )
     V, system, solution = _with_load(model, rows, alone, G, mass, kept, X)
     after = _relative(rows, [e.y - e.W @ solution.X for e in system.logs[: len(rows)]])
     X[kept] = solution.X[V.shape[1] :]
