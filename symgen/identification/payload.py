@@ -63,7 +63,14 @@ from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
 from symgen.faults.logs import in_one_band, open_logs
 from symgen.identification.parameters import Given, link_columns, read_given, regrouping
-from symgen.identification.physical import IDENTITY, MATRIX, Cone, minimise, pseudo_inertia
+from symgen.identification.physical import (
+    IDENTITY,
+    MATRIX,
+    Cone,
+    about_centre,
+    minimise,
+    pseudo_inertia,
+)
 from symgen.identification.static import STATIC, open_poses, pose_equations, shown_columns
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml
@@ -85,7 +92,6 @@ _SEEN = 1e-6  # share of a parameter in directions that the logs do not determin
 _MARGIN = 1e-6  # smallest eigenvalue of the pseudo-inertia of the nearest body, in its units
 _FAINT = 1e-9
 _STEPS, _SETTLED = 30, 1e-3  # of the standard deviation
-_PAIRS = [(i, k) for i in range(3) for k in range(i, 3)]
 #: Places in s that mass, centre and inertia about it depend on: XX on MY, MZ and M, and so on.
 _NEEDED = (
     (9,),
@@ -243,12 +249,10 @@ def read_off(s: FloatArray) -> FloatArray:
     Raises:
         ParameterError: the mass is zero.
     """
-    mass, c = s[-1], s[6:9] / (s[-1] or np.nan)
-    if not np.isfinite(c).all():
+    mass, com, inertia = about_centre(s)
+    if not np.isfinite(com).all():
         raise ParameterError("the load has no mass: the logs with and without it do not differ")
-    steiner = mass * (c @ c * np.eye(3) - np.outer(c, c))
-    inertia = [s[n] - steiner[pair] for n, pair in enumerate(_PAIRS)]
-    return np.array([mass, *c, *inertia])
+    return np.array([mass, *com, *inertia[np.triu_indices(3)]])
 
 
 @dataclass(frozen=True, eq=False)
