@@ -42,8 +42,7 @@ def payload(
     """
     import symgen
     from symgen.files import check_replaceable
-    from symgen.identification.gains import with_gains
-    from symgen.identification.payload_result import MARKER
+    from symgen.identification.payload import MARKER, with_gains
 
     check_replaceable(into, MARKER)
     with stages({"reading": 0.05, "deriving": 0.1, "band": 0.6, "solving": 0.8}) as told:

@@ -33,6 +33,7 @@ DOORS = {
         "estimation/statistics",
         "experiment/integrator",
         "experiment/trajectory",
+        "identification/payload",
         "identification/physical",
         "report/plots/residuals",
     ),
