@@ -17,7 +17,7 @@ from symgen.symbolic.dynamics import (
     rigid_torques,
 )
 from symgen.symbolic.effects import effect_columns
-from symgen.symbolic.kinematics import variables
+from symgen.symbolic.kinematics import by_joint, variables
 
 #: Joints from which articulated bodies take fewer steps than factors of the mass matrix.
 MANY = 14
@@ -78,7 +78,7 @@ def forward_dynamics(p: Plant) -> tuple[list[sp.Expr], list[sp.Expr]]:
 def solve_mass_matrix(p: Plant) -> tuple[list[sp.Expr], list[sp.Expr]]:
     """Return (x, pivots) of M x = b."""
     factor = factored(p, mass_matrix(p))
-    x = solved(p, factor, dict(zip(p.numbers, variables(p.robot).b, strict=True)), "o")
+    x = solved(p, factor, by_joint(p.robot, variables(p.robot).b), "o")
     return [x[k] for k in p.numbers], list(factor.pivots)
 
 

@@ -15,7 +15,7 @@ import sympy as sp
 from symgen import names
 from symgen.robot.types import Coupling, Robot
 from symgen.symbolic.effects import effect_columns
-from symgen.symbolic.kinematics import Variables, variables
+from symgen.symbolic.kinematics import Variables, by_joint, variables
 from symgen.symbolic.parameters import Parameter, standard_parameters
 from symgen.symbolic.tape import Tape, TapeBuilder
 
@@ -49,11 +49,6 @@ def drive_speed(coupling: Coupling, speed: Mapping[int, sp.Expr], tape: TapeBuil
     return tape.name(f"u{k}", speed[coupling.first] + ratio * speed[k])
 
 
-def speeds(robot: Robot, variable: Variables) -> dict[int, sp.Symbol]:
-    """Map the number of each movable joint to the symbol of its speed."""
-    return dict(zip((j.number for j in robot.movable), variable.qd, strict=True))
-
-
 def power_tape(robot: Robot) -> Tape:
     """Derive the column of power of every friction parameter: integrands of the energy theorem."""
     variable = variables(robot)
@@ -75,7 +70,7 @@ def power_columns(robot: Robot, variable: Variables, tape: TapeBuilder) -> list[
             outputs.append(tape.name(name, v * _sign(p, drive, tape)))
         else:
             outputs.append(tape.name(name, sp.Abs(v)))
-    speed = speeds(robot, variable)
+    speed = by_joint(robot, variable.qd)
     for name, column in effect_columns(robot, tape).items():
         power = sum((speed[j] * c for j, c in column.items()), sp.S.Zero)
         outputs.append(tape.name(f"D{name}", power))
@@ -111,7 +106,7 @@ def torque_columns(
 
 
 def _drives(robot: Robot, variable: Variables, tape: TapeBuilder) -> list[tuple[Parameter, _Drive]]:
-    speed = speeds(robot, variable)
+    speed = by_joint(robot, variable.qd)
     coupled = {}
     for c in robot.couplings:
         ratio = tape.constant(f"ratio{c.second}", c.ratio)

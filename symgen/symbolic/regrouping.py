@@ -10,7 +10,7 @@ from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.friction import builder
-from symgen.symbolic.points import coordinates, links
+from symgen.symbolic.placement import coordinates, links
 from symgen.symbolic.tape import Tape, TapeBuilder
 
 
