@@ -103,6 +103,12 @@ class Inertia:
         entries = dict(zip(UPPER, J, strict=True))
         return Inertia(symmetric(entries), tuple(m), values.get(names.MASS, sp.S.Zero))
 
+    @property
+    def parameters(self) -> dict[str, sp.Expr]:
+        """The ten parameters by their prefixes, in their order."""
+        entries = (*(self.J[i][k] for i, k in UPPER), *self.m, self.M)
+        return dict(zip(names.LINK, entries, strict=True))
+
     def plus(self, other: Inertia, tag: str, tape: TapeBuilder) -> Inertia:
         """Return both bodies as one."""
         J = {

@@ -19,7 +19,7 @@ from symgen.robot.types import Robot
 from symgen.symbolic import friction
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.bodies import Inertia, composites
-from symgen.symbolic.constraints import Rows, congruent, folded, spread
+from symgen.symbolic.constraints import Rows, combined, congruent, folded, spread
 from symgen.symbolic.effects import effect_columns
 from symgen.symbolic.energy import separate_columns
 from symgen.symbolic.kinematics import Frame, Step, by_joint, gravity, path, steps, variables
@@ -127,13 +127,15 @@ def loads(p: Plant, rigid: Mapping[int, sp.Expr]) -> dict[int, sp.Expr]:
 
 def with_load(p: Plant, load: Mapping[int, sp.Expr]) -> dict[int, sp.Expr]:
     """Return the torque of effects under a load of the rigid body, and of friction, by joint."""
-    torque = dict.fromkeys(load, sp.S.Zero)
-    for name, column in effect_columns(p.robot, p.tape, load).items():
-        for j, value in column.items():
-            torque[j] += p.value(name) * value
-    for j, value in friction_torques(p).items():
-        torque[j] += value
-    return torque
+    none = dict.fromkeys(load, sp.S.Zero)
+    columns = load_columns(p, load)
+    return combined([(sp.S.One, none), *columns, (sp.S.One, friction_torques(p))])
+
+
+def load_columns(p: Plant, load: Mapping[int, sp.Expr]) -> list[tuple[sp.Expr, dict[int, sp.Expr]]]:
+    """Return the coefficients of effects of the load, and their columns by joint."""
+    columns = effect_columns(p.robot, p.tape, load)
+    return [(p.value(name), column) for name, column in columns.items()]
 
 
 def rigid_torques(p: Plant, qdd: Mapping[int, sp.Expr]) -> dict[int, sp.Expr]:
@@ -146,30 +148,20 @@ def with_rotors(
     p: Plant, torque: Mapping[int, sp.Expr], rate: Mapping[int, sp.Expr]
 ) -> dict[int, sp.Expr]:
     """Add what rotors need at accelerations of the movable joints, or have at their speeds."""
-    rows = rotors(p)
-    return {
-        j: sp.Add(value, *(c * rate.get(k, sp.S.Zero) for k, c in rows.get(j, {}).items()))
-        for j, value in torque.items()
-    }
+    columns = ((rate.get(k, sp.S.Zero), column) for k, column in rotors(p).items())
+    return combined([(sp.S.One, torque), *columns])
 
 
-def friction_torques(p: Plant) -> dict[int, sp.Expr]:
-    """Return the torque of friction and effects with columns, by joint."""
-    torque: dict[int, sp.Expr] = {}
-    for parameter, column in friction.torque_columns(p.robot, variables(p.robot), p.tape):
-        for j, value in column.items():
-            torque[j] = torque.get(j, sp.S.Zero) + p.value(parameter.name) * value
-    return torque
+def friction_torques(p: Plant, *, effects: bool = True) -> dict[int, sp.Expr]:
+    """Return the torque of friction, and of effects with columns if wanted, by joint."""
+    columns = friction.torque_columns(p.robot, variables(p.robot), p.tape)
+    return combined((p.value(of.name), c) for of, c in columns if effects or of.prefix)
 
 
 def joint_friction(p: Plant) -> dict[int, sp.Expr]:
     """Return the torque of the friction that joints and couplings declare, by joint."""
-    torque = dict.fromkeys(p.numbers, sp.S.Zero)
-    for parameter, column in friction.torque_columns(p.robot, variables(p.robot), p.tape):
-        if parameter.prefix:  # effects have none
-            for j, value in column.items():
-                torque[j] += p.value(parameter.name) * value
-    return {j: p.tape.name(f"T{j}", value) for j, value in torque.items()}
+    torque = friction_torques(p, effects=False)
+    return {j: p.tape.name(f"T{j}", torque.get(j, sp.S.Zero)) for j in p.numbers}
 
 
 def gravity_torque(p: Plant) -> dict[int, sp.Expr]:

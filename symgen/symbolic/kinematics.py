@@ -141,6 +141,14 @@ def _step(joint: Joint, q: sp.Expr, qd: sp.Expr, rate: sp.Expr, tape: TapeBuilde
     r = tape.constant(f"r{j}", slide)
     if joint.sigma == names.PRISMATIC:
         r = tape.name(f"R{j}", q + r)
+    return Step(joint, *elementary(joint, c, s, r, tape), qd, rate)
+
+
+def elementary(
+    joint: Joint, c: sp.Expr, s: sp.Expr, r: sp.Expr, tape: TapeBuilder
+) -> tuple[tuple[Turn | Shift, ...], tuple[Shift, ...]]:
+    """Return the motions to the axis of a joint, turned about it by (c, s), and that along it."""
+    j = joint.number
     before: tuple[Turn | Shift, ...] = (
         Turn(2, *_angle(joint.gamma, f"gamma{j}", tape), f"a{j}"),
         Shift(2, tape.constant(f"b{j}", joint.b), f"b{j}"),
@@ -149,8 +157,7 @@ def _step(joint: Joint, q: sp.Expr, qd: sp.Expr, rate: sp.Expr, tape: TapeBuilde
         Turn(2, c, s, f"e{j}"),
     )
     kept = tuple(m for m in before if not (m.c == 1 if isinstance(m, Turn) else m.length == 0))
-    after = () if r == 0 else (Shift(2, r, f"r{j}"),)
-    return Step(joint, kept, after, qd, rate)
+    return kept, () if r == 0 else (Shift(2, r, f"r{j}"),)
 
 
 def gravity(robot: Robot, tape: TapeBuilder) -> Vector:
