@@ -210,8 +210,7 @@ def rotors(p: Plant) -> Rows:
         rows[j][j] = p.value(f"{names.ROTOR}{j}")
     for c in p.robot.couplings:
         inertia = p.value(f"{names.COUPLING_INERTIA}{c.second}")
-        ratio = p.tape.constant(f"ratio{c.second}", c.ratio)
-        share = {c.first: sp.S.One, c.second: ratio}
+        share = friction.drive_shares(c, p.tape)
         for j, x in share.items():
             for k, y in share.items():
                 rows[j][k] = rows[j].get(k, sp.S.Zero) + inertia * x * y

@@ -100,25 +100,32 @@ def _columns(
 
 def state_columns(
     energy: Tape,
+    parameters: Sequence[Parameter],
     arithmetic: Arithmetic,
     state: Mapping[str, Sequence[Any]],
     rest: Mapping[str, Sequence[Any]],
+    position: Mapping[int, Any],
 ) -> list[Any]:
-    """Return energy columns h(x), up to constants of the state x = (q, qd).
+    """Return the columns of parameters that are functions of the state x = (q, qd).
+
+    They are energies h(x), up to constants of the state, and q_j for an offset OF_j.
 
     Where gravity is an input, a constant may depend on it: h(x, g) - h(x0, g) then.
 
     Args:
-        energy: tape of some columns.
+        energy: tape of the inertial ones among them.
+        parameters: in the order of the columns.
         arithmetic: the number system.
         state: entries of q and qd, and of g where it is an input.
         rest: those of x0.
+        position: q_j as plain numbers, by joint.
     """
-    here = energy.run(arithmetic, state)
-    if "g" not in state:
-        return here
-    there = energy.run(arithmetic, {**rest, "g": state["g"]})
-    return [arithmetic.sub(a, b) for a, b in zip(here, there, strict=True)]
+    columns = energy.run(arithmetic, state)
+    if "g" in state:
+        there = energy.run(arithmetic, {**rest, "g": state["g"]})
+        columns = [arithmetic.sub(a, b) for a, b in zip(columns, there, strict=True)]
+    energies = iter(columns)
+    return [next(energies) if p.inertial else position[p.joint] for p in parameters]
 
 
 def _half_square(v: sp.Expr, name: str, tape: TapeBuilder) -> sp.Expr:

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import sympy as sp
 
@@ -103,7 +104,7 @@ def variables(robot: Robot) -> Variables:
     )
 
 
-def by_joint(robot: Robot, values: Sequence[sp.Expr]) -> dict[int, sp.Expr]:
+def by_joint(robot: Robot, values: Sequence[Any]) -> dict[int, Any]:
     """Return values of the movable joints by the number of the joint."""
     return dict(zip((joint.number for joint in robot.movable), values, strict=True))
 

@@ -204,8 +204,7 @@ def _shares(scene: _Scene, p: Parameter) -> dict[int, sp.Expr]:
     if p.prefix == names.ROTOR:
         return {p.joint: sp.S.One}
     coupling = next(c for c in scene.robot.couplings if c.second == p.joint)
-    ratio = scene.tape.constant(f"ratio{p.joint}", coupling.ratio)
-    return {coupling.first: sp.S.One, p.joint: ratio}
+    return friction.drive_shares(coupling, scene.tape)
 
 
 def _rotor(scene: _Scene, p: Parameter, rate: Mapping[int, sp.Expr]) -> dict[int, sp.Expr]:
