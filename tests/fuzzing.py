@@ -173,7 +173,7 @@ def read_map(path: Path) -> None:
 
 def read_motion(path: Path) -> None:
     """Read a motion that simulate follows."""
-    from symgen.data.plain import read_columns
+    from symgen.data.tables import read_columns
 
     t, found = read_columns(path, ("q",), ("qd", "qdd"), "a motion")
     _finite(t, *found.values())

@@ -17,8 +17,8 @@ import numpy as np
 
 from symgen.data.bounded import read_bounded
 from symgen.data.columns import held_still
-from symgen.data.raw import FloatArray, Raw, Reading, one_line, refuse
-from symgen.errors import LogError, plain
+from symgen.data.raw import FloatArray, Raw, Reading, refuse
+from symgen.errors import LogError
 
 _TYPE = "sensor_msgs/msg/JointState"
 _TYPES = (_TYPE, "sensor_msgs/JointState")
@@ -60,9 +60,7 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
     """
     fields = _fields(path, reading, currents)
     if find_spec("rosbags") is None:
-        raise LogError(
-            f"{path}: rosbags is not installed; accepted: after pip install 'symgen[ros]'"
-        )
+        refuse(path, "rosbags is not installed", "after pip install 'symgen[ros]'")
     return read_bounded(read_joint_states, path, fields, reading, tuple(names))
 
 
@@ -86,19 +84,15 @@ def read_joint_states(
     wanted = [m for m in found if not set(joints).isdisjoint(m.names)]
     notes = []
     if len(found) < announced:
-        notes.append(f"{plain(path.name)}: {len(found)} of the {announced} messages can be read")
+        notes.append(f"{path.name}: {len(found)} of the {announced} messages can be read")
     if len(wanted) < len(found):
-        notes.append(
-            f"{plain(path.name)}: {len(found) - len(wanted)} messages of other joints left out"
-        )
+        notes.append(f"{path.name}: {len(found) - len(wanted)} messages of other joints left out")
     if all(m.stamp == 0 for m in wanted):
         refuse(path, "the stamps in the headers are 0", "messages with the time in header.stamp")
     ordered = sorted(wanted, key=lambda m: m.stamp)
     late = sum(b.stamp < a.stamp for a, b in pairwise(wanted))
     if late:
-        notes.append(
-            f"{plain(path.name)}: {late} messages came out of order and were sorted by stamp"
-        )
+        notes.append(f"{path.name}: {late} messages came out of order and were sorted by stamp")
     orders = _orders(path, ordered, joints)
     stamps = np.array([m.stamp for m in ordered], dtype=np.int64)
     arrays: dict[str, FloatArray] = {}
@@ -113,7 +107,7 @@ def read_joint_states(
             what = f"two messages of {stamps[k] * 1e-9:.6f} s differ"
             refuse(path, what, "one message a stamp; --topic, or a bag with one publisher")
     if again.any():
-        notes.append(f"{plain(path.name)}: {int(again.sum())} repeated messages left out")
+        notes.append(f"{path.name}: {int(again.sum())} repeated messages left out")
     arrays = {role: x[~again] for role, x in arrays.items()}
     if "q" not in arrays:
         refuse(path, "the messages have no position", "q in every message")
@@ -121,9 +115,7 @@ def read_joint_states(
         refuse(path, f"the messages have no {fields.get('tau', 'effort')}", "torques, as effort")
     t = (stamps[~again] - stamps[0]) * 1e-9
     ignored = tuple(dict.fromkeys(name for m in wanted for name in m.names if name not in joints))
-    return Raw(
-        t, arrays["q"], arrays.get("qd"), arrays.get("tau"), arrays.get("i"), ignored, tuple(notes)
-    )
+    return Raw({"t": t, **arrays}, ignored, tuple(notes))
 
 
 def _fields(path: Path, reading: Reading, currents: bool) -> dict[str, str]:
@@ -168,8 +160,7 @@ def _opened(path: Path, topic: str) -> Iterator[tuple[int, Iterator[_Message]]]:
     except (LogError, MemoryError):
         raise
     except Exception as error:  # a damaged bag raises one of a dozen kinds
-        what = f"{path}: cannot be read: {str(error)[:200] or type(error).__name__}"
-        raise LogError(one_line(f"{what}; accepted: {_ACCEPTED}")) from error
+        refuse(path, f"cannot be read: {str(error)[:200] or type(error).__name__}", _ACCEPTED)
 
 
 def _topic(path: Path, asked: str, topics: list[str], every: list[str]) -> str:

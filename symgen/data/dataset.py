@@ -16,21 +16,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.bags import is_bag
-from symgen.data.holes import holes
 from symgen.data.log import Log, checked
-from symgen.data.raw import Reading, Table, Wanted, listed, one_line, refuse
-from symgen.data.stretch import Stretch, within
-from symgen.data.tables import SUFFIXES, arrow_reads, batches, open_table, parquet_file
+from symgen.data.raw import Reading, Wanted, listed, refuse
+from symgen.data.stretch import Stretch, holes, within
+from symgen.data.tables import SUFFIXES, Table, arrow_reads, batches, open_table, parquet_file
 from symgen.data.urls import is_remote, remote_files, remote_identity
-from symgen.errors import LogError, plain
+from symgen.errors import plain
 
 if TYPE_CHECKING:
     from symgen.robot.types import Robot
 
-FloatArray = NDArray[np.float64]
 _ACCEPTED = "Parquet, CSV or NPZ files, a folder of them, a pattern such as 'logs/*.parquet', a URL"
 
 
@@ -71,7 +68,7 @@ def _local(source: str) -> list[str]:
             return [str(p) for p in Path(source).rglob("*") if p.is_file()]
         return [source] if os.path.exists(source) else glob.glob(source, recursive=True)
     except (OSError, ValueError, RecursionError) as error:  # of a pattern of many "**"
-        raise LogError(one_line(f"{source}: {error}; accepted: {_ACCEPTED}")) from error
+        refuse(source, str(error), _ACCEPTED)
 
 
 def identity(name: str) -> str:
@@ -146,16 +143,14 @@ class DataSet:
                     begins.append(float(before[k + 1]))
                     ends.append(float(before[k]))
                 row, last = row + len(t), float(t[-1])
-        log, low, high = plain(name.rsplit("/", 1)[-1]), self.reading.start, self.reading.until
+        log = plain(name.rsplit("/", 1)[-1])
         out = []
         for k, rows in enumerate(pairwise([*starts, row])):
             times, count = (begins[k], [*ends, last][k]), rows[1] - rows[0]
             step = (times[1] - times[0]) / (count - 1) if count > 1 else median
             label = log if len(starts) == 1 else f"{log}, stretch {k + 1}"
             out.append(Stretch(name, label, rows, times, step, measured))
-        if low is not None or high is not None:
-            out = [s for s in (within(s, low, high) for s in out) if s.count > 0]
-        return out
+        return [s for s in (within(s, *self.reading.span) for s in out) if s.count > 0]
 
     def logs(self, name: str, spans: Sequence[tuple[int, int]], label: str) -> Iterator[Log]:
         """Yield rows of a file as logs on the joint side, each row read once.
@@ -169,16 +164,13 @@ class DataSet:
             LogError: the file cannot be read, or the rows are refused as those of a log.
         """
         robot = self.robot
-        joints = [joint.name for joint in robot.movable]
         with self._open(name, sound=True) as table:  # `stretches` has read it
             for (first, last), raw in zip(spans, table.spans(spans), strict=True):
                 where = f"{name}, rows {first} to {last}"
-                yield checked(where, label, raw, None, robot.sigma, robot.drive, joints)
+                yield checked(where, label, raw, None, robot.sigma, robot.drive, robot.joint_names)
 
     def _open(self, name: str, sound: bool = False) -> AbstractContextManager[Table]:
-        drive = self.robot.drive
-        currents = drive is not None and drive.torque_constant is not None
-        joints = [joint.name for joint in self.robot.movable]
+        robot = self.robot
         # No robot that reads what is beside the motion is estimated chunk by chunk.
-        wanted = Wanted(self.reading.columns, currents, joints, self.robot.n, beside=False)
+        wanted = Wanted(self.reading, robot.drive, robot.joint_names, robot.n, beside=False)
         return open_table(name, wanted, sound)

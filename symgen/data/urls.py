@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from typing import Any
 from urllib.parse import urlsplit
 
-from symgen.data.raw import one_line, refuse
-from symgen.errors import LogError, SymgenError
+from symgen.data.raw import refuse
+from symgen.errors import SymgenError
 
 #: How a URL begins. Other schemes of fsspec unpack archives, run commands or ask services of code.
 SCHEMES = ("file", "s3", "gs", "az", "http", "https", "memory")
@@ -81,8 +81,8 @@ def _file_system(url: str) -> tuple[Any, str]:
         refuse(url, "names no host or bucket", _ACCEPTED)
     try:
         from fsspec.core import url_to_fs
-    except ImportError as error:
-        raise LogError(f"{url}: URLs need fsspec; accepted: pip install symgen[dask]") from error
+    except ImportError:
+        refuse(url, "URLs need fsspec", "pip install symgen[dask]")
     system, path = url_to_fs(url)
     return system, str(path)
 
@@ -95,5 +95,4 @@ def _asked(url: str) -> Iterator[None]:
     except SymgenError:
         raise
     except Exception as error:  # each library of a scheme has errors of its own
-        why = f"{url}: cannot be read: {error or type(error).__name__}"
-        raise LogError(one_line(f"{why}; accepted: {_ACCEPTED}")) from error
+        refuse(url, f"cannot be read: {error or type(error).__name__}", _ACCEPTED)

@@ -50,14 +50,14 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
         LogError: it cannot be read, has another number of joints, or torques that no robot has.
     """
     reading = reading or Reading()
-    names = [joint.name for joint in robot.movable]
     if isinstance(source, Log):
         log = source
         if log.q.shape[1] != robot.n:
-            refuse(log.name, *another_number(log.q.shape[1], robot.n, names))
+            refuse(log.name, *another_number(log.q.shape[1], robot.n, robot.joint_names))
         log = log if robot.drive is None else joint_side(log, robot.drive)
     else:
-        log = read_log(source, sigma=robot.sigma, drive=robot.drive, reading=reading, names=names)
+        joints = robot.joint_names
+        log = read_log(source, sigma=robot.sigma, drive=robot.drive, reading=reading, names=joints)
     _require_within(log, robot)
     log = cut(log, reading.start, reading.until)
     if log.tau is None:

@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.data.holes import GAP, holes
 from symgen.data.log import Log, rows
 from symgen.data.mask import Bools, moving_joints, on_grid, spans, touched
 from symgen.data.raw import read_only
@@ -27,11 +26,12 @@ from symgen.data.signals import (
     NORMAL,
     STEP_TOLERANCE,
     Samples,
+    interpolated,
     lowpass,
     lowpass_and_slopes,
     white_noise,
 )
-from symgen.data.spline import interpolated
+from symgen.data.stretch import GAP, holes
 from symgen.estimation.band import OPEN
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.summary import solve_gram
