@@ -155,7 +155,7 @@ def read_messages(path: Path) -> None:
         try:
             return read(path, *given)
         except MemoryError:  # at once, for a size that nobody has
-            refuse(path, "takes more than it may", "less")
+            refuse("takes more than it may", "less")
 
     bags.read_bounded = here
     read_log(path)

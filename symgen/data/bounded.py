@@ -68,7 +68,7 @@ def read_bounded(read: Callable[..., Raw], path: Path, *given: object) -> Raw:
             )
         except subprocess.SubprocessError:
             what = f"takes more than {memory / 1e9:.3g} GB or {seconds} s to read"
-            refuse(path, what, f"what is worth its {size / 1e6:.3g} MB on the disk")
+            refuse(what, f"what is worth its {size / 1e6:.3g} MB on the disk")
     with np.load(io.BytesIO(done.stdout), allow_pickle=False) as found:
         told = json.loads(found["told"].tobytes())
         if isinstance(told, str):

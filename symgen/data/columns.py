@@ -97,7 +97,7 @@ def held_still(joints: Sequence[str]) -> str:
 
 
 def matched(
-    path: Path,
+    file: str,
     names: Sequence[str],
     patterns: Mapping[str, str],
     wanted: Wanted,
@@ -105,7 +105,7 @@ def matched(
     """Rename columns of a recorder to ours; those that already have our names stay.
 
     Args:
-        path: the file, for messages.
+        file: its name.
         names: of its columns.
         patterns: given ones, {"q": "*_position"}, where * is the joint.
         wanted: by which robot.
@@ -122,7 +122,7 @@ def matched(
         return list(names), ()  # ours; what else it has is not looked at
     ours: dict[str, str] = {}
     said = []
-    if "t" not in names and (time := _time(path, names)) is not None:
+    if "t" not in names and (time := _time(names)) is not None:
         ours[time] = "t"
         said.append(f"t = {time}")
     of = ""
@@ -131,9 +131,9 @@ def matched(
         if role in own or (role == "i" and found_torque and not wanted.currents):
             continue
         if role in patterns:
-            pattern, columns = patterns[role], _asked(path, names, role, patterns[role], joints, n)
+            pattern, columns = patterns[role], _asked(names, role, patterns[role], joints, n)
         else:
-            found = _found(path, names, role, joints, n)
+            found = _found(names, role, joints, n)
             if found is None:
                 continue
             pattern, columns = found
@@ -143,11 +143,11 @@ def matched(
         of = _of(pattern, columns, joints) or of
     if not said:
         return list(names), ()
-    line = f"{path.name}: columns by name: {', '.join(said)}{of}"
+    line = f"{file}: columns by name: {', '.join(said)}{of}"
     return [ours.get(name, name) for name in names], (line,)
 
 
-def _time(path: Path, names: Sequence[str]) -> str | None:
+def _time(names: Sequence[str]) -> str | None:
     """Return the one column that is a time in s, or None."""
     found = []
     for name in names:
@@ -156,7 +156,7 @@ def _time(path: Path, names: Sequence[str]) -> str | None:
             found.append(name)
     if len(found) > 1:
         what = f"{' and '.join(map(_shown, found[:3]))} are times"
-        refuse(path, what, f'one column t, as by --columns "t={_shown(found[0])}"')
+        refuse(what, f'one column t, as by --columns "t={_shown(found[0])}"')
     return found[0] if found else None
 
 
@@ -174,7 +174,7 @@ def _role(rest: str) -> str | None:
 
 
 def _found(
-    path: Path, names: Sequence[str], role: str, joints: Sequence[str], n: int | None
+    names: Sequence[str], role: str, joints: Sequence[str], n: int | None
 ) -> tuple[str, Pattern] | None:
     """Return the one pattern of a role with its columns, by joint; None where there is none."""
     named = _by_name(names, role, joints)
@@ -183,14 +183,14 @@ def _found(
         pattern, columns = max(named.items(), key=lambda pair: len(pair[1]))
         missing = [joints[k] for k in range(len(joints)) if k not in columns]
         what = f"{_shown(pattern)} has no column for {', '.join(missing)}"
-        refuse(path, what, f"columns of all joints, or {held_still(missing)}")
+        refuse(what, f"columns of all joints, or {held_still(missing)}")
     if not whole:
         runs = _by_number(names, role, n)
         whole = {p: c for p, c in runs.items() if len(c) == n} or runs
     if len(whole) > 1:
         first, second, *_ = map(_shown, whole)
         what = f"{role} may be {first} or {second}, with * for the joint"
-        refuse(path, what, f'--columns "{role}={first}", or another')
+        refuse(what, f'--columns "{role}={first}", or another')
     return next(iter(whole.items()), None)
 
 
@@ -242,7 +242,7 @@ def _numbered(name: str) -> Iterator[tuple[str, int]]:
 
 
 def _asked(
-    path: Path, names: Sequence[str], role: str, pattern: str, joints: Sequence[str], n: int | None
+    names: Sequence[str], role: str, pattern: str, joints: Sequence[str], n: int | None
 ) -> Pattern:
     """Return the columns of a pattern that was given."""
     count = n or sum(pattern.replace("*", str(k)) in names for k in range(1000))
@@ -253,7 +253,7 @@ def _asked(
     if columns is None:
         what = f"--columns {role}={pattern}: no such column of every joint"
         shown = ", ".join(name for name in names if name)[:300]
-        refuse(path, what, f"a pattern with * for the joint's name or number, of {shown}")
+        refuse(what, f"a pattern with * for the joint's name or number, of {shown}")
     return columns
 
 

@@ -22,7 +22,7 @@ from symgen.data.raw import BESIDE, KEYS, FloatArray, Raw, Reading, Wanted, refu
 from symgen.data.raw import Log as Log
 from symgen.data.raw import read_only as read_only
 from symgen.data.tables import SUFFIXES, open_table, whole
-from symgen.errors import plain
+from symgen.errors import located, plain
 from symgen.names import PRISMATIC
 
 if TYPE_CHECKING:
@@ -80,21 +80,22 @@ def read_log(
     path = Path(path)
     reading = reading or Reading()
     wanted = Wanted(reading, drive, names, n if sigma is None else len(sigma))
-    try:
-        if path.is_dir() and not is_bag(path):
-            refuse(path, "is a folder", _FILES)
-        if not path.exists():
-            refuse(path, "there is no such file", _FILES)
-        if is_bag(path):
-            raw = read_bag(path, reading, names, wanted.currents)
-        elif path.suffix.lower() not in SUFFIXES:
-            refuse(path, f"the extension {path.suffix!r} is not known", _FILES)
-        else:
-            with open_table(str(path), wanted) as table:
-                raw = whole(table)
-    except (OSError, ValueError) as error:
-        refuse(path, f"cannot be read: {error}", _FILES)
-    return checked(str(path), plain(path.name), raw, n, sigma, drive, names, reading.poses)
+    with located(path):
+        try:
+            if path.is_dir() and not is_bag(path):
+                refuse("is a folder", _FILES)
+            if not path.exists():
+                refuse("there is no such file", _FILES)
+            if is_bag(path):
+                raw = read_bag(path, reading, names, wanted.currents)
+            elif path.suffix.lower() not in SUFFIXES:
+                refuse(f"the extension {path.suffix!r} is not known", _FILES)
+            else:
+                with open_table(str(path), wanted) as table:
+                    raw = whole(table)
+        except (OSError, ValueError) as error:
+            refuse(f"cannot be read: {error}", _FILES)
+        return checked(plain(path.name), raw, n, sigma, drive, names, reading.poses)
 
 
 def make_log(
@@ -131,11 +132,12 @@ def make_log(
             time that does not increase, another number of joints than n, or degrees for radians.
     """
     given = {"t": t, "q": q, "qd": qd, "tau": tau, "i": current, "temp": temp, "qs": qs}
-    try:
-        raw = Raw({role: np.asarray(x, order="C") for role, x in given.items() if x is not None})
-    except ValueError as error:
-        refuse(name, str(error), KEYS)
-    return checked(name, name, raw, n, sigma, drive)
+    with located(name):
+        try:
+            held = {role: np.asarray(x, order="C") for role, x in given.items() if x is not None}
+        except ValueError as error:
+            refuse(str(error), KEYS)
+        return checked(name, Raw(held), n, sigma, drive)
 
 
 def cut(log: Log, start: float | None, until: float | None) -> Log:
@@ -151,7 +153,7 @@ def cut(log: Log, start: float | None, until: float | None) -> Log:
     have = f"the log runs from {log.t[0]:.6g} s to {log.t[-1]:.6g} s"
     if len(inside) < MIN_SAMPLES:
         what = f"{len(inside)} samples lie between {low:g} s and {high:g} s; {have}"
-        refuse(log.name, what, f"a span with at least {MIN_SAMPLES} samples")
+        refuse(what, f"a span with at least {MIN_SAMPLES} samples")
     span = slice(int(inside[0]), int(inside[-1]) + 1)
     out = rows(log, span)
     ends = f"t = {out.t[0]:.6g} s to {out.t[-1]:.6g} s"
@@ -168,7 +170,6 @@ def rows(log: Rows, chosen: slice | npt.NDArray[np.bool_]) -> Rows:
 
 
 def checked(
-    file: str,
     name: str,
     raw: Raw,
     n: int | None,
@@ -180,7 +181,6 @@ def checked(
     """Return what a file held as a log on the joint side, or refuse it; see `read_log`.
 
     Args:
-        file: what messages call it.
         name: of the log.
         raw: what it held.
         n, sigma, drive, names: of the robot.
@@ -191,36 +191,36 @@ def checked(
     if sigma is not None and n is not None and len(sigma) != n:
         raise ValueError(f"sigma has {len(sigma)} entries for {n} joints")
     n = len(sigma) if sigma is not None else n
-    require_shapes(file, raw.arrays)
+    require_shapes(raw.arrays)
     arrays = {role: read_only(x if x.ndim == 2 else x[:, None]) for role, x in raw.arrays.items()}
     t, q = read_only(raw.arrays["t"]), arrays["q"]
     if len(t) < MIN_SAMPLES:
-        refuse(file, f"has {len(t) or 'no'} samples", f"at least {MIN_SAMPLES} samples")
+        refuse(f"has {len(t) or 'no'} samples", f"at least {MIN_SAMPLES} samples")
     if "tau" not in arrays and "i" not in arrays:
-        refuse(file, "has neither torques nor currents", KEYS)
+        refuse("has neither torques nor currents", KEYS)
     joints = q.shape[1]
     if n is not None and joints != n:
-        refuse(file, *another_number(joints, n, names))
+        refuse(*another_number(joints, n, names))
     for role, x in arrays.items():
         if role not in BESIDE:
-            _require_finite(file, role, x, t)
+            _require_finite(role, x, t)
     late = np.flatnonzero(np.diff(t) <= 0)
     if len(late):
         k = int(late[0]) + 1
         what = f"column t, sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s"
-        refuse(file, what, "strictly increasing time in s")
+        refuse(what, "strictly increasing time in s")
     for role in arrays.keys() & set(BESIDE):
-        whole = _beside(file, role, arrays.pop(role), t)
+        whole = _beside(role, arrays.pop(role), t)
         arrays |= {} if np.isnan(whole).all() else {role: whole}
     qd, tau, current, temp, qs = map(arrays.get, ("qd", "tau", "i", "temp", "qs"))
     log = Log(name, t, q, qd, tau, raw.ignored, current, raw.notes, temp=temp, qs=qs)
     log = log if drive is None else joint_side(log, drive)
     revolute = [j for j in range(joints) if sigma is None or sigma[j] != PRISMATIC]
-    _require_radians(file, t, log.q, None if poses else log.qd, revolute)
+    _require_radians(t, log.q, None if poses else log.qd, revolute)
     return log
 
 
-def _beside(file: str, role: str, x: FloatArray, t: FloatArray) -> FloatArray:
+def _beside(role: str, x: FloatArray, t: FloatArray) -> FloatArray:
     """Require what is beside the motion, (N, n), whole on the joints that have any.
 
     Temperatures change slowly: what was not read anew lies on straight lines.
@@ -231,13 +231,13 @@ def _beside(file: str, role: str, x: FloatArray, t: FloatArray) -> FloatArray:
         bad = np.count_nonzero(~np.isfinite(column[known]))
         if bad:
             accepted = "deg C, or empty cells" if role == "temp" else "rad (m) in every sample"
-            refuse(file, f"column {role}{j + 1}: {bad} values are missing or not finite", accepted)
+            refuse(f"column {role}{j + 1}: {bad} values are missing or not finite", accepted)
         if known.any():
             out[:, j] = np.interp(t, t[known], column[known])
     return read_only(out)
 
 
-def _require_finite(file: str, role: str, array: FloatArray, t: FloatArray) -> None:
+def _require_finite(role: str, array: FloatArray, t: FloatArray) -> None:
     if not np.isfinite(array).all():
         bad = np.argwhere(~np.isfinite(array))
         sample, j = (int(index) for index in bad[0])
@@ -245,18 +245,18 @@ def _require_finite(file: str, role: str, array: FloatArray, t: FloatArray) -> N
         when = f" (t = {t[sample]:.6g} s)" if role != "t" else ""
         value = array[sample, j]
         shown = "nan, or an empty cell" if np.isnan(value) else f"{value}"
-        refuse(file, f"column {column}, sample {sample}{when}: {shown}", "finite numbers")
+        refuse(f"column {column}, sample {sample}{when}: {shown}", "finite numbers")
 
 
 def _require_radians(
-    file: str, t: FloatArray, q: FloatArray, qd: FloatArray | None, revolute: list[int]
+    t: FloatArray, q: FloatArray, qd: FloatArray | None, revolute: list[int]
 ) -> None:
     accepted = "rad and rad/s (m and m/s for a prismatic joint), on the joint side or with [drive]"
     for j in revolute:
         span = float(np.ptp(q[:, j]))
         if span > MAX_RANGE:
             what = f"column q{j + 1} spans {span:.4g}, over {MAX_RANGE:g} rad, as degrees would"
-            refuse(file, what, accepted)
+            refuse(what, accepted)
     if qd is None:
         return
     # at some tens of thousands of samples all over the log: the unit is that of all of it
@@ -277,4 +277,4 @@ def _require_radians(
                     f"qd{j + 1} and the slope of q{j + 1} differ by {factor:.3g}: {role}{j + 1} "
                     f"looks like degrees and {other}{j + 1} like radians"
                 )
-                refuse(file, what, accepted)
+                refuse(what, accepted)

@@ -172,11 +172,10 @@ class Log:
     qs: FloatArray | None = None
 
 
-def require_shapes(file: str | Path, arrays: Mapping[str, Any]) -> None:
+def require_shapes(arrays: Mapping[str, Any]) -> None:
     """Refuse arrays whose types or shapes are not those of a log.
 
     Args:
-        file: what messages call it.
         arrays: by role.
 
     Raises:
@@ -185,18 +184,18 @@ def require_shapes(file: str | Path, arrays: Mapping[str, Any]) -> None:
     samples = arrays["t"].shape
     for role, array in arrays.items():
         if array.dtype.kind not in "iuf":
-            refuse(file, f"{role} holds {array.dtype}", "floats or integers")
+            refuse(f"{role} holds {array.dtype}", "floats or integers")
         if role == "t" and len(samples) != 1:
-            refuse(file, f"t has the shape {samples}", "t (N,)")
+            refuse(f"t has the shape {samples}", "t (N,)")
         matrix = (*array.shape, 1)[:2] if len(array.shape) < 3 else ()
         if role != "t" and (len(array.shape) == 0 or matrix[:1] != samples or matrix[1] == 0):
             what = f"{role} has the shape {array.shape}, and t has {samples[0]} samples"
-            refuse(file, what, f"{role} ({samples[0]}, n)")
+            refuse(what, f"{role} ({samples[0]}, n)")
     counts = {role: (*x.shape, 1)[1] for role, x in arrays.items() if role != "t"}
     for role, count in counts.items():
         if count != counts["q"]:
             what = f"columns of q: {counts['q']}, of {role}: {count}"
-            refuse(file, what, "as many of q and tau, and of what else there is")
+            refuse(what, "as many of q and tau, and of what else there is")
 
 
 def listed(names: Sequence[str]) -> str:
@@ -205,23 +204,22 @@ def listed(names: Sequence[str]) -> str:
     return (", ".join(named[:12]) + (", .." if len(named) > 12 else "")) or "none"
 
 
-def refuse(file: str | Path, what: str, accepted: str) -> NoReturn:
-    """Refuse a log.
+def refuse(what: str, accepted: str) -> NoReturn:
+    """Refuse a log; `located` says which.
 
     Raises:
         LogError: always.
     """
-    raise LogError(f"{file}: {what}; accepted: {accepted}")
+    raise LogError(f"{what}; accepted: {accepted}")
 
 
-def refuse_currents(path: Path) -> NoReturn:
+def refuse_currents() -> NoReturn:
     """Refuse currents without what makes torques of them.
 
     Raises:
         LogError: always.
     """
     refuse(
-        path,
         "the torque columns tau1.. are missing, and motor currents i1.. need torque_constant in "
         "[drive] of the robot file",
         COLUMNS,
@@ -243,9 +241,7 @@ def require_size(path: Path, announced: int) -> None:
     stored = path.stat().st_size
     if announced > _UNPACKED + _PACKING * stored:
         what = f"would unpack from {stored / 1e6:.3g} MB to {announced / 1e6:.3g} MB"
-        refuse(
-            path, what, f"at most {_PACKING} times the size on the disk and {_UNPACKED >> 20} MB"
-        )
+        refuse(what, f"at most {_PACKING} times the size on the disk and {_UNPACKED >> 20} MB")
 
 
 def read_only(array: npt.ArrayLike) -> FloatArray:

@@ -39,7 +39,7 @@ from symgen.data.raw import (
     require_size,
 )
 from symgen.data.urls import is_remote, opened
-from symgen.errors import SymgenError
+from symgen.errors import SymgenError, located
 
 _BATCH = 1 << 15  # rows of a table that are read at once
 _LOOKED_AT = 1000  # columns that are searched for a bad cell
@@ -71,12 +71,12 @@ def open_table(name: str, wanted: Wanted, sound: bool = False) -> Iterator[Table
                 yield _parquet(name, file, wanted)
             return
         if is_remote(name):
-            refuse(name, "is a CSV or NPZ at a URL", "Parquet at a URL, other files on a disk")
+            refuse("is a CSV or NPZ at a URL", "Parquet at a URL, other files on a disk")
         if path.stat().st_size == 0:
-            refuse(path, "the file is empty", COLUMNS)
+            refuse("the file is empty", COLUMNS)
         yield _npz(path, wanted, sound) if suffix == ".npz" else _csv(path, wanted)
     except (OSError, ValueError, csv.Error) as error:
-        refuse(name, f"cannot be read: {error}", "a CSV, Parquet or NPZ file")
+        refuse(f"cannot be read: {error}", "a CSV, Parquet or NPZ file")
 
 
 def whole(table: Table) -> Raw:
@@ -94,7 +94,6 @@ class ColumnTable:
     """A table with a column for each joint that is open.
 
     Attributes:
-        name: of the file, or its URL.
         ends: the row behind the last of each group of rows that is decoded at once.
         groups: our columns by role, and by joint from 0.
         stored: names in the file, by ours.
@@ -102,7 +101,6 @@ class ColumnTable:
         batches: yields some columns of some groups of rows, as record batches of Arrow.
     """
 
-    name: str
     ends: NDArray[np.int64]
     groups: Mapping[str, Mapping[int, str]]
     stored: Mapping[str, str]
@@ -144,7 +142,7 @@ class ColumnTable:
             while row < last:
                 batch = next(found, None)
                 if batch is None:
-                    refuse(self.name, f"ends before row {last}", "a file that does not change")
+                    refuse(f"ends before row {last}", "a file that does not change")
                 if row + batch.num_rows > first:
                     columns = map(_numbers, batch.columns)
                     held.append((row, dict(zip(used, columns, strict=True))))
@@ -208,8 +206,8 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
             header = next((row for row in rows if row), [])
             skip = rows.line_num
     except (UnicodeDecodeError, csv.Error):
-        refuse(path, "is not a text file", "CSV in UTF-8")
-    names, groups, notes = _assigned(path, header, wanted)
+        refuse("is not a text file", "CSV in UTF-8")
+    names, groups, notes = _assigned(header, path.name, wanted)
     used = _columns(groups)
     try:
         table = pacsv.read_csv(
@@ -221,9 +219,9 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
         )
     except (pa.ArrowInvalid, pa.ArrowKeyError) as error:
         what = _bad_cell(path, names, used) or str(error)
-        refuse(path, what, "at least 10 rows of numbers, separated by commas")
+        refuse(what, "at least 10 rows of numbers, separated by commas")
     return ColumnTable(
-        str(path), np.array([table.num_rows]), groups, {name: name for name in names}, notes,
+        np.array([table.num_rows]), groups, {name: name for name in names}, notes,
         lambda columns, _: iter(table.select(columns).to_batches()),
     )  # fmt: skip
 
@@ -259,19 +257,19 @@ def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
     import pyarrow as pa
 
     schema, about = file.schema_arrow, file.metadata
-    names, groups, notes = _assigned(Path(name), schema.names, wanted)
+    names, groups, notes = _assigned(schema.names, Path(name).name, wanted)
     used = _columns(groups)
     for column in used:
         kind = schema.types[names.index(column)]
         if not (pa.types.is_integer(kind) or pa.types.is_floating(kind)):
-            refuse(name, f"column {column} holds {kind}", "floats or integers")
+            refuse(f"column {column} holds {kind}", "floats or integers")
     if not is_remote(name):
         require_size(Path(name), 8 * about.num_rows * len(used))
     sizes = [about.row_group(k).num_rows for k in range(about.num_row_groups)]
     return ColumnTable(
-        name, np.cumsum(sizes, dtype=np.int64), groups,
+        np.cumsum(sizes, dtype=np.int64), groups,
         dict(zip(names, schema.names, strict=True)), notes,
-        lambda columns, chosen: batches(name, file, columns, chosen),
+        lambda columns, chosen: batches(file, columns, chosen),
     )  # fmt: skip
 
 
@@ -285,7 +283,7 @@ def parquet_file(name: str) -> Iterator[Any]:
     import pyarrow.parquet as pq
 
     with opened(name) as remote:
-        with arrow_reads(name):  # Arrow reads a path without a detour
+        with arrow_reads():  # Arrow reads a path without a detour
             source = name if remote is None else remote
             file = pq.ParquetFile(source, pre_buffer=False, buffer_size=_BUFFER)
         with file:
@@ -293,7 +291,7 @@ def parquet_file(name: str) -> Iterator[Any]:
 
 
 def batches(
-    name: str, file: Any, columns: Sequence[str], groups: Sequence[int] | None = None
+    file: Any, columns: Sequence[str], groups: Sequence[int] | None = None
 ) -> Iterator[Any]:
     """Yield some columns of a Parquet file, some thousand rows at a time.
 
@@ -301,12 +299,12 @@ def batches(
         LogError: it cannot be decoded.
     """
     chosen = None if groups is None else list(groups)
-    with arrow_reads(name):
+    with arrow_reads():
         found = file.iter_batches(
             _BATCH, row_groups=chosen, columns=list(columns), use_threads=False
         )
     while True:
-        with arrow_reads(name):
+        with arrow_reads():
             batch = next(found, None)
         if batch is None:
             return
@@ -315,18 +313,18 @@ def batches(
 
 
 @contextmanager
-def arrow_reads(name: str) -> Iterator[None]:
+def arrow_reads() -> Iterator[None]:
     """Refuse a file that Arrow cannot read, or that its server does not give."""
     try:
         yield
     except SymgenError:
         raise
     except Exception as error:  # those of Arrow, and of whatever reads the URL
-        refuse(name, f"is not a readable Parquet file: {error}", f"a Parquet table of {COLUMNS}")
+        refuse(f"is not a readable Parquet file: {error}", f"a Parquet table of {COLUMNS}")
 
 
 def _assigned(
-    path: Path, stored: Sequence[str], wanted: Wanted
+    stored: Sequence[str], file: str, wanted: Wanted
 ) -> tuple[list[str], dict[str, dict[int, str]], tuple[str, ...]]:
     """Return what the columns of a table are.
 
@@ -343,23 +341,23 @@ def _assigned(
     patterns = {o: columns.pop(o) for o, theirs in [*columns.items()] if "*" in theirs and o != "t"}
     for ours, theirs in columns.items():
         if ours != "t" and NUMBERED.fullmatch(ours) is None:
-            refuse(path, f"--columns {ours}={theirs}: a table has one column a joint", COLUMNS)
+            refuse(f"--columns {ours}={theirs}: a table has one column a joint", COLUMNS)
         if theirs not in names:
-            refuse(path, f"there is no column {theirs!r} (--columns {ours})", listed(names))
+            refuse(f"there is no column {theirs!r} (--columns {ours})", listed(names))
     ours_of = {theirs: ours for ours, theirs in columns.items()}
     given = [
         ours_of.get(name, f"{name} (of the file)" if name in columns else name) for name in names
     ]
-    found, notes = matched(path, given, patterns, wanted)
-    return found, _groups(path, found, wanted), notes
+    found, notes = matched(file, given, patterns, wanted)
+    return found, _groups(found, wanted), notes
 
 
-def _groups(path: Path, names: list[str], wanted: Wanted) -> dict[str, dict[int, str]]:
+def _groups(names: list[str], wanted: Wanted) -> dict[str, dict[int, str]]:
     """Sort the names of columns into {"t": {0: t}, "q": {0: q1, ..}, ..}, by number."""
     named = [name for name in names if name]
     for name, count in Counter(named).most_common(1):
         if count > 1:
-            refuse(path, f"the column {name} occurs {count} times", "each column once")
+            refuse(f"the column {name} occurs {count} times", "each column once")
     numbered = [match for name in named if (match := NUMBERED.fullmatch(name))]
     numbers = {
         role: sorted(int(match[2]) for match in numbered if match[1] == role)
@@ -370,10 +368,10 @@ def _groups(path: Path, names: list[str], wanted: Wanted) -> dict[str, dict[int,
     time = wanted.reading.poses or "t" in named
     for role, present in (("t", time), ("q1", numbers["q"]), ("tau1", measured)):
         if role == "tau1" and not present and numbers["i"]:
-            refuse_currents(path)
+            refuse_currents()
         if not present:
             how = f'{COLUMNS}, or --columns "{_PATTERN[role]}"'
-            refuse(path, f"there is no column {role} among {listed(names)}", how)
+            refuse(f"there is no column {role} among {listed(names)}", how)
     if not wanted.currents or (numbers["tau"] and len(numbers["i"]) != len(numbers["q"])):
         del numbers["i"]
     groups = {} if wanted.reading.poses else {"t": {0: "t"}}
@@ -382,7 +380,7 @@ def _groups(path: Path, names: list[str], wanted: Wanted) -> dict[str, dict[int,
             have = [number for number in have if 1 <= number <= len(numbers["q"])]
         elif have != list(range(1, len(have) + 1)):
             gap = ", ".join(f"{role}{number}" for number in have)
-            refuse(path, f"the columns {gap} are not numbered 1, 2, .. without gaps", COLUMNS)
+            refuse(f"the columns {gap} are not numbered 1, 2, .. without gaps", COLUMNS)
         if have:
             groups[role] = {number - 1: f"{role}{number}" for number in have}
     return groups
@@ -463,14 +461,14 @@ def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
         LogError: the file does not hold the arrays of a log.
     """
     if not zipfile.is_zipfile(path):
-        refuse(path, "is not an NPZ archive", f"what numpy.savez writes, with {KEYS}")
+        refuse("is not an NPZ archive", f"what numpy.savez writes, with {KEYS}")
     columns, poses = wanted.reading.columns, wanted.reading.poses
     names = {role: columns.get(role, role) for role in ROLES}
     for role in (*["t"] * poses, *["i"] * (not wanted.currents), *BESIDE * (not wanted.beside)):
         del names[role]
     for ours, theirs in columns.items():
         if ours not in ROLES:
-            refuse(path, f"--columns {ours}={theirs}: an NPZ has one array for all joints", KEYS)
+            refuse(f"--columns {ours}={theirs}: an NPZ has one array for all joints", KEYS)
     try:
         # allow_pickle stays off: a pickle in a log would run code of whoever wrote it. The file is
         # opened here because numpy leaves it open when the archive is damaged.
@@ -486,18 +484,18 @@ def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
         raise
     except Exception as error:  # a damaged archive raises one of a dozen kinds
         what = "an array holds Python objects" if "Object arrays" in str(error) else str(error)
-        refuse(path, f"cannot be read: {what}", KEYS)
+        refuse(f"cannot be read: {what}", KEYS)
     for ours, theirs in columns.items():
         if theirs not in keys:
-            refuse(path, f"there is no array {theirs!r} (--columns {ours})", listed(keys))
+            refuse(f"there is no array {theirs!r} (--columns {ours})", listed(keys))
     if "tau" not in arrays and "i" not in arrays and "i" in keys:
-        refuse_currents(path)
+        refuse_currents()
     if poses and "q" in arrays:
         arrays = {"t": np.arange((*arrays["q"].shape, 1)[0]), **arrays}
     for role in ("t", "q", "tau"):
         if role not in arrays and not (role == "tau" and "i" in arrays):
-            refuse(path, f"there is no array {names[role]} among {listed(keys)}", KEYS)
-    require_shapes(path, arrays)
+            refuse(f"there is no array {names[role]} among {listed(keys)}", KEYS)
+    require_shapes(arrays)
     used = {names.get(role) for role in arrays}
     return Arrays(arrays, tuple(key for key in keys if key not in used))
 
@@ -571,30 +569,31 @@ def read_columns(
     Raises:
         LogError: the file cannot be read, a column is missing, or a value is not a finite number.
     """
-    try:
-        with Path(path).open(encoding="utf-8-sig", newline="") as file:
-            rows = [row for row in csv.reader(file) if row and not row[0].startswith("#")]
-    except (OSError, ValueError, csv.Error) as error:
-        reason = getattr(error, "strerror", None) or "not a text file"
-        refuse(path, f"cannot be read ({reason})", accepted)
-    header = [name.strip() for name in rows[0]] if rows else []
-    counts = Counter(match[1] for name in header if (match := _MOTION.fullmatch(name)))
-    if "t" not in header or not counts.keys() >= set(needed):
-        refuse(path, f"columns {', '.join(header[:12]) or 'none'}", accepted)
-    if len(rows) < 3:
-        refuse(path, "fewer than 2 samples", accepted)
-    try:
-        table = np.array(rows[1:], dtype=float)
-    except ValueError as error:
-        refuse(path, f"not a table of numbers ({error})", accepted)
-    if table.shape[1] != len(header) or not np.isfinite(table).all():
-        refuse(path, "a value is not a finite number, or rows differ in length", accepted)
-    columns, out = dict(zip(header, table.T, strict=True)), {}
-    if np.diff(columns["t"]).min() <= 0:
-        refuse(path, "time does not increase", accepted)
-    for role in (role for role in (*needed, *optional) if role in counts):
-        names = [f"{role}{j}" for j in range(1, counts[needed[0]] + 1)]
-        if counts[role] != len(names) or not columns.keys() >= set(names):
-            refuse(path, f"the columns of {role} are not numbered 1 to {len(names)}", accepted)
-        out[role] = np.column_stack([columns[name] for name in names])
-    return columns["t"], out
+    with located(path):
+        try:
+            with Path(path).open(encoding="utf-8-sig", newline="") as file:
+                rows = [row for row in csv.reader(file) if row and not row[0].startswith("#")]
+        except (OSError, ValueError, csv.Error) as error:
+            reason = getattr(error, "strerror", None) or "not a text file"
+            refuse(f"cannot be read ({reason})", accepted)
+        header = [name.strip() for name in rows[0]] if rows else []
+        counts = Counter(match[1] for name in header if (match := _MOTION.fullmatch(name)))
+        if "t" not in header or not counts.keys() >= set(needed):
+            refuse(f"columns {', '.join(header[:12]) or 'none'}", accepted)
+        if len(rows) < 3:
+            refuse("fewer than 2 samples", accepted)
+        try:
+            table = np.array(rows[1:], dtype=float)
+        except ValueError as error:
+            refuse(f"not a table of numbers ({error})", accepted)
+        if table.shape[1] != len(header) or not np.isfinite(table).all():
+            refuse("a value is not a finite number, or rows differ in length", accepted)
+        columns, out = dict(zip(header, table.T, strict=True)), {}
+        if np.diff(columns["t"]).min() <= 0:
+            refuse("time does not increase", accepted)
+        for role in (role for role in (*needed, *optional) if role in counts):
+            names = [f"{role}{j}" for j in range(1, counts[needed[0]] + 1)]
+            if counts[role] != len(names) or not columns.keys() >= set(names):
+                refuse(f"the columns of {role} are not numbered 1 to {len(names)}", accepted)
+            out[role] = np.column_stack([columns[name] for name in names])
+        return columns["t"], out
