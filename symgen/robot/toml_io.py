@@ -107,14 +107,14 @@ def parse_imported(text: str, path: Path) -> Imported:
         RobotError: it is not a robot that symgen can have.
     """
     if path.suffix.lower() == ".par":
-        from symgen.robot.par_io import import_par
+        from symgen.robot.formats.par import import_par
 
         return import_par(text, str(path))
     if path.suffix.lower() == ".xml":
-        from symgen.robot.mjcf_io import import_mjcf
+        from symgen.robot.formats.mjcf import import_mjcf
 
         return import_mjcf(path)
-    from symgen.robot.urdf_io import import_urdf
+    from symgen.robot.formats.urdf import import_urdf
 
     return import_urdf(text, str(path))
 
