@@ -41,7 +41,7 @@ from symgen.data.raw import (
 from symgen.data.urls import is_remote, opened
 from symgen.errors import SymgenError, located
 
-_BATCH = 1 << 15  # rows of a table that are read at once
+BATCH = 1 << 15  # rows of a table that are read at once
 _LOOKED_AT = 1000  # columns that are searched for a bad cell
 _PATTERN = {"t": "t=NAME", "q1": "q=*_NAME", "tau1": "tau=*_NAME"}
 _BUFFER = 1 << 20  # bytes of a column, or of a checksum, that are read at once
@@ -129,7 +129,8 @@ class ColumnTable:
             spans: of each the first row, and the one behind the last, both increasing.
         """
         used = _columns(self.groups)
-        ignored = tuple(name for name in self.stored if name not in used)
+        known = set(used)
+        ignored = tuple(name for name in self.stored if name not in known)
         first_group, last_group = np.searchsorted(
             self.ends, [spans[0][0], spans[-1][1] - 1], side="right"
         )
@@ -301,7 +302,7 @@ def batches(
     chosen = None if groups is None else list(groups)
     with arrow_reads():
         found = file.iter_batches(
-            _BATCH, row_groups=chosen, columns=list(columns), use_threads=False
+            BATCH, row_groups=chosen, columns=list(columns), use_threads=False
         )
     while True:
         with arrow_reads():
@@ -437,8 +438,8 @@ class Arrays:
 
     def times(self) -> Iterator[NDArray[Any]]:
         """Yield the column of time, piece by piece."""
-        for first in range(0, self.rows, _BATCH):
-            yield self.arrays["t"][first : first + _BATCH]
+        for first in range(0, self.rows, BATCH):
+            yield self.arrays["t"][first : first + BATCH]
 
     def spans(self, spans: Sequence[tuple[int, int]]) -> Iterator[Raw]:
         """Yield rows."""

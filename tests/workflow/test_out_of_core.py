@@ -245,7 +245,7 @@ def test_long_logs_for_least_squares_are_read_chunk_by_chunk(
         return part
 
     monkeypatch.setattr(StoredArray, "__getitem__", counted)
-    monkeypatch.setattr("symgen.data.tables._BATCH", 500)
+    monkeypatch.setattr("symgen.data.tables.BATCH", 500)
     same(memory, symgen.identify(robot(), path, model="momentum"), 1e-9)
     assert len(read) > 4 * len(arrays)
     assert is_long([path], True)
