@@ -383,7 +383,7 @@ def _line(index: FloatArray, t: FloatArray) -> FloatArray:
         start = float(mean_t - slope * mean_i)
         left = np.abs(t - start - slope * index)
         weight = 1 / np.maximum(left, 1e-3 * slope)
-    return np.asarray(start + slope * index)
+    return start + slope * index
 
 
 def _disagreement(log: Log) -> Callable[[FloatArray], float]:
