@@ -194,7 +194,7 @@ def spans(flags: Bools) -> NDArray[np.intp]:
 
 
 def on_grid(masked: Bools, t: FloatArray, grid: FloatArray) -> Bools:
-    """Carry a mask (N, n) at times t over to a grid: a sample between two with one masked is."""
+    """Carry a mask (N, ...) at times t over to a grid: a sample between two with one masked is."""
     if len(t) == len(grid) and np.array_equal(t, grid):
         return masked
     after = np.clip(np.searchsorted(t, grid), 0, len(t) - 1)
