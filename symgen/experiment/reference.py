@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.data.drive import joint_side
 from symgen.data.log import Log, read_log, read_only
-from symgen.data.plain import read_columns
 from symgen.data.signals import differentiate, prepare
+from symgen.data.tables import read_columns
 from symgen.errors import LogError
 from symgen.robot.types import Robot
 

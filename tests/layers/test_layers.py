@@ -21,7 +21,7 @@ DOORS = {
     "pyarrow": ("data/tables",),
     "fsspec": ("data/urls",),
     "rosbags": ("data/bags",),
-    "mujoco": ("robot/mjcf_io",),
+    "mujoco": ("robot/formats/mjcf",),
     # Clarabel takes its matrices as SciPy's.
     "scipy": (
         "diagnosis/select",
