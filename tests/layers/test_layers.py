@@ -32,6 +32,8 @@ DOORS = {
         "data/spline",
         "estimation/statistics",
         "experiment/integrator",
+        "experiment/recording",
+        "experiment/reference",
         "experiment/trajectory",
         "identification/payload",
         "identification/physical",
