@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.diagnosis.evidence import Columns, Evidence, Scene
 from symgen.diagnosis.shapes import Shape, Torques, contact, dahl, drift, gain, pulse
+from symgen.diagnosis.whitened_system import Columns, compared
 from symgen.errors import RobotError
+from symgen.estimation.filtered import FilteredLog
 from symgen.robot.effect import Definition, Search, Sought, definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.effects import definition_tape
@@ -27,6 +28,7 @@ from symgen.symbolic.independence import FUNCTIONS
 from symgen.symbolic.tape import Numbers, Tape
 
 FloatArray = NDArray[np.float64]
+Logs = Sequence[FilteredLog]
 #: What the tape of an effect takes: arrays (N,) of joints, and numbers.
 Inputs = Mapping[str, Sequence[Any]]
 
@@ -50,7 +52,7 @@ class Candidate:
 
     definition: Definition
     joints: tuple[int, ...]
-    columns: Callable[[Scene, Torques], Columns]
+    columns: Callable[[FilteredLog, Torques], Columns]
     size: int
     constants: Mapping[str, float] = field(default_factory=dict)
     uses_model: bool = False
@@ -70,6 +72,11 @@ class Candidate:
         """Whether it has constants along which its columns have a slope: those of a formula."""
         return bool(self.constants) and self.remake is not None and self.definition.declarable
 
+    def moved(self, constants: Mapping[str, float]) -> Candidate:
+        """Return the candidate with other constants, where it can be remade."""
+        assert self.remake is not None
+        return self.remake({**self.constants, **constants})
+
     @property
     def name(self) -> str:
         """The definition's."""
@@ -80,22 +87,21 @@ class Candidate:
         """What it is apart from its constants."""
         return self.name, self.joints
 
-    def seen(self, evidence: Evidence, torques: Sequence[Torques]) -> dict[int, FloatArray]:
+    def seen(self, logs: Logs, torques: Sequence[Torques]) -> Columns:
         """Return the columns (K, m) in the band at the kept instants of all logs."""
-        per_scene = [self.columns(s, t) for s, t in zip(evidence.scenes, torques, strict=True)]
-        pairs = list(zip(evidence.scenes, per_scene, strict=True))
-        return {j: np.concatenate([s.seen(c[j]) for s, c in pairs]) for j in per_scene[0]}
+        pairs = [(s, self.columns(s, t)) for s, t in zip(logs, torques, strict=True)]
+        return {j: np.concatenate([compared(s, c[j]) for s, c in pairs]) for j in pairs[0][1]}
 
 
 def candidates(
-    robot: Robot, evidence: Evidence, chosen: Sequence[str] | None = None, *, given: bool = False
+    robot: Robot, logs: Logs, chosen: Sequence[str] | None = None, *, given: bool = False
 ) -> Iterator[Candidate]:
     """Yield the candidates of a robot: every effect, joint and constant that is not declared yet.
 
     Args:
         robot: what it declares is no candidate; what it wants to be searched is, in place of the
             library's ranges.
-        evidence: gives the ranges that constants are parts of.
+        logs: give the ranges that constants are parts of.
         chosen: names of effects to try; None for all.
         given: whether the parameters are given: then declared friction may have changed.
     """
@@ -106,7 +112,7 @@ def candidates(
         if definition.native == "coupling":
             yield from _couplings(robot, definition)
         elif definition.name in _SPECIAL:
-            yield from _SPECIAL[definition.name](robot, definition, evidence)
+            yield from _SPECIAL[definition.name](robot, definition, logs)
         elif definition.torque:
             for position in range(robot.n):
                 drifted = _declared(robot, definition, position)
@@ -115,19 +121,19 @@ def candidates(
                 joint = robot.movable[position]
                 if (definition.name, joint.number) in own:
                     continue
-                if not _measured(definition, evidence, position):
+                if not _measured(definition, logs, position):
                     continue
                 searches = definition.nonlinear
                 if any(search.scale == "gear" for search in searches.values()):
                     searches = _geared(searches, robot, position)
                     if not searches:
                         continue
-                points = grid(searches, evidence, position, joint.sigma)
+                points = grid(searches, logs, position, joint.sigma)
                 for candidate in on_joint(definition, position, points, joint.coulomb_width):
                     yield replace(candidate, change=drifted)
     for sought in robot.sought:
         if chosen is None or sought.effect.name in chosen:
-            yield from _sought(robot, sought, evidence)
+            yield from _sought(robot, sought, logs)
 
 
 def _declared(robot: Robot, definition: Definition, position: int) -> bool:
@@ -141,18 +147,18 @@ def _declared(robot: Robot, definition: Definition, position: int) -> bool:
     return (definition.name, joint.number) in known
 
 
-def _measured(definition: Definition, evidence: Evidence, position: int) -> bool:
+def _measured(definition: Definition, logs: Logs, position: int) -> bool:
     """Whether all logs have what an effect reads beside the motion of a joint."""
-    found = [getattr(s.log.samples, role) for s in evidence.scenes for role in definition.reads]
+    found = [getattr(s.samples, role) for s in logs for role in definition.reads]
     return all(x is not None and np.isfinite(x[:, position]).all() for x in found)
 
 
-def _sought(robot: Robot, sought: Sought, evidence: Evidence) -> Iterator[Candidate]:
+def _sought(robot: Robot, sought: Sought, logs: Logs) -> Iterator[Candidate]:
     """Yield an effect of the robot file with each value of its ranges."""
     (joint,), lengths = sought.effect.joints, robot.values()
     position = [j.number for j in robot.movable].index(joint)
     definition = sought.definition(lengths)
-    points = grid(sought.searches(lengths), evidence, position)
+    points = grid(sought.searches(lengths), logs, position)
     if not definition.own:
         yield from on_joint(definition, position, points, robot.movable[position].coulomb_width)
         return
@@ -215,9 +221,9 @@ def single(
     """
     values = [float(constants[name]) for name in definition.nonlinear]
 
-    def columns(s: Scene, torques: Torques) -> Columns:
+    def columns(s: FilteredLog, torques: Torques) -> Columns:
         variables = {"q": s.q, "qd": s.qd, "qdd": s.qdd, "taur": torques.load}
-        variables |= {role: getattr(s.log.samples, role) for role in definition.reads}
+        variables |= {role: getattr(s.samples, role) for role in definition.reads}
         inputs = {letter: [x[:, j] for j in sees] for letter, x in variables.items()}
         out = torque({**inputs, "c": values})
         shape = (len(s.t),)
@@ -243,15 +249,15 @@ def _tape(name: str) -> Tape:
 
 
 def grid(
-    searches: Mapping[str, Search], evidence: Evidence, position: int, sigma: int = names.REVOLUTE
+    searches: Mapping[str, Search], logs: Logs, position: int, sigma: int = names.REVOLUTE
 ) -> Iterator[dict[str, float]]:
     """Yield the values of constants that are tried, in the units of the joint."""
     axes = []
     for search in searches.values():
         if search.scale == "mean temp":
-            axes.append([_mean_temperature(evidence, position)])
+            axes.append([_mean_temperature(logs, position)])
             continue
-        unit = _unit(search, evidence, position, sigma)
+        unit = _unit(search, logs, position, sigma)
         spaced = np.geomspace if search.by_ratio else np.linspace
         values = spaced(search.low, search.high, search.count) * unit
         axes.append([float(v) for v in values])
@@ -259,9 +265,9 @@ def grid(
         yield dict(zip(searches, point, strict=True))
 
 
-def _mean_temperature(evidence: Evidence, position: int) -> float:
+def _mean_temperature(logs: Logs, position: int) -> float:
     """Return the mean temperature of a joint over the logs, to 0.1 deg C."""
-    measured = [s.log.samples.temp for s in evidence.scenes]
+    measured = [s.samples.temp for s in logs]
     own = np.concatenate([x[:, position] for x in measured if x is not None])
     return round(float(np.mean(own)), 1)
 
@@ -278,16 +284,16 @@ def _geared(searches: Mapping[str, Search], robot: Robot, position: int) -> Mapp
     }
 
 
-def _unit(search: Search, evidence: Evidence, position: int, sigma: int) -> float:
+def _unit(search: Search, logs: Logs, position: int, sigma: int) -> float:
     if search.scale == "turn" and sigma == names.PRISMATIC:  # periods over the slide's way
-        return 2 * np.pi / _unit(replace(search, scale="range"), evidence, position, sigma)
+        return 2 * np.pi / _unit(replace(search, scale="range"), logs, position, sigma)
     if search.scale == "speed":
-        speeds = np.concatenate([s.qd[:, position] for s in evidence.scenes])
+        speeds = np.concatenate([s.qd[:, position] for s in logs])
         return float(np.sqrt(np.mean(speeds**2))) or 1.0
     if search.scale == "range":
-        return max(float(np.ptp(s.q[s.kept, position])) for s in evidence.scenes) or 1.0
+        return max(float(np.ptp(s.q[s.kept, position])) for s in logs) or 1.0
     if search.scale == "duration":
-        return max(float(s.t[-1] - s.t[0]) for s in evidence.scenes)
+        return max(float(s.t[-1] - s.t[0]) for s in logs)
     return 1.0
 
 
@@ -305,7 +311,7 @@ def _couplings(robot: Robot, definition: Definition) -> Iterator[Candidate]:
 def coupling(definition: Definition, j: int, k: int, ratio: float) -> Candidate:
     """Return u = qd_j + ratio qd_k, F = IAM u' + FVM u + FSM sign(u) on j, ratio F on k."""
 
-    def columns(s: Scene, _: Torques) -> Columns:
+    def columns(s: FilteredLog, _: Torques) -> Columns:
         u = s.qd[:, j] + ratio * s.qd[:, k]
         F = np.stack([s.qdd[:, j] + ratio * s.qdd[:, k], u, np.sign(u)], axis=1)
         return {j: F, k: ratio * F}
@@ -313,17 +319,17 @@ def coupling(definition: Definition, j: int, k: int, ratio: float) -> Candidate:
     return Candidate(definition, (j, k), columns, 3, {"ratio": ratio})
 
 
-def _delays(robot: Robot, definition: Definition, _: Evidence) -> Iterator[Candidate]:
+def _delays(robot: Robot, definition: Definition, _: Logs) -> Iterator[Candidate]:
     """A torque that comes late by DT: tau(t) = model(t - DT), to first order -DT d(model)/dt."""
 
-    def columns(s: Scene, torques: Torques) -> Columns:
+    def columns(s: FilteredLog, torques: Torques) -> Columns:
         rate = -np.gradient(torques.model, s.step, axis=0)
         return {j: rate[:, j : j + 1] for j in range(robot.n)}
 
     yield Candidate(definition, (), columns, 1, uses_model=True)
 
 
-_Maker = Callable[[Robot, Definition, Evidence], Iterator[Candidate]]
+_Maker = Callable[[Robot, Definition, Logs], Iterator[Candidate]]
 
 
 def _shaped(
@@ -331,7 +337,7 @@ def _shaped(
 ) -> Candidate:
     """Return an effect with one coefficient on one joint."""
 
-    def columns(s: Scene, torques: Torques) -> Columns:
+    def columns(s: FilteredLog, torques: Torques) -> Columns:
         return {position: shape(s, torques, position, constants)[:, None]}
 
     return Candidate(
@@ -348,18 +354,18 @@ def _shaped(
 def _each(shape: Shape) -> _Maker:
     """Return what yields an effect on every joint with every value of its constants."""
 
-    def make(robot: Robot, definition: Definition, evidence: Evidence) -> Iterator[Candidate]:
+    def make(robot: Robot, definition: Definition, logs: Logs) -> Iterator[Candidate]:
         for position in range(robot.n):
-            for values in grid(definition.nonlinear, evidence, position):
+            for values in grid(definition.nonlinear, logs, position):
                 yield _shaped(definition, position, values, shape)
 
     return make
 
 
-def _contacts(robot: Robot, definition: Definition, evidence: Evidence) -> Iterator[Candidate]:
+def _contacts(robot: Robot, definition: Definition, logs: Logs) -> Iterator[Candidate]:
     """Yield the contacts whose window of time lies within a log."""
-    longest = max(float(s.t[s.kept][-1] - s.t[0]) for s in evidence.scenes)
-    for candidate in _each(contact)(robot, definition, evidence):
+    longest = max(float(s.t[s.kept][-1] - s.t[0]) for s in logs)
+    for candidate in _each(contact)(robot, definition, logs):
         if candidate.constants["start"] + candidate.constants["length"] <= longest:
             yield candidate
 

@@ -20,11 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.data.signals import differentiate
+from symgen.data.signals import differentiate, lowpass
 from symgen.diagnosis.candidates import Candidate
-from symgen.diagnosis.evidence import Columns, Evidence, Scene
 from symgen.diagnosis.shapes import Torques
-from symgen.diagnosis.stiffness import deflection, stiffnesses
+from symgen.diagnosis.stiffness import Stiffness, deflection
+from symgen.diagnosis.whitened_system import Columns
+from symgen.estimation.filtered import FilteredLog
 from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
 from symgen.symbolic.variation import Variation, random_states, variation
@@ -39,25 +40,29 @@ _LOAD = (names.MASS, *names.MOMENT, "ZZ", "XX", "YY", "XY", "XZ", "YZ")
 
 
 def special_candidates(
-    robot: Robot, evidence: Evidence, chosen: Sequence[str] | None = None, *, given: bool = False
+    robot: Robot,
+    bent: Sequence[Stiffness],
+    chosen: Sequence[str] | None = None,
+    *,
+    given: bool = False,
 ) -> Iterator[Candidate]:
     """Yield the candidates of a robot that need its model.
 
     Args:
         robot: the mechanism.
-        evidence: what they are to explain.
+        bent: what second encoders show.
         chosen: names of effects to try; None for all.
         given: whether the parameters are given: then a load shows, and a length that the robot
             always had does not.
     """
-    kinds: dict[str, Callable[[Robot, Evidence], Iterator[Candidate]]] = {
+    kinds: dict[str, Callable[[Robot, Sequence[Stiffness]], Iterator[Candidate]]] = {
         "base_tilt": _tilts,
         "joint_elasticity": _elastic,
         ("payload" if given else "geometry_error"): _loads if given else _lengths,
     }
     for name, make in kinds.items():
         if chosen is None or name in chosen:
-            yield from make(robot, evidence)
+            yield from make(robot, bent)
 
 
 def _everywhere(torque: FloatArray) -> Columns:
@@ -65,7 +70,7 @@ def _everywhere(torque: FloatArray) -> Columns:
     return {j: torque[:, j] for j in range(torque.shape[1])}
 
 
-def _tilts(robot: Robot, _: Evidence) -> Iterator[Candidate]:
+def _tilts(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
     """Gravity turned about the two axes of frame 0 that are most upright to it: dg = -beta x g.
 
     The base turns by beta, so that gravity turns by -beta in frame 0.
@@ -84,7 +89,7 @@ def _tilts(robot: Robot, _: Evidence) -> Iterator[Candidate]:
     turned = [-np.cross(np.eye(3)[axis], gravity) for axis in axes]
     hidden = _hidden(v, turned)
 
-    def columns(s: Scene, torques: Torques) -> Columns:
+    def columns(s: FilteredLog, torques: Torques) -> Columns:
         along = [_weight(v, s.q, torques.links, g) for g in turned]
         for blends in hidden:
             pairs = zip(turned, blends, strict=True)
@@ -138,7 +143,7 @@ def _hidden(v: Variation, turned: Sequence[FloatArray]) -> list[FloatArray]:
     return [(x @ open_.T).reshape(len(turned), count, 10) for x in found]
 
 
-def _lengths(robot: Robot, _: Evidence) -> Iterator[Candidate]:
+def _lengths(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
     """Each length that is not zero, of a robot whose other joints do not depend on it."""
     v = variation(robot)
     if robot.loops or any(j.follows is not None for j in robot.joints):
@@ -156,7 +161,7 @@ def _lengths(robot: Robot, _: Evidence) -> Iterator[Candidate]:
             )
 
 
-def _lengthened(v: Variation, number: int, key: str, s: Scene, torques: Torques) -> Columns:
+def _lengthened(v: Variation, number: int, key: str, s: FilteredLog, torques: Torques) -> Columns:
     """Return d tau / d length, less what other link parameters would give as well.
 
     How much of the derivative these can say depends on which of many sets `links` is.
@@ -189,13 +194,13 @@ def _slope(
     return out
 
 
-def _elastic(robot: Robot, evidence: Evidence) -> Iterator[Candidate]:
+def _elastic(robot: Robot, bent: Sequence[Stiffness]) -> Iterator[Candidate]:
     """Each joint, with a compliance between its motor, whose motion is measured, and its link.
 
     Where its link has an encoder, what it bends is measured, and its stiffness known apart.
     """
     v, definition = variation(robot), definitions()["joint_elasticity"]
-    known = {s.joint: s.stiffness[0] for s in stiffnesses(evidence) if not s.fault}
+    known = {s.joint: s.stiffness[0] for s in bent if not s.fault}
     for j in range(robot.n):
         if j not in known:
             yield Candidate(definition, (j,), partial(_bent, v, j), 1, uses_model=True)
@@ -216,7 +221,7 @@ def _elastic(robot: Robot, evidence: Evidence) -> Iterator[Candidate]:
 
 
 def _behind(
-    v: Variation, j: int, stiffness: float, rotor: bool, s: Scene, torques: Torques
+    v: Variation, j: int, stiffness: float, rotor: bool, s: FilteredLog, torques: Torques
 ) -> Columns:
     """Return K times what the links' torque changes by where joint j is as its link is.
 
@@ -237,7 +242,7 @@ def _behind(
     return _everywhere(columns)
 
 
-def _bent(v: Variation, j: int, s: Scene, torques: Torques) -> Columns:
+def _bent(v: Variation, j: int, s: FilteredLog, torques: Torques) -> Columns:
     """Return d tau / d(1/K): q behind joint j is q - R/K, R the torque that the links ask of it.
 
     Minus the derivative of the links' torque along (R, R', R'') of joint j; friction and rotor are
@@ -245,8 +250,8 @@ def _bent(v: Variation, j: int, s: Scene, torques: Torques) -> Columns:
     makes 1/K too small.
     """
     state = (s.q, s.qd, s.qdd)
-    R = v.torque(state, torques.links)[:, j]
-    rate = np.gradient(s.smooth(R), s.step)
+    R, band = v.torque(state, torques.links)[:, j], s.rows.cutoff
+    rate = np.gradient(R if band is None else lowpass(R, s.step, band), s.step)
     along = (R, rate, np.gradient(rate, s.step))
     span = max(float(np.ptp(s.q[:, j])), 1e-9)
     step = _SHIFT * span / max(float(np.abs(R).max()), 1e-300)
@@ -259,7 +264,7 @@ def _bent(v: Variation, j: int, s: Scene, torques: Torques) -> Columns:
     return _everywhere(((shifted(-step) - shifted(step)) / (2 * step))[:, :, None])
 
 
-def _loads(robot: Robot, _: Evidence) -> Iterator[Candidate]:
+def _loads(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
     """A load on the last link that moves; of its ten parameters those that show by themselves."""
     last = robot.movable[-1].number
     v = variation(robot)
@@ -276,7 +281,7 @@ def _loads(robot: Robot, _: Evidence) -> Iterator[Candidate]:
 
     sigma = robot.joint(last).sigma
 
-    def columns(s: Scene, _: Torques) -> Columns:
+    def columns(s: FilteredLog, _: Torques) -> Columns:
         state = [x[:, None, :] for x in (s.q, s.qd, s.qdd)]
         return _everywhere(v.torque(state, units[kept]).transpose(0, 2, 1))
 

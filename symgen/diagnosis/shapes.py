@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.diagnosis.evidence import Scene
+from symgen.estimation.filtered import FilteredLog
 
 FloatArray = NDArray[np.float64]
 
@@ -37,26 +37,26 @@ class Torques(NamedTuple):
 
 
 #: Column (N,) of the one coefficient of an effect on a joint, by its position and constants.
-Shape = Callable[[Scene, Torques, int, Mapping[str, float]], FloatArray]
+Shape = Callable[[FilteredLog, Torques, int, Mapping[str, float]], FloatArray]
 
 
-def gain(_: Scene, torques: Torques, j: int, __: Mapping[str, float]) -> FloatArray:
+def gain(_: FilteredLog, torques: Torques, j: int, __: Mapping[str, float]) -> FloatArray:
     """A channel that reads G times too much: tau = (1 + G) model."""
     return torques.model[:, j]
 
 
-def drift(s: Scene, torques: Torques, j: int, constants: Mapping[str, float]) -> FloatArray:
+def drift(s: FilteredLog, torques: Torques, j: int, constants: Mapping[str, float]) -> FloatArray:
     """Friction times 1 + DR exp(-t/T)."""
     fading: FloatArray = np.exp(-(s.t - s.t[0]) / constants["T"])
     return torques.friction[:, j] * fading
 
 
-def pulse(s: Scene, _: Torques, j: int, constants: Mapping[str, float]) -> FloatArray:
+def pulse(s: FilteredLog, _: Torques, j: int, constants: Mapping[str, float]) -> FloatArray:
     """A pulse after each reversal, in the new direction, while the joint crosses `width`."""
     return -_after_reversals(s, j, constants["width"])
 
 
-def dahl(s: Scene, _: Torques, j: int, constants: Mapping[str, float]) -> FloatArray:
+def dahl(s: FilteredLog, _: Torques, j: int, constants: Mapping[str, float]) -> FloatArray:
     """Friction of one N m that turns over a way xs: z = sign + (z0 - sign) exp(-way/xs).
 
     The way since the last reversal counts, z0 is the state there; the joint comes from afar.
@@ -73,14 +73,14 @@ def dahl(s: Scene, _: Torques, j: int, constants: Mapping[str, float]) -> FloatA
     return z
 
 
-def contact(s: Scene, _: Torques, __: int, constants: Mapping[str, float]) -> FloatArray:
+def contact(s: FilteredLog, _: Torques, __: int, constants: Mapping[str, float]) -> FloatArray:
     """A constant torque from `start`, s after the log's first sample, for `length` s."""
     t = s.t - s.t[0]
     start, length = constants["start"], constants["length"]
     return np.asarray((t >= start) & (t < start + length), dtype=float)
 
 
-def _after_reversals(s: Scene, j: int, width: float) -> FloatArray:
+def _after_reversals(s: FilteredLog, j: int, width: float) -> FloatArray:
     """Return a half sine of unit height over the way since the last reversal, with its sign."""
     speed = s.qd[:, j]
     moves = np.abs(speed) > 1e-3 * np.sqrt(np.mean(speed**2))

@@ -19,13 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
+from symgen.diagnosis.baseline import Baseline
 from symgen.diagnosis.candidates import Candidate
-from symgen.diagnosis.evidence import Evidence, Scene
 from symgen.diagnosis.search import Search as NamedSearch
 from symgen.diagnosis.search import Selection
 from symgen.diagnosis.select import Score, judge
 from symgen.diagnosis.shapes import Torques
 from symgen.diagnosis.standard_friction import friction_instead
+from symgen.diagnosis.whitened_system import WhitenedSystem, compared
+from symgen.estimation.filtered import FilteredLog
 from symgen.robot.effect import Search, definitions, unit
 from symgen.robot.types import Robot
 
@@ -82,13 +84,13 @@ class Term:
     """
 
     text: str
-    values: Callable[[Scene], FloatArray]
+    values: Callable[[FilteredLog], FloatArray]
     dimension: str
     constants: Mapping[str, float] = field(default_factory=dict)
     remake: Callable[[float, float], Term] | None = None
 
 
-def library(robot: Robot, scenes: Sequence[Scene]) -> list[Term]:
+def library(robot: Robot, scenes: Sequence[FilteredLog]) -> list[Term]:
     """Return every term in the positions and speeds of a robot's joints, bumps on their grid."""
     return [*_plain(robot), *_products(robot), *_bumps(robot, scenes)]
 
@@ -117,7 +119,7 @@ def _product(robot: Robot, *factors: tuple[str, int, str]) -> Term:
     """Return a product of functions, each (q or qd, position of the joint, text)."""
     functions = {"q": _POSITION, "qd": _SPEED}
 
-    def values(s: Scene) -> FloatArray:
+    def values(s: FilteredLog) -> FloatArray:
         out = np.ones(len(s.t))
         for letter, k, text in factors:
             x = s.q[:, k] if letter == "q" else s.qd[:, k]
@@ -135,7 +137,7 @@ def _product(robot: Robot, *factors: tuple[str, int, str]) -> Term:
     return Term("*".join(texts), values, " ".join(dimension))
 
 
-def _bumps(robot: Robot, scenes: Sequence[Scene]) -> Iterator[Term]:
+def _bumps(robot: Robot, scenes: Sequence[FilteredLog]) -> Iterator[Term]:
     for k in range(robot.n):
         q = np.concatenate([s.q[s.kept, k] for s in scenes])
         low, high = float(q.min()), float(q.max())
@@ -180,25 +182,25 @@ def expression(robot: Robot, position: int, terms: Sequence[Term]) -> Candidate:
         own=True,
     )
 
-    def columns(s: Scene, _: Torques) -> Mapping[int, FloatArray]:
+    def columns(s: FilteredLog, _: Torques) -> Mapping[int, FloatArray]:
         return {position: -np.stack([t.values(s) for t in terms], axis=1)}
 
     return Candidate(definition, (position,), columns, len(terms), constants)
 
 
-def _seen(terms: Sequence[Term], scenes: Sequence[Scene]) -> FloatArray:
+def _seen(terms: Sequence[Term], scenes: Sequence[FilteredLog]) -> FloatArray:
     """Return minus the terms in the band at the kept instants of all logs, (K, T)."""
     out = []
     for s in scenes:
         parts = [
-            s.seen(np.stack([t.values(s) for t in terms[i : i + _CHUNK]], axis=1))
+            compared(s, np.stack([t.values(s) for t in terms[i : i + _CHUNK]], axis=1))
             for i in range(0, len(terms), _CHUNK)
         ]
         out.append(np.concatenate(parts, axis=1))
     return -np.concatenate(out)
 
 
-def _gains(evidence: Evidence, j: int, columns: FloatArray) -> FloatArray:
+def _gains(evidence: WhitenedSystem, j: int, columns: FloatArray) -> FloatArray:
     """Return the share of a joint's sum of squares that each column (K, T) explains, (T,)."""
     C = columns * (evidence.moves[:, j] / evidence.sigma[j])[:, None]
     whole = np.sum(C**2, axis=0)
@@ -217,26 +219,22 @@ def _on(j: int, accepted: Sequence[Score]) -> list[Score]:
 class _Finder:
     """The search for expressions, joint by joint."""
 
-    def __init__(self, robot: Robot, base: Evidence, noise: FloatArray, tried: int) -> None:
-        self.robot, self.base, self.noise = robot, base, noise
-        self.terms = library(robot, base.scenes)
-        self.columns = _seen(self.terms, base.scenes)
-        self.tried = tried + len(self.terms) * robot.n
+    def __init__(self, baseline: Baseline, noise: FloatArray, tried: int) -> None:
+        self.robot, self.system, self.noise = baseline.robot, baseline.beside, noise
+        self.terms = library(self.robot, baseline.base.logs)
+        self.columns = _seen(self.terms, baseline.base.logs)
+        self.tried = tried + len(self.terms) * self.robot.n
 
-    def evidence(self, accepted: Sequence[Score]) -> Evidence:
-        """Return the evidence with the columns of some effects."""
-        return self.base.with_columns(s.columns for s in accepted)
-
-    def structured(self, evidence: Evidence) -> FloatArray:
+    def structured(self, evidence: WhitenedSystem) -> FloatArray:
         """Return the residual over the noise, (n,)."""
         return np.asarray(evidence.sigma / np.maximum(self.noise, 1e-6 * np.std(evidence.y)))
 
-    def score(self, evidence: Evidence, j: int, terms: Sequence[Term]) -> Score:
+    def score(self, evidence: WhitenedSystem, j: int, terms: Sequence[Term]) -> Score:
         """Judge the sum of some terms on one joint."""
         return judge(
             evidence,
             expression(self.robot, j, terms),
-            {j: _seen(terms, evidence.scenes)},
+            {j: _seen(terms, evidence.logs)},
             self.tried,
         )
 
@@ -245,22 +243,20 @@ class _Finder:
         terms: list[Term] = []
         found: Score | None = None
         while len(terms) < _MOST:
-            here = self.evidence([*named, found] if found else named)
+            here = self.system([*named, found] if found else named)
             if self.structured(here)[j] < _STRUCTURED:
                 break
             new = self._best(here, j)
             if self.score(here, j, [new]).fault:
                 break
             terms = self._settled(j, named, [*terms, new])
-            found = self.score(self.evidence(named), j, terms)
+            found = self.score(self.system(named), j, terms)
             named, found, terms = self._lean(j, named, found, terms)
             if found.fault:
                 return None
         return None if found is None else (list(named), found)
 
-    def instead(
-        self, j: int, named: Sequence[Score], alike: Mapping[int, Sequence[Score]]
-    ) -> list[Score] | None:
+    def instead(self, j: int, named: Sequence[Score]) -> list[Score] | None:
         """Return the effects with an expression on a joint; None where named ones do as well.
 
         It is looked for beside all that is named, and in place of the joint's own effects: first
@@ -270,9 +266,7 @@ class _Finder:
         own = _on(j, named)
         odd = [s for s in own if not s.candidate.definition.native]
         others = [
-            [other if s is mine else s for s in named]
-            for mine in own
-            for other in alike.get(id(mine), ())
+            [other if s is mine else s for s in named] for mine in own for other in mine.alike
         ]
         costs = [self._cost(one, j, _on(j, one)) for one in (named, *others)]
         best, least = None, _LEFT * min(costs)
@@ -288,9 +282,9 @@ class _Finder:
     def _cost(self, accepted: Sequence[Score], j: int, own: Sequence[Score]) -> float:
         """Return the square of a joint's residual, its effects' numbers weighed in."""
         numbers = sum(s.candidate.complexity for s in own)
-        return float(self.evidence(accepted).sigma[j] ** 2) * _NUMBER**numbers
+        return float(self.system(accepted).sigma[j] ** 2) * _NUMBER**numbers
 
-    def _best(self, evidence: Evidence, j: int) -> Term:
+    def _best(self, evidence: WhitenedSystem, j: int) -> Term:
         """Return the term that leaves least, a bump's two numbers weighed in."""
         left = 1 - _gains(evidence, j, self.columns)
         order = np.argsort(left)
@@ -302,9 +296,9 @@ class _Finder:
         bump, gain = max(refined, key=lambda entry: entry[1])
         return bump if (1 - gain) * _NUMBER**2 < left[plain] else self.terms[plain]
 
-    def _refined(self, evidence: Evidence, j: int, term: Term) -> tuple[Term, float]:
+    def _refined(self, evidence: WhitenedSystem, j: int, term: Term) -> tuple[Term, float]:
         """Move centre and width of a bump to the largest gain, on grids of half the mesh each."""
-        best, gain = term, float(_gains(evidence, j, _seen([term], evidence.scenes))[0])
+        best, gain = term, float(_gains(evidence, j, _seen([term], evidence.logs))[0])
         if term.remake is None:
             return best, gain
         c, w = term.constants["c"], term.constants["w"]
@@ -315,7 +309,7 @@ class _Finder:
                 for a in (-1, 0, 1)
                 for b in (-1, 0, 1)
             ]
-            gains = _gains(evidence, j, _seen(near, evidence.scenes))
+            gains = _gains(evidence, j, _seen(near, evidence.logs))
             at = int(np.argmax(gains))
             if gains[at] > gain:
                 best, gain = near[at], float(gains[at])
@@ -328,8 +322,8 @@ class _Finder:
         for i, term in enumerate(terms):
             if term.constants:
                 others = [t for k, t in enumerate(terms) if k != i]
-                beside = [self.score(self.evidence(named), j, others)] if others else []
-                terms[i], _ = self._refined(self.evidence([*named, *beside]), j, term)
+                beside = [self.score(self.system(named), j, others)] if others else []
+                terms[i], _ = self._refined(self.system([*named, *beside]), j, term)
         return terms
 
     def _lean(
@@ -339,50 +333,35 @@ class _Finder:
         kept = list(named)
         for own in [s for s in named if s.candidate.joints == (j,)]:
             rest = [s for s in kept if s is not own]
-            evidence = self.evidence([*rest, found])
+            evidence = self.system([*rest, found])
             again = judge(evidence, own.candidate, own.columns, self.tried)
             if again.fault:
                 terms = self._settled(j, rest, terms)
-                kept, found = rest, self.score(self.evidence(rest), j, terms)
+                kept, found = rest, self.score(self.system(rest), j, terms)
         return kept, found, terms
 
 
-def with_unnamed(
-    selection: Selection,
-    robot: Robot,
-    search: NamedSearch,
-    noise: FloatArray,
-    progress: Callable[[str], None] = lambda _: None,
-) -> Selection:
+def with_unnamed(selection: Selection, search: NamedSearch, noise: FloatArray) -> Selection:
     """Add expressions for what the named effects leave; friction where it leaves no more.
 
     Args:
         selection: of the named search.
-        robot: as declared.
-        search: with the candidates, and the evidence of the model as it is declared.
+        search: with the candidates, and the model as it is declared.
         noise: (n,) standard deviation of the torque's noise in the band.
-        progress: is told what is being tried.
     """
-    loud = selection.evidence.sigma / np.maximum(noise, 1e-300)
+    accepted = list(selection.accepted)
+    loud = search.baseline.beside(accepted).sigma / np.maximum(noise, 1e-300)
     if not (loud > _STRUCTURED).any():
         return selection
-    progress("looking for expressions that have no name")
-    finder = _Finder(robot, search.base, noise, selection.tried)
-    accepted = list(selection.accepted)
-    alike = {id(s): a for s, a in zip(selection.accepted, selection.alike, strict=True)}
+    search.progress("looking for expressions that have no name")
+    finder = _Finder(search.baseline, noise, selection.tried)
     for j in np.argsort(-loud):
-        if finder.structured(finder.evidence(accepted))[j] < _STRUCTURED:
+        if finder.structured(finder.system(accepted))[j] < _STRUCTURED:
             continue
-        whole = finder.instead(int(j), accepted, alike)
+        whole = finder.instead(int(j), accepted)
         if whole is None:
             continue
         *rest, expression = whole
         accepted = [*rest, *(friction_instead(search, int(j), rest, expression) or [expression])]
     accepted.sort(key=lambda s: -s.gain)
-    return replace(
-        selection,
-        evidence=finder.evidence(accepted),
-        accepted=tuple(accepted),
-        alike=tuple(alike.get(id(s), ()) for s in accepted),
-        tried=finder.tried,
-    )
+    return replace(selection, accepted=tuple(accepted), tried=finder.tried)

@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from symgen.diagnosis.candidates import Candidate
-from symgen.diagnosis.evidence import Columns, Evidence
 from symgen.diagnosis.refine import refined
 from symgen.diagnosis.search import Search
 from symgen.diagnosis.select import Score, judge, quick_gain
+from symgen.diagnosis.whitened_system import Columns, WhitenedSystem
 
 #: What is left on the joint, over what the expression leaves.
 _ALIKE = 1.05
@@ -43,19 +43,18 @@ def friction_instead(
     if not more:
         return None
     best, _ = max(more, key=lambda entry: quick_gain(beside, entry[1]))
-    torques = search.torques(search.base)
     best, columns = refined(
         best,
         [c.constants for c, _ in more if c.key == best.key],
-        lambda c: c.seen(search.base, torques),
+        search.baseline.seen(search.baseline.base),
         lambda c: quick_gain(beside, c),
     )
     found = _needed(search, rest, [*plain, (best, columns)])
     return found if found and _left(search, rest, found, j) <= _ALIKE * wanted else None
 
 
-def _with(search: Search, scores: Sequence[Score]) -> Evidence:
-    return search.base.with_columns(s.columns for s in scores)
+def _with(search: Search, scores: Sequence[Score]) -> WhitenedSystem:
+    return search.baseline.beside(scores)
 
 
 def _left(search: Search, rest: Sequence[Score], found: Sequence[Score], j: int) -> float:
