@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import Model
-from symgen.diagnosis.candidates import Candidate
+from symgen.diagnosis.effects import Candidate, Torques
 from symgen.diagnosis.floor import noise_floor
 from symgen.diagnosis.select import Score
-from symgen.diagnosis.shapes import Torques
 from symgen.diagnosis.whitened_system import (
     Columns,
     WhitenedSystem,

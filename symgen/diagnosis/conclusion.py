@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from symgen.codegen.model import Model, derive
 from symgen.diagnosis.baseline import Baseline, Seen, link_values, model_of, torques_of
-from symgen.diagnosis.candidates import Candidate
 from symgen.diagnosis.diagnosis import (
     Alike,
     Curves,
@@ -22,6 +21,7 @@ from symgen.diagnosis.diagnosis import (
     Gap,
     Rejected,
 )
+from symgen.diagnosis.effects import Candidate
 from symgen.diagnosis.extend import extended, with_values
 from symgen.diagnosis.floor import at_rest, noise_floor
 from symgen.diagnosis.messages import tie

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.diagnosis.baseline import Baseline, Seen
-from symgen.diagnosis.candidates import Candidate
+from symgen.diagnosis.effects import Candidate
 from symgen.diagnosis.select import Score
 from symgen.diagnosis.whitened_system import Columns, WhitenedSystem
 from symgen.errors import RobotError
@@ -41,7 +41,7 @@ def refined(
     from scipy.optimize import minimize
 
     constants, start = dict(candidate.constants), seen(candidate)
-    if candidate.remake is None or not 0 < len(constants) <= max(_STEPS):
+    if not candidate.refinable or not 0 < len(constants) <= max(_STEPS):
         return candidate, start
     points = [*grid, constants]
     bounds = [_neighbours({p[name] for p in points}, value) for name, value in constants.items()]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symgen.diagnosis.baseline import Baseline, Seen
-from symgen.diagnosis.candidates import Candidate
+from symgen.diagnosis.effects import Candidate
 from symgen.diagnosis.refine import refined
 from symgen.diagnosis.select import GAIN, Score, judge, quick_gain
 from symgen.diagnosis.whitened_system import Columns, WhitenedSystem

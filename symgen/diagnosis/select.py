@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.diagnosis.candidates import Candidate
+from symgen.diagnosis.effects import Candidate
 from symgen.diagnosis.robust import covariance
 from symgen.diagnosis.whitened_system import Columns, WhitenedSystem, dense
 

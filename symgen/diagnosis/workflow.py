@@ -15,10 +15,10 @@ from symgen.data.log import Log
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.diagnosis.baseline import Baseline, baseline, model_of
-from symgen.diagnosis.candidates import candidates
 from symgen.diagnosis.chance_test import beyond_misfit
 from symgen.diagnosis.conclusion import conclude, plain
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap
+from symgen.diagnosis.effects import candidates
 from symgen.diagnosis.measuring_chain import (
     check,
     closed,
@@ -33,9 +33,9 @@ from symgen.diagnosis.measuring_chain import (
 from symgen.diagnosis.mended import largest, mended_channels, undone_channels
 from symgen.diagnosis.model_based_effects import special_candidates
 from symgen.diagnosis.search import Search
-from symgen.diagnosis.sparse_terms import with_unnamed
 from symgen.diagnosis.stiffness import NAME as STIFFNESS
 from symgen.diagnosis.stiffness import stiffnesses, with_stiffness
+from symgen.diagnosis.terms import with_unnamed
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band

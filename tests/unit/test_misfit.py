@@ -10,8 +10,8 @@ from oracles import planar2r
 
 import symgen
 from symgen.diagnosis.baseline import KERNELS, Baseline
-from symgen.diagnosis.candidates import candidates
 from symgen.diagnosis.chance_test import beyond_misfit, chance_share, share_of_unknown
+from symgen.diagnosis.effects import candidates
 from symgen.diagnosis.search import Search, Selection
 from symgen.diagnosis.select import Score, judge, quick_gain
 from symgen.diagnosis.whitened_system import WhitenedSystem, fitted_system

@@ -21,7 +21,7 @@ from oracles.planar2r import harmonic_motion, torque_regressor
 import symgen
 from symgen import cli
 from symgen.codegen.model import derive
-from symgen.diagnosis.candidates import Torques, candidates
+from symgen.diagnosis.effects import Torques, candidates
 from symgen.diagnosis.extend import extended
 from symgen.diagnosis.workflow import diagnose
 from symgen.errors import ParameterError, RobotError
