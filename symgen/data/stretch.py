@@ -32,6 +32,11 @@ class Stretch:
         """Number of rows."""
         return self.rows[1] - self.rows[0]
 
+    def between(self, first: int, last: int) -> Stretch:
+        """Return the rows from one to another of the file, by its step."""
+        begin, end = (self.times[0] + self.step * (k - self.rows[0]) for k in (first, last - 1))
+        return replace(self, rows=(first, last), times=(begin, end))
+
 
 def within(s: Stretch, low: float | None, high: float | None) -> Stretch:
     """Return the rows of a stretch between two times, by its step."""
@@ -40,6 +45,4 @@ def within(s: Stretch, low: float | None, high: float | None) -> Stretch:
         first = s.rows[0] + int(np.ceil((low - s.times[0]) / s.step - 1e-6))
     if high is not None and high < s.times[1]:
         last = s.rows[0] + int(np.floor((high - s.times[0]) / s.step + 1e-6)) + 1
-    first, last = min(first, s.rows[1]), max(last, first)
-    begin, end = (s.times[0] + s.step * (k - s.rows[0]) for k in (first, last - 1))
-    return replace(s, rows=(first, last), times=(begin, end))
+    return s.between(min(first, s.rows[1]), max(last, first))
