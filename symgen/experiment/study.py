@@ -30,10 +30,6 @@ from symgen.estimation.band import Band
 from symgen.estimation.equation_model import NEEDED, EquationModel, require_model
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.filtered import FilteredLog, filtered
-<<<<<<< HEAD
-from symgen.estimation.system import LinearSystem
-=======
->>>>>>> core
 from symgen.experiment.plant import KERNELS
 from symgen.experiment.recording import Instruments, Recording
 from symgen.experiment.reference import Reference, reference_of
@@ -147,37 +143,19 @@ class Trials:
 
     def _parts(self, evaluator: Evaluator, samples: Sequence[Samples]) -> list[list[EquatedLog]]:
         """Return the logs of a run with their equations, for every try."""
-<<<<<<< HEAD
 
         @cache
         def logs(band: Band) -> tuple[FilteredLog, ...]:
-            run = Run(evaluator, band, tuple(filtered(s, band) for s in samples), (), (), True)
-            return (checked_run(run)[0] if self.late else run).train
+            run = Run(evaluator, band, tuple(filtered(s, band) for s in samples))
+            return (undo_delay(run) if self.late else run).train
 
         @cache
-        def parts(recipe: Recipe, band: Band, iv: bool) -> list[Part]:
+        def parts(model: EquationModel, band: Band, iv: bool) -> list[EquatedLog]:
             return [
-                self._part(evaluator, Part("train", log, (), recipe.model), k, recipe, band, iv)
-                for k, log in enumerate(logs(band))
+                self._part(evaluator, log, k, model, band, iv) for k, log in enumerate(logs(band))
             ]
 
-        return [parts(t.recipe, t.band, t.method.name == "iv") for t in self.tries]
-=======
-        seen = {}
-        for band in {tried.band for tried in self.tries}:
-            run = Run(evaluator, band, tuple(filtered(s, band) for s in samples))
-            seen[band] = (undo_delay(run) if self.late else run).train
-        built: dict[tuple[EquationModel, Band, bool], list[EquatedLog]] = {}
-        out = []
-        for tried in self.tries:
-            key = tried.model, tried.band, tried.method.name == "iv"
-            if key not in built:
-                built[key] = [
-                    self._part(evaluator, log, k, *key) for k, log in enumerate(seen[tried.band])
-                ]
-            out.append(built[key])
-        return out
->>>>>>> core
+        return [parts(t.model, t.band, t.method.name == "iv") for t in self.tries]
 
     def _part(
         self,
@@ -389,11 +367,7 @@ def _tried(
     enough = [m for m in LENGTHS if np.sum(good[m]) > 2]
     of = partial(Tried, way.model.name, way.method.label, way.band, int(np.sum(~good[1])))
     if 1 not in enough:
-<<<<<<< HEAD
         return of((), None, (), (), ())
-=======
-        return Tried(way.model.name, way.method.label, way.band, failed, (), None, (), (), ())
->>>>>>> core
     X = {m: found[f"X{m}"][good[m]] for m in enough}
     std = np.stack([X[m].std(axis=0, ddof=1) for m in enough])
     error = np.stack([found[f"error{m}"][good[m]].mean(axis=0) for m in enough])
@@ -401,7 +375,6 @@ def _tried(
     # One std for all lengths, each weighed by what it tells, as if recorded once.
     once = np.sqrt((counts * np.array(enough)) @ std**2 / counts.sum())
     said = found["std1"][good[1]]
-<<<<<<< HEAD
     rms, bias = np.sqrt(np.mean(said**2, axis=0)), X[1].mean(axis=0) - trials.X
     doubt = std[0] / math.sqrt(len(X[1]))
     inside = np.mean(np.abs(X[1] - trials.X) <= _HALF * said, axis=0)
@@ -414,29 +387,6 @@ def _tried(
         for p, true, off, error_of_bias, own, says, cover, single, course in zip(
             trials.evaluator.model.base.parameters, *(c.tolist() for c in columns), strict=True
         )
-=======
-    base = trials.evaluator.model.base
-    parameters = []
-    for k, p in enumerate(base.parameters):
-        true, bias = float(trials.X[k]), float(X[1][:, k].mean() - trials.X[k])
-        error_of_bias = float(std[0, k]) / math.sqrt(len(X[1]))
-        rms = float(np.sqrt(np.mean(said[:, k] ** 2)))
-        parameters.append(Precision(
-            p.name, p.unit, true, bias, error_of_bias, float(std[0, k]),
-            rms if math.isfinite(rms) else None,
-            float(np.mean(np.abs(X[1][:, k] - true) <= _HALF * said[:, k])),
-            tuple(map(float, std[:, k])),
-            _seconds(true, bias, error_of_bias, float(once[k]), settings),
-        ))  # fmt: skip
-    moved = std[0] > 0
-    ratios = np.sqrt(np.mean((std[:, moved] / std[0, moved]) ** 2, axis=1)) if moved.any() else ()
-    return Tried(
-        way.model.name, way.method.label, way.band, failed, tuple(parameters),
-        math.sqrt(error[1].sum() / size.sum()),
-        tuple(map(float, np.sqrt(error[1] / np.where(size > 0, size, np.inf)))),
-        tuple(math.sqrt(error[m].sum() / size.sum()) for m in enough),
-        tuple(map(float, ratios)),
->>>>>>> core
     )  # fmt: skip
     moved = std[0] > 0
     ratios = np.sqrt(np.mean((std[:, moved] / std[0, moved]) ** 2, axis=1)) if any(moved) else ()
