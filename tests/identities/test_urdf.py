@@ -16,8 +16,8 @@ import symgen
 from symgen import robot_toml
 from symgen.robot.body import Body
 from symgen.robot.exact_numbers import fraction_of_pi
+from symgen.robot.formats.urdf import import_urdf, updated_urdf
 from symgen.robot.toml_io import parse_robot
-from symgen.robot.urdf_io import import_urdf, updated_urdf
 
 pytest.importorskip("pinocchio", reason="Pinocchio (PyPI: pin) is not installed")
 

@@ -21,7 +21,7 @@ DOORS = {
     "pyarrow": ("data/tables",),
     "fsspec": ("data/urls",),
     "rosbags": ("data/bags",),
-    "mujoco": ("robot/mjcf_io",),
+    "mujoco": ("robot/formats/mjcf",),
     # Clarabel takes its matrices as SciPy's.
     "scipy": (
         "diagnosis/select",
@@ -32,7 +32,10 @@ DOORS = {
         "data/spline",
         "estimation/statistics",
         "experiment/integrator",
+        "experiment/recording",
+        "experiment/reference",
         "experiment/trajectory",
+        "identification/payload",
         "identification/physical",
         "report/plots/residuals",
     ),
