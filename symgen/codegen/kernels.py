@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -30,10 +31,7 @@ class Output:
     @property
     def size(self) -> int:
         """Number of entries."""
-        out = 1
-        for extent in self.shape:
-            out *= extent
-        return out
+        return math.prod(self.shape)
 
 
 @dataclass(frozen=True)

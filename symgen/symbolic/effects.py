@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 
 import sympy as sp
 
@@ -11,14 +11,15 @@ from symgen.robot import expressions
 from symgen.robot.effect import OWN, Definition
 from symgen.robot.expressions import text
 from symgen.robot.types import Robot
+from symgen.symbolic.constraints import ByJoint
 from symgen.symbolic.tape import Tape, TapeBuilder
 
 _VARIABLE = re.compile(r"qd?\d+")
 
 
 def effect_columns(
-    robot: Robot, tape: TapeBuilder, load: Mapping[int, sp.Expr] | None = None
-) -> dict[str, dict[int, sp.Expr]]:
+    robot: Robot, tape: TapeBuilder, load: ByJoint | None = None
+) -> dict[str, ByJoint]:
     """Return the torque column of every coefficient of the robot's effects, by joint.
 
     Args:

@@ -19,8 +19,18 @@ import sympy as sp
 
 from symgen import names
 from symgen.robot.types import Robot
-from symgen.symbolic.friction import builder, drive_speed
-from symgen.symbolic.kinematics import Frame, Step, by_joint, frames, gravity, steps, variables
+from symgen.symbolic.friction import drive_speed
+from symgen.symbolic.kinematics import (
+    Frame,
+    Way,
+    arrays,
+    builder,
+    by_joint,
+    frames,
+    gravity,
+    steps,
+    variables,
+)
 from symgen.symbolic.parameters import Parameter, standard_parameters
 from symgen.symbolic.spatial import UPPER, ZERO, Vector, cross, dot
 from symgen.symbolic.tape import Arithmetic, Tape, TapeBuilder
@@ -34,11 +44,10 @@ def energy_tape(robot: Robot) -> Tape:
     Returns:
         A tape from q and qd to h(q, qd) = DE + DU, in the order of `standard_parameters`.
     """
-    variable = variables(robot)
-    tape = builder(robot, (*variable.q, *variable.qd))
-    links = frames(steps(robot, variable, tape), gravity(robot, tape), tape)
+    tape = builder(robot)
+    links = frames(steps(robot, tape), gravity(robot, tape), tape)
     columns = _columns(robot, inertial_parameters(robot), [("D", links)], tape)
-    return tape.tape([("q", variable.q), ("qd", variable.qd)], [column for (column,) in columns])
+    return tape.tape(arrays(robot, "q", "qd"), [column for (column,) in columns])
 
 
 def separate_tape(robot: Robot) -> Tape:
@@ -47,12 +56,12 @@ def separate_tape(robot: Robot) -> Tape:
     Returns:
         A tape from q and qd to the columns of kinetic energy, then those of potential energy.
     """
-    variable = variables(robot)
-    tape = builder(robot, (*variable.q, *variable.qd))
-    way, base = steps(robot, variable, tape), gravity(robot, tape)
+    tape = builder(robot)
+    way, base = steps(robot, tape), gravity(robot, tape)
     columns = separate_columns(robot, inertial_parameters(robot), way, base, tape)
-    inputs = [("q", variable.q), ("qd", variable.qd)]
-    return tape.tape(inputs, [column for columns_ in columns for column in columns_])
+    return tape.tape(
+        arrays(robot, "q", "qd"), [column for columns_ in columns for column in columns_]
+    )
 
 
 def inertial_parameters(robot: Robot) -> list[Parameter]:
@@ -63,7 +72,7 @@ def inertial_parameters(robot: Robot) -> list[Parameter]:
 def separate_columns(
     robot: Robot,
     parameters: Sequence[Parameter],
-    way: tuple[Step, ...],
+    way: Way,
     base_gravity: Vector,
     tape: TapeBuilder,
 ) -> Iterator[tuple[sp.Expr, ...]]:

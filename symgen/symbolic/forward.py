@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from symgen.symbolic.articulated import linear_solution
-from symgen.symbolic.constraints import Rows, combined
+from symgen.symbolic.constraints import ByJoint, Rows, combined
 from symgen.symbolic.dynamics import (
     Plant,
     friction_torques,
@@ -23,7 +23,7 @@ from symgen.symbolic.kinematics import by_joint, variables
 MANY = 14
 
 
-def driving(p: Plant) -> tuple[dict[int, sp.Expr], list[sp.Expr]]:
+def driving(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     """Return M qdd of every movable joint, and what must be positive for it to be unique.
 
     Effects of the load are z (a taur + b |taur|), with a and b of the motion: from R = tau -
@@ -101,7 +101,7 @@ class Factor:
     """
 
     low: Mapping[tuple[int, int], sp.Expr]
-    inverse: Mapping[int, sp.Expr]
+    inverse: ByJoint
     pivots: tuple[sp.Expr, ...]
 
 
@@ -128,9 +128,7 @@ def factored(p: Plant, M: Rows) -> Factor:
     return Factor(low, inverse, tuple(pivots))
 
 
-def solved(
-    p: Plant, factor: Factor, right: Mapping[int, sp.Expr], letter: str
-) -> dict[int, sp.Expr]:
+def solved(p: Plant, factor: Factor, right: ByJoint, letter: str) -> ByJoint:
     """Solve M x = right: L^T y = right from the tips, then D, then L from the base."""
     tape, order, low = p.tape, p.numbers, factor.low
     y = dict(right)
@@ -138,7 +136,7 @@ def solved(
         for i in order:
             if (k, i) in low:
                 y[i] = tape.name(f"y{k}_{i}", y[i] - low[k, i] * y[k])
-    out: dict[int, sp.Expr] = {}
+    out: ByJoint = {}
     for k in order:
         value = y[k] * factor.inverse[k]
         for i in order:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import sympy as sp
 
 from symgen.robot.types import Robot
-from symgen.symbolic.friction import builder
+from symgen.symbolic.kinematics import builder
 from symgen.symbolic.tape import Tape
 
 
@@ -23,7 +23,7 @@ def joined(robot: Robot, tapes: Sequence[Tape], inputs: Sequence[str]) -> Tape:
     for tape in tapes:
         for name, symbols in tape.inputs:
             longest[name] = max(longest.get(name, ()), symbols, key=len)
-    whole = builder(robot, tuple(s for symbols in longest.values() for s in symbols))
+    whole = builder(robot, (s for symbols in longest.values() for s in symbols))
     outputs: list[sp.Expr] = []
     for tape in tapes:
         known = {symbol: whole.constant(symbol.name, value) for symbol, value in tape.constants}

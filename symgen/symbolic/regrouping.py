@@ -10,7 +10,7 @@ from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.bodies import Inertia
-from symgen.symbolic.friction import builder
+from symgen.symbolic.kinematics import builder
 from symgen.symbolic.placement import coordinates, links
 from symgen.symbolic.spatial import UPPER, symmetric
 from symgen.symbolic.tape import Tape, TapeBuilder
@@ -19,7 +19,7 @@ from symgen.symbolic.tape import Tape, TapeBuilder
 def base_parameters_tape(robot: Robot, base: BaseParameters) -> Tape:
     """Derive X from all standard parameters: X_b = its own + the sum of c times what joins it."""
     standard = {p.name: sp.Symbol(f"X_{p.name}", real=True) for p in base.standard}
-    tape = builder(robot, tuple(standard.values()))
+    tape = builder(robot, standard.values())
     return tape.tape([("standard", tuple(standard.values()))], _joined(base, standard, tape, {}))
 
 

@@ -7,15 +7,16 @@ from collections.abc import Mapping
 import sympy as sp
 
 from symgen.errors import SymgenError
+from symgen.symbolic.constraints import ByJoint
 from symgen.symbolic.tape import TapeBuilder
 
 
 def tangents(
-    expressions: Mapping[int, sp.Expr],
+    expressions: ByJoint,
     seeds: Mapping[sp.Symbol, sp.Expr],
     tape: TapeBuilder,
     tag: str,
-) -> dict[int, sp.Expr]:
+) -> ByJoint:
     """Return the derivatives of some expressions by one variable, those that are not zero.
 
     sign(x) counts as constant, so that the derivative of |x| is sign(x).
