@@ -253,11 +253,6 @@ def coriolis(p: Plant) -> Rows:
     return congruent(p.robot, rows, "C", p.tape)
 
 
-def dense(rows: Rows, numbers: Sequence[int]) -> list[sp.Expr]:
-    """Return a matrix over joint numbers, row-major."""
-    return [rows[j].get(k, sp.S.Zero) for j in numbers for k in numbers]
-
-
 def energies(p: Plant) -> list[sp.Expr]:
     """Return kinetic and potential energy of a robot in its base parameters, J."""
     bases = [b for b in p.base.parameters if b.inertial]

@@ -58,7 +58,7 @@ def driving(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     return right, positive
 
 
-def forward_dynamics(p: Plant) -> tuple[list[sp.Expr], list[sp.Expr]]:
+def forward_dynamics(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     """Return (qdd, pivots): M is positive definite exactly when all pivots of L D L^T are.
 
     Beside the pivots stand what must be positive for effects of the load to be solvable. Many
@@ -67,26 +67,26 @@ def forward_dynamics(p: Plant) -> tuple[list[sp.Expr], list[sp.Expr]]:
     right, positive = driving(p)
     if p.robot.n >= MANY and len(p.robot.moving) == p.robot.n and not p.robot.couplings:
         qdd, pivots = linear_solution(p, right)
-        return [qdd[k] for k in p.numbers], [*positive, *pivots]
+        return qdd, [*positive, *pivots]
     factor = factored(p, mass_matrix(p))
-    qdd = solved(p, factor, right, "o")
-    return [qdd[k] for k in p.numbers], [*positive, *factor.pivots]
+    return solved(p, factor, right, "o"), [*positive, *factor.pivots]
 
 
-def solve_mass_matrix(p: Plant) -> tuple[list[sp.Expr], list[sp.Expr]]:
+def solve_mass_matrix(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     """Return (x, pivots) of M x = b."""
     factor = factored(p, mass_matrix(p))
     x = solved(p, factor, by_joint(p.robot, variables(p.robot).b), "o")
-    return [x[k] for k in p.numbers], list(factor.pivots)
+    return x, list(factor.pivots)
 
 
-def mass_matrix_factor(p: Plant) -> tuple[Rows, list[sp.Expr]]:
-    """Return (L, D) of M = L D L^T, entries of L that are not zero by rows; D positive or none."""
+def mass_matrix_factor(p: Plant) -> tuple[Rows, list[sp.Expr], list[sp.Expr]]:
+    """Return L and D of M = L D L^T, entries of L that are not zero by rows; D must be positive."""
     factor = factored(p, mass_matrix(p))
     rows: Rows = {j: {j: sp.S.One} for j in p.numbers}
     for (k, i), value in factor.low.items():
         rows[i][k] = value
-    return rows, list(reversed(factor.pivots))
+    pivots = list(reversed(factor.pivots))
+    return rows, pivots, pivots
 
 
 @dataclass(frozen=True)
