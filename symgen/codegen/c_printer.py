@@ -17,7 +17,7 @@ import sympy as sp
 from symgen.codegen.kernels import LINK, SCALARS, Kernel
 from symgen.codegen.schedule import scheduled
 from symgen.errors import SymgenError
-from symgen.symbolic.tape import Tape, terms
+from symgen.symbolic.tape import Tape, Values, terms
 
 DTYPES = ("double", "float")
 _ANGLES = (4, 2, 1)  # how many the package's own sincos takes at once
@@ -69,7 +69,7 @@ class Printer:
         self,
         kernel: Kernel,
         geometry: Mapping[sp.Symbol, str],
-        values: Mapping[sp.Symbol, sp.Expr],
+        values: Values,
         dtype: str,
         prefix: str | None = None,
     ) -> None:

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import sympy as sp
-
 from symgen.codegen.kernels import LINK, Kernel
 from symgen.codegen.model import Model
-from symgen.symbolic.tape import Numbers
+from symgen.symbolic.tape import Numbers, Values
 
 
-def arithmetic(values: Mapping[sp.Symbol, sp.Expr]) -> Numbers:
+def arithmetic(values: Values) -> Numbers:
     """Return the arithmetic of CasADi expressions for `Tape.run`."""
     import casadi
 

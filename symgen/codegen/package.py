@@ -18,8 +18,6 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import sympy as sp
-
 from symgen.codegen import example
 from symgen.codegen.backends import Backend, Package, cpp, fmu, mex
 from symgen.codegen.c_printer import DTYPES, Printer, literal, operation_counts
@@ -42,6 +40,7 @@ from symgen.robot.identifiers import is_robot_name
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot, joint_variable, require_gravity
 from symgen.symbolic.base_parameters import bound
+from symgen.symbolic.tape import real_symbol
 
 SCHEMA = "symgen.manifest/1"
 #: Of a package's interface, in C, CMake and pkg-config: the first number is that of its layout.
@@ -336,7 +335,7 @@ class _Writer:
     def describe(self, kernel: Kernel) -> dict[str, Any]:
         """Return what the templates print of one kernel."""
         robot, listed = self.model.robot, kernel.arguments
-        macros = {sp.Symbol(g, real=True): f"{self.name}_geometry_{g}" for g, _ in robot.geometry}
+        macros = {real_symbol(g): f"{self.name}_geometry_{g}" for g, _ in robot.geometry}
         function = Printer(kernel, macros, robot.values(), self.dtype, self.name).function()
         counts = operation_counts([kernel.tape])
         names = [a.name for a in listed]

@@ -35,7 +35,7 @@ from symgen.symbolic.kinematics import (
 )
 from symgen.symbolic.motion import Letters, handed_back, motions, references
 from symgen.symbolic.spatial import ZERO, Screw, Vector, acting, axis, named, plus
-from symgen.symbolic.tape import Tape, TapeBuilder
+from symgen.symbolic.tape import Symbols, Tape, TapeBuilder, real_symbol
 
 Wrenches = dict[int, Screw]
 
@@ -49,7 +49,7 @@ class Plant:
     tape: TapeBuilder
     way: Way
     gravity: Vector
-    X: tuple[sp.Symbol, ...]
+    X: Symbols
 
     @property
     def numbers(self) -> tuple[int, ...]:
@@ -102,7 +102,7 @@ class Plant:
 
 def plant(robot: Robot, base: BaseParameters) -> Plant:
     """Begin a tape of a robot in its base parameters."""
-    X = tuple(sp.Symbol(f"X_{p.name}", real=True) for p in base.parameters)
+    X = tuple(real_symbol(f"X_{p.name}") for p in base.parameters)
     tape = builder(robot, X)
     return Plant(robot, base, tape, steps(robot, tape), gravity(robot, tape), X)
 

@@ -20,7 +20,7 @@ from symgen.symbolic.elimination import ExactRow
 from symgen.symbolic.energy import state_columns
 from symgen.symbolic.kinematics import by_joint
 from symgen.symbolic.parameters import Parameter
-from symgen.symbolic.tape import Numbers, Tape
+from symgen.symbolic.tape import Numbers, Tape, Values
 
 _MARGIN = 10
 #: Singular values of the kept columns, scaled, below which floats would call them dependent; far
@@ -78,5 +78,5 @@ def require_floats_agree(
         )
 
 
-def _float(expr: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> float:
+def _float(expr: sp.Expr, values: Values) -> float:
     return float(expr if expr.is_Rational else expr.subs(values).evalf(30))

@@ -8,7 +8,7 @@ import sympy as sp
 
 from symgen.robot.types import Robot
 from symgen.symbolic.kinematics import builder
-from symgen.symbolic.tape import Tape
+from symgen.symbolic.tape import Symbols, Tape
 
 
 def joined(robot: Robot, tapes: Sequence[Tape], inputs: Sequence[str]) -> Tape:
@@ -19,7 +19,7 @@ def joined(robot: Robot, tapes: Sequence[Tape], inputs: Sequence[str]) -> Tape:
         tapes: in the order of their outputs.
         inputs: their order; of one that differs in length between tapes, the longest is taken.
     """
-    longest: dict[str, tuple[sp.Symbol, ...]] = {}
+    longest: dict[str, Symbols] = {}
     for tape in tapes:
         for name, symbols in tape.inputs:
             longest[name] = max(longest.get(name, ()), symbols, key=len)

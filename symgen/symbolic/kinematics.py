@@ -25,7 +25,7 @@ from symgen import names
 from symgen.robot.types import Joint, Robot
 from symgen.symbolic.constraints import followed
 from symgen.symbolic.spatial import ZERO, Screw, Shift, Turn, Vector, onward, replaced, turned
-from symgen.symbolic.tape import TapeBuilder
+from symgen.symbolic.tape import Symbols, TapeBuilder, real_symbol
 
 #: Names of arrays in generated code, which no step may have.
 ARGUMENTS = frozenset(
@@ -91,13 +91,13 @@ class Variables:
     `qdr` and `qddr` are reference speeds and accelerations, `b` is any right-hand side.
     """
 
-    q: tuple[sp.Symbol, ...]
-    qd: tuple[sp.Symbol, ...]
-    qdd: tuple[sp.Symbol, ...]
-    tau: tuple[sp.Symbol, ...]
-    qdr: tuple[sp.Symbol, ...]
-    qddr: tuple[sp.Symbol, ...]
-    b: tuple[sp.Symbol, ...]
+    q: Symbols
+    qd: Symbols
+    qdd: Symbols
+    tau: Symbols
+    qdr: Symbols
+    qddr: Symbols
+    b: Symbols
 
 
 def variables(robot: Robot) -> Variables:
@@ -108,13 +108,13 @@ def variables(robot: Robot) -> Variables:
     numbers = [joint.number for joint in robot.movable]
     return Variables(
         *(
-            tuple(sp.Symbol(f"{letter}{j}", real=True) for j in numbers)
+            tuple(real_symbol(f"{letter}{j}") for j in numbers)
             for letter in ("q", "qd", "qdd", "tau", "X_qdr", "X_qddr", "X_b")
         )
     )
 
 
-def arrays(robot: Robot, *names: str) -> list[tuple[str, tuple[sp.Symbol, ...]]]:
+def arrays(robot: Robot, *names: str) -> list[tuple[str, Symbols]]:
     """Return variables as the inputs of a tape."""
     variable = variables(robot)
     return [(name, getattr(variable, name)) for name in names]

@@ -30,7 +30,7 @@ from symgen.symbolic.spatial import (
     scaled,
     unit,
 )
-from symgen.symbolic.tape import Tape, TapeBuilder
+from symgen.symbolic.tape import Symbols, Tape, TapeBuilder, real_symbol
 
 Place = tuple[Vector, ...]  # axes x, y, z and origin, in frame 0
 
@@ -95,14 +95,14 @@ def jacobian_tape(robot: Robot) -> Tape:
     return tape.tape(arrays(robot, "q"), _rows(robot, columns, tape))
 
 
-def links(robot: Robot) -> tuple[sp.Symbol, ...]:
+def links(robot: Robot) -> Symbols:
     """Return the symbols that choose a link, in file order."""
-    return tuple(sp.Symbol(f"X_at{joint.number}", real=True) for joint in robot.joints)
+    return tuple(real_symbol(f"X_at{joint.number}") for joint in robot.joints)
 
 
-def coordinates(letter: str, count: int = 3) -> tuple[sp.Symbol, ...]:
+def coordinates(letter: str, count: int = 3) -> Symbols:
     """Return symbols for the coordinates of a point or the entries of a small array."""
-    return tuple(sp.Symbol(f"X_{letter}{i + 1}", real=True) for i in range(count))
+    return tuple(real_symbol(f"X_{letter}{i + 1}") for i in range(count))
 
 
 def link_jacobian_tape(robot: Robot) -> Tape:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import sympy as sp
 
 from symgen.errors import SymgenError
 from symgen.symbolic.constraints import ByJoint
-from symgen.symbolic.tape import TapeBuilder
+from symgen.symbolic.tape import TapeBuilder, Values
 
 
 def tangents(
     expressions: ByJoint,
-    seeds: Mapping[sp.Symbol, sp.Expr],
+    seeds: Values,
     tape: TapeBuilder,
     tag: str,
 ) -> ByJoint:
@@ -34,7 +32,7 @@ def tangents(
 
 
 class _Rule:
-    def __init__(self, seeds: Mapping[sp.Symbol, sp.Expr], tape: TapeBuilder, tag: str) -> None:
+    def __init__(self, seeds: Values, tape: TapeBuilder, tag: str) -> None:
         self.tape, self.tag = tape, tag
         self.known: dict[sp.Expr, sp.Expr] = dict(seeds)
         self.steps = tape.definitions()

@@ -16,6 +16,15 @@ import sympy as sp
 
 from symgen.errors import SymgenError
 
+Symbols = tuple[sp.Symbol, ...]
+#: What symbols stand for: numbers for named lengths, or expressions.
+Values = Mapping[sp.Symbol, sp.Expr]
+
+
+def real_symbol(name: str) -> sp.Symbol:
+    """Return the symbol of a name: all symbols of a tape are real, those of robot files as well."""
+    return sp.Symbol(name, real=True)
+
 
 class Arithmetic(Protocol):
     """The operations that running a tape needs, over any kind of number."""
@@ -61,7 +70,7 @@ class Tape:
         outputs: one symbol, negated symbol or number for every scalar that goes out.
     """
 
-    inputs: tuple[tuple[str, tuple[sp.Symbol, ...]], ...]
+    inputs: tuple[tuple[str, Symbols], ...]
     constants: tuple[tuple[sp.Symbol, sp.Expr], ...]
     steps: tuple[tuple[sp.Symbol, sp.Expr], ...]
     outputs: tuple[sp.Expr, ...]
@@ -242,7 +251,7 @@ class TapeBuilder:
     def __init__(
         self,
         reserved: Iterable[str] = (),
-        last: Sequence[tuple[str, tuple[sp.Symbol, ...]]] = (),
+        last: Sequence[tuple[str, Symbols]] = (),
     ) -> None:
         self._last = tuple(last)
         self._constants: dict[sp.Expr, sp.Symbol] = {}
@@ -254,7 +263,7 @@ class TapeBuilder:
         while name in self._taken:
             name += "_"
         self._taken.add(name)
-        return sp.Symbol(name, real=True)
+        return real_symbol(name)
 
     def constant(self, name: str, value: sp.Expr) -> sp.Expr:
         """Return a symbol for a constant of the geometry; 0, 1 and -1 stay what they are."""
@@ -315,7 +324,7 @@ class Numbers:
 
     def __init__(
         self,
-        values: Mapping[sp.Symbol, sp.Expr],
+        values: Values,
         functions: Mapping[str, Callable[[Any], Any]],
         number: Callable[[sp.Expr], Any] = float,
         digits: int = 50,

@@ -20,7 +20,7 @@ from symgen.symbolic.base_parameters import BaseParameter, BaseParameters, Proof
 from symgen.symbolic.dynamics import inverse_dynamics, plant
 from symgen.symbolic.independence import FUNCTIONS
 from symgen.symbolic.parameters import standard_parameters
-from symgen.symbolic.tape import Numbers, Tape
+from symgen.symbolic.tape import Numbers, Tape, real_symbol
 
 FloatArray = NDArray[np.float64]
 _LENGTHS = ("d", "r", "b")
@@ -142,8 +142,8 @@ def random_states(robot: Robot, count: int, seed: int = 0) -> list[FloatArray]:
 
 
 def _symbol(joint: int, key: str) -> sp.Symbol:
-    return sp.Symbol(f"length_{key}{joint}", real=True)
+    return real_symbol(f"length_{key}{joint}")
 
 
 def _gravity(axis: str) -> sp.Symbol:
-    return sp.Symbol(f"gravity_{axis}", real=True)
+    return real_symbol(f"gravity_{axis}")
