@@ -20,7 +20,7 @@ from typing import Any
 
 from symgen.codegen import example
 from symgen.codegen.backends import Backend, Package, cpp, fmu, mex
-from symgen.codegen.c_printer import DTYPES, Printer, literal, operation_counts
+from symgen.codegen.c_printer import DTYPES, Printer, literal
 from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
 from symgen.codegen.model import Model
 from symgen.codegen.parts import in_parts
@@ -337,7 +337,7 @@ class _Writer:
         robot, listed = self.model.robot, kernel.arguments
         macros = {real_symbol(g): f"{self.name}_geometry_{g}" for g, _ in robot.geometry}
         function = Printer(kernel, macros, robot.values(), self.dtype, self.name).function()
-        counts = operation_counts([kernel.tape])
+        counts = vars(kernel.tape.operations)
         names = [a.name for a in listed]
         shapes = [f"{a.name}: {self.shape(a.name, a.size)}" for a in kernel.inputs]
         for o in kernel.outputs:
@@ -414,7 +414,7 @@ class _Writer:
             geometry=[(name, text(value)) for name, value in robot.geometry],
             base=base.parameters,
             no_effect=", ".join(base.no_effect) or "none",
-            kernels=[(k.name, *operation_counts([k.tape]).values()) for k in self.kernels],
+            kernels=[(k.name, *vars(k.tape.operations).values()) for k in self.kernels],
             worst_case=[(k.name, *counts[k.name]) for k in self.kernels if k.name in counts],
             compiler=known["compiler"],
             control=self.controlled,
@@ -448,7 +448,7 @@ class _Writer:
                     "name": k.name,
                     "inputs": [{"name": a.name, "shape": [a.size]} for a in k.inputs],
                     "outputs": [vars(o) for o in k.outputs],
-                    "operations": operation_counts([k.tape]),
+                    "operations": vars(k.tape.operations),
                 }
                 for k in self.kernels
             ],

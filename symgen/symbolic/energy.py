@@ -15,7 +15,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import sympy as sp
+from numpy.typing import NDArray
 
 from symgen import names
 from symgen.robot.types import Robot
@@ -135,6 +137,11 @@ def state_columns(
         columns = [arithmetic.sub(a, b) for a, b in zip(columns, there, strict=True)]
     energies = iter(columns)
     return [next(energies) if p.inertial else position[p.joint] for p in parameters]
+
+
+def stacked(columns: Sequence[Any], count: int) -> NDArray[Any]:
+    """Return columns, some of them constant, as a matrix of `count` rows."""
+    return np.stack([np.broadcast_to(np.asarray(c), (count,)) for c in columns], axis=1)
 
 
 def _half_square(v: sp.Expr, name: str, tape: TapeBuilder) -> sp.Expr:

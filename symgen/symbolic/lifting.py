@@ -139,11 +139,12 @@ def _whole_angles(expr: sp.Expr, halves: dict[sp.Expr, sp.Symbol]) -> sp.Expr:
     return sp.factor_terms(expr)
 
 
+@dataclass(frozen=True)
 class _Circle:
     """A joint angle by its cosine and sine, and an independent number for the angle itself."""
 
-    def __init__(self, c: sp.Expr, s: sp.Expr) -> None:
-        self.c, self.s = c, s
+    c: sp.Expr
+    s: sp.Expr
 
     def plus(self, other: _Circle) -> _Circle:
         """Return the sum of two angles."""

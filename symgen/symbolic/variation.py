@@ -14,7 +14,6 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameter, BaseParameters, Proof
 from symgen.symbolic.dynamics import inverse_dynamics, plant
@@ -132,13 +131,6 @@ def _arithmetic(
 def variation(robot: Robot) -> Variation:
     """Return the variation of a robot; its tape is derived when it is first run."""
     return Variation(robot)
-
-
-def random_states(robot: Robot, count: int, seed: int = 0) -> list[FloatArray]:
-    """Return q, qd, qdd, (count, n), of a robot in any posture: what parameters can show at all."""
-    draw = np.random.default_rng(seed)
-    span = np.array([np.pi if j.sigma == names.REVOLUTE else 1.0 for j in robot.movable])
-    return [size * span * draw.uniform(-1, 1, (count, robot.n)) for size in (1.0, 1.0, 2.0)]
 
 
 def _symbol(joint: int, key: str) -> sp.Symbol:
