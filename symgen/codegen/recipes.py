@@ -36,7 +36,6 @@ class Subject:
 
     robot: Robot
     base: BaseParameters
-    energy: Tape
 
     @property
     def inertial(self) -> list[int]:
@@ -209,7 +208,7 @@ RECIPES: dict[str, Recipe] = {
     "energy_regressor": lambda name, s: _columns(
         name,
         "columns DE + DU of kinetic plus potential energy: E + U = out . X",
-        s.energy.keep(s.inertial),
+        energy.energy_tape(s.robot).keep(s.inertial),
         s.names[: s.base.inertial],
     ),
     "friction_power": _friction_power,
