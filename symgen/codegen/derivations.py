@@ -27,9 +27,10 @@ from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameter, BaseParameters, Proof
 from symgen.symbolic.parameters import Parameter
-from symgen.symbolic.tape import Tape
+from symgen.symbolic.tape import Tape, real_symbol
 
 Derived = TypeVar("Derived")
+_symbol = cache(real_symbol)
 _NUMBERS = {"Pi": sp.pi, "Exp1": sp.E}
 _OPERATIONS: Mapping[str, Callable[..., sp.Expr]] = {
     f.__name__: f
@@ -167,11 +168,6 @@ def read_base(text: Any) -> BaseParameters:
     rank, primes, seeds, *counts = text["proof"]
     proof = Proof(rank, tuple(primes), tuple(seeds), *counts)
     return BaseParameters(parameters, standard, tuple(text["no_effect"]), proof)
-
-
-@cache
-def _symbol(name: str) -> sp.Symbol:
-    return sp.Symbol(name, real=True)
 
 
 def _written(e: sp.Expr) -> Any:
