@@ -34,7 +34,7 @@ _symbol = cache(real_symbol)
 _NUMBERS = {"Pi": sp.pi, "Exp1": sp.E}
 _OPERATIONS: Mapping[str, Callable[..., sp.Expr]] = {
     f.__name__: f
-    for f in (sp.Add, sp.Mul, sp.Pow, sp.sin, sp.cos, sp.tanh, sp.exp, sp.sign, sp.Abs)
+    for f in (sp.Add, sp.Mul, sp.Pow, sp.sin, sp.cos, sp.tanh, sp.exp, sp.log, sp.sign, sp.Abs)
 }
 
 
@@ -90,7 +90,10 @@ class Derivations:
 
     def sources(self, kernels: tuple[Kernel, ...], write: Callable[[], dict[str, bytes]]) -> Any:
         """Return the C sources of some kernels as they were kept, or write and keep them."""
-        digest = hashlib.sha256(json.dumps([write_kernel(k) for k in kernels]).encode())
+        try:
+            digest = hashlib.sha256(json.dumps([write_kernel(k) for k in kernels]).encode())
+        except KeyError:  # a number or a function that the grammar lacks
+            return write()
         return self.have(
             f"sources-{digest.hexdigest()[:32]}",
             write,
