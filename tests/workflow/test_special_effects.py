@@ -18,7 +18,8 @@ import symgen
 from symgen.diagnosis.diagnosis import Diagnosis
 from symgen.diagnosis.model_based_effects import special_candidates
 from symgen.diagnosis.workflow import diagnose
-from symgen.symbolic.variation import random_states, variation
+from symgen.symbolic.independence import random_states
+from symgen.symbolic.variation import variation
 
 SPECIAL = ["base_tilt", "geometry_error", "joint_elasticity", "payload"]
 
