@@ -239,7 +239,15 @@ class _Reader:
                     f"{expressions.text(term)}; accepted: fractions of pi with a "
                     f"denominator of at most {_MAX_DENOMINATOR}"
                 )
-        self.warn_near_fraction(exact, value, place)
+        near = exact_numbers.fraction_of_pi(exact_numbers.context().mpf(value))
+        if near is not None and (self.at_values(exact) - near * sp.pi).evalf(30) != 0:
+            meant = expressions.text(near * sp.pi)
+            warnings.warn(
+                f"{self.where}: {place}: {shortened(expressions.text(exact))} is within 1e-4 of "
+                f"{meant}, but not it; write {meant!r} if that is meant",
+                SymgenWarning,
+                stacklevel=2,
+            )
         return exact
 
     def joint(self, number: int, table: JointTable, rotors: bool) -> Joint:
@@ -318,19 +326,6 @@ class _Reader:
             self.angle(joint.offset, place)
             joint = replace(joint, follows=shares + joint.offset)
         return joint
-
-    def warn_near_fraction(self, angle: sp.Expr, value: float, place: str) -> None:
-        k = round(value * 24 / math.pi)
-        fraction = sp.pi * sp.Rational(k, 24)
-        gap = abs(float((self.at_values(angle) - fraction).evalf(30)))
-        if 0 < gap < exact_numbers.TOLERANCE:
-            near = expressions.text(fraction)
-            warnings.warn(
-                f"{self.where}: {place}: {shortened(expressions.text(angle))} is within 1e-4 of "
-                f"{near}, but not it; write {near!r} if that is meant",
-                SymgenWarning,
-                stacklevel=2,
-            )
 
     def couplings(self, file: RobotFile, joints: tuple[Joint, ...]) -> tuple[Coupling, ...]:
         found: list[Coupling] = []
