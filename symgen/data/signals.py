@@ -25,7 +25,7 @@ from symgen.data.convolution import (
     spline_slope,
 )
 from symgen.data.log import Log, rows
-from symgen.data.mask import Mask
+from symgen.data.mask import Bools, Mask
 from symgen.data.raw import FloatArray, read_only
 from symgen.data.stretch import holes
 from symgen.errors import LogError
@@ -83,6 +83,12 @@ class Samples:
     def cut(self, span: slice) -> Samples:
         """Return some of the samples."""
         return replace(rows(self, span), mask=None if self.mask is None else self.mask.cut(span))
+
+    def masked(self, joint: Bools, robot: Bools) -> Samples:
+        """Return samples of which equations touch fewer: see `Mask`."""
+        old = self.mask
+        both = (joint, robot) if old is None else (joint | old.joint, robot | old.robot)
+        return replace(self, mask=Mask(*both))
 
 
 def prepare(log: Log, cutoff: float | None = None) -> Samples:

@@ -243,8 +243,7 @@ def _late(trial: Trial) -> Iterator[Fault]:
     blocks = _with_delay(trial.logs, trial.rows)
     delay = float(blocks.fit()[-1])
     apart = np.array([blocks.fit([k])[-1] for k in range(BLOCKS)])
-    std = np.sqrt((BLOCKS - 1) * np.mean((apart - apart.mean()) ** 2))  # the jackknife's
-    sure = None if abs(delay) <= _STD * std else np.ones(trial.n, dtype=bool)
+    sure = None if abs(delay) <= _STD * _jackknife(apart) else np.ones(trial.n, dtype=bool)
     best, share = trial.share(blocks, lambda: _with_delay(trial.held, trial.held_rows), sure)
     if max(best, share) > _CLEARER:  # it is common to all joints, or none
         return
@@ -589,8 +588,12 @@ def _surely_negative(grams: FloatArray, mean: FloatArray) -> bool:
     """Whether mean @ X is negative by five deviations, those of the jackknife over blocks."""
     whole = grams.sum(axis=0)
     apart = np.array([mean @ solve_gram(whole - gram) for gram in grams if gram.any()])
-    std = np.sqrt((len(apart) - 1) * np.mean((apart - apart.mean()) ** 2))
-    return bool(mean.any()) and float(mean @ solve_gram(whole)) < -_SIGMAS * std
+    return bool(mean.any()) and float(mean @ solve_gram(whole)) < -_SIGMAS * _jackknife(apart)
+
+
+def _jackknife(apart: FloatArray) -> float:
+    """Return the standard deviation of an estimate, of what it is without each block."""
+    return float(np.sqrt((len(apart) - 1) * np.mean((apart - apart.mean()) ** 2)))
 
 
 def torque_steps(trial: Trial) -> Iterator[Fault]:

@@ -385,12 +385,10 @@ def of_file(
             f"a*taur{joint} + b*abs(taur{joint}) for a coefficient that taur{joint} goes with, "
             "with a and b of positions and speeds"
         )
-    unused = [n for n, d in zip(linear, slopes, strict=True) if d == 0]
-    if unused:
-        raise RobotError(f"key 'linear': {unused[0]} does not occur in the torque")
-    unused = [n for n in nonlinear if sp.Symbol(n, real=True) not in expr.free_symbols]
-    if unused:
-        raise RobotError(f"key 'nonlinear': {unused[0]} does not occur in the torque")
+    for key, declared in (("linear", linear), ("nonlinear", nonlinear)):
+        for n in declared:
+            if sp.Symbol(n, real=True) not in expr.free_symbols:
+                raise RobotError(f"key {key!r}: {n} does not occur in the torque")
     return Effect(
         name=name,
         joints=(joint,),

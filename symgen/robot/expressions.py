@@ -40,14 +40,6 @@ CONSTANTS: Mapping[str, sp.Expr] = {"pi": sp.pi}
 FUNCTIONS: Mapping[str, Function] = {"sqrt": (1, sp.sqrt)}
 
 
-def _larger(a: sp.Expr, b: sp.Expr) -> sp.Expr:
-    return (a + b + sp.Abs(a - b)) / 2
-
-
-def _smaller(a: sp.Expr, b: sp.Expr) -> sp.Expr:
-    return (a + b - sp.Abs(a - b)) / 2
-
-
 def _power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
     numbers = [*exponent.atoms(sp.Rational), *([exponent] if exponent.is_number else [])]
     if not all(abs(number) <= _MAX_EXPONENT for number in numbers):
@@ -68,8 +60,8 @@ EFFECT_FUNCTIONS: Mapping[str, Function] = {
     "exp": (1, _exponential),
     "tan": (1, lambda x: sp.sin(x) / sp.cos(x)),
     "abs": (1, sp.Abs),
-    "min": (2, _smaller),
-    "max": (2, _larger),
+    "min": (2, lambda a, b: (a + b - sp.Abs(a - b)) / 2),
+    "max": (2, lambda a, b: (a + b + sp.Abs(a - b)) / 2),
     "pow": (2, _power),
 }
 
@@ -386,14 +378,3 @@ def _rational(value: sp.Rational) -> str:
 def _parenthesised(out: str, compound: bool, level: int, value: sp.Rational) -> str:
     needs = (level > 1 and ("/" in out or value < 0)) or (level > 0 and "/" in out and value < 0)
     return f"({out})" if needs and compound else out
-
-
-def snapped(angle: sp.Expr) -> sp.Expr:
-    """Turn a decimal that is k pi/24 to its last digit into that fraction of pi."""
-    if not angle.is_Rational or angle.is_zero:
-        return angle
-    value = float(angle)
-    k = round(value * 24 / math.pi)
-    if 0 < abs(k) <= 96 and abs(value - k * math.pi / 24) <= 5e-16 * max(1.0, abs(value)):
-        return sp.pi * sp.Rational(k, 24)
-    return angle

@@ -28,7 +28,8 @@ from symgen.robot.effect import (
     definitions,
     from_table,
 )
-from symgen.robot.expressions import shortened, snapped
+from symgen.robot.exact_numbers import written_fraction
+from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import (
     MAX_NAME,
     is_coefficient_name,
@@ -160,7 +161,7 @@ class _Reader:
                     f"geometry, key {shortened(key)!r}: reserved, or not a C identifier"
                 )
             with located(f"geometry, key {key!r}"):
-                self.geometry[key] = snapped(self.expression(value, ()))
+                self.geometry[key] = written_fraction(self.expression(value, ()))
         rotors = file.drive is None or file.drive.side == "motor"
         joints = tuple(self.joint(k, table, rotors) for k, table in enumerate(file.joint, 1))
         movable = [j for j, table in zip(joints, file.joint, strict=True) if self.own(j, table)]
@@ -225,7 +226,7 @@ class _Reader:
 
     def angle(self, expr: sp.Expr, place: str) -> sp.Expr:
         """Snap decimals that are fractions of pi; refuse what cannot be an angle in rad."""
-        exact = sp.Add(*(snapped(_rationalised(term)) for term in sp.Add.make_args(expr)))
+        exact = sp.Add(*(written_fraction(_rationalised(term)) for term in sp.Add.make_args(expr)))
         expressions.check_plain(exact, expressions.text(expr))
         value = float(self.at_values(exact).evalf(30))
         if abs(value) > _MAX_TURN:

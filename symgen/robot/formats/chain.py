@@ -215,21 +215,17 @@ class Chain:
 
     def imported(self) -> Imported:
         """Return the robot, its parameters, and what was read otherwise than written."""
-        robot = self.robot()
-        return Imported(robot, tuple(self.parameters()), tuple(self.notes))
-
-    def robot(self) -> Robot:
-        """Return the robot."""
         joints = tuple(self._joint(self.urdf.joints[name]) for name in self.order)
         if not any(joint.movable for joint in joints):
             raise RobotError(
-                "no joint is movable; accepted: at least one that is revolute, "
-                "continuous or prismatic"
+                "no joint is movable; accepted: at least one that is revolute, continuous or "
+                "prismatic"
             )
         name = robot_name(self.urdf.name)
         if name != self.urdf.name:
             self.notes.append(f"the robot {shortened(self.urdf.name)!r} is called {name}")
-        return Robot(name=name, gravity=_GRAVITY, joints=joints, limits=self._limits(joints))
+        robot = Robot(name=name, gravity=_GRAVITY, joints=joints, limits=self._limits(joints))
+        return Imported(robot, tuple(self._parameters()), tuple(self.notes))
 
     def _joint(self, joint: UrdfJoint) -> Joint:
         carrier = self.carrier[joint.parent]
@@ -288,7 +284,7 @@ class Chain:
                 columns[key] = values
         return Limits(**columns) if columns else None
 
-    def parameters(self) -> list[tuple[str, float]]:
+    def _parameters(self) -> list[tuple[str, float]]:
         """Return standard parameters from the file, in the order of X; [] where it has none."""
         if not any(self.urdf.links.values()):
             return []
