@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 #: Of a message that quotes a long file: the characters kept at its start, and at its end.
@@ -32,6 +32,11 @@ def message(text: str) -> str:
         text = f"{text[: _START + _END]} ... {text[-_START - _END :]}"
     line = plain(text)
     return line if len(line) <= _START + _END else f"{line[:_START]} ... {line[-_END:]}"
+
+
+def shortened(items: Sequence[str], most: int) -> str:
+    """Return the first of some items in one line, with dots where there are more."""
+    return ", ".join(items[:most]) + (", ..." if len(items) > most else "")
 
 
 class SymgenError(Exception):

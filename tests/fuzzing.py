@@ -319,7 +319,7 @@ ANEW = "worked on anew"
 def day_of_fleet(folder: Path, work: Path, kept: bool = False) -> Any:
     """Return the estimate of the one day of a fleet; one that is not kept is KEPT, or fails."""
     import symgen
-    from symgen.diagnosis import robot_days
+    from symgen.diagnosis import fleet
     from symgen.distributed import Workers
 
     def identify(*_: object, **__: object) -> Any:
@@ -330,14 +330,14 @@ def day_of_fleet(folder: Path, work: Path, kept: bool = False) -> Any:
             X=KEPT[0], covariance=KEPT[1], torque_validation=torque, verdict="trusted"
         )
 
-    task = robot_days.IdentifyDay("", "momentum", 5.0, symgen.Reading())
-    day = robot_days.Day("7", "1", (str(folder / "day.csv"),))
+    task = fleet.IdentifyDay("", "momentum", 5.0, symgen.Reading())
+    day = fleet.Day("7", "1", (str(folder / "day.csv"),))
     with (
-        mock.patch.object(robot_days, "identify", identify),
-        mock.patch.object(robot_days.IdentifyDay, "_model", None),
+        mock.patch.object(fleet, "identify", identify),
+        mock.patch.object(fleet.IdentifyDay, "_model", None),
     ):
         workers, names = Workers(1, work=work), [f"P{k}" for k in range(len(KEPT[0]))]
-        (estimate,) = robot_days.estimated(task, [day], names, workers, lambda _: None)
+        (estimate,) = fleet._estimates(task, [day], names, workers, lambda _: None)
     return estimate
 
 

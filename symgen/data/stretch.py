@@ -58,15 +58,19 @@ class Stretch:
         """Number of rows."""
         return self.rows[1] - self.rows[0]
 
+    def between(self, first: int, last: int) -> Stretch:
+        """Return the rows from one to another of the file, by its step."""
+        begin, end = (self.times[0] + self.step * (k - self.rows[0]) for k in (first, last - 1))
+        return replace(self, rows=(first, last), times=(begin, end))
+
 
 def within(s: Stretch, low: float, high: float) -> Stretch:
     """Return the rows of a stretch between two times, by its step."""
     if low <= s.times[0] and high >= s.times[1]:
         return s
-    (first, last), (begin, end), row = s.rows, s.times, s.rows[0]
-    if low > begin:
-        first = min(row + math.ceil((low - begin) / s.step - 1e-6), last)
-    if high < end:
-        last = max(row + math.floor((high - begin) / s.step + 1e-6) + 1, first)
-    times = begin + s.step * (first - row), begin + s.step * (last - 1 - row)
-    return replace(s, rows=(first, last), times=times)
+    first, last = s.rows
+    if low > s.times[0]:
+        first = min(first + math.ceil((low - s.times[0]) / s.step - 1e-6), last)
+    if high < s.times[1]:
+        last = s.rows[0] + math.floor((high - s.times[0]) / s.step + 1e-6) + 1
+    return s.between(first, max(last, first))

@@ -87,6 +87,11 @@ def _require_within(log: Log, robot: Robot) -> None:
             refuse(what, drive if log.mapped else "rad or m, within [limits]")
 
 
+def held_from(count: int) -> int:
+    """Return the number of the first sample, of so many, that is held out."""
+    return int(count * (1 - HELD_OUT))
+
+
 def held_out(logs: Sequence[Samples], fewest: int) -> tuple[list[Samples], list[Samples]]:
     """Hold out the last fifth of every log.
 
@@ -99,7 +104,7 @@ def held_out(logs: Sequence[Samples], fewest: int) -> tuple[list[Samples], list[
     """
     train, held = [], []
     for s in logs:
-        cut = int(len(s.t) * (1 - HELD_OUT))
+        cut = held_from(len(s.t))
         if len(s.t) - cut < fewest:
             raise LogError(
                 f"{s.name}: {len(s.t)} samples are too few to hold out the last fifth; accepted: "
