@@ -205,29 +205,31 @@ class _Reader:
         return expr.subs(named) if named else expr  # most are plain numbers
 
     def expression(self, value: int | Decimal | str, known: Collection[str]) -> sp.Expr:
-        written = shortened(str(value))
+        written = repr(shortened(str(value)))
         try:
-            if isinstance(value, str):
-                expr = expressions.parse(value, tuple(known))
-            else:
-                expr = expressions.exact(value)
-            here = self.at_values(expr)
-            expressions.check_finite(here, written)
-            # sqrt(L1**2) is |L1|: the sign of the file's value decides.
-            expr = expr.replace(
-                lambda e: e.func is sp.Abs,
-                lambda e: e.args[0] if self.at_values(e.args[0]) >= 0 else -e.args[0],
+            expr = (
+                expressions.parse(value, tuple(known))
+                if isinstance(value, str)
+                else expressions.exact(value)
             )
-            expressions.check_plain(expr, written)
-            expressions.check_plain(self.at_values(expr), written)
+            with located(written):
+                expressions.check_finite(self.at_values(expr))
+                # sqrt(L1**2) is |L1|: the sign of the file's value decides.
+                expr = expr.replace(
+                    lambda e: e.func is sp.Abs,
+                    lambda e: e.args[0] if self.at_values(e.args[0]) >= 0 else -e.args[0],
+                )
+                expressions.check_plain(expr)
+                expressions.check_plain(self.at_values(expr))
         except (ArithmeticError, ValueError, TypeError, RecursionError) as error:
-            raise RobotError(f"{written!r} has no finite real value") from error
+            raise RobotError(f"{written} has no finite real value") from error
         return expr
 
     def angle(self, expr: sp.Expr, place: str) -> sp.Expr:
         """Snap decimals that are fractions of pi; refuse what cannot be an angle in rad."""
         exact = sp.Add(*(written_fraction(_rationalised(term)) for term in sp.Add.make_args(expr)))
-        expressions.check_plain(exact, expressions.text(expr))
+        with located(repr(expressions.text(expr))):
+            expressions.check_plain(exact)
         value = float(self.at_values(exact).evalf(30))
         if abs(value) > _MAX_TURN:
             raise RobotError(
