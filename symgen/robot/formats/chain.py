@@ -6,7 +6,6 @@ off there: the rows of the table, the limits, and the inertias in the new frames
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -118,25 +117,16 @@ class Chain:
 
         A joint that stands on one that follows comes later than that.
         """
-        place = {name: i for i, name in enumerate(self.urdf.joints)}
-        on: dict[str, list[UrdfJoint]] = {}
-        for joint in self.urdf.joints.values():
-            on.setdefault(self.carrier[joint.parent], []).append(joint)
 
-        def key(joint: UrdfJoint) -> tuple[int, int, str]:
-            fixed = joint.sigma == names.FIXED
-            return 2 if fixed else int(joint.mimic is not None), place[joint.name], joint.name
+        def kind(joint: UrdfJoint) -> int:
+            return 2 if joint.sigma == names.FIXED else int(joint.mimic is not None)
 
-        ready = [key(joint) for joint in on.get("", [])]
-        heapq.heapify(ready)
-        order: list[str] = []
-        while ready:
-            name = heapq.heappop(ready)[2]
-            order.append(name)
-            if self.urdf.joints[name].sigma != names.FIXED:
-                for joint in on.get(name, []):
-                    heapq.heappush(ready, key(joint))
-        return order
+        waiting, order = sorted(self.urdf.joints.values(), key=kind), [""]
+        while waiting:
+            ready = next(joint for joint in waiting if self.carrier[joint.parent] in order)
+            waiting.remove(ready)
+            order.append(ready.name)
+        return order[1:]
 
     # --- frames ---------------------------------------------------------------------------------
 
