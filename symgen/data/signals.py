@@ -82,7 +82,7 @@ class Samples:
 
     def cut(self, span: slice) -> Samples:
         """Return some of the samples."""
-        return replace(rows(self, span), mask=None if self.mask is None else self.mask.cut(span))
+        return replace(rows(self, span), mask=None if self.mask is None else rows(self.mask, span))
 
     def masked(self, joint: Bools, robot: Bools) -> Samples:
         """Return samples of which equations touch fewer: see `Mask`."""

@@ -164,12 +164,12 @@ class _Reader:
                 self.geometry[key] = written_fraction(self.expression(value, ()))
         rotors = file.drive is None or file.drive.side == "motor"
         joints = tuple(self.joint(k, table, rotors) for k, table in enumerate(file.joint, 1))
-        movable = [j for j, table in zip(joints, file.joint, strict=True) if self.own(j, table)]
+        pairs = list(zip(joints, file.joint, strict=True))
+        movable = [j for j, table in pairs if j.movable and table.follows is None]
         if not movable:
             raise RobotError("no joint is movable; accepted: at least one sigma of 0 or 1")
         joints = tuple(
-            j if table.follows is None else self.following(j, table, movable)
-            for j, table in zip(joints, file.joint, strict=True)
+            j if table.follows is None else self.following(j, table, movable) for j, table in pairs
         )
         gravity: tuple[sp.Expr, ...] = GRAVITY_INPUT
         if file.robot.gravity != "input":
@@ -177,13 +177,16 @@ class _Reader:
                 gravity = tuple(self.expression(g, self.geometry) for g in file.robot.gravity)
         sigma = {j.number: j.sigma for j in movable}
         effects, sought, on_logs = self.effects(file, sigma)
+        payload = None if file.payload is None else file.payload.joint
+        if payload is not None and payload > len(joints):
+            raise RobotError(f"payload, key 'joint': there is no joint {payload}")
         robot = Robot(
             name=name,
             gravity=(gravity[0], gravity[1], gravity[2]),
             joints=joints,
             geometry=tuple(self.geometry.items()),
             couplings=self.couplings(file, joints),
-            payload=self.payload(file, joints),
+            payload=payload,
             limits=self.limits(file, len(movable)),
             loops=tuple(Loop(*table.cut) for table in file.loop),
             effects=tuple(effects),
@@ -193,11 +196,6 @@ class _Reader:
         )
         require_closed(robot)
         return robot
-
-    @staticmethod
-    def own(joint: Joint, table: JointTable) -> bool:
-        """Whether a joint has a variable of its own."""
-        return joint.movable and table.follows is None
 
     def at_values(self, expr: sp.Expr) -> sp.Expr:
         """Return an expression at the file's values of the named lengths."""
@@ -452,13 +450,6 @@ class _Reader:
                 f"the range [{low}, {high}] is empty; accepted: [low, high], low below high"
             )
         return out
-
-    def payload(self, file: RobotFile, joints: tuple[Joint, ...]) -> int | None:
-        if file.payload is None:
-            return None
-        if file.payload.joint > len(joints):
-            raise RobotError(f"payload, key 'joint': there is no joint {file.payload.joint}")
-        return file.payload.joint
 
     def entries(self, table: str, values: Any, keys: Sequence[str], n: int) -> dict[str, Any]:
         """Return what a table has for each of n movable joints, None where it has nothing."""
