@@ -265,15 +265,14 @@ def _there_and_back(x: FloatArray, k: int, together: int) -> float:
 
     Of what a side leads to: its nearest sample, or the line through two, whichever is nearer.
     """
-    sides = []
-    for way in (-1, 1):
-        found = []
-        for s in range(1, together + 1):
-            last, before = x[k + way * s], x[k + way * (s + 1)]
-            away = x[k] - np.array([last, last + s * (last - before)])
-            found.append(float(away[np.argmin(np.abs(away))]))
-        sides.append(max(found, key=abs))
-    left, right = sides
+    s = np.arange(1, together + 1)
+
+    def side(way: int) -> float:
+        last, before = x[k + way * s], x[k + way * (s + 1)]
+        own, line = x[k] - last, x[k] - (last + s * (last - before))
+        return float(max(np.where(np.abs(line) < np.abs(own), line, own), key=abs))
+
+    left, right = side(-1), side(1)
     return min(abs(left), abs(right)) if left * right > 0 else 0.0
 
 
