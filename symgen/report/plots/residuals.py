@@ -77,7 +77,7 @@ def amplitude_density(t: FloatArray, values: FloatArray) -> tuple[FloatArray, Fl
     power = 2 * step / np.sum(hann**2) * np.mean(np.abs(lines) ** 2, axis=1)
     power[:, -1] /= 2 - length % 2  # half the rate has no mirror
     density: FloatArray = np.sqrt(power[:, 1:]).T
-    frequencies: FloatArray = np.fft.rfftfreq(length, step)[1:]
+    frequencies = np.asarray(np.fft.rfftfreq(length, step)[1:], dtype=np.float64)
     return frequencies, density
 
 
