@@ -347,11 +347,7 @@ def _rational(value: sp.Rational) -> str:
     """Write a rational as a short decimal where it is one, else as a fraction."""
     if value.is_Integer:
         return str(value)
-    denominator = int(value.q)
-    for prime in (2, 5):
-        while denominator % prime == 0:
-            denominator //= prime
-    if denominator == 1 and value.q < 10**12:
+    if value.q < 10**12 and 10**40 % int(value.q) == 0:  # of 2 and 5 alone
         digits = format(Decimal(int(value.p)) / Decimal(int(value.q)), "f")
         if sp.Rational(digits) == value:
             return digits
