@@ -50,22 +50,17 @@ def open_samples(
     """
     reading = reading or Reading()
     log, repairs = repaired(open_log(source, robot, reading), robot.sigma)
-    _require_rate(log)
+    step = float(np.median(np.diff(log.t)))
+    if step > 0.5 / LOWEST:  # stamps between which a robot moves unseen
+        raise LogError(
+            f"{log.name}: a sample every {step:.4g} s; accepted: t in seconds, at "
+            f"{2 * LOWEST:g} Hz and more (where t is in milliseconds, divide it by 1000)"
+        )
     samples = sampled(log, clock)
     samples, masked_too = masked_faults(log, samples) if mask_faults else (samples, ())
     if reading.mask:
         samples = masked(samples, log, robot, reading.mask)
     return without_beside(samples, robot), (*repairs, *masked_too)
-
-
-def _require_rate(log: Log) -> None:
-    """Refuse stamps between which a robot moves unseen: in milliseconds, say."""
-    step = float(np.median(np.diff(log.t)))
-    if step > 0.5 / LOWEST:
-        raise LogError(
-            f"{log.name}: a sample every {step:.4g} s; accepted: t in seconds, at "
-            f"{2 * LOWEST:g} Hz and more (where t is in milliseconds, divide it by 1000)"
-        )
 
 
 def open_logs(

@@ -243,8 +243,7 @@ def _late(trial: Trial) -> Iterator[Fault]:
     blocks = _with_delay(trial.logs, trial.rows)
     delay = float(blocks.fit()[-1])
     apart = np.array([blocks.fit([k])[-1] for k in range(BLOCKS)])
-    std = np.sqrt((BLOCKS - 1) * np.mean((apart - apart.mean()) ** 2))  # the jackknife's
-    sure = None if abs(delay) <= _STD * std else np.ones(trial.n, dtype=bool)
+    sure = None if abs(delay) <= _STD * _jackknife(apart) else np.ones(trial.n, dtype=bool)
     best, share = trial.share(blocks, lambda: _with_delay(trial.held, trial.held_rows), sure)
     if max(best, share) > _CLEARER:  # it is common to all joints, or none
         return
@@ -589,8 +588,12 @@ def _surely_negative(grams: FloatArray, mean: FloatArray) -> bool:
     """Whether mean @ X is negative by five deviations, those of the jackknife over blocks."""
     whole = grams.sum(axis=0)
     apart = np.array([mean @ solve_gram(whole - gram) for gram in grams if gram.any()])
-    std = np.sqrt((len(apart) - 1) * np.mean((apart - apart.mean()) ** 2))
-    return bool(mean.any()) and float(mean @ solve_gram(whole)) < -_SIGMAS * std
+    return bool(mean.any()) and float(mean @ solve_gram(whole)) < -_SIGMAS * _jackknife(apart)
+
+
+def _jackknife(apart: FloatArray) -> float:
+    """Return the standard deviation of an estimate, of what it is without each block."""
+    return float(np.sqrt((len(apart) - 1) * np.mean((apart - apart.mean()) ** 2)))
 
 
 def torque_steps(trial: Trial) -> Iterator[Fault]:
@@ -643,35 +646,33 @@ def saturations(trial: Trial) -> Iterator[Fault]:
     is nearest to the torque; both in turn. Only torques count that are as flat there as the
     channel's noise, which is taken from sixth differences.
     """
-    for j in trial.moving:
-        fault = _saturation(trial, j)
-        if fault is not None:
-            yield fault
+    yield from filter(None, (_saturation(trial, j) for j in trial.moving))
 
 
 def _saturation(trial: Trial, j: int) -> Fault | None:
-    seen = [np.ones(len(log.t), bool) if log.mask is None else ~log.mask.joint[:, j]
-            for log in trial.logs]  # fmt: skip
-    tau = np.concatenate([log.tau[at, j] for log, at in zip(trial.logs, seen, strict=True)])
+    seen = [slice(None) if log.mask is None else ~log.mask.joint[:, j] for log in trial.logs]
+
+    def column(x: Callable[[FilteredLog], FloatArray]) -> FloatArray:
+        pairs = zip(trial.logs, seen, strict=True)
+        return np.concatenate([x(log)[at, j] for log, at in pairs])
+
+    tau = column(lambda log: log.tau)
     if len(tau) < _LEAST:
         return None
     noise = float(np.median(np.abs(np.diff(tau, 6)))) / 0.6745 / math.sqrt(924)
     noise += 1e-6 * float(np.abs(tau).max())
-    X, limit = trial.base.fit(), math.inf
+    X, limit, inverse = trial.base.fit(), math.inf, trial.evaluator["inverse_dynamics"]
     for _ in range(_ROUNDS):
-        model = np.concatenate(
-            [
-                _torque(trial.evaluator, X, log)[at, j]
-                for log, at in zip(trial.logs, seen, strict=True)
-            ]
-        )
+        # X may be short of effects of the load.
+        whole = np.pad(X, (0, len(trial.evaluator.model.base.parameters) - len(X)))
+        model = column(lambda log: inverse(log.q, log.qd, log.qdd, whole))  # noqa: B023
         last, limit = limit, _nearest_limit(tau, model)
         if not _gains(tau, model, limit):
             return None
         if abs(limit - last) < 0.1 * noise:
             break
         undo = partial(unlimited, j=j, limit=limit - _AT_LIMIT * noise)
-        left = Trial(trial.evaluator, [undo(log) for log in trial.logs], ())
+        left = replace(trial, logs=[undo(log) for log in trial.logs])
         if any(len(e.y) == 0 for log in left.rows for e in log):
             return None  # all of it is the signal
         X = left.base.fit()
@@ -696,12 +697,6 @@ def _saturation(trial: Trial, j: int) -> Fault | None:
     return replace(fault, samples=int(asked.sum()), values=values)
 
 
-def _torque(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> FloatArray:
-    """Return the model's torque at full rate, (N, n); X may be short of effects of the load."""
-    whole = np.pad(X, (0, len(evaluator.model.base.parameters) - len(X)))
-    return np.asarray(evaluator["inverse_dynamics"](log.q, log.qd, log.qdd, whole))
-
-
 def _nearest_limit(tau: FloatArray, model: FloatArray) -> float:
     """Return the limit whose clipped model is nearest to the torque."""
     size, top = np.abs(model), float(np.abs(tau).max())
@@ -715,8 +710,7 @@ def _nearest_limit(tau: FloatArray, model: FloatArray) -> float:
     limits = np.linspace(0.2 * top, top, _PEAKS)
     for _ in range(3):
         at = int(np.argmin([loss(x) for x in limits]))
-        low, high = limits[max(at - 1, 0)], limits[min(at + 1, len(limits) - 1)]
-        limits = np.linspace(low, high, 20)
+        limits = np.linspace(limits[max(at - 1, 0)], limits[min(at + 1, len(limits) - 1)], 20)
     return float(limits[np.argmin([loss(x) for x in limits])])
 
 
