@@ -333,10 +333,11 @@ class TotalLeastSquares:
 
     With v = (X, -1), D = diag(noise, 1) and R the triangle of [W y] this is the smallest
     ||R v|| / ||D v||: v = R^-1 w, with w the first right singular vector of D R^-1 (Golub and Van
-    Loan 1980; noise may be 0 as in Van Huffel and Vandewalle 1991, ch. 3). It removes the bias of least squares where the errors of the columns are independent of
-    each other and from row to row, and their ratio to those of y is known. Those of a robot's
-    regressor are neither: instrumental variables ask for less. Precision by the sandwich of its
-    estimating equations sum e (w + e C X/(1 + X'C X)) = 0.
+    Loan 1980; noise may be 0 as in Van Huffel and Vandewalle 1991, ch. 3). It removes the bias of
+    least squares where the errors of the columns are independent of each other and from row to row,
+    and their ratio to those of y is known. Those of a robot's regressor are neither: instrumental
+    variables ask for less. Precision by the sandwich of its estimating equations
+    sum e (w + e C X/(1 + X'C X)) = 0.
 
     Attributes:
         noise: (p,) standard deviation of the error of each column over that of y; 0 where exact.
@@ -524,17 +525,17 @@ def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> tuple[Endoge
     suspect = left > _SUSPECT
     friction = np.array([_FRICTION.match(name) is not None for name in system.names])
     sets = {"all": suspect, "inertial": suspect & ~friction, "friction": suspect & friction}
-    # V = [Z W] onto, in the units of the data
-    explained = np.linalg.solve(reduced.Rz, reduced.Rzw)
-    onto = np.concatenate([-explained / reduced.size[:, None], np.diag(1 / reduced.scale)])
+    # V = (W - Z explained) / scale
+    explained = np.linalg.solve(reduced.Rz * reduced.size, reduced.Rzw * reduced.scale)
+    V = [(e.W - _z(e) @ explained) / reduced.scale for e in system.logs]
     out = []
     for label, chosen in sets.items():
         if chosen.any() and (label == "all" or (chosen != suspect).any()):
             # an orthonormal basis of the suspect columns: what is tested is their span
             _, singular, turn = np.linalg.svd(reduced.Rv[:, chosen] / left[chosen])
             kept = singular > 1e-6 * singular[0]
-            basis = onto[:, chosen] / left[chosen] @ (turn[kept].T / singular[kept])
-            test = _wald(system, label, weights, basis)
+            basis = (turn[kept] / left[chosen]).T / singular[kept]
+            test = _wald(system, label, weights, [v[:, chosen] @ basis for v in V])
             if test is None:  # some columns alone do not say that nothing is biased
                 break
             out.append(test)
@@ -542,16 +543,18 @@ def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> tuple[Endoge
 
 
 def _wald(
-    system: LinearSystem, label: str, weights: FloatArray, basis: FloatArray
+    system: LinearSystem, label: str, weights: FloatArray, V: Sequence[FloatArray]
 ) -> Endogeneity | None:
-    """Test d = 0 in y = W X + V d + e, V = [Z W] basis; None where the rows do not determine d."""
-    p, extra = len(system.names), basis.shape[1]
+    """Test d = 0 in y = W X + V d + e; None where the rows are too few, or do not determine d."""
+    p, extra = len(system.names), V[0].shape[1]
     freedom = sum(len(e.y) / e.correlation for e in system.logs) - p - extra
     if freedom < 1:
         return None
-    whole = [replace(e, W=np.column_stack([e.W, np.column_stack([_z(e), e.W]) @ basis]), Z=None)
-             for e in system.logs]  # fmt: skip
-    augmented = LinearSystem((*system.names, *(f"d{k}" for k in range(extra))), tuple(whole))
+    both = (np.column_stack([e.W, v]) for e, v in zip(system.logs, V, strict=True))
+    augmented = LinearSystem(
+        (*system.names, *["d"] * extra),
+        tuple(replace(e, W=W, Z=None) for e, W in zip(system.logs, both, strict=True)),
+    )
     try:
         reduced = merged([s.factor for s in summaries(augmented)], weights, augmented.names)
     except IdentificationError:

@@ -313,10 +313,9 @@ class Feasibility:
         weights = np.where(named | (not prior), 1.0, _FAINT)
         # Half of what all links can have at once, but no more than a link has in the prior.
         floors = np.full(len(self.links), self.margin[0] / 2)
-        for j, link in enumerate(self.links):
-            if named[link].all():
-                own = float(np.linalg.eigvalsh(pseudo_inertia(target[link]))[0])
-                floors[j] = min(floors[j], max(own, _CERTAIN))
+        for j in np.flatnonzero(named[self.links].all(axis=1)):
+            own = float(np.linalg.eigvalsh(pseudo_inertia(target[self.links[j]]))[0])
+            floors[j] = min(floors[j], max(own, _CERTAIN))
         weighted = self.onto.T * weights
         y, _ = minimise(
             weighted @ self.onto,
