@@ -17,6 +17,7 @@ from symgen.estimation.values import Contrast, Endogeneity, FloatArray
 
 #: Singular values of the scaled regressor under this share of the largest are zero.
 SINGULAR = 1e-8
+_SHORTEST = 1e-9  # the same of a search, which asks for columns that may say the same
 _AT_ONCE = 64  # factors that are merged together
 _SHARE = 1e-6  # of a parameter in a combination that data leave open
 _FULL = 0.99  # leverage of a row that alone determines a parameter
@@ -128,6 +129,22 @@ def log_weights(
         weights = own * residual_weights(parts, X)
         X, scale, R = merged((s.factor for s in parts), weights, names)
     return weights, X, scale, R
+
+
+def shortest(rows: FloatArray) -> FloatArray:
+    """Solve least squares from rows of [W y], or triangles of them: the shortest solution, (p,).
+
+    Columns have unit norm for that: what the rows do not determine is zero.
+
+    Args:
+        rows: (k, p + 1).
+    """
+    R = triangle(rows)
+    p = R.shape[1] - 1
+    scale = column_norms(R[:, :p])
+    if p == 0:
+        return np.zeros(0)
+    return np.asarray(np.linalg.lstsq(R[:p, :p] / scale, R[:p, p], rcond=_SHORTEST)[0] / scale)
 
 
 def residual_weights(parts: Sequence[Summary], X: FloatArray) -> FloatArray:

@@ -71,6 +71,20 @@ class Equations:
         return replace(self, W=W, y=self.y * self.scale)
 
     @property
+    def rows(self) -> int:
+        """Number of equations."""
+        return len(self.y)
+
+    @property
+    def square(self) -> float:
+        """Sum of the squares of y."""
+        return float(np.sum(self.y**2))
+
+    def rss(self, X: FloatArray) -> float:
+        """Return the sum of the squares of y - W X."""
+        return float(np.sum((self.y - self.W @ X) ** 2))
+
+    @property
     def scale(self) -> FloatArray:
         """What W and y of each row are multiplied by, (K,)."""
         if self.rest is None:
@@ -367,7 +381,7 @@ def torque_equations(
 
 def torque_sides(log: FilteredLog) -> list[Equations]:
     """Return the torque equations of a log without W: measured torque in the comparison band."""
-    y, t = log.measured, log.t[log.kept]
+    y, t = log.measured, log.compared_t
     correlation = 1 if log.rows.cutoff is None else PER_PERIOD // 2
     none: FloatArray = np.zeros((len(t), 0))
     sides = [

@@ -150,7 +150,7 @@ def identify_poses(
     """Identify what still poses show.
 
     Args:
-        evaluator: the compiled model, with `recipe.JUDGING`.
+        evaluator: the compiled model, with `equation_model.JUDGING`.
         tables: of poses, to identify from.
         validation: to judge by; without any, the last fifth of each table is held out.
         estimator: one of METHODS.
