@@ -247,7 +247,8 @@ class Feasibility:
         heads = self.heads[: base.inertial]
         mass = float(np.max(np.abs(self.X[: len(heads)]) / scale[heads], initial=0.0))
         self.scale = scale * (mass or 1.0)
-        # x = onto y + at: the free parameters y, and the leading ones that X leaves
+        # x = onto y + at: the free parameters y, and the leading ones that X leaves. As equations
+        # beside the cones, X = G s makes the solver fail on some robots of six joints.
         self.onto = np.eye(n)[:, self.free]
         self.onto[self.heads] = -self.G[:, self.free] * self.scale[self.free]
         self.onto[self.heads] /= self.scale[self.heads, None]
