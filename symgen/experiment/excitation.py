@@ -8,7 +8,7 @@ will be used, built from the same windows: a motion may be good for torques and 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -20,6 +20,7 @@ from symgen.codegen.model import Model, derive
 from symgen.data.log import read_only
 from symgen.data.raw import FloatArray
 from symgen.data.signals import Samples
+from symgen.distributed import Meter, Say, silent
 from symgen.errors import IdentificationError, LogError, ParameterError
 from symgen.estimation.equation_model import NEEDED, Recipe, require_model
 from symgen.estimation.filtered import unfiltered
@@ -307,8 +308,8 @@ def excite(
     search: Search | None = None,
     parameters: str | Path | None = None,
     window: float = 0.2,
-    progress: Callable[[str], None] = lambda _: None,
-    meter: Callable[[float], None] = lambda _: None,
+    progress: Say = silent,
+    meter: Meter = silent,
 ) -> Plan:
     """Find runs within limits from which the parameters of a robot can be identified.
 

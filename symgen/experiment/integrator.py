@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.integrate import RK45
 
 from symgen.data.raw import FloatArray
+from symgen.distributed import silent
 from symgen.errors import ParameterError
 from symgen.experiment.plant import SLACK, Plant
 from symgen.experiment.recording import Law
@@ -74,7 +75,7 @@ def integrate(
     unseen: FloatArray | None = None,
     smooth: bool = False,
     tolerance: float = 1e-9,
-    progress: Callable[[int], None] = lambda _: None,
+    progress: Callable[[int], None] = silent,
 ) -> Motion:
     """Move a plant from stamp to stamp.
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from pathlib import Path
@@ -24,7 +24,7 @@ import numpy as np
 from symgen.data.log import Log, make_log
 from symgen.data.raw import FloatArray
 from symgen.data.signals import Samples
-from symgen.distributed import Workers, executor
+from symgen.distributed import Meter, Say, Workers, executor, silent
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import NEEDED, Recipe, require_model
@@ -110,7 +110,7 @@ class Trials:
             )  # fmt: skip
         for run in range(len(runs)):
             logs = [done.log(run) for done in made]
-            (opened,), _ = open_logs((logs,), evaluator.model.robot, None, lambda _: None)
+            (opened,), _ = open_logs((logs,), evaluator.model.robot, None, silent)
             yield in_one_band(opened, ())[0]
 
     def __call__(self, runs: range) -> bytes:
@@ -122,7 +122,7 @@ class Trials:
         evaluator = self.evaluator
         parts = [self._parts(evaluator, samples) for samples in self.samples(runs)]
         q, qd, qdd = self.held
-        torque = evaluator["inverse_dynamics"]
+        torque = evaluator.inverse_dynamics
         true = torque(q, qd, qdd, self.X)
         out: dict[str, FloatArray] = {}
         for size in LENGTHS:
@@ -216,8 +216,8 @@ def study(
     target: float = 0.02,
     seed: int = 0,
     workers: Workers | None = None,
-    progress: Callable[[str], None] = lambda _: None,
-    meter: Callable[[float], None] = lambda _: None,
+    progress: Say = silent,
+    meter: Meter = silent,
 ) -> Study:
     """Tell by simulation how well logs of given motions and sensors determine a robot.
 
@@ -277,8 +277,8 @@ def study(
         for t in trajectories or (None,)
     )
     held = reference_of(held_out, source, duration=duration, rate=_HELD_HZ, seed=seed + 1)
-    trials = Trials(text, tuple(kernels), X, aims, made, seed)
-    trials = replace(trials, held=(held.q, held.qd, held.qdd))
+    motion = held.q, held.qd, held.qdd
+    trials = Trials(text, tuple(kernels), X, aims, made, seed, held=motion)
     if made.moves_alike:
         trials = replace(trials, moved=tuple(_moved(trials, progress, meter)))
     progress("choosing the band")
@@ -298,7 +298,7 @@ def study(
         runs, seed, seconds, LENGTHS, trials.tries[0].band.rate_hz, window, 100 * target,
         tuple(a.name for a in aims), held.name, made,
     )  # fmt: skip
-    tau = evaluator["inverse_dynamics"](held.q, held.qd, held.qdd, X)
+    tau = evaluator.inverse_dynamics(*motion, X)
     results = tuple(
         _tried(trials, way, {key: x[i] for key, x in found.items()}, settings, tau)
         for i, way in enumerate(trials.tries)
@@ -306,19 +306,13 @@ def study(
     return Study(source.name, settings, results, _notes(results, runs))
 
 
-def _moved(
-    trials: Trials, progress: Callable[[str], None], meter: Callable[[float], None]
-) -> list[Simulation]:
+def _moved(trials: Trials, progress: Say, meter: Meter) -> list[Simulation]:
     """Return the motions along the references, of which every run measures the same."""
-    made, count = replace(trials.recording, instruments=Instruments()), len(trials.aims)
-
-    def advance(k: int, part: float) -> None:
-        meter(_BEFORE * (k + part) / count)
-
+    made, share = replace(trials.recording, instruments=Instruments()), _BEFORE / len(trials.aims)
     return [
         simulate(
             trials.evaluator, trials.X, trajectory=aim, recording=made, progress=progress,
-            meter=partial(advance, k),
+            meter=lambda part, k=k: meter(share * (k + part)),  # type: ignore[misc]
         )
         for k, aim in enumerate(trials.aims)
     ]  # fmt: skip
@@ -332,9 +326,7 @@ def _with_tries(
     bands: dict[bool, Band] = {}
     late = False
     for iv in {method.name == "iv" for _, method in ways}:
-        run = looked_at(
-            trials.evaluator, first, (), (), True, cutoff, lambda _: None, own_speeds=iv
-        )
+        run = looked_at(trials.evaluator, first, (), (), True, cutoff, silent, own_speeds=iv)
         bands[iv] = run.band
         late |= checked_run(run)[2] != 0
     tries = tuple(Try(recipe, method, bands[method.name == "iv"]) for recipe, method in ways)
