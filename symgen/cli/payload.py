@@ -35,7 +35,7 @@ def payload(robot: str, calibrate: bool, into: Path, **options: Any) -> None:
     gains are written into [drive] of a robot.toml beside the result, which later runs then use.
     """
     import symgen
-    from symgen.identification.gains import with_gains
+    from symgen.identification.payload import with_gains
 
     with stages({"reading": 0.05, "deriving": 0.1, "band": 0.6, "solving": 0.8}) as told:
         found = symgen.payload(robot, calibrate=calibrate, progress=told, **options)

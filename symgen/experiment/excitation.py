@@ -22,7 +22,7 @@ from symgen.data.raw import FloatArray
 from symgen.data.signals import Samples
 from symgen.distributed import Meter, Say, silent
 from symgen.errors import IdentificationError, LogError, ParameterError
-from symgen.estimation.equation_model import NEEDED, Recipe, require_model
+from symgen.estimation.equation_model import NEEDED, EquationModel, require_model
 from symgen.estimation.filtered import unfiltered
 from symgen.estimation.logs import HELD_OUT
 from symgen.estimation.system import Equations
@@ -187,14 +187,14 @@ class Judge:
         Raises:
             IdentificationError: a window does not fit a run.
         """
-        recipe = Recipe(name, self.window)
+        model = EquationModel(name, self.window)
         out: list[Equations] = []
         for k, run in enumerate(runs, 1):
             t = run.times(1 / self.rate)
             q, qd = (read_only(run.at(t, order)) for order in range(2))
             step = float(t[1] - t[0])
             samples = Samples(f"run {k}", t, q, qd, np.zeros_like(q), step, None, ())
-            out += recipe.equations(self.evaluator, unfiltered(samples))
+            out += model.equations(self.evaluator, unfiltered(samples))
         return tuple(out)
 
     def quality(self, runs: Sequence[Trajectory], name: str) -> tuple[float, float]:
@@ -301,7 +301,7 @@ def judge(
     if parameters is None and limited:
         notes = ("limits of torque are not looked at: that needs --parameters of a prior model",)
     fence = robot.limits if robot.limits is not None and robot.limits.cell else None
-    kernels = dict.fromkeys(k for m in _MODELS for k in Recipe(m, window).all_kernels)
+    kernels = dict.fromkeys(k for m in _MODELS for k in EquationModel(m, window).all_kernels)
     model = derive(robot, (*kernels, FRAMES) if fence else tuple(kernels))
     prior = None if parameters is None else read_parameters(parameters, model)
     evaluator = load(model)

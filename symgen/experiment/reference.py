@@ -14,9 +14,9 @@ from scipy.interpolate import PPoly
 from symgen import names
 from symgen.data.drive import joint_side
 from symgen.data.log import Log, read_log, read_only
-from symgen.data.plain import read_columns
 from symgen.data.raw import FloatArray, refuse
 from symgen.data.signals import differentiate, prepare
+from symgen.data.tables import read_columns
 from symgen.errors import LogError
 from symgen.experiment.trajectory import Cosine, Cubic, Fourier, Trajectory
 from symgen.robot.types import Limits, Robot
@@ -76,12 +76,12 @@ def make_reference(
     """
     shape = q.shape
     if len(t) < 2 or q.ndim != 2 or shape[0] != len(t) or not shape == qd.shape == qdd.shape:
-        refuse(name, f"t {t.shape}, q {shape}, qd {qd.shape}, qdd {qdd.shape}", "(N,), (N, n)")
+        refuse(f"{name}: t {t.shape}, q {shape}, qd {qd.shape}, qdd {qdd.shape}", "(N,), (N, n)")
     if not all(np.isfinite(x).all() for x in (t, q, qd, qdd)):
-        refuse(name, "a value is not a finite number", "finite numbers")
+        refuse(f"{name}: a value is not a finite number", "finite numbers")
     if np.diff(t).min() <= 0:
         k = int(np.argmin(np.diff(t) > 0)) + 1
-        refuse(name, f"sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s", "increasing time")
+        refuse(f"{name}: sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s", "increasing time")
     h = np.diff(t)[:, None]
     x, v, a = q[:-1], qd[:-1], qdd[:-1]
     # What the first three terms leave for the last three, in position, speed and acceleration.
@@ -129,7 +129,7 @@ def reference_of(
         found = read_reference(source)
     if found.q.shape[1] != robot.n:
         refuse(
-            found.name, f"it moves {found.q.shape[1]} joints, the robot has {robot.n}", "as many"
+            f"{found.name}: it moves {found.q.shape[1]} joints, the robot has {robot.n}", "as many"
         )
     return found
 
@@ -191,7 +191,8 @@ def read_reference(path: str | Path) -> Reference:
     uniform = float(np.abs(np.diff(t) - step).max()) <= 1e-3 * step
     if not uniform and len(found) < 3:
         refuse(
-            path, "its steps vary, so that slopes must be given", "qd1.. and qdd1.., or equal steps"
+            f"{path}: its steps vary, so that slopes must be given",
+            "qd1.. and qdd1.., or equal steps",
         )
     q = found["q"]
     qd = found["qd"] if "qd" in found else differentiate(q, step)
@@ -227,7 +228,7 @@ def fourier(
     """
     samples = duration * rate
     if not (math.isfinite(samples) and 10 <= samples <= 20_000_000):
-        refuse("reference", f"{duration:g} s at {rate:g} Hz", "10 to 20,000,000 samples")
+        refuse(f"reference: {duration:g} s at {rate:g} Hz", "10 to 20,000,000 samples")
     t = np.arange(round(samples) + 1) / rate
     series = Fourier(duration / math.ceil(duration / 10.0), _HARMONICS)
     k = np.arange(1, _HARMONICS + 1)
@@ -265,6 +266,6 @@ def paper_motion(t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 def _paper(robot: Robot, rate: float) -> Reference:
     if robot.n != 2 or any(robot.sigma):
-        refuse("trajectory paper", f"{robot.name} has other joints", "two revolute joints")
+        refuse(f"trajectory paper: {robot.name} has other joints", "two revolute joints")
     t = np.arange(round(SAMPLES * STEP * rate) + 1) / rate
     return make_reference("paper", t, *paper_motion(t))

@@ -28,10 +28,9 @@ from symgen.data.signals import Samples
 from symgen.distributed import Meter, Say, Workers, executor, silent
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
-from symgen.estimation.equation_model import NEEDED, Recipe, require_model
+from symgen.estimation.equation_model import NEEDED, EquationModel, require_model
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.filtered import FilteredLog, filtered
-from symgen.estimation.system import LinearSystem
 from symgen.experiment.plant import KERNELS
 from symgen.experiment.recording import Instruments, Recording
 from symgen.experiment.reference import Reference, reference_of
@@ -39,9 +38,9 @@ from symgen.experiment.simulate import Parameters, Simulation, simulate, values_
 from symgen.experiment.study_result import Precision, Settings, Study, Tried
 from symgen.faults.logs import in_one_band, open_logs
 from symgen.identification.instruments import instrumented
-from symgen.identification.model_choice import Run, checked_run, looked_at
+from symgen.identification.model_choice import OpenLogs, Run, filter_in_band, undo_delay
 from symgen.identification.out_of_core import loaded
-from symgen.identification.solving import Method, Part, settled, solved
+from symgen.identification.solving import EquatedLog, Method, equate, settle_load, solve
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot, require_gravity
@@ -57,7 +56,7 @@ TOGETHER = 8
 class Try:
     """A model with a method, in the band in which it is used."""
 
-    recipe: Recipe
+    model: EquationModel
     method: Method
     band: Band
 
@@ -140,31 +139,36 @@ class Trials:
         np.savez(file, **out)  # type: ignore[arg-type]
         return file.getvalue()
 
-    def _parts(self, evaluator: Evaluator, samples: Sequence[Samples]) -> list[list[Part]]:
+    def _parts(self, evaluator: Evaluator, samples: Sequence[Samples]) -> list[list[EquatedLog]]:
         """Return the logs of a run with their equations, for every try."""
 
         @cache
         def logs(band: Band) -> tuple[FilteredLog, ...]:
-            run = Run(evaluator, band, tuple(filtered(s, band) for s in samples), (), (), True)
-            return (checked_run(run)[0] if self.late else run).train
+            run = Run(evaluator, band, tuple(filtered(s, band) for s in samples))
+            return (undo_delay(run) if self.late else run).train
 
         @cache
-        def parts(recipe: Recipe, band: Band, iv: bool) -> list[Part]:
+        def parts(model: EquationModel, band: Band, iv: bool) -> list[EquatedLog]:
             return [
-                self._part(evaluator, Part("train", log, (), recipe.model), k, recipe, band, iv)
-                for k, log in enumerate(logs(band))
+                self._part(evaluator, log, k, model, band, iv) for k, log in enumerate(logs(band))
             ]
 
-        return [parts(t.recipe, t.band, t.method.name == "iv") for t in self.tries]
+        return [parts(t.model, t.band, t.method.name == "iv") for t in self.tries]
 
     def _part(
-        self, evaluator: Evaluator, part: Part, log: int, recipe: Recipe, band: Band, iv: bool
-    ) -> Part:
-        part = replace(part, equations=recipe.equations(evaluator, part.log))
+        self,
+        evaluator: Evaluator,
+        log: FilteredLog,
+        number: int,
+        model: EquationModel,
+        band: Band,
+        iv: bool,
+    ) -> EquatedLog:
+        part = equate(evaluator, log, model)
         if not iv:
             return part
-        commanded = None if band.velocity == "measured" else self._commanded(part.samples.t, log)
-        return instrumented(evaluator, part, recipe, commanded)
+        commanded = None if band.velocity == "measured" else self._commanded(log.t, number)
+        return instrumented(evaluator, part, model, commanded)
 
     def _commanded(self, t: FloatArray, log: int) -> Log:
         """Return the reference of a log at its stamps: instruments where no speed is measured."""
@@ -175,17 +179,15 @@ class Trials:
 
 
 def _solved(
-    evaluator: Evaluator, parts: Sequence[Part], tried: Try
+    evaluator: Evaluator, parts: Sequence[EquatedLog], tried: Try
 ) -> tuple[FloatArray, FloatArray]:
     """Return X and its standard deviations, as `identify` finds them from these logs."""
-    recipe = tried.recipe
+    model = tried.model
     if evaluator.model.robot.loaded:
-        recipe = settled(evaluator, [part.log for part in parts], recipe)
-        parts = [replace(p, equations=recipe.equations(evaluator, p.log)) for p in parts]
-    names = evaluator.model.base.names
-    system = LinearSystem(names, tuple(e for part in parts for e in part.equations))
-    found, _ = solved(evaluator, system, parts, tried.method, recipe)
-    return found.X, np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
+        model = settle_load(evaluator, [part.log for part in parts], model)
+        parts = [equate(evaluator, p.log, model) for p in parts]
+    found = solve(evaluator, parts, tried.method, model)
+    return found.X, found.std
 
 
 METHODS = ("ols", "wls", "iv")
@@ -260,11 +262,11 @@ def study(
         if model not in NEEDED:
             raise ParameterError(f"study: model {model!r}; accepted: {', '.join(NEEDED)}")
         require_model(source, model)
-    ways = [(Recipe(m, window), Method.of(method)) for m in chosen for method in methods]
+    ways = [(EquationModel(m, window), Method.of(method)) for m in chosen for method in methods]
     if not ways:
         raise ParameterError("study: no method; accepted: one or more, such as wls")
     progress("deriving and compiling the model")
-    kernels = dict.fromkeys([*KERNELS, *(k for recipe, _ in ways for k in recipe.all_kernels)])
+    kernels = dict.fromkeys([*KERNELS, *(k for model, _ in ways for k in model.all_kernels)])
     text = robot_toml(source)
     evaluator = loaded(text, tuple(kernels))
     X = values_of(parameters, evaluator.model)
@@ -317,17 +319,17 @@ def _moved(trials: Trials, progress: Say, meter: Meter) -> list[Simulation]:
 
 
 def _with_tries(
-    trials: Trials, ways: Sequence[tuple[Recipe, Method]], cutoff: float | None
+    trials: Trials, ways: Sequence[tuple[EquationModel, Method]], cutoff: float | None
 ) -> Trials:
     """Choose the band of every way from the first run; look whether torques come late."""
     (first,) = trials.samples(range(1))
     bands: dict[bool, Band] = {}
     late = False
     for iv in {method.name == "iv" for _, method in ways}:
-        run = looked_at(trials.evaluator, first, (), (), True, cutoff, silent, own_speeds=iv)
+        run = filter_in_band(OpenLogs(trials.evaluator, first), cutoff, own_speeds=iv)
         bands[iv] = run.band
-        late |= checked_run(run)[2] != 0
-    tries = tuple(Try(recipe, method, bands[method.name == "iv"]) for recipe, method in ways)
+        late |= undo_delay(run).delay != 0
+    tries = tuple(Try(model, method, bands[method.name == "iv"]) for model, method in ways)
     return replace(trials, tries=tries, late=late)
 
 
@@ -356,7 +358,7 @@ def _tried(
     size = np.sum(tau**2, axis=0)
     count = len(trials.X)
     known = {m: rows[np.isfinite(rows[:, :count]).all(axis=1)] for m, rows in found.items()}
-    of = partial(Tried, way.recipe.model, way.method.label, way.band, len(found[1]) - len(known[1]))
+    of = partial(Tried, way.model.name, way.method.label, way.band, len(found[1]) - len(known[1]))
     enough = [m for m in LENGTHS if len(known[m]) > 2]
     if 1 not in enough:
         return of((), None, (), (), ())

@@ -281,8 +281,8 @@ def line_grid(
                 curves.append(("true value", panel.x[[0, -1]], np.full(2, panel.level)))
             for name, x, y in curves:
                 look = _LOOKS.get(name) or line_style(order.index(name))
-                own = y if y.ndim == 2 else (x, y)
-                line = curve(own[0], own[1], name, look, legendgroup=plain(name))
+                across, up = y if y.ndim == 2 else (x, y)
+                line = curve(across, up, name, look, legendgroup=plain(name))
                 figure.add_trace(line.update(showlegend=name not in told), **place)
                 told.add(name)
             owners += [log] * (len(figure.data) - len(owners))

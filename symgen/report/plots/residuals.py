@@ -76,8 +76,9 @@ def amplitude_density(t: FloatArray, values: FloatArray) -> tuple[FloatArray, Fl
     lines = np.fft.rfft(hann * (windows - windows.mean(axis=2, keepdims=True)), axis=2)
     power = 2 * step / np.sum(hann**2) * np.mean(np.abs(lines) ** 2, axis=1)
     power[:, -1] /= 2 - length % 2  # half the rate has no mirror
-    f = np.asarray(np.fft.rfftfreq(length, step), dtype=np.float64)
-    return f[1:], np.sqrt(power[:, 1:]).T
+    density: FloatArray = np.sqrt(power[:, 1:]).T
+    frequencies = np.asarray(np.fft.rfftfreq(length, step)[1:], dtype=np.float64)
+    return frequencies, density
 
 
 def lag_correlation(estimate: Estimate) -> Figure | None:
