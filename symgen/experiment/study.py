@@ -149,26 +149,16 @@ class Trials:
 
         @cache
         def parts(model: EquationModel, band: Band, iv: bool) -> list[EquatedLog]:
+            found = [equate(evaluator, log, model) for log in logs(band)]
+            derived = band.velocity != "measured"
             return [
-                self._part(evaluator, log, k, model, band, iv) for k, log in enumerate(logs(band))
-            ]
+                instrumented(
+                    evaluator, p, model, self._commanded(p.log.t, k) if derived else None
+                ) if iv else p
+                for k, p in enumerate(found)
+            ]  # fmt: skip
 
         return [parts(t.model, t.band, t.method.name == "iv") for t in self.tries]
-
-    def _part(
-        self,
-        evaluator: Evaluator,
-        log: FilteredLog,
-        number: int,
-        model: EquationModel,
-        band: Band,
-        iv: bool,
-    ) -> EquatedLog:
-        part = equate(evaluator, log, model)
-        if not iv:
-            return part
-        commanded = None if band.velocity == "measured" else self._commanded(log.t, number)
-        return instrumented(evaluator, part, model, commanded)
 
     def _commanded(self, t: FloatArray, log: int) -> Log:
         """Return the reference of a log at its stamps: instruments where no speed is measured."""
