@@ -25,7 +25,6 @@ from numpy.typing import NDArray
 from symgen.diagnosis.search import Search, Selection
 from symgen.diagnosis.select import Score, project
 from symgen.diagnosis.whitened_system import Columns, WhitenedSystem
-from symgen.estimation.filtered import FilteredLog
 
 FloatArray = NDArray[np.float64]
 _DRAWS, _SINES, _ALLOWED = 400, 24, 0.05
@@ -119,35 +118,23 @@ def _orthonormal(base: WhitenedSystem, columns: Columns, j: int) -> FloatArray:
 def _drawn(base: WhitenedSystem, j: int) -> FloatArray:
     """Return random smooth torques on a joint, apart from the model, of unit size, (K, draws)."""
     rng = np.random.default_rng(_SEED)
-    n = base.n
-    others = rng.integers(0, n, _DRAWS)
+    others = rng.integers(0, base.n, _DRAWS)
     w = rng.normal(size=(_DRAWS, _SINES, 4))
     phase = rng.uniform(0, 2 * np.pi, (_DRAWS, _SINES))
-    spread = [np.concatenate([getattr(s, key) for s in base.logs]).std(axis=0) for key in _STATE]
-    unit = [np.where(x > 0, x, 1.0) for x in spread]
-    seen = np.concatenate([_fields(s, j, others, w, phase, unit) for s in base.logs])
-    out = seen * (base.moves[:, j] / base.sigma[j])[:, None]
+    q, qd = (_in_spreads(base, key) for key in ("q", "qd"))
+    out = np.empty((len(q), _DRAWS))
+    for d, k in enumerate(others):
+        x = np.stack([q[:, j], q[:, k], qd[:, j], qd[:, k]], axis=1)
+        out[:, d] = np.sin(x @ w[d].T + phase[d]).sum(axis=1)
+    out = out * (base.moves[:, j] / base.sigma[j])[:, None]
     basis = base.basis[:, j]
     # on the one joint the model's columns of all joints have a say
     out = out - basis @ (basis.T @ out)
     return np.asarray(out / np.maximum(np.linalg.norm(out, axis=0), 1e-300))
 
 
-_STATE = ("q", "qd")
-
-
-def _fields(
-    s: FilteredLog,
-    j: int,
-    others: NDArray[np.int64],
-    w: FloatArray,
-    phase: FloatArray,
-    unit: Sequence[FloatArray],
-) -> FloatArray:
-    """Return random fields along a log at the kept instants, (K, draws)."""
-    q, qd = s.q[s.kept] / unit[0], s.qd[s.kept] / unit[1]
-    out = np.empty((len(q), len(others)))
-    for d, k in enumerate(others):
-        x = np.stack([q[:, j], q[:, k], qd[:, j], qd[:, k]], axis=1)
-        out[:, d] = np.sin(x @ w[d].T + phase[d]).sum(axis=1)
-    return out
+def _in_spreads(base: WhitenedSystem, key: str) -> FloatArray:
+    """Return positions or speeds at the kept instants over their spread, (K, n)."""
+    spread = np.concatenate([getattr(log, key) for log in base.logs]).std(axis=0)
+    kept = np.concatenate([getattr(log, key)[log.kept] for log in base.logs])
+    return np.asarray(kept / np.where(spread > 0, spread, 1.0))
