@@ -155,7 +155,7 @@ def read_messages(path: Path) -> None:
         try:
             return read(path, *given)
         except MemoryError:  # at once, for a size that nobody has
-            refuse(path, "takes more than it may", "less")
+            refuse("takes more than it may", "less")
 
     bags.read_bounded = here
     read_log(path)
@@ -173,7 +173,7 @@ def read_map(path: Path) -> None:
 
 def read_motion(path: Path) -> None:
     """Read a motion that simulate follows."""
-    from symgen.data.plain import read_columns
+    from symgen.data.tables import read_columns
 
     t, found = read_columns(path, ("q",), ("qd", "qdd"), "a motion")
     _finite(t, *found.values())

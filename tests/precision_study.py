@@ -14,13 +14,13 @@ import symgen
 from symgen.data.bandwidth import motion_bandwidth
 from symgen.data.signals import prepare
 from symgen.estimation.band import Band
-from symgen.estimation.equation_model import Recipe
+from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import solve
 from symgen.estimation.filtered import filtered
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.identification.instruments import with_instruments
 from symgen.identification.parameters import base_values
-from symgen.identification.solving import Part
+from symgen.identification.solving import equate
 
 ARM = """
 [robot]
@@ -85,7 +85,11 @@ def log(
 
 
 def equations_of(
-    evaluator: symgen.Evaluator, recipe: Recipe, noisy: symgen.Log, band_hz: float, iv: bool
+    evaluator: symgen.Evaluator,
+    equation_model: EquationModel,
+    noisy: symgen.Log,
+    band_hz: float,
+    iv: bool,
 ) -> tuple[Equations, ...]:
     """Return the equations of a log whose tachometers are taken.
 
@@ -94,21 +98,21 @@ def equations_of(
 
     Args:
         evaluator: the compiled model.
-        recipe: of the equations.
+        equation_model: of the equations.
         noisy: the log.
         band_hz: in which torque equations are taken.
         iv: whether encoders give instruments, in the band of the motion.
     """
     samples = prepare(noisy)
     rate = 1 / samples.step
-    cutoff = 4 * band_hz if recipe.model == "torque" else rate / 2
+    cutoff = 4 * band_hz if equation_model.name == "torque" else rate / 2
     taken = filtered(samples, Band(rate, cutoff, band_hz, "measured"))
-    part = Part("train", taken, recipe.equations(evaluator, taken), recipe.model)
+    part = equate(evaluator, taken, equation_model)
     if iv:
         motion_hz = motion_bandwidth(samples.q, samples.step)
         free = filtered(samples, replace(taken.band, cutoff_hz=motion_hz, velocity="derived"))
         motion = replace(taken, q=free.q, qd=free.qd)
-        part = with_instruments(evaluator, part, recipe, motion)
+        part = with_instruments(evaluator, part, equation_model, motion)
     return part.equations
 
 
@@ -124,7 +128,7 @@ def covered(
     true = draw.uniform(0.1, 1.0, len(evaluator.model.base.parameters))
     motions = [sines(2, 40.0, 100.0, base, 5, k, 1.2) for k, base in enumerate((0.11, 0.17))]
     torques = [torque(evaluator, motion, true) for motion in motions]
-    recipe = Recipe(model, 0.1)
+    equation_model = EquationModel(model, 0.1)
     inside: dict[str, list[np.ndarray]] = {method: [] for method in methods}
     for seed in seeds:
         equations: list[Equations] = []
@@ -132,7 +136,7 @@ def covered(
             # The second log is noisier: that is what weights are for.
             own = Noise(noise.encoder, noise.tachometer, noise.torque * (1 + k))
             noisy = log(motion, tau, own, (seed, k))
-            equations += equations_of(evaluator, recipe, noisy, 12.0, "iv" in methods)
+            equations += equations_of(evaluator, equation_model, noisy, 12.0, "iv" in methods)
         system = LinearSystem(evaluator.model.base.names, tuple(equations))
         for method in methods:
             found = solve(system, method)
@@ -181,12 +185,12 @@ def held_out(
     Four Fourier runs of 20 s at 500 Hz with base frequencies of their own; windows of 0.2 s, or the
     zero-phase low-pass at 5 Hz of the torque model.
     """
-    recipe = Recipe(model, 0.2)
+    equation_model = EquationModel(model, 0.2)
     equations: list[Equations] = []
     for k, base in enumerate((0.05, 0.06, 0.07, 0.08)):
         motion = sines(6, 20.0, 500.0, base, 12, 100 + k, 1.0)
         noisy = log(motion, torque(evaluator, motion, true), noise, (seed, k))
-        equations += equations_of(evaluator, recipe, noisy, 5.0, "iv" in methods)
+        equations += equations_of(evaluator, equation_model, noisy, 5.0, "iv" in methods)
     system = LinearSystem(evaluator.model.base.names, tuple(equations))
     motion = sines(6, 20.0, 500.0, 0.055, 12, 99, 1.0)
     tau = torque(evaluator, motion, true)

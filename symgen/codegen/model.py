@@ -4,8 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
+from symgen.codegen.derivations import (
+    Derivations,
+    read_base,
+    read_kernel,
+    write_base,
+    write_kernel,
+)
 from symgen.codegen.kernels import ENERGY, Kernel
 from symgen.codegen.recipes import ALL, RECIPES, Subject
 from symgen.errors import ParameterError
@@ -80,21 +88,31 @@ def derive(
             known = ", ".join(RECIPES)
             raise ParameterError(f"kernel {name!r}; accepted: all, or some of {known}")
     require_constants(robot.sought)
-    standard = standard_parameters(robot)
-    energy = energy_tape(robot)
-    subject = robot
-    base = find_base(robot, standard, energy)
-    if base is None:
-        subject = robot.with_values()
-        energy = energy_tape(subject)
-        base = find_base(subject, standard, energy, at_values=True)
-    assert base is not None
-    if robot.effects:
-        require_new_columns(subject, base)
-    source = Subject(subject, base, energy)
+    before = Derivations.of(robot)
+    base, at_values = before.have(
+        "base",
+        lambda: _proved(robot),
+        lambda found: [write_base(found[0]), found[1]],
+        lambda text: (read_base(text[0]), text[1]),
+    )
+    source = Subject(robot.with_values() if at_values else robot, base)
     derived = []
     for name in (name for name in RECIPES if name in chosen):
-        kernel = RECIPES[name](name, source)
+        kernel = before.have(name, partial(RECIPES[name], name, source), write_kernel, read_kernel)
         derived += [] if kernel is None else [kernel]
         meter(len(derived) / len(chosen))
     return Model(robot, base, tuple(derived))
+
+
+def _proved(robot: Robot) -> tuple[BaseParameters, bool]:
+    """Return the base parameters, and whether they hold at the values of the lengths alone."""
+    standard = standard_parameters(robot)
+    base = find_base(robot, standard, energy_tape(robot))
+    at_values = base is None
+    if base is None:
+        robot = robot.with_values()
+        base = find_base(robot, standard, energy_tape(robot), at_values=True)
+    assert base is not None
+    if robot.effects:
+        require_new_columns(robot, base)
+    return base, at_values

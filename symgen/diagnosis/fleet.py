@@ -29,7 +29,7 @@ from symgen.diagnosis.drift import LEVEL, Course, Finding, Shift, named, steps
 from symgen.diagnosis.workflow import diagnose
 from symgen.distributed import Workers, WorkFolder, digest, executor, finished
 from symgen.errors import LogError, ParameterError, SymgenError, plain
-from symgen.estimation.equation_model import NEEDED, Recipe
+from symgen.estimation.equation_model import NEEDED, EquationModel
 from symgen.identification.out_of_core import loaded
 from symgen.identification.parameters import link_columns, read_given, regrouping
 from symgen.identification.workflow import identify
@@ -92,7 +92,7 @@ class IdentifyDay:
         """The compiled model, once a process."""
         if self.model not in NEEDED:  # it is chosen anew every day
             return parse_robot(self.robot, "robot.toml")
-        return loaded(self.robot, Recipe(self.model, 0.0).all_kernels)
+        return loaded(self.robot, EquationModel(self.model, 0.0).all_kernels)
 
     def __call__(self, day: Day) -> bytes:
         """Identify the logs of a day."""

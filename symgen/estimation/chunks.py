@@ -29,7 +29,7 @@ from symgen.data.signals import TAIL
 from symgen.data.stretch import Stretch
 from symgen.estimation.band import Band
 from symgen.estimation.decimation import Decimation, decimation
-from symgen.estimation.equation_model import Recipe
+from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.filtered import FilteredLog, stride_of
 from symgen.estimation.summary import LAGS
 from symgen.estimation.system import (
@@ -43,83 +43,102 @@ from symgen.estimation.system import (
     momentum_sides,
     torque_sides,
 )
-from symgen.estimation.torque_error import TorqueFit, of_torque, squares
+from symgen.estimation.torque_error import TorqueFit, modelled_torque, squares
 from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import Windows, placed_windows, windows
 from symgen.runtime.evaluator import Evaluator
 
-_MOTION = ("q", "qd", "qdd")
-_SIDES = ("joint", "correlation", "rest_weight")  # of equations, beside arrays
-
 
 @dataclass(frozen=True, eq=False)
-class ThinLog:
-    """A chunk of a log without a mask.
+class ChunkData:
+    """What the equations and torques of a chunk without a mask need: little of what was read.
 
     Attributes:
         name: of the log.
         rows: low-pass of the comparison band on the nodes.
-        motion: q, qd, qdd at the nodes, (nodes, n) each.
         windows: of the equations; None for torque.
-        window_motion: q, qd at the nodes of the windows.
-        sides: the equations without W, joint by joint.
-        t: of the samples at which torques are compared, (K,) s.
-        measured: torque there, (K, n).
-        resting: whether a rest of the joint concerns it, (K, n); None where no joint rests.
+        sides: joint, correlation and weight at rest of the equations, joint by joint.
+        arrays: q, qd, qdd (nodes, n) at the nodes; window_q, window_qd at those of the windows,
+            where they are others; end (K,) s, y and rest (joints, K) of the equations; t (k,) s,
+            measured and resting (k, n) where torques are compared.
     """
 
     name: str
     rows: Decimation
-    motion: tuple[FloatArray, FloatArray, FloatArray]
     windows: Windows | None
-    window_motion: tuple[FloatArray, FloatArray]
-    sides: tuple[Equations, ...]
-    t: FloatArray
-    measured: FloatArray
-    resting: Bools | None = None
+    sides: tuple[Mapping[str, Any], ...]
+    arrays: Mapping[str, NDArray[Any]]
 
-    def equations(self, evaluator: Evaluator, recipe: Recipe) -> tuple[Equations, ...]:
+    @property
+    def compared_t(self) -> FloatArray:
+        """Times at which torques are compared, (k,) s."""
+        return self.arrays["t"]
+
+    @property
+    def measured(self) -> FloatArray:
+        """Measured torque there, (k, n)."""
+        return self.arrays["measured"]
+
+    @property
+    def resting(self) -> Bools | None:
+        """Whether a rest of the joint concerns it, (k, n); None where no joint rests."""
+        return self.arrays.get("resting")
+
+    @property
+    def free(self) -> Bools:
+        """Whether it counts, (k, n): nothing is masked."""
+        return np.ones(self.measured.shape, dtype=bool)
+
+    def equations(self, evaluator: Evaluator, model: EquationModel) -> tuple[Equations, ...]:
         """Return the equations with their W."""
+        a, none = self.arrays, np.zeros((len(self.arrays["end"]), 0))
+        rests = a.get("rest", [None] * len(self.sides))
+        sides = [
+            Equations(self.name, none, y, a["end"], rest=rest, **own)
+            for y, rest, own in zip(a["y"], rests, self.sides, strict=True)
+        ]
         if self.windows is None:
-            rows = compared_torques(evaluator, self.modelled).transpose(1, 0, 2)
-        else:
-            built = energy_rows if recipe.model == "energy" else momentum_rows
-            rows = built(evaluator, *self.window_motion, self.windows, self.rows.step)
-        return equated(self.sides, rows)
-
-    def torque(self, evaluator: Evaluator, X: FloatArray) -> FloatArray:
-        """Return the torque of a model in the comparison band, (K, n)."""
-        inverse = evaluator["inverse_dynamics"]
-        found = self.modelled(lambda q, qd, qdd: inverse(q, qd, qdd, X))
-        return np.concatenate([torque for _, torque in found])
+            return equated(sides, compared_torques(evaluator, self.modelled).transpose(1, 0, 2))
+        motion = (a.get("window_q", a["q"]), a.get("window_qd", a["qd"]))
+        built = energy_rows if model.name == "energy" else momentum_rows
+        return equated(sides, built(evaluator, *motion, self.windows, self.rows.step))
 
     def modelled(self, model: Model) -> Iterator[tuple[slice, FloatArray]]:
         """Evaluate a model along the log, see `FilteredLog.modelled`."""
+        motion = [self.arrays[key] for key in ("q", "qd", "qdd")]
+        return self.rows.chunks(
+            lambda first, last: np.asarray(model(*(x[first:last] for x in motion)))
+        )
 
-        def at(first: int, last: int) -> FloatArray:
-            return np.asarray(model(*(x[first:last] for x in self.motion)))
 
-        return self.rows.chunks(at)
+def chunk_data(log: FilteredLog, model: EquationModel) -> ChunkData:
+    """Keep of a log without a mask what its equations and torques need.
 
-    def arrays(self) -> dict[str, Any]:
-        """Return all of it as arrays, for `packed_arrays` and `thin_log`."""
-        about = {
-            "name": self.name,
-            "rows": asdict(self.rows),
-            "windows": None if self.windows is None else asdict(self.windows),
-            "sides": [{key: getattr(e, key) for key in _SIDES} for e in self.sides],
-        }
-        arrays: dict[str, Any] = {"about": np.array(json.dumps(about))}
-        arrays |= {"t": self.t, "measured": self.measured}
-        arrays |= dict(zip(_MOTION, self.motion, strict=True))
-        if self.windows is not None and self.windows.stride != self.rows.stride:
-            arrays |= dict(zip(("wq", "wqd"), self.window_motion, strict=True))
-        arrays |= {"sides_t": self.sides[0].t, "y": np.stack([e.y for e in self.sides])}
-        if any(e.rest is not None for e in self.sides):
-            arrays["rest"] = np.stack([e.scale != 1 for e in self.sides])
-        if self.resting is not None:
-            arrays["resting"] = self.resting
-        return arrays
+    Raises:
+        IdentificationError: the window does not fit the log.
+    """
+    q, qd = log.nodes(log.stride)
+    arrays: dict[str, NDArray[Any]] = {
+        "q": q,
+        "qd": qd,
+        "qdd": np.ascontiguousarray(log.qdd[:: log.stride]),
+    }
+    if model.name == "torque":
+        w, sides = None, torque_sides(log)
+    else:
+        w = placed_windows(log, model.window)
+        sides = [energy_sides(log, w)] if model.name == "energy" else momentum_sides(log, w)
+        if w.stride != log.stride:
+            arrays["window_q"], arrays["window_qd"] = log.nodes(w.stride)
+    arrays |= {"end": sides[0].t, "y": np.stack([e.y for e in sides])}
+    arrays |= {"t": log.compared_t, "measured": log.measured}
+    if any(e.rest is not None for e in sides):
+        arrays["rest"] = np.stack([e.scale != 1 for e in sides])
+    if log.resting is not None:
+        arrays["resting"] = log.resting
+    told = ("joint", "correlation", "rest_weight")
+    about = tuple({key: getattr(e, key) for key in told} for e in sides)
+    return ChunkData(log.name, log.rows, w, about, arrays)
 
 
 def packed_arrays(arrays: Mapping[str, Any]) -> bytes:
@@ -129,45 +148,10 @@ def packed_arrays(arrays: Mapping[str, Any]) -> bytes:
     return file.getvalue()
 
 
-def thinned(log: FilteredLog, recipe: Recipe) -> ThinLog:
-    """Keep of a log without a mask what its equations and torques need.
-
-    Raises:
-        IdentificationError: the window does not fit the log.
-    """
-    stride = log.rows.stride
-    motion = (*log.nodes(stride), np.ascontiguousarray(log.qdd[::stride]))
-    if recipe.model == "torque":
-        w, own, sides = None, motion[:2], torque_sides(log)
-    else:
-        w = placed_windows(log, recipe.window)
-        own = motion[:2] if w.stride == stride else log.nodes(w.stride)
-        sides = [energy_sides(log, w)] if recipe.model == "energy" else momentum_sides(log, w)
-    t = log.t[log.kept]
-    return ThinLog(log.name, log.rows, motion, w, own, tuple(sides), t, log.measured, log.resting)
-
-
-def thin_log(arrays: Mapping[str, NDArray[Any]]) -> ThinLog:
-    """Return the log whose `arrays` these are."""
-    about = json.loads(str(arrays["about"]))
-    motion = (arrays["q"], arrays["qd"], arrays["qdd"])
-    t, name = arrays["sides_t"], about["name"]
-    rests = arrays.get("rest", [None] * len(about["sides"]))
-    sides = tuple(
-        Equations(name, np.zeros((len(t), 0)), y, t, rest=rest, **own)
-        for y, rest, own in zip(arrays["y"], rests, about["sides"], strict=True)
-    )
-    return ThinLog(
-        name,
-        Decimation(**about["rows"]),
-        motion,
-        about["windows"] and Windows(**about["windows"]),
-        (arrays["wq"], arrays["wqd"]) if "wq" in arrays else motion[:2],
-        sides,
-        arrays["t"],
-        arrays["measured"],
-        arrays.get("resting"),
-    )
+def unpacked_arrays(content: bytes) -> dict[str, NDArray[Any]]:
+    """Return the arrays of an NPZ file."""
+    with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+        return {name: archive[name] for name in archive.files}
 
 
 #: Own rows of a chunk, about; those of a partition, the unit of work, that is kept when finished.
@@ -177,7 +161,7 @@ _SLOPES_HZ = 10.0  # of the low-pass that derives a missing speed
 
 
 @dataclass(frozen=True)
-class Part:
+class LogSpan:
     """One log of the run: a stretch, or the part of it that trains or is held out.
 
     Attributes:
@@ -228,23 +212,23 @@ class Settings:
 
     Attributes:
         band: of the run.
-        recipe: of the equations.
+        model: of the equations.
         delay: by which torques are late, s.
     """
 
     band: Band
-    recipe: Recipe
+    model: EquationModel
     delay: float = 0.0
 
 
 def unit(step: float, settings: Settings) -> int:
     """Return the samples of which chunks begin at multiples."""
-    band, recipe = settings.band, settings.recipe
+    band, model = settings.band, settings.model
     stride = stride_of(band, step)
     every = decimation(1 << 30, step, stride, band.comparison_hz).every
-    if recipe.model == "torque":
+    if model.name == "torque":
         return math.lcm(stride, every)
-    own = windows(step, stride, recipe.window)
+    own = windows(step, stride, model.window)
     return math.lcm(stride, every, own.stride * own.hop)
 
 
@@ -256,7 +240,7 @@ def reach(step: float, settings: Settings, measured: bool) -> int:
         settings: of the run.
         measured: whether the log has speeds.
     """
-    band, recipe = settings.band, settings.recipe
+    band, model = settings.band, settings.model
 
     def tail(hz: float) -> int:
         return math.ceil(TAIL / (hz * step))
@@ -264,16 +248,16 @@ def reach(step: float, settings: Settings, measured: bool) -> int:
     # one after the other: a missing speed, positions, slopes
     motion = tail(band.cutoff_hz) + 2 * _SPLINE + (0 if measured else tail(_SLOPES_HZ))
     compared = tail(band.comparison_hz)
-    if recipe.model == "torque":
+    if model.name == "torque":
         every = decimation(1 << 30, step, stride_of(band, step), band.comparison_hz).every
         return motion + compared + LAGS * 2 * every
-    own = windows(step, stride_of(band, step), recipe.window)
+    own = windows(step, stride_of(band, step), model.window)
     summed = own.stride * (2 * own.steps + LAGS * own.steps + own.hop)
     return motion + max(compared, summed)
 
 
 def partitions(
-    parts: Sequence[Part], settings: Settings, chunk: int = CHUNK, most: int = PARTITION
+    parts: Sequence[LogSpan], settings: Settings, chunk: int = CHUNK, most: int = PARTITION
 ) -> list[Partition]:
     """Cut the parts of a run into chunks, and gather these into partitions.
 
@@ -294,7 +278,7 @@ def partitions(
     return out
 
 
-def _chunks(number: int, part: Part, settings: Settings, chunk: int) -> list[Chunk]:
+def _chunks(number: int, part: LogSpan, settings: Settings, chunk: int) -> list[Chunk]:
     s = part.stretch
     multiple, beyond = unit(s.step, settings), reach(s.step, settings, s.measured)
     length = max(chunk // multiple, 1) * multiple
@@ -318,54 +302,42 @@ class ChunkOfLog:
         ended: whether the part ends with it.
     """
 
-    log: FilteredLog | ThinLog
+    log: FilteredLog | ChunkData
     own: tuple[float, float]
     ended: bool
 
-    def inside(self, t: FloatArray) -> NDArray[np.bool_]:
-        """Return which times are its own."""
-        return np.asarray((t >= self.own[0]) & (t < self.own[1]))
-
-    def all_equations(self, evaluator: Evaluator, recipe: Recipe) -> tuple[Equations, ...]:
+    def all_equations(self, evaluator: Evaluator, model: EquationModel) -> tuple[Equations, ...]:
         """Return its equations, those of others that it reaches into with them."""
-        if isinstance(self.log, ThinLog):
-            return self.log.equations(evaluator, recipe)
-        return recipe.equations(evaluator, self.log)
+        if isinstance(self.log, ChunkData):
+            return self.log.equations(evaluator, model)
+        return model.equations(evaluator, self.log)
 
-    def equations(self, e: Equations) -> Equations:
-        """Return its own equations."""
-        return e.where(self._span(e), e.name)
-
-    def with_lead(self, e: Equations, lag: int) -> tuple[Equations, int]:
+    def equations(self, e: Equations, lag: int = 1) -> tuple[Equations, int]:
         """Return its own equations and up to `lag` - 1 before them, and how many these are."""
-        own = self._span(e)
-        lead = min(lag - 1, own.start) if own.stop > own.start else 0
-        return e.where(slice(own.start - lead, own.stop), e.name), lead
-
-    def _span(self, e: Equations) -> slice:
-        """Return which equations, in their order in time, are its own."""
-        return slice(*map(int, np.searchsorted(e.t, self.own)))
-
-    def packed(self) -> bytes:
-        """Return the bytes of an NPZ file, of a chunk without a mask."""
-        assert isinstance(self.log, ThinLog)
-        own = np.array([*self.own, float(self.ended)])
-        return packed_arrays({**self.log.arrays(), "own": own})
+        first, last = map(int, np.searchsorted(e.t, self.own))
+        lead = min(lag - 1, first) if last > first else 0
+        return e.where(slice(first - lead, last), e.name), lead
 
     def fit(self, evaluator: Evaluator, X: FloatArray) -> TorqueFit:
         """Compare its own torques with those of a model, without traces."""
         log = self.log
-        if isinstance(log, ThinLog):
-            own = self.inside(log.t)
-            return squares(own[:, None], log.measured, log.torque(evaluator, X), log.resting)
-        inverse = evaluator["inverse_dynamics"]
-        chunks = log.modelled(lambda q, qd, qdd: inverse(q, qd, qdd, X))
-        torque = np.concatenate([found for _, found in chunks])
-        own = self.inside(log.t[log.kept])
-        return replace(of_torque(log, torque, own=own), traces=())
+        own = (log.compared_t >= self.own[0]) & (log.compared_t < self.own[1])
+        torque = modelled_torque(evaluator, log, X)
+        return squares(log.free & own[:, None], log.measured, torque, log.resting)
+
+    def packed(self) -> bytes:
+        """Return the bytes of an NPZ file, of a chunk without a mask."""
+        log = self.log
+        assert isinstance(log, ChunkData)
+        windows = log.windows and asdict(log.windows)
+        about = json.dumps([log.name, asdict(log.rows), windows, log.sides, self.own, self.ended])
+        return packed_arrays({**log.arrays, "about": np.array(about)})
 
 
-def unpacked_chunk(arrays: Mapping[str, NDArray[Any]]) -> ChunkOfLog:
-    """Return the chunk whose `packed` holds some arrays."""
-    first, last, ended = map(float, arrays["own"])
-    return ChunkOfLog(thin_log(arrays), (first, last), bool(ended))
+def unpacked_chunk(content: bytes) -> ChunkOfLog:
+    """Return the chunk whose `packed` some bytes are."""
+    arrays = unpacked_arrays(content)
+    name, rows, windows, sides, own, ended = json.loads(str(arrays.pop("about")))
+    placed = windows and Windows(**windows)
+    log = ChunkData(name, Decimation(**rows), placed, tuple(sides), arrays)
+    return ChunkOfLog(log, tuple(own), ended)

@@ -39,24 +39,24 @@ def require_model(robot: Robot, model: str) -> None:
 
 
 @dataclass(frozen=True)
-class Recipe:
-    """What equations are made of.
+class EquationModel:
+    """Which equations are solved.
 
     Attributes:
-        model: energy, momentum or torque.
+        name: energy, momentum or torque.
         window: length of the windows of energy and momentum, s.
         at: X at which effects take the model's torque, see `torque_columns`; None leaves their
             columns away.
     """
 
-    model: str
+    name: str
     window: float
     at: tuple[float, ...] | None = None
 
     @property
     def all_kernels(self) -> tuple[str, ...]:
         """Names of the kernels to derive: those of the model, and those that judge it."""
-        return (*ENERGY, *NEEDED[self.model], *JUDGING)
+        return (*ENERGY, *NEEDED[self.name], *JUDGING)
 
     def kernels(self, model: Model) -> tuple[str, ...]:
         """Names of the kernels that exist for this robot: without friction some do not."""
@@ -66,13 +66,13 @@ class Recipe:
     @property
     def gap(self) -> float:
         """Time in s that an equation reaches back."""
-        return 0.0 if self.model == "torque" else self.window
+        return 0.0 if self.name == "torque" else self.window
 
     def equations(self, evaluator: Evaluator, log: FilteredLog) -> tuple[Equations, ...]:
         """Build the equations of one log."""
-        if self.model == "energy":
+        if self.name == "energy":
             return (energy_equations(evaluator, log, self.window),)
-        if self.model == "momentum":
+        if self.name == "momentum":
             return momentum_equations(evaluator, log, self.window)
         at = None if self.at is None else np.array(self.at)
         return torque_equations(evaluator, log, at)

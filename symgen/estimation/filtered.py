@@ -104,6 +104,11 @@ class FilteredLog:
         """Numbers of the samples at which torques are compared and solved, (K,)."""
         return self.rows.kept
 
+    @property
+    def compared_t(self) -> FloatArray:
+        """Their times, (K,) s."""
+        return self.t[self.kept]
+
     @cached_property
     def measured(self) -> FloatArray:
         """Measured torque in the comparison band at the kept samples, (K, n)."""

@@ -47,12 +47,14 @@ class Summary:
         rows: number of equations.
         correlation: rows that share samples.
         weight: of the log's squared residuals beside those of others.
+        joint: position of the joint, None for energy.
     """
 
     factor: FloatArray
     rows: int
     correlation: int = 1
     weight: float = 1.0
+    joint: int | None = None
 
     @property
     def lag(self) -> int:
@@ -72,7 +74,7 @@ class Summary:
 def summarised(e: Equations) -> Summary:
     """Return the summary of equations."""
     factor = triangle(np.column_stack([e.W, e.y]))
-    return Summary(factor, len(e.y), e.correlation, e.weight)
+    return Summary(factor, len(e.y), e.correlation, e.weight, e.joint)
 
 
 def summaries(system: LinearSystem) -> list[Summary]:

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from symgen.data.mask import Bools, untouched
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.filtered import FilteredLog
-from symgen.estimation.integrals import Integrals, cumulative_integral, over_windows
+from symgen.estimation.integrals import cumulative_integral, over_windows, window_integrals
 from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import Windows, chunks, placed_windows
 from symgen.runtime.evaluator import Evaluator
@@ -69,6 +69,20 @@ class Equations:
             return replace(self, W=W)
         W[self.rest] *= self.rest_weight
         return replace(self, W=W, y=self.y * self.scale)
+
+    @property
+    def rows(self) -> int:
+        """Number of equations."""
+        return len(self.y)
+
+    @property
+    def square(self) -> float:
+        """Sum of the squares of y."""
+        return float(np.sum(self.y**2))
+
+    def rss(self, X: FloatArray) -> float:
+        """Return the sum of the squares of y - W X."""
+        return float(np.sum((self.y - self.W @ X) ** 2))
 
     @property
     def scale(self) -> FloatArray:
@@ -232,7 +246,7 @@ def momentum_rows(
     """Return W of the momentum equations, (n, K, p); arguments as for `energy_rows`."""
     n, last, done = q.shape[1], len(range(w.steps, len(q), w.hop)), 0
     W: FloatArray = np.empty((n, last, len(evaluator.model.base.names)))
-    integrals, apart = Integrals(len(q), w.steps), w.stride * step
+    integrals, apart = partial(window_integrals, w.steps), w.stride * step
     kernel = evaluator["momentum_regressor"]
     filled = list(kernel.kernel.filled[1])
     for ends, span in chunks(len(q), w.steps, w.hop):
@@ -367,7 +381,7 @@ def torque_equations(
 
 def torque_sides(log: FilteredLog) -> list[Equations]:
     """Return the torque equations of a log without W: measured torque in the comparison band."""
-    y, t = log.measured, log.t[log.kept]
+    y, t = log.measured, log.compared_t
     correlation = 1 if log.rows.cutoff is None else PER_PERIOD // 2
     none: FloatArray = np.zeros((len(t), 0))
     sides = [

@@ -8,16 +8,18 @@ Positions and speeds passed the low-pass of the run, both torques that of the co
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.mask import Bools
 from symgen.errors import LogError
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.summary import Summary
+from symgen.estimation.system import Equations
 from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.runtime.evaluator import Evaluator
 
@@ -87,6 +89,28 @@ def relative_error(error: FloatArray, size: FloatArray, by_joint: bool = True) -
     return Residual(total, tuple(map(float, each)) if by_joint else None)
 
 
+def equation_residual(parts: Sequence[Equations | Summary], X: FloatArray) -> Residual:
+    """Return ||y - W X|| / ||y|| of equations, or of their summaries, in all and by joint."""
+    sums = np.zeros((2, 1 + max(part.joint or 0 for part in parts)))
+    for part in parts:
+        sums[:, part.joint or 0] += part.rss(X), part.square
+    return relative_error(sums[0], sums[1], parts[0].joint is not None)
+
+
+class Modelled(Protocol):
+    """A log along which a model can be evaluated, see `FilteredLog.modelled`."""
+
+    def modelled(self, model: Callable[..., FloatArray]) -> Iterator[tuple[Any, FloatArray]]:
+        """Yield the values of a model, (k, n), in the comparison band."""
+
+
+def modelled_torque(evaluator: Evaluator, log: Modelled, X: FloatArray) -> FloatArray:
+    """Return the torque of a model along a log in the comparison band, (K, n)."""
+    inverse = evaluator["inverse_dynamics"]
+    chunks = log.modelled(lambda q, qd, qdd: inverse(q, qd, qdd, X))
+    return np.concatenate([torque for _, torque in chunks])
+
+
 def fit(
     evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray, kind: str = "validation"
 ) -> TorqueFit:
@@ -101,11 +125,13 @@ def fit(
     Raises:
         LogError: a mask leaves nothing to compare.
     """
-    inverse = evaluator["inverse_dynamics"]
     out = TorqueFit.none(evaluator.model.robot.n)
     for log in logs:
-        chunks = log.modelled(lambda q, qd, qdd: inverse(q, qd, qdd, X))
-        out += of_torque(log, np.concatenate([torque for _, torque in chunks]), kind)
+        torque = modelled_torque(evaluator, log, X)
+        apart = round(MEMORY * PER_PERIOD) if log.rows.cutoff is not None else 1
+        apart = apart if log.mask is None else 0
+        trace = Trace(log.name, kind, "torque", log.compared_t, log.measured, torque, apart)
+        out += squares(log.free, log.measured, torque, log.resting, (trace,))
     if logs and all(log.mask for log in logs) and not out.size.all():
         j = int(np.argmin(out.size)) + 1
         raise LogError(
@@ -113,34 +139,6 @@ def fit(
             "a log in which every joint moves, a higher cutoff, or no mask"
         )
     return out
-
-
-def of_torque(
-    log: FilteredLog,
-    torque: FloatArray,
-    kind: str = "validation",
-    own: NDArray[np.bool_] | None = None,
-) -> TorqueFit:
-    """Compare a torque at the kept samples of a log, (K, n), with the measured one there.
-
-    Args:
-        log: in the band of the run.
-        torque: of the model.
-        kind: of the log: "train" or "validation".
-        own: (K,) the samples that count, where the log is a chunk of a longer one; None for all.
-    """
-    free = log.free if own is None else log.free & own[:, None]
-    apart = round(MEMORY * PER_PERIOD) if log.rows.cutoff is not None else 1
-    trace = Trace(
-        log.name,
-        kind,
-        "torque",
-        log.t[log.kept],
-        log.measured,
-        torque,
-        apart if log.mask is None else 0,
-    )
-    return squares(free, log.measured, torque, log.resting, (trace,))
 
 
 def squares(

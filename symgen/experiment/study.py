@@ -16,21 +16,20 @@ import io
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.log import Log, make_log
+from symgen.data.raw import FloatArray
 from symgen.data.signals import Samples
 from symgen.distributed import Workers, executor
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
-from symgen.estimation.equation_model import NEEDED, Recipe, require_model
+from symgen.estimation.equation_model import NEEDED, EquationModel, require_model
 from symgen.estimation.estimators import Estimator
-from symgen.estimation.filtered import filtered
-from symgen.estimation.system import LinearSystem
+from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.experiment.plant import KERNELS
 from symgen.experiment.recording import Instruments, Recording
 from symgen.experiment.reference import Reference, reference_of
@@ -38,15 +37,14 @@ from symgen.experiment.simulate import Parameters, Simulation, simulate, values_
 from symgen.experiment.study_result import Precision, Settings, Study, Tried
 from symgen.faults.logs import in_one_band, open_logs
 from symgen.identification.instruments import instrumented
-from symgen.identification.model_choice import Run, checked_run, looked_at
+from symgen.identification.model_choice import OpenLogs, Run, filter_in_band, undo_delay
 from symgen.identification.out_of_core import loaded
-from symgen.identification.solving import Method, Part, settled, solved
+from symgen.identification.solving import EquatedLog, Method, equate, settle_load, solve
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 #: How many times the motions are recorded.
 LENGTHS = (1, 2, 4)
 #: Runs of a task: it is the same whoever works.
@@ -57,7 +55,7 @@ TOGETHER = 8
 class Try:
     """A model with a method, in the band in which it is used."""
 
-    recipe: Recipe
+    model: EquationModel
     method: Method
     band: Band
 
@@ -143,32 +141,36 @@ class Trials:
         np.savez(file, **out)  # type: ignore[arg-type]
         return file.getvalue()
 
-    def _parts(self, evaluator: Evaluator, samples: Sequence[Samples]) -> list[list[Part]]:
+    def _parts(self, evaluator: Evaluator, samples: Sequence[Samples]) -> list[list[EquatedLog]]:
         """Return the logs of a run with their equations, for every try."""
-        seen = {}
-        for band in {tried.band for tried in self.tries}:
-            run = Run(evaluator, band, tuple(filtered(s, band) for s in samples), (), (), True)
-            seen[band] = (checked_run(run)[0] if self.late else run).train
-        built: dict[tuple[Recipe, Band, bool], list[Part]] = {}
-        out = []
-        for tried in self.tries:
-            key = tried.recipe, tried.band, tried.method.name == "iv"
-            if key not in built:
-                built[key] = [
-                    self._part(evaluator, Part("train", log, (), tried.recipe.model), k, *key)
-                    for k, log in enumerate(seen[tried.band])
-                ]
-            out.append(built[key])
-        return out
+
+        @cache
+        def logs(band: Band) -> tuple[FilteredLog, ...]:
+            run = Run(evaluator, band, tuple(filtered(s, band) for s in samples))
+            return (undo_delay(run) if self.late else run).train
+
+        @cache
+        def parts(model: EquationModel, band: Band, iv: bool) -> list[EquatedLog]:
+            return [
+                self._part(evaluator, log, k, model, band, iv) for k, log in enumerate(logs(band))
+            ]
+
+        return [parts(t.model, t.band, t.method.name == "iv") for t in self.tries]
 
     def _part(
-        self, evaluator: Evaluator, part: Part, log: int, recipe: Recipe, band: Band, iv: bool
-    ) -> Part:
-        part = replace(part, equations=recipe.equations(evaluator, part.log))
+        self,
+        evaluator: Evaluator,
+        log: FilteredLog,
+        number: int,
+        model: EquationModel,
+        band: Band,
+        iv: bool,
+    ) -> EquatedLog:
+        part = equate(evaluator, log, model)
         if not iv:
             return part
-        commanded = None if band.velocity == "measured" else self._commanded(part.samples.t, log)
-        return instrumented(evaluator, part, recipe, commanded)
+        commanded = None if band.velocity == "measured" else self._commanded(log.t, number)
+        return instrumented(evaluator, part, model, commanded)
 
     def _commanded(self, t: FloatArray, log: int) -> Log:
         """Return the reference of a log at its stamps: instruments where no speed is measured."""
@@ -179,17 +181,15 @@ class Trials:
 
 
 def _solved(
-    evaluator: Evaluator, parts: Sequence[Part], tried: Try
+    evaluator: Evaluator, parts: Sequence[EquatedLog], tried: Try
 ) -> tuple[FloatArray, FloatArray]:
     """Return X and its standard deviations, as `identify` finds them from these logs."""
-    recipe = tried.recipe
+    model = tried.model
     if evaluator.model.robot.loaded:
-        recipe = settled(evaluator, [part.log for part in parts], recipe)
-        parts = [replace(p, equations=recipe.equations(evaluator, p.log)) for p in parts]
-    names = evaluator.model.base.names
-    system = LinearSystem(names, tuple(e for part in parts for e in part.equations))
-    found, _ = solved(evaluator, system, parts, tried.method, recipe)
-    return found.X, np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
+        model = settle_load(evaluator, [part.log for part in parts], model)
+        parts = [equate(evaluator, p.log, model) for p in parts]
+    found = solve(evaluator, parts, tried.method, model)
+    return found.X, found.std
 
 
 METHODS = ("ols", "wls", "iv")
@@ -264,11 +264,11 @@ def study(
         if model not in NEEDED:
             raise ParameterError(f"study: model {model!r}; accepted: {', '.join(NEEDED)}")
         require_model(source, model)
-    ways = [(Recipe(m, window), Method.of(method)) for m in chosen for method in methods]
+    ways = [(EquationModel(m, window), Method.of(method)) for m in chosen for method in methods]
     if not ways:
         raise ParameterError("study: no method; accepted: one or more, such as wls")
     progress("deriving and compiling the model")
-    kernels = dict.fromkeys([*KERNELS, *(k for recipe, _ in ways for k in recipe.all_kernels)])
+    kernels = dict.fromkeys([*KERNELS, *(k for model, _ in ways for k in model.all_kernels)])
     text = robot_toml(source)
     evaluator = loaded(text, tuple(kernels))
     X = values_of(parameters, evaluator.model)
@@ -327,19 +327,17 @@ def _moved(
 
 
 def _with_tries(
-    trials: Trials, ways: Sequence[tuple[Recipe, Method]], cutoff: float | None
+    trials: Trials, ways: Sequence[tuple[EquationModel, Method]], cutoff: float | None
 ) -> Trials:
     """Choose the band of every way from the first run; look whether torques come late."""
     (first,) = trials.samples(range(1))
     bands: dict[bool, Band] = {}
     late = False
     for iv in {method.name == "iv" for _, method in ways}:
-        run = looked_at(
-            trials.evaluator, first, (), (), True, cutoff, lambda _: None, own_speeds=iv
-        )
+        run = filter_in_band(OpenLogs(trials.evaluator, first), cutoff, own_speeds=iv)
         bands[iv] = run.band
-        late |= checked_run(run)[2] != 0
-    tries = tuple(Try(recipe, method, bands[method.name == "iv"]) for recipe, method in ways)
+        late |= undo_delay(run).delay != 0
+    tries = tuple(Try(model, method, bands[method.name == "iv"]) for model, method in ways)
     return replace(trials, tries=tries, late=late)
 
 
@@ -366,39 +364,37 @@ def _tried(
     """
     size = np.sum(tau**2, axis=0)
     good = {m: np.isfinite(found[f"X{m}"]).all(axis=1) for m in LENGTHS}
-    failed = int(np.sum(~good[1]))
     enough = [m for m in LENGTHS if np.sum(good[m]) > 2]
+    of = partial(Tried, way.model.name, way.method.label, way.band, int(np.sum(~good[1])))
     if 1 not in enough:
-        return Tried(way.recipe.model, way.method.label, way.band, failed, (), None, (), (), ())
+        return of((), None, (), (), ())
     X = {m: found[f"X{m}"][good[m]] for m in enough}
     std = np.stack([X[m].std(axis=0, ddof=1) for m in enough])
-    error = {m: found[f"error{m}"][good[m]].mean(axis=0) for m in enough}
+    error = np.stack([found[f"error{m}"][good[m]].mean(axis=0) for m in enough])
     counts = np.array([len(X[m]) - 1 for m in enough])
     # One std for all lengths, each weighed by what it tells, as if recorded once.
     once = np.sqrt((counts * np.array(enough)) @ std**2 / counts.sum())
     said = found["std1"][good[1]]
-    base = trials.evaluator.model.base
-    parameters = []
-    for k, p in enumerate(base.parameters):
-        true, bias = float(trials.X[k]), float(X[1][:, k].mean() - trials.X[k])
-        error_of_bias = float(std[0, k]) / math.sqrt(len(X[1]))
-        rms = float(np.sqrt(np.mean(said[:, k] ** 2)))
-        parameters.append(Precision(
-            p.name, p.unit, true, bias, error_of_bias, float(std[0, k]),
-            rms if math.isfinite(rms) else None,
-            float(np.mean(np.abs(X[1][:, k] - true) <= _HALF * said[:, k])),
-            tuple(map(float, std[:, k])),
-            _seconds(true, bias, error_of_bias, float(once[k]), settings),
-        ))  # fmt: skip
-    moved = std[0] > 0
-    ratios = np.sqrt(np.mean((std[:, moved] / std[0, moved]) ** 2, axis=1)) if moved.any() else ()
-    return Tried(
-        way.recipe.model, way.method.label, way.band, failed, tuple(parameters),
-        math.sqrt(error[1].sum() / size.sum()),
-        tuple(map(float, np.sqrt(error[1] / np.where(size > 0, size, np.inf)))),
-        tuple(math.sqrt(error[m].sum() / size.sum()) for m in enough),
-        tuple(map(float, ratios)),
+    rms, bias = np.sqrt(np.mean(said**2, axis=0)), X[1].mean(axis=0) - trials.X
+    doubt = std[0] / math.sqrt(len(X[1]))
+    inside = np.mean(np.abs(X[1] - trials.X) <= _HALF * said, axis=0)
+    columns = (trials.X, bias, doubt, std[0], rms, inside, once, std.T)
+    parameters = tuple(
+        Precision(
+            p.name, p.unit, true, off, error_of_bias, own, says if math.isfinite(says) else None,
+            cover, tuple(course), _seconds(true, off, error_of_bias, single, settings),
+        )
+        for p, true, off, error_of_bias, own, says, cover, single, course in zip(
+            trials.evaluator.model.base.parameters, *(c.tolist() for c in columns), strict=True
+        )
     )  # fmt: skip
+    moved = std[0] > 0
+    ratios = np.sqrt(np.mean((std[:, moved] / std[0, moved]) ** 2, axis=1)) if any(moved) else ()
+    by_length = np.sqrt(error.sum(axis=1) / size.sum()).tolist()
+    per_joint = np.sqrt(error[0] / np.where(size > 0, size, np.inf)).tolist()
+    return of(
+        parameters, by_length[0], tuple(per_joint), tuple(by_length), tuple(map(float, ratios))
+    )
 
 
 def _seconds(

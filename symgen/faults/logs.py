@@ -14,7 +14,7 @@ from symgen.data.signals import Samples, sampled
 from symgen.data.stretch import Stretch
 from symgen.errors import LogError
 from symgen.estimation.band import LOWEST, comparison_band
-from symgen.estimation.chunks import Chunk, ChunkOfLog, Settings, thinned, unit
+from symgen.estimation.chunks import Chunk, ChunkOfLog, Settings, chunk_data, unit
 from symgen.estimation.filtered import filtered
 from symgen.estimation.logs import Source, open_log
 from symgen.estimation.masking import masked
@@ -147,7 +147,7 @@ def treated(
     if settings.delay:
         samples = with_earlier_torques(samples, settings.delay)
     whole = filtered(samples, settings.band)
-    found = whole if whole.mask is not None else thinned(whole, settings.recipe)
+    found = whole if whole.mask is not None else chunk_data(whole, settings.model)
     return ChunkOfLog(found, (first, last), chunk.ended), (*repairs, *more)
 
 

@@ -18,6 +18,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import reduce
 
@@ -28,17 +29,20 @@ from symgen.data.mask import at_rest
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError
 from symgen.estimation.band import Band
-from symgen.estimation.equation_model import Recipe
-from symgen.estimation.estimators import Wls
-from symgen.estimation.filtered import FilteredLog, filtered
+from symgen.estimation.equation_model import EquationModel
+from symgen.estimation.estimators import Wls, bias_of_least_squares
+from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.integrals import cumulative_integral
 from symgen.estimation.logs import digest
 from symgen.estimation.masking import seldom_moving
 from symgen.estimation.solve import Solution
 from symgen.estimation.statistics import chi2_tail
-from symgen.estimation.system import LinearSystem
-from symgen.estimation.torque_error import MEMORY, TorqueFit, fit
+from symgen.estimation.summary import Summary
+from symgen.estimation.system import Equations
+from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual
 from symgen.estimation.values import Balance, Contrast, FloatArray, Residual, Trace, Whiteness
+from symgen.faults.fault import Fault
+from symgen.faults.undo import multiplied
 from symgen.identification.estimate import (
     LOG_DIGEST,
     ROBOT_DIGEST,
@@ -50,15 +54,17 @@ from symgen.identification.estimate import (
     Use,
     other_estimate,
 )
-from symgen.identification.model_choice import Case
+from symgen.identification.model_choice import ChosenModel
 from symgen.identification.parameters import mass_matrices
 from symgen.identification.physical import POSITIVE, consistency, implausible
 from symgen.identification.solving import (
+    UNBIASED,
+    EquatedLog,
     Method,
-    Part,
     convergence,
+    equate,
     moved_by_window,
-    residual,
+    system_of,
 )
 from symgen.robot.toml_text import robot_toml
 from symgen.runtime.evaluator import Evaluator
@@ -99,146 +105,121 @@ _NORMAL = 1.959963984540054
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """How a solution fits all equations and torques, those of the logs of a run or of more.
+    """A solution, and how it fits all equations and torques.
 
     Attributes:
-        train: residual of the equations of the training logs.
-        held: of the validation logs.
+        solution: of the equations of the training logs.
+        train: residual of these equations.
+        held: of those of the validation logs.
         own: torques of the training logs.
         seen: of the validation logs.
         windows: number of independent equations.
+        repairs: what was mended in the logs.
+        notes, provenance: of the logs, beside those of every run.
     """
 
+    solution: Solution
     train: Residual
     held: Residual
     own: TorqueFit
     seen: TorqueFit
     windows: float
+    repairs: tuple[Fault, ...]
+    notes: tuple[str, ...] = ()
+    provenance: tuple[tuple[str, str], ...] = ()
 
 
-def outcome(case: Case, X: FloatArray, torques: Sequence[TorqueFit] = ()) -> Outcome:
-    """Return how X fits the logs of a run.
+def outcome(
+    solution: Solution,
+    model: EquationModel,
+    equations: tuple[Sequence[Equations | Summary], Sequence[Equations | Summary]],
+    torques: Sequence[TorqueFit],
+    repairs: tuple[Fault, ...],
+    notes: tuple[str, ...] = (),
+    provenance: tuple[tuple[str, str], ...] = (),
+) -> Outcome:
+    """Return how a solution fits the logs.
 
     Args:
-        case: the run, with the equations of the model.
-        X: parameters, (p,).
-        torques: of the training and the validation logs at X, where they were compared before.
+        solution: of the equations.
+        model: of the equations.
+        equations: of the training and of the validation logs, or their summaries.
+        torques: of both, at X.
+        repairs, notes, provenance: see `Outcome`.
     """
-    run, train = case.run, case.train
-    own, seen = torques or (
-        fit(run.evaluator, run.train, X, "train"),
-        fit(run.evaluator, run.held, X),
-    )
-    windows = sum(len(e.y) / e.correlation for p in train for e in p.equations)
-    if case.recipe.model == "torque":
-        return Outcome(own.residual, seen.residual, own, seen, windows)
-    return Outcome(residual(train, X), residual(case.held, X), own, seen, windows)
+    own, seen = torques
+    if model.name == "torque":
+        residuals = own.residual, seen.residual
+    else:
+        train, held = (equation_residual(parts, solution.X) for parts in equations)
+        residuals = train, held
+    windows = sum(part.rows / part.correlation for part in equations[0])
+    return Outcome(solution, *residuals, own, seen, windows, repairs, notes, provenance)
 
 
-def judged(
-    case: Case,
-    method: Method,
-    solution: Solution,
-    bias: str,
-    faults: tuple[str, ...],
-    out: Outcome,
-) -> Estimate:
+def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
     """Return the estimate that a solution is, with its fit, its verdict, and what is drawn of it.
 
     Args:
-        case: the run, with the equations that were solved, or with those of a sample.
+        chosen: the run with the equations that were solved, or with those of a sample.
         method: that solved them.
-        solution: what it gave.
-        bias: of least squares beyond its intervals, in words, or "".
-        faults: of the torques, in words.
-        out: how the solution fits all logs.
+        found: the solution, and how it fits all logs.
     """
-    run, recipe, train, held = case.run, case.recipe, case.train, case.held
-    evaluator, X = run.evaluator, solution.X
-    robot = evaluator.model.robot
-    base = evaluator.model.base
-    std = solution.std
+    run, model, train, held = chosen.run, chosen.model, chosen.train, chosen.held
+    evaluator, own, seen = run.evaluator, found.own, found.seen
+    solution, bias = _compared(chosen, method, found.solution)
+    X, std = solution.X, solution.std
+    robot, base = evaluator.model.robot, evaluator.model.base
     parameters = tuple(
         ParameterEstimate(b.name, b.expression, float(x), float(s), b.unit)
         for b, x, s in zip(base.parameters, X, std, strict=True)
     )
-    own, seen = out.own, out.seen
     physical = consistency(evaluator.model, X, solution.covariance)
-    turned = wrong_sign(evaluator, train, recipe, out.train.relative)
-    elsewhere = error_elsewhere(evaluator, run.train, solution.covariance)
     told = verdict(
         prediction_use(
             own,
             seen,
-            elsewhere,
+            error_elsewhere(evaluator, run.train, solution.covariance),
             (
-                *faults,
+                *run.faults,
                 *hardly_moving(run.train, robot.sigma),
                 *driving_friction(parameters),
-                *((turned,) if turned else ()),
+                *wrong_sign(evaluator, train, model, found.train.relative),
             ),
             (
-                *(f"{r.log}: {r.channel} {r.fault}" for r in run.repairs if r.kind == "coarse"),
+                *(f"{r.log}: {r.channel} {r.fault}" for r in found.repairs if r.kind == "coarse"),
                 *seldom_moving(run.train),
             ),
         ),
-        parameters_use(
-            parameters, physical, (*((bias,) if bias else ()), *disagreement(case.found))
-        ),
+        parameters_use(parameters, physical, (*bias, *disagreement(chosen.found))),
         simulation_use(evaluator, run.train, X, parameters),
         len(parameters),
         seen.told_apart,
     )
-    notes = tuple(note for log in run.logs for note in log.samples.notes)
-    notes += (f"band: {run.band.in_words()}", *_of_rests(run.band, seen), *costly_angles(robot))
-    if not run.given:
-        notes += ("no validation log is given: the last fifth of each log is held out",)
-    if out.windows < _PLENTY * len(parameters):
-        notes += (
-            f"{out.windows:.0f} independent equations for {len(parameters)} parameters: under "
-            f"{_PLENTY} each, the intervals tend to be short",
-        )
-    notes += solution.notes
-    if len(set(solution.weights)) > 1:
-        low, high = min(solution.weights), max(solution.weights)
-        notes += (
-            f"equations are weighed by log and joint, largest over smallest {high / low:.2f}",
-        )
-    if any(p.equations[0].weight != 1.0 for p in train):
-        listed = ", ".join(f"{p.equations[0].weight:g}" for p in train)
-        notes += (f"squared residuals of the logs are weighed by {listed}",)
-    notes += tuple(filter(None, (implausible(evaluator, run.train, X),)))
-    moved = moved_by_window(evaluator, train, method, recipe, X, std)
-    if moved:
-        notes += (
-            f"with other windows {moved}: the model misses something of this size, "
-            "which std does not tell",
-        )
-    traces = tuple(trace for p in (*train, *held) for trace in model_traces(p, X))
+    traces = tuple(trace for p in (*train, *held) for trace in model_traces(p, model, X))
     traces += own.traces + seen.traces
     outside, prior = np.where(std > 0, std, 1), method.prior
+    data = [(p.kind, p.log.samples) for p in (*train, *held)]
     return Estimate(
         robot=robot.name,
         joints=tuple(Joint(j.number, names.unit("FS", j.sigma)) for j in robot.movable),
-        model=recipe.model,
+        model=model.name,
         method=method.label,
         parameters=parameters,
         condition_number=solution.condition_number,
-        train=out.train,
-        validation=out.held,
+        train=found.train,
+        validation=found.held,
         torque_train=own.residual,
         torque_validation=seen.residual,
         cutoff_hz=run.band.cutoff_hz,
-        window_s=None if recipe.model == "torque" else recipe.window,
+        window_s=None if model.name == "torque" else model.window,
         verdict=told.word,
         reasons=told.reasons,
-        notes=notes,
+        notes=(*_notes(chosen, method, solution, found), *found.notes),
         correlation=solution.covariance / np.outer(outside, outside),
         traces=traces,
         convergence=convergence(train, base.names),
-        provenance=provenance(
-            evaluator, [(p.kind, p.samples) for p in (*train, *held)], _settings(method)
-        ),
+        provenance=(*provenance(evaluator, data, _settings(method)), *found.provenance),
         physical=physical,
         excludes=method.excludes,
         endogeneity=solution.endogeneity,
@@ -249,11 +230,64 @@ def judged(
         balances=energy_balances(evaluator, (*train, *held), X),
         whiteness=whiteness(traces),
         band=run.band,
-        repairs=run.repairs,
-        alternatives=case.found,
+        repairs=found.repairs,
+        alternatives=tuple(_of_all(a, found) if method.is_wls else a for a in chosen.found),
         uses=told.uses,
         headline=told.headline,
     )
+
+
+def _compared(
+    chosen: ChosenModel, method: Method, solution: Solution
+) -> tuple[Solution, tuple[str, ...]]:
+    """Compare a solution with instrumental variables; say what bias its intervals do not hold."""
+    if method.name in UNBIASED:
+        return solution, ()
+    system = system_of(chosen.run.evaluator, chosen.train)
+    solution, bias = bias_of_least_squares(system, solution)
+    return solution, (bias,) if bias else ()
+
+
+def _of_all(model: Alternative, found: Outcome) -> Alternative:
+    """Return the chosen model with the fit of all logs, of which it was chosen on a sample."""
+    if not model.chosen:
+        return model
+    number = found.solution.condition_number
+    train, held = found.own.residual, found.seen.residual
+    return replace(model, condition_number=number, train=train, validation=held)
+
+
+def _notes(
+    chosen: ChosenModel, method: Method, solution: Solution, found: Outcome
+) -> tuple[str, ...]:
+    """Say what was done to the logs, and what the intervals do not tell."""
+    run, count = chosen.run, len(solution.X)
+    out = [note for log in run.logs for note in log.samples.notes]
+    out += [f"band: {run.band.in_words()}", *_of_rests(run.band, found.seen)]
+    out += costly_angles(run.evaluator.model.robot)
+    if not run.given:
+        out.append("no validation log is given: the last fifth of each log is held out")
+    if found.windows < _PLENTY * count:
+        out.append(
+            f"{found.windows:.0f} independent equations for {count} parameters: under "
+            f"{_PLENTY} each, the intervals tend to be short"
+        )
+    out += solution.notes
+    if len(set(solution.weights)) > 1:
+        ratio = max(solution.weights) / min(solution.weights)
+        out.append(f"equations are weighed by log and joint, largest over smallest {ratio:.2f}")
+    shares = [p.equations[0].weight for p in chosen.train]
+    if any(w != 1.0 for w in shares):
+        listed = ", ".join(f"{w:g}" for w in shares)
+        out.append(f"squared residuals of the logs are weighed by {listed}")
+    out.append(implausible(run.evaluator, run.train, solution.X))
+    moved = moved_by_window(run.evaluator, chosen.train, method, chosen.model, solution)
+    if moved:
+        out.append(
+            f"with other windows {moved}: the model misses something of this size, "
+            "which std does not tell"
+        )
+    return tuple(filter(None, out))
 
 
 def _of_rests(band: Band, seen: TorqueFit) -> tuple[str, ...]:
@@ -568,11 +602,10 @@ def disagreement(found: Sequence[Alternative]) -> tuple[str, ...]:
     return tuple(out)
 
 
-def model_traces(part: Part, X: FloatArray) -> tuple[Trace, ...]:
+def model_traces(part: EquatedLog, model: EquationModel, X: FloatArray) -> tuple[Trace, ...]:
     """Return what the model's own equations measure and predict, for drawing."""
     first = part.equations[0]
-    quantity = "energy" if first.joint is None else part.quantity
-    if quantity == "torque":  # drawn from `fit`
+    if model.name == "torque":  # drawn from `fit`
         return ()
     t = reduce(np.intersect1d, [e.t for e in part.equations])  # a mask is by joint
     kept = [(e, np.isin(e.t, t)) for e in part.equations]
@@ -583,11 +616,11 @@ def model_traces(part: Part, X: FloatArray) -> tuple[Trace, ...]:
     if log.band.filters(log.step) and len(first.t) > 1:
         row = float(np.median(np.diff(first.t)))
         apart += math.ceil(MEMORY / (log.band.cutoff_hz * row))
-    return (Trace(log.name, part.kind, quantity, t, measured, predicted, apart),)
+    return (Trace(log.name, part.kind, model.name, t, measured, predicted, apart),)
 
 
 def energy_balances(
-    evaluator: Evaluator, parts: Sequence[Part], X: FloatArray
+    evaluator: Evaluator, parts: Sequence[EquatedLog], X: FloatArray
 ) -> tuple[Balance, ...]:
     """Return where the measured work went, log by log.
 
@@ -699,42 +732,35 @@ def in_words(tested: Whiteness) -> str:
     )
 
 
-def wrong_sign(evaluator: Evaluator, train: Sequence[Part], recipe: Recipe, left: float) -> str:
-    """Say which joint fits at least twice as well when its drive turns the other way, or "".
+def wrong_sign(
+    evaluator: Evaluator, train: Sequence[EquatedLog], model: EquationModel, left: float
+) -> tuple[str, ...]:
+    """Say which joint fits at least twice as well when its drive turns the other way.
 
     Tried for robots with [drive] alone, whose signs nothing else can prove.
 
     Args:
         evaluator: the compiled model.
         train: the training logs.
-        recipe: of their equations.
+        model: of their equations.
         left: relative residual of the estimate on them.
     """
     robot = evaluator.model.robot
     if robot.drive is None or left < _LOUD:
-        return ""
+        return ()
+    turned = ("q", "qd", "tau") if robot.drive.position_side == "motor" else ("tau",)
     found: dict[int, float] = {}
-    for at, joint in enumerate(robot.movable):
-        turn = np.ones(robot.n)
-        turn[at] = -1.0
-        moved = turn if robot.drive.position_side == "motor" else np.ones(robot.n)
-        parts = []
-        for p in train:
-            s = p.samples
-            other = replace(s, q=s.q * moved, qd=s.qd * moved, tau=s.tau * turn)
-            log = filtered(other, p.log.band)
-            parts.append(replace(p, log=log, equations=recipe.equations(evaluator, log)))
-        system = LinearSystem(
-            evaluator.model.base.names, tuple(e for p in parts for e in p.equations)
-        )
-        try:
-            found[joint.number] = residual(parts, Wls().solve(system).X).relative
-        except (IdentificationError, np.linalg.LinAlgError):
-            continue
-    best = min(found, key=lambda j: found[j], default=None)
+    for j, joint in enumerate(robot.movable):
+        logs = [multiplied(p.log, (j,), -1.0, turned) for p in train]
+        parts = [equate(evaluator, log, model) for log in logs]
+        system = system_of(evaluator, parts)
+        with suppress(IdentificationError, np.linalg.LinAlgError):
+            X = Wls().solve(system).X
+            found[joint.number] = equation_residual(system.logs, X).relative
+    best = min(found, key=lambda number: found[number], default=None)
     if best is None or found[best] > _BETTER * left:
-        return ""
+        return ()
     return (
         f"joint {best} fits better with the other sign of its ratio in [drive]: the residual falls "
-        f"from {100 * left:.2g} to {100 * found[best]:.2g} %"
+        f"from {100 * left:.2g} to {100 * found[best]:.2g} %",
     )

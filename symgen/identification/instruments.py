@@ -23,28 +23,27 @@ from pathlib import Path
 import numpy as np
 
 from symgen.data.log import make_log
-from symgen.data.plain import read_columns
-from symgen.data.signals import Samples, prepare
-from symgen.data.spline import interpolated
+from symgen.data.signals import Samples, interpolated, prepare
+from symgen.data.tables import read_columns
 from symgen.errors import IdentificationError, LogError
-from symgen.estimation.equation_model import Recipe
+from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.logs import Source, open_log
 from symgen.estimation.values import FloatArray
-from symgen.identification.solving import Part
+from symgen.identification.solving import EquatedLog
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 
 def instrumented(
-    evaluator: Evaluator, part: Part, recipe: Recipe, commanded: Source | None
-) -> Part:
+    evaluator: Evaluator, part: EquatedLog, model: EquationModel, commanded: Source | None
+) -> EquatedLog:
     """Return a part whose equations have instruments.
 
     Args:
         evaluator: the compiled model.
         part: of a training log.
-        recipe: of its equations.
+        model: of its equations.
         commanded: its commanded motion, None to take the encoders.
 
     Raises:
@@ -63,7 +62,7 @@ def instrumented(
         )
     else:
         free = filtered(log.samples, replace(log.band, velocity="derived"))
-    return with_instruments(evaluator, part, recipe, free)
+    return with_instruments(evaluator, part, model, free)
 
 
 def _commanded(source: Source, robot: Robot, samples: Samples) -> Samples:
@@ -87,16 +86,18 @@ def _commanded(source: Source, robot: Robot, samples: Samples) -> Samples:
     return motion
 
 
-def with_instruments(evaluator: Evaluator, part: Part, recipe: Recipe, motion: FilteredLog) -> Part:
+def with_instruments(
+    evaluator: Evaluator, part: EquatedLog, model: EquationModel, motion: FilteredLog
+) -> EquatedLog:
     """Return a part whose equations have instruments: their rows along another motion.
 
     Args:
         evaluator: the compiled model.
         part: of a log.
-        recipe: of its equations.
+        model: of its equations.
         motion: the log with the positions and speeds of that motion.
     """
-    rows = recipe.equations(evaluator, motion)
+    rows = model.equations(evaluator, motion)
     pairs = zip(part.equations, rows, strict=True)
     return replace(part, equations=tuple(replace(e, Z=z.W) for e, z in pairs))
 

@@ -1,4 +1,4 @@
-"""A run with the equations of the model that was chosen for it, ready to be judged.
+"""The band of a run, and the model that is chosen for it.
 
 There are three ways to the same parameters: energy, momentum and torque from the same filtered
 logs. What chooses between them is the error in torque, in the comparison band, on folds of the
@@ -20,7 +20,7 @@ from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, LogError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
-from symgen.estimation.equation_model import Recipe
+from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Wls
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.logs import Source
@@ -36,7 +36,6 @@ from symgen.estimation.summary import (
     placed,
     summary,
 )
-from symgen.estimation.system import Equations, LinearSystem, torque_equations
 from symgen.estimation.torque_error import TorqueFit, fit
 from symgen.faults.fault import Fault, undone
 from symgen.faults.logs import in_one_band
@@ -44,13 +43,21 @@ from symgen.faults.model import channel_faults
 from symgen.faults.samples import at_standstill
 from symgen.identification.estimate import Alternative, Apart
 from symgen.identification.instruments import instrumented
-from symgen.identification.solving import Method, Part, settled
+from symgen.identification.solving import (
+    EquatedLog,
+    Method,
+    equate,
+    settle_load,
+    system_of,
+)
 from symgen.runtime.evaluator import Evaluator
 
 _SHIFTS = 3  # of torques that are late
 #: Difference in standard deviations from which two estimates of one parameter disagree, for one
 #: comparison; more for more of them, so that as few are chance (Bonferroni).
 APART = 3.0
+#: Equations of the torques that models are compared by.
+_COMPARED = EquationModel("torque", 0.0)
 #: Speeds closer than this to a linear relation are proportional.
 PROPORTIONAL = 0.03
 #: Condition number from which a motion with proportional speeds is refused.
@@ -58,15 +65,49 @@ PROPORTIONAL_CONDITION = 10.0
 
 
 @dataclass(frozen=True, eq=False)
+class OpenLogs:
+    """Logs that were opened and repaired, or a sample of them, and the model of their robot.
+
+    Attributes:
+        evaluator: the compiled model.
+        train, held: the logs.
+        repairs: what was mended in them.
+        given: whether validation logs were given.
+        progress: is told what is being done.
+        threads: that look for the band at once.
+    """
+
+    evaluator: Evaluator
+    train: Sequence[Samples]
+    held: Sequence[Samples] = ()
+    repairs: Sequence[Fault] = ()
+    given: bool = True
+    progress: Callable[[str], None] = lambda _: None
+    threads: int = 1
+
+
+@dataclass(frozen=True, eq=False)
 class Run:
-    """What was looked at: the model, the band, and the logs in it."""
+    """Logs in the band that was chosen for them.
+
+    Attributes:
+        evaluator: the compiled model.
+        band: the filters.
+        train, held: the logs.
+        repairs: what was mended in them.
+        given: whether validation logs were given.
+        faults: of the torques, in words, that are left.
+        delay: by which torques were late, s.
+    """
 
     evaluator: Evaluator
     band: Band
     train: tuple[FilteredLog, ...]
-    held: tuple[FilteredLog, ...]
-    repairs: tuple[Fault, ...]
-    given: bool
+    held: tuple[FilteredLog, ...] = ()
+    repairs: tuple[Fault, ...] = ()
+    given: bool = True
+    faults: tuple[str, ...] = ()
+    delay: float = 0.0
 
     @property
     def logs(self) -> tuple[FilteredLog, ...]:
@@ -74,65 +115,41 @@ class Run:
         return (*self.train, *self.held)
 
 
-def looked_at(
-    evaluator: Evaluator,
-    train: Sequence[Samples],
-    held: Sequence[Samples],
-    repairs: Sequence[Fault],
-    given: bool,
-    cutoff: float | None,
-    progress: Callable[[str], None],
-    *,
-    own_speeds: bool = False,
-    threads: int = 1,
-) -> Run:
+def filter_in_band(opened: OpenLogs, cutoff: float | None, *, own_speeds: bool = False) -> Run:
     """Mend speeds, choose the band, and filter the logs in it.
 
     Args:
-        evaluator: the compiled model.
-        train, held: the logs.
-        repairs: what was mended in them before.
-        given: whether validation logs were given.
+        opened: the logs.
         cutoff: of the filter, Hz, where the user gives it.
-        progress: is told what is being done.
         own_speeds: whether measured speeds are kept in any case.
-        threads: that look for the band at once.
     """
+    evaluator, progress = opened.evaluator, opened.progress
     progress("choosing the band")
-    train, held, more = in_one_band(train, held)
+    train, held, more = in_one_band(opened.train, opened.held)
+    threads = opened.threads
     band = choose_band(evaluator, train, cutoff, own_speeds=own_speeds, threads=threads)
     progress(f"band: {band.in_words()}")
-    return Run(
-        evaluator,
-        band,
-        tuple(filtered(s, band) for s in train),
-        tuple(filtered(s, band) for s in held),
-        (*repairs, *more),
-        given,
-    )
+    logs, others = ([filtered(s, band) for s in group] for group in (train, held))
+    repairs = (*opened.repairs, *more)
+    return Run(evaluator, band, tuple(logs), tuple(others), repairs, opened.given)
 
 
-def checked_run(run: Run) -> tuple[Run, tuple[str, ...], float]:
-    """Look at the torques by the model; shift them where they are late, say what is left.
-
-    Returns:
-        The run, the faults that are left in words, and by how much torques were shifted, s.
-    """
+def undo_delay(run: Run) -> Run:
+    """Look at the torques by the model; shift them where they are late, say what is left."""
     if run.evaluator.model.robot.loaded:
-        return run, (), 0.0
-    shift = 0.0
+        return run
     for _ in range(_SHIFTS):
         faults = channel_faults(run.evaluator, run.train, run.held)
         late = next((f for f in faults if f.kind == "delay"), None)
         if late is None:
             break
-        shift += late.value
         told = replace(late, samples=sum(len(s.t) for s in run.logs), done="shifted", undo=None)
         train, held = (
             tuple(undone(log, [late])[0] for log in group) for group in (run.train, run.held)
         )
-        run = replace(run, train=train, held=held, repairs=(*run.repairs, told))
-    return run, tuple(_in_words(f) for f in faults if f.kind != "delay"), shift
+        repairs, delay = (*run.repairs, told), run.delay + late.value
+        run = replace(run, train=train, held=held, repairs=repairs, delay=delay)
+    return replace(run, faults=tuple(_in_words(f) for f in faults if f.kind != "delay"))
 
 
 def _in_words(fault: Fault) -> str:
@@ -141,72 +158,67 @@ def _in_words(fault: Fault) -> str:
     return f"{fault.fault}{rivals if fault.kind in ('gain', 'ratio') else ''}"
 
 
-Equated = list[tuple[Equations, ...]]
-
-
 @dataclass(frozen=True, eq=False)
-class Fitted:
+class Candidate:
     """A model with its equations, solved by weighted least squares.
 
     Attributes:
-        recipe: of the equations.
-        equations: of the training logs, log by log.
-        blocks: products of these.
+        model: of the equations.
+        train: the training logs with them.
+        blocks: their summary by blocks of time.
         held_out: error in torque on folds that were left out of the fit.
         solution: by weighted least squares; the error where the equations determine none.
         torques: of the training and the validation logs; empty without a solution.
     """
 
-    recipe: Recipe
-    equations: Equated
+    model: EquationModel
+    train: list[EquatedLog]
     blocks: Blocks
     held_out: float
     solution: Solution | Exception
-    torques: tuple[TorqueFit, ...] = ()
+    torques: tuple[TorqueFit, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Case:
-    """A run with the model that was chosen for it.
+class ChosenModel:
+    """A run with the equations of the model that was chosen for it.
 
     Attributes:
-        run: what was looked at.
-        recipe: of the chosen model.
+        run: the logs.
+        model: of the equations.
         train, held: the logs with its equations.
         found: the models that were fitted, the chosen one first.
         fault: of the motion, in words, or "".
-        chosen: the model as it was fitted to choose it; None where there was no choice.
+        plain: weighted least squares of these equations, where they determine it and no effect of
+            the load had to settle.
+        torques: of the training and the validation logs at its X.
     """
 
     run: Run
-    recipe: Recipe
-    train: list[Part]
-    held: list[Part]
-    found: tuple[Alternative, ...]
-    fault: str
-    chosen: Fitted | None = None
-
-    @property
-    def system(self) -> LinearSystem:
-        """The equations of the training logs."""
-        return _system(self.run.evaluator, [p.equations for p in self.train])
+    model: EquationModel
+    train: list[EquatedLog]
+    held: list[EquatedLog]
+    found: tuple[Alternative, ...] = ()
+    fault: str = ""
+    plain: Solution | None = None
+    torques: tuple[TorqueFit, ...] = ()
 
 
-def chosen_case(
+def choose_model(
     run: Run,
-    recipes: Sequence[Recipe],
+    models: Sequence[EquationModel],
     method: Method,
     shares: Sequence[float],
     motions: Sequence[Source],
     progress: Callable[[str], None],
-) -> Case:
+) -> ChosenModel:
     """Fit the models and take the one that predicts best.
 
     Args:
-        run: what was looked at.
-        recipes: of the equations of each model.
+        run: the logs in the band.
+        models: whose equations are tried.
         method: that solves them then.
-        shares: weights of the squared residuals of each training log.
+        shares: weights of the squared residuals of each training log, or none.
         motions: the commanded motion of each training log, or none.
         progress: is told what is being done.
 
@@ -215,97 +227,85 @@ def chosen_case(
         LogError: a mask leaves too little, or a validation log is too short.
     """
     evaluator = run.evaluator
-    found: tuple[Alternative, ...] = ()
     still = standing(run.train)
     fault = motion_fault(run.train, still)
     joints = evaluator.model.robot.movable
     if any(joints[j].friction or joints[j].rotor_inertia for j in still):
         raise IdentificationError(f"these data do not determine the parameters: {fault}")
-    best = None
     if evaluator.model.robot.loaded:
         progress("settling the effects that hold the model's torque")
-        recipe = settled(evaluator, run.train, recipes[0])
-        equations = _equations(run, recipe, shares)
+        model = settle_load(evaluator, run.train, models[0])
+        chosen = ChosenModel(run, model, _enough(_equations(run, model, shares)), [], fault=fault)
     else:
-        progress(f"fitting {', '.join(r.model for r in recipes)}")
+        progress(f"fitting {', '.join(m.name for m in models)}")
         with determined(fault):
-            best, found = _alternatives(run, recipes, shares)
-        recipe, equations = best.recipe, best.equations
-    train = [
-        Part("train", log, own, recipe.model) for log, own in zip(run.train, equations, strict=True)
-    ]
-    train = [
-        instrumented(evaluator, part, recipe, motions[k] if motions else None)
-        if method.name == "iv" or method.is_tested(part.log)
-        else part
-        for k, part in enumerate(train)
-    ]
-    held = [_held(run, log, recipe) for log in run.held]
-    return Case(run, recipe, train, held, found, fault, best)
+            best, found = _alternatives(run, models, shares)
+        plain = best.solution if isinstance(best.solution, Solution) else None
+        chosen = ChosenModel(run, best.model, best.train, [], found, fault, plain, best.torques)
+    return replace(
+        chosen,
+        train=[
+            instrumented(evaluator, part, chosen.model, motions[k] if motions else None)
+            if method.name == "iv" or method.is_tested(part.log)
+            else part
+            for k, part in enumerate(chosen.train)
+        ],
+        held=_enough(_held(run, chosen.model)),
+    )
 
 
-def _system(evaluator: Evaluator, logs: Sequence[tuple[Equations, ...]]) -> LinearSystem:
-    return LinearSystem(evaluator.model.base.names, tuple(e for log in logs for e in log))
+def _equations(run: Run, model: EquationModel, shares: Sequence[float]) -> list[EquatedLog]:
+    """Return the training logs with equations, weighed as it was asked for."""
+    pairs = zip(run.train, shares or [1.0] * len(run.train), strict=True)
+    return [equate(run.evaluator, log, model, weight) for log, weight in pairs]
 
 
-def _equations(
-    run: Run, recipe: Recipe, shares: Sequence[float], known: Equated | None = None
-) -> Equated:
-    """Return the equations of the training logs, weighed as it was asked for.
-
-    Args:
-        run: the logs.
-        recipe: of the equations.
-        shares: weights of the squared residuals of each log.
-        known: the equations without a weight, where they were built before.
-    """
-    out = []
-    own = known or [recipe.equations(run.evaluator, log) for log in run.train]
-    for log, equations, weight in zip(run.train, own, shares, strict=True):
-        require_left(log, equations)
-        out.append(tuple(replace(e, weight=weight) for e in equations))
-    return out
+def _enough(logs: list[EquatedLog]) -> list[EquatedLog]:
+    """Return logs of which masks leave enough equations."""
+    for part in logs:
+        require_left(part.log, part.equations)
+    return logs
 
 
-def _held(run: Run, log: FilteredLog, recipe: Recipe) -> Part:
-    """Return a validation log with its equations."""
+def _held(run: Run, model: EquationModel) -> list[EquatedLog]:
+    """Return the validation logs with equations."""
     try:
-        equations = recipe.equations(run.evaluator, log)
+        return [equate(run.evaluator, log, model, kind="validation") for log in run.held]
     except IdentificationError as error:
         what = "; accepted: a longer log, or a second one for validation"
         raise LogError(f"{error}{what}") from error
-    require_left(log, equations)
-    return Part("validation", log, equations, recipe.model)
+
+
+def _summary(logs: Sequence[EquatedLog], model: EquationModel) -> Blocks:
+    """Return the summary of equations by blocks of time."""
+    return summary(placed([p.equations for p in logs], model.gap), len(logs[0].equations))
 
 
 def _alternatives(
-    run: Run, recipes: Sequence[Recipe], shares: Sequence[float]
-) -> tuple[Fitted, tuple[Alternative, ...]]:
+    run: Run, models: Sequence[EquationModel], shares: Sequence[float]
+) -> tuple[Candidate, tuple[Alternative, ...]]:
     """Fit every model and compare them; validation logs report, and do not choose.
 
     Returns:
         The model that predicts best, and what is told of all, that one first.
     """
-    compared = [torque_equations(run.evaluator, log) for log in run.train]
-    weighed = [
-        tuple(replace(e, weight=w) for e in log) for log, w in zip(compared, shares, strict=True)
-    ]
-    torques = summary(placed(weighed), len(compared[0]))
-    fitted, lost = list[Fitted](), dict[str, IdentificationError]()
-    for recipe in recipes:
+    compared = _equations(run, _COMPARED, shares)
+    torques = _summary(compared, _COMPARED)
+    fitted, lost = list[Candidate](), dict[str, IdentificationError]()
+    for model in models:
         try:
-            known = compared if recipe.model == "torque" else None
-            equations = _equations(run, recipe, shares, known)
+            torque = model.name == _COMPARED.name
+            train = _enough(compared if torque else _equations(run, model, shares))
         except IdentificationError as error:
-            lost[recipe.model] = error
+            lost[model.name] = error
             continue
-        blocks = summary(placed(equations, recipe.gap), len(equations[0]))
+        blocks = _summary(train, model)
         left = held_out_error(block_errors(blocks, torques))
-        fitted.append(Fitted(recipe, equations, blocks, left, *_solved(run, equations)))
+        fitted.append(Candidate(model, train, blocks, left, *_solve(run, train)))
     if not fitted:
         raise next(iter(lost.values()))
     best = min(fitted, key=lambda f: f.held_out)
-    found = [_told(f, best, run.evaluator.model.base.names) for f in fitted]
+    found = [_alternative(f, best, run.evaluator.model.base.names) for f in fitted]
     found.sort(key=lambda a: (not a.chosen, a.held_out))
     found += [
         Alternative(model, math.inf, None, None, math.inf, False, str(error))
@@ -314,10 +314,12 @@ def _alternatives(
     return best, tuple(found)
 
 
-def _solved(run: Run, equations: Equated) -> tuple[Solution | Exception, tuple[TorqueFit, ...]]:
+def _solve(
+    run: Run, train: Sequence[EquatedLog]
+) -> tuple[Solution | Exception, tuple[TorqueFit, ...]]:
     """Solve by weighted least squares, and compare torques on all logs."""
     try:
-        solution = Wls().solve(_system(run.evaluator, equations))
+        solution = Wls().solve(system_of(run.evaluator, train))
     except (IdentificationError, np.linalg.LinAlgError) as lost:
         return lost, ()
     return solution, (
@@ -326,26 +328,22 @@ def _solved(run: Run, equations: Equated) -> tuple[Solution | Exception, tuple[T
     )
 
 
-def _told(own: Fitted, best: Fitted, names: Sequence[str]) -> Alternative:
+def _alternative(own: Candidate, best: Candidate, names: Sequence[str]) -> Alternative:
     """Return what is told of a model beside the best one."""
     reason = f"{100 * own.held_out:.3g} % torque error on folds left out"
+    apart: tuple[Apart, ...] = ()
+    number, train, held = math.inf, None, None
     if own is not best:
         reason += f", {own.held_out / max(best.held_out, 1e-300):.3g} times the best"
-    if isinstance(own.solution, Exception):
+    if isinstance(own.solution, Solution):
+        number = own.solution.condition_number
+        train, held = (f.residual for f in own.torques)
+        apart = () if own is best else _apart(own.blocks, best.blocks, names)
+    else:
         singular = isinstance(own.solution, np.linalg.LinAlgError)
         reason += "; singular" if singular else f"; {own.solution}"
-        model, left = own.recipe.model, own.held_out
-        return Alternative(model, math.inf, None, None, left, own is best, reason)
-    return Alternative(
-        own.recipe.model,
-        own.solution.condition_number,
-        own.torques[0].residual,
-        own.torques[1].residual,
-        own.held_out,
-        own is best,
-        reason,
-        () if own is best else _apart(own.blocks, best.blocks, names),
-    )
+    model = own.model.name
+    return Alternative(model, number, train, held, own.held_out, own is best, reason, apart)
 
 
 def _apart(a: Blocks, b: Blocks, names: Sequence[str]) -> tuple[Apart, ...]:

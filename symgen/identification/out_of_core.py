@@ -1,25 +1,23 @@
-"""identify on more samples than memory holds: the same estimate, by folds over chunks.
+"""identify on more samples than memory holds: where chunks are worked on, and what is kept.
 
     files --columns of time--> stretches without gaps --last fifth held out--> parts
     parts --a sample of them--> in memory: band, delay, faults, model, scans, tests, curves
     parts --chunks of rows--> EQUATIONS of each, folded where they are read --> triangle and rows of
           every log and joint --merged--> weights, X
     parts --chunks again--> sums of scores, squared errors of torque --added up--> covariance, fit
-    X, covariance, fit, and the sample --> `judged`, as in memory --> Estimate
 
 What is read whole are summaries: their size does not depend on the number of samples. Where the
-sample holds all there is, the estimate is that of `identify` in memory. The model travels to
+sample holds all there is, the estimate is that of logs in memory. The model travels to
 workers as the text of its robot file and is compiled once a process, by its content; results travel
 as the bytes of an NPZ.
 """
 
 from __future__ import annotations
 
-import io
 import json
-import shutil
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
@@ -36,48 +34,42 @@ from symgen.data.stretch import Stretch
 from symgen.data.tables import COUNTED
 from symgen.distributed import (
     Executor,
+    Workers,
     WorkFolder,
     damaged_pieces,
     digest,
+    executor,
     finished,
     in_turn,
     keep,
     kept,
 )
-from symgen.errors import IdentificationError, LogError
+from symgen.errors import LogError, shortened
 from symgen.estimation.chunks import (
     Chunk,
+    ChunkData,
     ChunkOfLog,
-    Part,
+    LogSpan,
     Partition,
     Settings,
-    ThinLog,
     packed_arrays,
     partitions,
+    unpacked_arrays,
     unpacked_chunk,
 )
 from symgen.estimation.covariance import bartlett, sandwich, scores
-from symgen.estimation.equation_model import Recipe
-from symgen.estimation.estimators import PASSES, bias_of_least_squares
-from symgen.estimation.logs import HELD_OUT, Source
+from symgen.estimation.equation_model import EquationModel
+from symgen.estimation.estimators import PASSES, Wls
+from symgen.estimation.logs import Source, held_from
 from symgen.estimation.solve import Solution, condition, log_weights
 from symgen.estimation.summary import Summary, merged_tree, summarised
-from symgen.estimation.torque_error import TorqueFit, fit, relative_error
-from symgen.estimation.values import FloatArray, Residual
+from symgen.estimation.torque_error import TorqueFit, fit
+from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault, merged
 from symgen.faults.logs import open_samples, treated
-from symgen.identification.assessment import Outcome, judged, own_version
-from symgen.identification.estimate import Estimate
-from symgen.identification.model_choice import (
-    Case,
-    Run,
-    checked_run,
-    chosen_case,
-    determined,
-    looked_at,
-    require_condition,
-)
-from symgen.identification.solving import FOLDED, Method
+from symgen.identification.assessment import Outcome, outcome, own_version
+from symgen.identification.model_choice import ChosenModel, OpenLogs, Run
+from symgen.identification.solving import Method
 from symgen.robot.toml_io import parse_robot
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
@@ -91,6 +83,9 @@ SAMPLE, HELD_SAMPLE, PIECES = 80_000, 20_000, 4
 LONG, _LIGHT = 250_000, 4 << 20
 #: A log has so many windows and samples, at least.
 _WINDOWS, _FEWEST = 2.0, 20
+#: Of a fit, what adds up over chunks; and the kinds of logs.
+FIT_SUMS, KINDS = ("error", "size", "rest"), ("train", "validation")
+_EVERYWHERE = "all logs"  # of faults that were found in the sample
 
 
 def is_long(sources: Sequence[Source], plain: bool) -> bool:
@@ -111,8 +106,8 @@ def is_long(sources: Sequence[Source], plain: bool) -> bool:
     return sum(COUNTED[p.suffix.lower()](p) for p in known) > LONG
 
 
-def paths_of(sources: Sequence[Source]) -> list[str | Path]:
-    """Return logs as paths.
+def _files(sources: Sequence[Source]) -> list[str]:
+    """Return the files of some logs.
 
     Raises:
         LogError: one is in memory.
@@ -120,79 +115,66 @@ def paths_of(sources: Sequence[Source]) -> list[str | Path]:
     for source in sources:
         if isinstance(source, Log):
             raise LogError(f"{source.name}: is in memory; accepted: files for chunks and workers")
-    return [source for source in sources if not isinstance(source, Log)]
+    return listed_files([source for source in sources if not isinstance(source, Log)])
 
 
 def parts_of(
     data: DataSet,
-    logs: Sequence[str | Path],
-    validation: Sequence[str | Path],
-    recipes: Sequence[Recipe],
+    logs: Sequence[Source],
+    validation: Sequence[Source],
+    window: float,
     progress: Progress,
-) -> tuple[list[Part], tuple[str, ...]]:
+) -> tuple[list[LogSpan], tuple[str, ...]]:
     """Find the stretches of all files and hold some of them out; say which are too short."""
-    files, held_files = listed_files(logs), listed_files(validation)
+    files, held_files = _files(logs), _files(validation)
     both = sorted(set(files) & set(held_files))
     if both:
         raise LogError(f"{both[0]}: trains and validates; accepted: another log to validate")
     progress(f"finding the stretches of {len(files) + len(held_files)} files")
-    window = max(recipe.gap for recipe in recipes)
-    out: list[Part] = []
+    parts: list[LogSpan] = []
     short: list[str] = []
     for name in (*files, *held_files):
         for s in data.stretches(name):
-            kinds = _split(s) if not held_files else [(s, "train")]
-            if name in held_files:
-                kinds = [(s, "validation")]
-            if all(_long(own, window) for own, _ in kinds):
-                out += [Part(own, kind) for own, kind in kinds]
+            own = [s] if held_files else _split(s)
+            kinds = ("validation",) if name in held_files else KINDS
+            if all(x.count >= _FEWEST and x.times[1] - x.times[0] > _WINDOWS * window for x in own):
+                parts += map(LogSpan, own, kinds)
             else:
                 short.append(s.name)
-    for kind in ("train", "validation"):
-        if not any(p.kind == kind for p in out):
+    for kind in KINDS:
+        if not any(p.kind == kind for p in parts):
             listed = ", ".join(short[:3])
             raise LogError(f"{listed}: too short a {kind} log; accepted: longer ones, without gaps")
     if not short:
-        return out, ()
-    listed = ", ".join(short[:3]) + (", ..." if len(short) > 3 else "")
-    return out, (f"{len(short)} stretches are too short and left out: {listed}",)
+        return parts, ()
+    return parts, (f"{len(short)} stretches are too short and left out: {shortened(short, 3)}",)
 
 
-def _long(s: Stretch, window: float) -> bool:
-    return s.count >= _FEWEST and s.times[1] - s.times[0] > _WINDOWS * window
-
-
-def _split(s: Stretch) -> list[tuple[Stretch, str]]:
+def _split(s: Stretch) -> list[Stretch]:
     """Hold out the last fifth of a stretch."""
-    count = int(s.count * (1 - HELD_OUT))
-    edge = s.rows[0] + count
-    at = s.times[0] + s.step * count
-    early = replace(s, rows=(s.rows[0], edge), times=(s.times[0], at - s.step))
-    late = replace(s, name=f"{s.name} (last fifth)", rows=(edge, s.rows[1]), times=(at, s.times[1]))
-    return [(early, "train"), (late, "validation")]
+    edge = s.rows[0] + held_from(s.count)
+    late = s.between(edge, s.rows[1])
+    return [s.between(s.rows[0], edge), replace(late, name=f"{s.name} (last fifth)")]
 
 
-def sampled_spans(parts: Sequence[Part], kind: str, budget: int) -> list[tuple[Part, int, int]]:
-    """Return rows of the parts of a kind that are looked at: all, or pieces evenly over them."""
-    own = [p for p in parts if p.kind == kind]
-    counts = np.array([p.stretch.count for p in own])
-    total = int(counts.sum())
+def sampled_spans(parts: Sequence[LogSpan], budget: int) -> list[tuple[Stretch, int, int]]:
+    """Return rows of parts that are looked at: all, or pieces evenly over them."""
+    own = [p.stretch for p in parts]
+    before = np.cumsum([0, *(s.count for s in own)])
+    total, length = int(before[-1]), budget // PIECES
     if total <= budget:
-        return [(p, *p.stretch.rows) for p in own]
-    before, length = np.concatenate([[0], np.cumsum(counts)]), budget // PIECES
-    out: dict[tuple[int, int], tuple[Part, int, int]] = {}
+        return [(s, *s.rows) for s in own]
+    out: dict[tuple[int, int], tuple[Stretch, int, int]] = {}
     for k in range(PIECES):
         place = (k * total) // PIECES
         number = int(np.searchsorted(before, place, side="right")) - 1
-        first, last = own[number].stretch.rows
+        first, last = own[number].rows
         begin = max(min(first + place - int(before[number]), last - length), first)
         out[number, begin] = (own[number], begin, min(begin + length, last))
     return list(out.values())
 
 
 Reduced = TypeVar("Reduced")
-#: Of a fit, what adds up over chunks.
-FIT_SUMS = ("error", "size", "rest")
 
 
 @lru_cache(maxsize=4)
@@ -222,21 +204,19 @@ class Work:
     """
 
     partition: Partition
-    parts: Mapping[int, Part]
+    parts: Mapping[int, LogSpan]
     weights: Mapping[tuple[int, int], tuple[float, int]]
-    clean: bool = False
-    threads: int = 1
-    kept: str = ""
+    clean: bool
+    threads: int
+    kept: str
 
     def path(self, chunk: Chunk) -> Path | None:
         """Return where a chunk is kept."""
-        folder = Path(self.kept).parent
-        if not self.kept or not folder.is_dir():
-            return None
-        return Path(f"{self.kept}-{chunk.part}-{chunk.before + chunk.own[0]}.rows")
+        path = Path(f"{self.kept}-{chunk.part}-{chunk.before + chunk.own[0]}.rows")
+        return path if path.parent.is_dir() else None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Reduction:
     """How partitions are read and treated.
 
@@ -245,12 +225,14 @@ class Reduction:
         kernels: of the model.
         reading: how files are read.
         settings: of the run.
+        solution: X (p,), and the norms of the weighted columns (p,); none before X is known.
     """
 
     robot: str
     kernels: tuple[str, ...]
     reading: Reading
     settings: Settings
+    solution: tuple[FloatArray, ...] = ()
 
     @property
     def evaluator(self) -> Evaluator:
@@ -258,9 +240,12 @@ class Reduction:
         return loaded(self.robot, self.kernels)
 
     def reduced(
-        self, work: Work, reduce: Callable[[int, str, ChunkOfLog], Reduced]
+        self,
+        work: Work,
+        reduce: Callable[[int, str, ChunkOfLog], Reduced],
+        chunks: Sequence[Chunk],
     ) -> Iterator[tuple[Reduced, tuple[Fault, ...]]]:
-        """Yield what each chunk is reduced to (by number and kind of its log), and its repairs."""
+        """Yield what chunks are reduced to (by number and kind of the log), and their repairs."""
         robot = self.evaluator.model.robot
 
         def one(read: tuple[Chunk, Log]) -> tuple[Reduced, tuple[Fault, ...]]:
@@ -270,19 +255,20 @@ class Reduction:
                 log, chunk, part.stretch, robot, self.reading, self.settings, work.clean
             )
             path = work.path(chunk)
-            if path is not None and isinstance(found.log, ThinLog):
+            if path is not None and isinstance(found.log, ChunkData):
                 keep(path, found.packed())
             return reduce(chunk.part, part.kind, found), repairs
 
-        return in_turn(one, self._read(robot, work), work.threads)
+        def read() -> Iterator[tuple[Chunk, Log]]:
+            # A part begins anew where the one before was read to: rows in their order, by part.
+            for number in dict.fromkeys(chunk.part for chunk in chunks):
+                own, s = [c for c in chunks if c.part == number], work.parts[number].stretch
+                spans = [c.rows for c in own]
+                yield from zip(
+                    own, DataSet(robot, self.reading).logs(s.file, spans, s.name), strict=True
+                )
 
-    def _read(self, robot: Robot, work: Work) -> Iterator[tuple[Chunk, Log]]:
-        data, chunks = DataSet(robot, self.reading), work.partition.chunks
-        # A part begins anew where the one before was read to: rows in their order, part by part.
-        for number in dict.fromkeys(chunk.part for chunk in chunks):
-            own, part = [c for c in chunks if c.part == number], work.parts[number]
-            logs = data.logs(part.stretch.file, [c.rows for c in own], part.stretch.name)
-            yield from zip(own, logs, strict=True)
+        return in_turn(one, read(), work.threads)
 
     def again(
         self,
@@ -305,77 +291,66 @@ class Reduction:
             else:
                 there.append((chunk, path))
 
-        def one(item: tuple[Chunk, Path]) -> tuple[Chunk, Reduced | None]:
+        def one(item: tuple[Chunk, Path]) -> Reduced | None:
             chunk, path = item
             content = kept(path)
             if content is None:
-                return chunk, None
-            with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
-                found = unpacked_chunk(arrays)
-            return chunk, reduce(chunk.part, work.parts[chunk.part].kind, found)
-
-        for chunk, reduced in in_turn(one, there, work.threads):
-            if reduced is None:
                 damaged.append(chunk)
-            else:
-                yield reduced
-        left += damaged
-        partition = replace(work.partition, chunks=tuple(left))
-        for part, _ in self.reduced(replace(work, partition=partition), reduce):
-            yield part
+                return None
+            return reduce(chunk.part, work.parts[chunk.part].kind, unpacked_chunk(content))
+
+        yield from (found for found in in_turn(one, there, work.threads) if found is not None)
+        damaged.sort(key=work.partition.chunks.index)  # threads end in any order
+        yield from (found for found, _ in self.reduced(work, reduce, [*left, *damaged]))
 
 
-@dataclass(frozen=True)
 class EquationReduction(Reduction):
     """Chunks to triangles of their equations."""
 
     def __call__(self, work: Work) -> bytes:
-        """Return summaries by log and joint."""
-        found: dict[tuple[int, int], list[Summary]] = {}
+        """Return summaries by log and joint, and what was mended."""
+        found: dict[str, list[Summary]] = {}
         mended: list[Fault] = []
 
-        def summaries(number: int, _: str, chunk: ChunkOfLog) -> dict[tuple[int, int], Summary]:
-            equations = chunk.all_equations(self.evaluator, self.settings.recipe)
-            return {(number, j): summarised(chunk.equations(e)) for j, e in enumerate(equations)}
+        def summaries(number: int, _: str, chunk: ChunkOfLog) -> list[tuple[str, Summary]]:
+            equations = chunk.all_equations(self.evaluator, self.settings.model)
+            own = (summarised(chunk.equations(e)[0]) for e in equations)
+            return [(f"{number}.{j}", summary) for j, summary in enumerate(own)]
 
-        for own, repairs in self.reduced(work, summaries):
+        for own, repairs in self.reduced(work, summaries, work.partition.chunks):
             mended += repairs
-            for key, summary in own.items():
+            for key, summary in own:
                 found.setdefault(key, []).append(summary)
-        arrays: dict[str, Any] = {"repairs": np.array(_told(mended))}
-        for (number, j), parts in found.items():
+        told = [{**as_json(f), "kind": f.kind} for f in merged(mended)]
+        arrays: dict[str, Any] = {_REPAIRS: np.array(json.dumps(told))}
+        for key, parts in found.items():
             whole = merged_tree(parts)
-            arrays[f"{number}.{j}"] = whole.factor
-            arrays[f"{number}.{j}.count"] = np.array([whole.rows, whole.correlation])
+            joint = -1 if whole.joint is None else whole.joint
+            counts = [whole.rows, whole.correlation, joint]
+            arrays |= {key: whole.factor, f"{key}{_COUNTS}": np.array(counts)}
         return packed_arrays(arrays)
 
 
-@dataclass(frozen=True, eq=False)
+_REPAIRS, _COUNTS = "repairs", " rows, correlation, joint"
+
+
 class ErrorReduction(Reduction):
-    """Chunks to what a solution leaves of them.
-
-    Attributes:
-        X: the solution.
-        scale: norms of the weighted columns.
-    """
-
-    X: FloatArray
-    scale: FloatArray
+    """Chunks to what a solution leaves of them."""
 
     def __call__(self, work: Work) -> bytes:
         """Return the sums of scores, and by kind of log the squared error and size of torque."""
-        p, n = len(self.X), self.evaluator.model.robot.n
-        meat = np.zeros((p, p))
-        fits = {kind: TorqueFit.none(n) for kind in ("train", "validation")}
+        (X, scale), n = self.solution, self.evaluator.model.robot.n
+        meat = np.zeros((len(X), len(X)))
+        fits = {kind: TorqueFit.none(n) for kind in KINDS}
 
         def left(number: int, kind: str, chunk: ChunkOfLog) -> tuple[str, TorqueFit, FloatArray]:
-            fit, own_meat = chunk.fit(self.evaluator, self.X), np.zeros((p, p))
+            fit, own_meat = chunk.fit(self.evaluator, X), np.zeros_like(meat)
             if kind == "train":
-                equations = chunk.all_equations(self.evaluator, self.settings.recipe)
+                equations = chunk.all_equations(self.evaluator, self.settings.model)
                 for j, e in enumerate(equations):
                     weight, lag = work.weights[number, j]
-                    rows, lead = chunk.with_lead(e, lag)
-                    s = scores(rows, self.X, self.scale, weight)
+                    rows, lead = chunk.equations(e, lag)
+                    s = scores(rows, X, scale, weight)
                     own_meat += bartlett(s, lag, lead, chunk.ended)
             return kind, fit, own_meat
 
@@ -383,25 +358,8 @@ class ErrorReduction(Reduction):
         for kind, found, own_meat in self.again(work, left, damaged):
             fits[kind] += found
             meat += own_meat
-        sums = {
-            f"{kind}.{key}": getattr(fit, key) for kind, fit in fits.items() for key in FIT_SUMS
-        }
+        sums = {f"{kind}.{key}": getattr(fits[kind], key) for kind in KINDS for key in FIT_SUMS}
         return packed_arrays({"meat": meat, "damaged": np.array(len(damaged)), **sums})
-
-
-def unpacked(folder: WorkFolder, key: str, *names: str) -> dict[str, Any]:
-    """Return the arrays of a result: some of them, or all."""
-    with np.load(io.BytesIO(folder.read(key)), allow_pickle=False) as archive:
-        return {name: archive[name] for name in names or archive.files}
-
-
-def _told(faults: Iterable[Fault]) -> str:
-    return json.dumps([{**as_json(f), "kind": f.kind} for f in merged(faults)])
-
-
-def read_repairs(arrays: Mapping[str, Any]) -> list[Fault]:
-    """Return what was mended in a partition."""
-    return [Fault(**told) for told in json.loads(str(arrays["repairs"]))]
 
 
 @dataclass(frozen=True)
@@ -423,139 +381,138 @@ class Summaries(Sequence[Summary]):
         (number, j), keys = self.places[k]
         parts = []
         for key in keys:
-            arrays = unpacked(self.folder, key, f"{number}.{j}", f"{number}.{j}.count")
-            factor, count = arrays.values()
-            parts.append(Summary(factor, *map(int, count)))
+            arrays = unpacked_arrays(self.folder.read(key))
+            rows, correlation, joint = map(int, arrays[f"{number}.{j}{_COUNTS}"])
+            own = None if joint < 0 else joint
+            parts.append(Summary(arrays[f"{number}.{j}"], rows, correlation, joint=own))
         return merged_tree(parts)
 
-    def residual(self, X: FloatArray, by_joint: bool) -> Residual:
-        """Return ||y - W X|| / ||y||, in all and by joint."""
-        joints = [j for (_, j), _ in self.places]
-        sums = np.zeros((2, 1 + max(joints)))
-        for j, s in zip(joints, self, strict=True):
-            sums[:, j] += s.rss(X), s.square
-        return relative_error(sums[0], sums[1], by_joint)
 
-
-def identify_data_set(
+@contextmanager
+def open_data_set(
     robot: Robot,
-    logs: Sequence[str | Path],
-    validation: Sequence[str | Path],
-    recipes: Sequence[Recipe],
-    method: Method,
-    *,
-    by: Executor,
-    cutoff: float | None = None,
-    reading: Reading | None = None,
-    work: Path | None = None,
-    progress: Progress = lambda _: None,
-) -> Estimate:
-    """Identify from logs of which a chunk at a time is in memory.
+    logs: Sequence[Source],
+    validation: Sequence[Source],
+    models: Sequence[EquationModel],
+    reading: Reading | None,
+    workers: Workers | None,
+    progress: Progress,
+) -> Iterator[ChunkedLogs]:
+    """Look at a sample of logs of which a chunk at a time is in memory.
 
     Args:
         robot: whose logs they are.
         logs: files, patterns, folders or URLs.
         validation: others to judge by; without any, the last fifth of every stretch.
-        recipes: of the models: one, or more of which the sample chooses.
-        method: wls or ols.
-        by: who works.
-        cutoff: of the filter, Hz, where it is given.
+        models: one, or more of which the sample chooses.
         reading: how files are read.
-        work: where summaries are kept until the estimate is there, for runs that are interrupted;
-            None for a folder that is removed.
+        workers: who works, and where summaries are kept until the estimate is there, for runs that
+            are interrupted; by default in a folder that is removed.
         progress: is told what is being done.
 
     Raises:
         LogError: a file cannot be read, or nothing of it can be used.
-        IdentificationError: the data do not determine the parameters, or another method is asked.
     """
-    if not method.plain:
-        raise IdentificationError(
-            f"method {method.label} on a data set; accepted: {', '.join(FOLDED)}, or logs that "
-            "fit into memory"
+    data = DataSet(robot, reading or Reading())
+    window = max(model.gap for model in models)
+    parts, notes = parts_of(data, logs, validation, window, progress)
+    kernels = tuple(dict.fromkeys(k for model in models for k in model.all_kernels))
+    text = robot_toml(robot)
+    prefix = "symgen-"
+    with tempfile.TemporaryDirectory(prefix=prefix) as fresh, executor(workers) as by:
+        by.prepare(partial(loaded, text, kernels))
+        folder = WorkFolder(Path((workers and workers.work) or fresh))
+        repairs: list[Fault] = []
+        train, held = (
+            _sample(data, [p for p in parts if p.kind == kind], budget, repairs, progress)
+            for kind, budget in zip(KINDS, (SAMPLE, HELD_SAMPLE), strict=True)
         )
-    if robot.loaded:
-        raise IdentificationError(
-            "the robot has effects that hold the torque of its links; accepted: logs that fit into "
-            "memory"
+        progress("deriving and compiling the model")
+        evaluator, given = loaded(text, kernels), bool(validation)
+        seen = (evaluator, train, held, repairs, given, progress, by.threads)
+        about = (text, kernels)
+        yield ChunkedLogs(
+            *seen, data=data, parts=parts, notes=notes, about=about, by=by, folder=folder
         )
-    reading = reading or Reading()
-    data = DataSet(robot, reading)
-    parts, notes = parts_of(data, logs, validation, recipes, progress)
-    folder = Path(tempfile.mkdtemp(prefix="symgen-")) if work is None else work
-    try:
-        run = _Streamed(data, parts, bool(validation), method, by, WorkFolder(folder), progress)
-        return run.estimate(recipes, cutoff, notes)
-    finally:
-        if work is None:
-            shutil.rmtree(folder, ignore_errors=True)
 
 
-@dataclass(frozen=True, eq=False)
-class _Streamed:
-    """A data set, who folds it, and where."""
+def _sample(
+    data: DataSet,
+    parts: Sequence[LogSpan],
+    budget: int,
+    repairs: list[Fault],
+    progress: Progress,
+) -> list[Samples]:
+    """Open what is looked at in memory of parts of a kind."""
+    spans, out = sampled_spans(parts, budget), []
+    total = sum(last - first for _, first, last in spans)
+    progress(f"looking at {total:,} {parts[0].kind} samples")
+    plain = replace(data.reading, start=None, until=None)
+    for s, first, last in spans:
+        piece = (first, last) != s.rows
+        since = f" from {s.times[0] + (first - s.rows[0]) * s.step:.0f} s" if piece else ""
+        (log,) = data.logs(s.file, [(first, last)], s.name + since)
+        samples, done = open_samples(log, data.robot, plain, clock=(s.times[0], s.step))
+        repairs.extend(done)
+        out.append(replace(samples, piece=piece))
+    return out
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ChunkedLogs(OpenLogs):
+    """A sample of a data set, with who folds all of it, and where.
+
+    Attributes:
+        data: how it is read.
+        parts: all logs.
+        notes: in words, on stretches that are left out.
+        about: text of the robot file, and the kernels of the model.
+        by: who works on chunks.
+        folder: where what is finished is kept.
+    """
 
     data: DataSet
-    parts: list[Part]
-    given: bool
-    method: Method
+    parts: Sequence[LogSpan]
+    notes: tuple[str, ...]
+    about: tuple[str, tuple[str, ...]]
     by: Executor
     folder: WorkFolder
-    progress: Progress
 
-    def estimate(
-        self, recipes: Sequence[Recipe], cutoff: float | None, notes: tuple[str, ...]
-    ) -> Estimate:
-        """Look, fold, solve, fold again, and judge."""
-        kernels = tuple(dict.fromkeys(k for recipe in recipes for k in recipe.all_kernels))
-        text = robot_toml(self.data.robot)
-        self.by.prepare(partial(loaded, text, kernels))
-        run, faults, delay = self._look(text, kernels, cutoff)
-        case = chosen_case(run, recipes, self.method, [1.0] * len(run.train), (), self.progress)
-        settings = Settings(run.band, case.recipe, delay)
+    def solve(self, chosen: ChosenModel, method: Method) -> Outcome:
+        """Solve least squares of all chunks: fold, solve, and fold what the solution leaves."""
+        run = chosen.run
+        settings = Settings(run.band, chosen.model, run.delay)
         cover = partitions(self.parts, settings)
-        shared = (text, kernels, self.data.reading, settings)
-        first = EquationReduction(*shared)
-        keys = self._fold(first, cover, {}, "equations", "")
-        own, held, repairs, clean = self._merged(cover, keys)
+        shared = (*self.about, self.data.reading, settings)
+        keys = self._fold(EquationReduction(*shared), cover, "equations")
+        own, held, repairs, clean = self._merged(keys)
         names = run.evaluator.model.base.names
         self.progress(f"solving for {len(names)} parameters")
-        passes = PASSES if self.method.name == "wls" else 0
-        with determined(case.fault):
-            weights, X, scale, R = log_weights(own, names, passes)
+        weights, X, scale, R = log_weights(own, names, PASSES if method.name == Wls.name else 0)
         weighed = {
             key: (float(w), s.lag) for (key, _), s, w in zip(own.places, own, weights, strict=True)
         }
-        second = ErrorReduction(*shared, X, scale)
-        solved = digest(X.tobytes(), scale.tobytes(), repr(sorted(weighed.items())))
-        errors = self._fold(second, cover, weighed, "errors", solved, clean, keys)
-        meat, fits = self._added(errors)
-        inverse = np.linalg.inv(R)
-        covariance = sandwich(inverse @ inverse.T, meat, own) / np.outer(scale, scale)
-        solution = Solution(X, covariance, condition(R), tuple(map(float, weights)))
-        require_condition(solution, case.fault)
-        solution, bias = bias_of_least_squares(case.system, solution)
-        self.progress("judging")
-        known = self._outcome(case, X, own, held, fits)
-        whole = (*repairs, *(r for r in run.repairs if r.log == "all logs"))  # found in the sample
-        found = tuple(
-            replace(
-                a,
-                condition_number=solution.condition_number,
-                train=known.own.residual,
-                validation=known.seen.residual,
-            )
-            if a.chosen and self.method.name == "wls"
-            else a
-            for a in case.found
+        errors = self._fold(
+            ErrorReduction(*shared, (X, scale)), cover, "errors", weighed, clean, keys
         )
-        case = replace(case, run=replace(run, repairs=whole), found=found)
-        estimate = judged(case, self.method, solution, bias, faults, known)
-        data = ("data set, sha256 of its files and settings", digest(*keys))
-        return replace(
-            estimate,
-            notes=(*estimate.notes, *notes, *self._said(run)),
-            provenance=(*estimate.provenance, data),
+        total = self._added(errors)
+        inverse = np.linalg.inv(R)
+        covariance = sandwich(inverse @ inverse.T, total["meat"], own) / np.outer(scale, scale)
+        fits = (
+            TorqueFit(
+                traces=fit(run.evaluator, logs, X, kind).traces,
+                **{key: total[f"{kind}.{key}"] for key in FIT_SUMS},
+            )
+            for kind, logs in zip(KINDS, (run.train, run.held), strict=True)
+        )
+        return outcome(
+            Solution(X, covariance, condition(R), tuple(map(float, weights))),
+            chosen.model,
+            (own, held),
+            tuple(fits),
+            (*repairs, *(r for r in run.repairs if r.log == _EVERYWHERE)),
+            (*self.notes, *self._said(run)),
+            (("data set, sha256 of its files and settings", digest(*keys)),),
         )
 
     def _said(self, run: Run) -> tuple[str, ...]:
@@ -570,120 +527,60 @@ class _Streamed:
             f"{len(run.logs)} pieces",
         )
 
-    def _look(
-        self, text: str, kernels: tuple[str, ...], cutoff: float | None
-    ) -> tuple[Run, tuple[str, ...], float]:
-        """Choose the band from a sample of the logs, in memory; find faults of channels in it."""
-        robot, repairs = self.data.robot, list[Fault]()
-
-        def read(kind: str, budget: int) -> list[Samples]:
-            out = []
-            spans = sampled_spans(self.parts, kind, budget)
-            self.progress(f"looking at {sum(b - a for _, a, b in spans):,} {kind} samples")
-            for part, first, last in spans:
-                s = part.stretch
-                label = s.name
-                if (first, last) != s.rows:
-                    label += f" from {s.times[0] + (first - s.rows[0]) * s.step:.0f} s"
-                (log,) = self.data.logs(s.file, [(first, last)], label)
-                plain = replace(self.data.reading, start=None, until=None)
-                samples, done = open_samples(log, robot, plain, clock=(s.times[0], s.step))
-                repairs.extend(done)
-                out.append(replace(samples, piece=(first, last) != s.rows))
-            return out
-
-        train, held = read("train", SAMPLE), read("validation", HELD_SAMPLE)
-        self.progress("deriving and compiling the model")
-        evaluator = loaded(text, kernels)
-        about = (evaluator, train, held, repairs, self.given, cutoff, self.progress)
-        return checked_run(looked_at(*about, threads=self.by.threads))
-
     def _fold(
         self,
         task: EquationReduction | ErrorReduction,
         cover: Sequence[Partition],
-        weights: Mapping[tuple[int, int], tuple[float, int]],
         what: str,
-        solved: str,
+        weights: Mapping[tuple[int, int], tuple[float, int]] | None = None,
         clean: Sequence[bool] = (),
         kept: Sequence[str] = (),
     ) -> list[str]:
         """Have every partition reduced, and return the keys of the results."""
         items, keys = [], []
-        settings = digest(task.robot, repr((task.kernels, task.reading, task.settings)), solved)
+        solved = [x.tobytes() for x in task.solution]
+        settings = digest(task.robot, repr((task.kernels, task.reading, task.settings)), *solved)
         files = {p.file: identity(p.file) for p in cover}
         for k, partition in enumerate(cover):
-            numbers = dict.fromkeys(chunk.part for chunk in partition.chunks)
-            own = {number: self.parts[number] for number in numbers}
-            mine = {key: w for key, w in weights.items() if key[0] in own}
-            about = repr((partition, sorted(own.items()), own_version()))
+            own = {chunk.part: self.parts[chunk.part] for chunk in partition.chunks}
+            mine = {key: w for key, w in (weights or {}).items() if key[0] in own}
+            about = repr((partition, sorted(own.items()), mine, own_version()))
             keys.append(digest(what, settings, files[partition.file], about))
             begin = str(self.folder.folder.resolve() / (kept[k] if kept else keys[k]))
-            once = bool(clean) and clean[k]
-            items.append(Work(partition, own, mine, once, self.by.threads, begin))
+            items.append(Work(partition, own, mine, any(clean[k : k + 1]), self.threads, begin))
         sizes = [partition.samples for partition in cover]
         finished(self.by, task, items, keys, self.folder, sizes, self.progress, what)
         return keys
 
-    def _merged(
-        self, cover: Sequence[Partition], keys: Sequence[str]
-    ) -> tuple[Summaries, Summaries, list[Fault], list[bool]]:
+    def _merged(self, keys: Sequence[str]) -> tuple[Summaries, Summaries, list[Fault], list[bool]]:
         """Return summaries of training and validation logs, repairs, and where there were none."""
         places: dict[tuple[int, int], tuple[str, ...]] = {}
         repairs: list[Fault] = []
         clean = []
-        for partition, key in zip(cover, keys, strict=True):
-            arrays = unpacked(self.folder, key)
-            mended = read_repairs(arrays)
+        for key in keys:
+            arrays = unpacked_arrays(self.folder.read(key))
+            mended = [Fault(**told) for told in json.loads(str(arrays.pop(_REPAIRS)))]
             repairs += mended
             clean.append(not mended)
-            for number in dict.fromkeys(chunk.part for chunk in partition.chunks):
-                j = 0
-                while f"{number}.{j}" in arrays:
+            for name in arrays:
+                if not name.endswith(_COUNTS):
+                    number, j = map(int, name.split("."))
                     places[number, j] = (*places.get((number, j), ()), key)
-                    j += 1
         train, held = (
             Summaries(
                 self.folder,
                 tuple(p for p in places.items() if self.parts[p[0][0]].kind == kind),
             )
-            for kind in ("train", "validation")
+            for kind in KINDS
         )
         return train, held, merged(repairs), clean
 
-    def _added(self, keys: Sequence[str]) -> tuple[FloatArray, dict[str, TorqueFit]]:
+    def _added(self, keys: Sequence[str]) -> dict[str, Any]:
         """Add up sums of scores and errors of torque."""
-        first = unpacked(self.folder, keys[0])
-        total = {name: np.zeros_like(array) for name, array in first.items()}
+        total: dict[str, Any] = {}
         for key in keys:
-            for name, array in unpacked(self.folder, key).items():
-                total[name] += array
+            for name, array in unpacked_arrays(self.folder.read(key)).items():
+                total[name] = total.get(name, 0.0) + array
         if total["damaged"]:
             self.progress(damaged_pieces("errors", int(total["damaged"])))
-        return total["meat"], {
-            kind: TorqueFit(traces=(), **{key: total[f"{kind}.{key}"] for key in FIT_SUMS})
-            for kind in ("train", "validation")
-        }
-
-    def _outcome(
-        self,
-        case: Case,
-        X: FloatArray,
-        own: Summaries,
-        held: Summaries,
-        fits: Mapping[str, TorqueFit],
-    ) -> Outcome:
-        """Return how X fits all equations and torques; curves are those of the sample."""
-        run = case.run
-        traces = [fit(run.evaluator, run.train, X, "train").traces]
-        traces += [fit(run.evaluator, run.held, X).traces]
-        train, seen = (
-            replace(fits[kind], traces=drawn)
-            for kind, drawn in zip(("train", "validation"), traces, strict=True)
-        )
-        windows, model = sum(s.rows / s.correlation for s in own), case.recipe.model
-        if model == "torque":
-            return Outcome(train.residual, seen.residual, train, seen, windows)
-        by_joint = model != "energy"
-        residuals = (own.residual(X, by_joint), held.residual(X, by_joint))
-        return Outcome(*residuals, train, seen, windows)
+        return total

@@ -4,33 +4,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from symgen.data.signals import Samples
 from symgen.errors import IdentificationError
-from symgen.estimation.equation_model import Recipe, require_model
+from symgen.estimation.equation_model import EquationModel, require_model
 from symgen.estimation.estimators import (
     ESTIMATORS,
     METHODS,
     NOISE_BIAS,
     Estimator,
     InstrumentalVariables,
+    Ols,
     Prior,
     TotalLeastSquares,
     Wls,
-    bias_of_least_squares,
 )
 from symgen.estimation.filtered import FilteredLog
-from symgen.estimation.logs import Source
-from symgen.estimation.solve import Solution, column_norms, undetermined, weighed
+from symgen.estimation.logs import Source, listed_logs
+from symgen.estimation.solve import Solution, merged, weighed
 from symgen.estimation.summary import triangle
 from symgen.estimation.system import Equations, LinearSystem
-from symgen.estimation.torque_error import relative_error
-from symgen.estimation.values import Convergence, FloatArray, Residual
+from symgen.estimation.values import Convergence, FloatArray
 from symgen.identification.physical import Consistent
 from symgen.runtime.evaluator import Evaluator
 
@@ -58,14 +57,14 @@ class Fit:
     forgetting: float = 1.0
 
     def shares(self, logs: int, method: str) -> Sequence[float]:
-        """Return one weight a log.
+        """Return one weight a log, or none.
 
         Raises:
             IdentificationError: the method weighs no logs, or these are no weights of them.
         """
         weights = self.weights
         if weights is None:
-            return [1.0] * logs
+            return ()
         if method not in WEIGHED:
             raise IdentificationError(
                 f"weights with method {method}; accepted: {', '.join(WEIGHED)}"
@@ -77,41 +76,55 @@ class Fit:
             )
         return weights
 
+    def motions(self, logs: int, method: str) -> list[Source]:
+        """Return one commanded motion a log, or none.
+
+        Raises:
+            IdentificationError: the method takes none, or there are more or fewer than logs.
+        """
+        motions = listed_logs(self.commanded)
+        if motions and (method != "iv" or len(motions) != logs):
+            raise IdentificationError(
+                f"{len(motions)} commanded motions for {logs} logs and method {method}; "
+                "accepted: one for each log, with method iv"
+            )
+        return motions
+
 
 ALL_METHODS = (*METHODS, Consistent.name, "recursive")
 #: Methods that need no more of the logs than sums over their parts.
-FOLDED = (Wls.name, "ols")
+FOLDED = (Wls.name, Ols.name)
 _WITH_PRIOR = (Wls.name, Consistent.name)
 #: Methods that account for noise in the regressor.
-_UNBIASED = (InstrumentalVariables.name, TotalLeastSquares.name)
+UNBIASED = (InstrumentalVariables.name, TotalLeastSquares.name)
 _CHECKPOINTS = 80
 _WINDOWS, _FEWEST, _MOVED = (0.5, 2.0, 4.0), 20, 3.0  # that are scanned
 _ROUNDS, _SETTLED = 30, 1e-3  # of the standard deviation
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class EquatedLog:
     """One log in the band of the run, for one purpose: "train" or "validation"."""
 
     kind: str
     log: FilteredLog
     equations: tuple[Equations, ...]
-    quantity: str = "energy"
-
-    @property
-    def samples(self) -> Samples:
-        """The log as it was sampled."""
-        return self.log.samples
 
 
-def residual(parts: Sequence[Part], X: FloatArray) -> Residual:
-    """Return ||y - W X|| / ||y|| of some equations, in all and by joint."""
-    equations = [e for p in parts for e in p.equations]
-    joints = 1 + max(e.joint or 0 for e in equations)
-    sums = np.zeros((2, joints))
-    for e in equations:
-        sums[:, e.joint or 0] += np.sum((e.y - e.W @ X) ** 2), np.sum(e.y**2)
-    return relative_error(sums[0], sums[1], equations[0].joint is not None)
+def equate(
+    evaluator: Evaluator,
+    log: FilteredLog,
+    model: EquationModel,
+    weight: float = 1.0,
+    kind: str = "train",
+) -> EquatedLog:
+    """Return a log with the equations of a model, its squared residuals weighed.
+
+    Raises:
+        IdentificationError: the window does not fit the log.
+    """
+    equations = model.equations(evaluator, log)
+    return EquatedLog(kind, log, tuple(replace(e, weight=weight) for e in equations))
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +146,8 @@ class Method:
     @classmethod
     def of(cls, method: str | Estimator, forgetting: float = 1.0) -> Method:
         """Return the method of a name, or of an estimator with settings of its own."""
+        if isinstance(method, (Wls, Ols)) and method in (Wls(), Ols()):
+            method = method.name
         if isinstance(method, str):
             return cls(method, forgetting)
         prior = getattr(method, "prior", method if isinstance(method, Prior) else None)
@@ -180,7 +195,7 @@ class Method:
 
     def is_tested(self, log: FilteredLog) -> bool:
         """Whether a log can tell that least squares is biased: speeds of their own sensors."""
-        return self.name not in _UNBIASED and log.band.velocity == "measured"
+        return self.name not in UNBIASED and log.band.velocity == "measured"
 
     def estimator(self, evaluator: Evaluator) -> Estimator:
         """Return the estimator of a robot."""
@@ -192,31 +207,32 @@ class Method:
         return plain if self.name == Wls.name else ESTIMATORS[self.name]
 
 
-def solved(
-    evaluator: Evaluator,
-    system: LinearSystem,
-    train: Sequence[Part],
-    method: Method,
-    recipe: Recipe,
-) -> tuple[Solution, str]:
-    """Solve the equations of the training logs; and say what bias the intervals do not hold.
+def system_of(evaluator: Evaluator, logs: Sequence[EquatedLog]) -> LinearSystem:
+    """Return the equations of some logs as one system."""
+    names = evaluator.model.base.names
+    return LinearSystem(names, tuple(e for part in logs for e in part.equations))
+
+
+def solve(
+    evaluator: Evaluator, train: Sequence[EquatedLog], method: Method, model: EquationModel
+) -> Solution:
+    """Solve the equations of the training logs.
 
     Raises:
         IdentificationError: they do not determine the parameters, or the method cannot be used.
     """
-    if method.name == "recursive":
-        if recipe.model == "torque":
-            raise IdentificationError("method recursive works on the models of energy and momentum")
-        solution = weighed(system, _memory(train, method.forgetting))
-    else:
-        solution = method.estimator(evaluator).solve(system)
-    if method.name in _UNBIASED:
-        return solution, ""
-    return bias_of_least_squares(system, solution)
+    system = system_of(evaluator, train)
+    if method.name != "recursive":
+        return method.estimator(evaluator).solve(system)
+    if model.name == "torque":
+        raise IdentificationError("method recursive works on the models of energy and momentum")
+    return weighed(system, _memory(train, method.forgetting))
 
 
-def settled(evaluator: Evaluator, logs: Sequence[FilteredLog], recipe: Recipe) -> Recipe:
-    """Return the recipe whose effects of the load take the torque of the X that it leads to.
+def settle_load(
+    evaluator: Evaluator, logs: Sequence[FilteredLog], model: EquationModel
+) -> EquationModel:
+    """Return the model whose effects of the load take the torque of the X that it leads to.
 
     Their columns hold the model's own torque: they are taken at the X of the round before, weighted
     least squares first without and then with them, until X stays.
@@ -224,29 +240,29 @@ def settled(evaluator: Evaluator, logs: Sequence[FilteredLog], recipe: Recipe) -
     Args:
         evaluator: the compiled model.
         logs: the training logs in the band of the run.
-        recipe: of the torque model.
+        model: of the torque model.
 
     Raises:
         IdentificationError: another model, whose equations have no accelerations, or X does not
             settle.
     """
-    require_model(evaluator.model.robot, recipe.model)
+    require_model(evaluator.model.robot, model.name)
     base = evaluator.model.base
     for _ in range(_ROUNDS):
-        names = base.names if recipe.at is not None else base.names[: base.linear]
-        rows = tuple(e for log in logs for e in recipe.equations(evaluator, log))
-        solution = ESTIMATORS[Wls.name].solve(LinearSystem(names, rows))
+        names = base.names if model.at is not None else base.names[: base.linear]
+        rows = tuple(e for log in logs for e in model.equations(evaluator, log))
+        solution = Wls().solve(LinearSystem(names, rows))
         X = np.pad(solution.X, (0, len(base.names) - len(names)))
-        moved = np.inf if recipe.at is None else np.abs(X - np.array(recipe.at))
-        recipe = replace(recipe, at=tuple(map(float, X)))
+        moved = np.inf if model.at is None else np.abs(X - np.array(model.at))
+        model = replace(model, at=tuple(map(float, X)))
         if len(names) == len(X) and np.all(moved <= _SETTLED * solution.std + 1e-12 * np.abs(X)):
-            return recipe
+            return model
     raise IdentificationError(
         "effects of the load do not settle: their share of the torque is too large"
     )
 
 
-def _memory(train: Sequence[Part], forgetting: float) -> list[FloatArray]:
+def _memory(train: Sequence[EquatedLog], forgetting: float) -> list[FloatArray]:
     """Return the weight of every row in a recursion that forgets, (K,) a log and joint.
 
     Its squared residual weighs forgetting^k, with k the samples from the end of its window to the
@@ -257,15 +273,15 @@ def _memory(train: Sequence[Part], forgetting: float) -> list[FloatArray]:
     later = 0.0  # samples after this log
     for part in reversed(train):
         ends = np.unique(np.concatenate([e.t for e in part.equations]))
-        hop = float(np.diff(ends).min(initial=part.log.t[-1] - part.log.t[0])) / part.samples.step
+        hop = float(np.diff(ends).min(initial=part.log.t[-1] - part.log.t[0])) / part.log.step
         ages = [later + hop * (len(ends) - 1 - np.searchsorted(ends, e.t)) for e in part.equations]
         out = [*(forgetting ** (age / 2) for age in ages), *out]
         later += hop * len(ends)
     return out
 
 
-def convergence(train: Sequence[Part], names: tuple[str, ...]) -> Convergence:
-    """Return the least-squares estimate after every chunk of the data: factors merged in time.
+def convergence(train: Sequence[EquatedLog], names: tuple[str, ...]) -> Convergence:
+    """Return the least-squares estimate after every chunk of the data: triangles merged in time.
 
     The equations of all joints of a log are taken together by their times.
     """
@@ -275,60 +291,47 @@ def convergence(train: Sequence[Part], names: tuple[str, ...]) -> Convergence:
     times, values, before = [], [], 0.0
     for part in train:
         t = max((e.t for e in part.equations), key=len)
-        edges = [-math.inf, *t[stride::stride], math.inf]
-        for at, (start, end) in enumerate(pairwise(edges)):
-            piece = slice(at * stride, (at + 1) * stride)
-            spans = [slice(*np.searchsorted(e.t, [start, end])) for e in part.equations]
-            rows = [
-                math.sqrt(e.weight) * np.column_stack([e.W[span], e.y[span]])
-                for e, span in zip(part.equations, spans, strict=True)
-            ]
+        for k, span in enumerate(pairwise([-math.inf, *t[stride::stride], math.inf])):
+            own = (e.where(slice(*np.searchsorted(e.t, span)), e.name) for e in part.equations)
+            rows = [math.sqrt(e.weight) * np.column_stack([e.W, e.y]) for e in own]
             factor = triangle(np.concatenate([factor, *rows]))
-            R = factor[:p, :p]
-            if len(factor) >= p and not undetermined(R / column_norms(R), names):
-                times.append(before + float(t[piece][-1] - t[0]))
-                values.append(np.linalg.solve(R, factor[:p, p]))
+            with suppress(IdentificationError):
+                if len(factor) >= p:
+                    values.append(merged([factor], np.ones(1), names)[0])
+                    times.append(before + float(t[k * stride : (k + 1) * stride][-1] - t[0]))
         before += float(t[-1] - t[0])
     return Convergence(np.array(times), np.array(values).reshape(len(times), p))
 
 
 def moved_by_window(
     evaluator: Evaluator,
-    train: Sequence[Part],
+    train: Sequence[EquatedLog],
     method: Method,
-    recipe: Recipe,
-    X: FloatArray,
-    std: FloatArray,
+    model: EquationModel,
+    solution: Solution,
 ) -> str:
     """Return in words the parameters that other windows move by more than three std.
 
     Half the window, twice and four times are tried, as far as the logs hold twenty of them.
     """
     known = method.name in ("wls", "ols", "recursive") and method.forgetting == 1
-    if recipe.model == "torque" or not known:
+    if model.name == "torque" or not known:
         return ""
-    names = evaluator.model.base.names
-    estimator = (
-        (method.prior or Wls()) if method.name == "recursive" else method.estimator(evaluator)
-    )
+    estimator = Ols() if method.name == Ols.name else method.prior or Wls()
     worst: dict[str, tuple[float, float]] = {}
     for factor in _WINDOWS:
-        other = replace(recipe, window=recipe.window * factor)
-        fits = [p.samples.step <= other.window <= np.ptp(p.samples.t) / _FEWEST for p in train]
-        if not all(fits):
+        other = replace(model, window=model.window * factor)
+        if not all(p.log.step <= other.window <= np.ptp(p.log.t) / _FEWEST for p in train):
             continue
-        equations = (
-            replace(e, weight=p.equations[0].weight)
-            for p in train
-            for e in other.equations(evaluator, p.log)
-        )
+        parts = [equate(evaluator, p.log, other, p.equations[0].weight) for p in train]
         try:
-            found = estimator.solve(LinearSystem(names, tuple(equations)))
+            found = estimator.solve(system_of(evaluator, parts))
         except IdentificationError:
             continue
-        spread = np.maximum(std, found.std)
-        for name, move, size in zip(names, np.abs(found.X - X), spread, strict=True):
-            if size > 0 and move > _MOVED * size:
-                worst[name] = max(worst.get(name, (0.0, 0.0)), (move / size, other.window))
+        spread = np.maximum(solution.std, found.std)
+        moves = np.abs(found.X - solution.X) / np.where(spread > 0, spread, np.inf)
+        for name, move in zip(evaluator.model.base.names, moves, strict=True):
+            if move > max(_MOVED, worst.get(name, (0.0, 0.0))[0]):
+                worst[name] = (move, other.window)
     listed = sorted(worst.items(), key=lambda entry: -entry[1][0])[:5]
     return ", ".join(f"{name} moves by {r:.1f} std at {w:.3g} s" for name, (r, w) in listed)

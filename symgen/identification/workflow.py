@@ -1,23 +1,22 @@
 """identify: from a robot and its logs to an estimate with a verdict.
 
-Three passes over the logs. Look: they are read, mended, and the band of the run is chosen. Solve:
-the equations of every model in that band. Judge: torques, energies and precision of what was found.
+open logs -> choose band -> undo delay -> equations -> choose model -> solve -> assess
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 from symgen.codegen.model import derive
 from symgen.data.raw import Reading
-from symgen.data.signals import Samples
-from symgen.distributed import Workers, executor
+from symgen.distributed import Workers
 from symgen.errors import IdentificationError
-from symgen.estimation.equation_model import JUDGING, NEEDED, Recipe
-from symgen.estimation.estimators import Estimator, bias_of_least_squares
+from symgen.estimation.equation_model import JUDGING, NEEDED, EquationModel
+from symgen.estimation.estimators import Estimator
 from symgen.estimation.logs import (
     Source,
     held_out,
@@ -25,23 +24,22 @@ from symgen.estimation.logs import (
     require_logs,
     require_other_data,
 )
-from symgen.estimation.solve import Solution
-from symgen.estimation.torque_error import TorqueFit
-from symgen.faults.fault import Fault
+from symgen.estimation.torque_error import fit as torque_fit
 from symgen.faults.logs import open_logs
-from symgen.identification.assessment import judged, outcome
+from symgen.identification.assessment import Outcome, assess, outcome
 from symgen.identification.estimate import Estimate
 from symgen.identification.model_choice import (
-    Run,
-    checked_run,
-    chosen_case,
+    ChosenModel,
+    OpenLogs,
+    choose_model,
     determined,
-    looked_at,
+    filter_in_band,
     require_condition,
+    undo_delay,
 )
-from symgen.identification.out_of_core import identify_data_set, is_long, paths_of
+from symgen.identification.out_of_core import ChunkedLogs, is_long, open_data_set
 from symgen.identification.parameters import read_prior
-from symgen.identification.solving import Fit, Method, solved
+from symgen.identification.solving import FOLDED, Fit, Method, solve
 from symgen.identification.static import METHODS as POSE_METHODS
 from symgen.identification.static import STATIC, identify_poses
 from symgen.robot.toml_io import read_robot
@@ -102,83 +100,62 @@ def identify(
     """
     if model not in MODELS:
         raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
-    asked = fit or Fit()
-    chosen = Method.of(method, asked.forgetting)
     if not (math.isfinite(window) and window > 0):
         raise IdentificationError(f"a window of {window:g} s; accepted: a length above 0")
-    sources, motions = listed_logs(logs), listed_logs(asked.commanded)
-    shares = asked.shares(len(sources), chosen.name)
-    if motions and (chosen.name != "iv" or len(motions) != len(sources)):
-        raise IdentificationError(
-            f"{len(motions)} commanded motions for {len(sources)} logs and method {chosen.name}; "
-            "accepted: one for each log, with method iv"
-        )
+    asked = fit or Fit()
+    by = Method.of(method, asked.forgetting)
+    sources, given = listed_logs(logs), listed_logs(validation)
+    shares, motions = asked.shares(len(sources), by.name), asked.motions(len(sources), by.name)
     require_logs(sources)
     source = _robot(robot)
     with told_of_angles(source):
         if model == STATIC:
-            evaluator = load(derive(source, JUDGING))
-            return identify_poses(
-                evaluator,
-                sources,
-                listed_logs(validation),
-                _of_poses(chosen, asked.prior, shares, evaluator),
-                chosen.name + (" with prior" if asked.prior is not None else ""),
-                reading,
-                progress,
-            )
-        recipes = _recipes(source, model, window, chosen)
-        given = listed_logs(validation)
-        plain = chosen.plain and asked.prior is None and asked.weights is None and not motions
-        whole = source.loaded or bool(source.on_logs)
-        if workers is not None or is_long([*sources, *given], plain and not whole):
-            refused = {
-                "weights": asked.weights,
-                "prior": asked.prior,
-                "commanded": motions,
-                "effects on samples": source.on_logs,
-            }
-            for name, value in refused.items():
-                if value:
-                    raise IdentificationError(f"{name} on a data set; accepted: none there")
-            with executor(workers) as by:
-                return identify_data_set(
-                    source,
-                    paths_of(sources),
-                    paths_of(given),
-                    recipes,
-                    chosen,
-                    by=by,
-                    cutoff=cutoff,
-                    reading=reading,
-                    work=None if workers is None or workers.work is None else Path(workers.work),
-                    progress=progress,
+            return _identify_poses(source, sources, given, by, asked, reading, progress)
+        models = _equation_models(source, model, window, by)
+        data: AbstractContextManager[LogsInMemory | ChunkedLogs]
+        whole = _whole(source, by, asked)
+        if workers is not None or is_long([*sources, *given], not whole):
+            if whole:
+                raise IdentificationError(
+                    f"{whole} on a data set; accepted: {', '.join(FOLDED)} alone, or logs that "
+                    "fit into memory"
                 )
-        train, held, repairs = _look(source, sources, given, reading, progress)
-        progress("deriving and compiling the model")
-        evaluator = _loaded(robot, source, recipes)
-        if asked.prior is not None:
-            chosen = replace(chosen, prior=read_prior(asked.prior, evaluator.model))
-        own_speeds = chosen.name == "iv" and not motions
-        run = looked_at(
-            evaluator, train, held, repairs, bool(given), cutoff, progress, own_speeds=own_speeds
-        )
-        run, faults, _ = checked_run(run)
-        return _solve(run, recipes, chosen, shares, motions, faults, progress)
+            data = open_data_set(source, sources, given, models, reading, workers, progress)
+        else:
+            data = _open_in_memory(robot, source, (sources, given), models, reading, progress)
+        with data as opened:
+            if asked.prior is not None:
+                by = replace(by, prior=read_prior(asked.prior, opened.evaluator.model))
+            own_speeds = by.name == "iv" and not motions
+            run = undo_delay(filter_in_band(opened, cutoff, own_speeds=own_speeds))
+            chosen = choose_model(run, models, by, shares, motions, progress)
+            with determined(chosen.fault):
+                found = opened.solve(chosen, by)
+            require_condition(found.solution, chosen.fault)
+            progress("judging")
+            return assess(chosen, by, found)
 
 
-def _of_poses(
-    method: Method, prior: str | Path | None, shares: Sequence[float], evaluator: Evaluator
-) -> Estimator:
-    """Return the estimator of still poses; refuse what has no meaning for them."""
-    if method.name not in POSE_METHODS or any(s != 1.0 for s in shares):
+def _identify_poses(
+    robot: Robot,
+    tables: Sequence[Source],
+    validation: Sequence[Source],
+    method: Method,
+    asked: Fit,
+    reading: Reading | None,
+    progress: Callable[[str], None],
+) -> Estimate:
+    """Identify from still poses; refuse what has no meaning for them."""
+    if method.name not in POSE_METHODS or any(s != 1.0 for s in asked.weights or ()):
         raise IdentificationError(
             f"model static with method {method.name} or weights; accepted: "
             f"{', '.join(POSE_METHODS)}, without --weights"
         )
-    if prior is not None:
-        method = replace(method, prior=read_prior(prior, evaluator.model))
-    return method.estimator(evaluator)
+    evaluator = load(derive(robot, JUDGING))
+    if asked.prior is not None:
+        method = replace(method, prior=read_prior(asked.prior, evaluator.model))
+    estimator = method.estimator(evaluator)
+    return identify_poses(evaluator, tables, validation, estimator, method.label, reading, progress)
 
 
 def _robot(robot: Robot | str | Path | Evaluator) -> Robot:
@@ -187,63 +164,80 @@ def _robot(robot: Robot | str | Path | Evaluator) -> Robot:
     return read_robot(robot) if isinstance(robot, (str, Path)) else robot
 
 
-def _recipes(robot: Robot, model: str, window: float, method: Method) -> tuple[Recipe, ...]:
+def _equation_models(
+    robot: Robot, model: str, window: float, method: Method
+) -> tuple[EquationModel, ...]:
     """Return the models that are tried; effects of the load leave the torque model alone."""
     tried = tuple(NEEDED) if model == AUTO else (model,)
     if model == AUTO and robot.loaded:
         tried = ("torque",)
     if model == AUTO and method.name == "recursive":
         tried = tuple(m for m in tried if m != "torque")
-    return tuple(Recipe(name, window) for name in tried)
+    return tuple(EquationModel(name, window) for name in tried)
+
+
+def _whole(robot: Robot, method: Method, asked: Fit) -> str:
+    """Return what of a fit needs all samples in memory, or ''."""
+    needed = {
+        "weights": asked.weights,
+        "prior": asked.prior,
+        "commanded": listed_logs(asked.commanded),
+        "effects on samples": robot.on_logs,
+        "effects that hold the torque of links": robot.loaded,
+        f"method {method.label}": not method.plain,
+    }
+    return next((name for name, value in needed.items() if value), "")
+
+
+class LogsInMemory(OpenLogs):
+    """Logs that are in memory as a whole."""
+
+    def solve(self, chosen: ChosenModel, method: Method) -> Outcome:
+        """Solve the equations of the chosen model; plain least squares is known from the choice."""
+        run = chosen.run
+        rows = sum(e.rows for p in chosen.train for e in p.equations)
+        names = run.evaluator.model.base.names
+        self.progress(f"solving {rows} equations for {len(names)} parameters")
+        known = chosen.plain if method.is_wls else None
+        solution = known or solve(run.evaluator, chosen.train, method, chosen.model)
+        fits = chosen.torques
+        if known is None:
+            fits = (
+                torque_fit(run.evaluator, run.train, solution.X, "train"),
+                torque_fit(run.evaluator, run.held, solution.X),
+            )
+        own, held = (
+            [e for p in group for e in p.equations] for group in (chosen.train, chosen.held)
+        )
+        return outcome(solution, chosen.model, (own, held), fits, run.repairs)
+
+
+@contextmanager
+def _open_in_memory(
+    robot: Robot | str | Path | Evaluator,
+    source: Robot,
+    logs: tuple[Sequence[Source], Sequence[Source]],
+    models: Sequence[EquationModel],
+    reading: Reading | None,
+    progress: Callable[[str], None],
+) -> Iterator[LogsInMemory]:
+    """Read and mend every log; without a validation log, hold out the end of each."""
+    (train, held), repairs = open_logs(logs, source, reading, progress)
+    require_other_data(train, held)
+    given = bool(held)
+    if not given:
+        train, held = held_out(train, _FEWEST)
+    progress("deriving and compiling the model")
+    yield LogsInMemory(_loaded(robot, source, models), train, held, repairs, given, progress)
 
 
 def _loaded(
-    robot: Robot | str | Path | Evaluator, source: Robot, recipes: Sequence[Recipe]
+    robot: Robot | str | Path | Evaluator, source: Robot, models: Sequence[EquationModel]
 ) -> Evaluator:
     """Load the kernels that the models need."""
     if isinstance(robot, Evaluator):
-        needed = {k for recipe in recipes for k in recipe.kernels(robot.model)}
+        needed = {k for model in models for k in model.kernels(robot.model)}
         if all(robot.has(name) for name in needed):
             return robot
-    kernels = dict.fromkeys(k for recipe in recipes for k in recipe.all_kernels)
+    kernels = dict.fromkeys(k for model in models for k in model.all_kernels)
     return load(derive(source, tuple(kernels)))
-
-
-def _look(
-    robot: Robot,
-    logs: Sequence[Source],
-    validation: Sequence[Source],
-    reading: Reading | None,
-    progress: Callable[[str], None],
-) -> tuple[list[Samples], list[Samples], list[Fault]]:
-    """Read and mend every log; without a validation log, hold out the end of each."""
-    (train, held), repairs = open_logs((logs, validation), robot, reading, progress)
-    require_other_data(train, held)
-    if held:
-        return train, held, repairs
-    return *held_out(train, _FEWEST), repairs
-
-
-def _solve(
-    run: Run,
-    recipes: Sequence[Recipe],
-    method: Method,
-    shares: Sequence[float],
-    motions: Sequence[Source],
-    faults: tuple[str, ...],
-    progress: Callable[[str], None],
-) -> Estimate:
-    """Fit the models, take the one that predicts best, and judge it."""
-    case = chosen_case(run, recipes, method, shares, motions, progress)
-    system, known = case.system, case.chosen
-    progress(f"solving {len(system.y)} equations for {len(system.names)} parameters")
-    torques: tuple[TorqueFit, ...] = ()
-    if method.is_wls and known is not None and isinstance(known.solution, Solution):
-        solution, bias = bias_of_least_squares(system, known.solution)
-        torques = known.torques
-    else:
-        with determined(case.fault):
-            solution, bias = solved(run.evaluator, system, case.train, method, case.recipe)
-    require_condition(solution, case.fault)
-    progress("judging")
-    return judged(case, method, solution, bias, faults, outcome(case, solution.X, torques))

@@ -5,9 +5,7 @@ that loads the module. A build happens in a folder of its own and ends in one at
 a killed build leaves nothing that could be taken for a module. One process builds a module, and
 those that want the same wait for it and load it.
 
-Loading a module runs it. So the folder is private (0700), and nothing is loaded from one that
-somebody else owns or may write; a module is a file of this user's, no link, and its name ends in
-the SHA-256 of its content.
+Loading a module runs it: `symgen.cache` says what is taken from there.
 """
 
 from __future__ import annotations
@@ -17,11 +15,9 @@ import importlib.machinery
 import importlib.util
 import os
 import shutil
-import stat
 import subprocess
 import sys
 import sysconfig
-import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -29,6 +25,7 @@ from functools import cache
 from pathlib import Path
 from types import ModuleType
 
+from symgen.cache import kept_files, kept_name, private_folder
 from symgen.errors import BuildError, SymgenWarning
 from symgen.runtime.turns import sweep, turn
 
@@ -39,7 +36,6 @@ _PROBE_SECONDS = 20
 _ONE_LINE = b"int probe(void) { return 1; }\n"
 #: To an assembler's text: zig takes -fsyntax-only as a wish to link, and builds a C library first.
 _ASSEMBLE = ("-S", "-o", "-", "-x", "c", "-")
-_OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
 @dataclass(frozen=True)
@@ -131,29 +127,6 @@ def missing_compiler() -> str:
     return f"no C compiler was found ({tried}); pip install 'symgen[cc]' brings one"
 
 
-def cache_folder() -> Path:
-    """Return the folder of compiled models: SYMGEN_CACHE, or the user's cache folder."""
-    chosen = os.environ.get("SYMGEN_CACHE")
-    if chosen:
-        return Path(chosen)
-    try:
-        if sys.platform == "win32":
-            base = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
-        elif sys.platform == "darwin":
-            base = Path.home() / "Library" / "Caches"
-        else:
-            base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    except RuntimeError:  # a user without a home
-        return _spare()
-    return base / "symgen"
-
-
-def _spare() -> Path:
-    """Return this user's folder of compiled models where there is no other."""
-    user = os.environ.get("USER") or os.environ.get("USERNAME") or "user"
-    return Path(tempfile.gettempdir()) / f"symgen-{user}"
-
-
 def build_module(
     sources: Mapping[str, bytes],
     declarations: str,
@@ -193,7 +166,7 @@ def build_module(
     for name in sorted(sources):
         digest.update(name.encode() + b"\0" + sources[name] + b"\0")
     module = f"_symgen_{digest.hexdigest()[:32]}"
-    folder = _private(cache_folder())
+    folder = private_folder()
     known = _kept(folder, module, suffix)
     if known is not None:
         return known
@@ -207,7 +180,7 @@ def build_module(
                 return known
             built = _compile(module, sources, declarations, compiler, flags, work, suffix)
             built.chmod(0o700)
-            target = folder / f"{module}-{hashlib.sha256(built.read_bytes()).hexdigest()}{suffix}"
+            target = folder / kept_name(module, built.read_bytes(), suffix)
             os.replace(built, target)
     except OSError as error:
         raise BuildError(
@@ -220,40 +193,13 @@ def build_module(
 
 
 def _kept(folder: Path, module: str, suffix: str) -> ModuleType | None:
-    """Return a module from the cache, if it is there; what is no good is removed."""
-    for known in sorted(folder.glob(f"{module}-*{suffix}")):
-        if _intact(known, suffix):
-            try:
-                return _load(module, known)
-            except ImportError:  # of another machine, say: build it again
-                pass
-        known.unlink(missing_ok=True)
+    """Return a module from the cache, if it is there; what cannot be loaded is removed."""
+    for known in kept_files(folder, module, suffix):
+        try:
+            return _load(module, known)
+        except ImportError:  # of another machine, say: build it again
+            known.unlink(missing_ok=True)
     return None
-
-
-def _intact(module: Path, suffix: str) -> bool:
-    """Whether a cached module is whole and ours: loading it runs it, or kills the interpreter.
-
-    Its name ends in the digest of its content, so that one rename puts both in place.
-    """
-    try:
-        with os.fdopen(os.open(module, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0)), "rb") as file:
-            status = os.fstat(file.fileno())
-            if not stat.S_ISREG(status.st_mode) or _foreign(status):
-                return False
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError:
-        return False
-    return module.name.removesuffix(suffix).endswith(f"-{digest}")
-
-
-def _foreign(status: os.stat_result) -> str:
-    """Return why a file or folder is not this user's alone, "" where it is."""
-    if not hasattr(os, "getuid"):  # Windows keeps others out of a user's folders by itself
-        return ""
-    if status.st_uid != os.getuid():
-        return "belongs to another user"
-    return "may be written by others" if status.st_mode & _OTHERS_WRITE else ""
 
 
 def _compile(
@@ -329,41 +275,3 @@ def _load(name: str, path: Path) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     loader.exec_module(module)
     return module
-
-
-def _private(folder: Path) -> Path:
-    """Return the cache folder, or where it cannot be written one in the temporary folder.
-
-    Raises:
-        BuildError: there is no folder, or it is a link, somebody else's, or one that others may
-            write: what is loaded from it runs with the rights of this user.
-    """
-    try:
-        _make(folder)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError:
-        spare = _spare()
-        try:
-            _make(spare)
-        except OSError as error:
-            raise BuildError(
-                f"{folder}: no folder for compiled models: {error.strerror}"
-            ) from error
-        folder = spare
-    status = folder.lstat()
-    fault = "is a link" if stat.S_ISLNK(status.st_mode) else _foreign(status)
-    if fault:
-        raise BuildError(
-            f"{folder}: {fault}; set SYMGEN_CACHE to a folder that is yours and that nobody else "
-            "may write (chmod 700)"
-        )
-    return folder
-
-
-def _make(folder: Path) -> None:
-    """Make a folder and those above it that are missing, each for this user alone."""
-    for place in reversed(folder.parents):
-        if not place.exists():
-            place.mkdir(mode=0o700, exist_ok=True)
-    folder.mkdir(mode=0o700, exist_ok=True)

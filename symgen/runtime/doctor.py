@@ -8,8 +8,9 @@ import sys
 from dataclasses import dataclass
 from importlib import metadata, util
 
+from symgen.cache import cache_folder
 from symgen.errors import SymgenError
-from symgen.runtime.build import build_module, cache_folder, find_compiler, missing_compiler
+from symgen.runtime.build import build_module, find_compiler, missing_compiler
 from symgen.runtime.flags import Chosen, chosen_flags
 
 _NEEDED = ("sympy", "numpy", "scipy", "casadi", "cffi", "jinja2", "pydantic", "plotly", "pyarrow",

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symgen.codegen.casadi_model import casadi_function
+from symgen.codegen.derivations import Derivations
 from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import Model, derive
 from symgen.codegen.package import library
@@ -259,7 +260,7 @@ def _say_once(message: str) -> None:
 
 
 def _compiled(model: Model, compiler: Compiler) -> Evaluator:
-    sources = library(model)
+    sources = Derivations.of(model.robot).sources(model.kernels, lambda: library(model))
     name = model.robot.name
     declarations = "\n".join(line for k in model.kernels for line in k.prototypes(name, "double"))
     apart = model.robot.gravity_input  # its identifier takes g: for C alone

@@ -26,6 +26,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from symgen.cache import cache_folder, make_private
 from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import derive
 from symgen.codegen.package import library
@@ -34,7 +35,7 @@ from symgen.errors import BuildError
 from symgen.places import written
 from symgen.robot.toml_io import read_robot
 from symgen.runtime import race
-from symgen.runtime.build import _FLAGS, Compiler, _make, cache_folder, native
+from symgen.runtime.build import _FLAGS, Compiler, native
 from symgen.runtime.turns import turn
 
 _TIMEOUT_SECONDS = 60
@@ -178,7 +179,7 @@ def fastest(
         return remembered
     with ExitStack() as stack:
         with suppress(OSError):  # a cache folder that cannot be written: nobody else waits
-            _make(memory.parent)
+            make_private(memory.parent)
             stack.enter_context(turn(memory.parent, memory.stem, _TURN_SECONDS))
         if (remembered := _remembered(memory, able)) is not None:  # by another process meanwhile
             return remembered

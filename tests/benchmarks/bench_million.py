@@ -143,9 +143,9 @@ def peer() -> None:
 def day(path: Path) -> None:
     """Print the seconds of a minute of a robot whose model is loaded and whose cutoff is known."""
     import symgen
-    from symgen.estimation.equation_model import Recipe
+    from symgen.estimation.equation_model import EquationModel
 
-    robot = symgen.derive(ROBOT, Recipe("momentum", 0.2).all_kernels)
+    robot = symgen.derive(ROBOT, EquationModel("momentum", 0.2).all_kernels)
     evaluator = symgen.load(robot)
     for _ in range(2):  # the first imports what it needs
         begin = time.process_time()

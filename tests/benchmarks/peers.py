@@ -20,10 +20,11 @@ import casadi
 import numpy as np
 
 import symgen
+from symgen.cache import cache_folder
 from symgen.codegen.casadi_model import casadi_function
 from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import Model
-from symgen.runtime.build import _FLAGS, Compiler, cache_folder
+from symgen.runtime.build import _FLAGS, Compiler
 
 LOOPS = Path(__file__).with_name("pinocchio")
 #: Kernels with a counterpart in Pinocchio, and what its Python binding calls it.

@@ -17,6 +17,7 @@ from pathlib import Path
 import pytest
 
 import symgen
+from symgen.cache import cache_folder
 from symgen.runtime import build, evaluator, turns
 from symgen.runtime.build import Compiler, build_module, find_compiler, forget_compilers
 from symgen.runtime.stack import worst_case_stack
@@ -472,7 +473,7 @@ def test_a_user_without_a_home_has_a_cache(monkeypatch, tmp_path):
     monkeypatch.setattr(Path, "home", nowhere)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     monkeypatch.setenv("USER", "someone")
-    assert build.cache_folder() == tmp_path / "symgen-someone"
+    assert cache_folder() == tmp_path / "symgen-someone"
 
 
 def test_no_folder_at_all_is_a_build_error(tmp_path, monkeypatch):

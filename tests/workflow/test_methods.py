@@ -15,13 +15,13 @@ from support import data_folder
 
 import symgen
 from symgen.estimation.band import Band
-from symgen.estimation.equation_model import Recipe
+from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import ESTIMATORS, bias_of_least_squares
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.system import Equations, LinearSystem, energy_equations
 from symgen.identification.estimate import Consistency
 from symgen.identification.instruments import instrumented
-from symgen.identification.solving import ALL_METHODS, Part
+from symgen.identification.solving import ALL_METHODS, equate
 from symgen.report.store import result_page
 
 X = np.array([1.702, 0.05644, 0.15, 0.075])
@@ -70,10 +70,10 @@ MEASURED = Band(1 / STEP, 0.5 / STEP, 2.0, "measured")
 
 def _with_instruments(evaluator: symgen.Evaluator, log: symgen.Log, model: str) -> LinearSystem:
     """The equations of tachometers, with encoders as instruments."""
-    recipe = Recipe(model, 0.1)
+    equation_model = EquationModel(model, 0.1)
     motion = filtered(symgen.prepare(log), MEASURED)
-    part = Part("train", motion, recipe.equations(evaluator, motion), model)
-    part = instrumented(evaluator, part, recipe, None)
+    part = equate(evaluator, motion, equation_model)
+    part = instrumented(evaluator, part, equation_model, None)
     return LinearSystem(evaluator.model.base.names, part.equations)
 
 
@@ -222,11 +222,11 @@ def test_forgetting_is_a_time_whatever_the_equations(model: str, window: float) 
     found = symgen.identify(
         "planar2r", logs, validation=_log(), fit=symgen.Fit(forgetting=0.999), **options
     )
-    recipe, rows = Recipe(model, window), []
-    evaluator = symgen.load(symgen.derive("planar2r", recipe.all_kernels))
+    equation_model, rows = EquationModel(model, window), []
+    evaluator = symgen.load(symgen.derive("planar2r", equation_model.all_kernels))
     assert found.band is not None
     for log, later in zip(logs, (20.0 - window, 0.0), strict=True):
-        for e in recipe.equations(evaluator, filtered(symgen.prepare(log), found.band)):
+        for e in equation_model.equations(evaluator, filtered(symgen.prepare(log), found.band)):
             fading = 0.999 ** ((later + e.t[-1] - e.t) / STEP / 2)
             rows.append(fading[:, None] * np.column_stack([e.W, e.y]))
     whole = np.concatenate(rows)
