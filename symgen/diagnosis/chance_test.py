@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,24 +42,20 @@ def beyond_misfit(selection: Selection, search: Search, noise: FloatArray) -> Se
     """
     base, accepted = search.baseline.base, list(selection.accepted)
     withdrawn: list[Score] = []
-    bars: dict[tuple[int, ...], float] = {}
-    while accepted:
-        asked = [s for s in accepted if _of_one_joint(s) and not s.candidate.measured]
-        shares = [share_of_unknown(base, accepted, s, noise) for s in asked]
-        below = []
-        for s, share in zip(asked, shares, strict=True):
-            joints = s.candidate.joints
-            if share < _SURE and joints not in bars:
-                bars[joints] = chance_share(search, joints)
-            if share < _SURE and share < bars[joints]:
-                below.append((share / bars[joints], share, s))
-        if not below:
-            break
+    bar = cache(partial(chance_share, search))
+    while below := [
+        (share / bar(s.candidate.joints), share, s)
+        for s in accepted
+        if _of_one_joint(s)
+        and not s.candidate.measured
+        and (share := share_of_unknown(base, accepted, s, noise)) < _SURE
+        and share < bar(s.candidate.joints)
+    ]:
         _, share, worst = min(below, key=lambda entry: entry[0])
-        accepted = [s for s in accepted if s is not worst]
+        accepted.remove(worst)
         fault = (
             f"it is {100 * share:.2g} % of what it leaves with it; of a torque of any shape some "
-            f"effect explains {100 * bars[worst.candidate.joints]:.2g} % by chance"
+            f"effect explains {100 * bar(worst.candidate.joints):.2g} % by chance"
         )
         withdrawn.append(replace(worst, fault=fault))
     rejected = (*withdrawn, *selection.rejected)
