@@ -192,9 +192,14 @@ def _opened(
 ) -> _Opened:
     """Read the logs, once, and repair them."""
     require_logs(sources[0])
-    recorded = [[open_log(s, robot, reading) for s in group] for group in sources]
+
+    def opened(source: Source) -> Log:
+        progress(f"reading {getattr(source, 'name', source)}")
+        return open_log(source, robot, reading)
+
+    recorded = [[opened(source) for source in group] for group in sources]
     uncut = replace(reading or Reading(), start=None, until=None)
-    (train, held), repairs = open_logs(recorded, robot, uncut, progress)
+    (train, held), repairs = open_logs(recorded, robot, uncut, lambda _: None)
     require_other_data(train, held)
     plain = train, held
     masked = any(r.kind in MASKED for r in repairs)
