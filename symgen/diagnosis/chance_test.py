@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,6 @@ from numpy.typing import NDArray
 from symgen.diagnosis.search import Search, Selection
 from symgen.diagnosis.select import Score, project
 from symgen.diagnosis.whitened_system import Columns, WhitenedSystem
-from symgen.estimation.filtered import FilteredLog
 
 FloatArray = NDArray[np.float64]
 _DRAWS, _SINES, _ALLOWED = 400, 24, 0.05
@@ -42,24 +42,20 @@ def beyond_misfit(selection: Selection, search: Search, noise: FloatArray) -> Se
     """
     base, accepted = search.baseline.base, list(selection.accepted)
     withdrawn: list[Score] = []
-    bars: dict[tuple[int, ...], float] = {}
-    while accepted:
-        asked = [s for s in accepted if _of_one_joint(s) and not s.candidate.measured]
-        shares = [share_of_unknown(base, accepted, s, noise) for s in asked]
-        below = []
-        for s, share in zip(asked, shares, strict=True):
-            joints = s.candidate.joints
-            if share < _SURE and joints not in bars:
-                bars[joints] = chance_share(search, joints)
-            if share < _SURE and share < bars[joints]:
-                below.append((share / bars[joints], share, s))
-        if not below:
-            break
+    bar = cache(partial(chance_share, search))
+    while below := [
+        (share / bar(s.candidate.joints), share, s)
+        for s in accepted
+        if _of_one_joint(s)
+        and not s.candidate.measured
+        and (share := share_of_unknown(base, accepted, s, noise)) < _SURE
+        and share < bar(s.candidate.joints)
+    ]:
         _, share, worst = min(below, key=lambda entry: entry[0])
-        accepted = [s for s in accepted if s is not worst]
+        accepted.remove(worst)
         fault = (
             f"it is {100 * share:.2g} % of what it leaves with it; of a torque of any shape some "
-            f"effect explains {100 * bars[worst.candidate.joints]:.2g} % by chance"
+            f"effect explains {100 * bar(worst.candidate.joints):.2g} % by chance"
         )
         withdrawn.append(replace(worst, fault=fault))
     rejected = (*withdrawn, *selection.rejected)
@@ -119,35 +115,23 @@ def _orthonormal(base: WhitenedSystem, columns: Columns, j: int) -> FloatArray:
 def _drawn(base: WhitenedSystem, j: int) -> FloatArray:
     """Return random smooth torques on a joint, apart from the model, of unit size, (K, draws)."""
     rng = np.random.default_rng(_SEED)
-    n = base.n
-    others = rng.integers(0, n, _DRAWS)
+    others = rng.integers(0, base.n, _DRAWS)
     w = rng.normal(size=(_DRAWS, _SINES, 4))
     phase = rng.uniform(0, 2 * np.pi, (_DRAWS, _SINES))
-    spread = [np.concatenate([getattr(s, key) for s in base.logs]).std(axis=0) for key in _STATE]
-    unit = [np.where(x > 0, x, 1.0) for x in spread]
-    seen = np.concatenate([_fields(s, j, others, w, phase, unit) for s in base.logs])
-    out = seen * (base.moves[:, j] / base.sigma[j])[:, None]
+    q, qd = (_in_spreads(base, key) for key in ("q", "qd"))
+    out = np.empty((len(q), _DRAWS))
+    for d, k in enumerate(others):
+        x = np.stack([q[:, j], q[:, k], qd[:, j], qd[:, k]], axis=1)
+        out[:, d] = np.sin(x @ w[d].T + phase[d]).sum(axis=1)
+    out = out * (base.moves[:, j] / base.sigma[j])[:, None]
     basis = base.basis[:, j]
     # on the one joint the model's columns of all joints have a say
     out = out - basis @ (basis.T @ out)
     return np.asarray(out / np.maximum(np.linalg.norm(out, axis=0), 1e-300))
 
 
-_STATE = ("q", "qd")
-
-
-def _fields(
-    s: FilteredLog,
-    j: int,
-    others: NDArray[np.int64],
-    w: FloatArray,
-    phase: FloatArray,
-    unit: Sequence[FloatArray],
-) -> FloatArray:
-    """Return random fields along a log at the kept instants, (K, draws)."""
-    q, qd = s.q[s.kept] / unit[0], s.qd[s.kept] / unit[1]
-    out = np.empty((len(q), len(others)))
-    for d, k in enumerate(others):
-        x = np.stack([q[:, j], q[:, k], qd[:, j], qd[:, k]], axis=1)
-        out[:, d] = np.sin(x @ w[d].T + phase[d]).sum(axis=1)
-    return out
+def _in_spreads(base: WhitenedSystem, key: str) -> FloatArray:
+    """Return positions or speeds at the kept instants over their spread, (K, n)."""
+    spread = np.concatenate([getattr(log, key) for log in base.logs]).std(axis=0)
+    kept = np.concatenate([getattr(log, key)[log.kept] for log in base.logs])
+    return np.asarray(kept / np.where(spread > 0, spread, 1.0))

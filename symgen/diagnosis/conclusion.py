@@ -83,12 +83,19 @@ def conclude(baseline: Baseline, selection: Selection, notes: tuple[str, ...]) -
         except (IdentificationError, RobotError) as error:
             if not accepted:  # it is the model as it is declared
                 raise
-            selection = _without(selection, _culprit(baseline, accepted), str(error))
+            fault = "it explains a part of the gap, but the model with it cannot be identified"
+            culprit = _culprit(baseline, accepted)
+            selection = _without(selection, [culprit], f"{fault}: {error}")
             continue
         before, after, floor, curves = _gaps(baseline, model)
         if not accepted or after.total <= before.total:
             break
-        selection = _withdrawn(selection, before, after)
+        # It was no improvement on data that the search never saw.
+        fault = (
+            "accepted on the training log, but with what was accepted the gap on the validation "
+            f"data grows from {100 * before.total:.2g} to {100 * after.total:.2g} %"
+        )
+        selection = _without(selection, accepted, fault)
     found = _found_effects(baseline, model)
     verdict = _verdict(accepted, after, floor)
     robot = baseline.robot
@@ -339,14 +346,11 @@ def _gaps(baseline: Baseline, model: _Extended) -> tuple[Gap, Gap, Gap, tuple[Cu
     return gap, less, quiet, tuple(curves)
 
 
-def _withdrawn(selection: Selection, before: Gap, after: Gap) -> Selection:
-    """Return a selection without effects: what made the gap on data that it never saw larger."""
-    fault = (
-        "accepted on the training log, but with what was accepted the gap on the validation data "
-        f"grows from {100 * before.total:.2g} to {100 * after.total:.2g} %"
-    )
-    failed = (replace(s, fault=fault) for s in selection.accepted)
-    return replace(selection, accepted=(), rejected=(*failed, *selection.rejected))
+def _without(selection: Selection, scores: Sequence[Score], fault: str) -> Selection:
+    """Return a selection without some effects, and why they are not in it."""
+    accepted = tuple(s for s in selection.accepted if s not in scores)
+    failed = (replace(s, fault=fault) for s in scores)
+    return replace(selection, accepted=accepted, rejected=(*failed, *selection.rejected))
 
 
 def _culprit(baseline: Baseline, accepted: Sequence[Score]) -> Score:
@@ -358,14 +362,6 @@ def _culprit(baseline: Baseline, accepted: Sequence[Score]) -> Score:
         if baseline.beside(o for o in accepted if o is not s).rank + s.candidate.size > whole
     ]
     return (tied or accepted)[-1]
-
-
-def _without(selection: Selection, score: Score, why: str) -> Selection:
-    """Return a selection without an effect with which the model cannot be identified."""
-    fault = f"it explains a part of the gap, but the model with it cannot be identified: {why}"
-    accepted = tuple(s for s in selection.accepted if s is not score)
-    rejected = (replace(score, fault=fault), *selection.rejected)
-    return replace(selection, accepted=accepted, rejected=rejected)
 
 
 def _solved(names: tuple[str, ...], system: WhitenedSystem) -> Solution:

@@ -134,22 +134,25 @@ class Work:
 
 def work(curves: Sequence[Curves], window: float = 0.2) -> Work | None:
     """Compare measured and modelled work on validation logs; None where no window fits."""
-    done: dict[str, list[FloatArray]] = {"measured": [], "before": [], "after": []}
+    parts = []
     for c in curves:
         step = float(np.median(np.diff(c.t))) if len(c.t) > 1 else np.inf
         size = max(1, round(window / step))
-        if len(c.t) <= size:
-            continue
-        for name, kept in done.items():
-            power = np.sum(c.qd * getattr(c, name) * (1 if c.free is None else c.free), axis=1)
-            total = np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2 * step)])
-            kept.append(total[size:] - total[:-size])
-    if not done["measured"]:
+        if len(c.t) > size:
+            torques, free = (
+                np.stack([c.measured, c.before, c.after]),
+                1 if c.free is None else c.free,
+            )
+            power = np.sum(c.qd * torques * free, axis=2)
+            total = np.zeros(power.shape)
+            np.cumsum((power[:, 1:] + power[:, :-1]) / 2 * step, axis=1, out=total[:, 1:])
+            parts.append(total[:, size:] - total[:, :-size])
+    if not parts:
         return None
-    measured, before, after = (np.concatenate(kept) for kept in done.values())
-    size_ = float(np.sqrt(np.mean(measured**2))) or np.inf
-    left = [float(np.sqrt(np.mean((measured - model) ** 2))) / size_ for model in (before, after)]
-    return Work(window, *left)
+    measured, *models = np.concatenate(parts, axis=1)
+    rms = [float(np.sqrt(np.mean(x**2))) for x in (measured, *(measured - m for m in models))]
+    before, after = (left / (rms[0] or np.inf) for left in rms[1:])
+    return Work(window, before, after)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -297,14 +297,11 @@ def _load(
     d, G = root @ (step.change[own] / std), root @ (load[own] / std[:, None])
     size = np.linalg.norm(G, axis=0)
     filled = np.flatnonzero(size > 0)
-    if len(filled) == 0 or not float(d @ d) > 0:
+    if not len(filled) or not float(d @ d) > 0:
         return None
-    U, singular, turn = np.linalg.svd(G[:, filled] / size[filled], full_matrices=False)
-    kept = singular > _TIED * singular[0]
-    inverse = turn[kept].T / singular[kept]
+    inverse = np.linalg.pinv(G[:, filled] / size[filled], rcond=_TIED) / size[filled, None]
     s, stds = np.zeros((2, 10))
-    s[filled] = inverse @ (U[:, kept].T @ d) / size[filled]
-    stds[filled] = np.linalg.norm(inverse, axis=1) / size[filled]
+    s[filled], stds[filled] = inverse @ d, np.linalg.norm(inverse, axis=1)
     if float(np.sum((d - G @ s) ** 2)) > (1 - EXPLAINED) * float(d @ d) + 3 * len(own):
         return None
     sure = (stds > 0) & (np.abs(s) > 3 * stds)

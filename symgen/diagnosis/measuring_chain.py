@@ -7,7 +7,7 @@ last, as it needs the model's fit.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -30,8 +30,8 @@ from symgen.faults.model import (
     torque_steps,
 )
 from symgen.faults.samples import unmended_faults
-from symgen.names import PRISMATIC, REVOLUTE, unit
-from symgen.robot.effect import definitions
+from symgen.names import REVOLUTE
+from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -175,36 +175,32 @@ def _closing(fault: Fault, robot: Robot, before: Gap, after: Gap) -> FoundEffect
 
 
 def _effect(same: Sequence[Fault], robot: Robot, share: float) -> FoundEffect:
-    """Return one fault of one or more logs as an effect."""
-    name, whole = name_of(same[0]), same[0].kind == "delay" or not same[0].joints
-    j = None if whole else same[0].joints[0]
-    number = "" if j is None else robot.movable[j].number
+    """Return one fault of one or more logs as an effect; values are the mean over the logs."""
+    first = same[0]
+    whole = first.kind == "delay" or not first.joints
+    joint = None if whole else robot.movable[first.joints[0]]
+    number, sigma = ("", REVOLUTE) if joint is None else (joint.number, joint.sigma)
+    parameters = []
+    if first.kind == "delay":
+        parameters.append(FoundParameter("DT", first.value, math.nan, "s"))
+    if first.kind == "gain":
+        parameters.append(FoundParameter(f"G{number}", first.value - 1, math.nan, ""))
+    units = {"GV": "", "LV": "s", "OV": unit("speed", sigma), "limit": unit("torque", sigma)}
+    for key, word in units.items():
+        seen = [(x, std) for r in same for name, x, std in r.values if name == key]
+        if seen:
+            x, std = np.mean(seen, axis=0)
+            parameters.append(FoundParameter(f"{key}{number}", float(x), float(std), word))
+    name = name_of(first)
     return FoundEffect(
         name=name,
-        joints=() if j is None else (robot.movable[j].number,),
-        parameters=tuple(_values(same, robot, j)),
+        joints=() if joint is None else (joint.number,),
+        parameters=tuple(parameters),
         expression=_WORDS[name].format(number),
         p_value=0.0,
         gap_reduction=max(0.0, share),
         declared=False,
     )
-
-
-def _values(same: Sequence[Fault], robot: Robot, j: int | None) -> Iterator[FoundParameter]:
-    """Return the mean over the logs of what was measured."""
-    sigma = REVOLUTE if j is None else robot.movable[j].sigma
-    number = "" if j is None else str(robot.movable[j].number)
-    if same[0].kind == "delay":
-        yield FoundParameter("DT", same[0].value, math.nan, "s")
-    if same[0].kind == "gain":
-        yield FoundParameter(f"G{number}", same[0].value - 1, math.nan, "")
-    slides = sigma == PRISMATIC
-    units = {"GV": "", "LV": "s", "OV": "m/s" if slides else "rad/s", "limit": unit("FS", sigma)}
-    for name, word in units.items():
-        seen = [(x, std) for r in same for key, x, std in r.values if key == name]
-        if seen:
-            x, std = np.mean(seen, axis=0)
-            yield FoundParameter(f"{name}{number}", float(x), float(std), word)
 
 
 def with_chain(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import string
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -47,18 +49,30 @@ class MendedChannel:
 def mended_channels(
     logs: Iterable[tuple[Log, Samples]], repairs: Sequence[Fault], sigma: Sequence[int]
 ) -> tuple[MendedChannel, ...]:
-    """Return the channels that were repaired before the search.
+    """Return the channels that were repaired before the search: that of each which changed most.
 
     Args:
         logs: each as it was recorded, on the joint side, and as it is used.
         repairs: what was done.
         sigma: types of the movable joints.
     """
-    out = []
-    for log, samples in logs:
-        for repair in repairs:
-            if repair.log == log.name and repair.kind != "coarse":
-                out += list(_of_repair(log, samples, repair, sigma))
+    out: list[MendedChannel] = []
+    for (log, samples), repair in itertools.product(logs, repairs):
+        key = repair.channel.rstrip(string.digits)
+        if repair.log != log.name or repair.kind == "coarse" or key == "t":
+            continue  # stamps have no other channel to be drawn over
+        digits = repair.channel[len(key) :]
+        keys = [
+            own for own in (_KINDS if key == "all" else (key,)) if getattr(log, own) is not None
+        ]
+        joints = [int(digits) - 1] if digits else range(len(sigma))
+        says = f"{repair.fault}, {repair.samples} samples: {repair.done}"
+        changed = [
+            c
+            for own, j in itertools.product(keys, joints)
+            for c in _channel(log, samples, own, j, says, sigma[j])
+        ]
+        out += sorted(changed, key=lambda c: -c.size)[:1]
     return tuple(out)
 
 
@@ -66,16 +80,14 @@ def undone_channels(
     before: Sequence[FilteredLog], after: Sequence[FilteredLog], sigma: Sequence[int]
 ) -> tuple[MendedChannel, ...]:
     """Return the channels in which faults were undone that the torque equations show."""
-    out = []
-    for b, a in zip(before, after, strict=True):
-        for key in ("q", "qd", "tau"):
-            for j in range(len(sigma)):
-                x, y = getattr(b, key)[:, j], getattr(a, key)[:, j]
-                if key in ("q", "tau") or np.array_equal(b.q[:, j], a.q[:, j]):
-                    says = "as the torque equations want it"
-                    pair = (b.t, x), (a.t, y)
-                    out.append(_channel(b.name, f"{key}{j + 1}", says, sigma[j], *pair))
-    return tuple(c for c in out if c is not None)
+    says = "as the torque equations want it"
+    return tuple(
+        c
+        for b, a in zip(before, after, strict=True)
+        for key, j in itertools.product(_KINDS, range(len(sigma)))
+        if key != "qd" or np.array_equal(b.q[:, j], a.q[:, j])
+        for c in _channel(b, a, key, j, says, sigma[j])
+    )
 
 
 def largest(channels: Sequence[MendedChannel]) -> tuple[MendedChannel, ...]:
@@ -86,51 +98,28 @@ def largest(channels: Sequence[MendedChannel]) -> tuple[MendedChannel, ...]:
     return tuple(best.values())[:_MOST]
 
 
-def _of_repair(
-    log: Log, samples: Samples, repair: Fault, sigma: Sequence[int]
-) -> Iterator[MendedChannel]:
-    key = repair.channel.rstrip("0123456789")
-    digits = repair.channel[len(key) :]
-    if key == "t":
-        return  # stamps have no other channel to be drawn over
-    keys = ("q", "qd", "tau") if key == "all" else (key,)
-    joints = [int(digits) - 1] if digits else range(len(sigma))
-    says = f"{repair.fault}, {repair.samples} samples: {repair.done}"
-    found = []
-    for own in keys:
-        recorded = getattr(log, own)
-        for j in joints if recorded is not None else ():
-            used = np.array(getattr(samples, own)[:, j])
-            if own == "tau" and samples.mask is not None:
-                used[samples.mask.joint[:, j]] = np.nan
-            pair = (log.t, recorded[:, j]), (samples.t, used)
-            found.append(_channel(log.name, f"{own}{j + 1}", says, sigma[j], *pair))
-    shown = [c for c in found if c is not None]
-    if shown:
-        yield max(shown, key=lambda c: c.size)
-
-
 def _channel(
-    log: str,
-    channel: str,
+    before: Log | FilteredLog,
+    after: Samples | FilteredLog,
+    key: str,
+    j: int,
     says: str,
     sigma: int,
-    recorded: tuple[FloatArray, FloatArray],
-    used: tuple[FloatArray, FloatArray],
-) -> MendedChannel | None:
-    """Return a channel around where a repair changed it most; None where it did not."""
-    t, x = recorded
-    there = np.interp(t, used[0], used[1])
+) -> Iterator[MendedChannel]:
+    """Yield a channel around where a repair changed it most, where it did."""
+    t, x = before.t, getattr(before, key)[:, j]
+    used = np.array(getattr(after, key)[:, j])
+    if key == "tau" and isinstance(after, Samples) and after.mask is not None:
+        used[after.mask.joint[:, j]] = np.nan
+    there = np.interp(t, after.t, used)
     spread = float(np.std(x)) or 1.0
     change = np.where(np.isnan(there), spread, np.abs(there - x))
-    if change.max() <= 1e-9 * spread:
-        return None
-    window = _window(t, change)
-    size = float(np.sqrt(np.mean(change**2))) / spread
-    parts = (_part(*recorded, *window), _part(*used, *window))
-    return MendedChannel(
-        log, channel, says, unit(_KINDS[channel.rstrip("0123456789")], sigma), *parts, size
-    )
+    if change.max() > 1e-9 * spread:
+        size = float(np.sqrt(np.mean(change**2))) / spread
+        window = _window(t, change)
+        parts = _part(t, x, *window), _part(after.t, used, *window)
+        dimension = unit(_KINDS[key], sigma)
+        yield MendedChannel(before.name, f"{key}{j + 1}", says, dimension, *parts, size)
 
 
 def _window(t: FloatArray, change: FloatArray) -> tuple[float, float]:

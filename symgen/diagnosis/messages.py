@@ -38,26 +38,22 @@ def placed(effect: FoundEffect) -> str:
 
 def summary(diagnosis: Diagnosis) -> str:
     """Return the verdict in a sentence or two."""
-    before, after = percent(diagnosis.before.total), percent(diagnosis.after.total)
-    gap = f"The gap falls from {before} to {after}; noise alone is {percent(diagnosis.floor.total)}"
+    before, after, noise = (
+        percent(gap.total) for gap in (diagnosis.before, diagnosis.after, diagnosis.floor)
+    )
+    gap = f"The gap falls from {before} to {after}; noise alone is {noise}."
     count = len(diagnosis.effects)
     effects = "one effect" if count == 1 else f"{count} effects"
-    if diagnosis.verdict == "consistent":
-        return (
-            f"The model explains these logs; no effect closes 5 % of the gap, which is {before}; "
-            f"noise alone is {percent(diagnosis.floor.total)}."
-        )
-    if diagnosis.verdict == "explained":
-        return f"The model misses {effects}. {gap}."
-    if diagnosis.verdict == "partly-explained":
-        return f"The model misses {effects}, and a part of the gap has no name. {gap}."
-    if diagnosis.verdict == "bad-measurement":
-        named = f"{effects} of the measuring chain" if count else "the measuring chain"
-        return f"Not the model but the measurement is wrong: {named}. {gap}."
-    return (
-        f"The model misses something that no effect explains. The gap is {before}, noise alone "
-        f"{percent(diagnosis.floor.total)}."
-    )
+    named = f"{effects} of the measuring chain" if count else "the measuring chain"
+    return {
+        "consistent": "The model explains these logs; no effect closes 5 % of the gap, which is "
+        f"{before}; noise alone is {noise}.",
+        "explained": f"The model misses {effects}. {gap}",
+        "partly-explained": f"The model misses {effects}, and a part of the gap has no name. {gap}",
+        "bad-measurement": f"Not the model but the measurement is wrong: {named}. {gap}",
+        "unexplained": "The model misses something that no effect explains. The gap is "
+        f"{before}, noise alone {noise}.",
+    }[diagnosis.verdict]
 
 
 def alike(effect: FoundEffect) -> str:

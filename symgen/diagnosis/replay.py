@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import Model, derive
+from symgen.data.mask import spans
 from symgen.data.signals import interpolated
 from symgen.diagnosis.diagnosis import Curves, Diagnosis
 from symgen.errors import ParameterError, SymgenError
@@ -141,27 +142,24 @@ def worst(curves: Sequence[Curves]) -> tuple[Curves, slice]:
     if not parts:
         raise ParameterError(f"no validation log shows {_SHORTEST:g} s of motion")
     size = np.sqrt(np.mean(np.concatenate([c.measured[part] for c, part in parts]) ** 2, axis=0))
-    weight = np.where(size > 0, 1 / np.where(size > 0, size, 1.0), 0.0)
+    size = np.where(size > 0, size, np.inf)
     found: list[tuple[float, Curves, slice]] = []
     for c, part in parts:
         t = c.t[part]
         step = (t[-1] - t[0]) / (len(t) - 1)
         count = min(len(t), int(_LONGEST / step * (1 + 1e-9)) + 1)
-        square = np.mean(((c.measured - c.before)[part] * weight) ** 2, axis=1)
+        square = np.mean(((c.measured - c.before)[part] / size) ** 2, axis=1)
         sums = np.concatenate([[0.0], np.cumsum(square)])
         mean = (sums[count:] - sums[:-count]) / count
         k = int(np.argmax(mean))
         found.append((float(mean[k]), c, slice(part.start + k, part.start + k + count)))
-    _, log, window = max(found, key=lambda item: item[0])
-    return log, window
+    return max(found, key=lambda item: item[0])[1:]
 
 
 def _stretches(c: Curves) -> list[slice]:
     """Return the spans of a second or more in which no torque is masked."""
-    free = np.ones(len(c.t), dtype=bool) if c.free is None else c.free.all(axis=1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(int)))
-    pairs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
-    return [slice(a, b) for a, b in pairs if c.t[b - 1] - c.t[a] >= _SHORTEST]
+    free = np.ones(c.q.shape, dtype=bool) if c.free is None else c.free
+    return [slice(a, b) for a, b in spans(np.all(free, axis=1)) if c.t[b - 1] - c.t[a] >= _SHORTEST]
 
 
 def driven(evaluator: Evaluator, X: FloatArray, seen: Curves, t: FloatArray) -> FloatArray:

@@ -13,9 +13,9 @@ from symgen.diagnosis.refine import refined
 from symgen.diagnosis.select import GAIN, Score, judge, quick_gain
 from symgen.diagnosis.whitened_system import Columns, WhitenedSystem
 
-#: Name and joints of a candidate; gain, number and columns of one.
+#: Name and joints of a candidate; gain of one, and its columns.
 Key = tuple[str, tuple[int, ...]]
-Ranked = tuple[float, int, Columns]
+Ranked = tuple[float, Candidate, Columns]
 _ALIKE = 0.8
 # Of the best gain: the simpler candidate is preferred, and parameters of the standard model.
 _NEARLY, _PLAIN = 0.9, 0.75
@@ -65,7 +65,7 @@ class Search:
         progress: Callable[[str], None] = lambda _: None,
     ) -> None:
         self.baseline, self.pool, self.progress = baseline, tuple(pool), progress
-        self._fixed: dict[int, Columns] = {}
+        self._fixed: dict[Candidate, Columns] = {}
 
     def run(self) -> Selection:
         accepted = self._measured()
@@ -96,12 +96,11 @@ class Search:
     def _measured(self) -> list[Score]:
         """Return what a measurement of its own shows, where the torques have it: one test each."""
         out: list[Score] = []
-        for i, candidate in enumerate(self.pool):
-            if candidate.measured:
-                stage = self._stage(out)
-                score = judge(stage.system, candidate, self._columns(i, stage), 1)
-                if score.p_value < _SINGLE:
-                    out.append(replace(score, fault=""))
+        for candidate in (c for c in self.pool if c.measured):
+            stage = self._stage(out)
+            score = judge(stage.system, candidate, self._columns(candidate, stage), 1)
+            if score.p_value < _SINGLE:
+                out.append(replace(score, fault=""))
         return out
 
     def _stage(self, accepted: Sequence[Score]) -> _Stage:
@@ -109,31 +108,30 @@ class Search:
         taken = frozenset(s.candidate.key for s in accepted)
         return _Stage(system, self.baseline.seen(system), taken)
 
-    def _columns(self, i: int, stage: _Stage) -> Columns:
-        candidate = self.pool[i]
+    def _columns(self, candidate: Candidate, stage: _Stage) -> Columns:
         if candidate.uses_model:
             return stage.seen(candidate)
-        if i not in self._fixed:
-            self._fixed[i] = stage.seen(candidate)
-        return self._fixed[i]
+        if candidate not in self._fixed:
+            self._fixed[candidate] = stage.seen(candidate)
+        return self._fixed[candidate]
 
     def on_joints(self, joints: tuple[int, ...]) -> Iterator[tuple[Candidate, Columns]]:
         """Yield every candidate on some joints with its columns beside the declared model."""
         stage = self._stage(())
-        for i, candidate in enumerate(self.pool):
+        for candidate in self.pool:
             if candidate.joints == joints:
-                yield candidate, self._columns(i, stage)
+                yield candidate, self._columns(candidate, stage)
 
     def _ranked(self, stage: _Stage, without: Container[Key]) -> list[Ranked]:
         """Return the best constants of every candidate, the largest gain first."""
         best: dict[Key, Ranked] = {}
-        for i, candidate in enumerate(self.pool):
+        for candidate in self.pool:
             if candidate.key in stage.taken and candidate.name not in _REPEATED:
                 continue
-            columns = self._columns(i, stage)
+            columns = self._columns(candidate, stage)
             gain = quick_gain(stage.system, columns)
-            if gain > best.get(candidate.key, (0.0, 0, {}))[0]:
-                best[candidate.key] = (gain, i, columns)
+            if gain > best.get(candidate.key, (0.0,))[0]:
+                best[candidate.key] = (gain, candidate, columns)
         ranked = (entry for key, entry in best.items() if key not in without)
         return sorted(ranked, key=lambda entry: -entry[0])
 
@@ -141,12 +139,11 @@ class Search:
         """Judge the best candidates, the first of them with constants between the grid's."""
         passing: list[Score] = []
         failing: list[Score] = []
-        for place, (gain, i, columns) in enumerate(ranked):
+        for place, (gain, candidate, columns) in enumerate(ranked):
             if gain < GAIN / 4 and len(failing) >= 5:
                 break
             if passing and gain < 0.25 * passing[0].gain:
                 break
-            candidate = self.pool[i]
             if place < _REFINED:
                 candidate, columns = refined(
                     candidate,
@@ -189,7 +186,7 @@ class Search:
             twins = (s for r in rest for s in alike.get(r.candidate.key, ()))
             same = {s.candidate.key for s in twins if _own(s)}
             stage = self._stage(rest)
-            ranked = [r for r in self._ranked(stage, same) if self.pool[r[1]].joints == joints]
+            ranked = [r for r in self._ranked(stage, same) if r[1].joints == joints]
             passing, failing = self._judged(stage, ranked)
             if not passing:
                 continue

@@ -132,32 +132,27 @@ def with_stiffness(diagnosis: Diagnosis, robot: Robot, found: Sequence[Stiffness
     measured by itself. What has been named by its torque gets the stiffness.
     """
     effects, notes = list(diagnosis.effects), list(diagnosis.notes)
-    known = {e.joints: k for k, e in enumerate(effects) if e.name == NAME}
     for s in found:
         number, sigma = robot.movable[s.joint].number, robot.movable[s.joint].sigma
         if s.fault:
             notes.append(f"joint {number}, second encoder: {s.fault}")
             continue
-        parameters = (
-            FoundParameter(f"K{number}", *s.stiffness, unit("torque/position", sigma)),
-            FoundParameter(f"D{number}", *s.damping, names.unit("FV", sigma)),
-        )
+        same = [e for e in effects if (e.name, e.joints) == (NAME, (number,))]
+        rotor = (p for e in same for p in e.parameters if p.name.startswith("IA"))
         own = FoundEffect(
             name=NAME,
             joints=(number,),
-            parameters=parameters,
+            parameters=(
+                FoundParameter(f"K{number}", *s.stiffness, unit("torque/position", sigma)),
+                FoundParameter(f"D{number}", *s.damping, names.unit("FV", sigma)),
+                *rotor,
+            ),
             expression=_EXPRESSION.format(number),
             p_value=s.p_value,
-            gap_reduction=0.0,
+            gap_reduction=sum(e.gap_reduction for e in same),
             declared=False,
         )
-        at = known.get((number,))
-        if at is None:
-            effects.append(own)
-        else:
-            rotor = tuple(p for p in effects[at].parameters if p.name.startswith("IA"))
-            closes = effects[at].gap_reduction
-            effects[at] = replace(own, parameters=parameters + rotor, gap_reduction=closes)
+        effects = [own if e in same else e for e in effects] + ([] if same else [own])
     verdict = diagnosis.verdict
     if verdict == "consistent" and effects:
         verdict = "explained"

@@ -192,9 +192,14 @@ def _opened(
 ) -> _Opened:
     """Read the logs, once, and repair them."""
     require_logs(sources[0])
-    recorded = [[open_log(s, robot, reading) for s in group] for group in sources]
+
+    def opened(source: Source) -> Log:
+        progress(f"reading {getattr(source, 'name', source)}")
+        return open_log(source, robot, reading)
+
+    recorded = [[opened(source) for source in group] for group in sources]
     uncut = replace(reading or Reading(), start=None, until=None)
-    (train, held), repairs = open_logs(recorded, robot, uncut, progress)
+    (train, held), repairs = open_logs(recorded, robot, uncut, lambda _: None)
     require_other_data(train, held)
     plain = train, held
     masked = any(r.kind in MASKED for r in repairs)
@@ -223,8 +228,18 @@ class _Question:
 
     @cached_property
     def logs(self) -> tuple[list[FilteredLog], list[FilteredLog]]:
-        """What is searched, and what the gap is shown on."""
+        """The training and validation logs in the band."""
         return _in_band((self.opened.train, self.opened.held), self.band)
+
+    def fitted(self, logs: tuple[list[FilteredLog], list[FilteredLog]]) -> Baseline:
+        """Return the model on logs: without validation logs, their last fifth shows the gap."""
+        train, held = logs
+        if not held:
+            groups = held_out([log.samples for log in train], _FEWEST)
+            train, held = (
+                [_part(log, s) for log, s in zip(train, group, strict=True)] for group in groups
+            )
+        return baseline(self.evaluator, train, held, self.given)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -241,7 +256,7 @@ class _Question:
     @cached_property
     def baseline(self) -> Baseline:
         """The model on the logs as they are."""
-        return baseline(self.evaluator, *self.logs, self.given)
+        return self.fitted(self.logs)
 
     @cached_property
     def declared(self) -> Diagnosis:
@@ -254,7 +269,7 @@ class _Question:
         if self.opened.unmended is None:
             return None
         logs = _in_band(self.opened.unmended, replace(self.band, velocity="measured"))
-        return plain(baseline(self.evaluator, *logs, self.given), self.notes).before
+        return plain(self.fitted(logs), self.notes).before
 
     @cached_property
     def rests(self) -> tuple[str, ...]:
@@ -295,7 +310,7 @@ class _Question:
         whole, closes = None, 0.0
         if faults:
             train, held = ([undone(log, faults)[0] for log in group] for group in self.logs)
-            fixed = baseline(self.evaluator, train, held, self.given)
+            fixed = self.fitted((train, held))
             repaired = judged(faults, self.declared, plain(fixed, self.notes))
             share = closed(repaired.before, repaired.after)
             if share >= _CLOSES:
@@ -320,8 +335,12 @@ class _Question:
 
 
 def _in_band(groups: Groups, band: Band) -> tuple[list[FilteredLog], list[FilteredLog]]:
-    """Return training and held-out logs in the band: without these, the last fifth of each log."""
-    train, held = groups
-    if not held:
-        train, held = held_out(train, _FEWEST)
-    return [filtered(s, band) for s in train], [filtered(s, band) for s in held]
+    train, held = ([filtered(s, band) for s in group] for group in groups)
+    return train, held
+
+
+def _part(log: FilteredLog, samples: Samples) -> FilteredLog:
+    """Return a log with some of its samples, in the band of the whole."""
+    first = int(np.searchsorted(log.t, samples.t[0]))
+    span = slice(first, first + len(samples.t))
+    return replace(log, samples=samples, q=log.q[span], qd=log.qd[span])

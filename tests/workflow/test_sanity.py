@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -13,7 +16,7 @@ from oracles.hidden.machines import MACHINES
 from support import sampled
 
 from symgen import parse_robot
-from symgen.data.log import Log, make_log
+from symgen.data.log import Log, make_log, read_log
 from symgen.diagnosis.diagnosis import Diagnosis
 from symgen.diagnosis.workflow import diagnose
 from symgen.errors import IdentificationError
@@ -194,6 +197,25 @@ def test_what_cannot_be_corrected_leaves_the_gap_as_it_is() -> None:
     assert [r.joints for r in d.rejected] == [(2,)]
     with pytest.raises(IdentificationError, match=r"^q2 of train.csv stays"):
         diagnose(robot, log_of(s, q=_column(log["q"], 1, none)))
+
+
+def test_a_log_with_repairs_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    s = spec("planar2r", None)
+    tau = s.run().train["tau"]
+    limit = [1.0, 0.8] * np.abs(tau).max(axis=0)
+    path, columns = tmp_path / "train.npz", dict(s.run().train)
+    np.savez(path, **{**columns, "tau": np.clip(tau, -limit, limit)})
+    read = []
+
+    def counted(source: Path, **options: Any) -> Log:
+        read.append(source)
+        return read_log(source, **options)
+
+    monkeypatch.setattr("symgen.estimation.logs.read_log", counted)
+    d = diagnose(parse_robot(s.run().robot_toml), path, effects=["cable_torque"])
+    assert {r.kind for r in d.repairs} == {"saturated"}
+    assert d.mended
+    assert read == [path]
 
 
 def test_a_hard_stop_is_no_step_of_a_sensor() -> None:
