@@ -167,18 +167,20 @@ class LogSpan:
     Attributes:
         stretch: its rows alone.
         kind: "train" or "validation".
+        number: in the run.
     """
 
     stretch: Stretch
     kind: str
+    number: int
 
 
 @dataclass(frozen=True)
 class Chunk:
-    """Some rows of a part.
+    """Some rows of a log of the run.
 
     Attributes:
-        part: number of the part in the run.
+        part: the log.
         rows: that are read: first, and the one behind the last.
         before: rows of the part before these.
         own: first row of its own among these, and the one behind the last: equations at the times
@@ -186,7 +188,7 @@ class Chunk:
         ended: whether the part ends with it.
     """
 
-    part: int
+    part: LogSpan
     rows: tuple[int, int]
     before: int
     own: tuple[int, int]
@@ -268,8 +270,8 @@ def partitions(
         most: own rows of a partition, about.
     """
     out: list[Partition] = []
-    for number, part in enumerate(parts):
-        for piece in _chunks(number, part, settings, chunk):
+    for part in parts:
+        for piece in _chunks(part, settings, chunk):
             last = out[-1] if out else None
             if last is not None and last.file == part.stretch.file and last.samples < most:
                 out[-1] = replace(last, chunks=(*last.chunks, piece))
@@ -278,7 +280,7 @@ def partitions(
     return out
 
 
-def _chunks(number: int, part: LogSpan, settings: Settings, chunk: int) -> list[Chunk]:
+def _chunks(part: LogSpan, settings: Settings, chunk: int) -> list[Chunk]:
     s = part.stretch
     multiple, beyond = unit(s.step, settings), reach(s.step, settings, s.measured)
     length = max(chunk // multiple, 1) * multiple
@@ -288,7 +290,7 @@ def _chunks(number: int, part: LogSpan, settings: Settings, chunk: int) -> list[
         low = max(begin - beyond, 0) // multiple * multiple
         high = min(end + beyond, s.count)
         rows = (s.rows[0] + low, s.rows[0] + high)
-        out.append(Chunk(number, rows, low, (begin - low, end - low), end == s.count))
+        out.append(Chunk(part, rows, low, (begin - low, end - low), end == s.count))
     return out
 
 

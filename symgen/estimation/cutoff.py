@@ -29,7 +29,7 @@ from symgen.distributed import in_turn
 from symgen.estimation.band import OPEN, Band, Rests, comparison_band
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.masking import require_left
-from symgen.estimation.summary import FOLDS, block_errors, placed, summary
+from symgen.estimation.summary import FOLDS, block_errors, block_summary
 from symgen.estimation.system import Equations, torque_equations, torque_sides
 from symgen.estimation.values import FloatArray
 from symgen.runtime.evaluator import Evaluator
@@ -69,7 +69,7 @@ def weighed_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> 
     equations = [torque_equations(evaluator, filtered(s, band)) for s in logs]
     weight = [1.0] * len(equations[0])
     for _ in range(_ROUNDS):
-        X = summary(placed(equations), len(weight)).fit()
+        X = block_summary(equations).fit()
         for j, own in enumerate(zip(*equations, strict=True)):
             left = np.concatenate([(e.y - e.W @ X) / e.scale for e in own])
             rest = [np.zeros(len(e.y), bool) if e.rest is None else e.rest for e in own]
@@ -200,5 +200,4 @@ def _errors(
             q, equations = log.q, torque_equations(evaluator, log, sides=known)
             require_left(s, equations)
             out.append(equations)
-    torques = [summary(placed(equations), logs[0].q.shape[1]) for equations in found]
-    return [block_errors(t, t) for t in torques]
+    return [block_errors(t, t) for t in map(block_summary, found)]

@@ -205,45 +205,34 @@ def residual_squares(grams: FloatArray, X: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(np.einsum("a,jab,b->j", v, grams, v), 0.0))
 
 
-def summary(rows: Sequence[tuple[Equations, FloatArray]], m: int) -> Blocks:
-    """Summarise equations.
+def block_summary(logs: Sequence[Sequence[Equations]], reach: float = 0.0) -> Blocks:
+    """Summarise equations by blocks of the whole training time.
+
+    A row that begins in one block and ends in another belongs to none.
 
     Args:
-        rows: equations of one joint of one log (or of its energy), and where in the whole of the
-            training time each of them stands, (K, 2): begin and end, in 0 .. 1.
-        m: number of joints, 1 for energy.
-    """
-    p = rows[0][0].W.shape[1]
-    grams, count = np.zeros((BLOCKS, m, p + 1, p + 1)), np.zeros((BLOCKS, m))
-    for e, place in rows:
-        first, last = np.clip((place * BLOCKS).astype(int), 0, BLOCKS - 1).T
-        whole, j = np.column_stack([e.W, e.y]), e.joint or 0
-        for b in range(int(first[0]), int(last[-1]) + 1) if len(first) else ():
-            # Rows come in their order in time; a window that spans two blocks belongs to none.
-            inside = whole[np.searchsorted(first, b) : np.searchsorted(last, b, side="right")]
-            grams[b, j] += e.weight * (inside.T @ inside)
-            count[b, j] += len(inside)
-    return Blocks(grams, count)
-
-
-def placed(
-    logs: Sequence[Sequence[Equations]], reach: float = 0.0
-) -> list[tuple[Equations, FloatArray]]:
-    """Return equations with their place in the whole of the training time, for `summary`.
-
-    Args:
-        logs: the equations of every log.
+        logs: the equations of every log, joint by joint, rows in their order in time.
         reach: time in s before its own that an equation reaches back.
     """
     spans = [(min(e.t[0] for e in log), max(e.t[-1] for e in log)) for log in logs]
     total = sum(end - start for start, end in spans) or 1.0
-    out, before = [], 0.0
+    m, width = len(logs[0]), logs[0][0].W.shape[1] + 1
+    grams, count = np.zeros((BLOCKS, m, width, width)), np.zeros((BLOCKS, m))
+    before = 0.0
     for log, (start, end) in zip(logs, spans, strict=True):
-        for e in log:
-            ends = (before + e.t - start) / total
-            out.append((e, np.column_stack([ends - reach / total, ends])))
+        for j, e in enumerate(log):
+            place = (before + e.t - start) / total  # 0 .. 1
+            first, last = (
+                np.clip((x * BLOCKS).astype(int), 0, BLOCKS - 1)
+                for x in (place - reach / total, place)
+            )
+            whole = np.column_stack([e.W, e.y])
+            for b in np.unique(last):
+                inside = whole[np.searchsorted(first, b) : np.searchsorted(last, b, side="right")]
+                grams[b, j] += e.weight * (inside.T @ inside)
+                count[b, j] += len(inside)
         before += end - start
-    return out
+    return Blocks(grams, count)
 
 
 def block_errors(equations: Blocks, torques: Blocks) -> FloatArray:

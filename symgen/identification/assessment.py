@@ -49,9 +49,9 @@ from symgen.identification.estimate import (
     Alternative,
     Consistency,
     Estimate,
-    Joint,
     ParameterEstimate,
     Use,
+    joints_of,
     other_estimate,
 )
 from symgen.identification.model_choice import ChosenModel
@@ -195,7 +195,7 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
     data = [(p.kind, p.log.samples) for p in (*train, *held)]
     return Estimate(
         robot=robot.name,
-        joints=tuple(Joint(j.number, names.unit("FS", j.sigma)) for j in robot.movable),
+        joints=joints_of(robot),
         model=model.name,
         method=method.label,
         parameters=parameters,

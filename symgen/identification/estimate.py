@@ -25,6 +25,8 @@ from symgen.estimation.values import (
 from symgen.faults.fault import Fault
 from symgen.files import html_table
 from symgen.identification.curves import FILE, read_curves
+from symgen.names import unit
+from symgen.robot.types import Robot
 from symgen.schemas import (
     BESIDE,
     MATRIX,
@@ -58,6 +60,11 @@ class Joint(NamedTuple):
 
     number: int
     unit: str
+
+
+def joints_of(robot: Robot) -> tuple[Joint, ...]:
+    """Return the movable joints of a robot."""
+    return tuple(Joint(j.number, unit("FS", j.sigma)) for j in robot.movable)
 
 
 @dataclass(frozen=True)

@@ -31,10 +31,9 @@ from symgen.estimation.summary import (
     BLOCKS,
     Blocks,
     block_errors,
+    block_summary,
     deviation_of_difference,
     held_out_error,
-    placed,
-    summary,
 )
 from symgen.estimation.torque_error import TorqueFit, fit
 from symgen.faults.fault import Fault, undone
@@ -278,7 +277,7 @@ def _held(run: Run, model: EquationModel) -> list[EquatedLog]:
 
 def _summary(logs: Sequence[EquatedLog], model: EquationModel) -> Blocks:
     """Return the summary of equations by blocks of time."""
-    return summary(placed([p.equations for p in logs], model.gap), len(logs[0].equations))
+    return block_summary([p.equations for p in logs], model.gap)
 
 
 def _alternatives(
@@ -418,15 +417,12 @@ def motion_fault(logs: Sequence[FilteredLog], still: Sequence[int]) -> str:
         return ""
     norms = np.linalg.norm(qd, axis=0)
     cosines = (qd / norms).T @ (qd / norms)
-    pairs = [
-        (j + 1, k + 1, float(np.sqrt(max(0.0, 1 - cosines[j, k] ** 2))))
-        for j in range(qd.shape[1])
-        for k in range(j)
-    ]
-    j, k, apart = min(pairs, key=lambda pair: pair[2])
-    if apart < PROPORTIONAL:
-        return (
-            f"the speeds of movable joints {k} and {j} are proportional to each other throughout "
-            f"(to {100 * apart:.2g} %); move the joints independently"
-        )
-    return ""
+    first, second = np.triu_indices(len(norms), 1)
+    apart = np.sqrt(np.maximum(0.0, 1 - cosines[first, second] ** 2))
+    least = int(np.argmin(apart))
+    if apart[least] >= PROPORTIONAL:
+        return ""
+    return (
+        f"the speeds of movable joints {first[least] + 1} and {second[least] + 1} are proportional "
+        f"to each other throughout (to {100 * apart[least]:.2g} %); move the joints independently"
+    )
