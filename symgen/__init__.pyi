@@ -41,14 +41,16 @@ from symgen.estimation.estimators import (
     Wls as Wls,
 )
 from symgen.estimation.estimators import InstrumentalVariables as InstrumentalVariables
-from symgen.experiment.controller import Controller as Controller
 from symgen.experiment.excitation import (
     Motion as Motion,
     Search as Search,
     excite as excite,
 )
-from symgen.experiment.recording import Instruments as Instruments
-from symgen.experiment.recording import Recording as Recording
+from symgen.experiment.recording import (
+    Controller as Controller,
+    Instruments as Instruments,
+    Recording as Recording,
+)
 from symgen.experiment.reference import (
     Reference as Reference,
     make_reference as make_reference,

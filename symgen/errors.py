@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 #: Of a message that quotes a long file: the characters kept at its start, and at its end.
 _START, _END = 1500, 300
@@ -46,6 +47,15 @@ class SymgenError(Exception):
 
     def __init__(self, text: str = "") -> None:
         super().__init__(message(text))
+
+
+@contextmanager
+def located(place: object) -> Iterator[None]:
+    """Put a place, as a file or an entry of it, before what errors say that are raised inside."""
+    try:
+        yield
+    except SymgenError as error:
+        raise type(error)(f"{place}: {error}") from error
 
 
 class RobotError(SymgenError):

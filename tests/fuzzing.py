@@ -155,7 +155,7 @@ def read_messages(path: Path) -> None:
         try:
             return read(path, *given)
         except MemoryError:  # at once, for a size that nobody has
-            refuse(path, "takes more than it may", "less")
+            refuse("takes more than it may", "less")
 
     bags.read_bounded = here
     read_log(path)
@@ -173,7 +173,7 @@ def read_map(path: Path) -> None:
 
 def read_motion(path: Path) -> None:
     """Read a motion that simulate follows."""
-    from symgen.data.plain import read_columns
+    from symgen.data.tables import read_columns
 
     t, found = read_columns(path, ("q",), ("qd", "qdd"), "a motion")
     _finite(t, *found.values())
@@ -319,7 +319,7 @@ ANEW = "worked on anew"
 def day_of_fleet(folder: Path, work: Path, kept: bool = False) -> Any:
     """Return the estimate of the one day of a fleet; one that is not kept is KEPT, or fails."""
     import symgen
-    from symgen.diagnosis import robot_days
+    from symgen.diagnosis import fleet
     from symgen.distributed import Workers
 
     def identify(*_: object, **__: object) -> Any:
@@ -330,14 +330,14 @@ def day_of_fleet(folder: Path, work: Path, kept: bool = False) -> Any:
             X=KEPT[0], covariance=KEPT[1], torque_validation=torque, verdict="trusted"
         )
 
-    task = robot_days.IdentifyDay("", "momentum", 5.0, symgen.Reading())
-    day = robot_days.Day("7", "1", (str(folder / "day.csv"),))
+    task = fleet.IdentifyDay("", "momentum", 5.0, symgen.Reading())
+    day = fleet.Day("7", "1", (str(folder / "day.csv"),))
     with (
-        mock.patch.object(robot_days, "identify", identify),
-        mock.patch.object(robot_days.IdentifyDay, "_model", None),
+        mock.patch.object(fleet, "identify", identify),
+        mock.patch.object(fleet.IdentifyDay, "_model", None),
     ):
         workers, names = Workers(1, work=work), [f"P{k}" for k in range(len(KEPT[0]))]
-        (estimate,) = robot_days.estimated(task, [day], names, workers, lambda _: None)
+        (estimate,) = fleet._estimates(task, [day], names, workers, lambda _: None)
     return estimate
 
 

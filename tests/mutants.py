@@ -2,9 +2,11 @@
 
     python tests/mutants.py GROUP COUNT [--seed WORD]
     python tests/mutants.py GROUP 0 --at PLACE...
+    python tests/mutants.py --again GROUP PLACE TEST...
 
 Prints a line for each mutant of the group, COUNT of them drawn at random, or those at some PLACES
-among all: killed, and by which test, or survived. The code is copied into a folder of its own.
+among all: killed, and by which test, or survived. `--again` shows a mutant to one TEST. The code is
+copied into a folder of its own.
 Libraries are imported once, and every mutant runs in a fork of that process. All tests run once
 without a change, and which lines each one reaches is noted: a mutant is shown to the tests that
 reach it, the quickest first, up to the first that fails.
@@ -128,7 +130,7 @@ class Reached:
                 if k == 0 or end <= SHOWN]  # fmt: skip
 
 
-def _changed(node: ast.AST) -> bool:
+def changed(node: ast.AST) -> bool:
     """Change a node in place, where it is one that can be changed."""
     if isinstance(node, ast.Compare):
         node.ops[0] = _OTHER[type(node.ops[0])]()  # type: ignore[assignment]
@@ -146,7 +148,7 @@ def _changed(node: ast.AST) -> bool:
     return True
 
 
-def _nodes(tree: ast.Module) -> list[ast.AST]:
+def nodes_of(tree: ast.Module) -> list[ast.AST]:
     """Return the nodes of code, without annotations."""
     out: list[ast.AST] = []
     waiting: list[ast.AST] = [tree]
@@ -164,8 +166,8 @@ def places(group: str) -> list[tuple[str, int]]:
     """Return every place of a group that can be changed: a file, and the number of a node in it."""
     out = []
     for file in GROUPS[group][0]:
-        nodes = _nodes(ast.parse((PROJECT / file).read_text("utf-8")))
-        out += [(file, k) for k, node in enumerate(nodes) if _changed(node)]
+        nodes = nodes_of(ast.parse((PROJECT / file).read_text("utf-8")))
+        out += [(file, k) for k, node in enumerate(nodes) if changed(node)]
     return out
 
 
@@ -173,16 +175,40 @@ def mutant(place: int, file: str, k: int) -> tuple[Mutant, str]:
     """Return the mutant of a place, and the text of its file."""
     source = (PROJECT / file).read_text("utf-8")
     tree = ast.parse(source)
-    node: Any = _nodes(tree)[k]
+    node: Any = nodes_of(tree)[k]
+    was = shown(node)
+    changed(node)
     text = source.splitlines()[node.lineno - 1].strip()
+    return Mutant(place, file, node.lineno, text, was, shown(node)), ast.unparse(tree)
 
-    def shown() -> str:
-        part = node.test if isinstance(node, (ast.If, ast.While)) else node
-        return ast.unparse(ast.fix_missing_locations(part))
 
-    was = shown()
-    _changed(node)
-    return Mutant(place, file, node.lineno, text, was, shown()), ast.unparse(tree)
+def now_at(group: str, wanted: Sequence[dict[str, Any]]) -> list[list[int]]:
+    """Return the places at which some mutants now stand: same file, text of the line, and change.
+
+    Only places on such lines are changed and printed, which would take minutes for all of a group.
+    """
+    lines = {(m["file"], m["text"]) for m in wanted}
+    read = {}
+    for file in {m["file"] for m in wanted if (PROJECT / m["file"]).is_file()}:
+        source = (PROJECT / file).read_text("utf-8")
+        read[file] = source.splitlines(), nodes_of(ast.parse(source))
+    found = defaultdict(list)
+    for place, (file, k) in enumerate(places(group)):
+        texts, nodes = read.get(file, ((), ()))
+        if nodes and (file, texts[nodes[k].lineno - 1].strip()) in lines:
+            found[key(vars(mutant(place, file, k)[0]))].append(place)
+    return [found[key(m)] for m in wanted]
+
+
+def key(mutant: dict[str, Any]) -> tuple[str, ...]:
+    """What a mutant is, wherever its line now stands."""
+    return mutant["file"], mutant["text"], mutant["was"], mutant["now"]
+
+
+def shown(node: Any) -> str:
+    """Return what is changed of a node, as text."""
+    part = node.test if isinstance(node, (ast.If, ast.While)) else node
+    return ast.unparse(ast.fix_missing_locations(part))
 
 
 def _statement(file: str, line: int) -> tuple[int, int]:
@@ -264,7 +290,7 @@ def _in_fork(run: Callable[[], str], seconds: float) -> str:
     return f"more than {seconds:.0f} s" if os.WIFSIGNALED(status) and not said else said
 
 
-def _tested(copy: Path, tests: Sequence[str], plugin: _First) -> str:
+def _tested(copy: Path, tests: Sequence[str], plugin: _First, unchanged: bool = False) -> str:
     """Run tests in this process; return what failed first, or "passed"."""
     sink = os.open(os.devnull, os.O_WRONLY)
     os.dup2(sink, 1)
@@ -273,7 +299,7 @@ def _tested(copy: Path, tests: Sequence[str], plugin: _First) -> str:
     os.chdir(copy)
     sys.path[:0] = [str(copy), str(copy / "tests")]
     # Without any change all that is imported is compiled, once; a change is newer than that.
-    sys.dont_write_bytecode = not isinstance(plugin, _Recorder)
+    sys.dont_write_bytecode = not unchanged
     import pytest
 
     options = ["-x", "-q", "-p", "no:cacheprovider", f"--basetemp={copy / 'temporary'}"]
@@ -300,7 +326,7 @@ class Copy:
 
         def run() -> str:
             plugin = _Recorder([self.folder / f for f in files])
-            failed = _tested(self.folder, tests, plugin)
+            failed = _tested(self.folder, tests, plugin, unchanged=True)
             found = plugin.found
             lines = [[f, k, sorted(tests)] for (f, k), tests in found.lines.items()]
             return json.dumps([failed, found.seconds, lines])
@@ -346,20 +372,20 @@ def tried(group: str, chosen: Sequence[int]) -> Iterator[Mutant]:
             yield found
 
 
-def again(group: str, killed: Sequence[tuple[int, str]]) -> Iterator[Mutant]:
-    """Yield the mutants of some places, after one test each has run, which fails without none.
+def again(killed: Sequence[tuple[str, str, str]]) -> Iterator[Mutant]:
+    """Yield mutants, each a group, a place and the one test that it is shown to.
 
     Raises:
         AssertionError: one of the tests fails without any change.
     """
-    every = places(group)
+    every = {group: places(group) for group in {group for group, _, _ in killed}}
     with tempfile.TemporaryDirectory() as folder:
         copy = Copy(Path(folder).resolve())
-        tests = sorted({test for _, test in killed})
-        failed = _in_fork(lambda: _tested(copy.folder, tests, _First()), SECONDS)
+        tests = sorted({test for _, _, test in killed})
+        failed = _in_fork(lambda: _tested(copy.folder, tests, _First(), unchanged=True), SECONDS)
         assert failed == _PASSED, f"without any change: {failed}"
-        for place, test in killed:
-            found, text = mutant(place, *every[place])
+        for group, place, test in killed:
+            found, text = mutant(int(place), *every[group][int(place)])
             found.killed_by = copy.failing(found, text, [test], SECONDS)
             yield found
 
@@ -367,11 +393,11 @@ def again(group: str, killed: Sequence[tuple[int, str]]) -> Iterator[Mutant]:
 def main() -> None:
     """Try the mutants that the command line asks for."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("group", choices=GROUPS)
-    parser.add_argument("count", type=int)
+    parser.add_argument("group", choices=GROUPS, nargs="?")
+    parser.add_argument("count", type=int, nargs="?", default=0)
     parser.add_argument("--seed", default="1")
     parser.add_argument("--at", type=int, nargs="*", default=())
-    parser.add_argument("--by", nargs="*", default=(), help="the one test for each of --at")
+    parser.add_argument("--again", nargs=3, action="append", metavar=("GROUP", "PLACE", "TEST"))
     asked = parser.parse_args()
     sys.dont_write_bytecode = True
     # What every fork needs and takes seconds to load.
@@ -380,12 +406,15 @@ def main() -> None:
                     "statsmodels.api"):  # fmt: skip
         importlib.import_module(library)
 
-    draw = random.Random(f"{asked.group} {asked.seed}")
-    # In any order, so that those that were tried when somebody stops it are a sample, too.
-    chosen = asked.at or draw.sample(range(len(places(asked.group))), asked.count)
-    pairs = list(zip(chosen, asked.by, strict=True)) if asked.by else []
-    for found in again(asked.group, pairs) if pairs else tried(asked.group, chosen):
-        print(json.dumps(asdict(found)), flush=True)
+    if asked.again:
+        found = again(asked.again)
+    else:
+        draw = random.Random(f"{asked.group} {asked.seed}")
+        # In any order, so that those that were tried when somebody stops it are a sample, too.
+        chosen = asked.at or draw.sample(range(len(places(asked.group))), asked.count)
+        found = tried(asked.group, chosen)
+    for m in found:
+        print(json.dumps(asdict(m)), flush=True)
 
 
 if __name__ == "__main__":

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import random
 import signal
 import warnings
+from collections.abc import Iterable, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -18,6 +20,8 @@ from symgen import Limits, Motion, Robot, Search, SymgenWarning, parse_robot
 from symgen.experiment.plan import Plan
 
 PROJECT = Path(__file__).resolve().parents[1]
+#: Draws which cases of a long table the default suite runs.
+SAMPLE = "1"
 
 
 def data_folder() -> Path:
@@ -58,6 +62,20 @@ def excited(robot: Robot | str, **options: Any) -> Plan:
         for name, kind in (("limits", Limits), ("motion", Motion), ("search", Search))
     }
     return symgen.excite(robot, **made, **({"model": "energy"} | options))
+
+
+def sampled(cases: Iterable[Any], count: int, always: Sequence[Any] = ()) -> list[Any]:
+    """Return cases of a test: some drawn by the seed SAMPLE and `always`, the others marked slow.
+
+    A case of several arguments is a tuple. `-m slow` runs what the default suite leaves out.
+    """
+    every = list(cases)
+    drawn = random.Random(SAMPLE).sample([c for c in every if c not in always], count)
+    slow = [c not in (*always, *drawn) for c in every]
+    return [
+        pytest.param(*(c if isinstance(c, tuple) else (c,)), marks=[pytest.mark.slow] * late)
+        for c, late in zip(every, slow, strict=True)
+    ]
 
 
 def heeds_ctrl_c() -> None:

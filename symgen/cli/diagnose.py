@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from symgen.cli.options import CUTOFF, INTO, LOGS, ROBOT, listed, reading_options
+from symgen.cli.options import CUTOFF, LOGS, ROBOT, into, listed, reading_options
 from symgen.cli.progress import stages
 from symgen.report.terminal import print_result
 
@@ -24,28 +24,14 @@ _DIAGNOSING = {"reading": 0.02, "deriving": 0.05, "checking": 0.12, "trying": 0.
 @click.option("--effects", help="Comma-separated names to try; default all (symgen explain).")
 @CUTOFF
 @reading_options
-@INTO
-def diagnose(
-    robot: str,
-    logs: tuple[str, ...],
-    effects: str | None,
-    into: Path,
-    **options: Any,
-) -> int:
+@into("diagnosis.json")
+def diagnose(effects: str | None, into: Path, **options: Any) -> int:
     """Find what the model of ROBOT misses in LOGS, name it, add it, and show the gap shrink."""
     import symgen
-    from symgen.diagnosis.diagnosis import MARKER
-    from symgen.files import check_replaceable
 
-    check_replaceable(into, MARKER)
+    tried = None if effects is None else listed(effects)
     with stages(_DIAGNOSING) as told:
-        diagnosis = symgen.diagnose(
-            robot,
-            list(logs),
-            effects=None if effects is None else listed(effects),
-            progress=told,
-            **options,
-        )
+        diagnosis = symgen.diagnose(effects=tried, progress=told, **options)
         told("writing the page and the extended model")
         symgen.write(diagnosis, into)
     good = print_result(diagnosis)

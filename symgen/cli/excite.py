@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 
-from symgen.cli.options import PATH, ROBOT, WINDOW, listed, taken
+from symgen.cli.options import PATH, ROBOT, WINDOW, listed, numbers, taken
 from symgen.cli.progress import meter, say
-from symgen.errors import ParameterError
 from symgen.report.terminal import print_plan
 
 
@@ -81,11 +79,14 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
     files = paths(into, options["runs"])
     for path in files:
         check_new(path)
-    for key in ("velocity", "acceleration", "jerk", "torque", "start"):
-        options[key] = _limits(options[key], f"--{key}", source.n)
-    options["position"] = _limits(options["position"], "--position", source.n, _range)
-    options["duration"] = _limits(options["duration"], "--duration", options["runs"])
-    kinds = tuple(options["kind"].split(","))
+    for key in ("position", "velocity", "acceleration", "jerk", "torque", "start", "duration"):
+        count = options["runs"] if key == "duration" else source.n
+        such = "ranges, such as 2.5 or -2:1.5,0:3" if key == "position" else "numbers, such as 3"
+        accepted = f"{such}; one, or one for each of {count}"
+        read = _range if key == "position" else float
+        found = numbers(f"--{key}", options[key], accepted, (1, count), read)
+        options[key] = found and found * (count // len(found))
+    kinds = listed(options["kind"])
     options["kind"] = kinds[0] if len(kinds) == 1 else kinds
     limits, motion, search = (taken(kind, options) for kind in (Limits, Motion, Search))
     with meter("searching") as advance:
@@ -98,31 +99,6 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
     print_plan(plan)
     click.echo(f"written: {', '.join(map(str, found))}")
     return 0 if plan.good else 1
-
-
-def _limits(
-    text: str | None, what: str, count: int, read: Callable[[str], Any] = float
-) -> tuple[Any, ...] | None:
-    """Return `count` values from "3" or "3,2.5,..."; None where nothing is given.
-
-    Raises:
-        ParameterError: one cannot be read, or their count is wrong.
-    """
-    if text is None:
-        return None
-    parts = listed(text)
-    if len(parts) not in (1, count):
-        raise ParameterError(
-            f"{what} {text}: {len(parts)} entries; accepted: one, or one for each of {count}"
-        )
-    try:
-        return tuple(map(read, parts)) * (count if len(parts) == 1 else 1)
-    except ValueError as error:
-        such = (
-            "numbers, such as 3 or 3,2.5" if read is float else "ranges, such as 2.5 or -2:1.5,0:3"
-        )
-        accepted = f"accepted: {such} (one for each of {count})"
-        raise ParameterError(f"{what} {text}: {accepted}") from error
 
 
 def _range(text: str) -> tuple[float, float]:

@@ -24,8 +24,8 @@ def export(estimate: Path, to: Path, source: Path | None, robot: str | None) -> 
     """
     from symgen.files import replace_file
     from symgen.identification.export import export as exported
+    from symgen.robot.formats.urdf import without_inertials
     from symgen.robot.imported import read_text
-    from symgen.robot.urdf_io import without_inertials
 
     for path in {to, source or to}:
         if path.suffix.lower() not in (".urdf", ".xml") or path.suffix != to.suffix:

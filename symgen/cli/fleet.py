@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from symgen.cli.options import INTO, PATH, finish, reading_options, worker_options, workers_of
+from symgen.cli.options import PATH, finish, into, reading_options, worker_options
 from symgen.cli.progress import stages
 
 #: First word of what is said, and the part of the time that has passed then.
@@ -24,32 +24,15 @@ _DAYS = {"choosing": 0.02, "days": 0.1, "diagnosing": 0.85}
 @worker_options
 @click.option("--work", type=PATH, help="Keeps the days that are finished.")
 @reading_options
-@INTO
-def fleet(
-    robot: str,
-    logs: tuple[str, ...],
-    workers: int | None,
-    scheduler: str | None,
-    work: Path | None,
-    into: Path,
-    **options: Any,
-) -> int:
+@into("fleet.json")
+def fleet(into: Path, **options: Any) -> int:
     """Identify every robot and day of LOGS; say which drifted since when, and which stands out.
 
     LOGS are files, patterns, folders or URLs: robot=NAME/day=DAY/FILE, ROBOT/DAY.parquet, or
     ROBOT_DAY.parquet.
     """
     import symgen
-    from symgen.diagnosis.fleet import MARKER
-    from symgen.files import check_replaceable
 
-    check_replaceable(into, MARKER)
     with stages(_DAYS) as told:
-        found = symgen.fleet(
-            robot,
-            list(logs),
-            workers=workers_of(workers, scheduler, work),
-            progress=told,
-            **options,
-        )
+        found = symgen.fleet(progress=told, **options)
     return finish(found, into)

@@ -2,28 +2,33 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from symgen.cli.options import (
     CUTOFF,
-    INTO,
     LOGS,
+    METHODS,
+    MODELS,
     PATH,
     ROBOT,
     WINDOW,
     again,
     diagnosing,
+    into,
     numbers,
     one_of,
     reading_options,
     worker_options,
-    workers_of,
 )
 from symgen.cli.progress import stages
 from symgen.report.terminal import print_result
+
+if TYPE_CHECKING:
+    from symgen import Workers
 
 #: First word of what is said, and the part of the time that has passed then.
 _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0.5,
@@ -39,16 +44,14 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
     default="auto",
     show_default=True,
     help="auto, energy, momentum or torque; or static: rows are still poses.",
-    shell_complete=one_of("auto", "energy", "momentum", "torque", "static"),
+    shell_complete=one_of("auto", *MODELS, "static"),
 )
 @click.option(
     "--method",
     default="wls",
     show_default=True,
     help="wls, ols, huber, tls, iv, ridge, essential, consistent or recursive.",
-    shell_complete=one_of(
-        "wls", "ols", "huber", "tls", "iv", "ridge", "essential", "consistent", "recursive"
-    ),
+    shell_complete=one_of(*METHODS),
 )
 @WINDOW
 @CUTOFF
@@ -61,7 +64,7 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
 @worker_options
 @click.option("--work", type=PATH, help="Where a run that breaks off is kept.")
 @reading_options
-@INTO
+@into("estimate.json")
 def identify(
     robot: str,
     logs: tuple[str, ...],
@@ -72,9 +75,7 @@ def identify(
     forgetting: float,
     commanded: tuple[str, ...],
     weights: str | None,
-    workers: int | None,
-    scheduler: str | None,
-    work: Path | None,
+    workers: Workers | None,
     into: Path,
     **options: Any,
 ) -> int:
@@ -86,27 +87,27 @@ def identify(
     """
     import symgen
     from symgen.distributed import WorkFolder
-    from symgen.files import check_replaceable
     from symgen.identification.out_of_core import is_long
     from symgen.identification.solving import FOLDED
 
-    check_replaceable(into, "estimate.json")
     source = symgen.read_robot(robot)
     kept = None
-    spread = workers is not None or scheduler is not None
     plain = method in FOLDED and not (prior or weights or commanded or source.loaded)
-    if work is None and (spread or is_long([*logs, *validation], plain and model != "static")):
-        # Beside the results: the same command again goes on from there.
-        work = kept = into.absolute().with_name(f".{into.name}-work")
+    if workers or is_long([*logs, *validation], plain and model != "static"):
+        workers = workers or symgen.Workers()
+        if workers.work is None:
+            # Beside the results: the same command again goes on from there.
+            kept = into.absolute().with_name(f".{into.name}-work")
+            workers = replace(workers, work=kept)
     with stages(_IDENTIFYING) as told:
         estimate = symgen.identify(
             source,
-            list(logs),
-            validation=list(validation),
+            logs,
+            validation=validation,
             model=model,
             method=method,
-            fit=symgen.Fit(prior, numbers("--weights", weights), list(commanded), forgetting),
-            workers=workers_of(workers, scheduler, work),
+            fit=symgen.Fit(prior, numbers("--weights", weights), commanded, forgetting),
+            workers=workers,
             progress=told,
             **options,
         )

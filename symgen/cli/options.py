@@ -5,17 +5,15 @@ from __future__ import annotations
 import shlex
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import fields
 from functools import reduce, wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from symgen.report.terminal import print_result
-
-if TYPE_CHECKING:
-    from symgen import Workers
 
 
 def robot_names(_context: Any, _parameter: Any, incomplete: str) -> list[Any]:
@@ -46,23 +44,43 @@ def listed(text: str | None) -> tuple[str, ...]:
     return () if text is None else tuple(part.strip() for part in text.split(","))
 
 
-def numbers(option: str, text: str | None) -> list[float] | None:
-    """Return the numbers of a text between commas, None for none.
+def numbers(
+    option: str,
+    text: str | None,
+    accepted: str = "numbers, separated by commas",
+    counts: Sequence[int] = (),
+    read: Callable[[str], Any] = float,
+) -> Any:
+    """Return the numbers of a text between commas, as a tuple; None for none.
+
+    Args:
+        option: for messages.
+        text: that was typed.
+        accepted: for messages.
+        counts: how many there may be; empty for any.
+        read: what makes a number of a part.
 
     Raises:
-        UsageError: one is not a number.
+        UsageError: one is not a number, or there are others than COUNTS.
     """
     if text is None:
         return None
-    try:
-        return [float(part) for part in listed(text)]
-    except ValueError as error:
-        raise click.UsageError(
-            f"{option} {text}: accepted: numbers, separated by commas"
-        ) from error
+    with suppress(ValueError):
+        found = tuple(map(read, listed(text)))
+        if not counts or len(found) in counts:
+            return found
+    raise click.UsageError(f"{option} {text[:100]}: accepted: {accepted}")
 
 
+Command = Callable[..., Any]
 PATH = click.Path(path_type=Path)
+
+
+def share(_context: Any, _option: Any, percent: float) -> float:
+    """Return what is typed in percent as a share."""
+    return percent / 100
+
+
 ROBOT = click.argument("robot", shell_complete=robot_names)
 LOGS = click.argument("logs", nargs=-1, required=True, type=click.Path())
 PARAMETERS = click.option(
@@ -78,7 +96,22 @@ DURATION = click.option(
     "--duration", default=20.0, show_default=True, help="Of the Fourier series, s."
 )
 SEED = click.option("--seed", default=0, show_default=True, help="Of noise and Fourier series.")
-INTO = click.option("--into", type=PATH, required=True, help="Folder of results.")
+MODELS = ("energy", "momentum", "torque")
+METHODS = ("wls", "ols", "huber", "tls", "iv", "ridge", "essential", "consistent", "recursive")
+
+
+def into(marker: str, **options: Any) -> Command:
+    """Return the option --into of a folder of results, new or of that marker: looked at at once."""
+
+    def replaceable(_context: Any, _option: Any, folder: Path) -> Path:
+        from symgen.files import check_replaceable
+
+        check_replaceable(folder, marker)
+        return folder
+
+    told = {"required": True, "help": "Folder of results.", **options}
+    return click.option("--into", type=PATH, callback=replaceable, **told)
+
 
 _READING = (
     click.option("--columns", help="Names of columns in the file: t=time,q1=..; or a .toml file."),
@@ -114,7 +147,7 @@ _RECORDING = (
         "--torque-noise-percent",
         "torque_noise_relative",
         default=0.0,
-        callback=lambda _context, _option, percent: percent / 100,
+        callback=share,
         help="Of tau in the log, of its RMS.",
     ),
     click.option("--delay", default=0.0, help="Of q and qd behind tau in the log, s."),
@@ -128,11 +161,11 @@ _RECORDING = (
 )
 
 _WORKERS = (
-    click.option("--workers", type=click.IntRange(min=1), help="Processes that share the work."),
+    click.option(
+        "--workers", "processes", type=click.IntRange(min=1), help="Processes that share the work."
+    ),
     click.option("--scheduler", help="Address of a Dask scheduler whose workers do it."),
 )
-
-Command = Callable[..., Any]
 
 
 def _with(options: Sequence[Command], command: Command) -> Command:
@@ -184,18 +217,16 @@ def recording_options(command: Command) -> Command:
 
 
 def worker_options(command: Command) -> Command:
-    """Give a command the arguments `workers` and `scheduler`."""
-    return _with(_WORKERS, command)
+    """Give a command the options of sharing its work, as one argument `workers`."""
 
+    @wraps(command)
+    def with_workers(**options: Any) -> Any:
+        from symgen import Workers
 
-def workers_of(
-    processes: int | None, scheduler: str | None, work: Path | None = None
-) -> Workers | None:
-    """Return who does the work, or None where no option says so."""
-    from symgen import Workers
+        asked = taken(Workers, options)
+        return command(workers=None if asked == Workers() else asked, **options)
 
-    asked = Workers(processes, scheduler, work)
-    return None if asked == Workers() else asked
+    return _with(_WORKERS, with_workers)
 
 
 def finish(result: Any, into: Path, **more: Any) -> int:

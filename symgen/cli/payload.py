@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from symgen.cli.options import CUTOFF, INTO, LOGS, ROBOT, finish, reading_options
+from symgen.cli.options import CUTOFF, LOGS, ROBOT, finish, into, reading_options
 from symgen.cli.progress import stages
 
 
@@ -26,14 +26,8 @@ from symgen.cli.progress import stages
 @click.option("--model", default="torque", help="torque; or static: rows are still poses.")
 @CUTOFF
 @reading_options
-@INTO
-def payload(
-    robot: str,
-    logs: tuple[str, ...],
-    calibrate: bool,
-    into: Path,
-    **options: Any,
-) -> int:
+@into("payload.json")
+def payload(robot: str, calibrate: bool, into: Path, **options: Any) -> None:
     """Identify mass, centre of mass and inertia of what ROBOT carries in LOGS.
 
     The robot alone is known by --parameters, or by logs --without the load, best of the same
@@ -41,21 +35,11 @@ def payload(
     gains are written into [drive] of a robot.toml beside the result, which later runs then use.
     """
     import symgen
-    from symgen.files import check_replaceable
-    from symgen.identification.gains import with_gains
-    from symgen.identification.payload_result import MARKER
+    from symgen.identification.payload import with_gains
 
-    check_replaceable(into, MARKER)
     with stages({"reading": 0.05, "deriving": 0.1, "band": 0.6, "solving": 0.8}) as told:
-        found = symgen.payload(
-            robot,
-            list(logs),
-            calibrate=calibrate,
-            progress=told,
-            **options,
-        )
+        found = symgen.payload(robot, calibrate=calibrate, progress=told, **options)
     gains = {}
     if calibrate:
         gains["robot.toml"] = with_gains(symgen.read_robot(robot), found).encode()
     finish(found, into, more=gains)
-    return 0

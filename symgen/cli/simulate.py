@@ -7,9 +7,16 @@ from typing import Any
 
 import click
 
-from symgen.cli.options import DURATION, PARAMETERS, PATH, ROBOT, SEED, recording_options
+from symgen.cli.options import (
+    DURATION,
+    PARAMETERS,
+    PATH,
+    ROBOT,
+    SEED,
+    numbers,
+    recording_options,
+)
 from symgen.cli.progress import meter, say
-from symgen.errors import ParameterError
 from symgen.report.terminal import print_simulation
 
 
@@ -27,38 +34,21 @@ from symgen.report.terminal import print_simulation
 @click.option("--runs", default=1, show_default=True, help="Logs: LOG_1.csv and so on.")
 @SEED
 @click.option("--into", type=PATH, required=True, help="log.csv or log.npz.")
-def simulate(
-    robot: str, parameters: str, temperature: str | None, runs: int, into: Path, **options: Any
-) -> int:
+def simulate(temperature: str | None, runs: int, into: Path, **options: Any) -> None:
     """Simulate ROBOT with given parameters under a controller, and write the log that it leaves."""
     import symgen
     from symgen.experiment.simulate import log_paths
     from symgen.files import check_new, write_files
 
-    for path in log_paths(into, runs):
+    paths = log_paths(into, runs)
+    for path in paths:
         check_new(path)
+    accepted = "START,END in deg C and SECONDS, such as 25,45,60"
+    course = numbers("--temperature", temperature, accepted, (3,))
     with meter("simulating") as advance:
         done = symgen.simulate(
-            robot,
-            parameters,
-            temperature=None if temperature is None else _course(temperature),
-            runs=runs,
-            progress=say,
-            meter=advance,
-            **options,
+            temperature=course, runs=runs, progress=say, meter=advance, **options
         )
     write_files(done.files(into))
     print_simulation(done)
-    click.echo(f"written: {', '.join(map(str, log_paths(into, runs)))}")
-    return 0
-
-
-def _course(text: str) -> tuple[float, float, float]:
-    """Return temperatures at the start and in the end, and the time constant."""
-    parts = text.split(",")
-    try:
-        start, end, seconds = map(float, parts)
-    except ValueError as error:
-        accepted = "accepted: START,END in deg C and SECONDS, such as 25,45,60"
-        raise ParameterError(f"--temperature {text[:40]!r}; {accepted}") from error
-    return start, end, seconds
+    click.echo(f"written: {', '.join(map(str, paths))}")

@@ -20,7 +20,6 @@ from symgen.symbolic import (
     friction,
     passive,
     placement,
-    points,
     regressor,
     regrouping,
 )
@@ -333,14 +332,14 @@ RECIPES: dict[str, Recipe] = {
         name,
         s,
         "Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning",
-        points.link_jacobian_tape(s.robot),
+        placement.link_jacobian_tape(s.robot),
         "J 6 n",
     ),
     "link_drift": lambda name, s: _kernel(
         name,
         s,
         "dJ/dt qd of a point in the frame of a link: its acceleration without qdd, in frame 0",
-        points.link_drift_tape(s.robot),
+        placement.link_drift_tape(s.robot),
         "a 6",
     ),
     "base_parameters": lambda name, s: _kernel(

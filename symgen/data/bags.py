@@ -17,8 +17,8 @@ import numpy as np
 
 from symgen.data.bounded import read_bounded
 from symgen.data.columns import held_still
-from symgen.data.raw import FloatArray, Raw, Reading, one_line, refuse
-from symgen.errors import LogError, plain
+from symgen.data.raw import FloatArray, Raw, Reading, refuse
+from symgen.errors import LogError
 
 _TYPE = "sensor_msgs/msg/JointState"
 _TYPES = (_TYPE, "sensor_msgs/JointState")
@@ -58,11 +58,9 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
         LogError: rosbags is missing, the bag is damaged or takes more memory or time than it is
             worth, or its messages are not those of the robot's joints.
     """
-    fields = _fields(path, reading, currents)
+    fields = _fields(reading, currents)
     if find_spec("rosbags") is None:
-        raise LogError(
-            f"{path}: rosbags is not installed; accepted: after pip install 'symgen[ros]'"
-        )
+        refuse("rosbags is not installed", "after pip install 'symgen[ros]'")
     return read_bounded(read_joint_states, path, fields, reading, tuple(names))
 
 
@@ -81,60 +79,54 @@ def read_joint_states(
     with _opened(path, reading.topic) as (announced, messages):
         found = list(messages)
     if not found:
-        refuse(path, "has no message of joint states", _ACCEPTED)
-    joints = _joints(path, reading.joints, names, found)
+        refuse("has no message of joint states", _ACCEPTED)
+    joints = _joints(reading.joints, names, found)
     wanted = [m for m in found if not set(joints).isdisjoint(m.names)]
     notes = []
     if len(found) < announced:
-        notes.append(f"{plain(path.name)}: {len(found)} of the {announced} messages can be read")
+        notes.append(f"{path.name}: {len(found)} of the {announced} messages can be read")
     if len(wanted) < len(found):
-        notes.append(
-            f"{plain(path.name)}: {len(found) - len(wanted)} messages of other joints left out"
-        )
+        notes.append(f"{path.name}: {len(found) - len(wanted)} messages of other joints left out")
     if all(m.stamp == 0 for m in wanted):
-        refuse(path, "the stamps in the headers are 0", "messages with the time in header.stamp")
+        refuse("the stamps in the headers are 0", "messages with the time in header.stamp")
     ordered = sorted(wanted, key=lambda m: m.stamp)
     late = sum(b.stamp < a.stamp for a, b in pairwise(wanted))
     if late:
-        notes.append(
-            f"{plain(path.name)}: {late} messages came out of order and were sorted by stamp"
-        )
-    orders = _orders(path, ordered, joints)
+        notes.append(f"{path.name}: {late} messages came out of order and were sorted by stamp")
+    orders = _orders(ordered, joints)
     stamps = np.array([m.stamp for m in ordered], dtype=np.int64)
     arrays: dict[str, FloatArray] = {}
     for role, field in fields.items():
-        rows = [_row(path, m, field, order) for m, order in zip(ordered, orders, strict=True)]
-        array = _array(path, role, field, rows)
+        rows = [_row(m, field, order) for m, order in zip(ordered, orders, strict=True)]
+        array = _array(role, field, rows)
         if array is not None:
             arrays[role] = array
     again = np.append(False, np.diff(stamps) == 0)  # the message before once more
     for k in np.flatnonzero(again):
         if not all(np.array_equal(x[k], x[k - 1], equal_nan=True) for x in arrays.values()):
             what = f"two messages of {stamps[k] * 1e-9:.6f} s differ"
-            refuse(path, what, "one message a stamp; --topic, or a bag with one publisher")
+            refuse(what, "one message a stamp; --topic, or a bag with one publisher")
     if again.any():
-        notes.append(f"{plain(path.name)}: {int(again.sum())} repeated messages left out")
+        notes.append(f"{path.name}: {int(again.sum())} repeated messages left out")
     arrays = {role: x[~again] for role, x in arrays.items()}
     if "q" not in arrays:
-        refuse(path, "the messages have no position", "q in every message")
+        refuse("the messages have no position", "q in every message")
     if "tau" not in arrays and "i" not in arrays:
-        refuse(path, f"the messages have no {fields.get('tau', 'effort')}", "torques, as effort")
+        refuse(f"the messages have no {fields.get('tau', 'effort')}", "torques, as effort")
     t = (stamps[~again] - stamps[0]) * 1e-9
     ignored = tuple(dict.fromkeys(name for m in wanted for name in m.names if name not in joints))
-    return Raw(
-        t, arrays["q"], arrays.get("qd"), arrays.get("tau"), arrays.get("i"), ignored, tuple(notes)
-    )
+    return Raw({"t": t, **arrays}, ignored, tuple(notes))
 
 
-def _fields(path: Path, reading: Reading, currents: bool) -> dict[str, str]:
+def _fields(reading: Reading, currents: bool) -> dict[str, str]:
     """Return the field of a message that each of our arrays comes from."""
     known = tuple(_FIELDS.values())
     for ours, theirs in reading.columns.items():
         if ours not in ("q", "qd", "tau", "i") or theirs not in known:
             what = f"--columns {ours}={theirs}: a bag has fields for all joints"
-            refuse(path, what, f"q, qd, tau or i = {', '.join(known)}; --joints for the joints")
+            refuse(what, f"q, qd, tau or i = {', '.join(known)}; --joints for the joints")
     if "i" in reading.columns and not currents:
-        refuse(path, "motor currents (--columns i)", "torque_constant in [drive] of the robot file")
+        refuse("motor currents (--columns i)", "torque_constant in [drive] of the robot file")
     taken = reading.columns.values()
     own = {role: field for role, field in _FIELDS.items() if field not in taken}
     return own | dict(reading.columns)
@@ -156,32 +148,31 @@ def _opened(path: Path, topic: str) -> Iterator[tuple[int, Iterator[_Message]]]:
         with Reader(path) as bag:
             states = [c for c in bag.connections if c.msgtype in _TYPES]
             topics = sorted({c.topic for c in states})
-            chosen = _topic(path, topic, topics, sorted({c.topic for c in bag.connections}))
+            chosen = _topic(topic, topics, sorted({c.topic for c in bag.connections}))
             states = [c for c in states if c.topic == chosen]
             for c in states:
                 encoding = getattr(c.ext, "serialization_format", "")
                 if encoding != "cdr":
-                    refuse(path, f"the messages are encoded as {encoding!r}", "cdr, as in ROS 2")
+                    refuse(f"the messages are encoded as {encoding!r}", "cdr, as in ROS 2")
             raw = (data for _, _, data in bag.messages(states))
             announced = sum(c.msgcount for c in states)
             yield announced, (_message(store.deserialize_cdr(data, _TYPE)) for data in raw)
     except (LogError, MemoryError):
         raise
     except Exception as error:  # a damaged bag raises one of a dozen kinds
-        what = f"{path}: cannot be read: {str(error)[:200] or type(error).__name__}"
-        raise LogError(one_line(f"{what}; accepted: {_ACCEPTED}")) from error
+        refuse(f"cannot be read: {str(error)[:200] or type(error).__name__}", _ACCEPTED)
 
 
-def _topic(path: Path, asked: str, topics: list[str], every: list[str]) -> str:
+def _topic(asked: str, topics: list[str], every: list[str]) -> str:
     """Return the topic to read."""
     listed = ", ".join(topics)
     if not topics:
         found = ", ".join(every[:12]) or "none"
-        refuse(path, f"no topic has messages {_TYPE}; topics: {found}", _ACCEPTED)
+        refuse(f"no topic has messages {_TYPE}; topics: {found}", _ACCEPTED)
     if asked and asked not in topics:
-        refuse(path, f"--topic {asked}: no joint states there", listed)
+        refuse(f"--topic {asked}: no joint states there", listed)
     if not asked and len(topics) > 1:
-        refuse(path, f"{len(topics)} topics have joint states", f"--topic, one of {listed}")
+        refuse(f"{len(topics)} topics have joint states", f"--topic, one of {listed}")
     return asked or topics[0]
 
 
@@ -190,9 +181,7 @@ def _message(m: Any) -> _Message:
     return _Message(stamp, list(m.name), m.position, m.velocity, m.effort)
 
 
-def _joints(
-    path: Path, asked: Sequence[str], own: Sequence[str], found: Sequence[_Message]
-) -> list[str]:
+def _joints(asked: Sequence[str], own: Sequence[str], found: Sequence[_Message]) -> list[str]:
     """Return the names in the messages of the robot's joints, in the robot's order."""
     present = list(dict.fromkeys(name for m in found for name in m.names))
     listed = ", ".join(present[:24]) or "none"
@@ -200,18 +189,18 @@ def _joints(
     if asked:
         missing = [name for name in asked if name not in present]
         if missing:
-            refuse(path, f"no message has the joint {missing[0]!r} (--joints)", f"of {listed}")
+            refuse(f"no message has the joint {missing[0]!r} (--joints)", f"of {listed}")
         return list(asked)
     if not own or not all(own):
-        refuse(path, f"the robot's joints have no names; the messages have {listed}", how)
+        refuse(f"the robot's joints have no names; the messages have {listed}", how)
     missing = [name for name in own if name not in present]
     if missing:
         how = how if len(missing) == len(own) else f"{how}, or {held_still(missing)}"
-        refuse(path, f"the robot's joint {missing[0]!r} is not among {listed}", how)
+        refuse(f"the robot's joint {missing[0]!r} is not among {listed}", how)
     return list(own)
 
 
-def _orders(path: Path, messages: Sequence[_Message], joints: list[str]) -> list[list[int]]:
+def _orders(messages: Sequence[_Message], joints: list[str]) -> list[list[int]]:
     """Return where each message has the robot's joints."""
     known: dict[tuple[str, ...], list[int]] = {}
     for m in messages:
@@ -219,27 +208,27 @@ def _orders(path: Path, messages: Sequence[_Message], joints: list[str]) -> list
         if names in known:
             continue
         if len(set(names)) < len(names):
-            refuse(path, f"{_when(m)}: a joint is named twice", "every joint once in a message")
+            refuse(f"{_when(m)}: a joint is named twice", "every joint once in a message")
         missing = [name for name in joints if name not in names]
         if missing:
             what = f"{_when(m)} lacks the joint {missing[0]!r}"
-            refuse(path, what, "all joints in one message")
+            refuse(what, "all joints in one message")
         known[names] = [names.index(name) for name in joints]
     return [known[tuple(m.names)] for m in messages]
 
 
-def _row(path: Path, m: _Message, field: str, order: list[int]) -> FloatArray:
+def _row(m: _Message, field: str, order: list[int]) -> FloatArray:
     """Return one field for the robot's joints, (n,), or (0,) where the message has it empty."""
     values: FloatArray = getattr(m, field)
     if len(values) == 0:
         return values
     if len(values) != len(m.names):
         what = f"{_when(m)}: {len(values)} values of {field} for {len(m.names)} names"
-        refuse(path, what, "one value a name, or none")
+        refuse(what, "one value a name, or none")
     return values[order]
 
 
-def _array(path: Path, role: str, field: str, rows: list[FloatArray]) -> FloatArray | None:
+def _array(role: str, field: str, rows: list[FloatArray]) -> FloatArray | None:
     """Return (N, n) of a field; None where no message has it, or it is NaN throughout."""
     have = [len(row) > 0 for row in rows]
     if not any(have):
@@ -247,7 +236,7 @@ def _array(path: Path, role: str, field: str, rows: list[FloatArray]) -> FloatAr
     if not all(have):
         k = have.index(False)
         what = f"{sum(have)} of {len(rows)} messages have {field} ({role}), the one {k} has not"
-        refuse(path, what, f"{field} in every message, or in none")
+        refuse(what, f"{field} in every message, or in none")
     array = np.array(rows)
     # ros2_control publishes NaN for what a joint does not measure.
     return None if np.isnan(array).all() else array

@@ -13,16 +13,15 @@ import pickle
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from symgen.data.raw import Raw, one_line, refuse
+from symgen.data.raw import Raw, refuse
 from symgen.errors import LogError
 
-_ARRAYS = ("t", "q", "qd", "tau", "i")
 #: Bytes of memory, and of a file that is unpacked: at least, and for each byte on the disk. Where a
 #: robot rests, ten bytes of a packed bag are a message, which takes 2 kB.
 _LEAST, _TIMES = 1 << 30, 200
@@ -69,29 +68,28 @@ def read_bounded(read: Callable[..., Raw], path: Path, *given: object) -> Raw:
             )
         except subprocess.SubprocessError:
             what = f"takes more than {memory / 1e9:.3g} GB or {seconds} s to read"
-            refuse(path, what, f"what is worth its {size / 1e6:.3g} MB on the disk")
+            refuse(what, f"what is worth its {size / 1e6:.3g} MB on the disk")
     with np.load(io.BytesIO(done.stdout), allow_pickle=False) as found:
         told = json.loads(found["told"].tobytes())
         if isinstance(told, str):
-            raise LogError(one_line(told))
-        arrays = {name: found[name] for name in _ARRAYS if name in found}
-    missing: dict[str, Any] = dict.fromkeys(_ARRAYS)
-    return Raw(**(missing | arrays), ignored=tuple(told[0]), notes=tuple(told[1]))
+            raise LogError(told)
+        arrays = {name: found[name] for name in found if name != "told"}
+    return Raw(arrays, *map(tuple, told))
 
 
 def answer() -> None:
     """Read the question on standard input, call the function, and write what it returns."""
     read, path, given, memory, seconds = pickle.load(sys.stdin.buffer)
     _bound(memory, seconds)
-    out: dict[str, Any] = {}
+    arrays: Mapping[str, Any] = {}
     try:
         raw = read(path, *given)
         told: Any = [raw.ignored, raw.notes]
-        out = {name: getattr(raw, name) for name in _ARRAYS if getattr(raw, name) is not None}
+        arrays = raw.arrays
     except LogError as error:
         told = str(error)
     file = io.BytesIO()
-    np.savez(file, told=np.frombuffer(json.dumps(told).encode(), dtype=np.uint8), **out)
+    np.savez(file, told=np.frombuffer(json.dumps(told).encode(), dtype=np.uint8), **arrays)
     sys.stdout.buffer.write(file.getvalue())
     sys.stdout.flush()
 

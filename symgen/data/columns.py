@@ -1,17 +1,40 @@
-"""Names that a file gives to the columns of a log: written out, or in a small TOML file."""
+"""Names that a file gives to the columns of a log: by the user, or by its recorder.
+
+A recorder has names of its own, matched by the words and joints in them:
+`panda_joint1_position`, `pos_1`, `/joint_states/elbow/effort`, `tau_0 [Nm]`: a joint, by the name
+that the robot file gives it or by a number, and a word for what was measured. Columns that differ
+in the joint alone make a pattern, `*_position`. A role with one pattern that has all joints is
+matched, and said; with two it is refused: nothing is guessed.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from symgen.data.raw import one_line
+from symgen.data.raw import NUMBERED, Wanted, refuse
 from symgen.errors import LogError, plain
 from symgen.files import load_toml
 
 #: How the command begins that holds joints still; a command line puts its own file in.
 IMPORT = "symgen import FILE "
 _ACCEPTED = "ours=theirs separated by commas, such as t=time,q1=shoulder_pos, or a .toml file"
+_WORDS = {
+    "q": {"q", "pos", "position", "positions", "angle"},
+    "qd": {"qd", "dq", "vel", "velocity", "velocities", "speed"},
+    "tau": {"tau", "torque", "torques", "effort", "efforts", "eff"},
+    "i": {"i", "current", "currents"},
+}
+_TIMES = {"t", "time", "timestamp", "stamp"}
+_SECONDS = {"s", "sec", "secs", "seconds", "header"}
+#: What was asked of the joint, and not measured.
+_ASKED = set("d des desired target command commanded cmd reference ref goal setpoint error".split())
+_FOREIGN = set("deg degree degrees rpm ms us ns mm mnm ma percent".split())  # units
+_TOKEN = re.compile(r"[A-Za-z]+|[0-9]+")
+_NUMBER = re.compile(r"[0-9]+")
+#: Columns by joint (its place in the robot), of one pattern.
+Pattern = dict[int, str]
 
 
 def columns_from(text: str) -> dict[str, str]:
@@ -41,7 +64,7 @@ def _from_file(path: Path) -> dict[str, str]:
     try:
         data = load_toml(path.read_text("utf-8-sig"))
     except (OSError, ValueError, RecursionError) as error:
-        raise LogError(one_line(f"--columns {path}: {error}; {accepted}")) from error
+        raise LogError(f"--columns {path}: {error}; {accepted}") from error
     table = data.get("columns")
     if set(data) != {"columns"} or not isinstance(table, dict):
         raise LogError(f"--columns {path}: holds {', '.join(data) or 'nothing'}; {accepted}")
@@ -71,3 +94,174 @@ def held_still(joints: Sequence[str]) -> str:
     """Return the command that takes joints out of an imported robot."""
     fixes = " ".join(f"--fix {plain(joint)}" for joint in joints)
     return f"joints without columns held still: {IMPORT}{fixes} --into robot.toml"
+
+
+def matched(
+    file: str,
+    names: Sequence[str],
+    patterns: Mapping[str, str],
+    wanted: Wanted,
+) -> tuple[list[str], tuple[str, ...]]:
+    """Rename columns of a recorder to ours; those that already have our names stay.
+
+    Args:
+        file: its name.
+        names: of its columns.
+        patterns: given ones, {"q": "*_position"}, where * is the joint.
+        wanted: by which robot.
+
+    Returns:
+        The names, and what was matched in a line, or nothing.
+
+    Raises:
+        LogError: a role has several patterns, or lacks columns of joints.
+    """
+    joints, n = wanted.joints, wanted.n
+    own = {match[1] for name in names if (match := NUMBERED.fullmatch(name))}
+    if not patterns and "t" in names and "q" in own and own & {"tau", "i"}:
+        return list(names), ()  # ours; what else it has is not looked at
+    ours: dict[str, str] = {}
+    said = []
+    if "t" not in names and (time := _time(names)) is not None:
+        ours[time] = "t"
+        said.append(f"t = {time}")
+    of = ""
+    for role in ("q", "qd", "tau", "i"):
+        found_torque = "tau" in own or "tau1" in ours.values()
+        if role in own or (role == "i" and found_torque and not wanted.currents):
+            continue
+        if role in patterns:
+            pattern, columns = patterns[role], _asked(names, role, patterns[role], joints, n)
+        else:
+            found = _found(names, role, joints, n)
+            if found is None:
+                continue
+            pattern, columns = found
+        first = min(columns)
+        ours |= {column: f"{role}{place - first + 1}" for place, column in columns.items()}
+        said.append(f"{role} = {pattern}")
+        of = _of(pattern, columns, joints) or of
+    if not said:
+        return list(names), ()
+    line = f"{file}: columns by name: {', '.join(said)}{of}"
+    return [ours.get(name, name) for name in names], (line,)
+
+
+def _time(names: Sequence[str]) -> str | None:
+    """Return the one column that is a time in s, or None."""
+    found = []
+    for name in names:
+        tokens = {token.lower() for token in _TOKEN.findall(name)}
+        if len(tokens & _TIMES) == 1 and tokens <= _TIMES | _SECONDS:
+            found.append(name)
+    if len(found) > 1:
+        what = f"{' and '.join(map(_shown, found[:3]))} are times"
+        refuse(what, f'one column t, as by --columns "t={_shown(found[0])}"')
+    return found[0] if found else None
+
+
+def _shown(name: str) -> str:
+    return plain(name[:80])
+
+
+def _role(rest: str) -> str | None:
+    """Return what was measured, by the words of a name without its joint; None if unclear."""
+    tokens = {token.lower() for token in _TOKEN.findall(rest)}
+    if tokens & (_ASKED | _FOREIGN):
+        return None
+    found = [role for role, words in _WORDS.items() if tokens & words]
+    return found[0] if len(found) == 1 else None
+
+
+def _found(
+    names: Sequence[str], role: str, joints: Sequence[str], n: int | None
+) -> tuple[str, Pattern] | None:
+    """Return the one pattern of a role with its columns, by joint; None where there is none."""
+    named = _by_name(names, role, joints)
+    whole = {p: c for p, c in named.items() if len(c) == len(joints)}
+    if named and not whole:
+        pattern, columns = max(named.items(), key=lambda pair: len(pair[1]))
+        missing = [joints[k] for k in range(len(joints)) if k not in columns]
+        what = f"{_shown(pattern)} has no column for {', '.join(missing)}"
+        refuse(what, f"columns of all joints, or {held_still(missing)}")
+    if not whole:
+        runs = _by_number(names, role, n)
+        whole = {p: c for p, c in runs.items() if len(c) == n} or runs
+    if len(whole) > 1:
+        first, second, *_ = map(_shown, whole)
+        what = f"{role} may be {first} or {second}, with * for the joint"
+        refuse(what, f'--columns "{role}={first}", or another')
+    return next(iter(whole.items()), None)
+
+
+def _by_name(names: Sequence[str], role: str, joints: Sequence[str]) -> dict[str, Pattern]:
+    """Return the patterns of a role in which columns have names of the robot's joints."""
+    out: dict[str, Pattern] = {}
+    longest = sorted((j for j in joints if j), key=len, reverse=True)
+    if not longest:
+        return out
+    any_joint = re.compile(rf"(?<![A-Za-z0-9])({'|'.join(map(re.escape, longest))})(?![A-Za-z0-9])")
+    place = {joint: k for k, joint in enumerate(joints)}
+    for name in names:
+        match = any_joint.search(name)
+        if match is None:
+            continue
+        before, after = name[: match.start()], name[match.end() :]
+        if _role(f"{before} {after}") == role:
+            out.setdefault(f"{before}*{after}", {})[place[match[1]]] = name
+    return out
+
+
+def _by_number(names: Sequence[str], role: str, n: int | None) -> dict[str, Pattern]:
+    """Return the patterns in which numbers run from 0 or from 1 without gaps.
+
+    Of a robot with one joint, a column may have no number at all.
+    """
+    out: dict[str, Pattern] = {}
+    for name in names:
+        if _role(name) != role:
+            continue
+        if n == 1:
+            out[name] = {0: name}
+            continue
+        for pattern, number in _numbered(name):
+            out.setdefault(pattern, {})[number] = name
+    return {
+        pattern: columns
+        for pattern, columns in out.items()
+        if sorted(columns) in (list(range(len(columns))), list(range(1, len(columns) + 1)))
+        and (len(columns) > 1 or n in (None, 1))
+    }
+
+
+def _numbered(name: str) -> Iterator[tuple[str, int]]:
+    """Yield a name with each of its numbers replaced by *, and the number."""
+    for match in _NUMBER.finditer(name):
+        if len(match[0]) < 4:
+            yield f"{name[: match.start()]}*{name[match.end() :]}", int(match[0])
+
+
+def _asked(
+    names: Sequence[str], role: str, pattern: str, joints: Sequence[str], n: int | None
+) -> Pattern:
+    """Return the columns of a pattern that was given."""
+    count = n or sum(pattern.replace("*", str(k)) in names for k in range(1000))
+    keys = [dict(enumerate(joints))] if joints and all(joints) else []
+    keys += [{k: str(k) for k in range(first, first + count)} for first in (1, 0)]
+    tried = [{k: pattern.replace("*", key) for k, key in own.items()} for own in keys]
+    columns = next((c for c in tried if c and set(names).issuperset(c.values())), None)
+    if columns is None:
+        what = f"--columns {role}={pattern}: no such column of every joint"
+        shown = ", ".join(name for name in names if name)[:300]
+        refuse(what, f"a pattern with * for the joint's name or number, of {shown}")
+    return columns
+
+
+def _of(pattern: str, columns: Pattern, joints: Sequence[str]) -> str:
+    """Say what the * stands for."""
+    if "*" not in pattern:
+        return ""
+    first, last = min(columns), max(columns)
+    if first == 0 and last < len(joints) and columns[0] == pattern.replace("*", joints[0]):
+        return f"; * = {', '.join(joints)}"
+    return f"; * = {first} to {last}"

@@ -99,7 +99,7 @@ def spline_slope(x: FloatArray) -> FloatArray:
     Of degree five, or what few samples allow, with the knots of SciPy's `make_interp_spline`.
     """
     degree = max(k for k in (1, 3, 5) if k < max(len(x), 2))
-    return np.asarray(np.tensordot(_slopes(len(x), degree), x, 1))
+    return np.tensordot(_slopes(len(x), degree), x, 1)
 
 
 @lru_cache(maxsize=8)

@@ -16,21 +16,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.bags import is_bag
-from symgen.data.holes import holes
 from symgen.data.log import Log, checked
-from symgen.data.raw import Reading, Table, Wanted, listed, one_line, refuse
-from symgen.data.stretch import Stretch, within
-from symgen.data.tables import SUFFIXES, arrow_reads, batches, open_table, parquet_file
+from symgen.data.raw import Reading, Wanted, listed, refuse
+from symgen.data.stretch import Stretch, holes, within
+from symgen.data.tables import SUFFIXES, Table, arrow_reads, batches, open_table, parquet_file
 from symgen.data.urls import is_remote, remote_files, remote_identity
-from symgen.errors import LogError, plain
+from symgen.errors import located, plain
 
 if TYPE_CHECKING:
     from symgen.robot.types import Robot
 
-FloatArray = NDArray[np.float64]
 _ACCEPTED = "Parquet, CSV or NPZ files, a folder of them, a pattern such as 'logs/*.parquet', a URL"
 
 
@@ -54,14 +51,15 @@ def listed_files(sources: Sequence[str | Path]) -> list[str]:
     """
     out: list[str] = []
     for source in sources:
-        found = remote_files(str(source)) if is_remote(str(source)) else _local(str(source))
-        known = [name for name in found if name.lower().endswith(SUFFIXES)]
-        if not known:
-            refuse(str(source), "no file of a log is there", _ACCEPTED)
+        with located(source):
+            found = remote_files(str(source)) if is_remote(str(source)) else _local(str(source))
+            known = [name for name in found if name.lower().endswith(SUFFIXES)]
+            if not known:
+                refuse("no file of a log is there", _ACCEPTED)
         out += sorted(known)
     twice = sorted({name for name in out if out.count(name) > 1})
     if twice:
-        refuse(twice[0], "is given twice", "each file once")
+        refuse(f"{twice[0]}: is given twice", "each file once")
     return out
 
 
@@ -71,13 +69,14 @@ def _local(source: str) -> list[str]:
             return [str(p) for p in Path(source).rglob("*") if p.is_file()]
         return [source] if os.path.exists(source) else glob.glob(source, recursive=True)
     except (OSError, ValueError, RecursionError) as error:  # of a pattern of many "**"
-        raise LogError(one_line(f"{source}: {error}; accepted: {_ACCEPTED}")) from error
+        refuse(str(error), _ACCEPTED)
 
 
 def identity(name: str) -> str:
     """Return what tells that a file is the one of an earlier run: size and time of change."""
     if is_remote(name):
-        return remote_identity(name)
+        with located(name):
+            return remote_identity(name)
     about = os.stat(name)
     return f"size={about.st_size} mtime={about.st_mtime_ns}"
 
@@ -88,18 +87,19 @@ def constant_column(name: str, column: str) -> str:
     Raises:
         LogError: there is no such column, or it has several values.
     """
-    if not name.lower().endswith(".parquet"):
-        refuse(name, f"--by {column}: is no Parquet file", "Parquet with that column")
-    with parquet_file(name) as file:
-        named = file.schema_arrow.names
-        if column not in named:
-            refuse(name, f"there is no column {column!r} (--by)", listed(named))
-        values: set[str] = set()
-        for batch in batches(name, file, [column]):
-            with arrow_reads(name):
-                values |= {str(v) for v in batch.column(0).unique().to_pylist()}
-    if len(values) != 1:
-        refuse(name, f"column {column} has {len(values)} values", "one robot a file")
+    with located(name):
+        if not name.lower().endswith(".parquet"):
+            refuse(f"--by {column}: is no Parquet file", "Parquet with that column")
+        with parquet_file(name) as file:
+            named = file.schema_arrow.names
+            if column not in named:
+                refuse(f"there is no column {column!r} (--by)", listed(named))
+            values: set[str] = set()
+            for batch in batches(file, [column]):
+                with arrow_reads():
+                    values |= {str(v) for v in batch.column(0).unique().to_pylist()}
+        if len(values) != 1:
+            refuse(f"column {column} has {len(values)} values", "one robot a file")
     return values.pop()
 
 
@@ -125,7 +125,7 @@ class DataSet:
         starts: list[int] = []  # first rows of stretches
         begins: list[float] = []  # times of these
         ends: list[float] = []  # times of their last rows
-        with self._open(name) as table:
+        with located(name), self._open(name) as table:
             measured = table.measured
             for piece in table.times():
                 with np.errstate(over="ignore"):  # what is too large is refused below
@@ -135,7 +135,7 @@ class DataSet:
                 if bad.any():
                     k = int(np.argmax(bad))
                     what = f"column t, sample {row + k}: {t[k]:.9g} s"
-                    refuse(name, what, "finite, strictly increasing time in s")
+                    refuse(what, "finite, strictly increasing time in s")
                 if median == 0.0 and len(t) > 1:
                     median = float(np.median(steps[1:]))
                 if row == 0:
@@ -146,16 +146,14 @@ class DataSet:
                     begins.append(float(before[k + 1]))
                     ends.append(float(before[k]))
                 row, last = row + len(t), float(t[-1])
-        log, low, high = plain(name.rsplit("/", 1)[-1]), self.reading.start, self.reading.until
+        log = plain(name.rsplit("/", 1)[-1])
         out = []
         for k, rows in enumerate(pairwise([*starts, row])):
             times, count = (begins[k], [*ends, last][k]), rows[1] - rows[0]
             step = (times[1] - times[0]) / (count - 1) if count > 1 else median
             label = log if len(starts) == 1 else f"{log}, stretch {k + 1}"
             out.append(Stretch(name, label, rows, times, step, measured))
-        if low is not None or high is not None:
-            out = [s for s in (within(s, low, high) for s in out) if s.count > 0]
-        return out
+        return [s for s in (within(s, *self.reading.span) for s in out) if s.count > 0]
 
     def logs(self, name: str, spans: Sequence[tuple[int, int]], label: str) -> Iterator[Log]:
         """Yield rows of a file as logs on the joint side, each row read once.
@@ -169,16 +167,14 @@ class DataSet:
             LogError: the file cannot be read, or the rows are refused as those of a log.
         """
         robot = self.robot
-        joints = [joint.name for joint in robot.movable]
-        with self._open(name, sound=True) as table:  # `stretches` has read it
+        with located(name), self._open(name, sound=True) as table:  # `stretches` has read it
             for (first, last), raw in zip(spans, table.spans(spans), strict=True):
-                where = f"{name}, rows {first} to {last}"
-                yield checked(where, label, raw, None, robot.sigma, robot.drive, joints)
+                with located(f"rows {first} to {last}"):
+                    log = checked(label, raw, None, robot.sigma, robot.drive, robot.joint_names)
+                yield log
 
     def _open(self, name: str, sound: bool = False) -> AbstractContextManager[Table]:
-        drive = self.robot.drive
-        currents = drive is not None and drive.torque_constant is not None
-        joints = [joint.name for joint in self.robot.movable]
+        robot = self.robot
         # No robot that reads what is beside the motion is estimated chunk by chunk.
-        wanted = Wanted(self.reading.columns, currents, joints, self.robot.n, beside=False)
+        wanted = Wanted(self.reading, robot.drive, robot.joint_names, robot.n, beside=False)
         return open_table(name, wanted, sound)

@@ -45,7 +45,7 @@ def joint_side(log: Log, drive: Drive) -> Log:
         return log
     n = len(drive.ratio)
     if log.q.shape[1] != n:
-        refuse(log.name, f"the log has {log.q.shape[1]} joints, the robot has {n}", "the same")
+        refuse(f"the log has {log.q.shape[1]} joints, the robot has {n}", "the same")
     N = np.array(drive.ratio)
     q, qd, notes = log.q, log.qd, []
     geared = not np.array_equal(N, np.eye(n))
@@ -62,7 +62,7 @@ def joint_side(log: Log, drive: Drive) -> Log:
         told = read_only(told @ N)
     if log.current is None or drive.torque_constant is None:
         if told is None:
-            refuse(log.name, "has currents alone", "torque_constant in [drive] of the robot file")
+            refuse("has currents alone", "torque_constant in [drive] of the robot file")
         if geared and drive.torque_side == "motor":
             notes.append(f"{log.name}: tau was mapped from the motor side to the joint side")
         tau = told

@@ -10,33 +10,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from symgen.data.bags import is_bag, read_bag
-from symgen.data.beside import links, temperatures
 from symgen.data.columns import another_number
 from symgen.data.drive import joint_side
-from symgen.data.raw import (
-    KEYS,
-    ROLES,
-    FloatArray,
-    Raw,
-    Reading,
-    Wanted,
-    one_line,
-    refuse,
-    require_shapes,
-)
+from symgen.data.raw import BESIDE, KEYS, FloatArray, Raw, Reading, Wanted, refuse, require_shapes
 from symgen.data.raw import Log as Log
 from symgen.data.raw import read_only as read_only
 from symgen.data.tables import SUFFIXES, open_table, whole
-from symgen.errors import LogError, plain
+from symgen.errors import located, plain
 from symgen.names import PRISMATIC
 
 if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
     from symgen.robot.types import Drive
 
 #: Fewer samples than this determine neither a derivative nor a noise level.
@@ -44,6 +35,9 @@ MIN_SAMPLES = 10
 
 #: A revolute joint that travels further than this, in rad, is taken to be written in degrees.
 MAX_RANGE = 50.0
+
+#: A value whose arrays have a row for each sample.
+Rows = TypeVar("Rows", bound="DataclassInstance")
 
 _DEGREES = 180.0 / np.pi
 _LOOKED_AT = 1 << 14  # samples whose speeds tell the unit
@@ -85,24 +79,23 @@ def read_log(
     """
     path = Path(path)
     reading = reading or Reading()
-    currents = drive is not None and drive.torque_constant is not None
-    try:
-        if path.is_dir() and not is_bag(path):
-            refuse(path, "is a folder", _FILES)
-        if not path.exists():
-            refuse(path, "there is no such file", _FILES)
-        if is_bag(path):
-            raw = read_bag(path, reading, names, currents)
-        elif path.suffix.lower() not in SUFFIXES:
-            refuse(path, f"the extension {path.suffix!r} is not known", _FILES)
-        else:
-            own = len(sigma) if sigma is not None else n
-            wanted = Wanted(reading.columns, currents, names, own, reading.poses)
-            with open_table(str(path), wanted) as table:
-                raw = whole(table)
-    except (OSError, ValueError) as error:
-        raise LogError(one_line(f"{path}: cannot be read: {error}; accepted: {_FILES}")) from error
-    return checked(str(path), plain(path.name), raw, n, sigma, drive, names, reading.poses)
+    wanted = Wanted(reading, drive, names, n if sigma is None else len(sigma))
+    with located(path):
+        try:
+            if path.is_dir() and not is_bag(path):
+                refuse("is a folder", _FILES)
+            if not path.exists():
+                refuse("there is no such file", _FILES)
+            if is_bag(path):
+                raw = read_bag(path, reading, names, wanted.currents)
+            elif path.suffix.lower() not in SUFFIXES:
+                refuse(f"the extension {path.suffix!r} is not known", _FILES)
+            else:
+                with open_table(str(path), wanted) as table:
+                    raw = whole(table)
+        except (OSError, ValueError) as error:
+            refuse(f"cannot be read: {error}", _FILES)
+        return checked(plain(path.name), raw, n, sigma, drive, names, reading.poses)
 
 
 def make_log(
@@ -138,15 +131,13 @@ def make_log(
         LogError: fewer than 10 samples, shapes that differ, a value that is not a finite number,
             time that does not increase, another number of joints than n, or degrees for radians.
     """
-    try:
-        speed, torque, motor, warm, link = (
-            None if a is None else np.asarray(a, order="C") for a in (qd, tau, current, temp, qs)
-        )
-        positions = np.asarray(q, order="C")
-        raw = Raw(np.asarray(t), positions, speed, torque, motor, temp=warm, qs=link)
-    except ValueError as error:
-        raise LogError(one_line(f"{name}: {error}; accepted: {KEYS}")) from error
-    return checked(name, name, raw, n, sigma, drive)
+    given = {"t": t, "q": q, "qd": qd, "tau": tau, "i": current, "temp": temp, "qs": qs}
+    with located(name):
+        try:
+            held = {role: np.asarray(x, order="C") for role, x in given.items() if x is not None}
+        except ValueError as error:
+            refuse(str(error), KEYS)
+        return checked(name, Raw(held), n, sigma, drive)
 
 
 def cut(log: Log, start: float | None, until: float | None) -> Log:
@@ -157,12 +148,12 @@ def cut(log: Log, start: float | None, until: float | None) -> Log:
     """
     if start is None and until is None:
         return log
-    low, high = (-np.inf if start is None else start), (np.inf if until is None else until)
+    low, high = Reading(start=start, until=until).span
     inside = np.flatnonzero((log.t >= low) & (log.t <= high))
     have = f"the log runs from {log.t[0]:.6g} s to {log.t[-1]:.6g} s"
     if len(inside) < MIN_SAMPLES:
         what = f"{len(inside)} samples lie between {low:g} s and {high:g} s; {have}"
-        refuse(log.name, what, f"a span with at least {MIN_SAMPLES} samples")
+        refuse(what, f"a span with at least {MIN_SAMPLES} samples")
     span = slice(int(inside[0]), int(inside[-1]) + 1)
     out = rows(log, span)
     ends = f"t = {out.t[0]:.6g} s to {out.t[-1]:.6g} s"
@@ -170,18 +161,15 @@ def cut(log: Log, start: float | None, until: float | None) -> Log:
     return replace(out, notes=(*log.notes, note))
 
 
-def rows(log: Log, chosen: slice | npt.NDArray[np.bool_]) -> Log:
-    """Return some rows of a log."""
-    arrays: dict[str, Any] = {
-        key: read_only(getattr(log, key)[chosen])
-        for key in ("t", "q", "qd", "tau", "current", "temp", "qs")
-        if getattr(log, key) is not None
-    }
+def rows(log: Rows, chosen: slice | npt.NDArray[np.bool_]) -> Rows:
+    """Return some rows of a log, or of what else is a value with arrays of as many rows."""
+    arrays = {key: x[chosen] for key, x in vars(log).items() if isinstance(x, np.ndarray)}
+    for x in arrays.values():
+        x.setflags(write=False)
     return replace(log, **arrays)
 
 
 def checked(
-    file: str,
     name: str,
     raw: Raw,
     n: int | None,
@@ -193,7 +181,6 @@ def checked(
     """Return what a file held as a log on the joint side, or refuse it; see `read_log`.
 
     Args:
-        file: what messages call it.
         name: of the log.
         raw: what it held.
         n, sigma, drive, names: of the robot.
@@ -204,37 +191,53 @@ def checked(
     if sigma is not None and n is not None and len(sigma) != n:
         raise ValueError(f"sigma has {len(sigma)} entries for {n} joints")
     n = len(sigma) if sigma is not None else n
-    held = {role: x for role in ROLES if (x := getattr(raw, role)) is not None}
-    require_shapes(file, held)
-    t = read_only(held.pop("t"))
+    require_shapes(raw.arrays)
+    arrays = {role: read_only(x if x.ndim == 2 else x[:, None]) for role, x in raw.arrays.items()}
+    t, q = read_only(raw.arrays["t"]), arrays["q"]
     if len(t) < MIN_SAMPLES:
-        refuse(file, f"has {len(t) or 'no'} samples", f"at least {MIN_SAMPLES} samples")
-    if raw.tau is None and raw.i is None:
-        refuse(file, "has neither torques nor currents", KEYS)
-    arrays = {role: read_only(x[:, None] if x.ndim == 1 else x) for role, x in held.items()}
-    q = arrays["q"]
-    qd, tau, current, temp, qs = map(arrays.get, ("qd", "tau", "i", "temp", "qs"))
+        refuse(f"has {len(t) or 'no'} samples", f"at least {MIN_SAMPLES} samples")
+    if "tau" not in arrays and "i" not in arrays:
+        refuse("has neither torques nor currents", KEYS)
     joints = q.shape[1]
     if n is not None and joints != n:
-        refuse(file, *another_number(joints, n, names))
-    for role, array in (("t", t[:, None]), ("q", q), ("qd", qd), ("tau", tau), ("i", current)):
-        if array is not None:
-            _require_finite(file, role, array, t)
+        refuse(*another_number(joints, n, names))
+    for role, x in arrays.items():
+        if role not in BESIDE:
+            _require_finite(role, x, t)
     late = np.flatnonzero(np.diff(t) <= 0)
     if len(late):
         k = int(late[0]) + 1
         what = f"column t, sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s"
-        refuse(file, what, "strictly increasing time in s")
-    revolute = [j for j in range(joints) if sigma is None or sigma[j] != PRISMATIC]
-    warm = None if temp is None else temperatures(file, t, temp)
-    link = None if qs is None else links(file, qs)
-    log = Log(name, t, q, qd, tau, raw.ignored, current, raw.notes, temp=warm, qs=link)
+        refuse(what, "strictly increasing time in s")
+    for role in arrays.keys() & set(BESIDE):
+        whole = _beside(role, arrays.pop(role), t)
+        arrays |= {} if np.isnan(whole).all() else {role: whole}
+    qd, tau, current, temp, qs = map(arrays.get, ("qd", "tau", "i", "temp", "qs"))
+    log = Log(name, t, q, qd, tau, raw.ignored, current, raw.notes, temp=temp, qs=qs)
     log = log if drive is None else joint_side(log, drive)
-    _require_radians(file, t, log.q, None if poses else log.qd, revolute)
+    revolute = [j for j in range(joints) if sigma is None or sigma[j] != PRISMATIC]
+    _require_radians(t, log.q, None if poses else log.qd, revolute)
     return log
 
 
-def _require_finite(file: str, role: str, array: FloatArray, t: FloatArray) -> None:
+def _beside(role: str, x: FloatArray, t: FloatArray) -> FloatArray:
+    """Require what is beside the motion, (N, n), whole on the joints that have any.
+
+    Temperatures change slowly: what was not read anew lies on straight lines.
+    """
+    out = x.copy()
+    for j, column in enumerate(x.T):
+        known = ~np.isnan(column) if role == "temp" else np.full(len(t), not np.isnan(column).all())
+        bad = np.count_nonzero(~np.isfinite(column[known]))
+        if bad:
+            accepted = "deg C, or empty cells" if role == "temp" else "rad (m) in every sample"
+            refuse(f"column {role}{j + 1}: {bad} values are missing or not finite", accepted)
+        if known.any():
+            out[:, j] = np.interp(t, t[known], column[known])
+    return read_only(out)
+
+
+def _require_finite(role: str, array: FloatArray, t: FloatArray) -> None:
     if not np.isfinite(array).all():
         bad = np.argwhere(~np.isfinite(array))
         sample, j = (int(index) for index in bad[0])
@@ -242,18 +245,18 @@ def _require_finite(file: str, role: str, array: FloatArray, t: FloatArray) -> N
         when = f" (t = {t[sample]:.6g} s)" if role != "t" else ""
         value = array[sample, j]
         shown = "nan, or an empty cell" if np.isnan(value) else f"{value}"
-        refuse(file, f"column {column}, sample {sample}{when}: {shown}", "finite numbers")
+        refuse(f"column {column}, sample {sample}{when}: {shown}", "finite numbers")
 
 
 def _require_radians(
-    file: str, t: FloatArray, q: FloatArray, qd: FloatArray | None, revolute: list[int]
+    t: FloatArray, q: FloatArray, qd: FloatArray | None, revolute: list[int]
 ) -> None:
     accepted = "rad and rad/s (m and m/s for a prismatic joint), on the joint side or with [drive]"
     for j in revolute:
         span = float(np.ptp(q[:, j]))
         if span > MAX_RANGE:
             what = f"column q{j + 1} spans {span:.4g}, over {MAX_RANGE:g} rad, as degrees would"
-            refuse(file, what, accepted)
+            refuse(what, accepted)
     if qd is None:
         return
     # at some tens of thousands of samples all over the log: the unit is that of all of it
@@ -274,4 +277,4 @@ def _require_radians(
                     f"qd{j + 1} and the slope of q{j + 1} differ by {factor:.3g}: {role}{j + 1} "
                     f"looks like degrees and {other}{j + 1} like radians"
                 )
-                refuse(file, what, accepted)
+                refuse(what, accepted)

@@ -52,7 +52,7 @@ def touched(masked: Bools, reach: int) -> Bools:
     count = np.concatenate([[0], np.cumsum(masked)])
     at = np.arange(len(masked))
     low, high = np.maximum(at - reach, 0), np.minimum(at + reach + 1, len(masked))
-    return np.asarray(count[high] > count[low])
+    return count[high] > count[low]
 
 
 def untouched(masked: Bools, first: NDArray[np.int64], last: NDArray[np.int64]) -> Bools:
@@ -194,8 +194,8 @@ def spans(flags: Bools) -> NDArray[np.intp]:
 
 
 def on_grid(masked: Bools, t: FloatArray, grid: FloatArray) -> Bools:
-    """Carry a mask (N, n) at times t over to a grid: a sample between two with one masked is."""
+    """Carry a mask (N, ...) at times t over to a grid: a sample between two with one masked is."""
     if len(t) == len(grid) and np.array_equal(t, grid):
         return masked
     after = np.clip(np.searchsorted(t, grid), 0, len(t) - 1)
-    return np.asarray(masked[after] | masked[np.maximum(after - 1, 0)])
+    return masked[after] | masked[np.maximum(after - 1, 0)]

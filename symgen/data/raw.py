@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NoReturn, Protocol
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
 
 from symgen.errors import LogError, plain
+
+if TYPE_CHECKING:
+    from symgen.robot.types import Drive
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -76,13 +79,17 @@ class Reading:
         for word in self.mask:
             if word not in MASKS:
                 raise LogError(f"--mask: {word!r}; accepted: {', '.join(MASKS)}")
-        span = (self.start, self.until)
-        if any(s is not None and not abs(s) < float("inf") for s in span):
+        if any(s is not None and not abs(s) < np.inf for s in (self.start, self.until)):
             raise LogError("--from, --until: accepted: finite times in s")
-        if self.start is not None and self.until is not None and not self.start < self.until:
-            raise LogError(
-                f"--from {self.start:g} --until {self.until:g}: accepted: a span above 0 s"
-            )
+        low, high = self.span
+        if not low < high:
+            raise LogError(f"--from {low:g} --until {high:g}: accepted: a span above 0 s")
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last time that is used, s."""
+        low = -np.inf if self.start is None else self.start
+        return low, np.inf if self.until is None else self.until
 
 
 @dataclass(frozen=True)
@@ -90,39 +97,39 @@ class Wanted:
     """What is read of a table, and for which robot.
 
     Attributes:
-        columns: as of `Reading`.
-        currents: whether currents i1.. are read, and may stand in place of torques.
+        reading: names of columns; the number of a still pose is taken for its t.
+        drive: of the robot; with torque constants, currents i1.. may stand in place of torques.
         joints: what the robot calls its movable joints; texts may be empty.
         n: their number, None where it is not known.
-        poses: whether rows are still poses, which need no t: their number is taken for it.
         beside: whether temperatures and positions of links are read, too.
     """
 
-    columns: Mapping[str, str]
-    currents: bool
+    reading: Reading
+    drive: Drive | None = None
     joints: Sequence[str] = ()
     n: int | None = None
-    poses: bool = False
     beside: bool = True
+
+    @property
+    def currents(self) -> bool:
+        """Whether currents are read."""
+        return self.drive is not None and self.drive.torque_constant is not None
 
 
 @dataclass(frozen=True, eq=False)
 class Raw:
-    """What a file held. Arrays as in the file; tau or i is None where there is none.
+    """What a file held. What a terminal will show is plain text.
 
-    `temp` and `qs` are (N, n) with NaN on joints that have none. `notes` says what was done to read
-    it. What a terminal will show is plain text.
+    Attributes:
+        arrays: by role, as in the file, t first; tau or i may be absent, temp and qs are (N, n)
+            with NaN on joints that have none.
+        ignored: the other columns of the file.
+        notes: what was done to read it.
     """
 
-    t: npt.NDArray[Any]
-    q: npt.NDArray[Any]
-    qd: npt.NDArray[Any] | None
-    tau: npt.NDArray[Any] | None
-    i: npt.NDArray[Any] | None = None
+    arrays: Mapping[str, npt.NDArray[Any]]
     ignored: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
-    temp: npt.NDArray[Any] | None = None
-    qs: npt.NDArray[Any] | None = None
 
     def __post_init__(self) -> None:
         """Make names of the file plain."""
@@ -165,80 +172,10 @@ class Log:
     qs: FloatArray | None = None
 
 
-class Table(Protocol):
-    """A table of a log that is open."""
-
-    @property
-    def rows(self) -> int:
-        """The number of its rows."""
-
-    @property
-    def measured(self) -> bool:
-        """Whether it has speeds."""
-
-    def times(self) -> Iterator[npt.NDArray[Any]]:
-        """Yield the column of time, piece by piece."""
-
-    def spans(self, spans: Sequence[tuple[int, int]]) -> Iterator[Raw]:
-        """Yield rows: of each span the first, and the one behind the last, both increasing."""
-
-
-class Rows(Protocol):
-    """An array, or one that lies in a file."""
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Of the whole."""
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        """Of its entries."""
-
-    def __getitem__(self, rows: slice, /) -> npt.NDArray[Any]:
-        """Return some rows."""
-
-
-@dataclass(frozen=True)
-class Arrays:
-    """A table that is one array for each role.
-
-    Attributes:
-        arrays: by role, of as many rows each.
-        ignored, notes: as of `Raw`.
-    """
-
-    arrays: Mapping[str, Rows]
-    ignored: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
-
-    @property
-    def rows(self) -> int:
-        """The number of its rows."""
-        return self.arrays["t"].shape[0]
-
-    @property
-    def measured(self) -> bool:
-        """Whether it has speeds."""
-        return "qd" in self.arrays
-
-    def times(self) -> Iterator[npt.NDArray[Any]]:
-        """Yield the column of time, piece by piece."""
-        for first in range(0, self.rows, BATCH):
-            yield self.arrays["t"][first : first + BATCH]
-
-    def spans(self, spans: Sequence[tuple[int, int]]) -> Iterator[Raw]:
-        """Yield rows."""
-        for first, last in spans:
-            found: dict[str, Any] = dict.fromkeys(ROLES)
-            found |= {role: array[first:last] for role, array in self.arrays.items()}
-            yield Raw(**found, ignored=self.ignored, notes=self.notes)
-
-
-def require_shapes(file: str | Path, arrays: Mapping[str, Rows]) -> None:
+def require_shapes(arrays: Mapping[str, Any]) -> None:
     """Refuse arrays whose types or shapes are not those of a log.
 
     Args:
-        file: what messages call it.
         arrays: by role.
 
     Raises:
@@ -247,18 +184,18 @@ def require_shapes(file: str | Path, arrays: Mapping[str, Rows]) -> None:
     samples = arrays["t"].shape
     for role, array in arrays.items():
         if array.dtype.kind not in "iuf":
-            refuse(file, f"{role} holds {array.dtype}", "floats or integers")
+            refuse(f"{role} holds {array.dtype}", "floats or integers")
         if role == "t" and len(samples) != 1:
-            refuse(file, f"t has the shape {samples}", "t (N,)")
+            refuse(f"t has the shape {samples}", "t (N,)")
         matrix = (*array.shape, 1)[:2] if len(array.shape) < 3 else ()
         if role != "t" and (len(array.shape) == 0 or matrix[:1] != samples or matrix[1] == 0):
             what = f"{role} has the shape {array.shape}, and t has {samples[0]} samples"
-            refuse(file, what, f"{role} ({samples[0]}, n)")
+            refuse(what, f"{role} ({samples[0]}, n)")
     counts = {role: (*x.shape, 1)[1] for role, x in arrays.items() if role != "t"}
     for role, count in counts.items():
         if count != counts["q"]:
             what = f"columns of q: {counts['q']}, of {role}: {count}"
-            refuse(file, what, "as many of q and tau, and of what else there is")
+            refuse(what, "as many of q and tau, and of what else there is")
 
 
 def listed(names: Sequence[str]) -> str:
@@ -267,28 +204,22 @@ def listed(names: Sequence[str]) -> str:
     return (", ".join(named[:12]) + (", .." if len(named) > 12 else "")) or "none"
 
 
-def one_line(message: str) -> str:
-    """Return a message without line breaks."""
-    return " ".join(message.splitlines())
-
-
-def refuse(file: str | Path, what: str, accepted: str) -> NoReturn:
-    """Refuse a log.
+def refuse(what: str, accepted: str) -> NoReturn:
+    """Refuse a log; `located` says which.
 
     Raises:
         LogError: always.
     """
-    raise LogError(one_line(f"{file}: {what}; accepted: {accepted}"))
+    raise LogError(f"{what}; accepted: {accepted}")
 
 
-def refuse_currents(path: Path) -> NoReturn:
+def refuse_currents() -> NoReturn:
     """Refuse currents without what makes torques of them.
 
     Raises:
         LogError: always.
     """
     refuse(
-        path,
         "the torque columns tau1.. are missing, and motor currents i1.. need torque_constant in "
         "[drive] of the robot file",
         COLUMNS,
@@ -310,9 +241,7 @@ def require_size(path: Path, announced: int) -> None:
     stored = path.stat().st_size
     if announced > _UNPACKED + _PACKING * stored:
         what = f"would unpack from {stored / 1e6:.3g} MB to {announced / 1e6:.3g} MB"
-        refuse(
-            path, what, f"at most {_PACKING} times the size on the disk and {_UNPACKED >> 20} MB"
-        )
+        refuse(what, f"at most {_PACKING} times the size on the disk and {_UNPACKED >> 20} MB")
 
 
 def read_only(array: npt.ArrayLike) -> FloatArray:

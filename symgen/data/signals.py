@@ -7,6 +7,7 @@ parameter that the robot does not have.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -14,7 +15,6 @@ import numpy as np
 import numpy.typing as npt
 
 from symgen.data.bandwidth import HIGHEST, motion_bandwidth
-from symgen.data.beside import links_at, temperatures_at
 from symgen.data.convolution import (
     CARDINAL,
     cardinal_slope,
@@ -24,11 +24,10 @@ from symgen.data.convolution import (
     slope_gain,
     spline_slope,
 )
-from symgen.data.holes import holes
-from symgen.data.log import Log
+from symgen.data.log import Log, rows
 from symgen.data.mask import Mask
 from symgen.data.raw import FloatArray, read_only
-from symgen.data.spline import interpolated
+from symgen.data.stretch import holes
 from symgen.errors import LogError
 
 #: Steps that vary by more than this part of the median are resampled.
@@ -83,9 +82,7 @@ class Samples:
 
     def cut(self, span: slice) -> Samples:
         """Return some of the samples."""
-        keys = ("t", "q", "qd", "tau", "temp", "qs", "beside")
-        arrays = {key: getattr(self, key)[span] for key in keys if getattr(self, key) is not None}
-        return replace(self, mask=None if self.mask is None else self.mask.cut(span), **arrays)
+        return replace(rows(self, span), mask=None if self.mask is None else self.mask.cut(span))
 
 
 def prepare(log: Log, cutoff: float | None = None) -> Samples:
@@ -133,14 +130,20 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
     """
     t, q, qd, tau, step, notes = _evenly(log, clock)
     derived = qd is None
-    temp, qs = temperatures_at(log.t, log.temp, t), links_at(log.t, log.qs, t)
+    temp, qs = log.temp, log.qs
+    if temp is not None and t is not log.t:
+        temp = read_only(np.column_stack([np.interp(t, log.t, column) for column in temp.T]))
+    if qs is not None and t is not log.t:
+        known = np.isfinite(qs).all(axis=0)
+        links = np.full((len(t), qs.shape[1]), np.nan)
+        links[:, known] = interpolated(log.t, qs[:, known])(t)
+        qs = read_only(links)
     if qd is None:
         slow = lowpass(q, step, _SLOW) if can_filter(_SLOW, step) else q
         qd = differentiate(slow, step)
         notes.append(f"{log.name}: qd is missing and is derived from q")
     t, q, qd, tau = map(read_only, (t, q, qd, tau))
-    words = tuple(notes)
-    return Samples(log.name, t, q, qd, tau, step, None, words, derived, temp=temp, qs=qs)
+    return Samples(log.name, t, q, qd, tau, step, None, tuple(notes), derived, temp=temp, qs=qs)
 
 
 def _evenly(
@@ -181,6 +184,18 @@ def _evenly(
             f"to {step:.4g} s by a cubic spline"
         )
     return t, q, qd, tau, step, notes
+
+
+def interpolated(t: FloatArray, x: FloatArray) -> Callable[[FloatArray], FloatArray]:
+    """Return the cubic spline (not-a-knot) through samples x (N, ...) at t (N,), s.
+
+    Returns:
+        A function from times (T,) to values (T, ...), in the unit of x.
+    """
+    from scipy.interpolate import CubicSpline
+
+    spline = CubicSpline(t, x)
+    return lambda at: np.asarray(spline(at), dtype=np.float64)
 
 
 def _derive_velocity(

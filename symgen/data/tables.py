@@ -1,46 +1,53 @@
 """Logs as tables: CSV, Parquet on a disk or at a URL, and NPZ, alone or in a data set.
 
-Parquet is read batch by batch, each row once; CSV whole.
+Parquet is read batch by batch, each row once, and arrays of an NPZ that are stored as they are
+(numpy.savez) by rows; CSV and packed NPZ whole.
 """
 
 from __future__ import annotations
 
 import csv
+import math
+import re
+import struct
+import zipfile
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
+from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from symgen.data.beside import spread
-from symgen.data.npz import open_npz, rows_of_npz
+from symgen.data.columns import matched
 from symgen.data.raw import (
-    BATCH,
     BESIDE,
     COLUMNS,
+    KEYS,
     NUMBERED,
     ROLES,
     FloatArray,
     Raw,
-    Table,
     Wanted,
     listed,
-    one_line,
     refuse,
     refuse_currents,
+    require_shapes,
     require_size,
 )
-from symgen.data.recorders import matched
 from symgen.data.urls import is_remote, opened
-from symgen.errors import LogError, SymgenError
+from symgen.errors import SymgenError, located
 
+BATCH = 1 << 15  # rows of a table that are read at once
 _LOOKED_AT = 1000  # columns that are searched for a bad cell
 _PATTERN = {"t": "t=NAME", "q1": "q=*_NAME", "tau1": "tau=*_NAME"}
-_BUFFER = 1 << 20  # bytes of a column that are read at once
+_BUFFER = 1 << 20  # bytes of a column, or of a checksum, that are read at once
+_HEADER = struct.Struct("<4s22xHH")  # of a file in an archive: its signature, lengths of two names
+_SIGNATURE = b"PK\x03\x04"
+_MOTION = re.compile(r"(qdd|qd|q|tau)([1-9][0-9]*)")
 #: Ends of names of tables.
 SUFFIXES = (".csv", ".parquet", ".npz")
 
@@ -64,21 +71,22 @@ def open_table(name: str, wanted: Wanted, sound: bool = False) -> Iterator[Table
                 yield _parquet(name, file, wanted)
             return
         if is_remote(name):
-            refuse(name, "is a CSV or NPZ at a URL", "Parquet at a URL, other files on a disk")
+            refuse("is a CSV or NPZ at a URL", "Parquet at a URL, other files on a disk")
         if path.stat().st_size == 0:
-            refuse(path, "the file is empty", COLUMNS)
-        yield open_npz(path, wanted, sound) if suffix == ".npz" else _csv(path, wanted)
+            refuse("the file is empty", COLUMNS)
+        yield _npz(path, wanted, sound) if suffix == ".npz" else _csv(path, wanted)
     except (OSError, ValueError, csv.Error) as error:
-        why = f"{name}: cannot be read: {error}; accepted: a CSV, Parquet or NPZ file"
-        raise LogError(one_line(why)) from error
+        refuse(f"cannot be read: {error}", "a CSV, Parquet or NPZ file")
 
 
 def whole(table: Table) -> Raw:
     """Read all rows of a table, as arrays in rows."""
     (raw,) = table.spans([(0, table.rows)])
-    held = {role: x for role in ROLES if (x := getattr(raw, role)) is not None}
-    arrays: dict[str, Any] = {role: np.ascontiguousarray(x) for role, x in held.items()}
-    return replace(raw, **arrays)
+    arrays = {role: np.ascontiguousarray(x) for role, x in raw.arrays.items()}
+    return replace(raw, arrays=arrays)
+
+
+# Tables with a column for each joint.
 
 
 @dataclass(frozen=True)
@@ -86,17 +94,15 @@ class ColumnTable:
     """A table with a column for each joint that is open.
 
     Attributes:
-        name: of the file, or its URL.
         ends: the row behind the last of each group of rows that is decoded at once.
-        groups: our columns by role.
+        groups: our columns by role, and by joint from 0.
         stored: names in the file, by ours.
         notes: which columns were matched by themselves.
         batches: yields some columns of some groups of rows, as record batches of Arrow.
     """
 
-    name: str
     ends: NDArray[np.int64]
-    groups: Mapping[str, list[str]]
+    groups: Mapping[str, Mapping[int, str]]
     stored: Mapping[str, str]
     notes: tuple[str, ...]
     batches: Callable[[Sequence[str], Sequence[int]], Iterator[Any]]
@@ -109,7 +115,7 @@ class ColumnTable:
     @property
     def measured(self) -> bool:
         """Whether it has speeds."""
-        return bool(self.groups["qd"])
+        return "qd" in self.groups
 
     def times(self) -> Iterator[NDArray[Any]]:
         """Yield the column of time, batch by batch."""
@@ -117,35 +123,42 @@ class ColumnTable:
             yield _numbers(batch.column(0))
 
     def spans(self, spans: Sequence[tuple[int, int]]) -> Iterator[Raw]:
-        """Yield rows, decoding the groups of rows that hold them once."""
-        used = {column: None for group in self.groups.values() for column in group}
-        ignored = tuple(name for name in self.stored if name not in used)
+        """Yield rows, decoding the groups of rows that hold them once.
+
+        Args:
+            spans: of each the first row, and the one behind the last, both increasing.
+        """
+        used = _columns(self.groups)
+        known = set(used)
+        ignored = tuple(name for name in self.stored if name not in known)
         first_group, last_group = np.searchsorted(
             self.ends, [spans[0][0], spans[-1][1] - 1], side="right"
         )
         row = int(self.ends[first_group - 1]) if first_group else 0
         chosen = range(first_group, min(last_group + 1, len(self.ends)))
         found = self.batches([self.stored[column] for column in used], chosen)
-        held: list[tuple[int, list[NDArray[Any]]]] = []  # first row of each, and its columns
+        held: list[tuple[int, dict[str, NDArray[Any]]]] = []  # first row of each, and its columns
         for first, last in spans:
-            held = [(start, x) for start, x in held if start + len(x[0]) > first]
+            held = [(start, x) for start, x in held if start + len(x[used[0]]) > first]
             while row < last:
                 batch = next(found, None)
                 if batch is None:
-                    refuse(self.name, f"ends before row {last}", "a file that does not change")
+                    refuse(f"ends before row {last}", "a file that does not change")
                 if row + batch.num_rows > first:
-                    held.append((row, [_numbers(column) for column in batch.columns]))
+                    columns = map(_numbers, batch.columns)
+                    held.append((row, dict(zip(used, columns, strict=True))))
                 row += batch.num_rows
-            arrays, k = dict[str, FloatArray | None](), 0
+            arrays: dict[str, NDArray[Any]] = {"t": np.arange(first, last)}  # of poses
             for role, group in self.groups.items():
-                arrays[role] = _filled(held, first, last, range(k, k + len(group)))
-                k += len(group)
-            q, t = arrays.pop("q"), arrays.pop("t")
-            assert q is not None  # `_assigned` has seen to it
-            for role in BESIDE:
-                arrays[role] = spread(arrays.get(role), self.groups.get(role, ()), q.shape[1])
-            time = np.arange(first, last) if t is None else t[:, 0]
-            yield Raw(time, q, **arrays, ignored=ignored, notes=self.notes)
+                width = len(self.groups["q"] if role in BESIDE else group)
+                arrays[role] = _filled(held, first, last, group, width)
+            if "t" in self.groups:
+                arrays["t"] = arrays["t"][:, 0]
+            yield Raw(arrays, ignored, self.notes)
+
+
+def _columns(groups: Mapping[str, Mapping[int, str]]) -> list[str]:
+    return [column for group in groups.values() for column in group.values()]
 
 
 def _numbers(column: Any) -> NDArray[Any]:
@@ -157,19 +170,23 @@ def _numbers(column: Any) -> NDArray[Any]:
 
 
 def _filled(
-    held: Sequence[tuple[int, Sequence[NDArray[Any]]]], first: int, last: int, columns: range
-) -> FloatArray | None:
-    """Gather some columns of rows first .. last (exclusive), (N, columns), read-only.
+    held: Sequence[tuple[int, Mapping[str, NDArray[Any]]]],
+    first: int,
+    last: int,
+    group: Mapping[int, str],
+    width: int,
+) -> FloatArray:
+    """Gather columns of rows first .. last (exclusive), (N, width), NaN without one; read-only.
 
     Each column lies in one piece, as in the file: whatever looks at a channel takes it as it is.
     """
-    if not columns:
-        return None
-    out = np.empty((last - first, len(columns)), order="F")
+    out = np.empty((last - first, width), order="F")
+    if len(group) < width:
+        out[:] = np.nan
     for start, x in held:
-        low, high = max(first - start, 0), min(last - start, len(x[0]))
-        for j, k in enumerate(columns):
-            out[start + low - first : start + high - first, j] = x[k][low:high]
+        low, high = max(first - start, 0), min(last - start, len(next(iter(x.values()))))
+        for j, column in group.items():
+            out[start + low - first : start + high - first, j] = x[column][low:high]
     out.setflags(write=False)
     return out
 
@@ -189,10 +206,10 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
             rows = csv.reader(file)
             header = next((row for row in rows if row), [])
             skip = rows.line_num
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise LogError(f"{path}: is not a text file; accepted: CSV in UTF-8") from error
-    names, groups, notes = _assigned(path, header, wanted)
-    used = [name for group in groups.values() for name in group]
+    except (UnicodeDecodeError, csv.Error):
+        refuse("is not a text file", "CSV in UTF-8")
+    names, groups, notes = _assigned(header, path.name, wanted)
+    used = _columns(groups)
     try:
         table = pacsv.read_csv(
             path,
@@ -203,10 +220,9 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
         )
     except (pa.ArrowInvalid, pa.ArrowKeyError) as error:
         what = _bad_cell(path, names, used) or str(error)
-        accepted = "at least 10 rows of numbers, separated by commas"
-        raise LogError(one_line(f"{path}: {what}; accepted: {accepted}")) from error
+        refuse(what, "at least 10 rows of numbers, separated by commas")
     return ColumnTable(
-        str(path), np.array([table.num_rows]), groups, {name: name for name in names}, notes,
+        np.array([table.num_rows]), groups, {name: name for name in names}, notes,
         lambda columns, _: iter(table.select(columns).to_batches()),
     )  # fmt: skip
 
@@ -242,19 +258,19 @@ def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
     import pyarrow as pa
 
     schema, about = file.schema_arrow, file.metadata
-    names, groups, notes = _assigned(Path(name), schema.names, wanted)
-    used = [column for group in groups.values() for column in group]
+    names, groups, notes = _assigned(schema.names, Path(name).name, wanted)
+    used = _columns(groups)
     for column in used:
         kind = schema.types[names.index(column)]
         if not (pa.types.is_integer(kind) or pa.types.is_floating(kind)):
-            refuse(name, f"column {column} holds {kind}", "floats or integers")
+            refuse(f"column {column} holds {kind}", "floats or integers")
     if not is_remote(name):
         require_size(Path(name), 8 * about.num_rows * len(used))
     sizes = [about.row_group(k).num_rows for k in range(about.num_row_groups)]
     return ColumnTable(
-        name, np.cumsum(sizes, dtype=np.int64), groups,
+        np.cumsum(sizes, dtype=np.int64), groups,
         dict(zip(names, schema.names, strict=True)), notes,
-        lambda columns, chosen: batches(name, file, columns, chosen),
+        lambda columns, chosen: batches(file, columns, chosen),
     )  # fmt: skip
 
 
@@ -268,7 +284,7 @@ def parquet_file(name: str) -> Iterator[Any]:
     import pyarrow.parquet as pq
 
     with opened(name) as remote:
-        with arrow_reads(name):  # Arrow reads a path without a detour
+        with arrow_reads():  # Arrow reads a path without a detour
             source = name if remote is None else remote
             file = pq.ParquetFile(source, pre_buffer=False, buffer_size=_BUFFER)
         with file:
@@ -276,7 +292,7 @@ def parquet_file(name: str) -> Iterator[Any]:
 
 
 def batches(
-    name: str, file: Any, columns: Sequence[str], groups: Sequence[int] | None = None
+    file: Any, columns: Sequence[str], groups: Sequence[int] | None = None
 ) -> Iterator[Any]:
     """Yield some columns of a Parquet file, some thousand rows at a time.
 
@@ -284,17 +300,248 @@ def batches(
         LogError: it cannot be decoded.
     """
     chosen = None if groups is None else list(groups)
-    with arrow_reads(name):
+    with arrow_reads():
         found = file.iter_batches(
             BATCH, row_groups=chosen, columns=list(columns), use_threads=False
         )
     while True:
-        with arrow_reads(name):
+        with arrow_reads():
             batch = next(found, None)
         if batch is None:
             return
         if batch.num_rows:
             yield batch
+
+
+@contextmanager
+def arrow_reads() -> Iterator[None]:
+    """Refuse a file that Arrow cannot read, or that its server does not give."""
+    try:
+        yield
+    except SymgenError:
+        raise
+    except Exception as error:  # those of Arrow, and of whatever reads the URL
+        refuse(f"is not a readable Parquet file: {error}", f"a Parquet table of {COLUMNS}")
+
+
+def _assigned(
+    stored: Sequence[str], file: str, wanted: Wanted
+) -> tuple[list[str], dict[str, dict[int, str]], tuple[str, ...]]:
+    """Return what the columns of a table are.
+
+    One that another takes the name of is lost.
+
+    Returns:
+        Our names in the order of `stored`, those of every role by joint, and which were matched
+        by themselves.
+
+    Raises:
+        LogError: a column is missing, or is not the only one.
+    """
+    names, columns = [name.strip() for name in stored], dict(wanted.reading.columns)
+    patterns = {o: columns.pop(o) for o, theirs in [*columns.items()] if "*" in theirs and o != "t"}
+    for ours, theirs in columns.items():
+        if ours != "t" and NUMBERED.fullmatch(ours) is None:
+            refuse(f"--columns {ours}={theirs}: a table has one column a joint", COLUMNS)
+        if theirs not in names:
+            refuse(f"there is no column {theirs!r} (--columns {ours})", listed(names))
+    ours_of = {theirs: ours for ours, theirs in columns.items()}
+    given = [
+        ours_of.get(name, f"{name} (of the file)" if name in columns else name) for name in names
+    ]
+    found, notes = matched(file, given, patterns, wanted)
+    return found, _groups(found, wanted), notes
+
+
+def _groups(names: list[str], wanted: Wanted) -> dict[str, dict[int, str]]:
+    """Sort the names of columns into {"t": {0: t}, "q": {0: q1, ..}, ..}, by number."""
+    named = [name for name in names if name]
+    for name, count in Counter(named).most_common(1):
+        if count > 1:
+            refuse(f"the column {name} occurs {count} times", "each column once")
+    numbered = [match for name in named if (match := NUMBERED.fullmatch(name))]
+    numbers = {
+        role: sorted(int(match[2]) for match in numbered if match[1] == role)
+        for role in ROLES[1:]
+        if wanted.beside or role not in BESIDE
+    }
+    measured = numbers["tau"] or (numbers["i"] if wanted.currents else [])
+    time = wanted.reading.poses or "t" in named
+    for role, present in (("t", time), ("q1", numbers["q"]), ("tau1", measured)):
+        if role == "tau1" and not present and numbers["i"]:
+            refuse_currents()
+        if not present:
+            how = f'{COLUMNS}, or --columns "{_PATTERN[role]}"'
+            refuse(f"there is no column {role} among {listed(names)}", how)
+    if not wanted.currents or (numbers["tau"] and len(numbers["i"]) != len(numbers["q"])):
+        del numbers["i"]
+    groups = {} if wanted.reading.poses else {"t": {0: "t"}}
+    for role, have in numbers.items():
+        if role in BESIDE:  # some joints have it
+            have = [number for number in have if 1 <= number <= len(numbers["q"])]
+        elif have != list(range(1, len(have) + 1)):
+            gap = ", ".join(f"{role}{number}" for number in have)
+            refuse(f"the columns {gap} are not numbered 1, 2, .. without gaps", COLUMNS)
+        if have:
+            groups[role] = {number - 1: f"{role}{number}" for number in have}
+    return groups
+
+
+# Arrays of numpy.
+
+
+@dataclass(frozen=True)
+class StoredArray:
+    """An array that lies in a file, row after row.
+
+    Attributes:
+        path: the file.
+        offset: of its first byte.
+        shape, dtype: of the whole.
+    """
+
+    path: Path
+    offset: int
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+
+    def __getitem__(self, rows: slice) -> NDArray[Any]:
+        """Read some rows."""
+        first, last, _ = rows.indices(self.shape[0])
+        size = math.prod(self.shape[1:])
+        begin = self.offset + first * size * self.dtype.itemsize
+        flat = np.fromfile(self.path, self.dtype, (last - first) * size, offset=begin)
+        return flat.reshape(last - first, *self.shape[1:])
+
+
+@dataclass(frozen=True)
+class Arrays:
+    """A table that is one array for each role.
+
+    Attributes:
+        arrays: by role, of as many rows each; some lie in a file.
+        ignored: as of `Raw`.
+    """
+
+    arrays: Mapping[str, Any]
+    ignored: tuple[str, ...]
+
+    @property
+    def rows(self) -> int:
+        """The number of its rows."""
+        return int(self.arrays["t"].shape[0])
+
+    @property
+    def measured(self) -> bool:
+        """Whether it has speeds."""
+        return "qd" in self.arrays
+
+    def times(self) -> Iterator[NDArray[Any]]:
+        """Yield the column of time, piece by piece."""
+        for first in range(0, self.rows, BATCH):
+            yield self.arrays["t"][first : first + BATCH]
+
+    def spans(self, spans: Sequence[tuple[int, int]]) -> Iterator[Raw]:
+        """Yield rows."""
+        for first, last in spans:
+            yield Raw({role: x[first:last] for role, x in self.arrays.items()}, self.ignored)
+
+
+Table = Arrays | ColumnTable
+
+
+def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
+    """Open what numpy.savez wrote.
+
+    Args:
+        path: the file.
+        wanted: what is read of it; columns are names in the file of our arrays.
+        sound: whether its checksums were found right before.
+
+    Raises:
+        LogError: the file does not hold the arrays of a log.
+    """
+    if not zipfile.is_zipfile(path):
+        refuse("is not an NPZ archive", f"what numpy.savez writes, with {KEYS}")
+    columns, poses = wanted.reading.columns, wanted.reading.poses
+    names = {role: columns.get(role, role) for role in ROLES}
+    for role in (*["t"] * poses, *["i"] * (not wanted.currents), *BESIDE * (not wanted.beside)):
+        del names[role]
+    for ours, theirs in columns.items():
+        if ours not in ROLES:
+            refuse(f"--columns {ours}={theirs}: an NPZ has one array for all joints", KEYS)
+    try:
+        # allow_pickle stays off: a pickle in a log would run code of whoever wrote it. The file is
+        # opened here because numpy leaves it open when the archive is damaged.
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            require_size(path, sum(entry.file_size for entry in archive.zip.infolist()))
+            keys = list(archive.files)
+            arrays: dict[str, Any] = {}
+            for role, key in names.items():
+                if key in keys:
+                    stored = _stored(path, file, archive.zip, key, sound)
+                    arrays[role] = np.asarray(archive[key]) if stored is None else stored
+    except SymgenError:
+        raise
+    except Exception as error:  # a damaged archive raises one of a dozen kinds
+        what = "an array holds Python objects" if "Object arrays" in str(error) else str(error)
+        refuse(f"cannot be read: {what}", KEYS)
+    for ours, theirs in columns.items():
+        if theirs not in keys:
+            refuse(f"there is no array {theirs!r} (--columns {ours})", listed(keys))
+    if "tau" not in arrays and "i" not in arrays and "i" in keys:
+        refuse_currents()
+    if poses and "q" in arrays:
+        arrays = {"t": np.arange((*arrays["q"].shape, 1)[0]), **arrays}
+    for role in ("t", "q", "tau"):
+        if role not in arrays and not (role == "tau" and "i" in arrays):
+            refuse(f"there is no array {names[role]} among {listed(keys)}", KEYS)
+    require_shapes(arrays)
+    used = {names.get(role) for role in arrays}
+    return Arrays(arrays, tuple(key for key in keys if key not in used))
+
+
+def _stored(
+    path: Path, file: BinaryIO, archive: zipfile.ZipFile, key: str, sound: bool
+) -> StoredArray | None:
+    """Return where an array lies; None where it is packed, not in rows, or not what it says."""
+    entry = archive.getinfo(key if key in archive.namelist() else f"{key}.npy")
+    found = _place(path, file, entry)
+    if found is not None and not sound:
+        with archive.open(entry) as stored:  # raises where the checksum is wrong
+            while stored.read(_BUFFER):
+                pass
+    return found
+
+
+def _place(path: Path, file: BinaryIO, entry: zipfile.ZipInfo) -> StoredArray | None:
+    if entry.compress_type != zipfile.ZIP_STORED or entry.flag_bits & 1:
+        return None
+    try:
+        file.seek(entry.header_offset)
+        signature, name, extra = _HEADER.unpack(file.read(_HEADER.size))
+        begin = entry.header_offset + _HEADER.size + name + extra
+        file.seek(begin)
+        version = npy.read_magic(file)
+        read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+        shape, columns_first, dtype = read(file)
+    except (OSError, ValueError, struct.error):
+        return None
+    size = file.tell() - begin + dtype.itemsize * math.prod(shape)
+    by_rows = bool(shape) and min(shape) >= 0 and not columns_first and not dtype.hasobject
+    if signature != _SIGNATURE or not by_rows or size != entry.file_size or not dtype.itemsize:
+        return None
+    return StoredArray(path, file.tell(), shape, dtype)
+
+
+def rows_of_npz(path: Path) -> int:
+    """Return the rows of an NPZ; 0 where an array is packed, or it cannot be read."""
+    try:
+        with path.open("rb") as file, zipfile.ZipFile(file) as archive:
+            places = [_place(path, file, entry) for entry in archive.infolist()]
+    except (OSError, ValueError, zipfile.BadZipFile):
+        return 0
+    return max((p.shape[0] if p is not None else 0 for p in places), default=0)
 
 
 def rows_of_parquet(path: Path) -> int:
@@ -308,79 +555,46 @@ def rows_of_parquet(path: Path) -> int:
         return 0
 
 
-@contextmanager
-def arrow_reads(name: str) -> Iterator[None]:
-    """Refuse a file that Arrow cannot read, or that its server does not give."""
-    try:
-        yield
-    except SymgenError:
-        raise
-    except Exception as error:  # those of Arrow, and of whatever reads the URL
-        what = f"{name}: is not a readable Parquet file: {error}"
-        raise LogError(one_line(f"{what}; accepted: a Parquet table of {COLUMNS}")) from error
-
-
 #: Tables that tell their rows without being read, 0 where they do not: whoever reads says why.
 COUNTED = {".parquet": rows_of_parquet, ".npz": rows_of_npz}
 
 
-def _assigned(
-    path: Path, stored: Sequence[str], wanted: Wanted
-) -> tuple[list[str], dict[str, list[str]], tuple[str, ...]]:
-    """Return what the columns of a table are.
+# Motions and torques without the rest of a log.
 
-    One that another takes the name of is lost.
 
-    Returns:
-        Our names in the order of `stored`, those of every role, and which were matched by
-        themselves.
+def read_columns(
+    path: str | Path, needed: tuple[str, ...], optional: tuple[str, ...], accepted: str
+) -> tuple[FloatArray, dict[str, FloatArray]]:
+    """Read t (N,) and groups of numbered columns (N, n) from CSV; other columns are ignored.
 
     Raises:
-        LogError: a column is missing, or is not the only one.
+        LogError: the file cannot be read, a column is missing, or a value is not a finite number.
     """
-    names, columns = [name.strip() for name in stored], wanted.columns
-    patterns = {ours: theirs for ours, theirs in columns.items() if "*" in theirs and ours != "t"}
-    columns = {ours: theirs for ours, theirs in columns.items() if ours not in patterns}
-    for ours, theirs in columns.items():
-        if ours != "t" and NUMBERED.fullmatch(ours) is None:
-            refuse(path, f"--columns {ours}={theirs}: a table has one column a joint", COLUMNS)
-        if theirs not in names:
-            refuse(path, f"there is no column {theirs!r} (--columns {ours})", listed(names))
-    ours_of = {theirs: ours for ours, theirs in columns.items()}
-    given = [
-        ours_of.get(name, f"{name} (of the file)" if name in columns else name) for name in names
-    ]
-    found, notes = matched(path, given, patterns, wanted)
-    return found, _groups(path, found, wanted), notes
-
-
-def _groups(path: Path, names: list[str], wanted: Wanted) -> dict[str, list[str]]:
-    """Sort the names of columns into {"t": [t], "q": [q1, ..], "qd": [..], ..}, by number."""
-    currents, poses = wanted.currents, wanted.poses
-    named = [name for name in names if name]
-    name, count = Counter(named).most_common(1)[0] if named else ("", 0)
-    if count > 1:
-        refuse(path, f"the column {name} occurs {count} times", "each column once")
-    numbered = [match for name in named if (match := NUMBERED.fullmatch(name))]
-    numbers = {
-        role: sorted(int(match[2]) for match in numbered if match[1] == role)
-        for role in ("q", "qd", "tau", "i", *(BESIDE if wanted.beside else ()))
-    }
-    measured = numbers["tau"] or (numbers["i"] if currents else [])
-    for role, present in (("t", poses or "t" in named), ("q1", numbers["q"]), ("tau1", measured)):
-        if role == "tau1" and not present and numbers["i"]:
-            refuse_currents(path)
-        if not present:
-            how = f'{COLUMNS}, or --columns "{_PATTERN[role]}"'
-            refuse(path, f"there is no column {role} among {listed(names)}", how)
-    if not currents or (numbers["tau"] and len(numbers["i"]) != len(numbers["q"])):
-        del numbers["i"]
-    groups = {"t": [] if poses else ["t"]}
-    for role, have in numbers.items():
-        if role in BESIDE:  # some joints have it
-            have = [number for number in have if 1 <= number <= len(numbers["q"])]
-        elif have != list(range(1, len(have) + 1)):
-            gap = ", ".join(f"{role}{number}" for number in have)
-            refuse(path, f"the columns {gap} are not numbered 1, 2, .. without gaps", COLUMNS)
-        groups[role] = [f"{role}{number}" for number in have]
-    return groups
+    with located(path):
+        try:
+            with Path(path).open(encoding="utf-8-sig", newline="") as file:
+                rows = [row for row in csv.reader(file) if row and not row[0].startswith("#")]
+        except (OSError, ValueError, csv.Error) as error:
+            reason = getattr(error, "strerror", None) or "not a text file"
+            refuse(f"cannot be read ({reason})", accepted)
+        header = [name.strip() for name in rows[0]] if rows else []
+        counts = Counter(match[1] for name in header if (match := _MOTION.fullmatch(name)))
+        if "t" not in header or not counts.keys() >= set(needed):
+            refuse(f"columns {', '.join(header[:12]) or 'none'}", accepted)
+        if len(rows) < 3:
+            refuse("fewer than 2 samples", accepted)
+        try:
+            table = np.array(rows[1:], dtype=float)
+        except ValueError as error:
+            refuse(f"not a table of numbers ({error})", accepted)
+        if table.shape[1] != len(header) or not np.isfinite(table).all():
+            refuse("a value is not a finite number, or rows differ in length", accepted)
+        columns, out = dict(zip(header, table.T, strict=True)), {}
+        if np.diff(columns["t"]).min() <= 0:
+            refuse("time does not increase", accepted)
+        for role in (role for role in (*needed, *optional) if role in counts):
+            names = [f"{role}{j}" for j in range(1, counts[needed[0]] + 1)]
+            if counts[role] != len(names) or not columns.keys() >= set(names):
+                refuse(f"the columns of {role} are not numbered 1 to {len(names)}", accepted)
+            out[role] = np.column_stack([columns[name] for name in names])
+        return columns["t"], out

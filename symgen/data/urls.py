@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from typing import Any
 from urllib.parse import urlsplit
 
-from symgen.data.raw import one_line, refuse
-from symgen.errors import LogError, SymgenError
+from symgen.data.raw import refuse
+from symgen.errors import SymgenError
 
 #: How a URL begins. Other schemes of fsspec unpack archives, run commands or ask services of code.
 SCHEMES = ("file", "s3", "gs", "az", "http", "https", "memory")
@@ -28,7 +28,7 @@ def remote_files(url: str) -> list[str]:
     Raises:
         LogError: it is no URL that is read, or cannot be listed.
     """
-    with _asked(url):
+    with _asked():
         system, path = _file_system(url)
         if glob.has_magic(path):
             found = system.glob(path)
@@ -47,7 +47,7 @@ def opened(name: str) -> Iterator[Any]:
     if not is_remote(name):
         yield None
         return
-    with _asked(name):
+    with _asked():
         system, path = _file_system(name)
         file = system.open(path, "rb")
     with file:
@@ -60,7 +60,7 @@ def remote_identity(name: str) -> str:
     Raises:
         LogError: it cannot be had.
     """
-    with _asked(name):
+    with _asked():
         system, path = _file_system(name)
         about = system.info(path)
     keys = ("size", "mtime", "created", "etag", "ETag", "LastModified")
@@ -70,30 +70,29 @@ def remote_identity(name: str) -> str:
 def _file_system(url: str) -> tuple[Any, str]:
     scheme = url.partition("://")[0]
     if scheme not in SCHEMES or "::" in url:  # fsspec reads one URL inside another
-        refuse(url, "is no URL that is read", _ACCEPTED)
+        refuse("is no URL that is read", _ACCEPTED)
     try:
         parts = urlsplit(url)
         if scheme.startswith("http"):
             parts.port  # noqa: B018  (raises where it is none)
     except ValueError as error:
-        refuse(url, f"is no URL: {error}", _ACCEPTED)
+        refuse(f"is no URL: {error}", _ACCEPTED)
     if scheme not in _WITHOUT_HOST and not parts.netloc:
-        refuse(url, "names no host or bucket", _ACCEPTED)
+        refuse("names no host or bucket", _ACCEPTED)
     try:
         from fsspec.core import url_to_fs
-    except ImportError as error:
-        raise LogError(f"{url}: URLs need fsspec; accepted: pip install symgen[dask]") from error
+    except ImportError:
+        refuse("URLs need fsspec", "pip install symgen[dask]")
     system, path = url_to_fs(url)
     return system, str(path)
 
 
 @contextmanager
-def _asked(url: str) -> Iterator[None]:
+def _asked() -> Iterator[None]:
     """Refuse a URL that its file system, or the network, cannot serve."""
     try:
         yield
     except SymgenError:
         raise
     except Exception as error:  # each library of a scheme has errors of its own
-        why = f"{url}: cannot be read: {error or type(error).__name__}"
-        raise LogError(one_line(f"{why}; accepted: {_ACCEPTED}")) from error
+        refuse(f"cannot be read: {error or type(error).__name__}", _ACCEPTED)

@@ -1,29 +1,46 @@
-"""One diagnosis: the model, the logs, and the model's torques on them."""
+"""The model as it is declared, its logs, and the model's torques on them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.diagnosis.evidence import Evidence, Scene, evidence, given_evidence, model_torque
+from symgen import names
+from symgen.codegen.model import Model
+from symgen.diagnosis.effects import Candidate, Torques
 from symgen.diagnosis.floor import noise_floor
-from symgen.diagnosis.given_parameters import link_values
 from symgen.diagnosis.select import Score
-from symgen.diagnosis.shapes import Torques
+from symgen.diagnosis.whitened_system import (
+    Columns,
+    WhitenedSystem,
+    fitted_system,
+    given_system,
+    model_torque,
+)
+from symgen.estimation.filtered import FilteredLog
+from symgen.identification.out_of_core import loaded
+from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
+#: What gives the columns of a candidate on all training logs.
+Seen = Callable[[Candidate], Columns]
 KERNELS = ("torque_regressor", "inverse_dynamics")
 
 
+def model_of(robot: Robot) -> Evaluator:
+    """Return the compiled model of a robot, derived once for a text of its file."""
+    return loaded(robot_toml(robot), KERNELS)
+
+
 @dataclass(frozen=True, eq=False)
-class Study:
-    """The model and the logs of a diagnosis.
+class Baseline:
+    """What a search begins with.
 
     Attributes:
         evaluator: the model as it is declared.
@@ -34,8 +51,8 @@ class Study:
     """
 
     evaluator: Evaluator
-    base: Evidence
-    held: tuple[Scene, ...]
+    base: WhitenedSystem
+    held: tuple[FilteredLog, ...]
     X: FloatArray
     given: bool
 
@@ -44,60 +61,80 @@ class Study:
         """The robot as it is declared."""
         return self.evaluator.model.robot
 
-    def torques(self, found: Evidence) -> Sequence[Torques]:
+    def torques(self, found: WhitenedSystem) -> Sequence[Torques]:
         """Return the model's torque and its friction on every training log, beside what is found.
 
         Args:
-            found: the evidence with the columns of what was accepted so far.
+            found: the system with the columns of what was accepted so far.
         """
         X = self.parameters(found)
-        return [torques_of(self.evaluator, X, s) for s in self.base.scenes]
+        return [torques_of(self.evaluator, X, log) for log in self.base.logs]
+
+    def seen(self, found: WhitenedSystem) -> Seen:
+        """Return what gives the columns of a candidate beside what is found, see `torques`."""
+        torques = self.torques(found)
+        return lambda candidate: candidate.seen(self.base.logs, torques)
 
     def noise(self) -> FloatArray:
         """Return the standard deviation of the residual that noise alone leaves, (n,)."""
-        model = partial(model_torque, self.evaluator, self.X)
-        scenes = self.base.scenes
-        parts = [noise_floor(s, s.tau - model(s), model, scenes) ** 2 for s in scenes]
+        model, logs = partial(model_torque, self.evaluator, self.X), self.base.logs
+        parts = [noise_floor(log, log.tau - model(log), model, logs) ** 2 for log in logs]
         return np.asarray(np.sqrt(np.mean(parts, axis=0)))
 
-    def parameters(self, found: Evidence) -> FloatArray:
+    def parameters(self, found: WhitenedSystem) -> FloatArray:
         """Return X beside what is found, (p,)."""
         return self.X if self.given else found.X[: len(self.X)]
 
-    def beside(self, accepted: Sequence[Score]) -> Evidence:
-        """Return the evidence of the model with the columns of some effects."""
+    def coefficients(self, found: WhitenedSystem) -> FloatArray:
+        """Return the coefficients of what is found, one effect after the other."""
+        return found.X[self.base.W.shape[2] :]
+
+    def beside(self, accepted: Iterable[Score]) -> WhitenedSystem:
+        """Return the system of the model with the columns of some effects."""
         return self.base.with_columns(s.columns for s in accepted)
 
 
-def studied(
+def baseline(
     evaluator: Evaluator,
-    train: Sequence[Scene],
-    held: Sequence[Scene],
+    train: Sequence[FilteredLog],
+    held: Sequence[FilteredLog],
     given: FloatArray | None = None,
-) -> Study:
+) -> Baseline:
     """Fit a model to the training logs, or take given parameters (p,)."""
-    if given is None:
-        base = evidence(evaluator, train)
-        X = base.X
-    else:
-        base = given_evidence(evaluator, train, given)
-        X = given
-    return Study(evaluator, base, tuple(held), X, given is not None)
+    if given is not None:
+        base = given_system(evaluator, train, given)
+        return Baseline(evaluator, base, tuple(held), given, True)
+    base = fitted_system(evaluator, train)
+    return Baseline(evaluator, base, tuple(held), base.X, False)
 
 
 def torques_of(
-    evaluator: Evaluator, X: FloatArray, s: Scene, links: FloatArray | None = None
+    evaluator: Evaluator, X: FloatArray, log: FilteredLog, links: FloatArray | None = None
 ) -> Torques:
     """Return a model's torque and its friction along a log, beside its links' parameters.
 
     Args:
         evaluator: the compiled model.
         X: (p,) parameters.
-        s: the log.
+        log: in the band of the run.
         links: parameters of the links, where they are others.
     """
     model = evaluator.model
     rigid = np.where(np.arange(len(X)) < model.inertial, X, 0.0)
-    whole = model_torque(evaluator, X, s)
-    friction = whole - model_torque(evaluator, rigid, s)
+    whole = model_torque(evaluator, X, log)
+    friction = whole - model_torque(evaluator, rigid, log)
     return Torques(whole, friction, link_values(model, X) if links is None else links)
+
+
+def link_values(model: Model, X: FloatArray) -> FloatArray:
+    """Return link parameters (links, 10) that give X (p,): those that lead a base parameter.
+
+    All others are zero: of the many sets, this one differs from the true one by what has no
+    torque in the model's own geometry and gravity.
+    """
+    out = np.zeros((len(model.robot.joints), len(names.LINK)))
+    for value, p in zip(X, model.base.parameters, strict=True):
+        standard = model.base.standard[p.index]
+        if standard.prefix in names.LINK:
+            out[standard.joint - 1, names.LINK.index(standard.prefix)] += value
+    return out

@@ -22,9 +22,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.diagnosis.evidence import Columns, Evidence, Scene
 from symgen.diagnosis.search import Search, Selection
 from symgen.diagnosis.select import Score, project
+from symgen.diagnosis.whitened_system import Columns, WhitenedSystem
+from symgen.estimation.filtered import FilteredLog
 
 FloatArray = NDArray[np.float64]
 _DRAWS, _SINES, _ALLOWED = 400, 24, 0.05
@@ -39,13 +40,12 @@ def beyond_misfit(selection: Selection, search: Search, noise: FloatArray) -> Se
         search: with its candidates.
         noise: (n,) standard deviation of the torque's noise in the band.
     """
-    accepted = list(selection.accepted)
-    alike = {id(s): a for s, a in zip(selection.accepted, selection.alike, strict=True)}
+    base, accepted = search.baseline.base, list(selection.accepted)
     withdrawn: list[Score] = []
     bars: dict[tuple[int, ...], float] = {}
     while accepted:
         asked = [s for s in accepted if _of_one_joint(s) and not s.candidate.measured]
-        shares = [share_of_unknown(search.base, accepted, s, noise) for s in asked]
+        shares = [share_of_unknown(base, accepted, s, noise) for s in asked]
         below = []
         for s, share in zip(asked, shares, strict=True):
             joints = s.candidate.joints
@@ -62,15 +62,8 @@ def beyond_misfit(selection: Selection, search: Search, noise: FloatArray) -> Se
             f"effect explains {100 * bars[worst.candidate.joints]:.2g} % by chance"
         )
         withdrawn.append(replace(worst, fault=fault))
-    if not withdrawn:
-        return selection
-    return replace(
-        selection,
-        evidence=search.base.with_columns(s.columns for s in accepted),
-        accepted=tuple(accepted),
-        alike=tuple(alike.get(id(s), ()) for s in accepted),
-        rejected=(*withdrawn, *selection.rejected),
-    )
+    rejected = (*withdrawn, *selection.rejected)
+    return replace(selection, accepted=tuple(accepted), rejected=rejected)
 
 
 def _of_one_joint(score: Score) -> bool:
@@ -84,7 +77,7 @@ _SURE = 0.95
 
 
 def share_of_unknown(
-    base: Evidence, accepted: Sequence[Score], own: Score, noise: FloatArray
+    base: WhitenedSystem, accepted: Sequence[Score], own: Score, noise: FloatArray
 ) -> float:
     """Return what an effect explains beside the others, over that and what is left above noise."""
     joints = list(own.candidate.joints)
@@ -107,7 +100,7 @@ def chance_share(search: Search, joints: tuple[int, ...]) -> float:
         The quantile that 1 of 20 draws of all joints is beyond.
     """
     (j,) = joints
-    base = search.base
+    base = search.baseline.base
     drawn = _drawn(base, j)
     best = np.zeros(drawn.shape[1])
     for _, columns in search.on_joints(joints):
@@ -116,23 +109,23 @@ def chance_share(search: Search, joints: tuple[int, ...]) -> float:
     return float(np.quantile(best, 1 - _ALLOWED / base.n))
 
 
-def _orthonormal(base: Evidence, columns: Columns, j: int) -> FloatArray:
+def _orthonormal(base: WhitenedSystem, columns: Columns, j: int) -> FloatArray:
     """Return an orthonormal basis of what a candidate has apart from the model, (K, r)."""
     free = project(base, columns).free[:, j]
     size = np.linalg.norm(free, axis=0)
     return np.asarray(free / np.where(size > 0, size, 1.0))
 
 
-def _drawn(base: Evidence, j: int) -> FloatArray:
+def _drawn(base: WhitenedSystem, j: int) -> FloatArray:
     """Return random smooth torques on a joint, apart from the model, of unit size, (K, draws)."""
     rng = np.random.default_rng(_SEED)
     n = base.n
     others = rng.integers(0, n, _DRAWS)
     w = rng.normal(size=(_DRAWS, _SINES, 4))
     phase = rng.uniform(0, 2 * np.pi, (_DRAWS, _SINES))
-    spread = [np.concatenate([getattr(s, key) for s in base.scenes]).std(axis=0) for key in _STATE]
+    spread = [np.concatenate([getattr(s, key) for s in base.logs]).std(axis=0) for key in _STATE]
     unit = [np.where(x > 0, x, 1.0) for x in spread]
-    seen = np.concatenate([_fields(s, j, others, w, phase, unit) for s in base.scenes])
+    seen = np.concatenate([_fields(s, j, others, w, phase, unit) for s in base.logs])
     out = seen * (base.moves[:, j] / base.sigma[j])[:, None]
     basis = base.basis[:, j]
     # on the one joint the model's columns of all joints have a say
@@ -144,7 +137,7 @@ _STATE = ("q", "qd")
 
 
 def _fields(
-    s: Scene,
+    s: FilteredLog,
     j: int,
     others: NDArray[np.int64],
     w: FloatArray,

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.codegen.model import derive
-from symgen.diagnosis.baseline import KERNELS, Study, torques_of
+from symgen.codegen.model import Model, derive
+from symgen.diagnosis.baseline import Baseline, Seen, link_values, model_of, torques_of
 from symgen.diagnosis.diagnosis import (
+    Alike,
     Curves,
     Diagnosis,
     FoundEffect,
@@ -19,29 +21,33 @@ from symgen.diagnosis.diagnosis import (
     Gap,
     Rejected,
 )
-from symgen.diagnosis.evidence import (
-    Evidence,
-    evidence,
-    model_torque,
-    ratio,
-    torque_at,
-)
+from symgen.diagnosis.effects import Candidate
 from symgen.diagnosis.extend import extended, with_values
 from symgen.diagnosis.floor import at_rest, noise_floor
-from symgen.diagnosis.found import coefficients, found_effects, numbers
-from symgen.diagnosis.given_parameters import changed, link_values
 from symgen.diagnosis.messages import tie
-from symgen.diagnosis.refine import all_slopes, settled_constants
+from symgen.diagnosis.refine import settled_constants, slopes
 from symgen.diagnosis.residual_patterns import places
 from symgen.diagnosis.search import MEASURING, Selection
-from symgen.diagnosis.select import Score
-from symgen.diagnosis.shapes import Torques
+from symgen.diagnosis.select import Score, judge
+from symgen.diagnosis.whitened_system import (
+    WhitenedSystem,
+    compared,
+    counted,
+    dense,
+    fitted_system,
+    model_torque,
+    modelled,
+    torque_at,
+)
 from symgen.errors import IdentificationError, RobotError
 from symgen.estimation.estimators import solve
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.torque_error import TorqueFit, squares
+from symgen.identification.parameters import base_values
+from symgen.robot.effect import numbered
 from symgen.robot.types import Robot
-from symgen.runtime.evaluator import Evaluator, load
+from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
 #: Gap over noise floor up to which nothing is missing, where no effect is found.
@@ -50,234 +56,287 @@ _SMALL = 0.01  # a gap that no model of friction comes below
 _EXPLAINED = 0.15  # the largest gap that is called explained
 _SHOWN = 12
 _SETTLING = 4
+#: What a verdict says is missing, and what to do about it.
+_MISSING = {
+    "partly-explained": "a part of the gap has no name",
+    "unexplained": "no effect of the library explains the gap",
+}
+_LOOK = "look at the portraits of the residual"
 
 
-def plain(study: Study, notes: tuple[str, ...]) -> Diagnosis:
+def plain(baseline: Baseline, notes: tuple[str, ...]) -> Diagnosis:
     """Return what the model says as it is declared."""
-    return conclude(study, Selection(study.base, (), (), (), 0), notes)
+    return conclude(baseline, Selection(()), notes)
 
 
-def conclude(study: Study, selection: Selection, notes: tuple[str, ...]) -> Diagnosis:
-    """Add what was found, identify again, and measure the gap on the held-out data."""
-    settled = _settled(study, selection.accepted)
-    torques = study.torques(study.beside(settled))
-    settled = settled_constants(study.base, settled, lambda c: c.seen(study.base, torques))
-    selection = replace(selection, accepted=tuple(settled))
-    beside = coefficients(study, settled)
-    try:
-        m = _extended_model(study, settled, beside, torques)
-    except (IdentificationError, RobotError) as error:
-        if not settled:  # it is the model as it is declared
-            raise
-        return conclude(study, _without(selection, _culprit(study, settled), str(error)), notes)
-    robot, evaluator, names_, solution = m.robot, m.evaluator, m.names_, m.solution
-    before, after, floor, curves = _gaps(study, evaluator, selection, m.corrected, solution)
-    if selection.accepted and after.total > before.total:
-        return conclude(study, _withdrawn(selection, before, after), notes)
-    found = found_effects(
-        study, selection, beside, m.corrected, m.declared, names_, solution.X, m.std, evaluator
-    )
-    measuring = [s for s in selection.accepted if s.candidate.name in MEASURING]
-    verdict = _verdict(selection, measuring, before, after, floor)
-    X, std, model = solution.X, m.std, evaluator.model
-    if study.given:
-        model = model if robot is study.robot else derive(robot, ())
-        added = [p for e in found if e.declared for p in e.parameters]
-        X = changed(study.evaluator.model, study.X, model, added)
-        names_, std = model.base.names, np.full(len(X), np.nan)
-    units = [p.unit for p in model.base.parameters]
-    robot = with_values(robot, found)
+def conclude(baseline: Baseline, selection: Selection, notes: tuple[str, ...]) -> Diagnosis:
+    """Add what was found, identify again, and measure the gap on the held-out data.
+
+    Effects with which the model cannot be identified are left out, the least one first; all are
+    where they make the gap larger.
+    """
+    while True:
+        accepted, seen = _settled(baseline, selection.accepted)
+        selection = replace(selection, accepted=accepted)
+        try:
+            model = _extended_model(baseline, accepted, seen)
+        except (IdentificationError, RobotError) as error:
+            if not accepted:  # it is the model as it is declared
+                raise
+            selection = _without(selection, _culprit(baseline, accepted), str(error))
+            continue
+        before, after, floor, curves = _gaps(baseline, model)
+        if not accepted or after.total <= before.total:
+            break
+        selection = _withdrawn(selection, before, after)
+    found = _found_effects(baseline, model)
+    verdict = _verdict(accepted, after, floor)
+    robot = baseline.robot
     return Diagnosis(
-        robot=study.robot.name,
+        robot=robot.name,
         verdict=verdict,
-        cutoff_hz=min((s.band for s in study.held if s.band), default=None),
+        cutoff_hz=min((s.rows.cutoff for s in baseline.held if s.rows.cutoff), default=None),
         before=before,
         after=after,
         floor=floor,
-        where=()
-        if verdict == "consistent"
-        else places(study.robot, study.base, study.torques(study.base), selection, before, floor),
+        where=() if verdict == "consistent" else places(baseline, accepted, before, floor),
         effects=found,
         rejected=tuple(
-            Rejected(s.candidate.name, numbers(study.robot, s.candidate), s.fault)
+            Rejected(s.candidate.name, numbers(robot, s.candidate), s.fault)
             for s in selection.rejected[:_SHOWN]
         ),
         advice=_advice(found, verdict, _quiet(after, floor)),
         notes=notes,
-        extended=robot,
-        joints=tuple(j.number for j in study.robot.movable),
+        extended=with_values(model.robot, found),
+        joints=tuple(j.number for j in robot.movable),
         curves=curves,
         tried=selection.tried,
-        parameters=tuple(
-            FoundParameter(name, float(x), float(s), u)
-            for name, x, s, u in zip(names_, X, std, units, strict=False)
-        ),
-        declared=study.robot,
-        values=tuple(map(float, study.X)),
+        parameters=_parameters(baseline, model, found),
+        declared=robot,
+        values=tuple(map(float, baseline.X)),
     )
 
 
 @dataclass(frozen=True, eq=False)
-class _Model:
+class _Extended:
     """The model with the effects that were found, identified again.
 
     Attributes:
         robot: with the effects that a robot file declares.
         evaluator: of that robot.
-        names_: of its base parameters.
-        declared: the effects that it declares.
+        names: of its base parameters, as they were identified.
+        accepted: the effects.
+        alone: their coefficients, all beside the declared model.
+        declared: the effects that the robot declares.
         corrected: the others, whose columns stand beside the model.
-        solution: parameters of the robot, then coefficients of the others.
+        X: parameters of the robot, then coefficients of the others.
         std: the same, then those of smooth constants.
     """
 
     robot: Robot
     evaluator: Evaluator
-    names_: tuple[str, ...]
+    names: tuple[str, ...]
+    accepted: Sequence[Score]
+    alone: Sequence[Sequence[FoundParameter]]
     declared: Sequence[Score]
     corrected: Sequence[Score]
-    solution: Solution
+    X: FloatArray
     std: FloatArray
 
 
-def _extended_model(
-    study: Study,
-    settled: Sequence[Score],
-    beside: Sequence[Sequence[FoundParameter]],
-    torques: Sequence[Torques],
-) -> _Model:
+def _extended_model(baseline: Baseline, accepted: Sequence[Score], seen: Seen) -> _Extended:
     """Declare what a robot file can declare, derive that robot, and identify it again.
 
     Raises:
         IdentificationError: the logs do not determine it.
         RobotError: an effect says nothing new with its constants.
     """
-    robot, names_ = study.robot, study.evaluator.model.base.names
-    declared: list[Score] = []
-    for score, own in zip(settled, beside, strict=True):
+    alone = _coefficients(baseline, accepted)
+    robot, declared = baseline.robot, []
+    for score, own in zip(accepted, alone, strict=True):
         c = score.candidate
-        values = {p.name: p.value for p in own} if not study.given else {}
+        values = {} if baseline.given else {p.name: p.value for p in own}
         more = extended(robot, c.definition, c.joints, c.constants, values)
         if more is not None:
             robot = more
             declared.append(score)
-    corrected = [s for s in settled if s not in declared]
-    evaluator, final = study.evaluator, study.base
-    if study.given:  # the effects' columns stand beside what is given
-        corrected, names_ = list(settled), ()
-    elif robot is not study.robot:
-        evaluator = load(derive(robot, KERNELS))
-        names_ = evaluator.model.base.names
-        final = evidence(evaluator, study.base.scenes)
+    evaluator, system = baseline.evaluator, baseline.base
+    if not baseline.given and robot is not baseline.robot:
+        evaluator = model_of(robot)
+        system = fitted_system(evaluator, system.logs)
+    # Beside what is given stand the columns of all effects.
+    corrected = [s for s in accepted if baseline.given or s not in declared]
+    names = () if baseline.given else evaluator.model.base.names
+    system = system.with_columns(seen(s.candidate) for s in corrected)
     extra = [f"{s.candidate.name} {i}" for s in corrected for i in range(s.candidate.size)]
-    if corrected:
-        final = final.with_columns(s.candidate.seen(study.base, torques) for s in corrected)
-    solution = _solved((*names_, *extra), final)
-    std = _std(study, settled, torques, (*names_, *extra), final, solution)
-    return _Model(robot, evaluator, names_, declared, corrected, solution, std)
-
-
-def _settled(study: Study, accepted: Sequence[Score]) -> Sequence[Score]:
-    """Return the effects with the model's torque in their columns as it is beside them all."""
-    for _ in range(_SETTLING if any(s.candidate.uses_model for s in accepted) else 0):
-        torques = study.torques(study.beside(accepted))
-        accepted = [
-            replace(s, columns=s.candidate.seen(study.base, torques))
-            if s.candidate.uses_model
-            else s
-            for s in accepted
-        ]
-    return accepted
-
-
-def _gaps(
-    study: Study,
-    evaluator: Evaluator,
-    selection: Selection,
-    corrected: Sequence[Score],
-    solution: Solution,
-) -> tuple[Gap, Gap, Gap, tuple[Curves, ...]]:
-    """Return gap before, after, noise floor, and the curves, on the held-out data."""
-    p = len(solution.X) - sum(s.candidate.size for s in corrected)
-    X = study.X if study.given else solution.X[:p]
-    if not selection.accepted:  # nothing changes, not even the weights of the joints
-        X = study.X
-    # What stands in the effects' columns.
-    inside = study.parameters(study.beside(selection.accepted))
-    curves, noise, span, free = [], [], [], []
-    for s in study.held:
-        declared = model_torque(study.evaluator, study.X, s)
-        torques = torques_of(evaluator, X, s, link_values(study.evaluator.model, inside))
-        whole, at = torques.model.copy(), p
-        for score in corrected:
-            columns = score.candidate.columns(s, torques)
-            for j, c in columns.items():
-                whole[:, j] += c @ solution.X[at : at + score.candidate.size]
-            at += score.candidate.size
-        before = s.modelled(partial(torque_at, study.evaluator, study.X))
-        differs = bool(selection.accepted)
-        seen = Curves(
-            s.name,
-            s.t[s.kept],
-            s.q[s.kept],
-            s.qd[s.kept],
-            s.measured,
-            before,
-            before + s.seen(whole - declared) if differs else before,
-            None if s.mask is None else s.free[s.kept],
-        )
-        curves.append(seen)
-        others = (*study.base.scenes, *study.held)
-        noise.append(noise_floor(s, s.tau - whole, partial(model_torque, evaluator, X), others))
-        held_still = at_rest(s, seen.measured - seen.after, partial(torque_at, evaluator, X))
-        noise[-1] = np.hypot(noise[-1], held_still)
-        span.append(len(seen.t))
-        free.append(s.free[s.kept])
-    say = np.concatenate(free)
-    measured = say * np.concatenate([c.measured for c in curves])
-
-    def gap(model: FloatArray) -> Gap:
-        return Gap(tuple(map(float, ratio(measured - say * model, measured))))
-
-    size = np.sqrt(np.sum(measured**2, axis=0) / np.maximum(say.sum(axis=0), 1))
-    variance = np.average(np.square(noise), axis=0, weights=span)
-    was = gap(np.concatenate([c.before for c in curves]))
-    now = gap(np.concatenate([c.after for c in curves]))
-    floor = np.sqrt(variance) / np.where(size > 0, size, np.inf)
-    # Noise above the band is not always white: in the band there is no more than what is left.
-    floor = np.minimum(floor, np.minimum(was.per_joint, now.per_joint))
-    return was, now, Gap(tuple(map(float, floor))), tuple(curves)
-
-
-def _std(
-    study: Study,
-    settled: Sequence[Score],
-    torques: Sequence[Torques],
-    names_: tuple[str, ...],
-    final: Evidence,
-    solution: Solution,
-) -> FloatArray:
-    """Return the standard deviations of coefficients, then those of smooth constants.
-
-    What a coefficient is worth depends on the constants beside it: the slopes of the columns
-    along them stand in the covariance (the linearised model of nonlinear least squares).
-    """
-    std = _deviations(solution)
-    values = study.beside(settled).X[study.base.W.shape[2] :]
-    loose = all_slopes(settled, values, lambda c: c.seen(study.base, torques))
-    known = [columns for columns in loose if columns is not None]
-    if known:
-        count = sum(next(iter(columns.values())).shape[1] for columns in known)
-        more = tuple(f"constant {i}" for i in range(count))
+    solution = _solved((*names, *extra), system)
+    std = solution.std
+    along = slopes(accepted, baseline.coefficients(baseline.beside(accepted)), seen)
+    if along:
+        # What a coefficient is worth depends on the constants beside it: the slopes of the columns
+        # along them stand in the covariance (the linearised model of nonlinear least squares).
+        count = sum(next(iter(columns.values())).shape[1] for columns in along)
+        constants = [f"constant {i}" for i in range(count)]
         try:
-            return _deviations(_solved((*names_, *more), final.with_columns(known)))
+            std = _solved((*names, *extra, *constants), system.with_columns(along)).std
         except IdentificationError:  # the logs do not determine the constants
-            return np.concatenate([std, np.full(count, np.nan)])
-    return std
+            std = np.concatenate([std, np.full(count, np.nan)])
+    return _Extended(robot, evaluator, names, accepted, alone, declared, corrected, solution.X, std)
 
 
-def _deviations(solution: Solution) -> FloatArray:
-    return np.asarray(np.sqrt(np.maximum(np.diag(solution.covariance), 0)))
+def _settled(baseline: Baseline, accepted: Sequence[Score]) -> tuple[tuple[Score, ...], Seen]:
+    """Settle columns that hold the model's torque, then the constants of all effects.
+
+    Returns:
+        The effects, and what gives columns beside them.
+    """
+    for _ in range(_SETTLING if any(s.candidate.uses_model for s in accepted) else 0):
+        seen = baseline.seen(baseline.beside(accepted))
+        accepted = [
+            replace(s, columns=seen(s.candidate)) if s.candidate.uses_model else s for s in accepted
+        ]
+    seen = baseline.seen(baseline.beside(accepted))
+    return tuple(settled_constants(baseline, accepted, seen)), seen
+
+
+def _coefficients(baseline: Baseline, accepted: Sequence[Score]) -> list[list[FoundParameter]]:
+    """Return the coefficients of each effect, all beside the declared model."""
+    out, values = [], iter(baseline.coefficients(baseline.beside(accepted)))
+    for score in accepted:
+        rest = baseline.beside(s for s in accepted if s is not score)
+        c, suffix, sigma = score.candidate, *_place(baseline.robot, score.candidate)
+        std = judge(rest, c, score.columns, 1).std
+        told = c.coefficients or c.definition.coefficients(suffix, sigma)
+        triples = zip(told, [*islice(values, c.size)], std, strict=False)
+        out.append([FoundParameter(n, float(x), float(s), u) for (n, u), x, s in triples])
+    return out
+
+
+def _found_effects(baseline: Baseline, model: _Extended) -> tuple[FoundEffect, ...]:
+    """Return what is said of each effect: its coefficients, then its constants, with their std."""
+    robot, p = baseline.robot, len(model.names)
+    rows = zip(model.evaluator.model.base.parameters[:p], model.X, model.std, strict=False)
+    known = {own.name: FoundParameter(own.name, float(x), float(s), own.unit) for own, x, s in rows}
+    beside = iter(zip(model.X[p:], model.std[p:], strict=False))
+    constants = iter(model.std[len(model.X) :])
+    out = []
+    for score, own in zip(model.accepted, model.alone, strict=True):
+        c, d = score.candidate, score.candidate.definition
+        suffix, sigma = _place(robot, c)
+        if score in model.corrected:
+            pairs = zip(own, list(islice(beside, c.size)), strict=False)
+            parameters = [replace(p, value=float(x), std=float(s)) for p, (x, s) in pairs]
+        else:  # native ones without a parameter are part of the extended geometry or gravity
+            parameters = [known.get(p.name, p) for p in own if p.name in known or not d.native]
+        parameters += [
+            FoundParameter(
+                d.named(name, suffix),
+                float(value),
+                float(next(constants)) if c.smooth else float("nan"),
+                d.unit_of(name, sigma),
+            )
+            for name, value in c.constants.items()
+        ]
+        alike = tuple(Alike(s.candidate.name, numbers(robot, s.candidate)) for s in score.alike)
+        out.append(
+            FoundEffect(
+                name=c.name,
+                joints=numbers(robot, c),
+                parameters=tuple(parameters),
+                expression=numbered(d, suffix) or d.formula or d.says,
+                p_value=score.p_value,
+                gap_reduction=min(score.gain, 1.0),
+                indistinguishable_from=alike,
+                separate=d.separate if alike else "",
+                declared=score in model.declared or bool(d.reads),
+            )
+        )
+    return tuple(out)
+
+
+def numbers(robot: Robot, candidate: Candidate) -> tuple[int, ...]:
+    """Return the numbers of the joints that an effect acts on."""
+    return tuple(robot.movable[j].number for j in candidate.joints)
+
+
+def _place(robot: Robot, candidate: Candidate) -> tuple[int | str, int]:
+    """Return the number that an effect's names end in, and the type of its first joint."""
+    joints = numbers(robot, candidate)
+    return (joints[-1], robot.movable[candidate.joints[0]].sigma) if joints else ("", 0)
+
+
+def _parameters(
+    baseline: Baseline, model: _Extended, found: Sequence[FoundEffect]
+) -> tuple[FoundParameter, ...]:
+    """Return the base parameters of the extended robot; given ones with what effects add."""
+    whole, X, std = model.evaluator.model, model.X, model.std
+    if baseline.given:
+        if model.robot is not baseline.robot:
+            whole = derive(model.robot, ())
+        added = [p for e in found if e.declared for p in e.parameters]
+        X = _changed(baseline, whole, added)
+        std = np.full(len(X), np.nan)
+    rows = zip(whole.base.parameters, X, std, strict=False)
+    return tuple(FoundParameter(p.name, float(x), float(s), p.unit) for p, x, s in rows)
+
+
+def _changed(baseline: Baseline, whole: Model, added: Sequence[FoundParameter]) -> FloatArray:
+    """Return the base parameters of an extended model: those given, and what effects add.
+
+    Args:
+        baseline: with the given parameters.
+        whole: the model with the effects declared.
+        added: standard parameters of that model that effects add to or bring.
+    """
+    values = {p.name: 0.0 for p in whole.base.standard}
+    for value, given in zip(baseline.X, baseline.evaluator.model.base.parameters, strict=True):
+        values[given.head] = float(value)
+    for p in added:
+        # A load's parameter that others join is R of its name.
+        name = p.name if p.name in values else p.name.removesuffix("R")
+        if name in values:
+            values[name] += p.value
+    return base_values(values, whole, "the extended model")
+
+
+def _gaps(baseline: Baseline, model: _Extended) -> tuple[Gap, Gap, Gap, tuple[Curves, ...]]:
+    """Return gap before, after, noise floor, and the curves, on the held-out data."""
+    declared, p = baseline.evaluator, len(model.names)
+    X = model.X[:p]
+    if baseline.given or not model.accepted:  # nothing changes, not even the weights of the joints
+        X = baseline.X
+    # What stands in the effects' columns.
+    inside = baseline.parameters(baseline.beside(model.accepted))
+    links, others = link_values(declared.model, inside), (*baseline.base.logs, *baseline.held)
+    n, instants = baseline.robot.n, sum(len(log.kept) for log in baseline.held)
+    was = now = TorqueFit.none(n)
+    curves, count, variance = [], np.zeros(n), np.zeros(n)
+    for log in baseline.held:
+        torques = torques_of(model.evaluator, X, log, links)
+        whole, at = torques.model, p
+        for c in (s.candidate for s in model.corrected):
+            columns = dense(c.columns(log, torques), log.tau.shape)
+            whole = whole + columns @ model.X[at : at + c.size]
+            at += c.size
+        before = after = modelled(log, partial(torque_at, declared, baseline.X))
+        if model.accepted:
+            after = before + compared(log, whole - model_torque(declared, baseline.X, log))
+        measured, free = log.unmasked.measured, counted(log)[log.kept]
+        was, now = was + squares(free, measured, before), now + squares(free, measured, after)
+        motion = (log.t[log.kept], log.q[log.kept], log.qd[log.kept])
+        mask = None if log.mask is None else free
+        curves.append(Curves(log.name, *motion, measured, before, after, mask))
+        after_torque = partial(model_torque, model.evaluator, X)
+        noise = noise_floor(log, log.tau - whole, after_torque, others)
+        still = at_rest(log, measured - after, partial(torque_at, model.evaluator, X))
+        count += free.sum(axis=0)
+        variance += len(free) / instants * (noise**2 + still**2)
+    left = [np.sqrt(f.error / np.where(f.size > 0, f.size, np.inf)) for f in (was, now)]
+    floor = np.sqrt(variance * np.maximum(count, 1) / np.where(was.size > 0, was.size, np.inf))
+    least = np.minimum(*left)
+    # Noise above the band is not always white: in the band there is no more than what is left.
+    gap, less, quiet = (Gap(tuple(map(float, x))) for x in (*left, np.minimum(floor, least)))
+    return gap, less, quiet, tuple(curves)
 
 
 def _withdrawn(selection: Selection, before: Gap, after: Gap) -> Selection:
@@ -286,65 +345,52 @@ def _withdrawn(selection: Selection, before: Gap, after: Gap) -> Selection:
         "accepted on the training log, but with what was accepted the gap on the validation data "
         f"grows from {100 * before.total:.2g} to {100 * after.total:.2g} %"
     )
-    failed = tuple(replace(s, fault=fault) for s in selection.accepted)
-    return replace(selection, accepted=(), alike=(), rejected=(*failed, *selection.rejected))
+    failed = (replace(s, fault=fault) for s in selection.accepted)
+    return replace(selection, accepted=(), rejected=(*failed, *selection.rejected))
 
 
-def _culprit(study: Study, settled: Sequence[Score]) -> Score:
+def _culprit(baseline: Baseline, accepted: Sequence[Score]) -> Score:
     """Return the least of the effects that the logs do not tell from the rest of the model."""
-    whole = study.beside(settled).rank
+    whole = baseline.beside(accepted).rank
     tied = [
         s
-        for s in settled
-        if study.beside([other for other in settled if other is not s]).rank + s.candidate.size
-        > whole
+        for s in accepted
+        if baseline.beside(o for o in accepted if o is not s).rank + s.candidate.size > whole
     ]
-    return (tied or settled)[-1]
+    return (tied or accepted)[-1]
 
 
 def _without(selection: Selection, score: Score, why: str) -> Selection:
     """Return a selection without an effect with which the model cannot be identified."""
     fault = f"it explains a part of the gap, but the model with it cannot be identified: {why}"
-    at = selection.accepted.index(score)
-    return replace(
-        selection,
-        accepted=selection.accepted[:at] + selection.accepted[at + 1 :],
-        alike=selection.alike[:at] + selection.alike[at + 1 :],
-        rejected=(replace(score, fault=fault), *selection.rejected),
-    )
+    accepted = tuple(s for s in selection.accepted if s is not score)
+    rejected = (replace(score, fault=fault), *selection.rejected)
+    return replace(selection, accepted=accepted, rejected=rejected)
 
 
-def _system(names_: tuple[str, ...], final: Evidence) -> LinearSystem:
-    """Return the equations of the final model, log by log and joint by joint."""
+def _solved(names: tuple[str, ...], system: WhitenedSystem) -> Solution:
+    """Solve a final model; nothing is identified where all is given and nothing was found."""
+    if not names:
+        return Solution(np.zeros(0), np.zeros((0, 0)), 1.0, ())
     out, first = [], 0
-    for s in final.scenes:
-        t = s.t[s.kept]
-        rows = slice(first, first + len(t))
-        for j in range(final.n):
-            moves = final.moves[rows, j] > 0
-            weight = final.moves[rows, j][moves]
-            W, y = weight[:, None] * final.W[rows, j][moves], weight * final.y[rows, j][moves]
-            out.append(Equations(s.name, W, y, t[moves], 2, j))
+    for log in system.logs:
+        t = log.t[log.kept]
+        for j in range(system.n):
+            weight = system.moves[first : first + len(t), j]
+            at = np.flatnonzero(weight)
+            rows, weight = first + at, weight[at]
+            W, y = weight[:, None] * system.W[rows, j], weight * system.y[rows, j]
+            out.append(Equations(log.name, W, y, t[at], 2, j))
         first += len(t)
-    return LinearSystem(names_, tuple(out))
+    return solve(LinearSystem(names, tuple(out)), "wls")
 
 
-def _solved(names_: tuple[str, ...], final: Evidence) -> Solution:
-    """Solve the final model; nothing is identified where all is given and nothing was found."""
-    if names_:
-        return solve(_system(names_, final), "wls")
-    return Solution(np.zeros(0), np.zeros((0, 0)), 1.0, ())
-
-
-def _verdict(
-    selection: Selection, measuring: Sequence[Score], before: Gap, after: Gap, floor: Gap
-) -> str:
-    if measuring:
+def _verdict(accepted: Sequence[Score], after: Gap, floor: Gap) -> str:
+    if any(s.candidate.name in MEASURING for s in accepted):
         return "bad-measurement"
-    if not selection.accepted:
-        quiet = _quiet(before, floor) and before.total <= _EXPLAINED
-        return "consistent" if quiet else "unexplained"
     quiet = _quiet(after, floor) and after.total <= _EXPLAINED
+    if not accepted:
+        return "consistent" if quiet else "unexplained"
     return "explained" if quiet else "partly-explained"
 
 
@@ -357,13 +403,7 @@ def _quiet(gap: Gap, floor: Gap) -> bool:
 
 def _advice(found: Sequence[FoundEffect], verdict: str, quiet: bool) -> tuple[str, ...]:
     out = [tie(e) for e in found if e.indistinguishable_from and e.separate]
-    if quiet and verdict in ("partly-explained", "unexplained"):
-        out.append("what is left is noise and static friction at rest: no effect is missing in it")
+    if verdict not in _MISSING:
         return tuple(out)
-    if verdict == "partly-explained":
-        out.append("a part of the gap has no name: look at the portraits of the residual")
-    if verdict == "unexplained":
-        out.append(
-            "no effect of the library explains the gap: look at the portraits of the residual"
-        )
-    return tuple(out)
+    nothing = "what is left is noise and static friction at rest: no effect is missing in it"
+    return (*out, nothing if quiet else f"{_MISSING[verdict]}: {_LOOK}")

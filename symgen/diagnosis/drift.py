@@ -16,8 +16,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,7 @@ from numpy.typing import NDArray
 from symgen.data.signals import NORMAL
 from symgen.estimation.statistics import f_tail
 from symgen.names import LINK
+from symgen.schemas import OrNan
 
 FloatArray = NDArray[np.float64]
 #: Chance of one false alarm in a fleet; share of a change's chi-square that a load must explain.
@@ -33,6 +35,53 @@ _EFFICIENCY = 0.37  # of a median absolute deviation beside a standard deviation
 _FEWEST = 4  # differences from day to day for a scatter of their own
 _FRICTION = {"FS": "coulomb_friction", "FV": "viscous_friction", "OF": "torque_offset"}
 _TIED = 1e-3  # of the largest singular value of a load's columns, each in its std
+
+
+class Shift(NamedTuple):
+    """By how much a parameter changed, or what it is, and its standard deviation."""
+
+    name: str
+    value: OrNan
+    std: OrNan
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A robot that changed or stands out.
+
+    Attributes:
+        robot: its name.
+        since: first day of it.
+        effect: its name, "" where nothing could be named.
+        joints: numbers of the joints.
+        parameters: name, value and standard deviation: of the change, or of a load.
+        p_value: corrected for the number of robots, parameters and days that were looked at.
+        says: in words.
+    """
+
+    robot: str
+    since: str
+    effect: str
+    joints: tuple[int, ...]
+    parameters: tuple[Shift, ...]
+    p_value: OrNan
+    says: str
+
+
+class Mean(NamedTuple):
+    """A mean of estimates.
+
+    Attributes:
+        X: (p,).
+        variance: of it, (p,).
+        covariance: of it, (p, p), days alike.
+        freedom: degrees of freedom of the variance.
+    """
+
+    X: FloatArray
+    variance: FloatArray
+    covariance: FloatArray
+    freedom: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,21 +105,18 @@ class Course:
         """(D, p)."""
         return np.asarray(np.maximum(np.einsum("dii->di", self.covariance), 1e-300))
 
-    def mean(self, days: slice) -> tuple[FloatArray, FloatArray]:
-        """Return the mean of some days and its variance, (p,) each."""
+    def mean(self, days: slice, factor: FloatArray | float = 1.0, freedom: float = 1.0) -> Mean:
+        """Return the mean of some days; estimates scatter by `factor` (p,) times their std."""
         weight = 1 / self.variance[days]
         total = weight.sum(axis=0)
-        mean: FloatArray = (weight * self.X[days]).sum(axis=0) / total
-        return mean, 1 / total
-
-    def spread(self, days: slice) -> FloatArray:
-        """Return the covariance of that mean, (p, p), days alike."""
-        count = len(range(*days.indices(len(self.X))))
-        return np.asarray(self.covariance[days].mean(axis=0) / count)
+        C = self.covariance[days]
+        scale = np.ones(self.X.shape[1]) * factor
+        spread = np.outer(scale, scale) * (C.mean(axis=0) / len(C))
+        X = (weight * self.X[days]).sum(axis=0) / total
+        return Mean(X, scale**2 / total, spread, freedom)
 
 
-@dataclass(frozen=True)
-class Moved:
+class Moved(NamedTuple):
     """One parameter that moved: before, after, and the standard deviation of the difference."""
 
     name: str
@@ -79,10 +125,17 @@ class Moved:
     std: float
 
     @property
-    def percent(self) -> float:
+    def change(self) -> float:
+        """The difference."""
+        return self.after - self.before
+
+    @property
+    def says(self) -> str:
         """The difference over the size before, in percent; infinite from zero."""
-        change = self.after - self.before
-        return 100 * change / abs(self.before) if self.before else math.copysign(math.inf, change)
+        percent = math.copysign(math.inf, self.change)
+        if self.before:
+            percent = 100 * self.change / abs(self.before)
+        return f"{self.name} {percent:+.0f} %"
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,115 +189,52 @@ def steps(
     factor = scatter(courses)
     freedom = max(sum(len(c.X) - 1 for c in courses), 4)
     looks = sum(len(c.X) for c in courses) * len(names)
-    base = _Fleet.of(courses, reference)
-    look = _Look(tuple(names), factor, freedom, looks)
+    fleet = _of_fleet(courses, reference)
+
+    def contrast(course: Course, days: slice, before: Mean | None = None) -> Step:
+        """Compare the mean of some days with what is given, or with the days before."""
+        old = before or course.mean(slice(0, days.start), factor, freedom)
+        new = course.mean(days, factor, freedom)
+        std, change = np.sqrt(new.variance + old.variance), new.X - old.X
+        z = change / std
+        # Satterthwaite's: the scatter from robot to robot is that of few
+        degrees = std**4 / (new.variance**2 / freedom + old.variance**2 / old.freedom)
+        tails = [f_tail(float(x * x), 1, float(f)) for x, f in zip(z, degrees, strict=True)]
+        p = np.minimum(looks * np.array(tails), 1.0)
+        sure = np.flatnonzero(p < LEVEL)
+        rows = zip(names, old.X.tolist(), new.X.tolist(), std.tolist(), strict=True)
+        moved = tuple(Moved(*row) for row, small in zip(rows, p < LEVEL, strict=True) if small)
+        whole, strength = new.covariance + old.covariance, float(np.sum(z[sure] ** 2))
+        since, first = course.days[days.start], before is not None
+        return Step(course.robot, since, first, moved, change, whole, float(p.min()), strength)
+
     out = []
     for c in courses:
-        found = []
-        for k in range(1, len(c.X)):
-            before = slice(0, k)
-            found.append(
-                look.contrast(c, c.mean(before), c.spread(before), slice(k, None), freedom)
-            )
-        changed = max(found, key=lambda step: step.strength, default=None)
-        if changed is not None and not changed.moved:
-            changed = None
-        if base is not None:  # the days before that: was it another from the first one on?
-            days = slice(0, len(c.X) if changed is None else c.days.index(changed.since))
-            other = (base.centre, base.variance)
-            first = look.contrast(
-                c, other, np.diag(base.variance), days, _EFFICIENCY * len(courses), own=False
-            )
+        later = [contrast(c, slice(k, None)) for k in range(1, len(c.X))]
+        surest = max(later, key=lambda step: step.strength, default=None)
+        changed = [] if surest is None or not surest.moved else [surest]
+        if fleet is not None:  # the days before that: was it another from the first one on?
+            days = slice(0, c.days.index(changed[0].since) if changed else len(c.X))
+            first = contrast(c, days, fleet)
             out += [first] if first.moved else []
-        out += [] if changed is None else [changed]
+        out += changed
     return out
 
 
-@dataclass(frozen=True, eq=False)
-class _Look:
-    """What all contrasts share: names, the scatter of days, its degrees of freedom, and looks."""
-
-    names: tuple[str, ...]
-    factor: FloatArray
-    freedom: int
-    looks: int
-
-    def contrast(
-        self,
-        course: Course,
-        before: tuple[FloatArray, FloatArray],
-        covariance: FloatArray,
-        days: slice,
-        degrees: float,
-        own: bool = True,
-    ) -> Step:
-        """Compare the mean of some days with what was before.
-
-        Args:
-            course: of the robot.
-            before: mean and variance, (p,) each.
-            covariance: of that mean, (p, p).
-            days: that are compared.
-            degrees: of freedom of the variance before.
-            own: whether it is that of other days of the robot, whose scatter it shares.
-        """
-        scale = self.factor if own else np.ones(len(self.factor))
-        after, variance = course.mean(days)
-        variance, other = self.factor**2 * variance, scale**2 * before[1]
-        std, change = np.sqrt(variance + other), after - before[0]
-        z = change / std
-        # Satterthwaite's: the scatter from robot to robot is that of few
-        freedom = std**4 / (variance**2 / self.freedom + other**2 / degrees)
-        tails = [f_tail(float(x * x), 1, float(f)) for x, f in zip(z, freedom, strict=True)]
-        p = np.minimum(self.looks * np.array(tails), 1.0)
-        sure = [int(i) for i in np.flatnonzero(p < LEVEL)]
-        moved = tuple(
-            Moved(self.names[i], float(before[0][i]), float(after[i]), float(std[i])) for i in sure
-        )
-        whole = np.outer(self.factor, self.factor) * course.spread(days)
-        whole = whole + np.outer(scale, scale) * covariance
-        strength = float(np.sum(z[sure] ** 2))
-        since = course.days[days.start]
-        return Step(course.robot, since, not own, moved, change, whole, float(p.min()), strength)
+def _of_fleet(courses: Sequence[Course], reference: FloatArray | None) -> Mean | None:
+    """Return what a robot of the fleet is, by the first days; None where too few can tell."""
+    if reference is None and len(courses) <= _FEWEST:
+        return None
+    first = np.stack([c.X[0] for c in courses])
+    middle = np.median(first, axis=0)
+    own = np.median([c.variance[0] for c in courses], axis=0)
+    apart = (NORMAL * np.median(np.abs(first - middle), axis=0)) ** 2
+    variance = np.maximum(apart - own, 0.0) if len(courses) > _FEWEST else 0.0 * own
+    centre = middle if reference is None else reference
+    return Mean(centre, variance, np.diag(variance), _EFFICIENCY * len(courses))
 
 
-@dataclass(frozen=True, eq=False)
-class _Fleet:
-    """What a robot of the fleet is, (p,), and the variance from robot to robot, (p,)."""
-
-    centre: FloatArray
-    variance: FloatArray
-
-    @classmethod
-    def of(cls, courses: Sequence[Course], reference: FloatArray | None) -> _Fleet | None:
-        """Take it from the robots' first days; None where too few can tell."""
-        if reference is None and len(courses) < _FEWEST + 1:
-            return None
-        first = np.stack([c.X[0] for c in courses])
-        centre = np.median(first, axis=0) if reference is None else reference
-        own = np.median([c.variance[0] for c in courses], axis=0)
-        apart = (NORMAL * np.median(np.abs(first - np.median(first, axis=0)), axis=0)) ** 2
-        return cls(centre, np.maximum(apart - own, 0.0) if len(courses) > _FEWEST else 0.0 * own)
-
-
-@dataclass(frozen=True)
-class Named:
-    """What a step is.
-
-    Attributes:
-        effect: a name of the effect library, or "" where parameters alone do not tell.
-        joints: numbers of the joints.
-        values: name, value and standard deviation: of the change, or of the load.
-        says: in words.
-    """
-
-    effect: str
-    joints: tuple[int, ...]
-    values: tuple[tuple[str, float, float], ...]
-    says: str
-
-
-def named(step: Step, names: Sequence[str], load: FloatArray, link: int) -> list[Named]:
+def named(step: Step, names: Sequence[str], load: FloatArray, link: int) -> list[Finding]:
     """Name a step by what moved: friction of a joint, a load on the last link, or neither.
 
     Args:
@@ -253,26 +243,34 @@ def named(step: Step, names: Sequence[str], load: FloatArray, link: int) -> list
         load: (p, 10) what the link parameters XX .. MZ, M of a load add to X.
         link: number of the joint that carries it.
     """
-    out: list[Named] = []
-    inertial = [m for m in step.moved if _friction(m.name) is None]
-    if inertial:
-        carried = _load(step, names, load, link)
-        out.append(carried or Named("", (), _values(inertial), _listed(inertial)))
+
+    def finding(
+        effect: str, joints: tuple[int, ...], values: Iterable[Shift], says: str
+    ) -> Finding:
+        return Finding(step.robot, step.since, effect, joints, tuple(values), step.p_value, says)
+
+    out: list[Finding] = []
     joints: dict[int, list[Moved]] = {}
+    inertial: list[Moved] = []
     for m in step.moved:
         friction = _friction(m.name)
-        if friction is not None:
-            joints.setdefault(friction[1], []).append(m)
+        (inertial if friction is None else joints.setdefault(friction[1], [])).append(m)
+    if inertial:
+        carried = _load(step, names, load)
+        largest = sorted(inertial, key=lambda m: -abs(m.change) / m.std)[:4]
+        out.append(
+            finding("", (), _values(inertial), ", ".join(m.says for m in largest))
+            if carried is None
+            else finding("payload", (link,), *carried)
+        )
     for j, moved in joints.items():
         kinds = dict.fromkeys(_FRICTION[m.name[:2]] for m in moved)
-        word = "up" if sum(m.after - m.before for m in moved) > 0 else "down"
+        word = "up" if sum(m.change for m in moved) > 0 else "down"
         what = "offset" if list(kinds) == ["torque_offset"] else "friction"
-        sizes = ", ".join(f"{m.name} {m.percent:+.0f} %" for m in moved)
-        out += [
-            Named(kind, (j,), _values([m for m in moved if _FRICTION[m.name[:2]] == kind]),
-                  f"{what} of joint {j} {word} ({sizes})")
-            for kind in kinds
-        ]  # fmt: skip
+        says = f"{what} of joint {j} {word} ({', '.join(m.says for m in moved)})"
+        for kind in kinds:
+            own = _values(m for m in moved if _FRICTION[m.name[:2]] == kind)
+            out.append(finding(kind, (j,), own, says))
     return out
 
 
@@ -281,24 +279,20 @@ def _friction(name: str) -> tuple[str, int] | None:
     return None if found is None else (found[1], int(found[2]))
 
 
-def _values(moved: Sequence[Moved]) -> tuple[tuple[str, float, float], ...]:
-    return tuple((m.name, m.after - m.before, m.std) for m in moved)
+def _values(moved: Iterable[Moved]) -> list[Shift]:
+    return [Shift(m.name, m.change, m.std) for m in moved]
 
 
-def _listed(moved: Sequence[Moved]) -> str:
-    largest = sorted(moved, key=lambda m: -abs(m.after - m.before) / m.std)[:4]
-    return ", ".join(f"{m.name} {m.percent:+.0f} %" for m in largest)
-
-
-def _load(step: Step, names: Sequence[str], load: FloatArray, link: int) -> Named | None:
-    """Return the load that a step is, where one explains it.
+def _load(
+    step: Step, names: Sequence[str], load: FloatArray
+) -> tuple[tuple[Shift, ...], str] | None:
+    """Return the load that a step is, and say it, where one explains the step.
 
     minimise (d - G s)' C^-1 (d - G s) over the link parameters s of the load, d the step.
     """
     own = [i for i, name in enumerate(names) if _friction(name) is None]
     std = np.sqrt(np.diag(step.covariance))[own]
-    C = step.covariance[np.ix_(own, own)] / np.outer(std, std)
-    values, vectors = np.linalg.eigh(C)
+    values, vectors = np.linalg.eigh(step.covariance[np.ix_(own, own)] / np.outer(std, std))
     root = (vectors / np.sqrt(np.maximum(values, 1e-6 * values[-1]))).T
     d, G = root @ (step.change[own] / std), root @ (load[own] / std[:, None])
     size = np.linalg.norm(G, axis=0)
@@ -307,18 +301,16 @@ def _load(step: Step, names: Sequence[str], load: FloatArray, link: int) -> Name
         return None
     U, singular, turn = np.linalg.svd(G[:, filled] / size[filled], full_matrices=False)
     kept = singular > _TIED * singular[0]
-    s = np.zeros(10)
-    s[filled] = (turn[kept].T / singular[kept]) @ (U[:, kept].T @ d) / size[filled]
-    left = float(np.sum((d - G @ s) ** 2))
-    if left > (1 - EXPLAINED) * float(d @ d) + 3 * len(own):
+    inverse = turn[kept].T / singular[kept]
+    s, stds = np.zeros((2, 10))
+    s[filled] = inverse @ (U[:, kept].T @ d) / size[filled]
+    stds[filled] = np.linalg.norm(inverse, axis=1) / size[filled]
+    if float(np.sum((d - G @ s) ** 2)) > (1 - EXPLAINED) * float(d @ d) + 3 * len(own):
         return None
-    spread = (turn[kept].T / singular[kept]) @ (turn[kept].T / singular[kept]).T
-    stds = np.zeros(10)
-    stds[filled] = np.sqrt(np.diag(spread)) / size[filled]
+    sure = (stds > 0) & (np.abs(s) > 3 * stds)
+    rows = zip(LINK, s.tolist(), stds.tolist(), strict=True)
+    told = tuple(Shift(f"{row[0]}L", *row[1:]) for row, is_ in zip(rows, sure, strict=True) if is_)
     mass, error = float(s[9]), float(stds[9])
-    sure = [k for k in range(10) if stds[k] > 0 and abs(s[k]) > 3 * stds[k]]
-    told = tuple((f"{LINK[k]}L", float(s[k]), float(stds[k])) for k in sure)
     if not told or (error > 0 and mass < -3 * error):
         return None
-    says = "payload" + (f" {mass:.3g} +- {error:.1g} kg" if 9 in sure else "")
-    return Named("payload", (link,), told, says)
+    return told, "payload" + (f" {mass:.3g} +- {error:.1g} kg" if sure[9] else "")

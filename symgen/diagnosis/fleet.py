@@ -8,39 +8,36 @@ What parameters alone do not name is put before diagnose, with the parameters th
 
 from __future__ import annotations
 
+import io
 import math
+import re
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symgen.codegen.model import Model, derive
-from symgen.data.dataset import listed_files
+from symgen.data.dataset import constant_column, identity, listed_files
 from symgen.data.raw import Reading
 from symgen.data.signals import NORMAL
-from symgen.diagnosis.drift import LEVEL, Course, Named, Step, named, steps
-from symgen.diagnosis.robot_days import (
-    DayEstimate,
-    IdentifyDay,
-    Shift,
-    courses_of,
-    estimated,
-    grouped,
-)
+from symgen.diagnosis.drift import LEVEL, Course, Finding, Shift, named, steps
 from symgen.diagnosis.workflow import diagnose
-from symgen.distributed import Workers
-from symgen.errors import ParameterError, SymgenError
+from symgen.distributed import Workers, WorkFolder, digest, executor, finished
+from symgen.errors import LogError, ParameterError, SymgenError, plain
+from symgen.estimation.equation_model import NEEDED, EquationModel
+from symgen.identification.out_of_core import loaded
 from symgen.identification.parameters import link_columns, read_given, regrouping
 from symgen.identification.workflow import identify
-from symgen.robot.toml_io import read_robot
+from symgen.robot.toml_io import parse_robot, read_robot
 from symgen.robot.toml_text import parameters_toml, robot_toml
 from symgen.robot.types import Robot
-from symgen.schemas import OrNan, from_json, read_json, result_file, to_json
+from symgen.runtime.evaluator import Evaluator
+from symgen.schemas import BESIDE, OrInf, at, from_json, read_json, result_file, to_json
 
 MARKER = "fleet.json"
 SCHEMA = "symgen.fleet/1"
@@ -51,26 +48,72 @@ _TIMES, _BEYOND = 1.5, 6.0
 
 
 @dataclass(frozen=True)
-class Finding:
-    """A robot that changed or stands out.
+class Day:
+    """The logs of a robot on a day."""
+
+    robot: str
+    day: str
+    files: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class DayEstimate:
+    """What was identified of a robot on a day.
 
     Attributes:
-        robot: its name.
-        since: first day of it.
-        effect: its name, "" where nothing could be named.
-        joints: numbers of the joints.
-        parameters: name, value and standard deviation.
-        p_value: corrected for the number of robots, parameters and days that were looked at.
-        says: in words.
+        robot, day: by name.
+        torque: relative error of torque on held-out motion.
+        verdict: "trusted" or "doubtful", or "failed: " and why.
+        parameters: None where the logs do not determine them.
+        covariance: (p, p) of them; None where it is not known, but for their std.
+        files: the logs.
     """
 
     robot: str
-    since: str
-    effect: str
-    joints: tuple[int, ...]
-    parameters: tuple[Shift, ...]
-    p_value: OrNan
-    says: str
+    day: str
+    torque: Annotated[OrInf, at("torque_residual")]
+    verdict: str
+    parameters: tuple[Shift, ...] | None
+    covariance: Annotated[FloatArray | None, BESIDE] = None
+    files: Annotated[tuple[str, ...], BESIDE] = ()
+
+
+@dataclass(frozen=True)
+class IdentifyDay:
+    """What a worker does with a day."""
+
+    robot: str
+    model: str
+    cutoff: float | None
+    reading: Reading
+
+    @property
+    def _model(self) -> Evaluator | Robot:
+        """The compiled model, once a process."""
+        if self.model not in NEEDED:  # it is chosen anew every day
+            return parse_robot(self.robot, "robot.toml")
+        return loaded(self.robot, EquationModel(self.model, 0.0).all_kernels)
+
+    def __call__(self, day: Day) -> bytes:
+        """Identify the logs of a day."""
+        told: dict[str, Any]
+        try:
+            found = identify(
+                self._model, list(day.files), model=self.model, cutoff=self.cutoff,
+                reading=self.reading,
+            )  # fmt: skip
+            torque = found.torque_validation
+            told = {
+                "X": found.X,
+                "covariance": found.covariance,
+                "torque": np.inf if torque is None else torque.relative,
+                "verdict": found.verdict,
+            }
+        except SymgenError as error:
+            told = {"torque": np.inf, "verdict": f"failed: {error}"}
+        file = io.BytesIO()
+        np.savez(file, **told)
+        return file.getvalue()
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,10 +221,99 @@ def fleet(
         first = identify(source, list(days[0].files), model=model, reading=reading)
         cutoff = first.band.cutoff_hz if first.band is not None else None
         task = replace(task, cutoff=cutoff)
-    estimates = estimated(task, days, derived.base.names, workers, progress)
+    names = derived.base.names
+    estimates = _estimates(task, days, names, workers, progress)
+    ask = partial(_diagnosed, source, names, cutoff, reading, progress)
     X = None if given is None else given.X
-    found = _findings(source, derived, estimates, X, cutoff, reading, progress)
-    return Fleet(source.name, tuple(estimates), *found)
+    return Fleet(source.name, tuple(estimates), *_findings(source, derived, estimates, X, ask))
+
+
+def grouped(files: Sequence[str], by: str | None) -> list[Day]:
+    """Sort files by robot and day, days in the order of their numbers.
+
+    Raises:
+        LogError: a file does not tell its robot or its day.
+    """
+    folders = {name.rsplit("/", 1)[0] for name in files}
+    out: dict[tuple[str, str], list[str]] = {}
+    for name in files:
+        parts = name.split("/")
+        stem = parts[-1].rsplit(".", 1)[0]
+        keys = dict(p.split("=", 1) for p in parts[:-1] if p.count("=") == 1)
+        day = keys.get("day", keys.get("date"))
+        robot = constant_column(name, by) if by is not None else keys.get("robot")
+        if robot is None and day is None and len(folders) == 1:
+            split = re.fullmatch(r"(.+?)[_-](.+)", stem)
+            if split is None:
+                raise LogError(
+                    f"{name}: tells no robot and day; accepted: robot=NAME/day=DAY/FILE, "
+                    "ROBOT/DAY.parquet, ROBOT_DAY.parquet, or --by COLUMN"
+                )
+            robot, day = split[1], split[2]
+        if robot is None:
+            above = [p for p in parts[:-1] if "=" not in p]
+            robot = above[-1] if above else "robot"
+        key = (plain(robot), plain(stem if day is None else day))
+        out.setdefault(key, []).append(name)
+    order = sorted(out, key=lambda k: (_natural(k[0]), _natural(k[1])))
+    return [Day(robot, day, tuple(out[robot, day])) for robot, day in order]
+
+
+def _natural(text: str) -> list[tuple[int, int, str]]:
+    """Return a key that sorts day2 before day10: numbers by their length, then by their digits."""
+    parts = ((p, p.lstrip("0")) for p in re.findall(r"[0-9]+|[^0-9]+", text))
+    return [(0, len(n), n) if p[0] in "0123456789" else (1, 0, p) for p, n in parts]
+
+
+def _estimates(
+    task: IdentifyDay,
+    days: Sequence[Day],
+    names: Sequence[str],
+    workers: Workers | None,
+    progress: Callable[[str], None],
+) -> list[DayEstimate]:
+    """Identify all days that are not kept; `names` are those of the parameters."""
+    keys = [digest(repr(task), repr(day), *(identity(name) for name in day.files)) for day in days]
+    with tempfile.TemporaryDirectory(prefix="symgen-") as fresh, executor(workers) as by:
+        folder = WorkFolder(Path((workers and workers.work) or fresh))
+        finished(by, task, days, keys, folder, [1] * len(days), progress, "days", "days")
+        kept = [folder.read(key) for key in keys]
+    return [_estimate(day, content, names) for day, content in zip(days, kept, strict=True)]
+
+
+def _estimate(day: Day, content: bytes, names: Sequence[str]) -> DayEstimate:
+    """Return what a worker found of a day."""
+    with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+        found = covariance = None
+        if "X" in archive:
+            covariance = archive["covariance"]
+            std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+            rows = zip(names, archive["X"].tolist(), std.tolist(), strict=True)
+            found = tuple(Shift(*row) for row in rows)
+        torque, verdict = float(archive["torque"]), str(archive["verdict"])
+    return DayEstimate(day.robot, day.day, torque, verdict, found, covariance, day.files)
+
+
+def courses_of(estimates: Sequence[DayEstimate]) -> list[Course]:
+    """Return the estimates robot by robot, without days that failed."""
+    out = []
+    for name, own in _by_robot(estimates).items():
+        X, std = (np.array([[p[k] for p in e.parameters or ()] for e in own]) for k in (1, 2))
+        covariance = np.stack([
+            np.diag(s**2) if e.covariance is None else e.covariance
+            for e, s in zip(own, std, strict=True)
+        ])  # fmt: skip
+        out.append(Course(name, tuple(e.day for e in own), X, covariance))
+    return out
+
+
+def _by_robot(estimates: Sequence[DayEstimate]) -> dict[str, list[DayEstimate]]:
+    """Return the days of each robot that could be identified."""
+    out: dict[str, list[DayEstimate]] = {}
+    for e in estimates:
+        if e.parameters is not None:
+            out.setdefault(e.robot, []).append(e)
+    return out
 
 
 def _findings(
@@ -189,36 +321,45 @@ def _findings(
     model: Model,
     estimates: Sequence[DayEstimate],
     reference: FloatArray | None,
-    cutoff: float | None,
-    reading: Reading,
-    progress: Callable[[str], None],
+    ask: Callable[[list[Finding], FloatArray, Sequence[str]], list[Finding]],
 ) -> tuple[tuple[Finding, ...], tuple[Finding, ...], tuple[str, ...]]:
-    """Return changes, outliers and notes."""
+    """Return changes, outliers and notes.
+
+    Args:
+        robot: the model of all.
+        model: of it.
+        estimates: of every robot and day.
+        reference: (p,) parameters that every robot should have, or None.
+        ask: names what diagnose finds, with the parameters of before (p,), in the logs of a day.
+    """
     courses = courses_of(estimates)
     if not courses:
         raise SymgenError(f"no day could be identified: {estimates[0].verdict}")
-    names = model.base.names
-    found = steps(courses, names, reference)
-    link = robot.payload or robot.movable[-1].number
+    names, link = model.base.names, robot.payload or robot.movable[-1].number
     load = regrouping(model)[:, link_columns(model, link)]
-    ask = partial(_diagnosed, robot, names, estimates, courses, cutoff, reading)
+    middle = np.median([c.X[0] for c in courses], axis=0)
+    known, files = {c.robot: c for c in courses}, {(e.robot, e.day): e.files for e in estimates}
+
+    def asked(plain: list[Finding]) -> list[Finding]:
+        """Ask diagnose what changed, on the first day of the change."""
+        name, since = plain[0].robot, plain[0].since
+        k = known[name].days.index(since)
+        before = known[name].mean(slice(0, k)).X if k else middle
+        return ask(plain, before, files[name, since])
+
     changes: list[Finding] = []
     outliers: list[Finding] = []
+    found = steps(courses, names, reference)
     for step in found:
-        findings = [_finding(step, n) for n in named(step, names, load, link)]
+        findings = named(step, names, load, link)
         if any(not f.effect for f in findings):
-            progress(f"diagnosing {step.robot} since {step.since}")
-            findings = ask(step.robot, step.since, step.p_value, findings)
+            findings = asked(findings)
         changes += findings if not step.first or reference is not None else []
         outliers += findings if step.first else []
-    known = {step.robot for step in found}
-    for name, since, times, p in _loud(estimates):
-        if name in known:
-            continue
-        says = f"torque error {times:.2g} times that of the fleet"
-        plain = [Finding(name, since, "", (), (), p, says)]
-        progress(f"diagnosing {name} since {since}")
-        outliers += ask(name, since, p, plain)
+    changed = {step.robot for step in found}
+    for loud in _loud(estimates):
+        if loud.robot not in changed:
+            outliers += asked([loud])
     looks = len(names) * sum(len(c.X) for c in courses)
     notes: tuple[str, ...] = (
         f"{len(courses)} robots, {len(estimates)} days, {looks:,} looks: a p value is corrected "
@@ -229,64 +370,51 @@ def _findings(
     return tuple(changes), tuple(outliers), notes
 
 
-def _finding(step: Step, n: Named) -> Finding:
-    values = tuple(Shift(*v) for v in n.values)
-    return Finding(step.robot, step.since, n.effect, n.joints, values, step.p_value, n.says)
-
-
-def _loud(estimates: Sequence[DayEstimate]) -> list[tuple[str, str, float, float]]:
-    """Return robot, first day, ratio and p value where the torque error stands out to the end."""
-    logs = np.array([math.log(max(e.torque, 1e-12)) for e in estimates if e.parameters is not None])
-    if len(logs) < 5:
-        return []
-    centre = float(np.median(logs))
-    spread = max(NORMAL * float(np.median(np.abs(logs - centre))), 0.02)
-    robots: dict[str, list[DayEstimate]] = {}
-    for e in estimates:
-        if e.parameters is not None:
-            robots.setdefault(e.robot, []).append(e)
-    out = []
-    for name, own in robots.items():
-        away = [math.log(max(e.torque, 1e-12)) - centre for e in own]
-        loud = [a > max(_BEYOND * spread, math.log(_TIMES)) for a in away]
-        if loud[-1]:
-            k = len(loud) - next((i for i, x in enumerate(reversed(loud)) if not x), len(loud))
-            least = min(away[k:])
-            p = min(len(logs) * math.erfc(least / spread / math.sqrt(2)), 1.0)
-            out.append((name, own[k].day, math.exp(float(np.median(away[k:]))), p))
-    return out
+def _loud(estimates: Sequence[DayEstimate]) -> Iterator[Finding]:
+    """Yield the robots whose torque error stands out to the end."""
+    logs = {
+        name: np.array([math.log(max(e.torque, 1e-12)) for e in own])
+        for name, own in _by_robot(estimates).items()
+    }
+    every = np.concatenate(list(logs.values()))
+    if len(every) < 5:
+        return
+    centre = float(np.median(every))
+    spread = max(NORMAL * float(np.median(np.abs(every - centre))), 0.02)
+    for name, own in _by_robot(estimates).items():
+        away = logs[name] - centre
+        quiet = np.flatnonzero(away <= max(_BEYOND * spread, math.log(_TIMES)))
+        last = away[quiet[-1] + 1 :] if len(quiet) else away
+        if len(last):
+            p = min(len(every) * math.erfc(float(last.min()) / spread / math.sqrt(2)), 1.0)
+            says = f"torque error {math.exp(float(np.median(last))):.2g} times that of the fleet"
+            yield Finding(name, own[-len(last)].day, "", (), (), p, says)
 
 
 def _diagnosed(
     robot: Robot,
     names: Sequence[str],
-    estimates: Sequence[DayEstimate],
-    courses: Sequence[Course],
     cutoff: float | None,
     reading: Reading,
-    name: str,
-    since: str,
-    p_value: float,
+    progress: Callable[[str], None],
     plain: list[Finding],
+    before: FloatArray,
+    files: Sequence[str],
 ) -> list[Finding]:
-    """Ask diagnose what changed, with the parameters of before, on the first day of the change."""
-    course = next(c for c in courses if c.robot == name)
-    k = course.days.index(since)
-    before = course.mean(slice(0, k))[0] if k else np.median([c.X[0] for c in courses], axis=0)
-    (day,) = (e for e in estimates if (e.robot, e.day) == (name, since))
+    """Ask diagnose what changed in some logs, with the parameters (p,) of before."""
+    first = plain[0]
+    progress(f"diagnosing {first.robot} since {first.since}")
     try:
         with tempfile.TemporaryDirectory(prefix="symgen-") as folder:
             file = Path(folder) / "before.toml"
             file.write_text(parameters_toml(zip(names, map(float, before), strict=True)), "utf-8")
-            told = diagnose(robot, list(day.files), parameters=file, cutoff=cutoff, reading=reading)
+            told = diagnose(robot, list(files), parameters=file, cutoff=cutoff, reading=reading)
     except SymgenError as error:
         return [replace(f, says=f"{f.says}; not diagnosed: {error}") for f in plain]
-    out = [
-        Finding(
-            name, since, e.name, e.joints,
-            tuple(Shift(p.name, p.value, p.std) for p in e.parameters), p_value,
-            f"{e.name} of joint {', '.join(map(str, e.joints))}" if e.joints else e.name,
-        )
-        for e in told.effects
-    ]  # fmt: skip
+    out = []
+    for e in told.effects:
+        values = tuple(Shift(p.name, p.value, p.std) for p in e.parameters)
+        says = f"{e.name} of joint {', '.join(map(str, e.joints))}" if e.joints else e.name
+        own = (e.name, e.joints, values, first.p_value, says)
+        out.append(Finding(first.robot, first.since, *own))
     return out or plain

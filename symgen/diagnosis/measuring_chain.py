@@ -7,7 +7,7 @@ last, as it needs the model's fit.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +20,6 @@ from symgen.diagnosis.diagnosis import (
     Place,
     Rejected,
 )
-from symgen.diagnosis.evidence import Scene, scene
 from symgen.estimation.filtered import FilteredLog
 from symgen.faults.fault import Fault, undone
 from symgen.faults.model import (
@@ -104,15 +103,6 @@ def is_effect(fault: Fault) -> bool:
 def name_of(fault: Fault) -> str:
     """Return the name of a fault: that of an effect of the library, or its kind."""
     return _EFFECTS.get(fault.kind, fault.kind)
-
-
-def corrected(faults: Sequence[Fault], scenes: Iterable[Scene]) -> list[Scene]:
-    """Return scenes without the faults that can be undone."""
-    out = []
-    for s in scenes:
-        log = undone(s.log, faults)[0]
-        out.append(replace(scene(log), kept=s.kept, name=s.name, noise=s.noise))
-    return out
 
 
 def judged(faults: Sequence[Fault], before: Diagnosis, after: Diagnosis) -> Diagnosis:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from symgen.data.log import Log
 from symgen.data.signals import Samples
-from symgen.diagnosis.evidence import Scene
+from symgen.estimation.filtered import FilteredLog
 from symgen.faults.fault import Fault
 from symgen.robot.effect import unit
 
@@ -63,7 +63,7 @@ def mended_channels(
 
 
 def undone_channels(
-    before: Sequence[Scene], after: Sequence[Scene], sigma: Sequence[int]
+    before: Sequence[FilteredLog], after: Sequence[FilteredLog], sigma: Sequence[int]
 ) -> tuple[MendedChannel, ...]:
     """Return the channels in which faults were undone that the torque equations show."""
     out = []

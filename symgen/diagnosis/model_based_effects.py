@@ -20,11 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.data.signals import differentiate
-from symgen.diagnosis.candidates import Candidate
-from symgen.diagnosis.evidence import Columns, Evidence, Scene
-from symgen.diagnosis.shapes import Torques
-from symgen.diagnosis.stiffness import deflection, stiffnesses
+from symgen.data.signals import differentiate, lowpass
+from symgen.diagnosis.effects import Candidate, Constants, Torques
+from symgen.diagnosis.stiffness import Stiffness, deflection
+from symgen.diagnosis.whitened_system import Columns
+from symgen.estimation.filtered import FilteredLog
 from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
 from symgen.symbolic.variation import Variation, random_states, variation
@@ -39,25 +39,29 @@ _LOAD = (names.MASS, *names.MOMENT, "ZZ", "XX", "YY", "XY", "XZ", "YZ")
 
 
 def special_candidates(
-    robot: Robot, evidence: Evidence, chosen: Sequence[str] | None = None, *, given: bool = False
+    robot: Robot,
+    bent: Sequence[Stiffness],
+    chosen: Sequence[str] | None = None,
+    *,
+    given: bool = False,
 ) -> Iterator[Candidate]:
     """Yield the candidates of a robot that need its model.
 
     Args:
         robot: the mechanism.
-        evidence: what they are to explain.
+        bent: what second encoders show.
         chosen: names of effects to try; None for all.
         given: whether the parameters are given: then a load shows, and a length that the robot
             always had does not.
     """
-    kinds: dict[str, Callable[[Robot, Evidence], Iterator[Candidate]]] = {
+    kinds: dict[str, Callable[[Robot, Sequence[Stiffness]], Iterator[Candidate]]] = {
         "base_tilt": _tilts,
         "joint_elasticity": _elastic,
         ("payload" if given else "geometry_error"): _loads if given else _lengths,
     }
     for name, make in kinds.items():
         if chosen is None or name in chosen:
-            yield from make(robot, evidence)
+            yield from make(robot, bent)
 
 
 def _everywhere(torque: FloatArray) -> Columns:
@@ -65,53 +69,64 @@ def _everywhere(torque: FloatArray) -> Columns:
     return {j: torque[:, j] for j in range(torque.shape[1])}
 
 
-def _tilts(robot: Robot, _: Evidence) -> Iterator[Candidate]:
+def _regressor(
+    v: Variation, state: Sequence[FloatArray], links: FloatArray, gravity: FloatArray | None = None
+) -> FloatArray:
+    """Return the torque (N, n, m) of m sets of link parameters (m, links, 10)."""
+    return v.torque([x[:, None, :] for x in state], links, gravity).transpose(0, 2, 1)
+
+
+def _units(v: Variation) -> FloatArray:
+    """Return a set of link parameters for each of them alone, (10 links, links, 10)."""
+    count = len(v.robot.joints)
+    return np.eye(10 * count).reshape(-1, count, 10)
+
+
+def _random(v: Variation, links: FloatArray, gravity: FloatArray | None = None) -> FloatArray:
+    """Return the torque of sets of link parameters at random states, (states n, m).
+
+    With a gravity that is not the file's own, it is that of gravity alone.
+    """
+    q, qd, qdd = random_states(v.robot, _STATES)
+    if gravity is not None:
+        qd, qdd = np.zeros((2, *q.shape))
+    return _regressor(v, (q, qd, qdd), links, gravity).reshape(-1, len(links))
+
+
+def _tilts(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
     """Gravity turned about the two axes of frame 0 that are most upright to it: dg = -beta x g.
 
     The base turns by beta, so that gravity turns by -beta in frame 0.
     """
     v = variation(robot)
-    gravity = v.gravity
-    if not gravity.any():
+    gravity, units = v.gravity, _units(v)
+    turned, told = [], []
+    for axis in sorted(np.argsort(np.abs(gravity), kind="stable")[:2]) if gravity.any() else ():
+        other = -np.cross(np.eye(3)[axis], gravity)
+        if np.abs(_random(v, units, other)).max() > _DEPENDENT:  # some link feels it
+            turned.append(other)
+            told.append((f"T{'XYZ'[axis]}", "rad"))
+    if not turned:
         return
-    axes = [
-        axis
-        for axis in sorted(np.argsort(np.abs(gravity), kind="stable")[:2])
-        if _felt(v, -np.cross(np.eye(3)[axis], gravity))
-    ]
-    if not axes:
-        return
-    turned = [-np.cross(np.eye(3)[axis], gravity) for axis in axes]
     hidden = _hidden(v, turned)
 
-    def columns(s: Scene, torques: Torques) -> Columns:
-        along = [_weight(v, s.q, torques.links, g) for g in turned]
-        for blends in hidden:
-            pairs = zip(turned, blends, strict=True)
-            along.append(np.sum([_weight(v, s.q, x, g) for g, x in pairs], axis=0))
+    def columns(s: FilteredLog, torques: Torques, _: Constants) -> Columns:
+        def weight(links: FloatArray, gravity: FloatArray) -> FloatArray:
+            rest = np.zeros_like(s.q)
+            return v.torque((s.q, rest, rest), links, gravity)
+
+        along = [weight(torques.links, g) for g in turned]
+        along += [np.sum([*map(weight, blends, turned)], axis=0) for blends in hidden]
         return _everywhere(np.stack(along, axis=-1))
 
     yield Candidate(
         definitions()["base_tilt"],
         (),
         columns,
-        len(axes) + len(hidden),
+        len(turned) + len(hidden),
         uses_model=True,
-        coefficients=tuple((f"T{'XYZ'[axis]}", "rad") for axis in axes),
+        coefficients=tuple(told),
     )
-
-
-def _weight(v: Variation, q: FloatArray, links: FloatArray, gravity: FloatArray) -> FloatArray:
-    """Return the torque of gravity alone."""
-    rest = np.zeros_like(q)
-    return v.torque((q, rest, rest), links, gravity)
-
-
-def _felt(v: Variation, gravity: FloatArray) -> bool:
-    """Whether any link parameter has a torque under this gravity."""
-    q = random_states(v.robot, _STATES)[0][:, None, :]
-    units = np.eye(10 * len(v.robot.joints)).reshape(-1, len(v.robot.joints), 10)
-    return float(np.abs(_weight(v, q, units, gravity)).max()) > _DEPENDENT
 
 
 def _hidden(v: Variation, turned: Sequence[FloatArray]) -> list[FloatArray]:
@@ -121,89 +136,78 @@ def _hidden(v: Variation, turned: Sequence[FloatArray]) -> list[FloatArray]:
         A list of (directions, links, 10), one set of link parameters for each direction of gravity,
         whose summed torque no parameters have in the file's gravity.
     """
-    count = len(v.robot.joints)
-    units = np.eye(10 * count).reshape(-1, count, 10)
-    state = [x[:, None, :] for x in random_states(v.robot, _STATES)]
-    Y = v.torque(state, units)
-    rows = [_weight(v, state[0], units, g) for g in turned]
-    flat = [y.transpose(0, 2, 1).reshape(-1, len(units)) for y in (Y, *rows)]
-    size, turn = np.linalg.eigh(flat[0].T @ flat[0])
+    units = _units(v)
+    own, *others = (_random(v, units, g) for g in (None, *turned))
+    size, turn = np.linalg.eigh(own.T @ own)
     kept = size > _DEPENDENT * size[-1]
     seen, open_ = turn[:, kept], turn[:, ~kept]
-    basis = np.linalg.qr(flat[0] @ seen)[0]
-    beside = np.concatenate([f @ open_ for f in flat[1:]], axis=1)
+    basis = np.linalg.qr(own @ seen)[0]
+    beside = np.concatenate([f @ open_ for f in others], axis=1)
     beside = beside - basis @ (basis.T @ beside)
     values, blend = np.linalg.eigh(beside.T @ beside)
     found = blend[:, values > _DEPENDENT * size[-1]].T.reshape(-1, len(turned), open_.shape[1])
-    return [(x @ open_.T).reshape(len(turned), count, 10) for x in found]
+    return [(x @ open_.T).reshape(len(turned), -1, 10) for x in found]
 
 
-def _lengths(robot: Robot, _: Evidence) -> Iterator[Candidate]:
+def _lengths(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
     """Each length that is not zero, of a robot whose other joints do not depend on it."""
     v = variation(robot)
     if robot.loops or any(j.follows is not None for j in robot.joints):
         return
     at = {joint.number: i for i, joint in enumerate(robot.movable)}
-    for number, key in v.lengths:
-        if number in at:
-            yield Candidate(
-                definitions()["geometry_error"],
-                (at[number],),
-                partial(_lengthened, v, number, key),
-                1,
-                uses_model=True,
-                coefficients=((f"delta_{key}{number}", "m"),),
-            )
+    for number, key in (length for length in v.lengths if length[0] in at):
+        yield Candidate(
+            definitions()["geometry_error"],
+            (at[number],),
+            partial(_lengthened, v, number, key),
+            1,
+            uses_model=True,
+            coefficients=((f"delta_{key}{number}", "m"),),
+        )
 
 
-def _lengthened(v: Variation, number: int, key: str, s: Scene, torques: Torques) -> Columns:
+def _lengthened(
+    v: Variation, number: int, key: str, s: FilteredLog, torques: Torques, _: Constants
+) -> Columns:
     """Return d tau / d length, less what other link parameters would give as well.
 
     How much of the derivative these can say depends on which of many sets `links` is.
     """
-    state, inverse = _own_torques(v)
-    slope = _slope(v, (number, key), state, torques.links)
-    same = (inverse @ slope.ravel()).reshape(torques.links.shape)
-    here = (s.q, s.qd, s.qdd)
-    along = _slope(v, (number, key), here, torques.links) - v.torque(here, same)
+
+    def slope(state: Sequence[FloatArray]) -> FloatArray:
+        """Return a central difference, exact for polynomials of degree two."""
+        low, high = (
+            v.torque(state, torques.links, changes={(number, key): step})
+            for step in (-_STEP, _STEP)
+        )
+        return np.asarray((high - low) / (2 * _STEP))
+
+    state = (s.q, s.qd, s.qdd)
+    same = _inverse(v) @ slope(random_states(v.robot, _STATES)).ravel()
+    along = slope(state) - v.torque(state, same.reshape(torques.links.shape))
     return _everywhere(along[:, :, None])
 
 
 @lru_cache(maxsize=4)
-def _own_torques(v: Variation) -> tuple[list[FloatArray], FloatArray]:
-    """Return random states, and what link parameters (10 links,) give a torque at them."""
-    count = len(v.robot.joints)
-    state = random_states(v.robot, _STATES)
-    units = np.eye(10 * count).reshape(-1, count, 10)
-    Y = v.torque([x[:, None, :] for x in state], units).transpose(0, 2, 1)
-    inverse: FloatArray = np.asarray(np.linalg.pinv(Y.reshape(-1, 10 * count), rcond=_DEPENDENT))
-    return state, inverse
+def _inverse(v: Variation) -> FloatArray:
+    """Return what link parameters (10 links,) give a torque at random states."""
+    return np.asarray(np.linalg.pinv(_random(v, _units(v)), rcond=_DEPENDENT))
 
 
-def _slope(
-    v: Variation, length: tuple[int, str], state: Sequence[FloatArray], links: FloatArray
-) -> FloatArray:
-    """Return a central difference, exact for polynomials of degree two."""
-    high, low = (v.torque(state, links, changes={length: step}) for step in (_STEP, -_STEP))
-    out: FloatArray = (high - low) / (2 * _STEP)
-    return out
-
-
-def _elastic(robot: Robot, evidence: Evidence) -> Iterator[Candidate]:
+def _elastic(robot: Robot, bent: Sequence[Stiffness]) -> Iterator[Candidate]:
     """Each joint, with a compliance between its motor, whose motion is measured, and its link.
 
     Where its link has an encoder, what it bends is measured, and its stiffness known apart.
     """
     v, definition = variation(robot), definitions()["joint_elasticity"]
-    known = {s.joint: s.stiffness[0] for s in stiffnesses(evidence) if not s.fault}
-    for j in range(robot.n):
+    known = {s.joint: s.stiffness[0] for s in bent if not s.fault}
+    for j, joint in enumerate(robot.movable):
         if j not in known:
             yield Candidate(definition, (j,), partial(_bent, v, j), 1, uses_model=True)
             continue
-        joint, sigma = robot.movable[j], robot.movable[j].sigma
-        told = [(f"CE{joint.number}", unit(definition.linear["CE"], sigma))]
+        told = [(f"CE{joint.number}", unit(definition.linear["CE"], joint.sigma))]
         if joint.rotor_inertia:
-            told.append((f"IA{joint.number}", names.unit("IA", sigma)))
+            told.append((f"IA{joint.number}", names.unit("IA", joint.sigma)))
         yield Candidate(
             definition,
             (j,),
@@ -215,21 +219,34 @@ def _elastic(robot: Robot, evidence: Evidence) -> Iterator[Candidate]:
         )
 
 
+def _moved(
+    v: Variation, j: int, s: FilteredLog, along: FloatArray, links: FloatArray
+) -> FloatArray:
+    """Return the links' torque where joint j has another position, speed and acceleration."""
+    state = [x.copy() for x in (s.q, s.qd, s.qdd)]
+    for x, a in zip(state, along, strict=True):
+        x[:, j] += a
+    return v.torque(state, links)
+
+
 def _behind(
-    v: Variation, j: int, stiffness: float, rotor: bool, s: Scene, torques: Torques
+    v: Variation,
+    j: int,
+    stiffness: float,
+    rotor: bool,
+    s: FilteredLog,
+    torques: Torques,
+    _: Constants,
 ) -> Columns:
     """Return K times what the links' torque changes by where joint j is as its link is.
 
     Its coefficient is 1/K where the links move as their encoder says. A rotor that base parameters
     join with the link moves as the motor does: the column of IA gives back what was taken with it.
     """
-    own = np.eye(s.q.shape[1])[j]
     bent = deflection(s, j)
     rate = differentiate(bent, s.step)
-    along = (bent, rate, differentiate(rate, s.step))
-    state = (s.q, s.qd, s.qdd)
-    moved = [x - a[:, None] * own for x, a in zip(state, along, strict=True)]
-    change = v.torque(moved, torques.links) - v.torque(state, torques.links)
+    along = np.stack([bent, rate, differentiate(rate, s.step)])
+    change = _moved(v, j, s, -along, torques.links) - _moved(v, j, s, 0 * along, torques.links)
     columns = np.zeros((*change.shape, 1 + rotor))
     columns[:, :, 0] = stiffness * change
     if rotor:
@@ -237,67 +254,46 @@ def _behind(
     return _everywhere(columns)
 
 
-def _bent(v: Variation, j: int, s: Scene, torques: Torques) -> Columns:
+def _bent(v: Variation, j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
     """Return d tau / d(1/K): q behind joint j is q - R/K, R the torque that the links ask of it.
 
     Minus the derivative of the links' torque along (R, R', R'') of joint j; friction and rotor are
     on the motor's side. A rotor that the base parameters join with the link counts as link, which
     makes 1/K too small.
     """
-    state = (s.q, s.qd, s.qdd)
-    R = v.torque(state, torques.links)[:, j]
-    rate = np.gradient(s.smooth(R), s.step)
-    along = (R, rate, np.gradient(rate, s.step))
+    R, band = v.torque((s.q, s.qd, s.qdd), torques.links)[:, j], s.rows.cutoff
+    rate = np.gradient(R if band is None else lowpass(R, s.step, band), s.step)
+    along = np.stack([R, rate, np.gradient(rate, s.step)])
     span = max(float(np.ptp(s.q[:, j])), 1e-9)
     step = _SHIFT * span / max(float(np.abs(R).max()), 1e-300)
-    unit = np.eye(s.q.shape[1])[j]
-
-    def shifted(h: float) -> FloatArray:
-        moved = [x + h * a[:, None] * unit for x, a in zip(state, along, strict=True)]
-        return v.torque(moved, torques.links)
-
-    return _everywhere(((shifted(-step) - shifted(step)) / (2 * step))[:, :, None])
+    low, high = (_moved(v, j, s, h * along, torques.links) for h in (-step, step))
+    return _everywhere(((low - high) / (2 * step))[:, :, None])
 
 
-def _loads(robot: Robot, _: Evidence) -> Iterator[Candidate]:
+def _loads(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
     """A load on the last link that moves; of its ten parameters those that show by themselves."""
-    last = robot.movable[-1].number
+    last = robot.movable[-1]
     v = variation(robot)
-    units = _unit_loads(v, last)
-    state = [x[:, None, :] for x in random_states(robot, _STATES)]
-    Y = v.torque(state, units).transpose(0, 2, 1).reshape(-1, len(units))
-    kept = _independent(Y)
-    joined = np.linalg.lstsq(Y[:, kept], Y, rcond=None)[0]
-
-    def told(row: int, i: int) -> str:
-        """Return the parameter's name, with R where others that show join it."""
-        others = np.delete(joined[row], kept)
-        return f"{_LOAD[i]}L" + ("R" if np.abs(others).max(initial=0.0) > 1e-6 else "")
-
-    sigma = robot.joint(last).sigma
-
-    def columns(s: Scene, _: Torques) -> Columns:
-        state = [x[:, None, :] for x in (s.q, s.qd, s.qdd)]
-        return _everywhere(v.torque(state, units[kept]).transpose(0, 2, 1))
-
-    if kept:
-        yield Candidate(
-            definitions()["payload"],
-            (robot.n - 1,),
-            columns,
-            len(kept),
-            coefficients=tuple(
-                (told(row, i), names.unit(_LOAD[i], sigma)) for row, i in enumerate(kept)
-            ),
-        )
-
-
-def _unit_loads(v: Variation, number: int) -> FloatArray:
-    """Return, for each name of _LOAD, link parameters (10, links, 10) with a 1 on the last link."""
-    out = np.zeros((len(_LOAD), len(v.robot.joints), len(names.LINK)))
+    units = np.zeros((len(_LOAD), len(robot.joints), len(names.LINK)))
     for i, prefix in enumerate(_LOAD):
-        out[i, number - 1, names.LINK.index(prefix)] = 1.0
-    return out
+        units[i, last.number - 1, names.LINK.index(prefix)] = 1.0
+    Y = _random(v, units)
+    kept = _independent(Y)
+    if not kept:
+        return
+    # R of its name stands for others, which it joins.
+    joined = np.abs(np.delete(np.linalg.lstsq(Y[:, kept], Y, rcond=None)[0], kept, axis=1))
+    told = [
+        (f"{_LOAD[i]}L" + ("R" if row.max(initial=0.0) > 1e-6 else ""),
+         names.unit(_LOAD[i], last.sigma))
+        for row, i in zip(joined, kept, strict=True)
+    ]  # fmt: skip
+
+    def columns(s: FilteredLog, _: Torques, __: Constants) -> Columns:
+        return _everywhere(_regressor(v, (s.q, s.qd, s.qdd), units[kept]))
+
+    definition, joints = definitions()["payload"], (robot.n - 1,)
+    yield Candidate(definition, joints, columns, len(kept), coefficients=tuple(told))
 
 
 def _independent(Y: FloatArray) -> list[int]:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import Model, derive
-from symgen.data.spline import interpolated
+from symgen.data.signals import interpolated
 from symgen.diagnosis.diagnosis import Curves, Diagnosis
 from symgen.errors import ParameterError, SymgenError
 from symgen.experiment.plant import KERNELS, Plant, plant

@@ -7,21 +7,21 @@ names the pattern, where it explains enough to be one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.diagnosis.baseline import Baseline
 from symgen.diagnosis.diagnosis import Gap, Place
-from symgen.diagnosis.evidence import Evidence, Scene
-from symgen.diagnosis.search import Selection
-from symgen.diagnosis.select import quick_gain
-from symgen.diagnosis.shapes import Torques
-from symgen.robot.types import Robot
+from symgen.diagnosis.effects import Torques
+from symgen.diagnosis.select import Score, quick_gain
+from symgen.diagnosis.whitened_system import WhitenedSystem, compared
+from symgen.estimation.filtered import FilteredLog
 
 FloatArray = NDArray[np.float64]
-#: Functions (N, m) of a scene and the model's torques on it, for the joint at a position.
-Functions = Callable[[Scene, Torques, int], FloatArray]
 _PRICE = 0.015  # of a function
 _ORGANISED = 0.3  # least score of a pattern
 _EXPLAINED = 0.5  # share of a joint's residual that effects close whose pattern is then its own
@@ -34,145 +34,133 @@ _AFTER = (0.02, 0.05, 0.1, 0.2)  # s after a reversal
 _BLOCKS = 8
 
 
-def _speed(s: Scene, j: int) -> tuple[FloatArray, float]:
-    return s.qd[:, j], float(np.sqrt(np.mean(s.qd[s.kept, j] ** 2))) or 1.0
+@dataclass(frozen=True, eq=False)
+class _View:
+    """One joint of a log: position, speed, acceleration, and the model's torque on it, (N,) each.
+
+    Attributes:
+        x: the position, -1 to 1 over the log.
+        part: of the log's time that has passed.
+        size: RMS of the speed.
+    """
+
+    log: FilteredLog
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+    model: FloatArray
+    load: FloatArray
+    x: FloatArray
+    part: FloatArray
+    size: float
 
 
-def _range(s: Scene, j: int) -> FloatArray:
-    """Return the position, -1 to 1 over the log."""
-    low, high = float(s.q[s.kept, j].min()), float(s.q[s.kept, j].max())
-    return (2 * s.q[:, j] - low - high) / ((high - low) or 1.0)
+def _view(log: FilteredLog, torques: Torques, j: int) -> _View:
+    kept, t = log.q[log.kept, j], log.t - log.t[0]
+    low, high = float(kept.min()), float(kept.max())
+    every = (log.q, log.qd, log.qdd, torques.model, torques.load)
+    q, v, a, model, load = (column[:, j] for column in every)
+    x = (2 * q - low - high) / ((high - low) or 1.0)
+    size = float(np.sqrt(np.mean(v[log.kept] ** 2))) or 1.0
+    return _View(log, q, v, a, model, load, x, t / (t[-1] or 1.0), size)
 
 
-def _steps(s: Scene, _: Torques, j: int) -> FloatArray:
-    sign = np.sign(s.qd[:, j])
-    return np.stack([sign, np.abs(sign), sign * np.cos(s.q[:, j]), sign * np.sin(s.q[:, j])], 1)
+#: Functions (N,) of a view.
+Functions = Callable[[_View], list[FloatArray]]
 
 
-def _slow(s: Scene, _: Torques, j: int) -> FloatArray:
-    v, size = _speed(s, j)
-    return np.stack([np.sign(v) * np.exp(-((v / (a * size)) ** 2)) for a in (0.05, 0.15, 0.5)], 1)
+def _steps(s: _View) -> list[FloatArray]:
+    sign = np.sign(s.v)
+    return [sign, np.abs(sign), sign * np.cos(s.q), sign * np.sin(s.q)]
 
 
-def _slopes(s: Scene, _: Torques, j: int) -> FloatArray:
-    v, size = _speed(s, j)
-    return np.stack([v, np.abs(v), v * np.abs(v) / size, np.sign(v) * np.sqrt(np.abs(v))], 1)
+def _course(s: _View) -> list[FloatArray]:
+    edges, friction = np.arange(_BLOCKS) / _BLOCKS, s.model - s.load
+    blocks = [((s.part >= e) & (s.part < e + 1 / _BLOCKS)).astype(float) for e in edges]
+    return [*blocks, friction * s.part, friction * np.exp(-5 * s.part)]
 
 
-def _shape(s: Scene, _: Torques, j: int) -> FloatArray:
-    x = _range(s, j)
-    waves = [f(np.pi / 2 * k * x) for k in range(1, _SHAPES + 1) for f in (np.sin, np.cos)]
-    return np.stack([x, x**2, *waves], 1)
-
-
-def _accelerations(s: Scene, _: Torques, j: int) -> FloatArray:
-    return s.qdd[:, j : j + 1]
-
-
-def _loads(s: Scene, torques: Torques, j: int) -> FloatArray:
-    load = torques.load[:, j]
-    return np.stack([torques.model[:, j], load, np.abs(load) * np.sign(s.qd[:, j])], 1)
-
-
-def _course(s: Scene, torques: Torques, j: int) -> FloatArray:
-    x = (s.t - s.t[0]) / ((s.t[-1] - s.t[0]) or 1.0)
-    blocks = [(x >= i / _BLOCKS) & (x < (i + 1) / _BLOCKS) for i in range(_BLOCKS)]
-    friction = torques.friction[:, j]
-    return np.stack([*np.asarray(blocks, float), friction * x, friction * np.exp(-5 * x)], 1)
-
-
-def _pulses(s: Scene, torques: Torques, j: int) -> FloatArray:
-    sign = np.sign(s.qd[:, j])
+def _pulses(s: _View) -> list[FloatArray]:
+    sign, t = np.sign(s.v), s.log.t
     turns = np.flatnonzero(sign[1:] * sign[:-1] < 0) + 1
     last = np.full(len(sign), -np.inf)
-    last[turns] = s.t[turns]
-    since = s.t - np.maximum.accumulate(last)
+    last[turns] = t[turns]
+    since = t - np.maximum.accumulate(last)
     pulses = [np.where(since < width, sign, 0.0) for width in _AFTER]
-    return np.stack([*pulses, np.gradient(torques.model[:, j], s.step)], 1)
+    return [*pulses, np.gradient(s.model, s.log.step)]
 
 
-def _readings(s: Scene, _: Torques, j: int) -> FloatArray:
-    error = np.gradient(s.q[:, j], s.step) - s.qd[:, j]
-    return np.stack([error, np.gradient(error, s.step)], 1)
+def _readings(s: _View) -> list[FloatArray]:
+    error = np.gradient(s.q, s.log.step) - s.v
+    return [error, np.gradient(error, s.log.step)]
 
 
-def _constant(s: Scene, _: Torques, j: int) -> FloatArray:
-    return np.ones_like(s.q[:, j : j + 1])
-
-
-def _waves(count: int) -> Functions:
-    def columns(s: Scene, _: Torques, j: int) -> FloatArray:
-        x = np.pi / 2 * count * _range(s, j)
-        return np.stack([np.sin(x), np.cos(x)], 1)
-
-    return columns
-
-
-def _other(k: int) -> Functions:
-    def columns(s: Scene, _: Torques, j: int) -> FloatArray:
-        v, own = s.qd[:, k], s.q[:, j]
-        return np.stack([np.sign(v), v, s.qdd[:, k], v * own, v * s.qd[:, j]], 1)
-
-    return columns
+def _waves(s: _View, counts: Iterable[int]) -> list[FloatArray]:
+    return [f(np.pi / 2 * k * s.x) for k in counts for f in (np.sin, np.cos)]
 
 
 _PATTERNS: dict[str, Functions] = {
     "velocity-sign": _steps,
-    "low-speed": _slow,
-    "velocity": _slopes,
-    "position": _shape,
-    "acceleration": _accelerations,
-    "load": _loads,
+    "low-speed": lambda s: [
+        np.sign(s.v) * np.exp(-((s.v / (a * s.size)) ** 2)) for a in (0.05, 0.15, 0.5)
+    ],
+    "velocity": lambda s: [
+        s.v, np.abs(s.v), s.v * np.abs(s.v) / s.size, np.sign(s.v) * np.sqrt(np.abs(s.v))
+    ],
+    "position": lambda s: [s.x, s.x**2, *_waves(s, range(1, _SHAPES + 1))],
+    "acceleration": lambda s: [s.a],
+    "load": lambda s: [s.model, s.load, np.abs(s.load) * np.sign(s.v)],
     "time": _course,
     "reversal": _pulses,
     "kinematic": _readings,
-    "all": _constant,
-}
+    "all": lambda s: [np.ones_like(s.q)],
+}  # fmt: skip
 
 
 def _groups(n: int, j: int) -> Iterator[tuple[str, Functions]]:
     yield from _PATTERNS.items()
-    yield from (("spectrum", _waves(k)) for k in range(_SHAPES + 1, _WAVES + 1))
-    yield from (("other-joint", _other(k)) for k in range(n) if k != j)
+    for k in range(_SHAPES + 1, _WAVES + 1):
+        yield "spectrum", partial(_waves, counts=[k])
+    for k in (k for k in range(n) if k != j):
+        yield "other-joint", partial(_beside, k=k)
 
 
-def portrait(evidence: Evidence, torques: Sequence[Torques], j: int) -> dict[str, float]:
+def _beside(s: _View, k: int) -> list[FloatArray]:
+    v = s.log.qd[:, k]
+    return [np.sign(v), v, s.log.qdd[:, k], v * s.q, v * s.v]
+
+
+def portrait(evidence: WhitenedSystem, torques: Sequence[Torques], j: int) -> dict[str, float]:
     """Return the score of every pattern on the joint at position `j`, the best first."""
     scores: dict[str, float] = {}
+    views = [_view(log, t, j) for log, t in zip(evidence.logs, torques, strict=True)]
     for pattern, functions in _groups(evidence.n, j):
-        pairs = zip(evidence.scenes, torques, strict=True)
-        columns = np.concatenate([s.seen(functions(s, t, j)) for s, t in pairs])
+        parts = [compared(s.log, np.stack(functions(s), axis=1)) for s in views]
+        columns = np.concatenate(parts)
         score = quick_gain(evidence, {j: columns}) - _PRICE * columns.shape[1]
         scores[pattern] = max(score, scores.get(pattern, -1.0))
     return dict(sorted(scores.items(), key=lambda entry: -entry[1]))
 
 
-def window(evidence: Evidence, j: int) -> tuple[float, float] | None:
+def window(evidence: WhitenedSystem, j: int) -> tuple[float, float] | None:
     """Return a short span of time, s, that holds most of a joint's residual; None without one."""
     first, found, most = 0, None, 0.0
     whole = float(np.sum(evidence.residual[:, j] ** 2))
-    for s in evidence.scenes:
+    for s in evidence.logs:
         t = s.t[s.kept]
-        square = np.concatenate(
-            [[0.0], np.cumsum(evidence.residual[first : first + len(t), j] ** 2)]
-        )
-        first += len(t)
+        own = evidence.residual[first : first + len(t), j] ** 2
+        first, square = first + len(t), np.concatenate([[0.0], np.cumsum(own)])
         length = max(1, int(_WINDOW * len(t)))
         for size in range(max(1, length // 8), length + 1, max(1, length // 8)):
             held = square[size:] - square[:-size]
-            at = int(np.argmax(held)) if len(held) else 0
-            if len(held) and held[at] > max(_MOST * whole, 1.02 * most):
+            at = int(np.argmax(held))
+            if held[at] > max(_MOST * whole, 1.02 * most):
                 found, most = (float(t[at]), float(t[at + size - 1])), float(held[at])
     return found
 
 
 def places(
-    robot: Robot,
-    base: Evidence,
-    torques: Sequence[Torques],
-    selection: Selection,
-    before: Gap,
-    floor: Gap,
+    baseline: Baseline, accepted: Sequence[Score], before: Gap, floor: Gap
 ) -> tuple[Place, ...]:
     """Return the joints with a gap above the floor, the largest share first.
 
@@ -180,10 +168,8 @@ def places(
     that of the portrait.
 
     Args:
-        robot: as declared.
-        base: evidence of the model before anything is added.
-        torques: of that model on every log.
-        selection: what was found.
+        baseline: the model before anything is added.
+        accepted: what was found.
         before, floor: on the held-out data.
     """
     gap, noise = np.asarray(before.per_joint), np.asarray(floor.per_joint)
@@ -194,19 +180,20 @@ def places(
     excess = np.where(loud, excess, 0)
     if not excess.sum():
         return ()
-    left = selection.evidence.sigma**2 / base.sigma**2
+    robot, base = baseline.robot, baseline.base
+    left, torques = baseline.beside(accepted).sigma ** 2 / base.sigma**2, baseline.torques(base)
     out = []
-    for j in np.argsort(-excess)[: int(np.count_nonzero(excess))]:
+    for j in map(int, np.argsort(-excess)[: int(np.count_nonzero(excess))]):
         named = [
             s.candidate.definition.pattern
-            for s in selection.accepted
+            for s in accepted
             if not s.candidate.definition.own and j in (s.candidate.joints or range(robot.n))
         ]
         if named and left[j] < _EXPLAINED:
             pattern = named[0]
         else:
-            best, score = next(iter(portrait(base, torques, int(j)).items()))
+            best, score = next(iter(portrait(base, torques, j).items()))
             pattern = best if score > _ORGANISED else "all"
         share = float(excess[j] / excess.sum())
-        out.append(Place(robot.movable[j].number, share, pattern, window(base, int(j))))
+        out.append(Place(robot.movable[j].number, share, pattern, window(base, j)))
     return tuple(out)

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symgen.diagnosis.candidates import Candidate
-from symgen.diagnosis.evidence import Columns, Evidence
+from symgen.diagnosis.baseline import Baseline, Seen
+from symgen.diagnosis.effects import Candidate
 from symgen.diagnosis.refine import refined
 from symgen.diagnosis.select import GAIN, Score, judge, quick_gain
-from symgen.diagnosis.shapes import Torques
+from symgen.diagnosis.whitened_system import Columns, WhitenedSystem
 
+#: Name and joints of a candidate; gain, number and columns of one.
+Key = tuple[str, tuple[int, ...]]
+Ranked = tuple[float, int, Columns]
 _ALIKE = 0.8
 # Of the best gain: the simpler candidate is preferred, and parameters of the standard model.
 _NEARLY, _PLAIN = 0.9, 0.75
@@ -27,62 +30,54 @@ class Selection:
     """What the stepwise search found.
 
     Attributes:
-        evidence: with the columns of all accepted effects.
         accepted: in the order of their share in closing the gap.
-        alike: for each, other candidates that the data cannot tell from it.
         rejected: the best of the others, with the reason.
         tried: number of candidates.
     """
 
-    evidence: Evidence
     accepted: tuple[Score, ...]
-    alike: tuple[tuple[Score, ...], ...]
-    rejected: tuple[Score, ...]
-    tried: int
+    rejected: tuple[Score, ...] = ()
+    tried: int = 0
 
 
 @dataclass(frozen=True, eq=False)
 class _Stage:
-    """The evidence with some effects accepted, the model's torques then, and which they are."""
+    """The system with some effects accepted, what gives columns then, and their names."""
 
-    evidence: Evidence
-    torques: Sequence[Torques]
-    taken: frozenset[tuple[str, tuple[int, ...]]]
+    system: WhitenedSystem
+    seen: Seen
+    taken: frozenset[Key]
 
 
 class Search:
     """A stepwise search among candidates.
 
     Args:
-        base: the evidence of the model as it is declared.
+        baseline: the model as it is declared, and its logs.
         pool: the candidates.
-        torques: gives the model's torques on every log, as some evidence has its parameters.
         progress: is told what is being tried.
     """
 
     def __init__(
         self,
-        base: Evidence,
+        baseline: Baseline,
         pool: Iterable[Candidate],
-        torques: Callable[[Evidence], Sequence[Torques]],
         progress: Callable[[str], None] = lambda _: None,
     ) -> None:
-        self.base, self.pool = base, tuple(pool)
-        self.torques, self.progress = torques, progress
+        self.baseline, self.pool, self.progress = baseline, tuple(pool), progress
         self._fixed: dict[int, Columns] = {}
 
     def run(self) -> Selection:
         accepted = self._measured()
-        alike: dict[tuple[str, tuple[int, ...]], tuple[Score, ...]] = {}
+        alike: dict[Key, tuple[Score, ...]] = {}
         rejected: list[Score] = []
-        seen: set[frozenset[tuple[str, tuple[int, ...]]]] = set()
-        while len(accepted) < max(_MOST, 2 * self.base.n + 2):
+        seen: set[frozenset[Key]] = set()
+        while len(accepted) < max(_MOST, 2 * self.baseline.robot.n + 2):
             self.progress(f"trying {len(self.pool)} candidates for effect {len(accepted) + 1}")
             # Members of one class do not stand beside each other: the data do not tell them apart.
             same = {s.candidate.key for group in alike.values() for s in group if _own(s)}
             stage = self._stage(accepted)
-            ranked = [r for r in self._ranked(stage) if self.pool[r[1]].key not in same]
-            passing, rejected = self._judged(stage, ranked)
+            passing, rejected = self._judged(stage, self._ranked(stage, same))
             if not passing:
                 break
             best = self._simplest(passing)
@@ -94,14 +89,9 @@ class Search:
                 break
             seen.add(chosen)
         accepted = self._swapped(accepted, alike)
-        accepted.sort(key=lambda s: -s.gain)
-        return Selection(
-            self._with(accepted),
-            tuple(accepted),
-            tuple(alike.get(s.candidate.key, ()) for s in accepted),
-            tuple(rejected),
-            len(self.pool),
-        )
+        found = [replace(s, alike=alike.get(s.candidate.key, ())) for s in accepted]
+        found.sort(key=lambda s: -s.gain)
+        return Selection(tuple(found), tuple(rejected), len(self.pool))
 
     def _measured(self) -> list[Score]:
         """Return what a measurement of its own shows, where the torques have it: one test each."""
@@ -109,25 +99,22 @@ class Search:
         for i, candidate in enumerate(self.pool):
             if candidate.measured:
                 stage = self._stage(out)
-                score = judge(stage.evidence, candidate, self._columns(i, stage), 1)
+                score = judge(stage.system, candidate, self._columns(i, stage), 1)
                 if score.p_value < _SINGLE:
                     out.append(replace(score, fault=""))
         return out
 
-    def _with(self, accepted: Sequence[Score]) -> Evidence:
-        return self.base.with_columns(s.columns for s in accepted)
-
     def _stage(self, accepted: Sequence[Score]) -> _Stage:
-        evidence = self._with(accepted)
+        system = self.baseline.beside(accepted)
         taken = frozenset(s.candidate.key for s in accepted)
-        return _Stage(evidence, self.torques(evidence), taken)
+        return _Stage(system, self.baseline.seen(system), taken)
 
     def _columns(self, i: int, stage: _Stage) -> Columns:
         candidate = self.pool[i]
         if candidate.uses_model:
-            return candidate.seen(stage.evidence, stage.torques)
+            return stage.seen(candidate)
         if i not in self._fixed:
-            self._fixed[i] = candidate.seen(stage.evidence, stage.torques)
+            self._fixed[i] = stage.seen(candidate)
         return self._fixed[i]
 
     def on_joints(self, joints: tuple[int, ...]) -> Iterator[tuple[Candidate, Columns]]:
@@ -137,21 +124,20 @@ class Search:
             if candidate.joints == joints:
                 yield candidate, self._columns(i, stage)
 
-    def _ranked(self, stage: _Stage) -> list[tuple[float, int, Columns]]:
+    def _ranked(self, stage: _Stage, without: Container[Key]) -> list[Ranked]:
         """Return the best constants of every candidate, the largest gain first."""
-        best: dict[tuple[str, tuple[int, ...]], tuple[float, int, Columns]] = {}
+        best: dict[Key, Ranked] = {}
         for i, candidate in enumerate(self.pool):
             if candidate.key in stage.taken and candidate.name not in _REPEATED:
                 continue
             columns = self._columns(i, stage)
-            gain = quick_gain(stage.evidence, columns)
+            gain = quick_gain(stage.system, columns)
             if gain > best.get(candidate.key, (0.0, 0, {}))[0]:
                 best[candidate.key] = (gain, i, columns)
-        return sorted(best.values(), key=lambda entry: -entry[0])
+        ranked = (entry for key, entry in best.items() if key not in without)
+        return sorted(ranked, key=lambda entry: -entry[0])
 
-    def _judged(
-        self, stage: _Stage, ranked: Sequence[tuple[float, int, Columns]]
-    ) -> tuple[list[Score], list[Score]]:
+    def _judged(self, stage: _Stage, ranked: Sequence[Ranked]) -> tuple[list[Score], list[Score]]:
         """Judge the best candidates, the first of them with constants between the grid's."""
         passing: list[Score] = []
         failing: list[Score] = []
@@ -165,10 +151,10 @@ class Search:
                 candidate, columns = refined(
                     candidate,
                     [c.constants for c in self.pool if c.key == candidate.key],
-                    lambda c: c.seen(stage.evidence, stage.torques),
-                    lambda c: quick_gain(stage.evidence, c),
+                    stage.seen,
+                    lambda c: quick_gain(stage.system, c),
                 )
-            score = judge(stage.evidence, candidate, columns, len(self.pool))
+            score = judge(stage.system, candidate, columns, len(self.pool))
             (failing if score.fault else passing).append(score)
             if len(passing) + len(failing) >= 30:
                 break
@@ -181,7 +167,7 @@ class Search:
         them; then the fewest numbers count. Where all parameters are given they are only changes,
         and have no more say than others.
         """
-        enough = _PLAIN if self.base.W.shape[2] else _NEARLY
+        enough = _NEARLY if self.baseline.given else _PLAIN
         best = passing[0]
         least = max(1 - best.gain, 0.0)
         near = [
@@ -193,9 +179,7 @@ class Search:
         close = plain or [s for s in near if s.gain >= _NEARLY * best.gain]
         return min(close, key=lambda s: (s.candidate.complexity, -s.gain))
 
-    def _swapped(
-        self, accepted: list[Score], alike: dict[tuple[str, tuple[int, ...]], tuple[Score, ...]]
-    ) -> list[Score]:
+    def _swapped(self, accepted: list[Score], alike: dict[Key, tuple[Score, ...]]) -> list[Score]:
         """Choose each effect again among all on its joints, now that the others stand beside it."""
         for at in range(len(accepted) if len(accepted) > 1 else 0):
             rest, own = accepted[:at] + accepted[at + 1 :], accepted[at]
@@ -205,11 +189,7 @@ class Search:
             twins = (s for r in rest for s in alike.get(r.candidate.key, ()))
             same = {s.candidate.key for s in twins if _own(s)}
             stage = self._stage(rest)
-            ranked = [
-                r
-                for r in self._ranked(stage)
-                if self.pool[r[1]].joints == joints and self.pool[r[1]].key not in same
-            ]
+            ranked = [r for r in self._ranked(stage, same) if self.pool[r[1]].joints == joints]
             passing, failing = self._judged(stage, ranked)
             if not passing:
                 continue
@@ -224,7 +204,7 @@ class Search:
         while len(accepted) > 1 and at < len(accepted):
             rest = accepted[:at] + accepted[at + 1 :]
             own = accepted[at]
-            again = judge(self._with(rest), own.candidate, own.columns, len(self.pool))
+            again = judge(self.baseline.beside(rest), own.candidate, own.columns, len(self.pool))
             if again.fault and not own.candidate.measured:
                 accepted = rest
             else:

@@ -21,9 +21,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.diagnosis.candidates import Candidate
-from symgen.diagnosis.evidence import Columns, Evidence, dense
+from symgen.diagnosis.effects import Candidate
 from symgen.diagnosis.robust import covariance
+from symgen.diagnosis.whitened_system import Columns, WhitenedSystem, dense
 
 FloatArray = NDArray[np.float64]
 _FREE = 0.05
@@ -50,6 +50,7 @@ class Score:
         p_value: of the robust test, not corrected.
         closes: share of the whole gap's square that it closes.
         fault: why it is not accepted, or ''.
+        alike: other candidates that the data cannot tell from it.
     """
 
     candidate: Candidate
@@ -61,6 +62,7 @@ class Score:
     p_value: float = 1.0
     closes: float = 0.0
     fault: str = ""
+    alike: tuple[Score, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +78,7 @@ class Projection:
     ]  # (m,) coefficients in which no direction that the model absorbs shares
 
 
-def quick_gain(evidence: Evidence, columns: Columns) -> float:
+def quick_gain(evidence: WhitenedSystem, columns: Columns) -> float:
     """Return the share of the sum of squares of its joints that a candidate explains."""
     A0, b, g, size = 0.0, 0.0, 0.0, 0.0
     for j, c in columns.items():
@@ -106,7 +108,7 @@ def _free_directions(A0: FloatArray, A: FloatArray) -> tuple[FloatArray, FloatAr
     return V, values[free]
 
 
-def project(evidence: Evidence, columns: Columns) -> Projection:
+def project(evidence: WhitenedSystem, columns: Columns) -> Projection:
     """Take out of a candidate's columns what the model can say; fit the rest to the residual."""
     C = dense(columns, evidence.y.shape) * (evidence.moves / evidence.sigma)[:, :, None]
     K, n, m = C.shape
@@ -123,7 +125,7 @@ def project(evidence: Evidence, columns: Columns) -> Projection:
     return Projection(C, free.reshape(K, n, len(values)), directions, fit, known)
 
 
-def judge(evidence: Evidence, candidate: Candidate, columns: Columns, tried: int) -> Score:
+def judge(evidence: WhitenedSystem, candidate: Candidate, columns: Columns, tried: int) -> Score:
     """Test one candidate by the whole rule; `tried` is the number of candidates looked at."""
     from scipy.stats import f as fisher
 
@@ -152,7 +154,7 @@ def judge(evidence: Evidence, candidate: Candidate, columns: Columns, tried: int
     return replace(score, fault=_fault(evidence, score, p, tried))
 
 
-def _fault(evidence: Evidence, score: Score, p: Projection, tried: int) -> str:
+def _fault(evidence: WhitenedSystem, score: Score, p: Projection, tried: int) -> str:
     if score.gain < GAIN:
         return f"it explains {100 * score.gain:.2g} % of the residual's square; needed: 2 %"
     definition = score.candidate.definition
@@ -179,7 +181,7 @@ def _fault(evidence: Evidence, score: Score, p: Projection, tried: int) -> str:
     return f"the fit of held-out fold {worse} is not better with it" if worse else ""
 
 
-def _worse_fold(evidence: Evidence, p: Projection, joints: Sequence[int]) -> int:
+def _worse_fold(evidence: WhitenedSystem, p: Projection, joints: Sequence[int]) -> int:
     """Return the number (from 1) of a held-out fold whose joints it does not improve, or 0."""
     weight = evidence.moves / evidence.sigma
     W = evidence.W * weight[:, :, None]

@@ -18,8 +18,10 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.data.signals import differentiate, lowpass, white_noise
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
-from symgen.diagnosis.evidence import Evidence, Scene
+from symgen.diagnosis.floor import passband
 from symgen.diagnosis.robust import covariance
+from symgen.diagnosis.whitened_system import WhitenedSystem, compared
+from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.statistics import f_tail
 from symgen.robot.effect import unit
 from symgen.robot.types import Robot
@@ -52,28 +54,29 @@ class Stiffness:
     fault: str = ""
 
 
-def has_links(scenes: Sequence[Scene], j: int) -> bool:
+def has_links(scenes: Sequence[FilteredLog], j: int) -> bool:
     """Whether all logs have a second encoder on a joint."""
-    found = [s.log.samples.qs for s in scenes]
+    found = [s.samples.qs for s in scenes]
     return all(qs is not None and bool(np.isfinite(qs[:, j]).all()) for qs in found)
 
 
-def deflection(s: Scene, j: int) -> FloatArray:
+def deflection(s: FilteredLog, j: int) -> FloatArray:
     """Return q - qs of a joint below the cutoff of the run, (N,), rad or m; qs must be there."""
-    qs = s.log.samples.qs
+    qs = s.samples.qs
     assert qs is not None
-    x = s.log.samples.q[:, j] - qs[:, j]
-    return x if s.wide is None else lowpass(x, s.step, s.wide)
+    x = s.samples.q[:, j] - qs[:, j]
+    edge = passband(s)
+    return x if edge is None else lowpass(x, s.step, edge)
 
 
-def stiffnesses(evidence: Evidence) -> list[Stiffness]:
+def stiffnesses(evidence: WhitenedSystem) -> list[Stiffness]:
     """Return what the second encoders of the logs show, joint by joint that has one."""
-    joints = [j for j in range(evidence.n) if has_links(evidence.scenes, j)]
+    joints = [j for j in range(evidence.n) if has_links(evidence.logs, j)]
     return [_stiffness(evidence, j) for j in joints]
 
 
-def _stiffness(evidence: Evidence, j: int) -> Stiffness:
-    scenes, moves = evidence.scenes, evidence.moves[:, j] > 0
+def _stiffness(evidence: WhitenedSystem, j: int) -> Stiffness:
+    scenes, moves = evidence.logs, evidence.moves[:, j] > 0
     travel = max(float(np.ptp(s.q[s.kept, j])) for s in scenes)
     bent = max(float(np.ptp(deflection(s, j)[s.kept])) for s in scenes)
     if bent > _BENT * travel:
@@ -83,7 +86,7 @@ def _stiffness(evidence: Evidence, j: int) -> Stiffness:
             fault=f"q - qs spans {percent:.2g} % of the motion: another ratio or unit, no bending",
         )
     W = np.concatenate([_columns(s, j) for s in scenes])[moves]
-    y = np.concatenate([s.measured[:, j] for s in scenes])[moves]
+    y = np.concatenate([s.unmasked.measured[:, j] for s in scenes])[moves]
     X = np.linalg.lstsq(W / (size := np.linalg.norm(W, axis=0)), y, rcond=None)[0] / size
     error = y - W @ X
     sigma = float(np.sqrt(np.mean(error**2))) or 1.0
@@ -103,23 +106,23 @@ def _stiffness(evidence: Evidence, j: int) -> Stiffness:
     return Stiffness(j, (float(X[0]), float(std[0])), (float(X[1]), float(std[1])), p_value)
 
 
-def _columns(s: Scene, j: int) -> FloatArray:
+def _columns(s: FilteredLog, j: int) -> FloatArray:
     """Return the columns of the motor's balance in the band at the kept instants, (K, 6)."""
     bent, speed = deflection(s, j), s.qd[:, j]
     rate = differentiate(bent, s.step)
     columns = [bent, rate, s.qdd[:, j], np.sign(speed), speed, np.ones_like(speed)]
-    return s.seen(np.column_stack(columns))
+    return compared(s, np.column_stack(columns))
 
 
-def _noise(s: Scene, j: int) -> float:
+def _noise(s: FilteredLog, j: int) -> float:
     """Return the standard deviation that the encoders' noise has in the band."""
-    qs = s.log.samples.qs
-    if s.band is None or s.wide is None or qs is None:
+    qs, band, edge = s.samples.qs, s.rows.cutoff, passband(s)
+    if band is None or edge is None or qs is None:
         return 0.0
-    raw = s.log.samples.q[:, j] - qs[:, j]
+    raw = s.samples.q[:, j] - qs[:, j]
     high = (raw - deflection(s, j))[:, None]
-    white = float(white_noise(high, s.step, s.wide)[0])
-    return white * float(np.sqrt(2 * s.band * s.step))
+    white = float(white_noise(high, s.step, edge)[0])
+    return white * float(np.sqrt(2 * band * s.step))
 
 
 def with_stiffness(diagnosis: Diagnosis, robot: Robot, found: Sequence[Stiffness]) -> Diagnosis:

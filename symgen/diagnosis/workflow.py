@@ -11,19 +11,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.codegen.model import derive
+from symgen.data.log import Log
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
-from symgen.diagnosis.baseline import KERNELS, Study, studied
-from symgen.diagnosis.candidates import candidates
+from symgen.diagnosis.baseline import Baseline, baseline, model_of
 from symgen.diagnosis.chance_test import beyond_misfit
 from symgen.diagnosis.conclusion import conclude, plain
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap
-from symgen.diagnosis.evidence import Scene, scene
+from symgen.diagnosis.effects import candidates
 from symgen.diagnosis.measuring_chain import (
     check,
     closed,
-    corrected,
     is_effect,
     judged,
     mended,
@@ -32,34 +30,36 @@ from symgen.diagnosis.measuring_chain import (
     rivals_physics,
     with_chain,
 )
-from symgen.diagnosis.mended import MendedChannel, largest, mended_channels, undone_channels
+from symgen.diagnosis.mended import largest, mended_channels, undone_channels
 from symgen.diagnosis.model_based_effects import special_candidates
 from symgen.diagnosis.search import Search
-from symgen.diagnosis.sparse_terms import with_unnamed
 from symgen.diagnosis.stiffness import NAME as STIFFNESS
-from symgen.diagnosis.stiffness import has_links, stiffnesses, with_stiffness
+from symgen.diagnosis.stiffness import stiffnesses, with_stiffness
+from symgen.diagnosis.terms import with_unnamed
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
-from symgen.estimation.filtered import filtered
+from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.logs import (
-    HELD_OUT,
     Source,
+    held_out,
     listed_logs,
     open_log,
     require_logs,
     require_other_data,
 )
 from symgen.estimation.masking import rests_in_words
-from symgen.faults.fault import MASKED, Fault
+from symgen.faults.fault import MASKED, Fault, undone
 from symgen.faults.logs import in_one_band, open_logs, open_samples
 from symgen.identification.parameters import read_given
 from symgen.robot.effect import definitions
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
-from symgen.runtime.evaluator import Evaluator, load
+from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
+Groups = tuple[Sequence[Samples], Sequence[Samples]]
+_FEWEST = 10  # samples held out
 #: Share of the square of the gap that undoing a fault of the measuring chain has to close.
 _CLOSES = 0.1
 #: Gaps that are as good as equal.
@@ -107,17 +107,16 @@ def diagnose(
     if unknown:
         raise ParameterError(f"effect {unknown[0]!r}; accepted: {', '.join(library)}")
     progress("deriving and compiling the model")
-    evaluator = load(derive(replace(source, sought=()), KERNELS))
+    evaluator = model_of(replace(source, sought=()))
     known = None if parameters is None else read_given(parameters, evaluator.model)
-    given = None if known is None else known.X
-    look = _look(source, logs, validation, reading, progress)
-    stated = None if known is None else known.band
-    band = stated or choose_band(evaluator, look.train, cutoff)
+    opened = _opened(source, (listed_logs(logs), listed_logs(validation)), reading, progress)
+    band = known.band if known is not None else None
+    band = band or choose_band(evaluator, opened.train, cutoff)
     band = band if cutoff is None else replace(band, cutoff_hz=cutoff)
-    train, held, notes = _scenes(look, band)
-    asked = _Asked(source, evaluator, look, band, train, held, given, effects, notes, progress)
+    given = None if known is None else known.X
+    asked = _Question(source, evaluator, opened, band, given, effects, progress)
     progress("checking the logs")
-    faults = check(evaluator, [s.log for s in train], [s.log for s in held if look.held])
+    faults = check(evaluator, *asked.logs)
     if any(f.undo is None for f in faults):  # nothing can be said until it is recorded again
         try:
             found = judged(faults, asked.declared, asked.declared)
@@ -129,23 +128,10 @@ def diagnose(
     if rivals:
         sure = [f for f in faults if not rivals_physics(f)]
         whole = _of_rivals(whole, asked.answer(sure), rivals, source)
-    drawn = (*whole.mended, *_mended(look, source, (logs, validation), reading))
-    whole = replace(whole, repairs=look.repairs, mended=largest(drawn))
+    pairs = zip(opened.recorded, (*opened.train, *opened.held), strict=True)
+    drawn = (*whole.mended, *mended_channels(pairs, opened.repairs, source.sigma))
+    whole = replace(whole, repairs=opened.repairs, mended=largest(drawn))
     return _with_left_out(whole, source)
-
-
-def _mended(
-    look: _Look,
-    robot: Robot,
-    groups: tuple[Sequence[Source] | Source, ...],
-    reading: Reading | None,
-) -> tuple[MendedChannel, ...]:
-    """Return the channels of the logs that were mended, beside how they were recorded."""
-    named = {r.log for r in look.repairs}
-    sources = [s for group in groups for s in listed_logs(group)]
-    pairs = zip(sources, (*look.train, *look.held), strict=True)
-    logs = ((open_log(s, robot, reading), used) for s, used in pairs if used.name in named)
-    return mended_channels(logs, look.repairs, robot.sigma)
 
 
 def _of_rivals(
@@ -159,15 +145,13 @@ def _of_rivals(
     same = {*map(name_of, faults)} & {e.name for e in physics.effects}
     if same or physics.after.total > _ALIKE * undone.after.total:
         return undone
-    percent = 100 * undone.after.total
-    so = f": undone, {percent:.3g} % of the torque is left; {_without(physics)}"
+    names = ", ".join(dict.fromkeys(e.name for e in physics.effects)) or "the model alone"
+    so = (
+        f": undone, {100 * undone.after.total:.3g} % of the torque is left; "
+        f"with {names} in its place {100 * physics.after.total:.3g} %"
+    )
     told = (rejected(f, robot, so) for f in faults)
     return replace(physics, rejected=(*told, *physics.rejected))
-
-
-def _without(physics: Diagnosis) -> str:
-    names = ", ".join(dict.fromkeys(e.name for e in physics.effects)) or "the model alone"
-    return f"with {names} in its place {100 * physics.after.total:.3g} %"
 
 
 def _with_left_out(diagnosis: Diagnosis, robot: Robot) -> Diagnosis:
@@ -182,140 +166,162 @@ def _with_left_out(diagnosis: Diagnosis, robot: Robot) -> Diagnosis:
 
 
 @dataclass(frozen=True, eq=False)
-class _Look:
-    """The logs as they were read and mended."""
+class _Opened:
+    """The logs of a diagnosis.
 
-    train: list[Samples]
-    held: list[Samples]
+    Attributes:
+        recorded: as they were recorded, on the joint side.
+        train, held: as they were repaired.
+        repairs: what was done.
+        unmended: both without masks of faults and with speeds as they are; None where that is the
+            same.
+    """
+
+    recorded: Sequence[Log]
+    train: Sequence[Samples]
+    held: Sequence[Samples]
     repairs: tuple[Fault, ...]
-    unmended: _Look | None = None
+    unmended: Groups | None
 
 
-def _look(
+def _opened(
     robot: Robot,
-    logs: Sequence[Source] | Source,
-    validation: Sequence[Source] | Source,
+    sources: tuple[Sequence[Source], Sequence[Source]],
     reading: Reading | None,
     progress: Callable[[str], None],
-) -> _Look:
-    """Read and mend the logs."""
-    require_logs(listed_logs(logs))
-    sources = listed_logs(logs), listed_logs(validation)
-    (train, held), done = open_logs(sources, robot, reading, progress)
+) -> _Opened:
+    """Read the logs, once, and repair them."""
+    require_logs(sources[0])
+    recorded = [[open_log(s, robot, reading) for s in group] for group in sources]
+    uncut = replace(reading or Reading(), start=None, until=None)
+    (train, held), repairs = open_logs(recorded, robot, uncut, progress)
     require_other_data(train, held)
-    raw = None
-    plain = [train, held]
-    if any(r.kind in MASKED for r in done):
-        plain = [
-            [open_samples(s, robot, reading, mask_faults=False)[0] for s in group]
-            for group in sources
-        ]
+    plain = train, held
+    masked = any(r.kind in MASKED for r in repairs)
+    if masked:
+        as_read = (
+            [open_samples(log, robot, uncut, mask_faults=False)[0] for log in group]
+            for group in recorded
+        )
+        plain = next(as_read), next(as_read)
     train, held, more = in_one_band(train, held)
-    if more or plain[0] is not train:
-        raw = _Look(plain[0], plain[1], ())
-    return _Look(train, held, (*done, *more), raw)
+    unmended = plain if masked or more else None
+    return _Opened([*chain(*recorded)], train, held, (*repairs, *more), unmended)
 
 
 @dataclass(frozen=True, eq=False)
-class _Asked:
+class _Question:
     """What is diagnosed: a model, its logs in the band, and what may be named."""
 
     robot: Robot
     evaluator: Evaluator
-    look: _Look
+    opened: _Opened
     band: Band
-    train: list[Scene]
-    held: list[Scene]
     given: FloatArray | None
     effects: Sequence[str] | None
-    notes: tuple[str, ...]
     progress: Callable[[str], None]
 
     @cached_property
-    def study(self) -> Study:
-        return studied(self.evaluator, self.train, self.held, self.given)
+    def logs(self) -> tuple[list[FilteredLog], list[FilteredLog]]:
+        """What is searched, and what the gap is shown on."""
+        return _in_band((self.opened.train, self.opened.held), self.band)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was done to the logs."""
+        opened = self.opened
+        notes = tuple(note for s in (*opened.train, *opened.held) for note in s.notes)
+        notes += (*(r.in_words for r in opened.repairs), f"band: {self.band.in_words()}")
+        if opened.held:
+            return notes
+        return (
+            *notes, "no validation log is given: the gap is that of the last fifth of each log"
+        )  # fmt: skip
+
+    @cached_property
+    def baseline(self) -> Baseline:
+        """The model on the logs as they are."""
+        return baseline(self.evaluator, *self.logs, self.given)
 
     @cached_property
     def declared(self) -> Diagnosis:
         """The model as it is declared, on the logs as they are."""
-        return plain(self.study, self.notes)
+        return plain(self.baseline, self.notes)
 
     @cached_property
     def raw(self) -> Gap | None:
         """The gap on the logs as they were recorded, where anything was mended."""
-        if self.look.unmended is None:
+        if self.opened.unmended is None:
             return None
-        band = replace(self.band, velocity="measured")
-        train, held, _ = _scenes(self.look.unmended, band)
-        return plain(studied(self.evaluator, train, held, self.given), self.notes).before
+        logs = _in_band(self.opened.unmended, replace(self.band, velocity="measured"))
+        return plain(baseline(self.evaluator, *logs, self.given), self.notes).before
 
-    @property
-    def unseen(self) -> tuple[str, ...]:
-        """What was asked for and these logs cannot show well, in words."""
-        lone = not any(has_links(self.train, j) for j in range(self.robot.n))
-        if lone and self.effects is not None and STIFFNESS in self.effects:
-            return (
+    @cached_property
+    def rests(self) -> tuple[str, ...]:
+        """Where joints stand still, in words."""
+        return rests_in_words([*self.opened.train, *self.opened.held], self.robot)
+
+    @cached_property
+    def physics(self) -> Diagnosis:
+        """What is named on the logs as they are."""
+        return self.searched(self.baseline)
+
+    def searched(self, model: Baseline, repaired: Sequence[str] = ()) -> Diagnosis:
+        """Look for physics that a model lacks on logs, of which some faults were repaired."""
+        given, bent = model.given, stiffnesses(model.base)
+        pool = (
+            *candidates(self.robot, model.base.logs, self.effects, given=given),
+            *special_candidates(self.robot, bent, self.effects, given=given),
+        )
+        search = Search(model, pool, self.progress)
+        selection, noise = search.run(), model.noise()
+        if not given and (self.effects is None or "unnamed" in self.effects):
+            selection = with_unnamed(selection, search, noise)
+        if not given:
+            selection = beyond_misfit(selection, search, noise)
+        self.progress("deriving, compiling and identifying the extended model")
+        notes = (*self.notes, *(f"repaired: {fault}" for fault in repaired), *self.rests)
+        if not bent and self.effects is not None and STIFFNESS in self.effects:
+            notes += (
                 f"{STIFFNESS}: without a second encoder (qs1.., on the link side) it shows near "
                 "its resonance alone",
             )
-        return ()
+        return with_stiffness(conclude(model, selection, notes), self.robot, bent)
 
     def answer(self, faults: Sequence[Fault]) -> Diagnosis:
         """Undo faults where that closes a part of the gap, and look for physics behind them."""
-        study, notes = self.study, self.notes
         named: list[FoundEffect] = []
-        drawn: tuple[MendedChannel, ...] = ()
         says: tuple[str, ...] = ()
-        closes = 0.0
+        whole, closes = None, 0.0
         if faults:
-            train, held = (corrected(faults, group) for group in (self.train, self.held))
-            fixed = studied(self.evaluator, train, held, self.given)
-            repaired = judged(faults, self.declared, plain(fixed, notes))
+            train, held = ([undone(log, faults)[0] for log in group] for group in self.logs)
+            fixed = baseline(self.evaluator, train, held, self.given)
+            repaired = judged(faults, self.declared, plain(fixed, self.notes))
             share = closed(repaired.before, repaired.after)
             if share >= _CLOSES:
-                named, study = list(repaired.effects), fixed
-                drawn = undone_channels(self.train, train, self.robot.sigma)
-                notes += tuple(f"repaired: {f.fault}" for f in faults)
+                named = list(repaired.effects)
                 says = tuple(f.fault for f in faults if not is_effect(f))
                 closes = share if says else 0.0
+                drawn = undone_channels(self.logs[0], train, self.robot.sigma)
+                whole = self.searched(fixed, [f.fault for f in faults])
+                whole = replace(whole, mended=drawn)
+        whole = whole or self.physics
+        before = self.declared.before
         if self.raw is not None:
-            named += mended(self.look.repairs, self.robot, self.raw, self.declared.before, _CLOSES)
-        pool = chain.from_iterable(
-            make(self.robot, study.base, self.effects, given=self.given is not None)
-            for make in (candidates, special_candidates)
-        )
-        search = Search(study.base, pool, study.torques, self.progress)
-        selection, noise = search.run(), study.noise()
-        if self.given is None and (self.effects is None or "unnamed" in self.effects):
-            selection = with_unnamed(selection, self.robot, search, noise, self.progress)
-        if self.given is None:
-            selection = beyond_misfit(selection, search, noise)
-        self.progress("deriving, compiling and identifying the extended model")
-        rests = rests_in_words([*self.look.train, *self.look.held], self.robot)
-        whole = conclude(study, selection, (*notes, *rests, *self.unseen))
-        whole = with_stiffness(whole, self.robot, stiffnesses(study.base))
-        whole = replace(whole, mended=drawn)
+            repairs = self.opened.repairs
+            named += mended(repairs, self.robot, self.raw, before, _CLOSES)
+            before = self.raw
         if named or says:
-            before = self.declared.before if self.raw is None else self.raw
             before = before if self.given is None else whole.before
             whole = with_chain(whole, named, before, closes, says)
-        if rests and whole.verdict in ("unexplained", "partly-explained"):
-            whole = replace(whole, advice=(*whole.advice, *rests))
+        if self.rests and whole.verdict in ("unexplained", "partly-explained"):
+            whole = replace(whole, advice=(*whole.advice, *self.rests))
         return whole
 
 
-def _scenes(look: _Look, band: Band) -> tuple[list[Scene], list[Scene], tuple[str, ...]]:
-    """Return what is searched, what the gap is shown on, and what was done to the logs."""
-    given = [scene(filtered(s, band)) for s in look.train]
-    held = [scene(filtered(s, band)) for s in look.held]
-    notes = tuple(note for s in (*look.train, *look.held) for note in s.notes)
-    notes += (*(r.in_words for r in look.repairs), f"band: {band.in_words()}")
-    if held:
-        return given, held, notes
-    train, late = [], []
-    for s in given:
-        cut = s.t[0] + (1 - HELD_OUT) * (s.t[-1] - s.t[0])
-        train.append(s.cut(float(s.t[0]), float(cut)))
-        late.append(replace(s.cut(float(cut), float(s.t[-1])), name=f"{s.name} (last fifth)"))
-    note = "no validation log is given: the gap is that of the last fifth of each log"
-    return train, late, (*notes, note)
+def _in_band(groups: Groups, band: Band) -> tuple[list[FilteredLog], list[FilteredLog]]:
+    """Return training and held-out logs in the band: without these, the last fifth of each log."""
+    train, held = groups
+    if not held:
+        train, held = held_out(train, _FEWEST)
+    return [filtered(s, band) for s in train], [filtered(s, band) for s in held]

@@ -23,7 +23,6 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
 from symgen.estimation.covariance import bartlett, counts, robust_covariance, scores
@@ -32,14 +31,16 @@ from symgen.estimation.solve import (
     Solution,
     column_norms,
     condition,
-    factors,
     inverse_deviation,
+    inverse_information,
     least_squares_solution,
     log_weights,
     merged,
+    merged_rows,
     require_rows,
     residual_weights,
     undetermined,
+    weighted_triangle,
 )
 from symgen.estimation.statistics import f_tail
 from symgen.estimation.summary import Summary, summaries, summarised, triangle
@@ -59,6 +60,7 @@ _WEAK = 0.3
 #: A bias that intervals do not hold: in std, and as a share of a parameter known to another share.
 _BEYOND, _MATERIAL, _KNOWN = 3.0, 0.05, 0.3
 _UNTESTED = "no Durbin-Wu-Hausman test: the logs hold too few independent equations"
+_NORMAL_MEDIAN = 0.6744897501960817  # of |x|, of standard deviation 1
 _FRICTION = re.compile(r"(FS|FV|OF)M?[0-9]")
 
 
@@ -111,7 +113,7 @@ class Wls:
 def _weighted(system: LinearSystem, passes: int) -> Solution:
     require_rows(system)
     weights, X, scale, R = log_weights(summaries(system), system.names, passes)
-    return least_squares_solution(system, X, scale, R, [float(w) for w in weights])
+    return least_squares_solution(system, X, scale, R, weights)
 
 
 @dataclass(frozen=True)
@@ -140,38 +142,34 @@ class Huber:
         """Solve by QR of the reweighted rows."""
         require_rows(system)
         X = Wls().solve(system).X
-        ones = np.ones(len(system.logs))
         for _ in range(self.passes):
-            rows, inside, _ = self._weights(system, X)
             before = X
-            X, scale, R = merged(factors(system, rows), ones, system.names)
-            if np.linalg.norm(R @ (scale * (X - before))) <= self.tolerance * np.linalg.norm(
-                R @ (scale * X)
-            ):
+            X, scale, R = merged_rows(system, self._weights(system, X)[0])
+            moved, size = (np.linalg.norm(R @ (scale * x)) for x in (X - before, X))
+            if moved <= self.tolerance * size:
                 break
-        rows, inside, deviation = self._weights(system, X)
-        own = [scores(e, X, scale, w) for w, e in zip(rows, system.logs, strict=True)]
-        kept = [
-            (e.W / scale)[i] / s for e, i, s in zip(system.logs, inside, deviation, strict=True)
-        ]
-        bread = np.linalg.inv(sum(k.T @ k for k in kept))
-        covariance = robust_covariance(system, bread, own) / np.outer(scale, scale)
+        rows, inverse = self._weights(system, X)
+        inside = [w == v for w, v in zip(rows, inverse, strict=True)]
+        kept = [v * i for v, i in zip(inverse, inside, strict=True)]
+        bread = inverse_information(*merged_rows(system, kept)[1:])
+        own = [scores(e, X, np.ones_like(X), w) for w, e in zip(rows, system.logs, strict=True)]
         beyond = 1 - np.mean(np.concatenate(inside))
-        note = f"{100 * beyond:.3g} % of the equations lie beyond the threshold and weigh less"
-        return Solution(X, covariance, condition(R), tuple(map(float, 1 / deviation)), (note,))
+        return Solution(
+            X,
+            robust_covariance(system, bread, own),
+            condition(R),
+            tuple(map(float, inverse)),
+            (f"{100 * beyond:.3g} % of the equations lie beyond the threshold and weigh less",),
+        )
 
-    def _weights(
-        self, system: LinearSystem, X: FloatArray
-    ) -> tuple[list[FloatArray], list[NDArray[np.bool_]], FloatArray]:
+    def _weights(self, system: LinearSystem, X: FloatArray) -> tuple[list[FloatArray], FloatArray]:
+        """Return the weight of every row, (K,) a log, and 1/s of the logs."""
         errors = [np.abs(e.y - e.W @ X) for e in system.logs]
-        deviation = np.array([float(np.median(e)) for e in errors]) / 0.6744897501960817
-        inverse = inverse_deviation(deviation)
-        sizes = [e * s for e, s in zip(errors, inverse, strict=True)]
-        rows = [
-            s * np.sqrt(self.threshold / np.maximum(u, self.threshold))
-            for u, s in zip(sizes, inverse, strict=True)
-        ]
-        return rows, [u <= self.threshold for u in sizes], 1 / inverse
+        inverse = inverse_deviation(np.array([np.median(e) for e in errors]) / _NORMAL_MEDIAN)
+        return [
+            v * np.sqrt(self.threshold / np.maximum(v * e, self.threshold))
+            for e, v in zip(errors, inverse, strict=True)
+        ], inverse
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,9 +204,8 @@ class Prior:
             weights = residual_weights(parts, X) / np.sqrt([max(s.correlation, 1) for s in parts])
             rows = [*(s.factor for s in parts), own]
             X, scale, R = merged(rows, np.append(weights, 1.0), system.names)
-        solution = least_squares_solution(system, X, scale, R, list(map(float, weights)))
-        bread = np.linalg.inv(R)
-        bread = bread @ bread.T / np.outer(scale, scale)
+        solution = least_squares_solution(system, X, scale, R, weights)
+        bread = inverse_information(scale, R)
         more = bread / self.std**2 @ bread  # A (meat + prior information) A
         return replace(solution, covariance=solution.covariance + more)
 
@@ -239,11 +236,10 @@ class Ridge:
             variance = float(weights**2 @ [s.rss(X) for s in parts])
             variance /= sum(s.rows for s in parts) - p
             strength = p * variance / float(np.sum((scale * X) ** 2))
-        penalty = np.sqrt(strength) * np.diag(scale)
-        own = np.column_stack([penalty, np.zeros(p)])
+        own = np.column_stack([np.sqrt(strength) * np.diag(scale), np.zeros(p)])
         rows = [*(s.factor for s in parts), own]
-        X, after, R = merged(rows, np.append(weights, 1.0), system.names)
-        found = least_squares_solution(system, X, after, R, list(map(float, weights)))
+        reduced = merged(rows, np.append(weights, 1.0), system.names)
+        found = least_squares_solution(system, *reduced, weights)
         return replace(found, notes=(f"ridge strength {strength:.3g} on columns of unit norm",))
 
 
@@ -279,34 +275,33 @@ class Essential:
         full = Wls().solve(system)
         weights, m = whitening(system, full.X)
         parts, p = [s.factor for s in summaries(system)], len(system.names)
-        rows = np.concatenate([w * f for w, f in zip(weights, parts, strict=True)])
-        kept = list(range(p))
-        base = before = _rss(rows, kept)
-        variance = base / (m - p)
+        whole = weighted_triangle(parts, weights)
+        kept, grown = list(range(p)), 0.0
+        variance = float(whole[-1, -1] ** 2) / (m - p)
         while len(kept) > 1:
-            growth = [_rss(rows, [k for k in kept if k != i]) - before for i in kept]
-            least = int(np.argmin(growth))
-            without = before + growth[least]
-            gone = p - len(kept) + 1
+            R = triangle(whole[:, [*kept, p]])
+            inverse = np.linalg.inv(R[:-1, :-1])
+            growth = (inverse @ R[:-1, -1]) ** 2 / np.sum(inverse**2, axis=1)  # of RSS, without it
+            least, gone = int(np.argmin(growth)), p - len(kept) + 1
             single = f_tail(growth[least] / variance, 1, m - p)
-            joint = f_tail((without - base) / gone / variance, gone, m - p)
+            joint = f_tail((grown + growth[least]) / gone / variance, gone, m - p)
             if min(single, joint) <= self.level:
                 break
-            before = without
+            grown += growth[least]
             kept.pop(least)
         names = tuple(system.names[i] for i in kept)
         smaller = LinearSystem(names, tuple(e.columns(kept) for e in system.logs))
-        X, scale, R = merged((f[:, [*kept, p]] for f in parts), weights, names)
-        part = least_squares_solution(smaller, X, scale, R, list(map(float, weights)))
-        whole, covariance = np.zeros(p), np.zeros((p, p))
-        whole[kept] = part.X
+        reduced = merged((f[:, [*kept, p]] for f in parts), weights, names)
+        part = least_squares_solution(smaller, *reduced, weights)
+        X, covariance = np.zeros(p), np.zeros((p, p))
+        X[kept] = part.X
         covariance[np.ix_(kept, kept)] = part.covariance
-        out = [system.names[i] for i in range(p) if i not in kept]
+        out = [name for name in system.names if name not in names]
         note = f"{len(kept)} of {p} parameters are essential" + (
             f"; taken as 0, F test at {self.level:g}: {', '.join(out)}" if out else ""
         )
         contrast = (Contrast("wls", full.X, full.std),)
-        return replace(part, X=whole, covariance=covariance, notes=(note,), comparison=contrast)
+        return replace(part, X=X, covariance=covariance, notes=(note,), comparison=contrast)
 
 
 def whitening(system: LinearSystem, X: FloatArray) -> tuple[FloatArray, float]:
@@ -328,12 +323,6 @@ def whitening(system: LinearSystem, X: FloatArray) -> tuple[FloatArray, float]:
             f"the logs hold {m:.0f} independent equations for {len(X)} parameters: too few to test"
         )
     return np.array(weights), m
-
-
-def _rss(rows: FloatArray, columns: list[int]) -> float:
-    """Return the residual sum of squares of rows [W y] with some of the columns."""
-    R = triangle(rows[:, [*columns, rows.shape[1] - 1]])
-    return float(R[-1, -1] ** 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -366,28 +355,29 @@ class TotalLeastSquares:
         require_rows(system)
         p = len(system.names)
         parts = summaries(system)
-        weights, X, scale, _ = log_weights(parts, system.names, PASSES)
-        rows = [w * s.factor for w, s in zip(weights, parts, strict=True)]
-        whole = triangle(np.concatenate(rows))
+        weights, _, scale, _ = log_weights(parts, system.names, PASSES)
+        whole = triangle(
+            np.concatenate([w * s.factor for w, s in zip(weights, parts, strict=True)])
+        )
         noise = self._noise(scale, float(np.linalg.norm(whole[:, p])), p)
         X = _smallest(whole, noise)
         C = noise**2
         growth = 1 + float(C @ X**2)
-        own, rss = [], 0.0
-        for w, e in zip(weights, system.logs, strict=True):
-            error = w * (e.y - e.W @ X)
-            own.append(error[:, None] * (w * e.W + error[:, None] * (C * X / growth)))
-            rss += float(error @ error)
+        errors = [w * (e.y - e.W @ X) for w, e in zip(weights, system.logs, strict=True)]
+        own = [
+            x[:, None] * (w * e.W + x[:, None] * (C * X / growth))
+            for x, w, e in zip(errors, weights, system.logs, strict=True)
+        ]
+        rss = sum(float(x @ x) for x in errors)
         information = whole[:p, :p].T @ whole[:p, :p] - rss / growth * np.diag(C)
         unit = np.outer(scale, scale)
-        bread = np.linalg.inv(information / unit) / unit
         values = np.linalg.eigvalsh(information / unit)
         if not values[0] > 0:
             raise IdentificationError(
                 "total least squares has no solution here: the errors of the columns hide the "
                 "least excited parameters; accepted: a richer motion, or method wls or iv"
             )
-        covariance = robust_covariance(system, bread, own)
+        covariance = robust_covariance(system, np.linalg.inv(information / unit) / unit, own)
         root = float(np.sqrt(values[-1] / values[0]))
         return Solution(X, covariance, root, tuple(map(float, weights)))
 
@@ -445,20 +435,18 @@ class InstrumentalVariables:
             )
         least = Wls().solve(system)
         parts, p = _with_instruments(system), len(system.names)
+        plain = [replace(s, factor=s.factor[:, p:]) for s in parts]
         weights: FloatArray = np.array(least.weights)
         reduced = _Reduced(parts, weights, system.names)
         for _ in range(PASSES if len(parts) > 1 else 0):
-            own = [replace(s, factor=s.factor[:, p:]) for s in parts]
-            weights = residual_weights(own, reduced.X)
+            weights = residual_weights(plain, reduced.X)
             reduced = _Reduced(parts, weights, system.names)
-        scale, size = reduced.scale, reduced.size
+        A = reduced.Rz.T @ reduced.Rzw
+        bread = np.linalg.inv(A) / np.outer(reduced.scale, reduced.size)
         rows = [
-            (w * w * (e.y - e.W @ reduced.X))[:, None] * (_z(e) / size)
+            (w * w * (e.y - e.W @ reduced.X))[:, None] * _z(e)
             for w, e in zip(weights, system.logs, strict=True)
         ]
-        A = reduced.Rz.T @ reduced.Rzw
-        bread = np.asarray(np.linalg.inv(A), dtype=float)
-        covariance = robust_covariance(system, bread, rows) / np.outer(scale, scale)
         tests = durbin_wu_hausman(system, weights)
         std = least.std
         notes = tuple(in_words(t, system.names, least.X, std, reduced.X) for t in tests[:1])
@@ -470,7 +458,7 @@ class InstrumentalVariables:
             )
         return Solution(
             reduced.X,
-            covariance,
+            robust_covariance(system, bread, rows),
             float(np.linalg.cond(A)),
             tuple(map(float, weights)),
             notes,
@@ -500,7 +488,7 @@ class _Reduced:
         self, parts: Sequence[Summary], weights: FloatArray, names: tuple[str, ...]
     ) -> None:
         p = len(names)
-        R = triangle(np.concatenate([w * s.factor for w, s in zip(weights, parts, strict=True)]))
+        R = weighted_triangle((s.factor for s in parts), weights)
         norms = column_norms(R[:, : 2 * p])
         self.size, self.scale = norms[:p], norms[p:]
         R[:, : 2 * p] /= norms
@@ -549,7 +537,7 @@ def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> tuple[Endoge
             _, singular, turn = np.linalg.svd(reduced.Rv[:, chosen] / left[chosen])
             kept = singular > 1e-6 * singular[0]
             basis = onto[:, chosen] / left[chosen] @ (turn[kept].T / singular[kept])
-            test = _wald(system, label, weights, reduced.scale, basis)
+            test = _wald(system, label, weights, basis)
             if test is None:  # some columns alone do not say that nothing is biased
                 break
             out.append(test)
@@ -557,28 +545,24 @@ def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> tuple[Endoge
 
 
 def _wald(
-    system: LinearSystem, label: str, weights: FloatArray, scale: FloatArray, basis: FloatArray
+    system: LinearSystem, label: str, weights: FloatArray, basis: FloatArray
 ) -> Endogeneity | None:
-    p, extra = basis.shape[0] // 2, basis.shape[1]
+    """Test d = 0 in y = W X + V d + e, V = [Z W] basis; None where the rows do not determine d."""
+    p, extra = len(system.names), basis.shape[1]
     freedom = sum(len(e.y) / e.correlation for e in system.logs) - p - extra
     if freedom < 1:
         return None
-    rows = [
-        w * np.column_stack([e.W / scale, np.column_stack([_z(e), e.W]) @ basis, e.y])
-        for w, e in zip(weights, system.logs, strict=True)
-    ]
-    whole = triangle(np.concatenate([triangle(r) for r in rows]))
-    R = whole[: p + extra, : p + extra]
-    singular = np.linalg.svd(R, compute_uv=False)
-    if singular[-1] <= SINGULAR * singular[0]:
+    whole = [replace(e, W=np.column_stack([e.W, np.column_stack([_z(e), e.W]) @ basis]), Z=None)
+             for e in system.logs]  # fmt: skip
+    augmented = LinearSystem((*system.names, *(f"d{k}" for k in range(extra))), tuple(whole))
+    try:
+        reduced = merged([s.factor for s in summaries(augmented)], weights, augmented.names)
+    except IdentificationError:
         return None
-    found = np.linalg.solve(R, whole[: p + extra, -1])
-    own = [(r[:, -1] - r[:, :-1] @ found)[:, None] * r[:, :-1] for r in rows]
-    inverse = np.linalg.inv(R)
-    covariance = robust_covariance(system, inverse @ inverse.T, own)[p:, p:]
-    values, vectors = np.linalg.eigh(covariance)
+    found = least_squares_solution(augmented, *reduced, weights)
+    values, vectors = np.linalg.eigh(found.covariance[p:, p:])
     kept = values > 1e-12 * values[-1]
-    size = float(np.sum((vectors[:, kept].T @ found[p:]) ** 2 / values[kept]))
+    size = float(np.sum((vectors[:, kept].T @ found.X[p:]) ** 2 / values[kept]))
     count = int(kept.sum())
     statistic = size / count
     return Endogeneity(label, statistic, (count, freedom), f_tail(statistic, count, freedom))
@@ -612,7 +596,7 @@ def bias_of_least_squares(system: LinearSystem, solution: Solution) -> tuple[Sol
     moves = np.abs(other.X - least.X)
     known = (spread < _KNOWN * np.abs(other.X)) & (moves > _MATERIAL * np.abs(other.X))
     certain = bool(other.endogeneity) and other.endogeneity[0].p_value < LEVEL
-    ratio = np.where(known & (least.std > 0), moves / np.where(least.std > 0, least.std, 1.0), 0.0)
+    ratio = np.where(known & (least.std > 0), moves / np.maximum(least.std, 1e-300), 0.0)
     worst = int(np.argmax(ratio))
     if not certain or ratio[worst] <= _BEYOND:
         return compared, ""

@@ -65,6 +65,13 @@ class FilteredLog:
         return self.samples.mask
 
     @cached_property
+    def unmasked(self) -> FilteredLog:
+        """The log as if no sample were masked."""
+        if self.mask is None:
+            return self
+        return replace(self, samples=replace(self.samples, mask=None))
+
+    @cached_property
     def at_rest(self) -> Bools | None:
         """Where joints stand still, (N, n); None where none does."""
         rests = self.band.rests

@@ -15,7 +15,7 @@ from symgen.data.drive import joint_side
 from symgen.data.log import Log, cut, read_log
 from symgen.data.raw import Reading, refuse
 from symgen.data.signals import Samples
-from symgen.errors import LogError
+from symgen.errors import LogError, located
 from symgen.robot.types import Robot
 
 _TORQUES = (1e-9, 1e9)  # N m or N
@@ -50,25 +50,26 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
         LogError: it cannot be read, has another number of joints, or torques that no robot has.
     """
     reading = reading or Reading()
-    names = [joint.name for joint in robot.movable]
     if isinstance(source, Log):
-        log = source
-        if log.q.shape[1] != robot.n:
-            refuse(log.name, *another_number(log.q.shape[1], robot.n, names))
-        log = log if robot.drive is None else joint_side(log, robot.drive)
+        with located(source.name):
+            if source.q.shape[1] != robot.n:
+                refuse(*another_number(source.q.shape[1], robot.n, robot.joint_names))
+            log = source if robot.drive is None else joint_side(source, robot.drive)
     else:
-        log = read_log(source, sigma=robot.sigma, drive=robot.drive, reading=reading, names=names)
-    _require_within(log, robot)
-    log = cut(log, reading.start, reading.until)
-    if log.tau is None:
-        what = "has currents and no torques"
-        refuse(log.name, what, "with torque_constant in [drive] of the robot file")
-    largest = float(np.abs(log.tau).max())
-    if not _TORQUES[0] < largest < _TORQUES[1]:  # nothing can be learned from such torques
-        raise LogError(
-            f"{log.name}: the largest torque is {largest:.3g}; accepted: N m or N, between "
-            f"{_TORQUES[0]:g} and {_TORQUES[1]:g}"
-        )
+        joints = robot.joint_names
+        log = read_log(source, sigma=robot.sigma, drive=robot.drive, reading=reading, names=joints)
+    with located(log.name):
+        _require_within(log, robot)
+        log = cut(log, reading.start, reading.until)
+        if log.tau is None:
+            what = "has currents and no torques"
+            refuse(what, "with torque_constant in [drive] of the robot file")
+        largest = float(np.abs(log.tau).max())
+        if not _TORQUES[0] < largest < _TORQUES[1]:  # nothing can be learned from such torques
+            refuse(
+                f"the largest torque is {largest:.3g}",
+                f"N m or N, between {_TORQUES[0]:g} and {_TORQUES[1]:g}",
+            )
     return log
 
 
@@ -83,7 +84,7 @@ def _require_within(log: Log, robot: Robot) -> None:
                 f"are {low:g} and {high:g}"
             )
             drive = "a log that [drive] maps into [limits]; see position_side"
-            refuse(log.name, what, drive if log.mapped else "rad or m, within [limits]")
+            refuse(what, drive if log.mapped else "rad or m, within [limits]")
 
 
 def held_from(count: int) -> int:

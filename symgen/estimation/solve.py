@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import islice
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,7 +17,9 @@ from symgen.estimation.values import Contrast, Endogeneity, FloatArray
 
 #: Singular values of the scaled regressor under this share of the largest are zero.
 SINGULAR = 1e-8
+_SHORTEST = 1e-9  # the same of a search, which asks for columns that may say the same
 _AT_ONCE = 64  # factors that are merged together
+_SHARE = 1e-6  # of a parameter in a combination that data leave open
 _FULL = 0.99  # leverage of a row that alone determines a parameter
 
 
@@ -70,6 +73,15 @@ def factors(system: LinearSystem, weights: Sequence[FloatArray]) -> list[FloatAr
     return [triangle(w[:, None] * np.column_stack([e.W, e.y])) for w, e in pairs]
 
 
+def weighted_triangle(parts: Iterable[FloatArray], weights: FloatArray) -> FloatArray:
+    """Return the triangular factor of weighted rows, or of their factors; one weight a part."""
+    weighed = (w * f for w, f in zip(weights, parts, strict=True))
+    whole = triangle(np.concatenate(list(islice(weighed, _AT_ONCE))))
+    while group := list(islice(weighed, _AT_ONCE)):
+        whole = triangle(np.concatenate([whole, *group]))
+    return whole
+
+
 def merged(
     parts: Iterable[FloatArray], weights: FloatArray, names: tuple[str, ...]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -86,11 +98,7 @@ def merged(
     Raises:
         IdentificationError: the data do not determine the parameters; the message says which.
     """
-    p = len(names)
-    whole: FloatArray = np.zeros((0, p + 1))
-    weighed = (w * f for w, f in zip(weights, parts, strict=True))
-    while group := list(islice(weighed, _AT_ONCE)):
-        whole = triangle(np.concatenate([whole, *group]))
+    p, whole = len(names), weighted_triangle(parts, weights)
     scale = column_norms(whole[:, :p])
     R = whole[:p, :p] / scale
     lost = undetermined(R, names)
@@ -123,6 +131,22 @@ def log_weights(
     return weights, X, scale, R
 
 
+def shortest(rows: FloatArray) -> FloatArray:
+    """Solve least squares from rows of [W y], or triangles of them: the shortest solution, (p,).
+
+    Columns have unit norm for that: what the rows do not determine is zero.
+
+    Args:
+        rows: (k, p + 1).
+    """
+    R = triangle(rows)
+    p = R.shape[1] - 1
+    scale = column_norms(R[:, :p])
+    if p == 0:
+        return np.zeros(0)
+    return np.asarray(np.linalg.lstsq(R[:p, :p] / scale, R[:p, p], rcond=_SHORTEST)[0] / scale)
+
+
 def residual_weights(parts: Sequence[Summary], X: FloatArray) -> FloatArray:
     """Return 1/sigma of what X leaves of each part."""
     return inverse_deviation(np.sqrt([s.rss(X) / s.rows for s in parts]))
@@ -134,14 +158,23 @@ def inverse_deviation(sigma: FloatArray) -> FloatArray:
     return out
 
 
+def inverse_information(scale: FloatArray, R: FloatArray) -> FloatArray:
+    """Return (W'W)^-1 (p, p) of the norms of the columns of W and the factor R of the scaled W."""
+    inverse: FloatArray = np.linalg.inv(R) / scale[:, None]
+    return inverse @ inverse.T
+
+
 def least_squares_solution(
     system: LinearSystem,
     X: FloatArray,
     scale: FloatArray,
     R: FloatArray,
-    weights: Sequence[float | FloatArray],
+    weights: Sequence[float | FloatArray] | FloatArray,
 ) -> Solution:
     """Return the solution of weighted least squares with its precision.
+
+    Scores of rows that are no series, which are few, are divided by 1 - h, h the leverage: how much
+    of its own residual each row takes away (MacKinnon and White 1985, HC3).
 
     Args:
         system: the equations.
@@ -150,24 +183,21 @@ def least_squares_solution(
         R: triangular factor of the weighted, scaled regressor.
         weights: of each log: a number, or one a row.
     """
-    inverse = np.linalg.inv(R)
-    rows = [scores(e, X, scale, w) for w, e in zip(weights, system.logs, strict=True)]
-    rows = [
-        s if e.correlation else s / (1 - _leverage(w, e.W / scale @ inverse))[:, None]
-        for s, w, e in zip(rows, weights, system.logs, strict=True)
-    ]
-    covariance = robust_covariance(system, inverse @ inverse.T, rows) / np.outer(scale, scale)
+    bread = inverse_information(scale, R)
+    rows = [scores(e, X, np.ones_like(X), w) for w, e in zip(weights, system.logs, strict=True)]
+    for s, w, e in zip(rows, weights, system.logs, strict=True):
+        if not e.correlation:
+            leverage = np.square(w) * np.einsum("ka,ab,kb->k", e.W, bread, e.W)
+            s /= 1 - np.minimum(leverage, _FULL)[:, None]
+    covariance = robust_covariance(system, bread, rows)
     return Solution(X, covariance, condition(R), tuple(float(np.mean(w)) for w in weights))
 
 
-def _leverage(weight: float | FloatArray, rows: FloatArray) -> FloatArray:
-    """Return h of weighted rows W R^-1: how much of its own residual each one takes away.
-
-    Rows that are no series are few, and scores over 1 - h make up for it (MacKinnon and White
-    1985, HC3).
-    """
-    h = np.square(weight) * np.einsum("ka,ka->k", rows, rows)
-    return np.asarray(np.minimum(h, _FULL))
+def merged_rows(
+    system: LinearSystem, weights: Sequence[FloatArray]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Solve with a weight for every row, (K,) a log; returns and raises as `merged`."""
+    return merged(factors(system, weights), np.ones(len(weights)), system.names)
 
 
 def weighed(system: LinearSystem, weights: Sequence[FloatArray]) -> Solution:
@@ -181,9 +211,7 @@ def weighed(system: LinearSystem, weights: Sequence[FloatArray]) -> Solution:
         IdentificationError: the data do not determine the parameters.
     """
     require_rows(system)
-    parts = factors(system, weights)
-    X, scale, R = merged(parts, np.ones(len(parts)), system.names)
-    return least_squares_solution(system, X, scale, R, weights)
+    return least_squares_solution(system, *merged_rows(system, weights), weights)
 
 
 def condition(R: FloatArray) -> float:
@@ -198,6 +226,12 @@ def column_norms(R: FloatArray) -> FloatArray:
     return np.where(norms > 0, norms, 1.0)
 
 
+def _null_space(R: FloatArray) -> FloatArray:
+    """Return combinations of columns that have no effect, orthonormal, a row each."""
+    _, singular, right = np.linalg.svd(R)
+    return np.asarray(right[np.count_nonzero(singular > SINGULAR * singular[0]) :])
+
+
 def undetermined(R: FloatArray, names: tuple[str, ...]) -> str:
     """Return in words which parameters a scaled regressor does not determine, or ''.
 
@@ -205,14 +239,38 @@ def undetermined(R: FloatArray, names: tuple[str, ...]) -> str:
         R: triangular factor of the regressor with columns of unit norm, (p, p).
         names: of its columns.
     """
-    _, singular, right = np.linalg.svd(R)
-    null = right[singular <= SINGULAR * singular[0]]
+    null = _null_space(R)
     if len(null) == 0:
         return ""
-    share = np.sqrt((null**2).sum(axis=0))
+    share = np.linalg.norm(null, axis=0)
     involved = [name for name, s in zip(names, share, strict=True) if s > 1e-3]
     what = ", ".join(involved[:8]) + (", ..." if len(involved) > 8 else "")
     return (
         f"the information matrix is singular: these data do not determine {what} "
         f"({len(null)} of {len(names)} combinations of parameters have no effect on them)"
     )
+
+
+class IdentifiableColumns(NamedTuple):
+    """Which parameters some equations show.
+
+    Attributes:
+        kept: places in X of columns that are independent of each other, those before going first.
+        known: of `kept`, those with no part in a combination that the equations leave open.
+    """
+
+    kept: list[int]
+    known: list[int]
+
+
+def identifiable_columns(W: FloatArray) -> IdentifiableColumns:
+    """Return which columns of a regressor (K, p) its rows determine; none where all are zero."""
+    R = triangle(W)
+    norms = np.linalg.norm(R, axis=0)
+    R /= np.where(norms > SINGULAR * norms.max(), norms, np.inf)
+    kept: list[int] = []
+    for k in np.flatnonzero(R.any(axis=0)).tolist():
+        if np.linalg.svd(R[:, [*kept, k]], compute_uv=False)[len(kept)] > SINGULAR:
+            kept.append(k)
+    open_ = np.linalg.norm(_null_space(R), axis=0)
+    return IdentifiableColumns(kept, [k for k in kept if open_[k] <= _SHARE])

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from symgen.data.mask import Bools, untouched
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.filtered import FilteredLog
-from symgen.estimation.integrals import Integrals, cumulative_integral, over_windows
+from symgen.estimation.integrals import cumulative_integral, over_windows, window_integrals
 from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import Windows, chunks, placed_windows
 from symgen.runtime.evaluator import Evaluator
@@ -251,7 +251,7 @@ def momentum_rows(
     """Return W of the momentum equations, (n, K, p); arguments as for `energy_rows`."""
     n, last, done = q.shape[1], len(range(w.steps, len(q), w.hop)), 0
     W: FloatArray = np.empty((n, last, len(evaluator.model.base.names)))
-    integrals, apart = Integrals(len(q), w.steps), w.stride * step
+    integrals, apart = partial(window_integrals, w.steps), w.stride * step
     kernel = evaluator["momentum_regressor"]
     filled = list(kernel.kernel.filled[1])
     for ends, span in chunks(len(q), w.steps, w.hop):

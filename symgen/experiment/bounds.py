@@ -13,14 +13,13 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symgen.data.raw import FloatArray
 from symgen.errors import ParameterError
 from symgen.experiment.trajectory import Basis, Trajectory, fine_matrix
 from symgen.robot.types import Limits, Robot
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 #: Step in s at which limits are checked, and the cell every so many of them.
 FINE, _EVERY = 1e-3, 5
 #: A limit of which a motion takes this share or more binds.
@@ -96,6 +95,11 @@ class Use:
     share: float
     extreme: float
     allowed: float
+
+    @property
+    def binds(self) -> bool:
+        """Whether widening the limit would help."""
+        return self.share >= BINDING
 
 
 def bounds(robot: Robot) -> Bounds:
@@ -229,6 +233,13 @@ class Space:
             for run in range(self.runs)
         )
 
+    def limits_of(self, block: Block) -> Iterator[tuple[int, float, float]]:
+        """Yield every limit of a joint in a run: its order, and its ends about the centre."""
+        j, limits = block.joint, self.limits
+        yield 0, limits.low[j] - self.centre[j], limits.high[j] - self.centre[j]
+        for order in np.flatnonzero(np.isfinite(limits.rates[:, j])).tolist():
+            yield order + 1, -limits.rates[order, j], limits.rates[order, j]
+
     def fitted(self, z: FloatArray, grow: bool = False) -> FloatArray:
         """Return z with every joint of every run shrunk about the centre into its limits.
 
@@ -236,23 +247,12 @@ class Space:
             z: (size,).
             grow: widen joints that do not reach their limits too.
         """
-        out, limits = z.copy(), self.limits
+        out = z.copy()
         for b in self.blocks:
-            j, c = b.joint, b.P @ z[b.part]
-            q = fine_matrix(b.basis, FINE, 0) @ c
-            top = (
-                max(
-                    q.max() / (limits.high[j] - self.centre[j]),
-                    q.min() / (limits.low[j] - self.centre[j]),
-                    *(
-                        np.abs(fine_matrix(b.basis, FINE, order) @ c).max()
-                        / limits.rates[order - 1, j]
-                        for order in (1, 2, 3)
-                        if np.isfinite(limits.rates[order - 1, j])
-                    ),
-                )
-                / _INSIDE
-            )
+            c, top = b.P @ z[b.part], 0.0
+            for order, low, high in self.limits_of(b):
+                x = fine_matrix(b.basis, FINE, order) @ c
+                top = max(top, x.max() / high / _INSIDE, x.min() / low / _INSIDE)
             if top > 1 or (grow and top > 0):
                 out[b.part] = z[b.part] / top
         return out

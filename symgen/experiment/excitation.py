@@ -8,15 +8,17 @@ will be used, built from the same windows: a motion may be good for torques and 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.codegen.model import Model, derive
 from symgen.data.log import read_only
+from symgen.data.raw import FloatArray
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, LogError, ParameterError
 from symgen.estimation.equation_model import NEEDED, EquationModel, require_model
@@ -33,7 +35,6 @@ from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Limits, Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator, load
 
-FloatArray = NDArray[np.float64]
 #: Condition number above which runs determine nothing: refused.
 SINGULAR = 1e5
 _DRAWS = 8  # random motions of which each search begins with the best
@@ -111,7 +112,7 @@ class Search:
 
 def _require_positive(what: str, value: float) -> None:
     """Raise ParameterError where a number is not above 0, or not finite."""
-    if not (math.isfinite(value) and value > 0):
+    if not 0 < value < math.inf:
         raise ParameterError(f"{what} {value:g}; accepted: a number above 0")
 
 
@@ -122,26 +123,22 @@ def _require_count(what: str, count: int) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A motion of all runs, with its condition number and use of limits on a fine grid."""
+    """A motion of all runs, with its use of limits on a fine grid and its condition number."""
 
     runs: tuple[Trajectory, ...]
-    condition: float
-    log_det: float
     uses: tuple[Use, ...]
+    condition: float = math.nan
+    log_det: float = math.nan
 
     @property
     def excess(self) -> float:
         """Largest share that is used of a limit of torque, or of the cell."""
-        return _excess(self.uses)
+        return max((u.share for u in self.uses if u.limit in _SHRUNK), default=0.0)
 
     @property
     def keeps(self) -> bool:
         """Whether torques and cell are within their limits; the other limits always are."""
         return self.excess <= 1
-
-
-def _excess(uses: Iterable[Use]) -> float:
-    return max((u.share for u in uses if u.limit in _SHRUNK), default=0.0)
 
 
 def quality(W: FloatArray) -> tuple[float, float]:
@@ -203,46 +200,37 @@ class Judge:
         as far as the torques and the cell do.
         """
         z = choices.fitted(z)
-        runs, found = self._used(choices, z)
-        factor, too_much = 1.0, 1.0
+        found, factor, too_much = self._used(choices, z), 1.0, 1.0
         smallest = _SMALLEST if self.cell is None else _SMALLEST_IN_CELL
-        while _excess(found) > 1 and factor > smallest:
+        while not found.keeps and factor > smallest:
             too_much, factor = factor, _SHRINK * factor
-            runs, found = self._used(choices, factor * z)
-        for _ in range(_HALVINGS if too_much > factor and _excess(found) <= 1 else 0):
+            found = self._used(choices, factor * z)
+        for _ in range(_HALVINGS if too_much > factor and found.keeps else 0):
             middle = (factor + too_much) / 2
             tried = self._used(choices, middle * z)
-            if _excess(tried[1]) <= 1:
-                factor, (runs, found) = middle, tried
+            if tried.keeps:
+                factor, found = middle, tried
             else:
                 too_much = middle
-        return Found(runs, *self.quality(runs, self.name), found)
+        return Found(found.runs, found.uses, *self.quality(found.runs, self.name))
 
-    def _used(
-        self, choices: Space, z: FloatArray
-    ) -> tuple[tuple[Trajectory, ...], tuple[Use, ...]]:
+    def _used(self, choices: Space, z: FloatArray) -> Found:
         """Return the runs of z, and how much of every limit they take."""
-        runs, prior = choices.trajectories(z), self.prior
-        torque = None
-        if prior is not None:
-            inverse = self.evaluator["inverse_dynamics"]
-
-            def torque(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
-                return np.asarray(inverse(q, qd, qdd, prior))
-
+        runs, torque = choices.trajectories(z), None
+        if self.prior is not None:
+            torque = partial(self.evaluator["inverse_dynamics"], X=self.prior)
         every = [u for r in runs for u in self.limits.uses(r, torque)]
         every += [u for r in runs if self.cell for u in self.cell.uses(r)]
-        return runs, worst(every)
+        return Found(runs, worst(every))
 
     def plan(self, best: Found, start: float, searches: tuple[int, int], stopped: str) -> Plan:
         """Return the plan, with what the other models would make of it."""
         own = self.equations(best.runs, self.name)
-        conditions = {}
+        conditions = dict.fromkeys(_MODELS, math.inf)
         for name in _MODELS:
-            try:
+            # Where windows or filter do not fit these runs.
+            with suppress(IdentificationError, LogError):
                 conditions[name] = self.quality(best.runs, name)[0]
-            except (IdentificationError, LogError):  # its windows or filter do not fit these runs
-                conditions[name] = math.inf
         # The farthest way between positions takes a tenth of the allowed speeds.
         way = (self.limits.high - self.limits.low) / (_SLOW * self.limits.rates[0])
         return Plan(
@@ -439,12 +427,12 @@ def _durations(
         usual = _USUAL if task.name == "torque" else max(_USUAL, needed / runs + task.window)
         return (float(math.ceil(usual)),) * runs
     given = [duration] if isinstance(duration, (int, float)) else list(duration)
-    lengths = tuple(map(float, given * runs if len(given) == 1 else given))
+    lengths = tuple(map(float, given * (runs if len(given) == 1 else 1)))
     if len(lengths) != runs:
         raise ParameterError(f"{len(lengths)} durations; accepted: one, or one for each run")
     least = task.window if task.name != "torque" else 0.0
     for length in lengths:
-        if not (math.isfinite(length) and least + 10 / task.rate < length <= _LONGEST):
+        if not least + 10 / task.rate < length <= _LONGEST:
             raise ParameterError(
                 f"a run of {length:g} s; accepted: more than {least + 10 / task.rate:.4g} s (the "
                 f"window and ten samples), at most {_LONGEST:g} s"

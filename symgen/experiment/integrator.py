@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import RK45
 
+from symgen.data.raw import FloatArray
 from symgen.errors import ParameterError
-from symgen.experiment.controller import Law
 from symgen.experiment.plant import SLACK, Plant
+from symgen.experiment.recording import Law
 
-FloatArray = NDArray[np.float64]
 Rows = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 

@@ -13,25 +13,21 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from symgen.codegen.casadi_model import casadi_function
-from symgen.codegen.model import Model, derive
+from symgen.codegen.model import derive
 from symgen.data.log import make_log
+from symgen.data.raw import FloatArray
 from symgen.data.signals import sampled
 from symgen.errors import IdentificationError
 from symgen.estimation.estimators import solve
 from symgen.estimation.filtered import unfiltered
 from symgen.estimation.integrals import cumulative_integral
-from symgen.estimation.solve import SINGULAR
 from symgen.estimation.system import LinearSystem, energy_equations
+from symgen.experiment.integrator import integrate
+from symgen.experiment.plant import KERNELS, plant
 from symgen.experiment.reference import SAMPLES, STEP, as_csv, paper_motion
 from symgen.identification.workflow import identify
-from symgen.robot.toml_io import read_robot
-from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
-
-FloatArray = NDArray[np.float64]
 
 X_TRUE = np.array([1.702, 0.05644, 0.15, 0.075])
 NAMES = ("ZZ1R", "ZZ2", "MX2", "MY2")
@@ -41,7 +37,7 @@ _TACHOMETER = np.array([0.005, 0.01])
 #: Ratio of X_d to X in set-up (b), and standard deviation of the torque noise over RMS torque.
 WRONG = 1.2
 TORQUE_NOISE = 0.01
-_SUBSTEPS = 8
+_ACCURACY = 1e-8  # of a step of the simulation, rad and rad/s: far below the noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,106 +55,59 @@ def times() -> FloatArray:
     return np.arange(SAMPLES + 1) * np.float64(STEP)
 
 
-@dataclass(frozen=True, eq=False)
-class Dynamics:
-    """Torques and accelerations of a robot.
-
-    Attributes:
-        inverse: casadi.Function (q, qd, qdd, X) -> tau, each a column.
-        forward: casadi.Function (q, qd, tau, X) -> qdd.
-    """
-
-    inverse: Any
-    forward: Any
+def example() -> Evaluator:
+    """Load the model of the paper's robot, with what its simulation needs."""
+    return load(derive("planar2r", ("energy_regressor", *KERNELS)))
 
 
-def dynamics(robot: Robot) -> Dynamics:
-    """Derive the dynamics of a robot."""
-    model = derive(robot, ("inverse_dynamics", "forward_dynamics"))
-    return Dynamics(*(casadi_function(model, kernel) for kernel in model.kernels))
-
-
-def exact_run(dynamics: Dynamics) -> Runs:
+def exact_run(evaluator: Evaluator) -> Runs:
     """Return the reference with its torque and no noise at all."""
     t = times()
     q, qd, qdd = paper_motion(t)
-    return Runs(t, q[None], qd[None], _torque(dynamics, q, qd, qdd, X_TRUE)[None])
+    return Runs(t, q[None], qd[None], evaluator.inverse_dynamics(q, qd, qdd, X_TRUE)[None])
 
 
 def setup_a(
-    dynamics: Dynamics, runs: int, draw: np.random.Generator, *, tachometer: float = 1.0
+    evaluator: Evaluator, runs: int, draw: np.random.Generator, *, tachometer: float = 1.0
 ) -> Runs:
     """Return runs that follow the reference exactly, with noisy measurements.
 
     Args:
-        dynamics: of the robot.
+        evaluator: of the robot.
         runs: how many.
         draw: of the noise.
         tachometer: factor of the tachometers' noise.
     """
-    clean = exact_run(dynamics)
+    clean = exact_run(evaluator)
     t, q, qd, tau = clean.t, *(np.repeat(x, runs, 0) for x in (clean.q, clean.qd, clean.tau))
     return Runs(t, *_measured(draw, q, qd, tachometer), tau)
 
 
 def setup_b(
-    dynamics: Dynamics, runs: int, draw: np.random.Generator, *, tachometer: float = 1.0
+    evaluator: Evaluator, runs: int, draw: np.random.Generator, *, tachometer: float = 1.0
 ) -> Runs:
     """Return runs of a simulated robot driven by wrong computed torques plus torque noise.
 
-    The robot is integrated in 8 steps a sample; the noise is constant over a sample. Arguments as
-    those of `setup_a`.
+    The noise is constant over a sample. Arguments as those of `setup_a`.
     """
+
+    def law(at: FloatArray, *_: FloatArray) -> FloatArray:
+        return evaluator.inverse_dynamics(*paper_motion(at), WRONG * X_TRUE)
+
     t = times()
-    computed = _torque(dynamics, *paper_motion(t), WRONG * X_TRUE)
+    computed = law(t)
     size = TORQUE_NOISE * np.sqrt(np.mean(computed**2, axis=0))
     noise = size * draw.normal(size=(runs, len(t), 2))
-    exact = _torque(dynamics, *paper_motion(stages(_SUBSTEPS)), WRONG * X_TRUE)
-    true = integrated(dynamics, np.repeat(X_TRUE[None], runs, 0), exact, noise)
-    return Runs(t, *_measured(draw, *true, tachometer), np.repeat(computed[None], runs, 0))
+    start = (np.repeat(x, runs, axis=0) for x in paper_motion(t[:1])[:2])
+    moved = integrate(plant(evaluator, X_TRUE), law, t, *start, unseen=noise, tolerance=_ACCURACY)
+    return Runs(t, *_measured(draw, moved.q, moved.qd, tachometer), moved.tau)
 
 
-def stages(substeps: int) -> FloatArray:
-    """Return the times at which an integration looks at the torque: ends and middles of steps."""
-    return np.arange(2 * substeps * SAMPLES + 1) * (np.float64(STEP) / (2 * substeps))
-
-
-def integrated(
-    dynamics: Dynamics, X: FloatArray, tau: FloatArray, noise: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return q, qd (runs, N, 2) from the start of the reference, by Runge and Kutta's fourth order.
-
-    Args:
-        dynamics: of the robot.
-        X: parameters of each run, (runs, 4).
-        tau: torques at `stages` of some steps a sample.
-        noise: added to the torque, constant over a sample, (runs, N, 2).
-    """
-    forward, substeps = dynamics.forward.map(len(X)), len(tau) // (2 * SAMPLES)
-    h = STEP / substeps
-
-    def rate(x: FloatArray, tau: FloatArray) -> FloatArray:
-        return np.concatenate([x[2:], np.array(forward(x[:2], x[2:], tau, X.T))])
-
-    x = np.repeat(np.concatenate(paper_motion(np.zeros(1))[:2], axis=1).T, len(X), axis=1)
-    states = [x]
-    for k in range(SAMPLES):
-        for i in range(2 * k * substeps, 2 * (k + 1) * substeps, 2):
-            first, middle, last = (w[:, None] + noise[:, k].T for w in tau[i : i + 3])
-            a = rate(x, first)
-            b = rate(x + h / 2 * a, middle)
-            c = rate(x + h / 2 * b, middle)
-            x = x + h / 6 * (a + 2 * b + 2 * c + rate(x + h * c, last))
-        states.append(x)
-    q, qd = np.split(np.array(states).transpose(2, 0, 1), 2, axis=2)
-    return q, qd
-
-
-def proportional_run(dynamics: Dynamics, seed: int | None = None) -> Runs:
+def proportional_run(evaluator: Evaluator, seed: int | None = None) -> Runs:
     """Return the motion the paper warns of: joint 2 moves as joint 1 does, at half its speed."""
     t = times()
     q, qd, qdd = (np.stack([x[:, 0], 0.5 * x[:, 0]], axis=-1) for x in paper_motion(t))
-    tau = _torque(dynamics, q, qd, qdd, X_TRUE)
+    tau = evaluator.inverse_dynamics(q, qd, qdd, X_TRUE)
     if seed is not None:
         (q,), (qd,) = _measured(np.random.default_rng([seed, 3]), q[None], qd[None])
     return Runs(t, q[None], qd[None], tau[None])
@@ -173,20 +122,9 @@ def _measured(
     return q, qd + tachometer * _TACHOMETER * draw.normal(size=qd.shape)
 
 
-def _torque(
-    dynamics: Dynamics, q: FloatArray, qd: FloatArray, qdd: FloatArray, X: FloatArray
-) -> FloatArray:
-    """Return the torque (N, 2) of the robot with parameters X along a motion."""
-    count = len(q)
-    function = dynamics.inverse.map(count)
-    return np.array(function(q.T, qd.T, qdd.T, np.repeat(X[:, None], count, 1))).T
-
-
-#: Names of the files that are written.
-MARKER, PAGE = "demo.json", "demo.html"
 _SEED = 1988
-# Runs whose way to the result is followed, sample by sample.
-_FOLLOWED = 200
+#: Runs whose way to the result is followed, sample by sample; the first samples determine little.
+_FOLLOWED, FIRST = 200, 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +135,7 @@ class Setup:
         letter: a or b.
         words: how the measurements came about.
         runs: the simulated ones.
-        history: estimates after every sample of the first runs, (F, N, 4).
+        history: estimates of the first runs after every sample from FIRST on, (F, N - FIRST, 4).
         final: estimates of all runs, (R, 4).
     """
 
@@ -236,8 +174,7 @@ class Reproduction:
     """What became of the paper's example.
 
     Attributes:
-        model: the canonical one.
-        backend: that evaluated it.
+        evaluator: of the canonical model.
         count: runs of each set-up.
         exact: largest relative errors without noise, by spline integrals and on line.
         setups: a and b.
@@ -245,19 +182,18 @@ class Reproduction:
             empty where they are not.
     """
 
-    model: Model
-    backend: str
+    evaluator: Evaluator
     count: int
     exact: tuple[float, float]
     setups: tuple[Setup, ...]
     refused: tuple[str, str]
 
-    def files(self) -> dict[str, bytes]:
-        """Return demo.json, and two runs of each set-up as logs."""
-        summary = {"schema": "symgen.demo/1", "runs": self.count, "seed": _SEED}
-        told = summary | {s.letter: s.summary() for s in self.setups}
+    def files(self, summary: str) -> dict[str, bytes]:
+        """Return the JSON of this name, and two runs of each set-up as logs."""
+        told = {"schema": "symgen.demo/1", "runs": self.count, "seed": _SEED}
+        told |= {s.letter: s.summary() for s in self.setups}
         logs = {f"setup_{s.letter}_{k + 1}.csv": s.log(k) for s in self.setups for k in range(2)}
-        return {MARKER: (json.dumps(told, indent=1) + "\n").encode(), **logs}
+        return {summary: (json.dumps(told, indent=1) + "\n").encode(), **logs}
 
 
 def reproduce(runs: int, say: Callable[[str], None]) -> Reproduction:
@@ -267,10 +203,8 @@ def reproduce(runs: int, say: Callable[[str], None]) -> Reproduction:
         runs: seeded runs of each set-up.
         say: is told what is being done.
     """
-    model = derive(read_robot("planar2r"))
     say("compiling the model")
-    evaluator, simulated = load(model), dynamics(model.robot)
-    setups = []
+    evaluator, setups = example(), []
     for stream, letter, words, simulate in (
         (1, "a", "the robot follows the reference, the measurements are noisy", setup_a),
         (
@@ -282,19 +216,13 @@ def reproduce(runs: int, say: Callable[[str], None]) -> Reproduction:
         ),
     ):
         say(f"({letter}) {runs} seeded runs of this set-up")
-        measured = simulate(simulated, runs, np.random.default_rng([_SEED, stream]))
+        measured = simulate(evaluator, runs, np.random.default_rng([_SEED, stream]))
         rows = _rows(evaluator, measured)
-        final = _solved(np.asarray(np.linalg.qr(rows, mode="r")))
+        final = _solved(rows.transpose(0, 2, 1) @ rows)
         setups.append(Setup(letter, words, measured, _recursive(rows[:_FOLLOWED]), final))
-    still, shaken = (proportional_run(simulated, noise) for noise in (None, 1))
-    return Reproduction(
-        model,
-        evaluator.backend,
-        runs,
-        _returned(evaluator, exact_run(simulated)),
-        tuple(setups),
-        (_refused(evaluator, still), _refused(evaluator, shaken)),
-    )
+    refused = (_refused(evaluator, proportional_run(evaluator, seed)) for seed in (None, 1))
+    exact = _returned(evaluator, exact_run(evaluator))
+    return Reproduction(evaluator, runs, exact, tuple(setups), (next(refused), next(refused)))
 
 
 def _rows(evaluator: Evaluator, runs: Runs) -> FloatArray:
@@ -308,27 +236,14 @@ def _rows(evaluator: Evaluator, runs: Runs) -> FloatArray:
     return np.concatenate([h - h[:, :1], y[:, :, None]], axis=2)
 
 
-def _solved(factors: FloatArray) -> FloatArray:
-    """Return the least-squares estimates (runs, 4) of triangles of [W y]; NaN where singular."""
-    p = len(X_TRUE)
-    R, out = factors[:, :p, :p], np.full((len(factors), p), np.nan)
-    norms = np.linalg.norm(R, axis=1, keepdims=True)
-    sizes = np.linalg.svd(R / np.where(norms > 0, norms, 1.0), compute_uv=False)
-    known = sizes[:, -1] > SINGULAR * sizes[:, 0]
-    out[known] = np.linalg.solve(R[known], factors[known, :p, p:])[:, :, 0]
-    return out
+def _solved(gram: FloatArray) -> FloatArray:
+    """Return least squares (..., 4) of [W y]'[W y]; the condition number of W is below 100."""
+    return np.asarray(np.linalg.solve(gram[..., :-1, :-1], gram[..., :-1, -1:])[..., 0])
 
 
 def _recursive(rows: FloatArray) -> FloatArray:
-    """Return the estimate after each sample of every run, (runs, N, 4), one equation at a time."""
-    out = np.full((*rows.shape[:2], len(X_TRUE)), np.nan)
-    factors = rows[:, :0]
-    for i in range(1, rows.shape[1]):
-        longer = np.concatenate([factors, rows[:, i : i + 1]], axis=1)
-        factors = np.asarray(np.linalg.qr(longer, mode="r"))
-        if i > len(X_TRUE):
-            out[:, i] = _solved(factors)
-    return out
+    """Return the estimate after each sample of every run from FIRST on, (runs, N - FIRST, 4)."""
+    return _solved(np.cumsum(rows[..., None] * rows[..., None, :], axis=1)[:, FIRST:])
 
 
 def _returned(evaluator: Evaluator, exact: Runs) -> tuple[float, float]:

@@ -12,12 +12,13 @@ import numpy as np
 
 from symgen.data.bags import trajectory_bag
 from symgen.errors import ParameterError
-from symgen.experiment.bounds import BINDING, Use
+from symgen.experiment.bounds import Use
 from symgen.experiment.reference import as_csv
 from symgen.experiment.trajectory import Trajectory
 from symgen.identification.assessment import CONDITION, WINDOWS
 from symgen.names import REVOLUTE
 from symgen.robot.types import Robot
+from symgen.schemas import as_json
 
 SCHEMA = "symgen.trajectory/1"
 
@@ -75,7 +76,7 @@ class Plan:
     @property
     def binding(self) -> tuple[Use, ...]:
         """The limits that are used to 97 % or more: widening them would help most."""
-        return tuple(u for u in self.uses if u.share >= BINDING)
+        return tuple(u for u in self.uses if u.binds)
 
     @property
     def good(self) -> bool:
@@ -115,40 +116,34 @@ class Plan:
     def to_files(self, into: Path) -> dict[Path, bytes]:
         """Return the sampled references, t, q1.., qd1.., qdd1.., and the plan as JSON."""
         *tables, summary = paths(into, len(self.runs))
-        files = {
-            path: _csv(run, 1 / self.rate) for path, run in zip(tables, self.runs, strict=True)
-        }
+        files = {}
+        for path, run in zip(tables, self.runs, strict=True):
+            t, *motion = _points(run, self.rate)
+            files[path] = as_csv(t, dict(zip(("q", "qd", "qdd"), motion, strict=True)))
         content = {
             "schema": SCHEMA,
             "robot": self.robot,
             "model": self.model,
             "window_s": self.window,
             "rate_hz": self.rate,
-            "condition_number": {k: _finite(v) for k, v in self.conditions.items()},
-            "log_det": _finite(self.log_det),
-            "start_condition_number": _finite(self.start),
+            "condition_number": self.conditions,
+            "log_det": self.log_det,
+            "start_condition_number": self.start,
             "limits": [
-                {
-                    "limit": u.limit,
-                    "joint": u.joint,
-                    "allowed": u.allowed,
-                    "extreme": u.extreme,
-                    "margin": 1 - u.share,
-                    "binds": u.share >= BINDING,
-                }
+                {key: getattr(u, key) for key in ("limit", "joint", "allowed", "extreme")}
+                | {"margin": 1 - u.share, "binds": u.binds}
                 for u in self.uses
             ],
             "independent_equations": self.independent,
             "approach_s": self.approach,
-            "searches": list(self.searches),
+            "searches": self.searches,
             "stopped": self.stopped,
             "warnings": [*self.warnings, *self.other_models],
-            "notes": list(self.notes),
+            "notes": self.notes,
             "files": [path.name for path in tables],
             "runs": [run.to_dict() for run in self.runs],
         }
-        files[summary] = (json.dumps(content, indent=1) + "\n").encode()
-        return files
+        return files | {summary: (json.dumps(as_json(content), indent=1) + "\n").encode()}
 
 
 def paths(into: Path, runs: int) -> tuple[Path, ...]:
@@ -165,15 +160,6 @@ def binding_text(uses: tuple[Use, ...]) -> str:
         joints = [str(u.joint) for u in uses if u.limit == key]
         parts.append(f"{key} of joint{'s' if len(joints) > 1 else ''} {', '.join(joints)}")
     return f"{'; '.join(parts)} bind{'s' if len(uses) == 1 else ''}" if parts else ""
-
-
-def _csv(run: Trajectory, step: float) -> bytes:
-    t = run.times(step)
-    return as_csv(t, {key: run.at(t, order) for order, key in enumerate(("q", "qd", "qdd"))})
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 FORMATS = ("csv", "ros", "urscript")
@@ -201,7 +187,7 @@ def exported(plan: Plan, robot: Robot, into: Path, to: str) -> dict[Path, bytes]
     names = [joint.name or f"joint{joint.number}" for joint in robot.movable]
     for path, run in zip(paths(into, len(plan.runs))[:-1], plan.runs, strict=True):
         if to == "ros":
-            points = _points(run, 1 / plan.rate)
+            points = _points(run, plan.rate)
             files[path.with_suffix(".yaml")] = _yaml(names, points, plan.approach)
             files[path.with_suffix(".mcap")] = trajectory_bag(names, points, plan.approach)
         if to == "urscript":
@@ -209,8 +195,8 @@ def exported(plan: Plan, robot: Robot, into: Path, to: str) -> dict[Path, bytes]
     return files
 
 
-def _points(run: Trajectory, step: float) -> tuple[np.ndarray, ...]:
-    t = run.times(step)
+def _points(run: Trajectory, rate: float) -> tuple[np.ndarray, ...]:
+    t = run.times(1 / rate)
     return (t, *(run.at(t, order) for order in range(3)))
 
 

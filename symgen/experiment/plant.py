@@ -23,12 +23,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.codegen.model import Model
+from symgen.data.raw import FloatArray
 from symgen.errors import ParameterError
 from symgen.robot.types import Robot
 from symgen.runtime.calls import Bound
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 #: Sizes of batches that have buffers of their own.
 _SIZES = 16
 

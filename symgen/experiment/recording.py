@@ -1,17 +1,22 @@
-"""How the logs of a simulated robot come about: what moves it, and what is seen of it."""
+"""How the logs of a simulated robot come about: what drives it, and what is seen of it."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symgen.data.raw import FloatArray
 from symgen.errors import ParameterError
-from symgen.experiment.controller import Controller
+from symgen.experiment.plant import Repeated
+from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
+if TYPE_CHECKING:
+    from symgen.experiment.reference import Reference
+
 _POSITION, _VELOCITY, _TORQUE, _DISTURBANCE = range(4)
 
 
@@ -52,7 +57,7 @@ class Instruments:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if not (math.isfinite(value) and value >= 0):
+            if not 0 <= value < math.inf:
                 raise ParameterError(f"instruments: {name} is {value:g}; accepted: 0 or more")
 
     def motion_noise(
@@ -100,17 +105,14 @@ class Instruments:
         """
         if not self.delay:
             return q[:, at], qd[:, at]
-        then = t[at] - self.delay
-        k = np.clip(np.searchsorted(t, then, side="right") - 1, 0, len(t) - 2)
-        h = (t[k + 1] - t[k])[:, None]
-        s = np.clip((then - t[k])[:, None] / h, 0.0, 1.0)
-        # A delay of whole steps may ask for the end of an interval that ends now.
-        last = np.minimum(k + 1, max(range(*at.indices(len(t)))))
-        a, b, va, vb = q[:, k], q[:, last], h * qd[:, k], h * qd[:, last]
-        rise = b - a
-        position = a + s * (va + s * (3 * rise - 2 * va - vb + s * (va + vb - 2 * rise)))
-        slope = va + s * (2 * (3 * rise - 2 * va - vb) + 3 * s * (va + vb - 2 * rise))
-        return position, np.where((then < t[0])[:, None], 0.0, slope / h)
+        from scipy.interpolate import CubicHermiteSpline  # not where a study is only read
+
+        then, last = t[at] - self.delay, range(*at.indices(len(t)))[-1]
+        first = max(int(np.searchsorted(t, then[0], side="right")) - 1, 0)
+        known = slice(first, max(last, first + 1) + 1)
+        course = CubicHermiteSpline(t[known], q[:, known], qd[:, known], axis=1)
+        moved = np.maximum(then, t[0])
+        return course(moved), np.where((then < t[0])[:, None], 0.0, course(moved, 1))
 
 
 def unseen_torque(size: FloatArray, runs: range, seed: int, samples: int) -> FloatArray:
@@ -129,6 +131,54 @@ def _normal(
     for k, run in enumerate(runs):
         out[k] = size * np.random.default_rng([seed, run, channel]).standard_normal(shape)
     return out
+
+
+KINDS = ("computed-torque", "pd")
+FEEDBACKS = ("true", "measured")
+
+
+@dataclass(frozen=True)
+class Controller:
+    """A tracking controller.
+
+    With e = q_r - q and the controller's model of the robot, scale times its parameters,
+
+        computed-torque:  tau = ID(q, qd, qdd_r + 2 damping bandwidth e' + bandwidth^2 e)
+        pd:               tau = ID(q_r, qd_r, qdd_r) + D (2 damping bandwidth e' + bandwidth^2 e)
+
+    where D is the diagonal of M at the beginning of the reference. The model has rigid body,
+    rotors, viscous friction and offsets; Coulomb friction and effects are left to the feedback, so
+    that the torque has no steps.
+
+    Attributes:
+        kind: "computed-torque" or "pd".
+        bandwidth: of the position loop, rad/s.
+        damping: ratio.
+        scale: of the controller's parameters over the robot's (the paper's figure 2: 1.2).
+        feedback: "true": acts in continuous time on what truly happens. "measured": acts at every
+            stamp on what the instruments show and holds its torque until the next, as a digital
+            controller does.
+
+    Raises:
+        ParameterError: a value is not accepted.
+    """
+
+    kind: str = "computed-torque"
+    bandwidth: float = 40.0
+    damping: float = 1.0
+    scale: float = 1.0
+    feedback: str = "true"
+
+    def __post_init__(self) -> None:
+        for key, accepted in (("kind", KINDS), ("feedback", FEEDBACKS)):
+            if getattr(self, key) not in accepted:
+                raise ParameterError(
+                    f"controller: {key} {getattr(self, key)!r}; accepted: {', '.join(accepted)}"
+                )
+        for key in ("bandwidth", "damping", "scale"):
+            value = getattr(self, key)
+            if not 0 < value < math.inf:
+                raise ParameterError(f"controller: {key} is {value:g}; accepted: above 0")
 
 
 @dataclass(frozen=True)
@@ -155,7 +205,7 @@ class Recording:
     clip: bool = False
 
     def __post_init__(self) -> None:
-        if self.rate is not None and not (math.isfinite(self.rate) and self.rate > 0):
+        if self.rate is not None and not 0 < self.rate < math.inf:
             raise ParameterError(f"simulate: rate is {self.rate:g}; accepted: above 0 Hz")
 
     def unseen(self, n: int) -> FloatArray:
@@ -175,3 +225,48 @@ class Recording:
     def moves_alike(self) -> bool:
         """Whether runs differ in what is measured alone."""
         return not np.any(self.disturbance) and self.controller.feedback == "true"
+
+
+#: Torques (runs, n) as a function of times (runs,) and states q, qd (runs, n).
+Law = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+
+
+def tracking(
+    controller: Controller, reference: Reference, evaluator: Evaluator, X: FloatArray
+) -> Law:
+    """Return the law of a controller.
+
+    Args:
+        controller: which one.
+        reference: what it follows.
+        evaluator: with inverse_dynamics and mass_matrix.
+        X: (p,) parameters of the robot that the controller knows of.
+    """
+    known = controller.scale * X
+    torque = Repeated(evaluator, "inverse_dynamics", known)
+    w = controller.bandwidth
+    stiff, damp = w * w, 2 * controller.damping * w
+    size = np.abs(np.diagonal(evaluator["mass_matrix"](reference.q[0], known)))
+
+    def law(t: FloatArray, q: FloatArray, qd: FloatArray) -> FloatArray:
+        # Runs at one time share the reference.
+        aim = reference.at(t[:1] if (t == t[0]).all() else t)
+        back = damp * (aim[:, 1] - qd) + stiff * (aim[:, 0] - q)
+        if controller.kind == "pd":
+            return np.asarray(torque(aim[:, 0], aim[:, 1], aim[:, 2]) + size * back)
+        return torque(q, qd, aim[:, 2] + back)
+
+    return law
+
+
+def replay(t: FloatArray, tau: FloatArray, hold: bool) -> Law:
+    """Return the law that plays torques (N, n) at stamps (N,), in straight lines or held."""
+
+    columns = np.ascontiguousarray(tau.T)
+
+    def law(at: FloatArray, q: FloatArray, qd: FloatArray) -> FloatArray:  # noqa: ARG001
+        if hold:
+            return np.asarray(tau[np.maximum(np.searchsorted(t, at, side="right") - 1, 0)])
+        return np.stack([np.interp(at, t, column) for column in columns], axis=-1)
+
+    return law

@@ -6,20 +6,20 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.interpolate import PPoly
 
 from symgen import names
 from symgen.data.drive import joint_side
 from symgen.data.log import Log, read_log, read_only
-from symgen.data.plain import read_columns
+from symgen.data.raw import FloatArray, refuse
 from symgen.data.signals import differentiate, prepare
+from symgen.data.tables import read_columns
 from symgen.errors import LogError
-from symgen.robot.types import Robot
+from symgen.experiment.trajectory import Cosine, Cubic, Fourier, Trajectory
+from symgen.robot.types import Limits, Robot
 
-FloatArray = NDArray[np.float64]
 _ACCEPTED = "CSV with the columns t, q1.. and optionally qd1.., qdd1.."
 _HARMONICS = 5
 #: Samples of the paper's motion, and their step in s.
@@ -40,7 +40,7 @@ class Reference:
         q: (N, n) rad or m.
         qd: (N, n) rad/s or m/s.
         qdd: (N, n) rad/s2 or m/s2.
-        coefficients: (N - 1, 6, 3, n) of the polynomials of q, qd, qdd in the time since a stamp.
+        curve: q, qd and qdd over time, (3, n).
     """
 
     name: str
@@ -48,19 +48,12 @@ class Reference:
     q: FloatArray
     qd: FloatArray
     qdd: FloatArray
-    coefficients: FloatArray
+    curve: PPoly
 
     def at(self, t: FloatArray) -> FloatArray:
         """Return q, qd and qdd (T, 3, n) at times (T,); beyond its ends the motion rests there."""
-        k = np.minimum(np.maximum(self.t.searchsorted(t, side="right") - 1, 0), len(self.t) - 2)
-        u = np.minimum(np.maximum(t, self.t[0]), self.t[-1]) - self.t[k]
-        c, u = self.coefficients[k], u[:, None, None]
-        out = c[:, 5]
-        for i in (4, 3, 2, 1, 0):
-            out = out * u + c[:, i]
-        outside = (t < self.t[0]) | (t > self.t[-1])
-        if outside.any():
-            out[outside, 1:] = 0.0
+        out = self.curve(np.clip(t, self.t[0], self.t[-1]))
+        out[(t < self.t[0]) | (t > self.t[-1]), 1:] = 0.0
         return np.asarray(out)
 
 
@@ -82,12 +75,12 @@ def make_reference(
     """
     shape = q.shape
     if len(t) < 2 or q.ndim != 2 or shape[0] != len(t) or not shape == qd.shape == qdd.shape:
-        _refuse(name, f"t {t.shape}, q {shape}, qd {qd.shape}, qdd {qdd.shape}", "(N,), (N, n)")
+        refuse(f"{name}: t {t.shape}, q {shape}, qd {qd.shape}, qdd {qdd.shape}", "(N,), (N, n)")
     if not all(np.isfinite(x).all() for x in (t, q, qd, qdd)):
-        _refuse(name, "a value is not a finite number", "finite numbers")
+        refuse(f"{name}: a value is not a finite number", "finite numbers")
     if np.diff(t).min() <= 0:
         k = int(np.argmin(np.diff(t) > 0)) + 1
-        _refuse(name, f"sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s", "increasing time")
+        refuse(f"{name}: sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s", "increasing time")
     h = np.diff(t)[:, None]
     x, v, a = q[:-1], qd[:-1], qdd[:-1]
     # What the first three terms leave for the last three, in position, speed and acceleration.
@@ -95,16 +88,15 @@ def make_reference(
     dv = (qd[1:] - v - a * h) / h**2
     da = (qdd[1:] - a) / h
     last = [
-        10 * dx - 4 * dv + da / 2,
-        (-15 * dx + 7 * dv - da) / h,
         (6 * dx - 3 * dv + da / 2) / h**2,
+        (-15 * dx + 7 * dv - da) / h,
+        10 * dx - 4 * dv + da / 2,
     ]
-    c = np.stack([x, v, a / 2, *last], axis=1)
-    coefficients = np.zeros((len(h), 6, 3, shape[1]))
-    coefficients[:, :, 0] = c
-    coefficients[:, :5, 1] = c[:, 1:] * np.arange(1, 6)[:, None]
-    coefficients[:, :4, 2] = c[:, 2:] * np.array([2, 6, 12, 20])[:, None]
-    return Reference(name, *(read_only(y) for y in (t, q, qd, qdd, coefficients)))
+    path = PPoly(np.stack([*last, a / 2, v, x]), t)
+    slopes = (np.pad(path.derivative(k).c, ((k, 0), (0, 0), (0, 0))) for k in range(3))
+    curve = PPoly(np.stack(list(slopes), axis=2), t)
+    t, q, qd, qdd = map(read_only, (t, q, qd, qdd))
+    return Reference(name, t, q, qd, qdd, curve)
 
 
 def reference_of(
@@ -135,8 +127,8 @@ def reference_of(
     else:
         found = read_reference(source)
     if found.q.shape[1] != robot.n:
-        _refuse(
-            found.name, f"it moves {found.q.shape[1]} joints, the robot has {robot.n}", "as many"
+        refuse(
+            f"{found.name}: it moves {found.q.shape[1]} joints, the robot has {robot.n}", "as many"
         )
     return found
 
@@ -197,8 +189,9 @@ def read_reference(path: str | Path) -> Reference:
     step = float((t[-1] - t[0]) / (len(t) - 1))
     uniform = float(np.abs(np.diff(t) - step).max()) <= 1e-3 * step
     if not uniform and len(found) < 3:
-        _refuse(
-            path, "its steps vary, so that slopes must be given", "qd1.. and qdd1.., or equal steps"
+        refuse(
+            f"{path}: its steps vary, so that slopes must be given",
+            "qd1.. and qdd1.., or equal steps",
         )
     q = found["q"]
     qd = found["qd"] if "qd" in found else differentiate(q, step)
@@ -233,57 +226,44 @@ def fourier(
     """
     samples = duration * rate
     if not (math.isfinite(samples) and 10 <= samples <= 20_000_000):
-        _refuse("reference", f"{duration:g} s at {rate:g} Hz", "10 to 20,000,000 samples")
+        refuse(f"reference: {duration:g} s at {rate:g} Hz", "10 to 20,000,000 samples")
     t = np.arange(round(samples) + 1) / rate
-    w = 2 * math.pi * math.ceil(duration / 10.0) / duration
+    series = Fourier(duration / math.ceil(duration / 10.0), _HARMONICS)
     k = np.arange(1, _HARMONICS + 1)
     draw = np.random.default_rng([int(seed), 4])
     a, b = draw.uniform(-1, 1, (2, robot.n, _HARMONICS))
     a -= a.mean(axis=1, keepdims=True)  # speed and acceleration are 0 at both ends
     b -= (b @ k)[:, None] * k / (k @ k)
-    angle = w * t[:, None] * k
-    sine, cosine = np.sin(angle), np.cos(angle)
-    q = (sine / (k * w)) @ a.T - (cosine / (k * w)) @ b.T
-    qd = cosine @ a.T + sine @ b.T
-    qdd = -(sine * (k * w)) @ a.T + (cosine * (k * w)) @ b.T
-    limits = robot.limits
+    w = 2 * math.pi / series.duration * k
+    c = np.zeros((2 * _HARMONICS + 1, robot.n))
+    c[1::2], c[2::2] = -(b / w).T, (a / w).T
+    motion = np.stack([series.matrix(t, order) @ c for order in range(3)])
+    limits = robot.limits or Limits()
     for j, sigma in enumerate(robot.sigma):
         far, fast, hard = _MODEST[sigma]
-        low, high = -far, far
-        if limits and limits.position:
-            low, high = limits.position[j]
-        fast = limits.velocity[j] if limits and limits.velocity else fast
-        hard = limits.acceleration[j] if limits and limits.acceleration else hard
+        low, high = limits.position[j] if limits.position else (-far, far)
+        fast = limits.velocity[j] if limits.velocity else fast
+        hard = limits.acceleration[j] if limits.acceleration else hard
+        own = motion[:, :, j]
+        own[0] -= (own[0].max() + own[0].min()) / 2
         # A wide range would make slow motion of few reversals: a turn each way is enough.
-        reach = min((high - low) / 2, 2 * far)
-        q[:, j] -= (q[:, j].max() + q[:, j].min()) / 2
-        scale = _PART * min(
-            limit / float(np.abs(x[:, j]).max())
-            for limit, x in ((reach, q), (fast, qd), (hard, qdd))
-        )
-        q[:, j] = (low + high) / 2 + scale * q[:, j]
-        qd[:, j] *= scale
-        qdd[:, j] *= scale
-    return make_reference("Fourier series", t, q, qd, qdd)
+        top = np.array([min((high - low) / 2, 2 * far), fast, hard])
+        own *= _PART * (top / np.abs(own).max(axis=1)).min()
+        own[0] += (low + high) / 2
+    return make_reference("Fourier series", t, *motion)
 
 
 def paper_motion(t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the motion of Gautier and Khalil (1988): q, qd, qdd, each (N, 2), rad and s."""
-    T, w = SAMPLES * STEP, 2.0
-    D = T / 1.5
-    s = t / T
-    q = np.stack([D * (3 * s**2 - 2 * s**3), (1 - np.cos(w * t))], axis=-1)
-    qd = np.stack([6 * D / T * (s - s**2), w * np.sin(w * t)], axis=-1)
-    qdd = np.stack([6 * D / T**2 * (1 - 2 * s), w**2 * np.cos(w * t)], axis=-1)
-    return q, qd, qdd
+    T = SAMPLES * STEP
+    run = Trajectory(
+        (Cubic(T, 1), Cosine(math.pi, 1)), (np.array([0.0, T / 1.5]), np.array([0.0, 1.0]))
+    )
+    return run.at(t), run.at(t, 1), run.at(t, 2)
 
 
 def _paper(robot: Robot, rate: float) -> Reference:
     if robot.n != 2 or any(robot.sigma):
-        _refuse("trajectory paper", f"{robot.name} has other joints", "two revolute joints")
+        refuse(f"trajectory paper: {robot.name} has other joints", "two revolute joints")
     t = np.arange(round(SAMPLES * STEP * rate) + 1) / rate
     return make_reference("paper", t, *paper_motion(t))
-
-
-def _refuse(file: str | Path, what: str, accepted: str) -> NoReturn:
-    raise LogError(f"{file}: {what}; accepted: {accepted}")

@@ -19,15 +19,14 @@ from typing import Any
 
 import casadi
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.codegen.casadi_model import casadi_function
 from symgen.codegen.model import Model, derive
+from symgen.data.raw import FloatArray
 from symgen.estimation.integrals import cumulative_integral
 from symgen.experiment.bounds import Bounds, Space
 from symgen.robot.types import Robot
 
-FloatArray = NDArray[np.float64]
 CRITERIA = ("condition", "logdet")
 #: What the equations of each model are made of: kernels.
 KERNELS: dict[str, tuple[str, ...]] = {
@@ -297,19 +296,16 @@ def _torques(derived: Model, space: Space, run: int, z: Any, X: FloatArray) -> t
 
 def _linear_limits(space: Space) -> tuple[Any, FloatArray, FloatArray]:
     """Return A, low and high of low <= A z <= high: limits over their size, on a grid."""
-    limits = space.limits
     blocks, low, high = [], [], []
     for b in space.blocks:
         t = np.linspace(0, b.basis.duration, _CHECKS * _fastest(space, b.run) + 1)
-        j, own = b.joint, []
-        size = [limits.half[j], *limits.rates[:, j]]
-        room = (np.array([limits.low[j], limits.high[j]]) - space.centre[j]) / size[0]
-        edges = [room, *[np.array([-1.0, 1.0])] * 3]
-        for order in np.flatnonzero(np.isfinite(size)).tolist():
-            rows = b.matrix(t, order) / size[order]
+        own = []
+        for order, least, most in space.limits_of(b):
+            size = most if order else space.limits.half[b.joint]
+            rows = b.matrix(t, order) / size
             moving = np.abs(rows).max(axis=1) > 1e-9  # at rest by construction: no constraint
             own.append(rows[moving])
-            low.append(np.full(len(own[-1]), _MARGIN * edges[order][0]))
-            high.append(np.full(len(own[-1]), _MARGIN * edges[order][1]))
+            low.append(np.full(len(own[-1]), _MARGIN * least / size))
+            high.append(np.full(len(own[-1]), _MARGIN * most / size))
         blocks.append(casadi.DM(np.concatenate(own)))
     return casadi.diagcat(*blocks), np.concatenate(low), np.concatenate(high)

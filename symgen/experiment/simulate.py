@@ -10,24 +10,30 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from symgen.codegen.model import Model, derive
 from symgen.data.drive import joint_side, motor_side
 from symgen.data.log import Log, make_log, read_only
+from symgen.data.raw import FloatArray
 from symgen.errors import LogError, ParameterError
 from symgen.estimation.temperature_torque import torque_beside
-from symgen.experiment.controller import Controller, Law, replay, tracking
 from symgen.experiment.integrator import Motion, integrate
 from symgen.experiment.plant import KERNELS, Plant, plant, without_dry
-from symgen.experiment.recording import Instruments, Recording, unseen_torque
+from symgen.experiment.recording import (
+    Controller,
+    Instruments,
+    Law,
+    Recording,
+    replay,
+    tracking,
+    unseen_torque,
+)
 from symgen.experiment.reference import Reference, as_csv, from_log, reference_of, torques_of
 from symgen.identification.parameters import base_values, read_parameters
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Drive, Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator, load
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

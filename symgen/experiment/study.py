@@ -16,13 +16,13 @@ import io
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.log import Log, make_log
+from symgen.data.raw import FloatArray
 from symgen.data.signals import Samples
 from symgen.distributed import Workers, executor
 from symgen.errors import IdentificationError, ParameterError
@@ -45,7 +45,6 @@ from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 #: How many times the motions are recorded.
 LENGTHS = (1, 2, 4)
 #: Runs of a task: it is the same whoever works.
@@ -144,20 +143,19 @@ class Trials:
 
     def _parts(self, evaluator: Evaluator, samples: Sequence[Samples]) -> list[list[EquatedLog]]:
         """Return the logs of a run with their equations, for every try."""
-        seen = {}
-        for band in {tried.band for tried in self.tries}:
+
+        @cache
+        def logs(band: Band) -> tuple[FilteredLog, ...]:
             run = Run(evaluator, band, tuple(filtered(s, band) for s in samples))
-            seen[band] = (undo_delay(run) if self.late else run).train
-        built: dict[tuple[EquationModel, Band, bool], list[EquatedLog]] = {}
-        out = []
-        for tried in self.tries:
-            key = tried.model, tried.band, tried.method.name == "iv"
-            if key not in built:
-                built[key] = [
-                    self._part(evaluator, log, k, *key) for k, log in enumerate(seen[tried.band])
-                ]
-            out.append(built[key])
-        return out
+            return (undo_delay(run) if self.late else run).train
+
+        @cache
+        def parts(model: EquationModel, band: Band, iv: bool) -> list[EquatedLog]:
+            return [
+                self._part(evaluator, log, k, model, band, iv) for k, log in enumerate(logs(band))
+            ]
+
+        return [parts(t.model, t.band, t.method.name == "iv") for t in self.tries]
 
     def _part(
         self,
@@ -366,39 +364,37 @@ def _tried(
     """
     size = np.sum(tau**2, axis=0)
     good = {m: np.isfinite(found[f"X{m}"]).all(axis=1) for m in LENGTHS}
-    failed = int(np.sum(~good[1]))
     enough = [m for m in LENGTHS if np.sum(good[m]) > 2]
+    of = partial(Tried, way.model.name, way.method.label, way.band, int(np.sum(~good[1])))
     if 1 not in enough:
-        return Tried(way.model.name, way.method.label, way.band, failed, (), None, (), (), ())
+        return of((), None, (), (), ())
     X = {m: found[f"X{m}"][good[m]] for m in enough}
     std = np.stack([X[m].std(axis=0, ddof=1) for m in enough])
-    error = {m: found[f"error{m}"][good[m]].mean(axis=0) for m in enough}
+    error = np.stack([found[f"error{m}"][good[m]].mean(axis=0) for m in enough])
     counts = np.array([len(X[m]) - 1 for m in enough])
     # One std for all lengths, each weighed by what it tells, as if recorded once.
     once = np.sqrt((counts * np.array(enough)) @ std**2 / counts.sum())
     said = found["std1"][good[1]]
-    base = trials.evaluator.model.base
-    parameters = []
-    for k, p in enumerate(base.parameters):
-        true, bias = float(trials.X[k]), float(X[1][:, k].mean() - trials.X[k])
-        error_of_bias = float(std[0, k]) / math.sqrt(len(X[1]))
-        rms = float(np.sqrt(np.mean(said[:, k] ** 2)))
-        parameters.append(Precision(
-            p.name, p.unit, true, bias, error_of_bias, float(std[0, k]),
-            rms if math.isfinite(rms) else None,
-            float(np.mean(np.abs(X[1][:, k] - true) <= _HALF * said[:, k])),
-            tuple(map(float, std[:, k])),
-            _seconds(true, bias, error_of_bias, float(once[k]), settings),
-        ))  # fmt: skip
-    moved = std[0] > 0
-    ratios = np.sqrt(np.mean((std[:, moved] / std[0, moved]) ** 2, axis=1)) if moved.any() else ()
-    return Tried(
-        way.model.name, way.method.label, way.band, failed, tuple(parameters),
-        math.sqrt(error[1].sum() / size.sum()),
-        tuple(map(float, np.sqrt(error[1] / np.where(size > 0, size, np.inf)))),
-        tuple(math.sqrt(error[m].sum() / size.sum()) for m in enough),
-        tuple(map(float, ratios)),
+    rms, bias = np.sqrt(np.mean(said**2, axis=0)), X[1].mean(axis=0) - trials.X
+    doubt = std[0] / math.sqrt(len(X[1]))
+    inside = np.mean(np.abs(X[1] - trials.X) <= _HALF * said, axis=0)
+    columns = (trials.X, bias, doubt, std[0], rms, inside, once, std.T)
+    parameters = tuple(
+        Precision(
+            p.name, p.unit, true, off, error_of_bias, own, says if math.isfinite(says) else None,
+            cover, tuple(course), _seconds(true, off, error_of_bias, single, settings),
+        )
+        for p, true, off, error_of_bias, own, says, cover, single, course in zip(
+            trials.evaluator.model.base.parameters, *(c.tolist() for c in columns), strict=True
+        )
     )  # fmt: skip
+    moved = std[0] > 0
+    ratios = np.sqrt(np.mean((std[:, moved] / std[0, moved]) ** 2, axis=1)) if any(moved) else ()
+    by_length = np.sqrt(error.sum(axis=1) / size.sum()).tolist()
+    per_joint = np.sqrt(error[0] / np.where(size > 0, size, np.inf)).tolist()
+    return of(
+        parameters, by_length[0], tuple(per_joint), tuple(by_length), tuple(map(float, ratios))
+    )
 
 
 def _seconds(

@@ -11,12 +11,11 @@ from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import interpolate
 
+from symgen.data.raw import FloatArray
 from symgen.errors import ParameterError
 
-FloatArray = NDArray[np.float64]
 _DEGREE = 5
 
 
@@ -38,8 +37,8 @@ class Basis:
 
     @property
     def constant(self) -> FloatArray:
-        """Coefficients of q(t) = 1, (size,)."""
-        raise NotImplementedError
+        """Coefficients of q(t) = 1, (size,): the first function is 1."""
+        return np.asarray(np.eye(1, self.matrix(np.zeros(1)).shape[1])[0])
 
     def matrix(self, t: FloatArray, order: int = 0) -> FloatArray:
         """Return the derivative of this order of all functions at t, (N, size)."""
@@ -61,11 +60,6 @@ class Fourier(Basis):
     kind = "fourier"
     ends = ((0.0, 1), (0.0, 2))
 
-    @property
-    def constant(self) -> FloatArray:
-        """Coefficients of q(t) = 1."""
-        return np.asarray(np.eye(1, 2 * self.terms + 1)[0])
-
     def matrix(self, t: FloatArray, order: int = 0) -> FloatArray:
         """Return the functions' derivatives, (N, 2 terms + 1)."""
         w = 2 * np.pi / self.duration * np.arange(1, self.terms + 1)
@@ -77,7 +71,16 @@ class Fourier(Basis):
         return out
 
 
-class BSpline(Basis):
+class Spline(Basis):
+    """Functions whose sum is 1."""
+
+    @property
+    def constant(self) -> FloatArray:
+        """Coefficients of q(t) = 1, (size,)."""
+        return np.ones_like(super().constant)
+
+
+class BSpline(Spline):
     """q = sum of c_i N_i(t): B-splines of degree 5 on uniform knots, clamped at both ends.
 
     `terms` is the number of coefficients; speed and acceleration are zero at both ends.
@@ -86,11 +89,6 @@ class BSpline(Basis):
     kind = "bspline"
     ends = ((0.0, 1), (0.0, 2), (1.0, 1), (1.0, 2))
 
-    @property
-    def constant(self) -> FloatArray:
-        """Coefficients of q(t) = 1."""
-        return np.ones(self.terms)
-
     def matrix(self, t: FloatArray, order: int = 0) -> FloatArray:
         """Return the functions' derivatives, (N, terms)."""
         inner = np.linspace(0, self.duration, self.terms - _DEGREE + 1)
@@ -98,7 +96,7 @@ class BSpline(Basis):
         return np.asarray(interpolate.BSpline(knots, np.eye(self.terms), _DEGREE)(t, nu=order))
 
 
-class Cubic(Basis):
+class Cubic(Spline):
     """The paper's first generator: q = q0 + D (3 s^2 - 2 s^3), s = t/T, from stop to stop.
 
     Coefficients are the `terms` + 1 positions of the stops, at equal times; with one term it is
@@ -107,22 +105,10 @@ class Cubic(Basis):
 
     kind = "cubic"
 
-    @property
-    def constant(self) -> FloatArray:
-        """Coefficients of q(t) = 1."""
-        return np.ones(self.terms + 1)
-
     def matrix(self, t: FloatArray, order: int = 0) -> FloatArray:
         """Return the functions' derivatives, (N, terms + 1)."""
-        step = self.duration / self.terms
-        part = np.clip((t / step).astype(int), 0, self.terms - 1)
-        s = t / step - part
-        rise = (3 * s**2 - 2 * s**3, 6 * s - 6 * s**2, 6 - 12 * s, -12 + 0 * s)[order] / step**order
-        out = np.zeros((len(t), self.terms + 1))
-        rows = np.arange(len(t))
-        out[rows, part] = float(order == 0) - rise
-        out[rows, part + 1] = rise
-        return out
+        stops, values = np.linspace(0, self.duration, self.terms + 1), np.eye(self.terms + 1)
+        return np.asarray(interpolate.CubicHermiteSpline(stops, values, 0 * values)(t, nu=order))
 
 
 class Cosine(Basis):
@@ -133,16 +119,10 @@ class Cosine(Basis):
 
     kind = "cosine"
 
-    @property
-    def constant(self) -> FloatArray:
-        """Coefficients of q(t) = 1."""
-        return np.asarray(np.eye(1, self.terms + 1)[0])
-
     def matrix(self, t: FloatArray, order: int = 0) -> FloatArray:
         """Return the functions' derivatives, (N, terms + 1)."""
-        w = 2 * np.pi / self.duration * np.arange(1, self.terms + 1)
-        waves = float(order == 0) - w**order * np.cos(np.outer(t, w) + order * np.pi / 2)
-        return np.column_stack([np.full(len(t), float(order == 0)), waves])
+        waves = Fourier(self.duration, self.terms).matrix(t, order)
+        return np.column_stack([waves[:, 0], waves[:, :1] - waves[:, 1::2]])
 
 
 KINDS = {b.kind: b for b in (Fourier, BSpline, Cubic, Cosine)}

@@ -397,7 +397,7 @@ def _modelled(trial: Trial, log: FilteredLog, X: FloatArray) -> FloatArray:
     regressor = trial.evaluator["torque_regressor"]
 
     def torque(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
-        return np.asarray(np.asarray(regressor(q, qd, qdd))[:, :, : len(X)] @ X)
+        return np.asarray(regressor(q, qd, qdd))[:, :, : len(X)] @ X
 
     return np.concatenate([x for _, x in log.modelled(torque)])
 
@@ -503,7 +503,7 @@ def _shares(blocks: Blocks, X: FloatArray) -> FloatArray:
     """Return ||y - W X||^2 of every block over ||y||^2 of all of them, by joint, (B, m)."""
     measured = blocks.grams[:, :, -1, -1].sum(axis=0)
     errors = np.stack([blocks.errors([b], X) for b in range(len(blocks.grams))])
-    return np.asarray(errors / np.where(measured > 0, measured, np.inf))
+    return errors / np.where(measured > 0, measured, np.inf)
 
 
 def _what_is_left(

@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.data.holes import GAP, holes
 from symgen.data.log import Log, rows
 from symgen.data.mask import Bools, moving_joints, on_grid, spans, touched
 from symgen.data.raw import read_only
@@ -27,11 +26,12 @@ from symgen.data.signals import (
     NORMAL,
     STEP_TOLERANCE,
     Samples,
+    interpolated,
     lowpass,
     lowpass_and_slopes,
     white_noise,
 )
-from symgen.data.spline import interpolated
+from symgen.data.stretch import GAP, holes
 from symgen.estimation.band import OPEN
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.summary import solve_gram
@@ -209,6 +209,12 @@ def jumps(x: FloatArray) -> NDArray[np.int64]:
     return np.array(sorted(found), dtype=np.int64)
 
 
+def _usual_step(x: FloatArray) -> float:
+    """Return the step that 99 of 100 of a signal are below; inf where it never changes."""
+    size = np.abs(np.diff(x))
+    return float(np.quantile(size[size > 0], 0.99)) if size.any() else np.inf
+
+
 def least_step(x: FloatArray) -> float:
     """Return the smallest step of a signal from a sample to the next that is none; inf without."""
     steps = np.abs(np.diff(x))
@@ -383,7 +389,7 @@ def _line(index: FloatArray, t: FloatArray) -> FloatArray:
         start = float(mean_t - slope * mean_i)
         left = np.abs(t - start - slope * index)
         weight = 1 / np.maximum(left, 1e-3 * slope)
-    return np.asarray(start + slope * index)
+    return start + slope * index
 
 
 def _disagreement(log: Log) -> Callable[[FloatArray], float]:
@@ -430,7 +436,7 @@ def _saturated(log: Log, samples: Samples, flat: Bools) -> Iterator[Fault]:
     for j in map(int, np.flatnonzero(flat.any(axis=0))):
         at = flat[:, j]
         limit = float(np.abs(log.tau[at, j]).max())
-        undo = partial(masked, at=_on_grid(at, log, samples), joints=[j])
+        undo = partial(masked, at=on_grid(at, log.t, samples.t), joints=[j])
         says, value = f"cut off at {limit:.4g}", (("limit", limit, 0.0),)
         found = fault_of(log.name, "saturated", "tau", j, says, int(at.sum()), "masked", undo)
         yield replace(found, values=value)
@@ -442,7 +448,7 @@ def _stuck(log: Log, samples: Samples, flat: Bools) -> Iterator[Fault]:
     hidden = flat.copy()  # from the equations of a joint
     frozen = stuck_rows(log)
     if frozen.any():
-        undo = partial(bridged, at=_on_grid(frozen, log, samples), joints=range(n))
+        undo = partial(bridged, at=on_grid(frozen, log.t, samples.t), joints=range(n))
         yield Fault(log.name, "all", "stuck", int(frozen.sum()), everyone, kind="stuck", undo=undo)
     hidden |= frozen[:, None]
     moving = _moving(log, samples)
@@ -452,7 +458,7 @@ def _stuck(log: Log, samples: Samples, flat: Bools) -> Iterator[Fault]:
             stuck &= ~(hidden[:, j] if key == "tau" else frozen)
         if not stuck.any() or stuck.mean() > _DEAD:
             continue  # a channel without a signal is not mended by a mask
-        at = _on_grid(stuck, log, samples)
+        at = on_grid(stuck, log.t, samples.t)
         undo, done = partial(masked, at=at, joints=[j]), "masked"
         if key == "q":
             undo, done = partial(bridged, at=at, joints=[j]), everyone
@@ -460,11 +466,6 @@ def _stuck(log: Log, samples: Samples, flat: Bools) -> Iterator[Fault]:
         elif key == "qd":
             undo, done = partial(sloped, at=at, j=j), "replaced by dq/dt"
         yield fault_of(log.name, "stuck", key, j, "stuck", int(stuck.sum()), done, undo)
-
-
-def _on_grid(at: Bools, log: Log, samples: Samples) -> Bools:
-    """Carry what is so at the stamps of a log over to its samples, (N,)."""
-    return on_grid(at[:, None], log.t, samples.t)[:, 0]
 
 
 def _moving(log: Log, samples: Samples) -> Bools:
@@ -496,12 +497,12 @@ def stuck_rows(log: Log) -> Bools:
     ]
     if not long:
         return out
-    steps = np.abs(np.diff(log.q, axis=0))
-    usual = np.array([np.percentile(s[s > 0], 99) if (s > 0).any() else np.inf for s in steps.T])
+    usual = np.array([_usual_step(x) for x in log.q.T])
     for start, end in long:
-        if (steps[end] > _LEAVES * usual).any():
+        if (np.abs(log.q[end + 1] - log.q[end]) > _LEAVES * usual).any():
             out[start : end + 1] = True
-    return out if out.mean() <= _DEAD else np.zeros(len(log.t), dtype=bool)
+    out &= out.mean() <= _DEAD
+    return out
 
 
 def cut_off(x: FloatArray) -> Bools:
@@ -549,18 +550,11 @@ def stuck_runs(x: FloatArray, others: Callable[[], Bools], jumps: bool) -> Bools
     long = lengths >= max(_STUCK, _LONGER * usual)
     if not long.any():
         return out
-    moves, steps = others(), np.abs(np.diff(x))
-    largest = float(np.percentile(steps[steps > 0], 99)) if (steps > 0).any() else np.inf
+    moves, least = others(), _LEAVES * _usual_step(x) if jumps else -1.0
+    steps = np.abs(np.diff(x, prepend=x[0], append=x[-1]))  # before each sample, and behind
     for start, end in zip(starts[long], ends[long], strict=True):
-        if moves[int(start) : int(end)].mean() < 0.5:
-            continue
-        leaves = max(
-            steps[end] if end < len(steps) else 0.0,
-            steps[start - 1] if start > 0 else 0.0,
-        )
-        if jumps and leaves <= _LEAVES * largest:
-            continue
-        out[int(start) : int(end) + 1] = True
+        if moves[start:end].mean() >= 0.5 and max(steps[start], steps[end + 1]) > least:
+            out[start : end + 1] = True
     return out
 
 
@@ -580,7 +574,9 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
     step = samples.step
     band = min(_SLOPES * comparison_hz, 0.5 * OPEN / step)
     qd = samples.qd.copy()
-    seen = _compared(samples, band)
+    seen = np.ones(len(samples.t), dtype=bool)
+    if samples.mask is not None:  # what a filter of that band keeps clear of what is masked
+        seen = ~touched(samples.mask.robot, math.ceil(1 / (band * step)))
     positions, slopes, bends = lowpass_and_slopes(samples.q, step, band, 2)
     smooth = lowpass(qd, step, band)
     found: list[_Speed] = []
@@ -599,11 +595,11 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
             qd[:, j] = v
             says, what = "it does not follow dq/dt", "replaced by dq/dt"
             done.append(fault_of(samples.name, "unrelated", "qd", j, says, len(samples.t), what))
-        elif speed.wrong:
+        elif speed.delay or speed.offset or speed.gain != 1.0:
             found.append(speed)
             moved = shifted(qd[:, j], speed.delay, step)
             qd[:, j] = (moved - speed.offset) / speed.gain
-    done += _said(samples, found)
+    done += _speed_faults(samples, found)
     if not done:
         return samples, ()
     return replace(samples, qd=read_only(qd)), tuple(done)
@@ -623,17 +619,9 @@ def at_standstill(x: FloatArray, low: FloatArray, step: float, band: float) -> B
         where x stays within two of its smallest steps.
     """
     noise = white_noise(x - low, step, band) * np.sqrt(2 * band * step)
-    steps = np.abs(np.diff(x, axis=0))
-    least = np.min(np.where(steps > 0, steps, np.inf), axis=0, initial=np.inf)
+    least = np.array([least_step(column) for column in x.T])
     within = np.ptp(x, axis=0) <= 2.5 * np.where(np.isfinite(least), least, 0.0)
     return np.asarray((np.std(low, axis=0) <= _STILL * noise) | within)
-
-
-def _compared(samples: Samples, band: float) -> Bools:
-    """Return the samples that a filter of that band keeps clear of what is masked, (N,)."""
-    if samples.mask is None or not samples.mask.robot.any():
-        return np.ones(len(samples.t), dtype=bool)
-    return ~touched(samples.mask.robot, math.ceil(1 / (band * samples.step)))
 
 
 @dataclass(frozen=True)
@@ -641,15 +629,25 @@ class _Speed:
     """What is wrong with the speed of joint j: qd = gain (dq/dt - delay d2q/dt2) + offset."""
 
     j: int
-    delay: float = 0.0
-    gain: float = 1.0
-    offset: float = 0.0
-    std: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    delay: float
+    gain: float
+    offset: float
+    std: tuple[float, ...]
 
-    @property
-    def wrong(self) -> bool:
-        """Whether anything is."""
-        return bool(self.delay or self.offset or self.gain != 1.0)
+    def fault(self, samples: Samples) -> Fault:
+        """Return it as a fault of the joint's speed, which is one where anything is wrong."""
+        wrong, (late, scaled, off) = [], self.std
+        if self.gain != 1.0:
+            values = ("GV", self.gain - 1, scaled)
+            wrong.append((f"{self.gain:.4g} times dq/dt", "rescaled", values))
+        if self.delay:
+            wrong.append((_late(self.delay), "shifted", ("LV", self.delay, late)))
+        if self.offset:
+            values = ("OV", self.offset, off)
+            wrong.append((f"off by {self.offset:.3g}", "moved to zero", values))
+        says, done, told = zip(*wrong, strict=True)
+        what = " and ".join(says), len(samples.t), " and ".join(done)
+        return replace(fault_of(samples.name, "speed", "qd", self.j, *what), values=told)
 
 
 def _speed(
@@ -699,7 +697,7 @@ def _speed(
     # Rows that pass the low-pass share samples: one in a period of it counts.
     noise = left / max(len(v), 1) * max(longest / step, 1.0)
     std = tuple(float(np.sqrt(noise / max(float(x @ x), 1e-300))) for x in (a, v, np.ones(len(v))))
-    return _Speed(j, delay, gain, offset, (std[0], std[1], std[2]))
+    return _Speed(j, delay, gain, offset, std)
 
 
 def _least_squares(A: FloatArray, y: FloatArray) -> FloatArray:
@@ -708,27 +706,16 @@ def _least_squares(A: FloatArray, y: FloatArray) -> FloatArray:
     return solve_gram(both.T @ both)
 
 
-def _said(samples: Samples, found: Sequence[_Speed]) -> list[Fault]:
+def _speed_faults(samples: Samples, found: Sequence[_Speed]) -> list[Fault]:
     """Say delays: one of the recorder where all joints share it, else joint by joint."""
-    n, count = samples.q.shape[1], len(samples.t)
-    delays = np.array([speed.delay for speed in found])
-    out = []
+    n, delays = samples.q.shape[1], np.array([speed.delay for speed in found])
     common = len(found) == n > 1 and np.ptp(delays) <= max(0.2 * abs(delays.mean()), samples.step)
     if common and all(f.gain == 1.0 and f.offset == 0.0 for f in found):
-        fault = f"speeds of all joints are {_late(float(delays.mean()))} (recorder or stamps)"
-        std = float(np.mean([f.std[0] for f in found]))
-        mean = (("LV", float(delays.mean()), std),)
-        return [Fault(samples.name, "qd", fault, count, "shifted", mean, kind="speed")]
-    for f in found:
-        told = (
-            (f.gain != 1.0, f"{f.gain:.4g} times dq/dt", "rescaled", ("GV", f.gain - 1, f.std[1])),
-            (f.delay, _late(f.delay), "shifted", ("LV", f.delay, f.std[0])),
-            (f.offset, f"off by {f.offset:.3g}", "moved to zero", ("OV", f.offset, f.std[2])),
-        )
-        says, done, values = zip(*(rest for wrong, *rest in told if wrong), strict=True)
-        what = " and ".join(says), count, " and ".join(done)
-        out.append(replace(fault_of(samples.name, "speed", "qd", f.j, *what), values=values))
-    return out
+        delay, std = float(delays.mean()), float(np.mean([f.std[0] for f in found]))
+        says = f"speeds of all joints are {_late(delay)} (recorder or stamps)"
+        what = says, len(samples.t), "shifted", (("LV", delay, std),)
+        return [Fault(samples.name, "qd", *what, kind="speed")]
+    return [f.fault(samples) for f in found]
 
 
 def _late(delay: float) -> str:
@@ -771,12 +758,8 @@ def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
 def steps(x: FloatArray) -> NDArray[np.intp]:
     """Return the samples after which x steps by several times its largest usual difference."""
     d = np.diff(x)
-    size = np.abs(d)
-    if len(d) < 10 or not np.any(size > 0):
-        return np.zeros(0, dtype=np.intp)
-    usual = float(np.quantile(size[size > 0], 0.99))
     around = np.median([np.roll(d, k) for k in (-3, -2, -1, 1, 2, 3)], axis=0)
-    found = np.flatnonzero((np.abs(d - around) > _STEP * usual)[3:-3]) + 3
+    found = np.flatnonzero((np.abs(d - around) > _STEP * _usual_step(x))[3:-3]) + 3
     return found[np.diff(found, prepend=-_APART - 1) > _APART]  # there and back is one
 
 

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from symgen.data.log import Log
 from symgen.data.mask import Bools, Mask, touched
 from symgen.data.raw import read_only
-from symgen.data.signals import Samples, differentiate, lowpass
-from symgen.data.spline import interpolated
+from symgen.data.signals import Samples, differentiate, interpolated, lowpass
 from symgen.estimation.filtered import FilteredLog
 
 FloatArray = NDArray[np.float64]

@@ -14,12 +14,12 @@ from symgen.files import rendered
 from symgen.identification.estimate import ROBOT_DIGEST, Estimate, read_estimate
 from symgen.identification.parameters import cad_parameters, same_frames
 from symgen.identification.physical import link_parameters
+from symgen.robot.formats.mjcf import updated_mjcf
+from symgen.robot.formats.urdf import updated_urdf
 from symgen.robot.imported import read_text
-from symgen.robot.mjcf_io import updated_mjcf
 from symgen.robot.toml_io import read_imported, read_robot
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
-from symgen.robot.urdf_io import updated_urdf
 
 
 def values_header(estimate: Estimate, prefix: str | None = None) -> str:

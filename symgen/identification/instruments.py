@@ -23,9 +23,8 @@ from pathlib import Path
 import numpy as np
 
 from symgen.data.log import make_log
-from symgen.data.plain import read_columns
-from symgen.data.signals import Samples, prepare
-from symgen.data.spline import interpolated
+from symgen.data.signals import Samples, interpolated, prepare
+from symgen.data.tables import read_columns
 from symgen.errors import IdentificationError, LogError
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.filtered import FilteredLog, filtered

@@ -209,6 +209,12 @@ def regrouping(model: Model) -> FloatArray:
     return G
 
 
+def is_finite(value: Any) -> bool:
+    """Whether a value is a number that a double can hold."""
+    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+    return number and bool(abs(value) <= sys.float_info.max)
+
+
 def base_values(
     given: Mapping[str, Any], model: Model, where: str, partial: bool = False
 ) -> FloatArray:
@@ -224,8 +230,7 @@ def base_values(
         ParameterError: a name is unknown or missing, or a value is not a finite number.
     """
     for name, value in given.items():
-        number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not number or not abs(value) <= sys.float_info.max:
+        if not is_finite(value):
             raise ParameterError(f"{where}: {name} is {value!r}; accepted: a finite number")
     base, numbers = model.base, model.robot.values()
     known = {p.name for p in base.standard} | set(base.names)

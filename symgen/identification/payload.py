@@ -8,6 +8,27 @@ of the link do, X = G s. With Y the torque regressor and G_n the columns of G of
 is linear in s. Either the parameters X of the unloaded robot are given, and friction is taken anew
 from the logs with the load; or logs without the load are, and all is solved at once: friction and
 what the model misses, where both motions are alike, cancel (Khalil, Gautier, Lemoine 2007).
+
+What can be read off a drawing follows from s,
+
+    s = (XX XY XZ YY YZ ZZ MX MY MZ M),   c = (MX, MY, MZ)/M,   I_c = J - M (c'c I - c c')
+
+its standard deviations to first order. Where the logs do not determine some direction of s, what
+depends on it has no value.
+
+A load of known mass also tells the gains of drives, what a log makes of a torque, joint by joint:
+
+    tau_j = k_j (Y_j X + c Y_j G s),    c = 1 in logs with the load, 0 in those without
+
+All joints share X and s, which sets the k_j against each other, and the mass sets their scale
+(Gautier and Briot, Global identification of joint drive gains and dynamic parameters of robots,
+2014; there by total least squares). Here tau, which is noisy, stays on the left, and the product
+k X is solved by Gauss and Newton: each step is weighted least squares of
+
+    tau_j + k0_j m0_j - k0_j c Y_j G s_known = k0_j Y_j X + k0_j c Y_j G U a + m0_j k_j
+
+with m0 the torque of the model before and s = s_known + U a. The gain of a drive, which its logged
+torque is to be multiplied with, is 1/k.
 """
 
 from __future__ import annotations
@@ -15,9 +36,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from symgen import names
 from symgen.codegen.model import Model, derive
 from symgen.data.raw import Reading
 from symgen.errors import IdentificationError, ParameterError
@@ -33,18 +56,203 @@ from symgen.estimation.logs import (
     require_other_data,
 )
 from symgen.estimation.solve import Solution
+from symgen.estimation.summary import triangle
 from symgen.estimation.system import Equations, LinearSystem, torque_equations
+from symgen.estimation.torque_error import relative_error
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
 from symgen.faults.logs import in_one_band, open_logs
-from symgen.identification.gains import calibrated
-from symgen.identification.load import LABELS, LoadEstimate, read_off, units
-from symgen.identification.parameters import link_columns, read_given, regrouping
-from symgen.identification.payload_result import Left, Payload, Quantity
-from symgen.identification.static import STATIC, Shown, open_poses, pose_equations
+from symgen.identification.parameters import Given, link_columns, read_given, regrouping
+from symgen.identification.physical import (
+    IDENTITY,
+    MATRIX,
+    Cone,
+    about_centre,
+    minimise,
+    pseudo_inertia,
+)
+from symgen.identification.static import STATIC, open_poses, pose_equations, shown_columns
 from symgen.robot.toml_io import read_robot
-from symgen.robot.types import Robot
+from symgen.robot.toml_text import robot_toml
+from symgen.robot.types import Drive, Robot
 from symgen.runtime.evaluator import Evaluator, load
+from symgen.schemas import from_json, read_json, result_file, to_json
+
+SCHEMA = "symgen.payload/1"
+MARKER = "payload.json"
+COM = ("cx", "cy", "cz")
+#: Names of mass, centre and inertia about it, in the order of `read_off`.
+LABELS = ("mass", *COM, *names.INERTIA)
+MODELS = ("torque", STATIC)
+_LENGTH = 0.1  # m, the size of a load in whose units its parameters compare
+#: Units of ten link parameters for that length and a mass of 1 kg.
+UNITS = np.array([*[_LENGTH**2] * 6, *[_LENGTH] * 3, 1.0])
+_TIED = 1e-7  # singular value, of scaled columns, of a direction that the logs do not determine
+_SEEN = 1e-6  # share of a parameter in directions that the logs do not determine
+_MARGIN = 1e-6  # smallest eigenvalue of the pseudo-inertia of the nearest body, in its units
+_FAINT = 1e-9
+_STEPS, _SETTLED = 30, 1e-3  # of the standard deviation
+#: Places in s that mass, centre and inertia about it depend on: XX on MY, MZ and M, and so on.
+_NEEDED = (
+    (9,),
+    *((6, 9), (7, 9), (8, 9)),
+    *((0, 7, 8, 9), (1, 6, 7, 9), (2, 6, 8, 9), (3, 6, 8, 9), (4, 7, 8, 9), (5, 6, 7, 9)),
+)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A value with its standard deviation; both None where the logs do not determine it."""
+
+    value: float | None
+    std: float | None
+
+
+@dataclass(frozen=True)
+class Left:
+    """What is left of the torque, ||tau - model|| / ||tau||, of the logs with the load.
+
+    Attributes:
+        before: without the load in the model.
+        after: with it.
+    """
+
+    before: float
+    after: float
+
+
+@dataclass(frozen=True)
+class Payload:
+    """What the arm carries, in the frame of a link.
+
+    Attributes:
+        robot: its name.
+        frame: number of the joint whose link carries the load, and in whose frame it is given.
+        mass: kg.
+        com: centre of mass (3), m.
+        inertia: XX XY XZ YY YZ ZZ about the centre of mass, kg m2; XY is the matrix entry.
+        identifiable: names of what the logs determine, of mass, cx cy cz, XX .. ZZ.
+        gain_uncertainty_percent: of the drives' gains, which is part of std; None: not given.
+        residual: what is left of the torque without and with the load.
+        method: in words.
+        band: the filters of the run; None for still poses, which pass none.
+        repairs: what was mended in the logs.
+        notes: what was done, in words.
+        gains: of the drives, joint by joint, where the load calibrated them: torque over what the
+            log makes of it.
+    """
+
+    robot: str
+    frame: int
+    mass: Quantity
+    com: tuple[Quantity, Quantity, Quantity]
+    inertia: tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity]
+    identifiable: tuple[str, ...]
+    gain_uncertainty_percent: float | None
+    residual: Left
+    method: str
+    band: Band | None
+    repairs: tuple[Fault, ...]
+    notes: tuple[str, ...]
+    gains: tuple[Quantity, ...] = ()
+
+    def __repr__(self) -> str:
+        """Return robot and mass."""
+        mass = "not determined" if self.mass.value is None else f"{self.mass.value:.4g} kg"
+        return f"<Payload of {self.robot} on joint {self.frame}: mass {mass}>"
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the content of payload.json."""
+        return to_json(self, SCHEMA)
+
+    def rows(self) -> list[tuple[str, Quantity, str]]:
+        """Return name, quantity and unit of every number."""
+        inertia = zip(names.INERTIA, self.inertia, strict=True)
+        gains = enumerate(self.gains, 1)
+        return [
+            ("mass", self.mass, "kg"),
+            *((name, q, "m") for name, q in zip(COM, self.com, strict=True)),
+            *((name, q, "kg m2") for name, q in inertia),
+            *((f"gain of movable joint {j}", q, "") for j, q in gains),
+        ]
+
+
+def read_payload(path: str | Path) -> Payload:
+    """Read a payload again.
+
+    Args:
+        path: the folder that `payload` wrote, or the payload.json in it.
+
+    Raises:
+        ParameterError: there is none, or it is damaged.
+    """
+    file = result_file(path, MARKER)
+    return from_json(Payload, read_json(file, SCHEMA), file)
+
+
+@dataclass(frozen=True, eq=False)
+class LoadEstimate:
+    """Ten link parameters of a load, as far as logs determine them.
+
+    Attributes:
+        s: (10,) XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the frame.
+        covariance: of s, (10, 10), in the directions that are determined.
+        null: (10, k) orthonormal directions, in units of 0.1 m and 1 kg, that are not.
+    """
+
+    s: FloatArray
+    covariance: FloatArray
+    null: FloatArray
+
+    def known(self) -> tuple[bool, ...]:
+        """Say which of mass, centre and inertia about it are determined, as `LABELS` has them."""
+        hidden = np.linalg.norm(self.null, axis=1) > _SEEN
+        return tuple(not hidden[list(needed)].any() for needed in _NEEDED)
+
+    def std(self) -> FloatArray:
+        """Return standard deviations of mass, centre and inertia about it, (10,)."""
+        step = 1e-6 * UNITS * max(abs(float(self.s[-1])), 1e-3)
+        slopes = [
+            (read_off(self.s + h) - read_off(self.s - h)) / (2 * h.sum()) for h in np.diag(step)
+        ]
+        J = np.array(slopes).T
+        return np.sqrt(np.maximum(np.diag(J @ self.covariance @ J.T), 0.0))
+
+    def nearest(self, mass: float | None = None) -> LoadEstimate:
+        """Return the most likely load that exists: a body of positive density.
+
+            minimise (s - s0)' C^-1 (s - s0)   with a pseudo-inertia that is positive definite
+
+        Args:
+            mass: kept, where it is known.
+
+        Raises:
+            ParameterError: the solver finds no solution.
+        """
+        scale = UNITS * max(abs(float(self.s[-1])), 1e-3)
+        if not self.null.size and float(np.linalg.eigvalsh(pseudo_inertia(self.s / scale))[0]) > 0:
+            return self
+        x0 = self.s / scale
+        C = self.covariance / np.outer(scale, scale)
+        P = np.linalg.pinv(C, rcond=1e-12, hermitian=True)
+        P = P / float(np.linalg.norm(P, 2)) + _FAINT * np.eye(10)
+        cones = [Cone("semidefinite", MATRIX, -_MARGIN * IDENTITY)]
+        if mass is not None:
+            cones.append(Cone("zero", np.eye(10)[-1:], np.array([-mass / scale[-1]])))
+        x, _ = minimise(P, -P @ x0, cones)
+        return LoadEstimate(x * scale, self.covariance, self.null)
+
+
+def read_off(s: FloatArray) -> FloatArray:
+    """Return mass, centre of mass (3) and inertia XX XY XZ YY YZ ZZ about it, (10,).
+
+    Raises:
+        ParameterError: the mass is zero.
+    """
+    mass, com, inertia = about_centre(s)
+    if not np.isfinite(com).all():
+        raise ParameterError("the load has no mass: the logs with and without it do not differ")
+    return np.array([mass, *com, *inertia[np.triu_indices(3)]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,8 +304,178 @@ def still_poses(
     return Seen(equations, None, tuple(n for s in poses for n in s.notes))
 
 
-MODELS = ("torque", STATIC)
-_TIED = 1e-7  # singular value, of scaled columns, of a direction that the logs do not determine
+@dataclass(frozen=True, eq=False)
+class LoadFit:
+    """A solution for robot, load and gains.
+
+    Attributes:
+        X: (p,) the robot's parameters.
+        a: (r,) the load, along the directions that torques show.
+        k: (n,) of a joint's torque, what the log makes of it.
+    """
+
+    X: FloatArray
+    a: FloatArray
+    k: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class LoadProblem:
+    """Torque equations of logs with a load and without, joint by joint.
+
+    Attributes:
+        names: of X.
+        loaded, alone: equations of the logs with the load, and of those without.
+        G: (p, 10) from the parameters of the load to X.
+        V: (10, r) directions of the load that torques show, orthonormal in UNITS.
+        given: (10,) what is known of the load: its mass, or nothing.
+        free: places of the parameters of the robot that are solved for.
+    """
+
+    names: tuple[str, ...]
+    loaded: Sequence[Equations]
+    alone: Sequence[Equations]
+    G: FloatArray
+    V: FloatArray
+    given: FloatArray
+    free: Sequence[int]
+
+    def step(self, at: LoadFit, gains: bool = False) -> tuple[LoadFit, LinearSystem, Solution]:
+        """Solve for changes of the load, of the free parameters, and of the gains where asked.
+
+        Returns:
+            What comes of them, the equations of the changes, and their solution: r of the load,
+            then the free parameters, then the gains.
+        """
+        columns, carried = self.G * UNITS @ self.V, self.in_X(at)
+        units = np.eye(len(at.k)) if gains else np.zeros((len(at.k), 0))
+        rows = []
+        logs = [(e, at.X + carried, columns) for e in self.loaded]
+        logs += [(e, at.X, 0 * columns) for e in self.alone]
+        for e, X, shown in logs:
+            k, unit, torque = at.k[e.joint], units[e.joint], e.W @ X
+            W = np.hstack([k * (e.W @ shown), k * e.W[:, self.free], torque[:, None] * unit])
+            rows.append(replace(e, W=W, y=e.y - k * torque))
+        labels = (
+            *(f"load {k + 1}" for k in range(len(at.a))),
+            *(self.names[k] for k in self.free),
+            *(f"gain {j + 1}" for j in range(units.shape[1])),
+        )
+        system = LinearSystem(labels, tuple(rows))
+        solution = Wls().solve(system)
+        a, X, k = np.split(solution.X, [len(at.a), len(at.a) + len(self.free)])
+        whole = at.X.copy()
+        whole[self.free] += X
+        return LoadFit(whole, at.a + a, at.k + k if gains else at.k), system, solution
+
+    def in_X(self, fit: LoadFit) -> FloatArray:
+        """Return what the load adds to X, (p,)."""
+        out: FloatArray = self.G @ (self.given + UNITS * (self.V @ fit.a))
+        return out
+
+    def estimate(self, fit: LoadFit, covariance: FloatArray) -> LoadEstimate:
+        """Return the load of a fit, with the covariance of its directions, (r, r)."""
+        from scipy.linalg import null_space
+
+        onto = UNITS[:, None] * self.V
+        null = null_space(np.column_stack([self.V, self.given != 0]).T)
+        return LoadEstimate(self.given + onto @ fit.a, onto @ covariance @ onto.T, null)
+
+    def calibrated(self, fit: LoadFit) -> tuple[LoadFit, Solution]:
+        """Solve for the gains too, from a fit without.
+
+        Raises:
+            IdentificationError: the logs do not determine the gains, or the steps do not settle.
+        """
+        for _ in range(_STEPS):
+            fit, _, solution = self.step(fit, gains=True)
+            if (np.abs(solution.X) <= _SETTLED * solution.std + 1e-12).all():
+                break
+        else:
+            raise IdentificationError(
+                "the gains do not settle; accepted: logs with and without the load, of motions "
+                "that turn it against gravity at every joint"
+            )
+        j = int(np.argmin(fit.k))
+        if fit.k[j] <= 0:
+            raise IdentificationError(
+                f"the gain of movable joint {j + 1} came out as {1 / fit.k[j]:.3g}; accepted: logs "
+                "in which the load shows at every joint, and torques of the right sign"
+            )
+        return fit, solution
+
+
+def _directions(rows: Sequence[Equations], G: FloatArray, free: int) -> FloatArray:
+    """Return the directions (10, r) of the first parameters of a load that torques show.
+
+    In the units of a load of 0.1 m and 1 kg; the columns are orthonormal.
+    """
+    scaled = (G * UNITS)[:, :free]
+    _, sizes, V = np.linalg.svd(triangle(np.concatenate([e.W @ scaled for e in rows])))
+    seen = V[: len(sizes)][sizes > _TIED * sizes[0]].T
+    return np.pad(seen, ((0, 10 - free), (0, 0)))
+
+
+def _of_given(system: LinearSystem, solution: Solution, rows: Sequence[Equations]) -> FloatArray:
+    """Return the derivative of a weighted solution with the parameters taken off y, (k, p)."""
+    weights = solution.weights
+    own = np.concatenate([w * e.W for w, e in zip(weights, system.logs, strict=True)])
+    given = np.concatenate([w * e.W for w, e in zip(weights, rows, strict=True)])
+    out: FloatArray = -np.linalg.lstsq(own, given, rcond=None)[0]
+    return out
+
+
+def _error(rows: Sequence[Equations], X: FloatArray, gain: FloatArray) -> float:
+    """Return ||tau - model|| / ||tau||, all joints stacked."""
+    left = [e.y - gain[e.joint] * (e.W @ X) for e in rows]
+    squares = [(x @ x, e.y @ e.y) for x, e in zip(left, rows, strict=True)]
+    return relative_error(*np.array(squares).T).relative
+
+
+def _known_covariance(
+    given: Given, model: Model, still: bool
+) -> tuple[FloatArray | None, tuple[str, ...]]:
+    """Return the covariance of given parameters where it is known, and what is said of it."""
+    estimate = given.estimate
+    if estimate is None:
+        return None, ("std leaves out the errors of the given parameters: the file states none",)
+    doubt = () if estimate.verdict == "trusted" else (f"{given.file}: a doubtful estimate",)
+    if tuple(p.name for p in estimate.parameters) != model.base.names:
+        return None, doubt
+    if not estimate.correlation.size:
+        return None, doubt
+    known = np.isfinite(estimate.covariance)
+    if not (known.all() or still):
+        raise ParameterError(
+            f"{given.file}: it does not determine all parameters; accepted: an estimate from "
+            "motions, or --model static with tables of still poses"
+        )
+    return np.where(known, estimate.covariance, 0.0), doubt  # 0: seen in no pose
+
+
+def _require_options(
+    parameters: str | Path | None,
+    bare: Sequence[Source],
+    mass: float | None,
+    gain: float | None,
+    calibrate: bool,
+    model: str,
+) -> None:
+    """Refuse options of `payload` that do not go together."""
+    if parameters is None and not bare:
+        raise IdentificationError(
+            "what the robot is without its load is not known; accepted: --parameters, or --without "
+            "with logs of the robot alone"
+        )
+    if calibrate and (mass is None or not bare):
+        raise IdentificationError("--calibrate: accepted: with --mass and --without")
+    if calibrate and model == STATIC:
+        raise IdentificationError("--calibrate with --model static: accepted: logs of motions")
+    if model not in MODELS:
+        raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
+    for name, value in (("--mass", mass), ("--gain", gain)):
+        if value is not None and not 0 < value < 1e6:
+            raise ParameterError(f"{name} {value:g}; accepted: a number above 0")
 
 
 def payload(
@@ -125,7 +503,7 @@ def payload(
         gain: standard deviation of the drives' gains, in percent: it scales masses and inertias;
             by default that of [drive], where it states one.
         calibrate: whether the load, whose mass is known, tells the gains of the drives, from logs
-            with it and without; see `symgen.identification.gains`.
+            with it and without.
         model: "torque"; or "static", where the rows of the logs are still poses.
         cutoff: of the filter of positions and speeds, Hz; by default that of the estimate, or else
             the one that suits the logs best.
@@ -140,20 +518,7 @@ def payload(
     """
     loaded, bare = listed_logs(logs), listed_logs(without)
     require_logs(loaded)
-    if parameters is None and not bare:
-        raise IdentificationError(
-            "what the robot is without its load is not known; accepted: --parameters, or --without "
-            "with logs of the robot alone"
-        )
-    if calibrate and (mass is None or not bare):
-        raise IdentificationError("--calibrate: accepted: with --mass and --without")
-    if calibrate and model == STATIC:
-        raise IdentificationError("--calibrate with --model static: accepted: logs of motions")
-    if model not in MODELS:
-        raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
-    for name, value in (("--mass", mass), ("--gain", gain)):
-        if value is not None and not 0 < value < 1e6:
-            raise ParameterError(f"{name} {value:g}; accepted: a number above 0")
+    _require_options(parameters, bare, mass, gain, calibrate, model)
     source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
     if source.loaded:
         raise ParameterError(
@@ -164,247 +529,101 @@ def payload(
         gain = source.drive.gain_uncertainty_percent
     progress("deriving and compiling the model")
     derived = derive(source, JUDGING)
-    known = _Known.read(parameters, derived, model == STATIC)
-    read = still_poses if model == STATIC else torques
-    seen = read(
-        load(derived),
-        [*loaded, *bare],
-        reading,
-        cutoff,
-        None if known is None else known.band,
-        progress,
+    given = None if parameters is None else read_given(parameters, derived)
+    spread, doubts = (
+        (None, ()) if given is None else _known_covariance(given, derived, model == STATIC)
     )
-    with_load = [e for own in seen.equations[: len(loaded)] for e in own]
-    alone = [e for own in seen.equations[len(loaded) :] for e in own]
+    read = still_poses if model == STATIC else torques
+    band = None if given is None else given.band
+    seen = read(load(derived), [*loaded, *bare], reading, cutoff, band, progress)
+    with_load, alone = (
+        [e for own in part for e in own]
+        for part in (seen.equations[: len(loaded)], seen.equations[len(loaded) :])
+    )
+    progress(f"solving {sum(len(e.y) for e in (*with_load, *alone))} equations")
     link = source.payload or source.movable[-1].number
     G = regrouping(derived)[:, link_columns(derived, link)]
-    progress(f"solving {sum(len(e.y) for e in (*with_load, *alone))} equations")
+    V = _directions(with_load, G, 10 if mass is None else 9)
+    start = LoadFit(np.zeros(len(G)), np.zeros(V.shape[1]), np.ones(source.n))
+    free, notes = shown_columns([*with_load, *alone]).kept, seen.notes
+    if given is not None and not bare:
+        # Friction as it was: what is left of it is solved for, so that its change has no say in s.
+        free = [k for k in free if k >= derived.inertial]
+        start, notes = replace(start, X=given.X), (*notes, *doubts)
+        how = "logs with the load against given parameters, friction taken anew"
+    else:
+        how = "logs with and without the load, solved at once"
+    known = np.array([*[0.0] * 9, mass or 0.0])
+    problem = LoadProblem(derived.base.names, with_load, alone, G, V, known, free)
+    fit, system, solution = problem.step(start)
+    covariance = solution.covariance
+    if spread is not None and not bare:
+        shift = _of_given(system, solution, with_load)[:, : derived.inertial]
+        covariance = covariance + shift @ spread[: derived.inertial, : derived.inertial] @ shift.T
+    before = _error(with_load, fit.X if bare else start.X, fit.k)
     gains: tuple[Quantity, ...] = ()
     if calibrate:
-        solved, gains = _calibrated(derived, with_load, alone, G, mass)
         how = "logs with and without the load, and the drives' gains, solved at once"
-    elif alone:
-        solved = _beside(derived, with_load, alone, G, mass)
-        how = "logs with and without the load, solved at once"
-    else:
-        assert known is not None
-        solved = _against(derived, with_load, known, G, mass)
-        how = "logs with the load against given parameters, friction taken anew"
-    found, before, after, notes = solved
-    what = "of torque at standstill" if model == STATIC else "of torque"
-    result = _payload(
-        source, link, found, mass, gain, before, after,
-        f"weighted least squares {what}: {how}", seen.band, (*seen.notes, *notes), seen.repairs,
-    )  # fmt: skip
-    return replace(result, gains=gains)
-
-
-@dataclass(frozen=True, eq=False)
-class _Known:
-    """What is known of the robot alone: X (p,), its covariance, and the band it was found in."""
-
-    X: FloatArray
-    covariance: FloatArray | None
-    band: Band | None
-    notes: tuple[str, ...] = ()
-
-    @staticmethod
-    def read(path: str | Path | None, model: Model, still: bool) -> _Known | None:
-        if path is None:
-            return None
-        given = read_given(path, model)
-        X, estimate = given.X, given.estimate
-        if estimate is None:
-            says = "std leaves out the errors of the given parameters: the file states none"
-            return _Known(X, None, None, (says,))
-        same = tuple(p.name for p in estimate.parameters) == model.base.names
-        covariance = estimate.covariance if same and estimate.correlation.size else None
-        if covariance is not None and not np.isfinite(covariance).all():
-            if not still:
-                raise ParameterError(
-                    f"{given.file}: it does not determine all parameters; accepted: an estimate "
-                    "from motions, or --model static with tables of still poses"
-                )
-            covariance = np.where(np.isfinite(covariance), covariance, 0.0)  # seen in no pose
-        doubt = () if estimate.verdict == "trusted" else (f"{given.file}: a doubtful estimate",)
-        return _Known(X, covariance, estimate.band, doubt)
-
-
-Solved = tuple[LoadEstimate, float, float, tuple[str, ...]]
-
-
-def _basis(rows: Sequence[Equations], G: FloatArray, free: Sequence[int]) -> FloatArray:
-    """Return the directions (10, r) of the free parameters of a load that torques show.
-
-    In the units of a load of 0.1 m and 1 kg; the columns are orthonormal.
-    """
-    scaled = (G * units())[:, free]
-    R = np.linalg.qr(np.concatenate([e.W @ scaled for e in rows]), mode="r")
-    _, sizes, V = np.linalg.svd(R)
-    seen = V[sizes > _TIED * sizes[0]].T
-    out = np.zeros((10, seen.shape[1]))
-    out[list(free)] = seen
-    return out
-
-
-def _against(
-    model: Model, rows: Sequence[Equations], known: _Known, G: FloatArray, mass: float | None
-) -> Solved:
-    """Solve for the load and friction, with given inertial parameters of the robot."""
-    inertial = model.inertial
-    # Friction as it was: what is left of it is solved for, so that its change has no say in s.
-    rubbing = [k for k in Shown.by(rows).kept if k >= inertial]
-    V, system, solution = _with_load(model, rows, (), G, mass, rubbing, known.X)
-    covariance = solution.covariance
-    if known.covariance is not None:
-        shift = _shift(system, rows, solution)[:, :inertial]
-        covariance = covariance + shift @ known.covariance[:inertial, :inertial] @ shift.T
-    after = _relative(rows, [e.y - e.W @ solution.X for e in system.logs])
-    before = _relative(rows, [e.y - e.W @ known.X for e in rows])
-    return _found(V, solution.X, covariance, mass), before, after, known.notes
-
-
-def _with_load(
-    model: Model,
-    rows: Sequence[Equations],
-    alone: Sequence[Equations],
-    G: FloatArray,
-    mass: float | None,
-    free: Sequence[int],
-    X: FloatArray,
-) -> tuple[FloatArray, LinearSystem, Solution]:
-    """Solve for the load, and for a change of some parameters.
-
-    Args:
-        model: of the robot.
-        rows: with the load.
-        alone: without it.
-        G: from the parameters of the load to X, (p, 10).
-        mass: of the load, where it is known.
-        free: places of the parameters that are solved for.
-        X: the robot's parameters before, (p,).
-
-    Returns:
-        The directions of the load that torques show (10, r), the equations, and the solution: r
-        parameters of the load, then the free ones.
-    """
-    V = _basis(rows, G, range(10 if mass is None else 9))
-    own, r = np.eye(len(X))[:, list(free)], V.shape[1]
-    loaded, known = np.hstack([G * units() @ V, own]), X + G @ _given(mass)
-    bare = np.hstack([np.zeros((len(X), r)), own])
-    labels = (*(f"load {k + 1}" for k in range(r)), *(model.base.names[k] for k in free))
-    system = LinearSystem(
-        labels,
-        (
-            *(replace(e, W=e.W @ loaded, y=e.y - e.W @ known) for e in rows),
-            *(replace(e, W=e.W @ bare, y=e.y - e.W @ X) for e in alone),
-        ),
-    )
-    return V, system, Wls().solve(system)
-
-
-def _shift(system: LinearSystem, rows: Sequence[Equations], solution: Solution) -> FloatArray:
-    """Return the derivative of a weighted solution with the parameters taken off y, (k, p)."""
-    pairs = list(zip(solution.weights, system.logs, rows, strict=True))
-    normal = sum(w * w * e.W.T @ e.W for w, e, _ in pairs)
-    cross = sum(w * w * e.W.T @ row.W for w, e, row in pairs)
-    return -np.linalg.solve(np.asarray(normal), np.asarray(cross))
-
-
-def _beside(
-    model: Model,
-    rows: Sequence[Equations],
-    alone: Sequence[Equations],
-    G: FloatArray,
-    mass: float | None,
-) -> Solved:
-    """Solve for the robot and the load at once, from logs with and without it."""
-    kept, X = list(Shown.by([*rows, *alone]).kept), np.zeros(len(G))
-    V, system, solution = _with_load(model, rows, alone, G, mass, kept, X)
-    after = _relative(rows, [e.y - e.W @ solution.X for e in system.logs[: len(rows)]])
-    X[kept] = solution.X[V.shape[1] :]
-    before = _relative(rows, [e.y - e.W @ X for e in rows])
-    return _found(V, solution.X, solution.covariance, mass), before, after, ()
-
-
-def _calibrated(
-    model: Model,
-    rows: Sequence[Equations],
-    alone: Sequence[Equations],
-    G: FloatArray,
-    mass: float | None,
-) -> tuple[Solved, tuple[Quantity, ...]]:
-    """Solve for the drives' gains too, from a load whose mass is known."""
-    V, given = _basis(rows, G, range(9)), _given(mass)
-    found = calibrated(model.base.names, rows, alone, G * units() @ V, G @ given)
-    before = _beside(model, rows, alone, G, mass)[1]
-    told = tuple(Quantity(float(g), float(s)) for g, s in zip(found.gain, found.std, strict=True))
-    after = _relative(rows, found.left)
-    return (_found(V, found.a, found.covariance, mass), before, after, ()), told
-
-
-def _given(mass: float | None) -> FloatArray:
-    """Return the part of s that is known: the mass, or nothing."""
-    out = np.zeros(10)
-    out[-1] = mass or 0.0
-    return out
-
-
-def _found(V: FloatArray, a: FloatArray, C: FloatArray, mass: float | None) -> LoadEstimate:
-    """Return s = given + U V a with its covariance, U the units; a comes first in X and its C."""
-    onto, given, r = units()[:, None] * V, _given(mass), V.shape[1]
-    a, C = a[:r], C[:r, :r]
-    rest = np.linalg.svd(np.column_stack([V, given != 0]))
-    null = rest[0][:, np.linalg.matrix_rank(np.column_stack([V, given != 0])) :]
-    return LoadEstimate(given + onto @ a, onto @ C @ onto.T, null)
-
-
-def _relative(rows: Sequence[Equations], left: Sequence[FloatArray]) -> float:
-    """Return ||what is left|| over ||torque||, all joints stacked."""
-    size = np.sqrt(sum(float(e.y @ e.y) for e in rows))
-    return float(np.sqrt(sum(float(x @ x) for x in left)) / size)
-
-
-def _payload(
-    robot: Robot,
-    link: int,
-    found: LoadEstimate,
-    mass: float | None,
-    gain: float | None,
-    before: float,
-    after: float,
-    method: str,
-    band: Band | None,
-    notes: tuple[str, ...],
-    repairs: tuple[Fault, ...],
-) -> Payload:
-    """Return the load that exists nearest to what was found, with what is known of it."""
-    known = list(found.known())
-    if not known[0]:
+        fit, solution = problem.calibrated(fit)
+        covariance = solution.covariance
+        std = solution.std[-source.n :] / fit.k**2
+        gains = tuple(Quantity(*pair) for pair in np.column_stack([1 / fit.k, std]).tolist())
+    after = _error(with_load, fit.X + problem.in_X(fit), fit.k)
+    r, what = len(fit.a), "of torque at standstill" if model == STATIC else "of torque"
+    found = problem.estimate(fit, covariance[:r, :r])
+    identifiable = tuple(name for name, k in zip(LABELS, found.known(), strict=True) if k)
+    if "mass" not in identifiable:
         raise IdentificationError(
             f"the logs do not determine the mass of a load on link {link}; accepted: logs in which "
             "it is turned against gravity, or --mass"
         )
+    quantities, said = _quantities(found, identifiable, mass, (gain or 0.0) / 100)
+    own_mass, x, y, z, xx, xy, xz, yy, yz, zz = quantities
+    return Payload(
+        source.name, link, own_mass, (x, y, z), (xx, xy, xz, yy, yz, zz), identifiable, gain,
+        Left(before, after), f"weighted least squares {what}: {how}", seen.band, seen.repairs,
+        notes + said, gains,
+    )  # fmt: skip
+
+
+def _quantities(
+    found: LoadEstimate, identifiable: Sequence[str], mass: float | None, gain: float
+) -> tuple[list[Quantity], tuple[str, ...]]:
+    """Return mass, centre and inertia of the load that exists nearest to one, and what is said.
+
+    Args:
+        found: the load of the equations.
+        identifiable: names of what the logs determine.
+        mass: where it is known.
+        gain: standard deviation of the drives' gains, a share: masses and inertias scale by it.
+    """
+    body, said = found, ""
     try:
         body = found.nearest(mass)
         if body is not found:
-            notes += ("of the loads that can exist, the most likely one is given",)
+            said = "of the loads that can exist, the most likely one is given"
     except ParameterError as error:
-        body = found
-        notes += (f"whether such a load can exist is not checked: {error}",)
+        said = f"whether such a load can exist is not checked: {error}"
     values, std = read_off(body.s), found.std()
-    if mass is not None:
-        std[0] = 0.0
-    share = (gain or 0.0) / 100
-    scales = np.array([mass is None, 0, 0, 0, *[1] * 6])
-    std = np.hypot(std, share * scales * np.abs(values))
-    mass_found, x, y, z, *turning = (
-        Quantity(float(v), float(s)) if k else Quantity(None, None)
-        for v, s, k in zip(values, std, known, strict=True)
-    )
-    xx, xy, xz, yy, yz, zz = turning
-    identifiable = tuple(name for name, k in zip(LABELS, known, strict=True) if k)
-    return Payload(
-        robot.name, link, mass_found, (x, y, z), (xx, xy, xz, yy, yz, zz), identifiable, gain,
-        Left(before, after), method, band, repairs, notes,
-    )  # fmt: skip
+    std[0] *= mass is None
+    scaled = np.array([mass is None, 0, 0, 0, *[1] * 6])
+    std = np.hypot(std, gain * scaled * np.abs(values))
+    quantities = [
+        Quantity(*pair) if name in identifiable else Quantity(None, None)
+        for name, *pair in zip(LABELS, values.tolist(), std.tolist(), strict=True)
+    ]
+    return quantities, (said,) if said else ()
+
+
+def with_gains(robot: Robot, found: Payload) -> str:
+    """Return the robot.toml of a robot whose [drive] holds the gains that a load calibrated.
+
+    They multiply those that [drive] had before, with which the logs were read.
+    """
+    one = tuple(tuple(float(i == j) for j in range(robot.n)) for i in range(robot.n))
+    drive = robot.drive or Drive(one)
+    before = drive.gain or (1.0,) * robot.n
+    pairs = [(b, q.value or 1.0, q.std or 0.0) for b, q in zip(before, found.gains, strict=True)]
+    gain = tuple(b * value for b, value, _ in pairs)
+    std = tuple(abs(b) * s for b, _, s in pairs)
+    return robot_toml(replace(robot, drive=replace(drive, gain=gain, gain_std=std)))

@@ -13,8 +13,7 @@ the entries of a pseudo-inertia compare.
 
 Programs have a quadratic objective, affine equations, signs and semidefinite matrices,
 
-    minimise 1/2 y'P y + c'y   with   E y + f = 0, >= 0, a positive semidefinite matrix,
-                                      or (a, b, c) with b exp(a/b) <= c
+    minimise 1/2 y'P y + c'y   with   E y + f = 0, >= 0, or a positive semidefinite matrix
 
 and are solved by Clarabel (Goulart and Chen 2024). Symmetric matrices are vectors: the upper
 triangle column by column, off-diagonal entries times sqrt(2), so that tr(A B) is a scalar product.
@@ -43,7 +42,7 @@ from symgen.estimation.solve import Solution
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.values import Contrast, FloatArray
 from symgen.identification.estimate import Consistency
-from symgen.identification.parameters import mass_matrices, regrouping
+from symgen.identification.parameters import is_finite, mass_matrices, regrouping
 from symgen.names import REVOLUTE
 from symgen.robot.body import Body
 from symgen.robot.types import Robot
@@ -90,13 +89,24 @@ def bodies(robot: Robot, values: Mapping[str, float]) -> tuple[Body, ...]:
                 f"link {joint.number}: {', '.join(missing[:5])} missing; accepted: all of "
                 f"{' '.join(names.LINK)}"
             )
-        J, m, M = _matrices(np.sum([[values[name] for name in link] for link in wanted], axis=0))
-        if not M > 0:
-            raise ParameterError(f"link {joint.number}: its mass is {M:g}; accepted: above 0")
-        com = m / M
-        about = J - M * (com @ com * np.eye(3) - np.outer(com, com))
-        out.append(Body(joint.number, M, com, about))
+        mass, com, inertia = about_centre(
+            np.sum([[values[name] for name in link] for link in wanted], axis=0)
+        )
+        if not mass > 0:
+            raise ParameterError(f"link {joint.number}: its mass is {mass:g}; accepted: above 0")
+        out.append(Body(joint.number, mass, com, inertia))
     return tuple(out)
+
+
+def about_centre(link: Sequence[float] | FloatArray) -> tuple[float, FloatArray, FloatArray]:
+    """Return mass, centre of mass (3,) and inertia (3, 3) about it; NaN where the mass is 0.
+
+    Args:
+        link: XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the frame, (10,).
+    """
+    J, m, mass = _matrices(link)
+    com = m / (mass or np.nan)
+    return mass, com, J - mass * (com @ com * np.eye(3) - np.outer(com, com))
 
 
 def _matrices(link: Sequence[float] | FloatArray) -> tuple[FloatArray, FloatArray, float]:
@@ -113,10 +123,7 @@ _ACCURACY = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class Cone:
-    """E y + f lies in a cone; E (m, n), f (m,).
-
-    kind is "zero", "nonnegative", "semidefinite" or "exponential".
-    """
+    """E y + f lies in a cone, "zero", "nonnegative" or "semidefinite"; E (m, n), f (m,)."""
 
     kind: str
     E: FloatArray
@@ -125,9 +132,7 @@ class Cone:
 
 def triangle_vector(matrix: FloatArray) -> FloatArray:
     """Return a symmetric matrix (m, m) as a vector (m (m + 1)/2,)."""
-    rows, columns = np.triu_indices(len(matrix))
-    order = np.lexsort((rows, columns))
-    rows, columns = rows[order], columns[order]
+    columns, rows = np.tril_indices(len(matrix))  # the upper triangle, column by column
     scaled: FloatArray = matrix[rows, columns] * np.where(rows == columns, 1.0, np.sqrt(2.0))
     return scaled
 
@@ -151,7 +156,6 @@ def minimise(
     kinds = {
         "zero": clarabel.ZeroConeT,
         "nonnegative": clarabel.NonnegativeConeT,
-        "exponential": lambda _: clarabel.ExponentialConeT(),
         "semidefinite": lambda m: clarabel.PSDTriangleConeT(round((2 * m + 0.25) ** 0.5 - 0.5)),
     }
     settings = clarabel.DefaultSettings()
@@ -174,6 +178,11 @@ def minimise(
     return np.array(solution.x), np.split(np.array(solution.z), ends)
 
 
+#: The pseudo-inertia of ten link parameters as a vector of the solver, the unit matrix as such a
+#: vector, and the link parameters of which it is the pseudo-inertia.
+MATRIX = np.array([triangle_vector(pseudo_inertia(unit)) for unit in np.eye(len(names.LINK))]).T
+IDENTITY = triangle_vector(np.eye(4))
+_UNIT = np.array([2.0, 0, 0, 2, 0, 2, 0, 0, 0, 1])
 #: Smallest eigenvalue of a pseudo-inertia, in the robot's units, that counts as positive ...
 _CERTAIN = 1e-8
 #: ... that the nearest consistent parameters keep ...
@@ -216,46 +225,44 @@ class Feasibility:
         base, self.robot = model.base, model.robot.name
         self.parameters = base.parameters
         self.names = [p.name for p in base.standard]
-        self.prefix = {p.name: p.prefix for p in base.standard}
+        prefixes = [p.prefix for p in base.standard]
         self.X = np.array(X, dtype=float)
         if self.X.shape != (len(base.parameters),) or not np.isfinite(self.X).all():
             raise ParameterError(
                 f"{self.robot}: X is not {len(base.parameters)} finite base parameters"
             )
         self.G = regrouping(model)
+        self.never_negative = np.isin(prefixes, (*_DIAGONAL, *POSITIVE))
         self.heads = [p.index for p in base.parameters]
-        self.free = sorted(set(range(len(self.names))) - set(self.heads))
-        first = [i for i, p in enumerate(base.standard) if p.prefix == names.LINK[0]]
-        self.links = [list(range(i, i + len(names.LINK))) for i in first]
-        within = {i for link in self.links for i in link}
-        self.positive = [
-            i for i, p in enumerate(base.standard) if p.prefix in POSITIVE and i not in within
-        ]
+        n = len(self.names)
+        self.free = sorted(set(range(n)) - set(self.heads))
+        first = np.flatnonzero(np.array(prefixes) == names.LINK[0])
+        self.links = first[:, None] + np.arange(len(names.LINK))
+        drives = np.isin(prefixes, POSITIVE)
+        drives[self.links] = False
+        self.positive = np.flatnonzero(drives)
         length = _length(model.robot)
-        scale = [
-            f * length**power for f, power in (_UNITS.get(p.unit, (1, 0)) for p in base.standard)
-        ]
+        scale = np.array([f * length**k for f, k in (_UNITS.get(p.unit, (1, 0))
+                                                     for p in base.standard)])  # fmt: skip
         heads = self.heads[: base.inertial]
-        mass = float(np.max(np.abs(self.X[: len(heads)]) / np.take(scale, heads), initial=0.0))
-        self.scale = np.array(scale) * (mass or 1.0)
+        mass = float(np.max(np.abs(self.X[: len(heads)]) / scale[heads], initial=0.0))
+        self.scale = scale * (mass or 1.0)
         # x = onto y + at: the free parameters y, and the leading ones that X leaves
-        self.onto = np.zeros((len(self.names), len(self.free)))
-        self.onto[self.free, range(len(self.free))] = 1.0
+        self.onto = np.eye(n)[:, self.free]
         self.onto[self.heads] = -self.G[:, self.free] * self.scale[self.free]
         self.onto[self.heads] /= self.scale[self.heads, None]
-        self.at = np.zeros(len(self.names))
+        self.at = np.zeros(n)
         self.at[self.heads] = self.X / self.scale[self.heads]
 
     def require(self, prior: Mapping[str, float]) -> None:
         """Refuse a prior that does not hold finite standard parameters of this robot."""
         for name, value in prior.items():
-            if name not in self.prefix:
+            if name not in self.names:
                 raise ParameterError(
                     f"{self.robot}: the prior's {name} is no standard parameter; accepted: "
                     f"{', '.join(self.names[:11])}, ..."
                 )
-            number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-            if not number or not math.isfinite(value):
+            if not is_finite(value):
                 raise ParameterError(
                     f"{self.robot}: the prior's {name} is {value!r}; accepted: a finite number"
                 )
@@ -265,7 +272,7 @@ class Feasibility:
         wrong = [
             f"{p.name} is {x:.4g} and cannot be negative" + f" ({p.expression})" * bool(p.terms)
             for row, p, x in zip(self.G, self.parameters, self.X, strict=True)
-            if x < 0 and self._adds_up_positive(row)
+            if x < 0 and row.min() >= 0 and self.never_negative[row > 0].all()
         ]
         if wrong:
             return "; ".join(wrong[:3]) + (f"; {len(wrong) - 3} more" if len(wrong) > 3 else "")
@@ -276,12 +283,6 @@ class Feasibility:
         links = [f"link {self.names[self.links[k][0]].removeprefix('XX')}" for k in worst]
         return f"the inertia of {' and '.join(links)} cannot be positive definite"
 
-    def _adds_up_positive(self, row: FloatArray) -> bool:
-        """Say whether a base parameter is a sum of what is never negative."""
-        members = np.flatnonzero(row)
-        kinds = {self.prefix[self.names[i]] for i in members}
-        return bool((row > 0)[members].all()) and kinds <= {*_DIAGONAL, *POSITIVE}
-
     @cached_property
     def margin(self) -> tuple[float, FloatArray]:
         """The largest t with P_j - t I positive semidefinite for every link j, up to 1e-3.
@@ -289,22 +290,17 @@ class Feasibility:
         X is realisable when it is positive. The second value is the share of each link in what
         binds t: the trace of its dual matrix.
         """
-        onto = np.pad(self.onto, ((0, 0), (0, 1)))
+        onto = np.column_stack([self.onto, -self._floors(np.ones(len(self.links)))])
         t = np.eye(onto.shape[1])[-1]
-        cones = [
-            Cone(
-                "semidefinite",
-                MATRIX @ onto[link] - np.outer(IDENTITY, t),
-                MATRIX @ self.at[link],
-            )
-            for link in self.links
-        ]
-        cones += [Cone("nonnegative", onto[self.positive], self.at[self.positive])]
         trace = np.zeros((len(self.links), len(self.names)))
-        for j, link in enumerate(self.links):
-            trace[j, link] = IDENTITY @ MATRIX
-        cones += [
-            Cone("nonnegative", -trace @ onto, _LARGEST - trace @ self.at),
+        np.put_along_axis(trace, self.links, (IDENTITY @ MATRIX)[None], axis=1)
+        cones = [
+            *self._consistent(onto, self.at),
+            Cone(
+                "nonnegative",
+                -trace @ np.pad(self.onto, ((0, 0), (0, 1))),
+                _LARGEST - trace @ self.at,
+            ),
             Cone("nonnegative", -t[None], np.array([_ENOUGH])),
         ]
         y, duals = minimise(np.zeros((len(t), len(t))), -t, cones)
@@ -313,7 +309,7 @@ class Feasibility:
     def closest(self, prior: Mapping[str, float]) -> FloatArray:
         """Return the standard parameters s that give X and come closest to the prior."""
         target = np.array([float(prior.get(name, 0.0)) for name in self.names]) / self.scale
-        named = np.array([name in prior for name in self.names])
+        named = np.isin(self.names, list(prior))
         weights = np.where(named | (not prior), 1.0, _FAINT)
         # Half of what all links can have at once, but no more than a link has in the prior.
         floors = np.full(len(self.links), self.margin[0] / 2)
@@ -325,7 +321,7 @@ class Feasibility:
         y, _ = minimise(
             weighted @ self.onto,
             weighted @ (self.at - target),
-            self._consistent(self.onto, self.at, floors),
+            self._consistent(self.onto, self.at - self._floors(floors)),
         )
         s: FloatArray = (self.onto @ y + self.at) * self.scale
         s[self.positive] = np.maximum(s[self.positive], 0.0)
@@ -333,89 +329,39 @@ class Feasibility:
         s[self.positive] = np.maximum(s[self.positive], 0.0)  # -1e-17, from the line above
         return s
 
-    def nearest(
-        self,
-        covariance: FloatArray,
-        divergence: float = 0.0,
-        towards: Mapping[str, float] | None = None,
-    ) -> tuple[FloatArray, float]:
+    def nearest(self, covariance: FloatArray) -> tuple[FloatArray, float]:
         """Return the nearest base parameters that a robot can have, and how far they are."""
         whiten = _whitening(covariance, len(self.X))
         n, p = len(self.names), len(self.X)
+        onto = whiten @ self.G * self.scale
         # In units of the most precise direction: deviations may span many decades.
-        precise = float(np.linalg.norm(whiten @ self.G * self.scale, 2))
-        unit = whiten / precise
-        cones, linear = self._log_det(n + p, towards or {}) if divergence else ([], np.zeros(n + p))
-        size = len(linear)
-        distance = np.zeros((p, size))
-        distance[:, :n], distance[:, n : n + p] = unit @ self.G * self.scale, -np.eye(p)
-        floors = np.full(len(self.links), _NEAREST)
-        bound = self._consistent(np.eye(n, size), np.zeros(n), floors)
-        faint = np.full(n, max(_FAINTEST / precise**2, _TINY))
+        precise = float(np.linalg.norm(onto, 2))
+        distance = np.hstack([onto / precise, -np.eye(p)])
+        floors = self._floors(np.full(len(self.links), _NEAREST))
+        faint = max(_FAINTEST / precise**2, _TINY)
         y, _ = minimise(
-            np.diag([*faint, *np.ones(p), *np.zeros(size - n - p)]),
-            divergence / precise**2 * linear,
-            [Cone("zero", distance, -unit @ self.X), *bound, *cones],
+            np.diag([*np.full(n, faint), *np.ones(p)]),
+            np.zeros(n + p),
+            [
+                Cone("zero", distance, -whiten @ self.X / precise),
+                *self._consistent(np.eye(n, n + p), -floors),
+            ],
         )
         s = y[:n] * self.scale
         s[self.positive] = np.maximum(s[self.positive], 0.0)
         near: FloatArray = self.G @ s
         return near, float(np.linalg.norm(whiten @ (near - self.X)))
 
-    def _log_det(self, first: int, towards: Mapping[str, float]) -> tuple[list[Cone], FloatArray]:
-        """Return the cones and the linear objective of the divergence of all links.
+    def _floors(self, floors: FloatArray) -> FloatArray:
+        """Return the parameters of links whose pseudo-inertias are these times the unit matrix."""
+        out = np.zeros(len(self.names))
+        out[self.links] = floors[:, None] * _UNIT
+        return out
 
-        log det P is the largest sum of u_i with u_i <= log L_ii and [[P, L], [L', diag L]] positive
-        semidefinite, L lower triangular (Ben-Tal and Nemirovski 2001). The variables of link j,
-        ten of L and four of u, follow at `first` + 14 j.
-        """
-        size = first + 14 * len(self.links)
-        linear = np.zeros(size)
-        cones = []
-        lower = [(i, k) for i in range(4) for k in range(i + 1)]
-        for j, link in enumerate(self.links):
-            at = first + 14 * j
-            E = np.zeros((36, size))
-            for column, unit in zip(link, np.eye(len(link)), strict=True):
-                E[:, column] = _block(pseudo_inertia(unit), np.zeros((4, 4)))
-            for m, (i, k) in enumerate(lower):
-                single = np.zeros((4, 4))
-                single[i, k] = 1.0
-                E[:, at + m] = _block(np.zeros((4, 4)), single)
-                if i == k:
-                    e = np.zeros((3, size))
-                    e[0, at + 10 + i] = e[2, at + m] = 1.0
-                    cones.append(Cone("exponential", e, np.array([0.0, 1.0, 0.0])))
-            cones.append(Cone("semidefinite", E, np.zeros(36)))
-            linear[at + 10 : at + 14] = -1.0
-            linear[link] = triangle_vector(self._reference(link, towards)) @ MATRIX
-        return cones, linear
-
-    def _reference(self, link: list[int], towards: Mapping[str, float]) -> FloatArray:
-        """Return the inverse of P0 of a link, in the robot's units."""
-        if all(self.names[i] in towards for i in link):
-            P = pseudo_inertia(np.array([towards[self.names[i]] for i in link]) / self.scale[link])
-            if float(np.linalg.eigvalsh(P)[0]) > _CERTAIN:
-                return np.asarray(np.linalg.inv(P), dtype=float)
-        return np.eye(4)
-
-    def _consistent(self, onto: FloatArray, at: FloatArray, floors: FloatArray) -> list[Cone]:
+    def _consistent(self, onto: FloatArray, at: FloatArray) -> list[Cone]:
         """Return the cones of x = onto y + at: links as bodies, and what is never negative."""
-        out = [
-            Cone("semidefinite", MATRIX @ onto[link], MATRIX @ at[link] - floor * IDENTITY)
-            for link, floor in zip(self.links, floors, strict=True)
-        ]
+        out = [Cone("semidefinite", MATRIX @ onto[link], MATRIX @ at[link]) for link in self.links]
         return [*out, Cone("nonnegative", onto[self.positive], at[self.positive])]
-
-
-#: The pseudo-inertia of ten link parameters as a vector of the solver, and the unit matrix.
-MATRIX = np.array([triangle_vector(pseudo_inertia(unit)) for unit in np.eye(len(names.LINK))]).T
-IDENTITY = triangle_vector(np.eye(4))
-
-
-def _block(P: FloatArray, L: FloatArray) -> FloatArray:
-    """Return [[P, L], [L', diag L]] as a vector of the solver."""
-    return triangle_vector(np.block([[P, L], [L.T, np.diag(np.diag(L))]]))
 
 
 def _length(robot: Robot) -> float:
@@ -504,41 +450,31 @@ def link_parameters(
 
 
 def nearest_consistent(
-    model: Model,
-    X: FloatArray,
-    covariance: FloatArray,
-    divergence: float = 0.0,
-    towards: Mapping[str, float] | None = None,
+    model: Model, X: FloatArray, covariance: FloatArray
 ) -> tuple[FloatArray, float]:
     """Return the nearest base parameters that a robot can have, and how far they are.
 
-        minimise 1/2 (X - X0)' C^-1 (X - X0) + divergence * sum over links of D(P_j, P0_j),
-        D(P, P0) = tr(P0^-1 P) - log det P        (Lee, Wensing, Park 2020), up to a constant
+        minimise (X - X0)' C^-1 (X - X0)
 
-    over parameters of links whose pseudo-inertias P_j are positive definite, with friction and
-    rotor inertia not negative.
+    over parameters of links whose pseudo-inertias are positive definite, with friction and rotor
+    inertia not negative.
 
     Args:
         model: whose parameters they are.
         X: base parameters X0, (p,).
         covariance: C of X0, (p, p).
-        divergence: weight of the log-det prior; 0 for none.
-        towards: standard parameters by name, whose pseudo-inertias are P0; links that it does not
-            give, or gives as impossible, have the unit matrix in the robot's units.
 
     Returns:
-        The base parameters, and sqrt((X - X0)' C^-1 (X - X0)): 0 where X0 is possible and there is
-        no log-det prior.
+        The base parameters, and sqrt((X - X0)' C^-1 (X - X0)): 0 where X0 is possible.
 
     Raises:
         ParameterError: the solver finds no solution, or what it finds is not
             possible after all.
     """
     problem = Feasibility(model, X)
-    problem.require(towards or {})
-    if divergence == 0 and not problem.fault():
+    if not problem.fault():
         return problem.X, 0.0
-    near, sigmas = problem.nearest(covariance, divergence, towards or {})
+    near, sigmas = problem.nearest(covariance)
     fault = Feasibility(model, near).fault()
     if fault:
         raise ParameterError(f"{model.robot.name}: no consistent parameters are found: {fault}")
@@ -594,15 +530,10 @@ class Consistent:
     Attributes:
         model: of the robot.
         base: the estimate that it starts from.
-        divergence: weight of a log-det prior on every pseudo-inertia (Lee, Wensing, Park 2020); it
-            keeps them away from the edge of what is possible.
-        towards: standard parameters by name that the log-det prior prefers, from CAD for example.
     """
 
     model: Model
     base: Estimator = field(default_factory=Wls)
-    divergence: float = 0.0
-    towards: Mapping[str, float] = field(default_factory=dict)
     name: ClassVar[str] = "consistent"
     excludes: ClassVar[str] = (
         NOISE_BIAS + "; the constraints (they are those of the estimate without them, and too wide "
@@ -616,9 +547,7 @@ class Consistent:
             ParameterError: no consistent parameters are found.
         """
         free = self.base.solve(system)
-        near, sigmas = nearest_consistent(
-            self.model, free.X, free.covariance, self.divergence, self.towards
-        )
+        near, sigmas = nearest_consistent(self.model, free.X, free.covariance)
         moved = (
             f"parameters that a robot can have are {sigmas:.3g} sigmas from {self.base.name}"
             if sigmas

@@ -27,6 +27,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,10 +38,10 @@ from symgen.data.signals import Samples
 from symgen.errors import IdentificationError
 from symgen.estimation.estimators import Estimator, Huber, Ols, Prior, Wls
 from symgen.estimation.logs import Source, held_out, open_log, require_other_data
-from symgen.estimation.solve import SINGULAR, Solution
+from symgen.estimation.solve import IdentifiableColumns, Solution, identifiable_columns
 from symgen.estimation.statistics import binomial_tail
 from symgen.estimation.system import Equations, LinearSystem
-from symgen.estimation.torque_error import squares
+from symgen.estimation.torque_error import TorqueFit, squares
 from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.identification.estimate import (
     Consistency,
@@ -52,8 +53,6 @@ from symgen.identification.estimate import (
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 from symgen.symbolic.near_angles import costly_angles
-
-_SHARE = 1e-6  # of a parameter in what another one stands for
 
 
 def open_poses(source: Source, robot: Robot, reading: Reading | None = None) -> Samples:
@@ -93,9 +92,8 @@ def pose_columns(evaluator: Evaluator, q: FloatArray, direction: FloatArray) -> 
 def coulomb_columns(evaluator: Evaluator) -> dict[int, int]:
     """Return the place of FS in X, by the position of its joint."""
     place = {name: k for k, name in enumerate(evaluator.model.base.names)}
-    movable = enumerate(evaluator.model.robot.movable)
-    named = {j: place.get(f"FS{joint.number}") for j, joint in movable}
-    return {j: k for j, k in named.items() if k is not None}
+    named = [f"FS{joint.number}" for joint in evaluator.model.robot.movable]
+    return {j: place[name] for j, name in enumerate(named) if name in place}
 
 
 def pose_equations(evaluator: Evaluator, poses: Samples) -> tuple[Equations, ...]:
@@ -114,53 +112,18 @@ def pose_equations(evaluator: Evaluator, poses: Samples) -> tuple[Equations, ...
     )
 
 
-@dataclass(frozen=True, eq=False)
-class Shown:
-    """Which parameters some equations show.
+def shown_columns(equations: Sequence[Equations]) -> IdentifiableColumns:
+    """Return which parameters some equations show.
 
-    Attributes:
-        kept: places in X of columns that are independent of each other, those before going first.
-        known: of `kept`, those with no part in a combination that the equations leave open.
+    Raises:
+        IdentificationError: they show nothing.
     """
-
-    kept: tuple[int, ...]
-    known: tuple[int, ...]
-
-    @staticmethod
-    def by(equations: Sequence[Equations]) -> Shown:
-        """Look at the columns of some equations.
-
-        Raises:
-            IdentificationError: they show nothing.
-        """
-        W = np.concatenate([e.W for e in equations])
-        norms = np.linalg.norm(W, axis=0)
-        seen = np.flatnonzero(norms > SINGULAR * max(float(norms.max()), 1e-300))
-        if not len(seen):
-            raise IdentificationError(
-                "no parameter of the robot shows at standstill: no gravity acts on its joints"
-            )
-        basis = np.zeros((len(W), 0))
-        kept: list[int] = []
-        tied: set[int] = set()
-        for k in seen:
-            column = W[:, k] / norms[k]
-            rest = column - basis @ (basis.T @ column)
-            rest -= basis @ (basis.T @ rest)
-            size = float(np.linalg.norm(rest))
-            if size > SINGULAR:
-                basis = np.column_stack([basis, rest / size])
-                kept.append(int(k))
-                continue
-            share = np.linalg.lstsq(W[:, kept] / norms[kept], column, rcond=None)[0]
-            tied |= {i for i, s in zip(kept, share, strict=True) if abs(s) > _SHARE}
-        return Shown(tuple(kept), tuple(k for k in kept if k not in tied))
-
-    def system(self, names: Sequence[str], equations: Sequence[Equations]) -> LinearSystem:
-        """Return the equations of what is kept."""
-        return LinearSystem(
-            tuple(names[k] for k in self.kept), tuple(e.columns(self.kept) for e in equations)
+    columns = identifiable_columns(np.concatenate([e.W for e in equations]))
+    if not columns.kept:
+        raise IdentificationError(
+            "no parameter of the robot shows at standstill: no gravity acts on its joints"
         )
+    return columns
 
 
 STATIC = "static"
@@ -214,26 +177,20 @@ def identify_poses(
     if not given:
         train, held = held_out(train, _FEWEST)
     equations = [e for s in train for e in pose_equations(evaluator, s)]
-    shown = Shown.by(equations)
-    system = shown.system(evaluator.model.base.names, equations)
-    progress(f"solving {len(system.y)} equations for {len(system.names)} parameters")
-    solution = _within(estimator, shown).solve(system)
-    bounds = friction_bounds(evaluator, system, solution, shown)
-    return _judged(evaluator, train, held, shown, solution, bounds, label, given)
-
-
-def _within(estimator: Estimator, shown: Shown) -> Estimator:
-    """Cut a prior down to the parameters that poses show."""
+    columns, every = shown_columns(equations), evaluator.model.base.names
+    kept = columns.kept
+    system = LinearSystem(tuple(every[k] for k in kept), tuple(e.columns(kept) for e in equations))
+    progress(f"solving {len(system.y)} equations for {len(kept)} parameters")
     prior = getattr(estimator, "prior", estimator)
-    if not isinstance(prior, Prior):
-        return estimator
-    at = list(shown.kept)
-    return Prior(prior.mean[at], prior.std[at])
+    if isinstance(prior, Prior):
+        estimator = Prior(prior.mean[kept], prior.std[kept])
+    solution = estimator.solve(system)
+    bounds = friction_bounds(evaluator, system, solution, columns)
+    return _judged(Standstill(evaluator, train, held, given, columns, solution, bounds), label)
 
 
-@dataclass(frozen=True)
-class FrictionBound:
-    """What holds a joint: friction lies within -value to value, N m or N.
+class FrictionBounds(NamedTuple):
+    """What holds joints: friction lies within -value to value, N m or N, (n,) each.
 
     Attributes:
         value, std: of the bound.
@@ -241,82 +198,89 @@ class FrictionBound:
         toward_std: of it.
     """
 
-    value: float
-    std: float
-    toward: float = 0.0
-    toward_std: float = 0.0
+    value: FloatArray
+    std: FloatArray
+    toward: FloatArray
+    toward_std: FloatArray
 
 
 def friction_bounds(
-    evaluator: Evaluator, system: LinearSystem, solution: Solution, shown: Shown
-) -> tuple[FrictionBound, ...]:
+    evaluator: Evaluator, system: LinearSystem, solution: Solution, columns: IdentifiableColumns
+) -> FrictionBounds:
     """Return the friction bound of every movable joint; see the head of this file."""
     pairs = list(zip(system.logs, solution.weights, strict=True))
     normal = sum(w * w * e.W.T @ e.W for e, w in pairs)
     A = np.linalg.pinv(np.asarray(normal), hermitian=True)
-    columns = coulomb_columns(evaluator)
-    out = []
-    for j in range(evaluator.model.robot.n):
+    n, place = evaluator.model.robot.n, {k: at for at, k in enumerate(columns.kept)}
+    spread, relative, toward, toward_std = np.zeros((4, n))
+    for j in range(n):
         own = [(e, w) for e, w in pairs if e.joint == j]
         left = np.concatenate([e.y - e.W @ solution.X for e, _ in own])
         free = np.concatenate([1 - w * w * np.einsum("ka,ab,kb->k", e.W, A, e.W) for e, w in own])
         v = max(float(free.sum()), 1.0)
-        s = math.sqrt(float(left @ left) / v)
-        relative = math.sqrt(max(2 * v - 1.2 * float(free @ free), 0.0)) / v / 2
-        m = m_std = 0.0
-        if columns.get(j) in shown.kept:
-            k = shown.kept.index(columns[j])
-            m, m_std = float(solution.X[k]), math.sqrt(max(float(solution.covariance[k, k]), 0.0))
-        spread = math.sqrt(3) * s
-        out.append(FrictionBound(m + spread, math.hypot(m_std, spread * relative), m, m_std))
-    return tuple(out)
+        spread[j] = math.sqrt(3 * float(left @ left) / v)
+        relative[j] = math.sqrt(max(2 * v - 1.2 * float(free @ free), 0.0)) / v / 2
+    for j, k in coulomb_columns(evaluator).items():
+        if k in place:
+            toward[j], toward_std[j] = solution.X[place[k]], solution.std[place[k]]
+    std = np.hypot(toward_std, spread * relative)
+    return FrictionBounds(toward + spread, std, toward, toward_std)
 
 
-def _judged(
-    evaluator: Evaluator,
-    train: Sequence[Samples],
-    held: Sequence[Samples],
-    shown: Shown,
-    solution: Solution,
-    bounds: Sequence[FrictionBound],
-    label: str,
-    given: bool,
-) -> Estimate:
+@dataclass(frozen=True, eq=False)
+class Standstill:
+    """What was identified from still poses.
+
+    Attributes:
+        evaluator: the compiled model.
+        train, held: the tables, to identify from and to judge by.
+        given: whether a table was given to judge by.
+        columns: which parameters the poses show.
+        solution: of those that are kept.
+        bounds: of friction.
+    """
+
+    evaluator: Evaluator
+    train: Sequence[Samples]
+    held: Sequence[Samples]
+    given: bool
+    columns: IdentifiableColumns
+    solution: Solution
+    bounds: FrictionBounds
+
+
+def _judged(found: Standstill, label: str) -> Estimate:
     """Return the estimate with its fit and its verdict."""
+    evaluator, solution, bounds = found.evaluator, found.solution, found.bounds
     base, robot = evaluator.model.base, evaluator.model.robot
+    kept, coulomb = found.columns.kept, coulomb_columns(evaluator)
     p = len(base.parameters)
     X, std, C = np.zeros(p), np.full(p, math.nan), np.zeros((p, p))
-    at = list(shown.kept)
-    X[at], C[np.ix_(at, at)] = solution.X, solution.covariance
-    known = list(shown.known)
-    std[known] = np.sqrt(np.maximum(np.diag(C)[known], 0))
-    for j, k in coulomb_columns(evaluator).items():
-        X[k], std[k] = bounds[j].value, bounds[j].std
-        C[k, k] = std[k] ** 2
+    X[kept], C[np.ix_(kept, kept)] = solution.X, solution.covariance
+    for j, k in coulomb.items():
+        X[k], C[k, k] = bounds.value[j], bounds.std[j] ** 2
     size = np.sqrt(np.maximum(np.diag(C), 0))
+    known = [*found.columns.known, *coulomb.values()]
+    std[known] = size[known]
     outside = np.where(size > 0, size, 1)
     parameters = tuple(
         ParameterEstimate(b.name, b.expression, float(x), float(s), b.unit)
         for b, x, s in zip(base.parameters, X, std, strict=True)
     )
-    found = tuple(p for p in parameters if math.isfinite(p.std))
-    traces = [_trace(evaluator, s, X, kind) for kind, part in (("train", train),
-              ("validation", held)) for s in part]  # fmt: skip
-    own, seen = (_residual([t for t in traces if t.kind == kind]) for kind in
-                 ("train", "validation"))  # fmt: skip
-    prediction = Use("prediction", (
-        *_beyond_bounds(evaluator, held, shown, solution, bounds),
-        *_unexplained(seen, "poses held out"),
-        *_elsewhere(evaluator, train, C, bounds),
+    shown = tuple(p for p in parameters if math.isfinite(p.std))
+    parts = (("train", found.train), ("validation", found.held))
+    own, seen = (_fit(evaluator, tables, X, kind) for kind, tables in parts)
+    use = verdicts.parameters_use(shown, Consistency(None, None, ""), ())
+    reasons = (
+        *_beyond_bounds(found),
+        *_unexplained(seen.residual),
+        *_elsewhere(found, C),
         *_turned(bounds),
-    ))  # fmt: skip
-    use = verdicts.parameters_use(found, Consistency(None, None, ""), ())
-    uses = (prediction, use, Use("simulation", ("standstill shows no inertia",)))
-    beside = [f"{len(use.known)} of the {len(found)} parameters that standstill shows are known"]
-    beside += use.reasons
-    headline = f"trusted for torque at standstill, within friction; {'; '.join(beside)}"
-    if not prediction.ok:
-        headline = f"doubtful: {'; '.join(prediction.reasons)}"
+    )
+    beside = [f"{len(use.known)} of the {len(shown)} parameters that standstill shows are known"]
+    trusted = (
+        f"trusted for torque at standstill, within friction; {'; '.join([*beside, *use.reasons])}"
+    )
     return Estimate(
         robot=robot.name,
         joints=tuple(Joint(j.number, names.unit("FS", j.sigma)) for j in robot.movable),
@@ -324,147 +288,120 @@ def _judged(
         method=label,
         parameters=parameters,
         condition_number=solution.condition_number,
-        train=own,
-        validation=seen,
-        torque_train=own,
-        torque_validation=seen,
+        train=own.residual,
+        validation=seen.residual,
+        torque_train=own.residual,
+        torque_validation=seen.residual,
         cutoff_hz=None,
         window_s=None,
-        verdict="trusted" if prediction.ok else "doubtful",
-        reasons=prediction.reasons,
-        notes=(*(n for s in (*train, *held) for n in s.notes),
-               *_notes(evaluator, train, shown, bounds, given), *costly_angles(robot),
-               *solution.notes),
+        verdict="doubtful" if reasons else "trusted",
+        reasons=reasons,
+        notes=(*(n for s in (*found.train, *found.held) for n in s.notes), *_notes(found),
+               *costly_angles(robot), *solution.notes),
         correlation=C / np.outer(outside, outside),
-        traces=tuple(traces),
-        provenance=verdicts.provenance(
-            evaluator,
-            [*(("train", s) for s in train), *(("validation", s) for s in held)],
-        ),
+        traces=own.traces + seen.traces,
+        provenance=verdicts.provenance(evaluator, [(kind, s) for kind, tables in parts
+                                                   for s in tables]),
         physical=Consistency(None, None, "not checked: standstill shows no inertia"),
         excludes=_EXCLUDES,
-        uses=uses,
-        headline=headline,
+        uses=(
+            Use("prediction", reasons), use, Use("simulation", ("standstill shows no inertia",))
+        ),
+        headline=f"doubtful: {'; '.join(reasons)}" if reasons else trusted,
     )  # fmt: skip
 
 
-def _trace(evaluator: Evaluator, poses: Samples, X: FloatArray, kind: str) -> Trace:
-    """Return measured torque beside that of gravity, offsets and springs: kernels at rest."""
-    zero = np.zeros_like(poses.q)
-    torque = evaluator["inverse_dynamics"](np.ascontiguousarray(poses.q), zero, zero, X)
-    return Trace(poses.name, kind, "torque", poses.t, poses.tau, torque, 0)
+def _fit(evaluator: Evaluator, tables: Sequence[Samples], X: FloatArray, kind: str) -> TorqueFit:
+    """Compare measured torque with that of gravity, offsets and springs: kernels at rest."""
+    out = TorqueFit.none(evaluator.model.robot.n)
+    for s in tables:
+        zero = np.zeros_like(s.q)
+        torque = evaluator["inverse_dynamics"](np.ascontiguousarray(s.q), zero, zero, X)
+        trace = Trace(s.name, kind, "torque", s.t, s.tau, torque, 0)
+        out += squares(np.ones(s.tau.shape, dtype=bool), s.tau, torque, traces=(trace,))
+    return out
 
 
-def _residual(traces: Sequence[Trace]) -> Residual:
-    """Return ||tau - model|| / ||tau||, in all and by joint."""
-    measured = np.concatenate([t.measured for t in traces])
-    predicted = np.concatenate([t.predicted for t in traces])
-    return squares(np.ones(measured.shape, dtype=bool), measured, predicted).residual
-
-
-def _beyond_bounds(
-    evaluator: Evaluator,
-    held: Sequence[Samples],
-    shown: Shown,
-    solution: Solution,
-    bounds: Sequence[FrictionBound],
-) -> tuple[str, ...]:
+def _beyond_bounds(found: Standstill) -> tuple[str, ...]:
     """Say where torques held out lie outside the friction that was found, beyond chance."""
-    columns, at = coulomb_columns(evaluator), list(shown.kept)
-    hidden = [at.index(k) for k in columns.values() if k in at]
-    out = []
-    for j, bound in enumerate(bounds):
-        beyond = rows = 0
-        for s in held:
-            W = pose_columns(evaluator, s.q, s.qd)[:, j, at]
-            W[:, hidden] = 0  # all that friction does is within the bound
-            error = np.abs(s.tau[:, j] - W @ solution.X)
-            spread = np.einsum("ka,ab,kb->k", W, solution.covariance, W)
-            limit = bound.value + _NORMAL * np.sqrt(spread + bound.std**2)
-            beyond, rows = beyond + int(np.sum(error > limit)), rows + len(error)
-        if binomial_tail(beyond, rows, _OUTSIDE) < _LEVEL / len(bounds):
-            number = evaluator.model.robot.movable[j].number
-            out.append(
-                f"joint {number}: {beyond} of {rows} torques held out lie outside the friction "
-                f"bound of {bound.value:.3g}: the model misses something of position"
-            )
-    return tuple(out)
+    evaluator, solution, kept = found.evaluator, found.solution, found.columns.kept
+    W = np.concatenate([pose_columns(evaluator, s.q, s.qd) for s in found.held])[:, :, kept]
+    W[:, :, np.isin(kept, list(coulomb_columns(evaluator).values()))] = 0  # within the bound
+    error = np.abs(np.concatenate([s.tau for s in found.held]) - W @ solution.X)
+    spread = np.einsum("kja,ab,kjb->kj", W, solution.covariance, W)
+    value, std = found.bounds.value, found.bounds.std
+    beyond = np.sum(error > value + _NORMAL * np.sqrt(spread + std**2), axis=0).tolist()
+    rows, movable = len(error), evaluator.model.robot.movable
+    return tuple(
+        f"joint {joint.number}: {count} of {rows} torques held out lie outside the friction "
+        f"bound of {bound:.3g}: the model misses something of position"
+        for joint, count, bound in zip(movable, beyond, value, strict=True)
+        if binomial_tail(count, rows, _OUTSIDE) < _LEVEL / len(value)
+    )
 
 
-def _unexplained(seen: Residual, what: str) -> tuple[str, ...]:
+def _unexplained(seen: Residual) -> tuple[str, ...]:
     if seen.relative <= verdicts.RESIDUAL:
         return ()
     return (
-        f"{100 * seen.relative:.3g} % of the torque of {what} is left to friction: what the model "
-        "misses would hide in it",
+        f"{100 * seen.relative:.3g} % of the torque of poses held out is left to friction: what "
+        "the model misses would hide in it",
     )
 
 
-def _elsewhere(
-    evaluator: Evaluator,
-    train: Sequence[Samples],
-    C: FloatArray,
-    bounds: Sequence[FrictionBound],
-) -> tuple[str, ...]:
+def _elsewhere(found: Standstill, C: FloatArray) -> tuple[str, ...]:
     """Say where poses elsewhere in the same range would be predicted worse than friction leaves."""
-    q = np.concatenate([s.q for s in train])
+    q = np.concatenate([s.q for s in found.train])
     draw = np.random.default_rng(verdicts.SEED)
     mixed = q[draw.integers(len(q), size=(verdicts.STATES, q.shape[1])), np.arange(q.shape[1])]
-    W = pose_columns(evaluator, mixed, np.zeros_like(mixed))
+    W = pose_columns(found.evaluator, mixed, np.zeros_like(mixed))
     spread = np.sqrt(np.einsum("kja,ab,kjb->j", W, C, W) / len(W))
-    bad = [j for j, b in enumerate(bounds) if spread[j] > max(b.value, 0.0) and spread[j] > 0]
+    pairs = zip(found.evaluator.model.robot.movable, spread, found.bounds.value, strict=True)
+    bad = [str(joint.number) for joint, error, bound in pairs if error > max(bound, 0.0)]
     if not bad:
         return ()
-    numbers = ", ".join(str(evaluator.model.robot.movable[j].number) for j in bad)
     return (
         f"the poses do not carry their parameters: poses elsewhere in the same range would have "
-        f"larger errors than friction leaves at joints {numbers}; record more, farther apart",
+        f"larger errors than friction leaves at joints {', '.join(bad)}; record more, farther "
+        "apart",
     )
 
 
-def _turned(bounds: Sequence[FrictionBound]) -> tuple[str, ...]:
-    bad = [j for j, b in enumerate(bounds) if b.toward < -verdicts.SIGNIFICANT * b.toward_std < 0]
-    if not bad:
+def _turned(bounds: FrictionBounds) -> tuple[str, ...]:
+    against = (bounds.toward < -verdicts.SIGNIFICANT * bounds.toward_std) & (bounds.toward_std > 0)
+    if not against.any():
         return ()
-    numbers = ", ".join(str(j + 1) for j in bad)
+    numbers = ", ".join(str(j + 1) for j in np.flatnonzero(against))
     return (
         f"friction helps the last motion at movable joints {numbers}: the sign of tau, or of qd, "
         "is the other way",
     )
 
 
-def _notes(
-    evaluator: Evaluator,
-    train: Sequence[Samples],
-    shown: Shown,
-    bounds: Sequence[FrictionBound],
-    given: bool,
-) -> tuple[str, ...]:
+def _notes(found: Standstill) -> tuple[str, ...]:
     """Say what was identified from what, and what standstill leaves open."""
-    every = evaluator.model.base.names
-    columns = coulomb_columns(evaluator)
-    told = any((s.qd != 0).any() for s in train)
+    base, (kept, known) = found.evaluator.model.base.names, found.columns
+    coulomb = coulomb_columns(found.evaluator)
+    told = any((s.qd != 0).any() for s in found.train)
     out = [
-        f"{sum(len(s.t) for s in train)} still poses; "
+        f"{sum(len(s.t) for s in found.train)} still poses; "
         + (
             "qd is taken as the direction of each joint's last motion"
             if told
             else "no direction of approach is told (columns qd1.., of which the sign counts)"
         )
     ]
-    open_ = [n for k, n in enumerate(every) if k not in shown.known and k not in columns.values()]
+    seen = {*known, *coulomb.values()}
+    open_ = ", ".join(name for k, name in enumerate(base) if k not in seen)
     if open_:
-        out.append(f"standstill does not determine {', '.join(open_)}")
-    tied = [every[k] for k in shown.kept if k not in shown.known]
+        out.append(f"standstill does not determine {open_}")
+    tied = ", ".join(base[k] for k in kept if k not in known)
     if tied:
-        out.append(f"{', '.join(tied)} stand for all that looks like them at standstill")
-    rest = [
-        f"{j.number} ({b.value:.3g})"
-        for k, (j, b) in enumerate(zip(evaluator.model.robot.movable, bounds, strict=True))
-        if k not in columns
-    ]
-    if rest:
-        out.append(f"joints without declared friction hold torques within, N m: {', '.join(rest)}")
-    if not given:
+        out.append(f"{tied} stand for all that looks like them at standstill")
+    joints = zip(found.evaluator.model.robot.movable, found.bounds.value, strict=True)
+    held = [f"{j.number} ({b:.3g})" for k, (j, b) in enumerate(joints) if k not in coulomb]
+    if held:
+        out.append(f"joints without declared friction hold torques within, N m: {', '.join(held)}")
+    if not found.given:
         out.append("no validation table is given: the last fifth of each table is held out")
     return tuple(out)

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
+from symgen.data.raw import FloatArray
 from symgen.errors import ParameterError
 from symgen.files import templates
 from symgen.robot.effect import Definition, Search, definitions, unit
@@ -19,7 +19,6 @@ from symgen.symbolic.effects import definition_tape
 from symgen.symbolic.independence import FUNCTIONS
 from symgen.symbolic.tape import Numbers
 
-FloatArray = NDArray[np.float64]
 _WIDTH, _HEIGHT = 60, 8  # of a picture, in characters of 2 x 4 dots
 _DOTS = ((0x01, 0x02, 0x04, 0x40), (0x08, 0x10, 0x20, 0x80))  # of a Braille character, by column
 _MARGIN = 20  # of what is said of an effect
@@ -67,7 +66,10 @@ def explained(name: str) -> str:
         first, *rest = textwrap.wrap(said, 100 - _MARGIN, break_long_words=False) or [""]
         out += [f"{label:<{_MARGIN}}{first}", *(" " * _MARGIN + line for line in rest)]
     out.append(f"{'in robot.toml':<{_MARGIN}}{_declaration(d)}")
-    return "\n".join([*out, *_pictured(d)])
+    if found := curve(d):
+        label, *drawn = found
+        out += ["", label, *picture(*drawn)]
+    return "\n".join(out)
 
 
 def curve(definition: Definition) -> tuple[str, FloatArray, FloatArray] | None:
@@ -106,9 +108,7 @@ def _drawn(
     with np.errstate(divide="ignore"):
         tape = definition_tape(definition)
         columns = tape.run(Numbers({}, FUNCTIONS), {**inputs, "c": list(constants.values())})
-    return x, 0.0 - np.sum(
-        [np.broadcast_to(np.asarray(c, float), x.shape) for c in columns], axis=0
-    )
+    return x, 0.0 - sum(columns, np.zeros_like(x))
 
 
 def _holds(torque: str, name: str) -> bool:
@@ -116,9 +116,7 @@ def _holds(torque: str, name: str) -> bool:
 
 
 def _middle(search: Search) -> float:
-    if search.by_ratio:
-        return float(np.sqrt(search.low * search.high))
-    return search.low
+    return float(np.sqrt(search.low * search.high)) if search.by_ratio else search.low
 
 
 def _formula(d: Definition) -> str:
@@ -163,28 +161,20 @@ def _declaration(d: Definition) -> str:
     return f'[[effect]] with name = "{d.name}", joints = [j]{nonlinear}{offset}'
 
 
-def _pictured(d: Definition) -> list[str]:
-    found = curve(d)
-    return [] if found is None else ["", found[0], *picture(*found[1:])]
-
-
 def picture(x: FloatArray, y: FloatArray) -> list[str]:
     """Draw values, (2 width,), as lines of Braille dots with the zero line and the limits."""
     low, high = min(float(y.min()), 0.0), max(float(y.max()), 0.0)
     span = (high - low) or 1.0
-    dots = 4 * _HEIGHT - 1
-    at = np.rint((high - y) / span * dots).astype(int)
-    cells = np.zeros((_HEIGHT, _WIDTH), dtype=int)
-    for k, row in enumerate(at):
-        before = row if k == 0 else at[k - 1]
-        for r in range(min(row, before), max(row, before) + 1):
-            cells[r // 4, k // 2] |= _DOTS[k % 2][r % 4]
-    zero = min(int(np.rint(high / span * dots)) // 4, _HEIGHT - 1)
-    out = []
-    for r, line in enumerate(cells):
+    at = np.rint((high - np.append(y[0], y)) / span * (4 * _HEIGHT - 1)).astype(int)
+    top, bottom = np.sort([at[:-1], at[1:]], axis=0)
+    rows = np.arange(4 * _HEIGHT)[:, None]
+    dots = ((top <= rows) & (rows <= bottom)).reshape(_HEIGHT, 4, _WIDTH, 2)
+    zero = min(int(np.rint(high / span * (4 * _HEIGHT - 1))) // 4, _HEIGHT - 1)
+    values, out = {zero: 0.0, 0: high, _HEIGHT - 1: low}, []
+    for r, line in enumerate(np.einsum("rdwc,cd->rw", dots, _DOTS)):
         empty = "─" if r == zero else " "
         drawn = "".join(chr(0x2800 + c) if c else empty for c in line)
-        value = {0: high, _HEIGHT - 1: low}.get(r, 0.0 if r == zero else None)
-        out.append(f"{'' if value is None else f'{value:.3g}':>8} │{drawn}".rstrip())
+        value = f"{values[r]:.3g}" if r in values else ""
+        out.append(f"{value:>8} │{drawn}".rstrip())
     left, right = f"{x[0]:.3g}", f"{x[-1]:.3g}"
     return [*out, " " * 10 + left + right.rjust(_WIDTH - len(left))]

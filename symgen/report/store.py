@@ -20,12 +20,13 @@ from symgen.errors import ParameterError, SymgenError
 from symgen.experiment import study_result
 from symgen.experiment.study_result import Study
 from symgen.files import json_text, write_folder
-from symgen.identification import curves, payload_result, prediction
+from symgen.identification import curves, prediction
 from symgen.identification import estimate as estimates
+from symgen.identification import payload as payloads
 from symgen.identification.comparison import Comparison
 from symgen.identification.estimate import Estimate
 from symgen.identification.export import values_header
-from symgen.identification.payload_result import Payload
+from symgen.identification.payload import Payload
 from symgen.identification.prediction import Prediction
 from symgen.report.content.comparison import comparison_content
 from symgen.report.content.diagnosis import diagnosis_content
@@ -57,7 +58,7 @@ _KINDS = {
     estimates.MARKER: _Kind(Estimate, estimates.read_estimate, estimate_content),
     diagnoses.MARKER: _Kind(Diagnosis, diagnoses.read_diagnosis, diagnosis_content),
     prediction.MARKER: _Kind(Prediction, prediction.read_prediction, prediction_content),
-    payload_result.MARKER: _Kind(Payload, payload_result.read_payload, payload_content),
+    payloads.MARKER: _Kind(Payload, payloads.read_payload, payload_content),
     study_result.MARKER: _Kind(Study, study_result.read_study, study_content),
     fleets.MARKER: _Kind(Fleet, fleets.read_fleet, fleet_content),
 }

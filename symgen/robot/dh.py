@@ -83,7 +83,7 @@ def norm(a: Array) -> Any:
 def turn(roll: Any, pitch: Any, yaw: Any) -> Array:
     """Return the rotation Rot(z, yaw) Rot(y, pitch) Rot(x, roll)."""
     z, y, x = (screw(k, angle, 0)[:3, :3] for k, angle in ((2, yaw), (1, pitch), (0, roll)))
-    return np.asarray(z @ y @ x)
+    return z @ y @ x
 
 
 def turned_by(rotation: Array) -> tuple[Any, Any, Any]:

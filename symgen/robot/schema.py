@@ -233,7 +233,7 @@ _WORDS = {
 }
 
 
-def validated(data: dict[str, object], where: str) -> RobotFile:
+def validated(data: dict[str, object]) -> RobotFile:
     """Check keys and types of a parsed file.
 
     Raises:
@@ -257,7 +257,7 @@ def validated(data: dict[str, object], where: str) -> RobotFile:
         else:
             message = fault["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
             what = f"accepted: {message}"
-        raise RobotError(f"{where}: {place}: {what}") from error
+        raise RobotError(f"{place}: {what}") from error
 
 
 def _place(loc: tuple[str | int, ...]) -> str:

@@ -15,7 +15,7 @@ import numpy as np
 import sympy as sp
 
 from symgen import names
-from symgen.errors import ExpressionError, RobotError, SymgenWarning
+from symgen.errors import RobotError, SymgenWarning, located
 from symgen.files import load_toml
 from symgen.robot import exact_numbers, expressions
 from symgen.robot.builtin import library, library_text
@@ -107,14 +107,14 @@ def parse_imported(text: str, path: Path) -> Imported:
         RobotError: it is not a robot that symgen can have.
     """
     if path.suffix.lower() == ".par":
-        from symgen.robot.par_io import import_par
+        from symgen.robot.formats.par import import_par
 
         return import_par(text, str(path))
     if path.suffix.lower() == ".xml":
-        from symgen.robot.mjcf_io import import_mjcf
+        from symgen.robot.formats.mjcf import import_mjcf
 
         return import_mjcf(path)
-    from symgen.robot.urdf_io import import_urdf
+    from symgen.robot.formats.urdf import import_urdf
 
     return import_urdf(text, str(path))
 
@@ -129,57 +129,51 @@ def parse_robot(text: str, where: str = "robot.toml") -> Robot:
     Raises:
         RobotError: the text is not a valid robot; the message names the joint and the key.
     """
-    try:
-        data = load_toml(text.removeprefix("\ufeff"), parse_float=Decimal)
-    except (RecursionError, ArithmeticError, ValueError) as error:
-        raise RobotError(f"{where}: not valid TOML: {_one_line(error)}") from error
     from symgen.robot.schema import validated
 
-    return _Reader(where).robot(validated(data, where))
-
-
-def _one_line(error: object) -> str:
-    return shortened(" ".join(str(error).split()), 300)
+    with located(where):
+        try:
+            data = load_toml(text.removeprefix("\ufeff"), parse_float=Decimal)
+        except (RecursionError, ArithmeticError, ValueError) as error:
+            reason = shortened(" ".join(str(error).split()), 300)
+            raise RobotError(f"not valid TOML: {reason}") from error
+        return _Reader(where).robot(validated(data))
 
 
 class _Reader:
-    """Gives meaning to a validated file; `where` names the file in messages."""
+    """Gives meaning to a validated file; `where` names the file in warnings."""
 
     def __init__(self, where: str) -> None:
         self.where = where
         self.geometry: dict[str, sp.Expr] = {}
 
-    def fail(self, message: str) -> RobotError:
-        return RobotError(f"{self.where}: {message}")
-
     def robot(self, file: RobotFile) -> Robot:
         name = file.robot.name
         if not is_robot_name(name):
-            raise self.fail(
+            raise RobotError(
                 f"robot, key 'name': {shortened(name)!r} is not accepted; accepted: a C identifier "
                 f"of at most {MAX_NAME} characters that is no word and no header of C"
             )
         for key, value in file.geometry.items():
             if not is_geometry_name(key):
-                raise self.fail(
+                raise RobotError(
                     f"geometry, key {shortened(key)!r}: reserved, or not a C identifier"
                 )
-            self.geometry[key] = snapped(self.expression(value, f"geometry, key {key!r}", ()))
+            with located(f"geometry, key {key!r}"):
+                self.geometry[key] = snapped(self.expression(value, ()))
         rotors = file.drive is None or file.drive.side == "motor"
         joints = tuple(self.joint(k, table, rotors) for k, table in enumerate(file.joint, 1))
         movable = [j for j, table in zip(joints, file.joint, strict=True) if self.own(j, table)]
         if not movable:
-            raise self.fail("no joint is movable; accepted: at least one sigma of 0 or 1")
+            raise RobotError("no joint is movable; accepted: at least one sigma of 0 or 1")
         joints = tuple(
             j if table.follows is None else self.following(j, table, movable)
             for j, table in zip(joints, file.joint, strict=True)
         )
         gravity: tuple[sp.Expr, ...] = GRAVITY_INPUT
         if file.robot.gravity != "input":
-            gravity = tuple(
-                self.expression(g, "robot, key 'gravity'", self.geometry)
-                for g in file.robot.gravity
-            )
+            with located("robot, key 'gravity'"):
+                gravity = tuple(self.expression(g, self.geometry) for g in file.robot.gravity)
         sigma = {j.number: j.sigma for j in movable}
         effects, sought, on_logs = self.effects(file, sigma)
         robot = Robot(
@@ -196,10 +190,7 @@ class _Reader:
             on_logs=tuple(on_logs),
             drive=self.drive(file, len(movable)),
         )
-        try:
-            require_closed(robot)
-        except RobotError as error:
-            raise self.fail(str(error)) from error
+        require_closed(robot)
         return robot
 
     @staticmethod
@@ -212,7 +203,7 @@ class _Reader:
         named = {s: self.geometry[s.name] for s in expr.free_symbols if s.name in self.geometry}
         return expr.subs(named) if named else expr  # most are plain numbers
 
-    def expression(self, value: int | Decimal | str, place: str, known: Collection[str]) -> sp.Expr:
+    def expression(self, value: int | Decimal | str, known: Collection[str]) -> sp.Expr:
         written = shortened(str(value))
         try:
             if isinstance(value, str):
@@ -228,29 +219,24 @@ class _Reader:
             )
             expressions.check_plain(expr, written)
             expressions.check_plain(self.at_values(expr), written)
-        except ExpressionError as error:
-            raise self.fail(f"{place}: {error}") from error
         except (ArithmeticError, ValueError, TypeError, RecursionError) as error:
-            raise self.fail(f"{place}: {written!r} has no finite real value") from error
+            raise RobotError(f"{written!r} has no finite real value") from error
         return expr
 
     def angle(self, expr: sp.Expr, place: str) -> sp.Expr:
         """Snap decimals that are fractions of pi; refuse what cannot be an angle in rad."""
         exact = sp.Add(*(snapped(_rationalised(term)) for term in sp.Add.make_args(expr)))
-        try:
-            expressions.check_plain(exact, expressions.text(expr))
-        except ExpressionError as error:
-            raise self.fail(f"{place}: {error}") from error
+        expressions.check_plain(exact, expressions.text(expr))
         value = float(self.at_values(exact).evalf(30))
         if abs(value) > _MAX_TURN:
-            raise self.fail(
-                f"{place}: {value:.6g} rad is over two turns; accepted: angles in rad, not degrees"
+            raise RobotError(
+                f"{value:.6g} rad is over two turns; accepted: angles in rad, not degrees"
             )
         for term in sp.Add.make_args(sp.expand(exact)):
             number, base = term.as_coeff_Mul()
             if base is sp.pi and number.q > _MAX_DENOMINATOR:
-                raise self.fail(
-                    f"{place}: {expressions.text(term)}; accepted: fractions of pi with a "
+                raise RobotError(
+                    f"{expressions.text(term)}; accepted: fractions of pi with a "
                     f"denominator of at most {_MAX_DENOMINATOR}"
                 )
         self.warn_near_fraction(exact, value, place)
@@ -259,7 +245,7 @@ class _Reader:
     def joint(self, number: int, table: JointTable, rotors: bool) -> Joint:
         antecedent = number - 1 if table.antecedent is None else table.antecedent
         if antecedent >= number:
-            raise self.fail(
+            raise RobotError(
                 f"joint {number}, key 'antecedent': {antecedent} is not an earlier joint; "
                 f"accepted: 0 (the base) to {number - 1}"
             )
@@ -267,17 +253,16 @@ class _Reader:
         rotor = rotors if table.rotor_inertia is None else table.rotor_inertia
         for key in ("friction", "rotor_inertia", "coulomb_width"):
             if fixed and getattr(table, key):
-                raise self.fail(f"joint {number}, key {key!r}: a fixed joint (sigma 2) has none")
+                raise RobotError(f"joint {number}, key {key!r}: a fixed joint (sigma 2) has none")
         plain = fixed or table.follows is not None
         friction = table.friction if table.friction is not None else ["coulomb", "viscous"]
         if len(set(friction)) != len(friction):
-            raise self.fail(f"joint {number}, key 'friction': a word stands twice")
-        values = {
-            key: self.expression(getattr(table, key), f"joint {number}, key {key!r}", self.geometry)
-            for key in LENGTHS
-        }
-        for key in _ANGLES:
-            values[key] = self.angle(values[key], f"joint {number}, key {key!r}")
+            raise RobotError(f"joint {number}, key 'friction': a word stands twice")
+        values = {}
+        for key in LENGTHS:
+            with located(place := f"joint {number}, key {key!r}"):
+                exact = self.expression(getattr(table, key), self.geometry)
+                values[key] = self.angle(exact, place) if key in _ANGLES else exact
         return Joint(
             number=number,
             sigma=table.sigma,
@@ -291,39 +276,43 @@ class _Reader:
 
     def following(self, joint: Joint, table: JointTable, movable: list[Joint]) -> Joint:
         """Return a joint that follows others: q_j linear in their variables."""
-        place = f"joint {joint.number}, key 'follows'"
-        if joint.sigma == names.FIXED:
-            raise self.fail(f"{place}: a fixed joint (sigma 2) follows none")
         for key in ("friction", "rotor_inertia", "coulomb_width"):
             if getattr(table, key):
-                raise self.fail(
+                raise RobotError(
                     f"joint {joint.number}, key {key!r}: a joint that follows others has none of "
                     "its own; accepted: on the joints that it follows, or as [[coupling]]"
                 )
+        with located(place := f"joint {joint.number}, key 'follows'"):
+            return self.linear(joint, table.follows or "", movable, place)
+
+    def linear(self, joint: Joint, text: str, movable: list[Joint], place: str) -> Joint:
+        """Return a joint that moves as an expression in the variables of others says."""
+        if joint.sigma == names.FIXED:
+            raise RobotError("a fixed joint (sigma 2) follows none")
         variables = {f"q{j.number}": j for j in movable}
-        expr = sp.expand(self.expression(table.follows or "", place, (*self.geometry, *variables)))
+        expr = sp.expand(self.expression(text, (*self.geometry, *variables)))
         joint = replace(joint, follows=expr)
         linear = sum((c * joint_variable(k) for k, c in joint.shares), joint.offset)
         accepted = "a sum of numbers times variables of movable joints, such as 'pi/2 + q7 - q2'"
         if not joint.shares or sp.expand(linear - expr) != 0:
-            raise self.fail(f"{place}: {shortened(table.follows or '')!r}; accepted: {accepted}")
+            raise RobotError(f"{shortened(text)!r}; accepted: {accepted}")
         turns, shares = joint.sigma == names.REVOLUTE, sp.S.Zero
         for k, c in joint.shares:
             factor, written = self.at_values(c), f"the factor of q{k} is {expressions.text(c)}"
             shares += factor * joint_variable(k)
             if {s.name for s in c.free_symbols} & set(variables):
-                raise self.fail(f"{place}: not linear in q{k}; accepted: {accepted}")
+                raise RobotError(f"not linear in q{k}; accepted: {accepted}")
             if factor.is_zero:
-                raise self.fail(f"{place}: the factor of q{k} is 0 at the file's values")
+                raise RobotError(f"the factor of q{k} is 0 at the file's values")
             if turns and not (variables[f"q{k}"].sigma == names.REVOLUTE and factor.is_Rational):
-                raise self.fail(
-                    f"{place}: {written}; accepted for a revolute joint: fractions, of the "
-                    "variables of revolute joints"
+                raise RobotError(
+                    f"{written}; accepted for a revolute joint: fractions, of the variables of "
+                    "revolute joints"
                 )
             if turns and abs(factor) > MAX_RATIO:
-                raise self.fail(
-                    f"{place}: {written}, which makes its rounding as much larger; accepted: at "
-                    f"most {MAX_RATIO} in size"
+                raise RobotError(
+                    f"{written}, which makes its rounding as much larger; accepted: at most "
+                    f"{MAX_RATIO} in size"
                 )
         if turns:
             self.angle(joint.offset, place)
@@ -346,18 +335,19 @@ class _Reader:
     def couplings(self, file: RobotFile, joints: tuple[Joint, ...]) -> tuple[Coupling, ...]:
         found: list[Coupling] = []
         for number, table in enumerate(file.coupling, 1):
-            place = f"coupling {number}, key 'joints'"
             first, second = table.joints
-            for j in (first, second):
-                if not 1 <= j <= len(joints) or not joints[j - 1].movable:
-                    raise self.fail(f"{place}: {j} is not a movable joint")
-            if first == second:
-                raise self.fail(f"{place}: two different joints are needed")
-            if any(second == c.second or {first, second} == {c.first, c.second} for c in found):
-                raise self.fail(f"{place}: a second coupling of the same joints or number {second}")
-            ratio = self.expression(table.ratio, f"coupling {number}, key 'ratio'", self.geometry)
-            if self.at_values(ratio).is_zero:
-                raise self.fail(f"coupling {number}, key 'ratio': zero couples nothing")
+            with located(f"coupling {number}, key 'joints'"):
+                for j in (first, second):
+                    if not 1 <= j <= len(joints) or not joints[j - 1].movable:
+                        raise RobotError(f"{j} is not a movable joint")
+                if first == second:
+                    raise RobotError("two different joints are needed")
+                if any(second == c.second or {first, second} == {c.first, c.second} for c in found):
+                    raise RobotError(f"a second coupling of the same joints or number {second}")
+            with located(f"coupling {number}, key 'ratio'"):
+                ratio = self.expression(table.ratio, self.geometry)
+                if self.at_values(ratio).is_zero:
+                    raise RobotError("zero couples nothing")
             found.append(Coupling(first, second, ratio))
         return tuple(found)
 
@@ -369,100 +359,99 @@ class _Reader:
         sought: list[Sought] = []
         on_logs: list[LogEffect] = []
         for number, table in enumerate(file.effect, 1):
-            place, joints = f"effect {number}", table.joints
+            joints = table.joints
             for j in joints:
                 if j not in sigma:
-                    raise self.fail(f"{place}, key 'joints': {j} is not a movable joint")
+                    raise RobotError(f"effect {number}, key 'joints': {j} is not a movable joint")
             if len(set(joints)) != len(joints) or not joints:
-                raise self.fail(f"{place}, key 'joints': each joint once, and at least one")
-            definition = definitions().get(table.name)
-            if definition is not None and definition.reads:
-                known = self.on_logs(table, definition, place)
-                for j in {e.joint for e in on_logs if e.name == table.name} & set(joints):
-                    raise self.fail(f"{place}: a second {table.name} on joint {j}")
-                on_logs += known
-                continue
-            here, ranges = self.effect(table, sigma, place)
-            earlier = (*found, *(s.effect for s in sought))
-            taken = {*self.geometry, *(n for e in earlier for n in e.names)}
-            for name in (n for e in here for n in e.names):
-                if name in taken:
-                    raise self.fail(f"{place}: {name} is declared twice")
-                taken.add(name)
-            if not ranges:
-                found += here
-                continue
-            wanted = [Sought(e, ranges) for e in here]
-            for name, joint in {s.key for s in sought} & {s.key for s in wanted}:
-                raise self.fail(
-                    f"{place}: a second {shortened(name)!r} to be searched on joint {joint}; "
-                    "accepted: another name"
+                raise RobotError(
+                    f"effect {number}, key 'joints': each joint once, and at least one"
                 )
-            sought += wanted
+            with located(f"effect {number}"):
+                definition = definitions().get(table.name)
+                if definition is not None and definition.reads:
+                    known = self.on_logs(table, definition)
+                    for j in {e.joint for e in on_logs if e.name == table.name} & set(joints):
+                        raise RobotError(f"a second {table.name} on joint {j}")
+                    on_logs += known
+                    continue
+                here, ranges = self.effect(table, sigma)
+                earlier = (*found, *(s.effect for s in sought))
+                taken = {*self.geometry, *(n for e in earlier for n in e.names)}
+                for name in (n for e in here for n in e.names):
+                    if name in taken:
+                        raise RobotError(f"{name} is declared twice")
+                    taken.add(name)
+                if not ranges:
+                    found += here
+                    continue
+                wanted = [Sought(e, ranges) for e in here]
+                for name, joint in {s.key for s in sought} & {s.key for s in wanted}:
+                    raise RobotError(
+                        f"a second {shortened(name)!r} to be searched on joint {joint}; accepted: "
+                        "another name"
+                    )
+                sought += wanted
         return found, sought, on_logs
 
     def effect(
-        self, table: EffectTable, sigma: Mapping[int, int], place: str
+        self, table: EffectTable, sigma: Mapping[int, int]
     ) -> tuple[list[Effect], tuple[tuple[str, sp.Expr, sp.Expr], ...]]:
         """Return the effects of a table, with the lower end of every range, and the ranges."""
         if table.values:
-            raise self.fail(f"{place}, key 'values': accepted: nonlinear, of this effect")
+            raise RobotError("key 'values': accepted: nonlinear, of this effect")
         for name in table.linear:
             if not is_coefficient_name(name):
-                raise self.fail(
-                    f"{place}, key 'linear': {shortened(name)!r}: reserved, or not a capital "
-                    "letter followed by letters and digits"
+                raise RobotError(
+                    f"key 'linear': {shortened(name)!r}: reserved, or not a capital letter "
+                    "followed by letters and digits"
                 )
         for name in table.nonlinear:
             if not is_geometry_name(name):
-                raise self.fail(f"{place}: {shortened(name)!r}: reserved, or no C identifier")
-        ends = {key: self.ends(value, place) for key, value in table.nonlinear.items()}
-        ranges = tuple((name, pair[0], pair[1]) for name, pair in ends.items() if len(pair) == 2)
-        if len(ranges) > max(COUNTS):
-            raise self.fail(
-                f"{place}, key 'nonlinear': {len(ranges)} ranges; accepted: at most {max(COUNTS)}, "
-                "and numbers for the others"
-            )
-        try:  # every corner of the ranges has to make sense
-            lowest, *_ = [
-                from_table(table, dict(zip(ends, corner, strict=True)), sigma, self.geometry)
-                for corner in itertools.product(*ends.values())
-            ]
-        except RobotError as error:
-            raise self.fail(f"{place}: {error}") from error
+                raise RobotError(f"{shortened(name)!r}: reserved, or no C identifier")
+        with located("key 'nonlinear'"):
+            ends = {key: self.ends(value) for key, value in table.nonlinear.items()}
+            ranges = tuple((name, *pair) for name, pair in ends.items() if len(pair) == 2)
+            if len(ranges) > max(COUNTS):
+                raise RobotError(
+                    f"{len(ranges)} ranges; accepted: at most {max(COUNTS)}, and numbers for the "
+                    "others"
+                )
+        lowest, *_ = [  # every corner of the ranges has to make sense
+            from_table(table, dict(zip(ends, corner, strict=True)), sigma, self.geometry)
+            for corner in itertools.product(*ends.values())
+        ]
         return lowest, ranges
 
-    def on_logs(self, table: EffectTable, definition: Definition, place: str) -> list[LogEffect]:
+    def on_logs(self, table: EffectTable, definition: Definition) -> list[LogEffect]:
         """Return the effects of a table that are taken off logs."""
         for key in ("torque", "linear", "nonlinear"):
             if getattr(table, key):
-                raise self.fail(f"{place}, key {key!r}: {table.name} has values alone")
+                raise RobotError(f"key {key!r}: {table.name} has values alone")
         wanted = (*definition.linear, *definition.nonlinear)
-        place = f"{place}, key 'values'"
-        if set(table.values) != set(wanted):
-            given = ", ".join(map(shortened, table.values)) or "none"
-            raise self.fail(
-                f"{place}: {given}; accepted: a number for each of {', '.join(wanted)}, as symgen "
-                "diagnose finds them"
+        with located("key 'values'"):
+            if set(table.values) != set(wanted):
+                given = ", ".join(map(shortened, table.values)) or "none"
+                raise RobotError(
+                    f"{given}; accepted: a number for each of {', '.join(wanted)}, as symgen "
+                    "diagnose finds them"
+                )
+            values = tuple(
+                (key, self.at_values(self.expression(table.values[key], self.geometry)))
+                for key in wanted
             )
-        values = tuple(
-            (key, self.at_values(self.expression(table.values[key], place, self.geometry)))
-            for key in wanted
-        )
         return [LogEffect(table.name, j, values) for j in table.joints]
 
     def ends(
-        self, value: int | Decimal | str | tuple[int | Decimal | str, ...], place: str
+        self, value: int | Decimal | str | tuple[int | Decimal | str, ...]
     ) -> tuple[sp.Expr, ...]:
         """Return the value of a constant, or the two ends of its range."""
         values = value if isinstance(value, tuple) else (value,)
-        place = f"{place}, key 'nonlinear'"
-        out = tuple(self.expression(end, place, self.geometry) for end in values)
+        out = tuple(self.expression(end, self.geometry) for end in values)
         if len(out) == 2 and self.at_values(out[0] - out[1]) >= 0:
-            low, high = map(expressions.text, out)
-            raise self.fail(
-                f"{place}: the range [{shortened(low)}, {shortened(high)}] is empty; accepted: "
-                "[low, high], low below high"
+            low, high = (shortened(expressions.text(end)) for end in out)
+            raise RobotError(
+                f"the range [{low}, {high}] is empty; accepted: [low, high], low below high"
             )
         return out
 
@@ -470,7 +459,7 @@ class _Reader:
         if file.payload is None:
             return None
         if file.payload.joint > len(joints):
-            raise self.fail(f"payload, key 'joint': there is no joint {file.payload.joint}")
+            raise RobotError(f"payload, key 'joint': there is no joint {file.payload.joint}")
         return file.payload.joint
 
     def entries(self, table: str, values: Any, keys: Sequence[str], n: int) -> dict[str, Any]:
@@ -478,7 +467,7 @@ class _Reader:
         out = {key: getattr(values, key) for key in keys}
         for key, given in out.items():
             if given is not None and len(given) != n:
-                raise self.fail(
+                raise RobotError(
                     f"{table}, key {key!r}: {len(given)} entries; accepted: one for each of the "
                     f"{n} movable joints"
                 )
@@ -491,11 +480,11 @@ class _Reader:
         columns = self.entries("limits", table, OF_JOINTS, n)
         for low, high in table.position or ():
             if low >= high:
-                raise self.fail(f"limits, key 'position': [{low}, {high}] is empty")
+                raise RobotError(f"limits, key 'position': [{low}, {high}] is empty")
         for k, box in enumerate(table.boxes, 1):
             if any(low >= high for low, high in box):
                 what = "empty; accepted: [[x, x], [y, y], [z, z]]"
-                raise self.fail(f"limits, key 'boxes', entry {k}: {what}")
+                raise RobotError(f"limits, key 'boxes', entry {k}: {what}")
         return Limits(**columns, floor=table.floor, tool=table.tool, boxes=tuple(table.boxes))
 
     def drive(self, file: RobotFile, n: int) -> Drive | None:
@@ -503,19 +492,19 @@ class _Reader:
         if table is None:
             return None
         if not table.model_fields_set:
-            raise self.fail(
+            raise RobotError(
                 "drive: declares nothing; accepted: ratio, torque_constant, gain or side"
             )
         ratio = table.ratio or [1.0] * n
         if len(ratio) != n:
-            raise self.fail(
+            raise RobotError(
                 f"drive, key 'ratio': {len(ratio)} entries; accepted: one number for each of the "
                 f"{n} movable joints, or a {n} x {n} matrix"
             )
         matrix = np.array(ratio) if isinstance(ratio[0], list) else np.diag(ratio)
         sizes = np.linalg.norm(matrix, axis=1)
         if not sizes.all() or np.linalg.cond(matrix / sizes[:, None]) > _MAX_CONDITION:
-            raise self.fail(
+            raise RobotError(
                 "drive, key 'ratio': the matrix is singular; accepted: q_motor = N q_joint that "
                 "can be solved for q_joint"
             )

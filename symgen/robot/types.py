@@ -251,6 +251,11 @@ class Robot:
         return tuple(joint for joint in self.joints if joint.movable)
 
     @property
+    def joint_names(self) -> list[str]:
+        """What another format called the movable joints, "" where it did not."""
+        return [joint.name for joint in self.movable]
+
+    @property
     def gravity_input(self) -> bool:
         """Whether gravity is an input of every kernel that needs it, for tilted mountings."""
         return self.gravity == GRAVITY_INPUT

@@ -31,6 +31,7 @@ from symgen.symbolic.elimination import (
 )
 from symgen.symbolic.energy import energy_tape, state_columns
 from symgen.symbolic.guard import require_floats_agree
+from symgen.symbolic.kinematics import by_joint, path
 from symgen.symbolic.lifting import lifted
 from symgen.symbolic.modular import (
     BadDrawError,
@@ -305,16 +306,12 @@ class _Columns:
     def _differences(self, field: PrimeField) -> Residues:
         count = len(self.names) + _MARGIN
         state = self._state(field, count)
-        q, rest = state["q"], {}
+        rest = {}
         if self.robot.gravity_input:
             rest = self._state(field, 1)
             state["g"] = [field.numbers(count) for _ in range(3)]
-        columns = list(state_columns(self.energy, field, state, rest))
-        index = {j.number: i for i, j in enumerate(self.robot.movable)}
-        for p in self.state:
-            if not p.inertial:
-                variable = q[index[p.joint]]
-                columns.append(getattr(variable, "number", variable))
+        number = by_joint(self.robot, [getattr(q, "number", q) for q in state["q"]])
+        columns = state_columns(self.energy, self.state, field, state, rest, number)
         h = np.stack([np.broadcast_to(np.asarray(c, dtype=np.int64), (count,)) for c in columns], 1)
         return (h[1:] - h[:1]) % field.p
 
@@ -337,17 +334,17 @@ class _Columns:
         order = list(range(len(self.names)))
         selection = self._eliminate(samples, order)
         dropped = set(order) - set(selection.pivots)
-        carried = {
+        links = [joint.number for joint in self.robot.joints]
+        carried = {j: [i for i in links if j in path(self.robot, i)] for j in links}
+        heavy = {
             link
             for i, p in enumerate(self.state)
             if i in dropped and not p.inertial
             for j in self.robot.moving
             if p.joint in dict(j.shares)
-            for link in _carried_by(self.robot, j.number)
+            for link in carried[j.number]
         }
-        late = [
-            i for i, p in enumerate(self.state) if p.prefix == names.MASS and p.joint in carried
-        ]
+        late = [i for i, p in enumerate(self.state) if p.prefix == names.MASS and p.joint in heavy]
         if late:
             selection = self._eliminate(samples, [i for i in order if i not in late] + late)
         return selection
@@ -383,12 +380,3 @@ class _Columns:
             opposite = tuple(-x % p for x, p in zip(r, moduli, strict=True))
             found[self.names[pivot]] = Coefficient(value, opposite)
         return found
-
-
-def _carried_by(robot: Robot, number: int) -> set[int]:
-    """Return the links that a joint moves: its own and all behind it."""
-    links = {number}
-    for joint in robot.joints:
-        if joint.antecedent in links:
-            links.add(joint.number)
-    return links

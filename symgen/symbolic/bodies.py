@@ -1,4 +1,4 @@
-"""What one body adds: wrench and momentum of each unit parameter, in the link's frame.
+"""What one body adds: wrench and momentum, in the link's frame, and bodies joined to one.
 
 With w, V, dw = dw/dt, a = acceleration of the origin less gravity, all in the frame (Khalil and
 Dombre, ch. 9), the wrench (f at the origin, n about it) of the parameters J, m = (MX, MY, MZ), M is
@@ -6,184 +6,248 @@ Dombre, ch. 9), the wrench (f at the origin, n about it) of the parameters J, m 
     f = M a + dw x m + w x (w x m),      n = J dw + w x (J w) + m x a
 
 and the momentum   l = M V + w x m,      k = J w + m x V.
+
+Composite bodies are each link with all that it carries, as one body in its own frame. Turning
+about one axis by (c, s), with D = J_aa - J_bb and z = s D + 2 c J_ab:
+
+    J_aa' = J_aa - s z,  J_bb' = J_bb + s z,  J_ab' = c z - J_ab
+
+and shifting the origin along one axis k by l (Huygens and Steiner):
+
+    J_ii' = J_ii + 2 l m_k + M l^2 (i != k),  J_ki' = J_ki - l m_i,  m_k' = m_k + M l.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
 import sympy as sp
 
 from symgen import names
-from symgen.symbolic.kinematics import ZERO, Frame, Vector
+from symgen.symbolic.kinematics import Frame, Step
+from symgen.symbolic.motion import Motion
+from symgen.symbolic.spatial import (
+    UPPER,
+    ZERO,
+    Matrix,
+    Screw,
+    Shift,
+    Turn,
+    Vector,
+    around,
+    cross,
+    matrix,
+    named,
+    plus,
+    replaced,
+    scaled,
+    symmetric,
+    times,
+    turned,
+    vector,
+)
 from symgen.symbolic.tape import TapeBuilder
 
-Pair = tuple[Vector, Vector]
-_AXES = {"X": 0, "Y": 1, "Z": 2}
+_HALF = sp.Rational(1, 2)
 
 
-def dot(a: Vector, b: Vector) -> sp.Expr:
-    """Return a . b."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def cross(a: Vector, b: Vector) -> Vector:
-    """Return a x b."""
-    return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )
-
-
-def plus(a: Vector, b: Vector) -> Vector:
-    """Return a + b."""
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
-
-
-def scaled(factor: sp.Expr, a: Vector) -> Vector:
-    """Return factor times a."""
-    return (factor * a[0], factor * a[1], factor * a[2])
-
-
-def named(vector: Vector, name: str, tape: TapeBuilder) -> Vector:
-    """Name the three components of a vector."""
-    x, y, z = (tape.name(f"{name}{i + 1}", c) for i, c in enumerate(vector))
-    return (x, y, z)
-
-
-def unit(axis: int) -> Vector:
-    """Return the unit vector of an axis."""
-    x, y, z = (sp.Integer(int(i == axis)) for i in range(3))
-    return (x, y, z)
-
-
-def products(w: Vector, j: int, tape: TapeBuilder) -> list[list[sp.Expr]]:
+def products(w: Vector, j: int, tape: TapeBuilder) -> Matrix:
     """Name the products w_a w_b of a link: entry [a][b]."""
-    out: list[list[sp.Expr]] = [[sp.S.Zero] * 3 for _ in range(3)]
-    for a in range(3):
-        for b in range(a, 3):
-            out[a][b] = out[b][a] = tape.name(f"P{a + 1}{b + 1}{j}", w[a] * w[b])
-    return out
+    return symmetric({(a, b): tape.name(f"P{a + 1}{b + 1}{j}", w[a] * w[b]) for a, b in UPPER})
 
 
-def unit_wrench(prefix: str, w: Vector, dw: Vector, a: Vector, j: int, tape: TapeBuilder) -> Pair:
+def unit_wrench(prefix: str, motion: Motion, j: int, tape: TapeBuilder) -> Screw:
     """Return (f, n) of a link whose one parameter `prefix` is 1."""
-    p = products(w, j, tape)
+    p, dw, a = products(motion.w, j, tape), motion.dw, motion.a
     if prefix == names.MASS:
         return a, ZERO
     if prefix in names.MOMENT:
-        k = _AXES[prefix[1]]
-        i, h = (k + 1) % 3, (k + 2) % 3
-        f, n = [sp.S.Zero] * 3, [sp.S.Zero] * 3
-        f[k] = -tape.name(f"Q{k + 1}{j}", p[i][i] + p[h][h])
-        f[i] = tape.name(f"A{i + 1}{k + 1}{j}", p[k][i] + dw[h])
-        f[h] = tape.name(f"A{h + 1}{k + 1}{j}", p[k][h] - dw[i])
-        n[i], n[h] = -a[h], a[i]
-        return (f[0], f[1], f[2]), (n[0], n[1], n[2])
-    b, c = _AXES[prefix[0]], _AXES[prefix[1]]
-    n = [sp.S.Zero] * 3
+        k = names.MOMENT.index(prefix)
+        i, h = around(k)
+        f = {
+            k: -tape.name(f"Q{k + 1}{j}", p[i][i] + p[h][h]),
+            i: tape.name(f"A{i + 1}{k + 1}{j}", p[k][i] + dw[h]),
+            h: tape.name(f"A{h + 1}{k + 1}{j}", p[k][h] - dw[i]),
+        }
+        return replaced(ZERO, f), replaced(ZERO, {i: -a[h], h: a[i]})
+    b, c = UPPER[names.INERTIA.index(prefix)]
     if b == c:
-        i, h = (b + 1) % 3, (b + 2) % 3
-        n[b], n[i], n[h] = dw[b], p[b][h], -p[b][i]
-        return ZERO, (n[0], n[1], n[2])
+        i, h = around(b)
+        return ZERO, replaced(ZERO, {b: dw[b], i: p[b][h], h: -p[b][i]})
     # J couples b and c; k is the third axis, and (b, c, k) or its mirror is right-handed.
     k = 3 - b - c
     sign = 1 if (c - b) % 3 == 1 else -1
-    n[b] = tape.name(f"A{b + 1}{c + 1}{k + 1}{j}", dw[c] - sign * p[b][k])
-    n[c] = tape.name(f"A{c + 1}{b + 1}{k + 1}{j}", dw[b] + sign * p[c][k])
-    n[k] = tape.name(f"B{k + 1}{j}", sign * (p[b][b] - p[c][c]))
-    return ZERO, (n[0], n[1], n[2])
+    n = {
+        b: tape.name(f"A{b + 1}{c + 1}{k + 1}{j}", dw[c] - sign * p[b][k]),
+        c: tape.name(f"A{c + 1}{b + 1}{k + 1}{j}", dw[b] + sign * p[c][k]),
+        k: tape.name(f"B{k + 1}{j}", sign * (p[b][b] - p[c][c])),
+    }
+    return ZERO, replaced(ZERO, n)
 
 
-def unit_momentum(prefix: str, w: Vector, V: Vector) -> Pair:
-    """Return (l, k) of a link whose one parameter `prefix` is 1."""
-    if prefix == names.MASS:
-        return V, ZERO
-    if prefix in names.MOMENT:
-        axis = unit(_AXES[prefix[1]])
-        return cross(w, axis), cross(axis, V)
-    b, c = _AXES[prefix[0]], _AXES[prefix[1]]
-    k = [sp.S.Zero] * 3
-    k[b] = w[c]
-    k[c] = w[b]
-    return ZERO, (k[0], k[1], k[2])
-
-
+@dataclass(frozen=True)
 class Inertia:
-    """J (3, 3), m (3,) and M of a body, symbols or zero."""
+    """J (3, 3), m (3,) and M of a body, symbols or numbers."""
 
-    def __init__(self, values: dict[str, sp.Expr]) -> None:
-        def of(prefix: str) -> sp.Expr:
-            return values.get(prefix, sp.S.Zero)
+    J: Matrix
+    m: Vector
+    M: sp.Expr
 
-        self.J = [
-            [of("XX"), of("XY"), of("XZ")],
-            [of("XY"), of("YY"), of("YZ")],
-            [of("XZ"), of("YZ"), of("ZZ")],
-        ]
-        self.m: Vector = (of("MX"), of("MY"), of("MZ"))
-        self.M = of("M")
+    @staticmethod
+    def of(values: Mapping[str, sp.Expr]) -> Inertia:
+        """Return the body with some parameters, by their prefixes; the others are zero."""
+        J, m = (
+            [values.get(x, sp.S.Zero) for x in group] for group in (names.INERTIA, names.MOMENT)
+        )
+        entries = dict(zip(UPPER, J, strict=True))
+        return Inertia(symmetric(entries), tuple(m), values.get(names.MASS, sp.S.Zero))
 
-    def times(self, vector: Vector) -> Vector:
-        """Return J v."""
-        x, y, z = (sum((self.J[i][k] * vector[k] for k in range(3)), sp.S.Zero) for i in range(3))
-        return (x, y, z)
+    @property
+    def parameters(self) -> dict[str, sp.Expr]:
+        """The ten parameters by their prefixes, in their order."""
+        entries = (*(self.J[i][k] for i, k in UPPER), *self.m, self.M)
+        return dict(zip(names.LINK, entries, strict=True))
 
-    def less_half_trace(self, tag: str, tape: TapeBuilder) -> Inertia:
-        """Return the body with J - tr(J)/2 in place of J."""
-        out = Inertia({})
+    def plus(self, other: Inertia, tag: str, tape: TapeBuilder) -> Inertia:
+        """Return both bodies as one."""
+        J = {
+            (i, k): tape.name(f"J{i + 1}{k + 1}s{tag}", self.J[i][k] + other.J[i][k])
+            for i, k in UPPER
+        }
+        m = vector(lambda i: tape.name(f"m{i + 1}s{tag}", self.m[i] + other.m[i]))
+        return Inertia(symmetric(J), m, tape.name(f"ms{tag}", self.M + other.M))
+
+    def before(self, motion: Turn | Shift, j: int, tape: TapeBuilder) -> Inertia:
+        """Return the body in the frame before an elementary motion."""
+        J, m, k, tag = self.J, self.m, motion.axis, f"{motion.tag}_{j}"
+        a, b = around(k)
+        if isinstance(motion, Shift):
+            length = motion.length
+            ml = tape.name(f"w{tag}", self.M * length)
+            extra = tape.name(f"x{tag}", length * (2 * m[k] + ml))
+            new = {
+                (a, a): J[a][a] + extra,
+                (b, b): J[b][b] + extra,
+                (a, b): J[a][b],
+                (a, k): J[k][a] - length * m[a],
+                (b, k): J[k][b] - length * m[b],
+            }
+        else:
+            c, s = motion.c, motion.s
+            if c == 0 or s == 0:  # quarter turns swap axes
+                first, second = (b, a) if c == 0 else (a, b)
+                new = {(a, a): J[first][first], (b, b): J[second][second]}
+                new[a, b] = (c * c - s * s) * J[a][b]
+            else:
+                difference = tape.name(f"D{tag}", J[a][a] - J[b][b])
+                twice = tape.name(f"T{tag}", 2 * J[a][b])
+                z = tape.name(f"z{tag}", s * difference + c * twice)
+                new = {(a, a): J[a][a] - s * z, (b, b): J[b][b] + s * z, (a, b): c * z - J[a][b]}
+            new |= {(a, k): c * J[a][k] - s * J[b][k], (b, k): s * J[a][k] + c * J[b][k]}
+        entries = {
+            (i, h): tape.name(f"J{min(i, h) + 1}{max(i, h) + 1}{tag}", value)
+            for (i, h), value in new.items()
+        }
+        J = symmetric({**entries, (k, k): J[k][k]})
+        if isinstance(motion, Shift):
+            return Inertia(J, replaced(m, {k: tape.name(f"m{k + 1}{tag}", m[k] + ml)}), self.M)
+        return Inertia(J, turned(m, motion.back, f"m{j}_", tape), self.M)
+
+    def less_half_trace(self, tag: str, tape: TapeBuilder) -> Matrix:
+        """Return J - tr(J)/2."""
         trace = tape.name(f"t{tag}", self.J[0][0] + self.J[1][1] + self.J[2][2])
-        half = tape.name(f"h{tag}", sp.Rational(1, 2) * trace)
-        out.J = [list(row) for row in self.J]
-        for i in range(3):
-            out.J[i][i] = tape.name(f"j{i + 1}{tag}", self.J[i][i] - half)
-        return out
+        half = tape.name(f"h{tag}", _HALF * trace)
+        diagonal = [tape.name(f"j{i + 1}{tag}", self.J[i][i] - half) for i in range(3)]
+        return matrix(lambda i, k: diagonal[i] if i == k else self.J[i][k])
 
-    def momentum(self, frame: Frame, tag: str, tape: TapeBuilder) -> Pair:
-        """Return (l, k) of the body's motion, with names."""
-        w, V = frame.w, frame.V
+    def momentum(self, twist: Screw) -> Screw:
+        """Return (l, k) of the body's motion."""
+        w, V = twist
         lin = plus(scaled(self.M, V), cross(w, self.m))
-        ang = plus(self.times(w), cross(self.m, V))
-        return named(lin, f"l{tag}_", tape), named(ang, f"k{tag}_", tape)
+        return lin, plus(times(self.J, w), cross(self.m, V))
 
     def rate(self, frame: Frame, lin: Vector, j: int, tape: TapeBuilder) -> Inertia:
         """Return dJ/dt in a frame at rest that is now where the link's is, with l for m.
 
         R = [w] J - J [w] + 2 (m . V) - V m^T - m V^T
         """
-        out, w, V, m = Inertia({}), frame.w, frame.V, self.m
+        w, V, J, m = frame.w, frame.V, self.J, self.m
+        R = {}
         for a in range(3):
-            b, c = (a + 1) % 3, (a + 2) % 3
-            turning = w[b] * self.J[a][c] - w[c] * self.J[a][b]
+            b, c = around(a)
+            turning = w[b] * J[a][c] - w[c] * J[a][b]
             value = 2 * tape.name(f"r{a + 1}{j}", turning + m[b] * V[b] + m[c] * V[c])
-            out.J[a][a] = tape.name(f"R{a + 1}{a + 1}{j}", value)
-            pair = tape.name(f"J{a + 1}{b + 1}_{j}", self.J[b][b] - self.J[a][a])
-            value = w[b] * self.J[b][c] - w[a] * self.J[a][c] - pair * w[c]
+            R[a, a] = tape.name(f"R{a + 1}{a + 1}{j}", value)
+            pair = tape.name(f"J{a + 1}{b + 1}_{j}", J[b][b] - J[a][a])
+            value = w[b] * J[b][c] - w[a] * J[a][c] - pair * w[c]
             value = value - V[a] * m[b] - V[b] * m[a]
-            out.J[a][b] = out.J[b][a] = tape.name(f"R{a + 1}{b + 1}{j}", value)
-        out.m = lin
-        return out
+            R[a, b] = tape.name(f"R{a + 1}{b + 1}{j}", value)
+        return Inertia(symmetric(R), lin, sp.S.Zero)
 
-    def wrench(self, w: Vector, dw: Vector, a: Vector, j: int, tape: TapeBuilder) -> Pair:
+    def wrench(self, motion: Motion, j: int, tape: TapeBuilder) -> Screw:
         """Return (f, n) of the body's motion: unit wrenches times parameters, Euler's terms paired.
 
         J_ii and J_hh both multiply w_i w_h in n_b; products and sums of w and dw are shared with
         the unit wrenches of m, which costs less than J w and w x (J w).
         """
-        f: Vector = (self.M * a[0], self.M * a[1], self.M * a[2])
-        n: Vector = cross(self.m, a)
-        p = products(w, j, tape)
-        for axis, value in enumerate(self.m):
+        f, n = scaled(self.M, motion.a), cross(self.m, motion.a)
+        p = products(motion.w, j, tape)
+        for prefix, value in zip(names.MOMENT, self.m, strict=True):
             if value != 0:
-                column, _ = unit_wrench(names.MOMENT[axis], w, dw, a, j, tape)
+                column, _ = unit_wrench(prefix, motion, j, tape)
                 f = plus(f, scaled(value, column))
-        diagonal = list(ZERO)
+        diagonal = []
         for b in range(3):
-            i, h = (b + 1) % 3, (b + 2) % 3
+            i, h = around(b)
             pair = tape.name(f"J{i + 1}{h + 1}_{j}", self.J[h][h] - self.J[i][i])
-            diagonal[b] = self.J[b][b] * dw[b] + pair * p[i][h]
+            diagonal.append(self.J[b][b] * motion.dw[b] + pair * p[i][h])
             if self.J[i][h] != 0:
-                product = "XYZ"[min(i, h)] + "XYZ"[max(i, h)]
-                _, column = unit_wrench(product, w, dw, a, j, tape)
+                prefix = names.INERTIA[UPPER.index((min(i, h), max(i, h)))]
+                _, column = unit_wrench(prefix, motion, j, tape)
                 n = plus(n, scaled(self.J[i][h], column))
-        n = plus(n, (diagonal[0], diagonal[1], diagonal[2]))
+        n = plus(n, tuple(diagonal))
         return named(f, f"F{j}_", tape), named(n, f"N{j}_", tape)
+
+    def virtual_wrench(
+        self, motion: Motion, tag: str, tape: TapeBuilder, name: Callable[[Vector, str], Vector]
+    ) -> Screw:
+        """Return (f, n) of the body under a reference motion, with Christoffel's symbols.
+
+            f = M a + dw x m + w x (w_real x m)
+            n = m x a + J dw + w_real x ((J - tr(J)/2) w)
+
+        Args:
+            motion: from `references`.
+            tag: of the names of its parameters' sums.
+            tape: takes the named steps.
+            name: names the products on the way, h and k, and the outcome, F and N.
+        """
+        w, dw, a = motion.w, motion.dw, motion.a
+        wm = name(cross(motion.real, self.m), "h")
+        f = plus(cross(dw, self.m), cross(w, wm), scaled(self.M, a))
+        k = name(times(self.less_half_trace(tag, tape), w), "k")
+        n = plus(cross(self.m, a), times(self.J, dw), cross(motion.real, k))
+        return name(f, "F"), name(n, "N")
+
+
+def composites(
+    way: tuple[Step, ...], bodies: Mapping[int, Inertia], tape: TapeBuilder
+) -> Mapping[int, Inertia]:
+    """Return the composite body of every link, by joint number.
+
+    Args:
+        way: from `steps`.
+        bodies: the links alone.
+        tape: takes the named steps.
+    """
+    total = dict(bodies)
+    for step in reversed(way):
+        j, a = step.joint.number, step.joint.antecedent
+        if a == 0:
+            continue
+        moved = total[j]
+        for motion in reversed(step.way):
+            moved = moved.before(motion, j, tape)
+        total[a] = total[a].plus(moved, f"{a}_{j}", tape)
+    return total

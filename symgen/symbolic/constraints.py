@@ -8,7 +8,7 @@ Without such joints G is the identity and nothing is added to the tape.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import sympy as sp
 
@@ -34,11 +34,18 @@ def folded(
     """Return G^T by_joint: what acts on the joints of the tree, as it acts on the variables."""
     if len(robot.moving) == robot.n:
         return dict(by_joint)
-    out: dict[int, sp.Expr] = {}
-    for joint in robot.moving:
-        for k, c in _shares(joint, tape) if joint.number in by_joint else ():
-            out[k] = out.get(k, sp.S.Zero) + c * by_joint[joint.number]
+    acting = (joint for joint in robot.moving if joint.number in by_joint)
+    out = combined((by_joint[joint.number], dict(_shares(joint, tape))) for joint in acting)
     return {k: tape.name(f"{name}_{k}", value) for k, value in out.items()}
+
+
+def combined(columns: Iterable[tuple[sp.Expr, Mapping[int, sp.Expr]]]) -> dict[int, sp.Expr]:
+    """Return a sum of columns by joint, each with its coefficient before it."""
+    out: dict[int, sp.Expr] = {}
+    for coefficient, column in columns:
+        for j, value in column.items():
+            out[j] = out.get(j, sp.S.Zero) + coefficient * value
+    return out
 
 
 def congruent(robot: Robot, rows: Rows, name: str, tape: TapeBuilder) -> Rows:

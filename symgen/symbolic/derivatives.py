@@ -28,13 +28,10 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from symgen import names
-from symgen.symbolic.bodies import Inertia, cross, dot, named, plus, products, scaled
-from symgen.symbolic.composite import composites
+from symgen.symbolic.bodies import Inertia, composites, products
 from symgen.symbolic.constraints import Rows, congruent, spread
 from symgen.symbolic.dynamics import (
     Plant,
-    along,
     handed_down,
     loads,
     mass_matrix,
@@ -43,29 +40,49 @@ from symgen.symbolic.dynamics import (
     wrenches,
 )
 from symgen.symbolic.forward import driving, factored, solved
-from symgen.symbolic.kinematics import ZERO, Frame, Vector, frames, variables
-from symgen.symbolic.motion import Motion, Screw, motions
+from symgen.symbolic.kinematics import Frame, by_joint, frames, variables
+from symgen.symbolic.motion import Motion, motions
+from symgen.symbolic.spatial import (
+    ZERO,
+    Screw,
+    Z,
+    acting,
+    axis,
+    cross,
+    named,
+    plus,
+    scaled,
+    times,
+)
 from symgen.symbolic.tangent import tangents
 from symgen.symbolic.tape import TapeBuilder
+
+_HALF = sp.Rational(1, 2)
 
 
 @dataclass(frozen=True)
 class _Screws:
-    """2 S' and S" of a joint, in its frame: angular and linear parts."""
+    """S, 2 S' and S" of a joint, in its frame: angular and linear parts."""
 
+    own: Screw
     twice: Screw
     second: Screw
 
 
 def inverse_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows]:
     """Return dtau/dq and dtau/dqd, by rows and columns of movable joints."""
-    qdd = dict(zip(p.numbers, variables(p.robot).qdd, strict=True))
+    return _slopes(p, by_joint(p.robot, variables(p.robot).qdd))[0]
+
+
+def _slopes(
+    p: Plant, qdd: Mapping[int, sp.Expr]
+) -> tuple[tuple[Rows, Rows], Mapping[int, sp.Expr]]:
+    """Return dtau/dq and dtau/dqd at some accelerations, and the load that effects see."""
     by_q, by_qd = _rigid(p, qdd)
+    load: Mapping[int, sp.Expr] = dict.fromkeys(p.numbers, sp.S.Zero)
     if p.robot.loaded:
         load = loads(p, rigid_torques(p, qdd))
-    else:
-        load = dict.fromkeys(p.numbers, sp.S.Zero)
-    return _with_friction(p, by_q, load, "q"), _with_friction(p, by_qd, load, "qd")
+    return (_with_friction(p, by_q, load, "q"), _with_friction(p, by_qd, load, "qd")), load
 
 
 def forward_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows, Rows, list[sp.Expr]]:
@@ -78,11 +95,7 @@ def forward_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows, Rows, list[sp.Ex
     right, positive = driving(p)
     factor = factored(p, mass_matrix(p))
     qdd = solved(p, factor, right, "o")
-    by_q, by_qd = _rigid(p, qdd)
-    load = dict.fromkeys(order, sp.S.Zero)
-    if p.robot.loaded:
-        load = loads(p, rigid_torques(p, qdd))
-    slopes = [_with_friction(p, rows, load, k) for rows, k in ((by_q, "q"), (by_qd, "qd"))]
+    slopes, load = _slopes(p, qdd)
     inverse: Rows = {j: {} for j in order}
     for k in order:
         unit = dict.fromkeys(order, sp.S.Zero) | {k: sp.S.One}
@@ -146,56 +159,57 @@ def _rigid(p: Plant, qdd: Mapping[int, sp.Expr]) -> tuple[Rows, Rows]:
     moving, rates = frames(p.way, ZERO, tape), spread(p.robot, qdd, tape)
     motion = motions(p.way, p.gravity, rates, tape)
     force = handed_down(p, wrenches(p, rates), "")
-    bodies = {j.number: p.inertia(j.number) for j in p.robot.joints}
-    momentum = {j: body.momentum(moving[j], f"{j}", tape) for j, body in bodies.items()}
-    changing = {j: body.rate(moving[j], momentum[j][0], j, tape) for j, body in bodies.items()}
-    whole, growing = composites(p.way, bodies, tape), composites(p.way, changing, tape)
+    momentum = p.momenta(moving)
+    changing = {j: b.rate(moving[j], momentum[j][0], j, tape) for j, b in p.bodies.items()}
+    whole, growing = composites(p.way, p.bodies, tape), composites(p.way, changing, tape)
     carried = handed_down(p, momentum, "k")
-    sigma = {joint.number: joint.sigma for joint in p.robot.moving}
-    screws = {j: _screws(s, moving[j], motion[j], j, tape) for j, s in sigma.items()}
-    by_q: Rows = {j: {} for j in sigma}
-    by_qd: Rows = {j: {} for j in sigma}
-    for i, s in sigma.items():
-        column = _columns(s, screws[i], whole[i], growing[i], carried[i], force[i], i, tape)
+    screws = {
+        joint.number: _screws(axis(joint.sigma), moving[joint.number], motion[joint.number],
+                              joint.number, tape)
+        for joint in p.robot.moving
+    }  # fmt: skip
+    by_q: Rows = {j: {} for j in screws}
+    by_qd: Rows = {j: {} for j in screws}
+    for i, at in screws.items():
+        column = _columns(at, whole[i], growing[i], carried[i], force[i], i, tape)
         place, speed, inertia, couple = (
             handed_down(p, {i: wrench}, f"{letter}{i}")
             for wrench, letter in zip(column, "pqmu", strict=True)
         )
         for j in place:
-            if j not in sigma:
+            if j not in screws:
                 continue
-            by_q[j][i] = tape.name(f"P{j}_{i}", along(sigma[j], place[j]))
-            by_qd[j][i] = tape.name(f"Q{j}_{i}", along(sigma[j], speed[j]))
+            before = screws[j]
+            by_q[j][i] = tape.name(f"P{j}_{i}", acting(place[j], before.own))
+            by_qd[j][i] = tape.name(f"Q{j}_{i}", acting(speed[j], before.own))
             if j == i:
                 continue
-            own, (f, n) = screws[j], inertia[j]
-            half = sp.Rational(1, 2) * dot(couple[j][1], own.twice[0])
-            value = half + dot(n, own.second[0]) + dot(f, own.second[1])
+            half = _HALF * acting(couple[j], before.twice)
+            value = half + acting(inertia[j], before.second)
             by_q[i][j] = tape.name(f"P{i}_{j}", value)
-            value = along(sigma[j], couple[j]) + dot(n, own.twice[0]) + dot(f, own.twice[1])
+            value = acting(couple[j], before.own) + acting(inertia[j], before.twice)
             by_qd[i][j] = tape.name(f"Q{i}_{j}", value)
     return by_q, by_qd
 
 
-def _screws(sigma: int, frame: Frame, motion: Motion, j: int, tape: TapeBuilder) -> _Screws:
-    w, V, a = frame.w, frame.V, motion.a
+def _screws(own: Screw, frame: Frame, motion: Motion, j: int, tape: TapeBuilder) -> _Screws:
+    (w, V), dw = frame.twist, motion.dw
     p = products(w, j, tape)
-    turn = named((2 * w[1], -2 * w[0], sp.S.Zero), f"a{j}_", tape)
+    turn = named(scaled(sp.Integer(2), cross(w, Z)), f"a{j}_", tape)
     # dw x z + w x (w x z): what a moment along z makes of the motion, and named like it.
-    second: Vector = (
-        tape.name(f"A13{j}", p[2][0] + motion.dw[1]),
-        tape.name(f"A23{j}", p[2][1] - motion.dw[0]),
+    second = (
+        tape.name(f"A13{j}", p[2][0] + dw[1]),
+        tape.name(f"A23{j}", p[2][1] - dw[0]),
         -tape.name(f"Q3{j}", p[0][0] + p[1][1]),
     )
-    if sigma != names.REVOLUTE:
-        return _Screws((ZERO, turn), (ZERO, second))
-    slide = named((2 * V[1], -2 * V[0], sp.S.Zero), f"b{j}_", tape)
-    linear = named(plus((a[1], -a[0], sp.S.Zero), cross(V, turn)), f"c{j}_", tape)
-    return _Screws((turn, slide), (second, linear))
+    if own[0] == ZERO:
+        return _Screws(own, (ZERO, turn), (ZERO, second))
+    slide = named(scaled(sp.Integer(2), cross(V, Z)), f"b{j}_", tape)
+    linear = named(plus(cross(motion.a, Z), cross(V, turn)), f"c{j}_", tape)
+    return _Screws(own, (turn, slide), (second, linear))
 
 
 def _columns(
-    sigma: int,
     screws: _Screws,
     body: Inertia,
     rate: Inertia,
@@ -203,36 +217,27 @@ def _columns(
     force: Screw,
     i: int,
     tape: TapeBuilder,
-) -> tuple[Screw, Screw, Screw, Screw]:
+) -> list[Screw]:
     """Return, in frame i, what earlier joints see of q_i and qd_i; I S and 2 B^T S."""
-    (turn, slide), (angular, linear) = screws.twice, screws.second
-    (lin, ang), (f, n), m, M = momentum, force, body.m, body.M
-    mx, my, _ = m
-    fz: Vector = (-f[1], f[0], sp.S.Zero)
-    if sigma == names.REVOLUTE:
-        nz: Vector = (-n[1], n[0], sp.S.Zero)
-        z_ang: Vector = (-ang[1], ang[0], sp.S.Zero)  # z x k
-        z_lin: Vector = (-2 * lin[1], 2 * lin[0], sp.S.Zero)
-        column = (rate.J[0][2], rate.J[1][2], rate.J[2][2])
-        half = scaled(sp.Rational(1, 2), plus(rate.times(turn), cross(turn, ang)))
-        half = named(half, f"g{i}_", tape)
-        place = (
-            plus(plus(scaled(M, linear), cross(angular, m)), plus(cross(turn, lin), fz)),
-            plus(plus(body.times(angular), cross(m, linear)), plus(half, nz)),
-        )
-        speed = (
-            plus(plus(scaled(M, slide), cross(turn, m)), z_lin),
-            plus(plus(body.times(turn), cross(m, slide)), plus(column, z_ang)),
-        )
-        inertia: Screw = ((-my, mx, sp.S.Zero), (body.J[0][2], body.J[1][2], body.J[2][2]))
-        couple: Screw = (ZERO, plus(column, scaled(sp.S.NegativeOne, z_ang)))
-    else:
-        place = (scaled(M, linear), plus(cross(m, linear), fz))
-        speed = (scaled(M, slide), cross(m, slide))
-        inertia = ((sp.S.Zero, sp.S.Zero, M), (my, -mx, sp.S.Zero))
-        couple = (ZERO, (2 * lin[1], -2 * lin[0], sp.S.Zero))
-    out = [
-        (named(force_, f"f{letter}{i}_", tape), named(moment, f"n{letter}{i}_", tape))
-        for letter, (force_, moment) in (("p", place), ("q", speed), ("m", inertia), ("u", couple))
+    (e, v), (turn, _) = screws.own, screws.twice
+    (lin, ang), (f, n) = momentum, force
+    second, first = body.momentum(screws.second), body.momentum(screws.twice)
+    spin = times(rate.J, e)
+    half = named(scaled(_HALF, plus(times(rate.J, turn), cross(turn, ang))), f"g{i}_", tape)
+    double = sp.Integer(2)
+    columns = {
+        "p": (
+            plus(second[0], cross(turn, lin), cross(e, f)),
+            plus(second[1], half, cross(e, n), cross(v, f)),
+        ),
+        "q": (
+            plus(first[0], scaled(double, cross(e, lin))),
+            plus(first[1], spin, cross(e, ang)),
+        ),
+        "m": body.momentum(screws.own),
+        "u": (ZERO, plus(spin, cross(ang, e), scaled(double, cross(lin, v)))),
+    }
+    return [
+        (named(linear, f"f{letter}{i}_", tape), named(angular, f"n{letter}{i}_", tape))
+        for letter, (linear, angular) in columns.items()
     ]
-    return out[0], out[1], out[2], out[3]

@@ -12,16 +12,17 @@ u = qd_j + ratio qd_k has u^2/2; a payload has the columns of its link.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import sympy as sp
 
 from symgen import names
 from symgen.robot.types import Robot
-from symgen.symbolic.friction import builder, drive_speed, speeds
-from symgen.symbolic.kinematics import Frame, frames, gravity, steps, variables
-from symgen.symbolic.parameters import standard_parameters
+from symgen.symbolic.friction import builder, drive_speed
+from symgen.symbolic.kinematics import Frame, Step, by_joint, frames, gravity, steps, variables
+from symgen.symbolic.parameters import Parameter, standard_parameters
+from symgen.symbolic.spatial import UPPER, ZERO, Vector, cross, dot
 from symgen.symbolic.tape import Arithmetic, Tape, TapeBuilder
 
 _HALF = sp.Rational(1, 2)
@@ -36,19 +37,8 @@ def energy_tape(robot: Robot) -> Tape:
     variable = variables(robot)
     tape = builder(robot, (*variable.q, *variable.qd))
     links = frames(steps(robot, variable, tape), gravity(robot, tape), tape)
-    speed = speeds(robot, variable)
-    drives = {c.second: drive_speed(c, speed, tape) for c in robot.couplings}
-    outputs: list[sp.Expr] = []
-    for p in standard_parameters(robot):
-        if not p.inertial:
-            continue
-        if p.prefix == names.ROTOR:
-            outputs.append(half_square(speed[p.joint], p.name, tape))
-        elif p.prefix == names.COUPLING_INERTIA:
-            outputs.append(half_square(drives[p.joint], p.name, tape))
-        else:
-            outputs.append(link_column(p.prefix, links[p.joint], f"D{p.prefix}{p.joint}", tape))
-    return tape.tape([("q", variable.q), ("qd", variable.qd)], outputs)
+    columns = _columns(robot, inertial_parameters(robot), [("D", links)], tape)
+    return tape.tape([("q", variable.q), ("qd", variable.qd)], [column for (column,) in columns])
 
 
 def separate_tape(robot: Robot) -> Tape:
@@ -60,51 +50,85 @@ def separate_tape(robot: Robot) -> Tape:
     variable = variables(robot)
     tape = builder(robot, (*variable.q, *variable.qd))
     way, base = steps(robot, variable, tape), gravity(robot, tape)
-    moving = frames(way, (sp.S.Zero, sp.S.Zero, sp.S.Zero), tape)
-    resting = frames(tuple(step.still() for step in way), base, tape)
-    speed = speeds(robot, variable)
+    columns = separate_columns(robot, inertial_parameters(robot), way, base, tape)
+    inputs = [("q", variable.q), ("qd", variable.qd)]
+    return tape.tape(inputs, [column for columns_ in columns for column in columns_])
+
+
+def inertial_parameters(robot: Robot) -> list[Parameter]:
+    """Return the standard parameters that have a column of energy."""
+    return [p for p in standard_parameters(robot) if p.inertial]
+
+
+def separate_columns(
+    robot: Robot,
+    parameters: Sequence[Parameter],
+    way: tuple[Step, ...],
+    base_gravity: Vector,
+    tape: TapeBuilder,
+) -> Iterator[tuple[sp.Expr, ...]]:
+    """Return the columns of kinetic energy of some parameters, and those of potential energy."""
+    moving = frames(way, ZERO, tape)
+    resting = frames(tuple(step.still() for step in way), base_gravity, tape)
+    return zip(*_columns(robot, parameters, [("D", moving), ("U", resting)], tape), strict=True)
+
+
+def _columns(
+    robot: Robot,
+    parameters: Sequence[Parameter],
+    states: Sequence[tuple[str, Mapping[int, Frame]]],
+    tape: TapeBuilder,
+) -> list[list[sp.Expr]]:
+    """Return a row for every parameter: its energy in each state; rotors move in the first."""
+    speed = by_joint(robot, variables(robot).qd)
     drives = {c.second: drive_speed(c, speed, tape) for c in robot.couplings}
-    kinetic, potential = [], []
-    for p in standard_parameters(robot):
-        if not p.inertial:
-            continue
-        at_rest: sp.Expr = sp.S.Zero
+    rows = []
+    for p in parameters:
         if p.prefix in names.LINK:
-            value = link_column(p.prefix, moving[p.joint], f"D{p.prefix}{p.joint}", tape)
-            at_rest = link_column(p.prefix, resting[p.joint], f"U{p.prefix}{p.joint}", tape)
+            rows.append(
+                [
+                    _link_column(p.prefix, links[p.joint], f"{letter}{p.prefix}{p.joint}", tape)
+                    for letter, links in states
+                ]
+            )
         else:
             driven = speed if p.prefix == names.ROTOR else drives
-            value = half_square(driven[p.joint], p.name, tape)
-        kinetic.append(value)
-        potential.append(at_rest)
-    inputs = [("q", variable.q), ("qd", variable.qd)]
-    return tape.tape(inputs, [*kinetic, *potential])
+            own = _half_square(driven[p.joint], p.name, tape)
+            rows.append([own, *(sp.S.Zero for _ in states[1:])])
+    return rows
 
 
 def state_columns(
     energy: Tape,
+    parameters: Sequence[Parameter],
     arithmetic: Arithmetic,
     state: Mapping[str, Sequence[Any]],
     rest: Mapping[str, Sequence[Any]],
+    position: Mapping[int, Any],
 ) -> list[Any]:
-    """Return energy columns h(x), up to constants of the state x = (q, qd).
+    """Return the columns of parameters that are functions of the state x = (q, qd).
+
+    They are energies h(x), up to constants of the state, and q_j for an offset OF_j.
 
     Where gravity is an input, a constant may depend on it: h(x, g) - h(x0, g) then.
 
     Args:
-        energy: tape of some columns.
+        energy: tape of the inertial ones among them.
+        parameters: in the order of the columns.
         arithmetic: the number system.
         state: entries of q and qd, and of g where it is an input.
         rest: those of x0.
+        position: q_j as plain numbers, by joint.
     """
-    here = energy.run(arithmetic, state)
-    if "g" not in state:
-        return here
-    there = energy.run(arithmetic, {**rest, "g": state["g"]})
-    return [arithmetic.sub(a, b) for a, b in zip(here, there, strict=True)]
+    columns = energy.run(arithmetic, state)
+    if "g" in state:
+        there = energy.run(arithmetic, {**rest, "g": state["g"]})
+        columns = [arithmetic.sub(a, b) for a, b in zip(columns, there, strict=True)]
+    energies = iter(columns)
+    return [next(energies) if p.inertial else position[p.joint] for p in parameters]
 
 
-def half_square(v: sp.Expr, name: str, tape: TapeBuilder) -> sp.Expr:
+def _half_square(v: sp.Expr, name: str, tape: TapeBuilder) -> sp.Expr:
     """Return v^2/2, with v/2 as a step that other columns of v share."""
     if v == 0:
         return sp.S.Zero
@@ -113,17 +137,14 @@ def half_square(v: sp.Expr, name: str, tape: TapeBuilder) -> sp.Expr:
     return tape.name(f"D{name}", half * v)
 
 
-def link_column(prefix: str, frame: Frame, name: str, tape: TapeBuilder) -> sp.Expr:
+def _link_column(prefix: str, frame: Frame, name: str, tape: TapeBuilder) -> sp.Expr:
     """Return the column DE + DU of one parameter of a link."""
     w, V, g = frame.w, frame.V, frame.g
-    axes = {"X": 0, "Y": 1, "Z": 2}
     if prefix in names.INERTIA:
-        a, b = axes[prefix[0]], axes[prefix[1]]
-        return half_square(w[a], name[1:], tape) if a == b else tape.name(name, w[a] * w[b])
+        a, b = UPPER[names.INERTIA.index(prefix)]
+        return _half_square(w[a], name[1:], tape) if a == b else tape.name(name, w[a] * w[b])
     if prefix in names.MOMENT:
-        c = axes[prefix[1]]
-        a, b = (c + 1) % 3, (c + 2) % 3
-        return tape.name(name, w[b] * V[a] - w[a] * V[b] - g[c])
-    squares = sum((v * v for v in V), sp.S.Zero)
-    kinetic = _HALF * tape.name(f"E{name}", squares)
+        c = names.MOMENT.index(prefix)
+        return tape.name(name, cross(V, w)[c] - g[c])
+    kinetic = _HALF * tape.name(f"E{name}", dot(V, V))
     return tape.name(name, kinetic + frame.u)

@@ -8,16 +8,16 @@ from dataclasses import dataclass
 import sympy as sp
 
 from symgen.symbolic.articulated import linear_solution
-from symgen.symbolic.constraints import Rows
+from symgen.symbolic.constraints import Rows, combined
 from symgen.symbolic.dynamics import (
     Plant,
     friction_torques,
     inverse_dynamics,
+    load_columns,
     mass_matrix,
     rigid_torques,
 )
-from symgen.symbolic.effects import effect_columns
-from symgen.symbolic.kinematics import variables
+from symgen.symbolic.kinematics import by_joint, variables
 
 #: Joints from which articulated bodies take fewer steps than factors of the mass matrix.
 MANY = 14
@@ -38,10 +38,8 @@ def driving(p: Plant) -> tuple[dict[int, sp.Expr], list[sp.Expr]]:
     rigid, rubbing = rigid_torques(p, {}), friction_torques(p)
     slopes = []  # of the effects by taur, for taur > 0 and for taur < 0
     for sign in (sp.S.One, sp.S.NegativeOne):
-        slope: dict[int, sp.Expr] = {}
-        for name, column in effect_columns(p.robot, tape, dict.fromkeys(order, sign)).items():
-            for j, value in column.items():
-                slope[j] = slope.get(j, sp.S.Zero) + sign * p.value(name) * value
+        columns = load_columns(p, dict.fromkeys(order, sign))
+        slope = combined((sign * coefficient, column) for coefficient, column in columns)
         slopes.append({j: tape.name(f"e{j}", value) for j, value in slope.items()})
     right, positive = {}, []
     for j, tau in zip(order, commanded, strict=True):
@@ -78,7 +76,7 @@ def forward_dynamics(p: Plant) -> tuple[list[sp.Expr], list[sp.Expr]]:
 def solve_mass_matrix(p: Plant) -> tuple[list[sp.Expr], list[sp.Expr]]:
     """Return (x, pivots) of M x = b."""
     factor = factored(p, mass_matrix(p))
-    x = solved(p, factor, dict(zip(p.numbers, variables(p.robot).b, strict=True)), "o")
+    x = solved(p, factor, by_joint(p.robot, variables(p.robot).b), "o")
     return [x[k] for k in p.numbers], list(factor.pivots)
 
 

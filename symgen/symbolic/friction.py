@@ -15,7 +15,7 @@ import sympy as sp
 from symgen import names
 from symgen.robot.types import Coupling, Robot
 from symgen.symbolic.effects import effect_columns
-from symgen.symbolic.kinematics import Variables, variables
+from symgen.symbolic.kinematics import Variables, by_joint, variables
 from symgen.symbolic.parameters import Parameter, standard_parameters
 from symgen.symbolic.tape import Tape, TapeBuilder
 
@@ -32,7 +32,7 @@ class _Drive:
     """What a friction parameter acts on: a speed, and how the joints share its force."""
 
     speed: sp.Expr
-    share: tuple[tuple[int, sp.Expr], ...]
+    share: Mapping[int, sp.Expr]
     width: float
 
 
@@ -44,14 +44,14 @@ def builder(robot: Robot, symbols: tuple[sp.Symbol, ...]) -> TapeBuilder:
 
 def drive_speed(coupling: Coupling, speed: Mapping[int, sp.Expr], tape: TapeBuilder) -> sp.Expr:
     """Return u = qd_j + ratio qd_k as a named step."""
-    k = coupling.second
-    ratio = tape.constant(f"ratio{k}", coupling.ratio)
-    return tape.name(f"u{k}", speed[coupling.first] + ratio * speed[k])
+    terms = (share * speed[j] for j, share in drive_shares(coupling, tape).items())
+    return tape.name(f"u{coupling.second}", sp.Add(*terms))
 
 
-def speeds(robot: Robot, variable: Variables) -> dict[int, sp.Symbol]:
-    """Map the number of each movable joint to the symbol of its speed."""
-    return dict(zip((j.number for j in robot.movable), variable.qd, strict=True))
+def drive_shares(coupling: Coupling, tape: TapeBuilder) -> dict[int, sp.Expr]:
+    """Return du/dqd of the joints that a coupled drive moves."""
+    ratio = tape.constant(f"ratio{coupling.second}", coupling.ratio)
+    return {coupling.first: sp.S.One, coupling.second: ratio}
 
 
 def power_tape(robot: Robot) -> Tape:
@@ -66,16 +66,10 @@ def power_columns(robot: Robot, variable: Variables, tape: TapeBuilder) -> list[
     """Return the power of every friction parameter."""
     outputs = []
     for p, drive in _drives(robot, variable, tape):
-        v, name = drive.speed, f"D{p.name}"
-        if p.prefix == "OF":
-            outputs.append(v)
-        elif p.prefix in ("FV", "FVM"):
-            outputs.append(tape.name(name, v * v))
-        elif drive.width:
-            outputs.append(tape.name(name, v * _sign(p, drive, tape)))
-        else:
-            outputs.append(tape.name(name, sp.Abs(v)))
-    speed = speeds(robot, variable)
+        v, sharp = drive.speed, p.prefix in ("FS", "FSM") and not drive.width
+        power = sp.Abs(v) if sharp else v * _force(p, drive, tape)
+        outputs.append(tape.name(f"D{p.name}", power))
+    speed = by_joint(robot, variable.qd)
     for name, column in effect_columns(robot, tape).items():
         power = sum((speed[j] * c for j, c in column.items()), sp.S.Zero)
         outputs.append(tape.name(f"D{name}", power))
@@ -97,26 +91,20 @@ def torque_columns(
     """Return, for every friction parameter, its torque on each joint that it acts on."""
     out = []
     for p, drive in _drives(robot, variable, tape):
-        if p.prefix == "OF":
-            force: sp.Expr = sp.S.One
-        elif p.prefix in ("FV", "FVM"):
-            force = drive.speed
-        else:
-            force = _sign(p, drive, tape)
-        column = {j: tape.name(f"D{p.name}_{j}", share * force) for j, share in drive.share}
-        out.append((p, column))
+        force = _force(p, drive, tape)
+        named = {j: tape.name(f"D{p.name}_{j}", c * force) for j, c in drive.share.items()}
+        out.append((p, named))
     effects = effect_columns(robot, tape)
     known = {p.name: p for p in standard_parameters(robot)}
     return out + [(known[name], column) for name, column in effects.items()]
 
 
 def _drives(robot: Robot, variable: Variables, tape: TapeBuilder) -> list[tuple[Parameter, _Drive]]:
-    speed = speeds(robot, variable)
-    coupled = {}
-    for c in robot.couplings:
-        ratio = tape.constant(f"ratio{c.second}", c.ratio)
-        u = drive_speed(c, speed, tape)
-        coupled[c.second] = _Drive(u, ((c.first, sp.S.One), (c.second, ratio)), 0.0)
+    speed = by_joint(robot, variable.qd)
+    coupled = {
+        c.second: _Drive(drive_speed(c, speed, tape), drive_shares(c, tape), 0.0)
+        for c in robot.couplings
+    }
     out = []
     for p in standard_parameters(robot):
         if p.inertial or not p.prefix:
@@ -125,12 +113,16 @@ def _drives(robot: Robot, variable: Variables, tape: TapeBuilder) -> list[tuple[
             out.append((p, coupled[p.joint]))
         else:
             width = robot.joint(p.joint).coulomb_width
-            out.append((p, _Drive(speed[p.joint], ((p.joint, sp.S.One),), width)))
+            out.append((p, _Drive(speed[p.joint], {p.joint: sp.S.One}, width)))
     return out
 
 
-def _sign(p: Parameter, drive: _Drive, tape: TapeBuilder) -> sp.Expr:
-    """Return sign(v), or tanh(v/width) where a width is declared."""
+def _force(p: Parameter, drive: _Drive, tape: TapeBuilder) -> sp.Expr:
+    """Return 1, v, or sign(v), which is tanh(v/width) where a width is declared."""
+    if p.prefix == "OF":
+        return sp.S.One
+    if p.prefix in ("FV", "FVM"):
+        return drive.speed
     if not drive.width:
         return tape.name(f"s{p.name}", sp.sign(drive.speed))
     inverse = tape.constant(f"k{p.name}", 1 / sp.Rational(repr(drive.width)))

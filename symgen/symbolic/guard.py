@@ -18,6 +18,7 @@ from symgen.errors import SymgenError
 from symgen.robot.types import Robot
 from symgen.symbolic.elimination import ExactRow
 from symgen.symbolic.energy import state_columns
+from symgen.symbolic.kinematics import by_joint
 from symgen.symbolic.parameters import Parameter
 from symgen.symbolic.tape import Numbers, Tape
 
@@ -55,9 +56,8 @@ def require_floats_agree(
     rest = {key: [x[:1] for x in entries] for key, entries in state.items()}
     if robot.gravity_input:
         state["g"] = [draw.uniform(-10, 10, count) for _ in range(3)]
-    out = state_columns(energy, Numbers(values, functions), state, rest)
-    index = {j.number: i for i, j in enumerate(robot.movable)}
-    out += [q[index[p.joint]] for p in parameters if not p.inertial]
+    arithmetic = Numbers(values, functions)
+    out = state_columns(energy, parameters, arithmetic, state, rest, by_joint(robot, q))
     W = np.stack([np.broadcast_to(np.asarray(c, dtype=float), (count,)) for c in out], axis=1)
     W = W[1:] - W[0]
     column = {p.name: W[:, i] for i, p in enumerate(parameters)}

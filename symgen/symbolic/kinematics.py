@@ -15,37 +15,17 @@ while the steps are written, and every step has a name.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import sympy as sp
 
 from symgen import names
 from symgen.robot.types import Joint, Robot
 from symgen.symbolic.constraints import followed
+from symgen.symbolic.spatial import ZERO, Screw, Shift, Turn, Vector, onward, replaced, turned
 from symgen.symbolic.tape import TapeBuilder
-
-Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
-ZERO: Vector = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
-
-
-@dataclass(frozen=True)
-class Turn:
-    """A rotation about x (axis 0) or z (axis 2) by an angle with this cosine and sine."""
-
-    axis: int
-    c: sp.Expr
-    s: sp.Expr
-    tag: str
-
-
-@dataclass(frozen=True)
-class Shift:
-    """A translation along x (axis 0) or z (axis 2), m."""
-
-    axis: int
-    length: sp.Expr
-    tag: str
 
 
 @dataclass(frozen=True)
@@ -64,6 +44,16 @@ class Step:
     qd: sp.Expr
     rate: sp.Expr
 
+    @property
+    def way(self) -> tuple[Turn | Shift, ...]:
+        """All elementary motions, in order."""
+        return (*self.before, *self.after)
+
+    @property
+    def back(self) -> tuple[Turn | Shift, ...]:
+        """The opposite motions, from the frame of j to that of its antecedent."""
+        return tuple(motion.back for motion in reversed(self.way))
+
     def still(self) -> Step:
         """Return the same step at rest."""
         return replace(self, qd=sp.S.Zero, rate=sp.S.Zero)
@@ -77,6 +67,11 @@ class Frame:
     V: Vector
     g: Vector
     u: sp.Expr
+
+    @property
+    def twist(self) -> Screw:
+        """Angular velocity, and velocity of the origin."""
+        return self.w, self.V
 
 
 @dataclass(frozen=True)
@@ -109,11 +104,23 @@ def variables(robot: Robot) -> Variables:
     )
 
 
+def by_joint(robot: Robot, values: Sequence[Any]) -> dict[int, Any]:
+    """Return values of the movable joints by the number of the joint."""
+    return dict(zip((joint.number for joint in robot.movable), values, strict=True))
+
+
+def path(robot: Robot, number: int) -> list[int]:
+    """Return the numbers of the joints from one down to the base."""
+    out = []
+    while number:
+        out.append(number)
+        number = robot.joint(number).antecedent
+    return out
+
+
 def steps(robot: Robot, variable: Variables, tape: TapeBuilder) -> tuple[Step, ...]:
     """Return the way to every joint, in file order; sines and cosines become steps of the tape."""
-    numbers = [j.number for j in robot.movable]
-    q = dict(zip(numbers, variable.q, strict=True))
-    qd = dict(zip(numbers, variable.qd, strict=True))
+    q, qd = by_joint(robot, variable.q), by_joint(robot, variable.qd)
     out = []
     for joint in robot.joints:
         j = joint.number
@@ -135,6 +142,14 @@ def _step(joint: Joint, q: sp.Expr, qd: sp.Expr, rate: sp.Expr, tape: TapeBuilde
     r = tape.constant(f"r{j}", slide)
     if joint.sigma == names.PRISMATIC:
         r = tape.name(f"R{j}", q + r)
+    return Step(joint, *elementary(joint, c, s, r, tape), qd, rate)
+
+
+def elementary(
+    joint: Joint, c: sp.Expr, s: sp.Expr, r: sp.Expr, tape: TapeBuilder
+) -> tuple[tuple[Turn | Shift, ...], tuple[Shift, ...]]:
+    """Return the motions to the axis of a joint, turned about it by (c, s), and that along it."""
+    j = joint.number
     before: tuple[Turn | Shift, ...] = (
         Turn(2, *_angle(joint.gamma, f"gamma{j}", tape), f"a{j}"),
         Shift(2, tape.constant(f"b{j}", joint.b), f"b{j}"),
@@ -143,16 +158,14 @@ def _step(joint: Joint, q: sp.Expr, qd: sp.Expr, rate: sp.Expr, tape: TapeBuilde
         Turn(2, c, s, f"e{j}"),
     )
     kept = tuple(m for m in before if not (m.c == 1 if isinstance(m, Turn) else m.length == 0))
-    after = () if r == 0 else (Shift(2, r, f"r{j}"),)
-    return Step(joint, kept, after, qd, rate)
+    return kept, () if r == 0 else (Shift(2, r, f"r{j}"),)
 
 
 def gravity(robot: Robot, tape: TapeBuilder) -> Vector:
     """Return the acceleration of gravity in frame 0, as constants or input of the tape."""
     if robot.gravity_input:
         return robot.gravity
-    x, y, z = (tape.constant(f"g{a}", g) for a, g in zip("xyz", robot.gravity, strict=True))
-    return (x, y, z)
+    return tuple(tape.constant(f"g{a}", g) for a, g in zip("xyz", robot.gravity, strict=True))
 
 
 def frames(way: tuple[Step, ...], base_gravity: Vector, tape: TapeBuilder) -> Mapping[int, Frame]:
@@ -165,56 +178,27 @@ def frames(way: tuple[Step, ...], base_gravity: Vector, tape: TapeBuilder) -> Ma
     """
     states = {0: Frame(ZERO, ZERO, base_gravity, sp.S.Zero)}
     for step in way:
-        joint, frame = step.joint, states[step.joint.antecedent]
+        j, frame = step.joint.number, states[step.joint.antecedent]
         for motion in step.before:
             frame = _moved(frame, motion, tape)
-        w, V = frame.w, frame.V
-        if joint.sigma == names.REVOLUTE:
-            w = (w[0], w[1], tape.name(f"W3{joint.number}", w[2] + step.rate))
-        frame = Frame(w, V, frame.g, frame.u)
+        if step.joint.sigma == names.REVOLUTE:
+            w3 = tape.name(f"W3{j}", frame.w[2] + step.rate)
+            frame = replace(frame, w=replaced(frame.w, {2: w3}))
         for shift in step.after:
             frame = _moved(frame, shift, tape)
-        if joint.sigma == names.PRISMATIC:
-            V3 = tape.name(f"V3{joint.number}", frame.V[2] + step.rate)
-            frame = Frame(frame.w, (frame.V[0], frame.V[1], V3), frame.g, frame.u)
-        states[joint.number] = frame
+        if step.joint.sigma == names.PRISMATIC:
+            V3 = tape.name(f"V3{j}", frame.V[2] + step.rate)
+            frame = replace(frame, V=replaced(frame.V, {2: V3}))
+        states[j] = frame
     return states
 
 
 def _moved(frame: Frame, motion: Turn | Shift, tape: TapeBuilder) -> Frame:
+    w, V = onward(frame.twist, motion, "WV", tape)
     if isinstance(motion, Turn):
-        w, V, g = (
-            turned(vector, motion, letter, tape)
-            for vector, letter in ((frame.w, "W"), (frame.V, "V"), (frame.g, "G"))
-        )
-        return Frame(w, V, g, frame.u)
-    V = shifted(frame.V, frame.w, motion, "V", tape)
+        return Frame(w, V, turned(frame.g, motion, "G", tape), frame.u)
     u = tape.name(f"U{motion.tag}", frame.u - frame.g[motion.axis] * motion.length)
-    return Frame(frame.w, V, frame.g, u)
-
-
-def turned(vector: Vector, turn: Turn, letter: str, tape: TapeBuilder) -> Vector:
-    """Express a vector in the turned frame."""
-    a, b = (turn.axis + 1) % 3, (turn.axis + 2) % 3
-    out = list(vector)
-    out[a] = tape.name(f"{letter}{a + 1}{turn.tag}", turn.c * vector[a] + turn.s * vector[b])
-    out[b] = tape.name(f"{letter}{b + 1}{turn.tag}", turn.c * vector[b] - turn.s * vector[a])
-    return (out[0], out[1], out[2])
-
-
-def shifted(moment: Vector, vector: Vector, shift: Shift, letter: str, tape: TapeBuilder) -> Vector:
-    """Return moment + vector x P: the velocity of the shifted origin, for (V, w)."""
-    a, b = (shift.axis + 1) % 3, (shift.axis + 2) % 3
-    out = list(moment)
-    out[a] = tape.name(f"{letter}{a + 1}{shift.tag}", moment[a] + vector[b] * shift.length)
-    out[b] = tape.name(f"{letter}{b + 1}{shift.tag}", moment[b] - vector[a] * shift.length)
-    return (out[0], out[1], out[2])
-
-
-def returned(vector: Vector, turn: Turn, letter: str, tape: TapeBuilder) -> Vector:
-    """Express a vector of the turned frame in the frame before."""
-    back = Turn(turn.axis, turn.c, -turn.s, turn.tag)
-    return turned(vector, back, letter, tape)
+    return Frame(w, V, frame.g, u)
 
 
 def _angle(angle: sp.Expr, name: str, tape: TapeBuilder) -> tuple[sp.Expr, sp.Expr]:

@@ -10,8 +10,9 @@ sin = 2 t/(1 + t^2), so that the matrix is rational.
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
@@ -21,8 +22,9 @@ from symgen.errors import SymgenError
 from symgen.robot.types import Robot
 from symgen.symbolic.elimination import NeedsValuesError
 from symgen.symbolic.energy import state_columns
+from symgen.symbolic.kinematics import by_joint
 from symgen.symbolic.parameters import Parameter
-from symgen.symbolic.tape import Numbers, Tape
+from symgen.symbolic.tape import Arithmetic, Numbers, Tape
 
 _TRIES = 6
 _LARGEST = 4  # columns of a relation that is lifted with a named angle in it
@@ -43,10 +45,10 @@ def lifted(
     Raises:
         SymgenError: no exact relation was found; the geometry is outside what symgen covers.
     """
-    inertial = [i for i in support if state[i].inertial]
-    tape = energy.keep(inertial)
+    tape = energy.keep([i for i in support if state[i].inertial])
+    columns = _Columns(robot, tape, [state[i] for i in support])
     if not any(value.free_symbols for _, value in tape.constants):
-        return _numbers(robot, tape, state, support, inertial)
+        return _numbers(columns)
     general = {
         f.args[0]
         for _, value in tape.constants
@@ -59,14 +61,9 @@ def lifted(
     for attempt in range(_TRIES):
         arithmetic = _Exact(halves, following=len(robot.moving) > robot.n)
         draw = random.Random(f"lift {attempt}")
-        rows, rest = [], _state(robot, *_point(robot, random.Random("rest"))[:2])
-        for _ in range(len(support) + 3 + attempt):
-            q, qd, number = _point(robot, draw)
-            found = state_columns(tape, arithmetic, _state(robot, q, qd, draw), rest)
-            energies = dict(zip(inertial, found, strict=True))
-            rows.append([energies[i] if i in energies else number[state[i].joint] for i in support])
-        matrix = sp.Matrix([[a - b for a, b in zip(row, rows[0], strict=True)] for row in rows[1:]])
-        vector = _null_vector(matrix)
+        points = (_point(robot, draw) for _ in range(len(support) + 3 + attempt))
+        rest = _point(robot, random.Random("rest"))
+        vector = _null_vector(sp.Matrix(columns.differences(arithmetic, points, rest, draw)))
         if vector is not None and vector[0] != 0:
             return [_whole_angles(sp.cancel(c / vector[0]), halves) for c in vector[1:]]
     raise SymgenError(
@@ -98,13 +95,7 @@ def _null_vector(matrix: sp.Matrix) -> list[sp.Expr] | None:
     return [-column.get(i, sp.S.NegativeOne) for i in range(matrix.cols)]
 
 
-def _numbers(
-    robot: Robot,
-    tape: Tape,
-    state: Sequence[Parameter],
-    support: Sequence[int],
-    inertial: Sequence[int],
-) -> list[sp.Expr]:
+def _numbers(columns: _Columns) -> list[sp.Expr]:
     """Solve for the coefficients with many digits, from more points than unknowns."""
     import mpmath
 
@@ -112,22 +103,24 @@ def _numbers(
     context.dps = 2 * _DIGITS
     functions = {"sin": context.sin, "cos": context.cos}
     arithmetic = Numbers({}, functions, lambda value: context.mpf(str(value)), digits=2 * _DIGITS)
-    draw = random.Random("numbers")
-    half = [context.mpf(1) / 2 for _ in robot.movable]
-    rows, rest = [], _state(robot, half, half)
-    for _ in range(len(support) + 3):
-        q = [context.mpf(draw.randrange(-3000, 3000)) / 1000 for _ in robot.movable]
-        qd = [context.mpf(draw.randrange(-3000, 3000)) / 1000 for _ in robot.movable]
-        found = state_columns(tape, arithmetic, _state(robot, q, qd, draw), rest)
-        energies = dict(zip(inertial, found, strict=True))
-        number = {j.number: value for j, value in zip(robot.movable, q, strict=True)}
-        rows.append([energies[i] if i in energies else number[state[i].joint] for i in support])
-    matrix = [[a - b for a, b in zip(row, rows[0], strict=True)] for row in rows[1:]]
+    draw, joints = random.Random("numbers"), columns.robot.movable
+
+    def drawn() -> list[Any]:
+        return [context.mpf(draw.randrange(-3000, 3000)) / 1000 for _ in joints]
+
+    def point() -> _Point:
+        q, qd = drawn(), drawn()
+        return _Point(q, qd, q)
+
+    half = [context.mpf(1) / 2 for _ in joints]
+    points = (point() for _ in range(len(columns.parameters) + 3))
+    matrix = columns.differences(arithmetic, points, _Point(half, half, half), draw)
     left = context.matrix([row[1:] for row in matrix])
     right = context.matrix([-row[0] for row in matrix])
     solution, residual = context.qr_solve(left, right)
     if residual > context.mpf(10) ** (-_DIGITS):
-        raise SymgenError(f"no exact regrouping relation was found for {state[support[0]].name}")
+        first = columns.parameters[0].name
+        raise SymgenError(f"no exact regrouping relation was found for {first}")
     return [sp.Float(str(context.nstr(c, _DIGITS)), _DIGITS) for c in solution]
 
 
@@ -164,28 +157,52 @@ class _Circle:
         return _Circle(self.c, -self.s)
 
 
-def _point(robot: Robot, draw: random.Random) -> tuple[list[Any], list[Any], dict[int, sp.Expr]]:
+class _Point(NamedTuple):
+    """A state: joint variables, speeds, and the variables as plain numbers."""
+
+    q: list[Any]
+    qd: list[Any]
+    number: list[Any]
+
+
+def _point(robot: Robot, draw: random.Random) -> _Point:
     """Draw a small rational state: points of the circle, positions and speeds."""
     q: list[Any] = []
-    number: dict[int, sp.Expr] = {}
+    number = []
     for joint in robot.movable:
         t = sp.Rational(draw.randrange(-3, 4), draw.randrange(1, 4))
-        value = sp.Integer(draw.randrange(-9, 10))
-        number[joint.number] = value
-        if joint.sigma == names.REVOLUTE:
-            q.append(_Circle((1 - t**2) / (1 + t**2), 2 * t / (1 + t**2)))
-        else:
-            q.append(value)
-    return q, [sp.Integer(draw.randrange(-3, 4)) for _ in robot.movable], number
+        number.append(sp.Integer(draw.randrange(-9, 10)))
+        circle = _Circle((1 - t**2) / (1 + t**2), 2 * t / (1 + t**2))
+        q.append(circle if joint.sigma == names.REVOLUTE else number[-1])
+    return _Point(q, [sp.Integer(draw.randrange(-3, 4)) for _ in robot.movable], number)
 
 
-def _state(
-    robot: Robot, q: list[Any], qd: list[Any], draw: random.Random | None = None
-) -> dict[str, list[Any]]:
-    """Return a state as the tape takes it, with a random gravity where that is an input."""
-    if draw is None or not robot.gravity_input:
-        return {"q": q, "qd": qd}
-    return {"q": q, "qd": qd, "g": [sp.Integer(draw.randrange(-9, 10)) for _ in range(3)]}
+@dataclass(frozen=True)
+class _Columns:
+    """The columns of some parameters: energies by a tape, and q_j of an offset OF_j."""
+
+    robot: Robot
+    tape: Tape
+    parameters: Sequence[Parameter]
+
+    def differences(
+        self, arithmetic: Arithmetic, points: Iterable[_Point], rest: _Point, draw: random.Random
+    ) -> list[list[Any]]:
+        """Return a row for every point but the first: the columns, less those there.
+
+        Where gravity is an input, it is drawn at every point.
+        """
+        rows = []
+        for point in points:
+            state = {"q": point.q, "qd": point.qd}
+            if self.robot.gravity_input:
+                state["g"] = [sp.Integer(draw.randrange(-9, 10)) for _ in range(3)]
+            at_rest = {"q": rest.q, "qd": rest.qd}
+            number = by_joint(self.robot, point.number)
+            rows.append(
+                state_columns(self.tape, self.parameters, arithmetic, state, at_rest, number)
+            )
+        return [[a - b for a, b in zip(row, rows[0], strict=True)] for row in rows[1:]]
 
 
 class _Exact:
@@ -224,8 +241,6 @@ class _Exact:
         return a.opposite() if isinstance(a, _Circle) else -a
 
     def function(self, name: str, argument: Any) -> Any:
-        if name == "copy":
-            return argument
         return argument.c if name == "cos" else argument.s
 
     def _turned(self, a: Any, b: Any) -> _Circle:

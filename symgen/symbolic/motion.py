@@ -7,22 +7,67 @@ Paul 1980). Steps repeat those of `frames` word by word: the tape keeps one of e
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
 from symgen import names
-from symgen.symbolic.kinematics import ZERO, Shift, Step, Turn, Vector, returned, shifted, turned
+from symgen.symbolic.kinematics import Step
+from symgen.symbolic.spatial import (
+    ZERO,
+    Screw,
+    Shift,
+    Turn,
+    Vector,
+    Z,
+    around,
+    axis,
+    cross,
+    onward,
+    plus,
+    replaced,
+    scaled,
+    turned,
+    vector,
+)
 from symgen.symbolic.tape import TapeBuilder
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Velocity and acceleration of a link frame, in the frame; a is less gravity."""
+    """Velocity and acceleration of a link frame, in the frame; a is less gravity.
+
+    A reference motion has the link's real angular velocity beside its own; of the real motion both
+    are one.
+    """
 
     w: Vector
     dw: Vector
     a: Vector
+    real: Vector
+
+
+@dataclass(frozen=True)
+class Letters:
+    """What the steps of a recursion are called.
+
+    Attributes:
+        w: of turned angular velocities; `dw` and `a` of the accelerations.
+        shift: of what a shift makes of a.
+        joint: of what a joint adds, from a letter, an axis and the joint's number.
+        slide: the same of a joint that slides.
+    """
+
+    w: str
+    dw: str
+    a: str
+    shift: str
+    joint: str
+    slide: str
+
+
+_REAL = Letters("W", "X", "Z", "Z", "{}{}{}", "Z{}{}")
+_REFERENCE = Letters("E", "e", "l", "v", "{}{}j{}", "l{}j{}")
 
 
 def motions(
@@ -36,72 +81,113 @@ def motions(
         qdd: joint accelerations by joint number; absent means zero.
         tape: takes the named steps.
     """
-    gx, gy, gz = base_gravity
-    states = {0: Motion(ZERO, ZERO, (-gx, -gy, -gz))}
+    states = {0: _at_rest(base_gravity)}
     for step in way:
-        j, now = step.joint.number, states[step.joint.antecedent]
-        for motion in step.before:
-            now = _moved(now, motion, tape)
-        w, dw, a = now.w, now.dw, now.a
-        speed, acceleration = step.qd, qdd.get(j, sp.S.Zero)
-        if step.joint.sigma == names.REVOLUTE:
-            dw = (
-                tape.name(f"X1{j}", dw[0] + w[1] * speed),
-                tape.name(f"X2{j}", dw[1] - w[0] * speed),
-                tape.name(f"X3{j}", dw[2] + acceleration),
-            )
-            w = (w[0], w[1], tape.name(f"W3{j}", w[2] + step.rate))
-        now = Motion(w, dw, a)
-        for shift in step.after:
-            now = _moved(now, shift, tape)
-        if step.joint.sigma == names.PRISMATIC:
-            w, a = now.w, now.a
-            twice = tape.name(f"Y{j}", 2 * speed)
-            a = (
-                tape.name(f"Z1{j}", a[0] + w[1] * twice),
-                tape.name(f"Z2{j}", a[1] - w[0] * twice),
-                tape.name(f"Z3{j}", a[2] + acceleration),
-            )
-            now = Motion(w, now.dw, a)
-        states[j] = now
+        j = step.joint.number
+        rates = step.rate, step.qd, qdd.get(j, sp.S.Zero)
+        states[j] = _passed(states[step.joint.antecedent], step, rates, _REAL, tape)
     return states
 
 
-def _moved(now: Motion, motion: Turn | Shift, tape: TapeBuilder) -> Motion:
-    if isinstance(motion, Turn):
-        return Motion(
-            turned(now.w, motion, "W", tape),
-            turned(now.dw, motion, "X", tape),
-            turned(now.a, motion, "Z", tape),
-        )
-    return Motion(now.w, now.dw, carried(now.a, now.w, now.dw, now.w, motion, tape))
+def references(
+    way: tuple[Step, ...],
+    base_gravity: Vector,
+    speed: Mapping[int, sp.Expr],
+    acceleration: Mapping[int, sp.Expr],
+    tape: TapeBuilder,
+    letters: Letters = _REFERENCE,
+) -> Mapping[int, Motion]:
+    """Derive the reference motion of every link, by joint number, beside the real velocity.
+
+    Args:
+        way: from `steps`, with the real speeds.
+        base_gravity: acceleration of gravity in frame 0.
+        speed: reference speeds by joint number; absent means zero.
+        acceleration: their reference accelerations.
+        tape: takes the named steps.
+        letters: for the names of steps.
+    """
+    real = motions(way, ZERO, {}, tape)
+    states = {0: _at_rest(base_gravity)}
+    for step in way:
+        j = step.joint.number
+        rate = speed.get(j, sp.S.Zero)
+        rates = rate, rate, acceleration.get(j, sp.S.Zero)
+        now = replace(states[step.joint.antecedent], real=real[step.joint.antecedent].w)
+        states[j] = _passed(now, step, rates, letters, tape)
+    return states
 
 
-def carried(
-    a: Vector, w: Vector, dw: Vector, other: Vector, shift: Shift, tape: TapeBuilder, tag: str = "Z"
-) -> Vector:
-    """Return a + dw x P + other x (w x P) for P along one axis."""
-    k, length = shift.axis, shift.length
-    i, h = (k + 1) % 3, (k + 2) % 3
-    same = other is w
+def _at_rest(base_gravity: Vector) -> Motion:
+    return Motion(ZERO, ZERO, scaled(sp.S.NegativeOne, base_gravity), ZERO)
+
+
+def _passed(
+    now: Motion,
+    step: Step,
+    rates: tuple[sp.Expr, sp.Expr, sp.Expr],
+    letters: Letters,
+    tape: TapeBuilder,
+) -> Motion:
+    """Carry a motion to the frame of joint j, and add what its rate, speed and acceleration add."""
+    j, (rate, speed, faster) = step.joint.number, rates
+    for motion in step.before:
+        now = _moved(now, motion, letters, tape)
+    if step.joint.sigma == names.REVOLUTE:
+        gained = plus(now.dw, cross(now.real, scaled(speed, Z)), scaled(faster, Z))
+        dw = vector(lambda i: tape.name(letters.joint.format(letters.dw, i + 1, j), gained[i]))
+        w = _faster(now.w, letters.joint.format(letters.w, 3, j), rate, tape)
+        real = w if now.real is now.w else _faster(now.real, f"W3{j}", step.rate, tape)
+        now = Motion(w, dw, now.a, real)
+    for shift in step.after:
+        now = _moved(now, shift, letters, tape)
+    if step.joint.sigma == names.PRISMATIC:
+        if now.real is now.w:
+            twice = tape.name(f"Y{j}", 2 * speed)
+            turning = cross(now.w, scaled(twice, Z))
+        else:
+            turning = plus(cross(now.real, scaled(speed, Z)), cross(now.w, scaled(step.qd, Z)))
+        gained = plus(now.a, turning, scaled(faster, Z))
+        a = vector(lambda i: tape.name(letters.slide.format(i + 1, j), gained[i]))
+        now = replace(now, a=a)
+    return now
+
+
+def _faster(w: Vector, name: str, rate: sp.Expr, tape: TapeBuilder) -> Vector:
+    """Return an angular velocity with the rate of a joint about z added."""
+    return replaced(w, {2: tape.name(name, w[2] + rate)})
+
+
+def _moved(now: Motion, motion: Turn | Shift, letters: Letters, tape: TapeBuilder) -> Motion:
+    if isinstance(motion, Shift):
+        return replace(now, a=_carried(now, motion, letters.shift, tape))
+    w = turned(now.w, motion, letters.w, tape)
+    real = w if now.real is now.w else turned(now.real, motion, "W", tape)
+    dw, a = turned(now.dw, motion, letters.dw, tape), turned(now.a, motion, letters.a, tape)
+    return Motion(w, dw, a, real)
+
+
+def _carried(now: Motion, shift: Shift, letter: str, tape: TapeBuilder) -> Vector:
+    """Return a + dw x P + w x (real w x P) for P along one axis."""
+    k, (i, h) = shift.axis, around(shift.axis)
 
     def product(p: int, q: int) -> sp.Expr:
-        low, high = (min(p, q), max(p, q)) if same else (p, q)
-        return tape.name(f"{tag}P{low + 1}{high + 1}{shift.tag}", other[low] * w[high])
+        low, high = (min(p, q), max(p, q)) if now.real is now.w else (p, q)
+        name = f"{letter}P{low + 1}{high + 1}{shift.tag}"
+        return tape.name(name, now.w[low] * now.real[high])
 
-    # The wrench of the body needs the same sums: with names there is one of each.
+    def sum_of(axis: int, value: sp.Expr) -> sp.Expr:
+        # The wrench of the body needs the same sums: with names there is one of each.
+        return tape.name(f"{letter}A{axis + 1}{shift.tag}", value)
+
     column = {
-        i: tape.name(f"{tag}A{i + 1}{shift.tag}", product(k, i) + dw[h]),
-        h: tape.name(f"{tag}A{h + 1}{shift.tag}", product(k, h) - dw[i]),
-        k: -tape.name(f"{tag}A{k + 1}{shift.tag}", product(i, i) + product(h, h)),
+        i: sum_of(i, product(k, i) + now.dw[h]),
+        h: sum_of(h, product(k, h) - now.dw[i]),
+        k: -sum_of(k, product(i, i) + product(h, h)),
     }
-    out = list(a)
-    for axis, value in column.items():
-        out[axis] = tape.name(f"{tag}{axis + 1}{shift.tag}", a[axis] + length * value)
-    return (out[0], out[1], out[2])
-
-
-Screw = tuple[Vector, Vector]
+    new = {axis: now.a[axis] + shift.length * value for axis, value in column.items()}
+    named = {axis: tape.name(f"{letter}{axis + 1}{shift.tag}", x) for axis, x in new.items()}
+    return replaced(now.a, named)
 
 
 def screws(way: tuple[Step, ...], tape: TapeBuilder) -> Mapping[int, Mapping[int, Screw]]:
@@ -109,50 +195,29 @@ def screws(way: tuple[Step, ...], tape: TapeBuilder) -> Mapping[int, Mapping[int
 
     w_i = sum of e_ij qd_j and V_i = sum of v_ij qd_j.
     """
-    z = (sp.S.Zero, sp.S.Zero, sp.S.One)
-    own: dict[int, Screw] = {}
-    for step in way:
-        if step.joint.sigma != names.FIXED:
-            revolute = step.joint.sigma == names.REVOLUTE
-            own[step.joint.number] = (z, ZERO) if revolute else (ZERO, z)
-    return handed_on(way, own, ("E", "L"), tape)
+    moving = (step.joint for step in way if step.joint.sigma != names.FIXED)
+    return handed_on(way, {j.number: axis(j.sigma) for j in moving}, "EL", tape)
 
 
 def handed_on(
-    way: tuple[Step, ...], own: Mapping[int, Screw], letters: tuple[str, str], tape: TapeBuilder
+    way: tuple[Step, ...], own: Mapping[int, Screw], letters: str, tape: TapeBuilder
 ) -> Mapping[int, Mapping[int, Screw]]:
     """Express the twist `own` of each joint j, given in frame j, in frame i of each link behind."""
     states: dict[int, dict[int, Screw]] = {0: {}}
     for step in way:
-        here = dict(states[step.joint.antecedent])
-        for motion in (*step.before, *step.after):
-            here = {j: _screwed(s, motion, j, letters, tape) for j, s in here.items()}
+        here = states[step.joint.antecedent]
+        for motion in step.way:
+            here = {
+                j: onward(twist, motion, [f"{letter}{j}_" for letter in letters], tape)
+                for j, twist in here.items()
+            }
         j = step.joint.number
-        if j in own:
-            here[j] = own[j]
-        states[j] = here
+        states[j] = here | ({j: own[j]} if j in own else {})
     return states
 
 
-def _screwed(
-    screw: Screw, motion: Turn | Shift, j: int, letters: tuple[str, str], tape: TapeBuilder
-) -> Screw:
-    (e, v), (first, second) = screw, letters
-    if isinstance(motion, Turn):
-        return turned(e, motion, f"{first}{j}_", tape), turned(v, motion, f"{second}{j}_", tape)
-    return e, shifted(v, e, motion, f"{second}{j}_", tape)
-
-
-def handed_back(
-    wrench: tuple[Vector, Vector], step: Step, tag: str, tape: TapeBuilder
-) -> tuple[Vector, Vector]:
+def handed_back(wrench: Screw, step: Step, tag: str, tape: TapeBuilder) -> Screw:
     """Express a wrench (f, n) on link j as one on its antecedent: n moves by P x f."""
-    f, n = wrench
-    for motion in reversed((*step.before, *step.after)):
-        if isinstance(motion, Turn):
-            f = returned(f, motion, f"F{tag}", tape)
-            n = returned(n, motion, f"N{tag}", tape)
-        else:
-            back = Shift(motion.axis, -motion.length, motion.tag)  # P x f = f x (-P)
-            n = shifted(n, f, back, f"N{tag}", tape)
-    return f, n
+    for motion in step.back:
+        wrench = onward(wrench, motion, (f"F{tag}", f"N{tag}"), tape)
+    return wrench

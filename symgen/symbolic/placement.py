@@ -1,56 +1,67 @@
-"""Kinematics: the place of every frame in frame 0, and the Jacobian of the last that moves."""
+"""The place of every frame in frame 0, and the Jacobians and drift of points in them.
+
+A point fixed in any link has its link chosen at run time by one symbol for each link, 1 at its own
+and 0 elsewhere: sums over these pick its frame, and say of each joint whether it moves the link.
+Straight-line code stays so.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import sympy as sp
 
-from symgen import names
-from symgen.robot.types import Robot
+from symgen.robot.types import Joint, Robot
 from symgen.symbolic import friction
-from symgen.symbolic.bodies import cross, named
 from symgen.symbolic.constraints import folded
-from symgen.symbolic.kinematics import Shift, Step, Turn, Vector, steps, variables
+from symgen.symbolic.kinematics import Step, path, steps, variables
+from symgen.symbolic.motion import motions
+from symgen.symbolic.spatial import (
+    ZERO,
+    Screw,
+    Shift,
+    Turn,
+    Vector,
+    around,
+    axis,
+    cross,
+    dot,
+    named,
+    plus,
+    scaled,
+    unit,
+)
 from symgen.symbolic.tape import Tape, TapeBuilder
 
-Place = tuple[Vector, Vector, Vector, Vector]  # axes x, y, z and origin, in frame 0
+Place = tuple[Vector, ...]  # axes x, y, z and origin, in frame 0
 
 
 def places(robot: Robot, tape: TapeBuilder) -> tuple[dict[int, Place], tuple[Step, ...]]:
     """Return the place of every frame in frame 0, by joint number, and the way that leads there."""
     way = steps(robot, variables(robot), tape)
-    unit = [tuple(sp.Integer(int(i == k)) for i in range(3)) for k in range(4)]
-    out: dict[int, Place] = {0: (unit[0], unit[1], unit[2], unit[3])}
+    out: dict[int, Place] = {0: (*map(unit, range(3)), ZERO)}
     for step in way:
         place = out[step.joint.antecedent]
-        for motion in (*step.before, *step.after):
+        for motion in step.way:
             place = _moved(place, motion, tape)
         out[step.joint.number] = place
     return out, way
 
 
 def _moved(place: Place, motion: Turn | Shift, tape: TapeBuilder) -> Place:
-    columns = list(place)
-    k = motion.axis
+    columns, k = list(place), motion.axis
     if isinstance(motion, Shift):
-        shift = [p + motion.length * z for p, z in zip(place[3], place[k], strict=True)]
-        columns[3] = named((shift[0], shift[1], shift[2]), f"p{motion.tag}_", tape)
+        origin = plus(place[3], scaled(motion.length, place[k]))
+        columns[3] = named(origin, f"p{motion.tag}_", tape)
     else:
-        a, b = (k + 1) % 3, (k + 2) % 3
-        pairs = list(zip(place[a], place[b], strict=True))
-        first = [motion.c * x + motion.s * y for x, y in pairs]
-        second = [motion.c * y - motion.s * x for x, y in pairs]
-        columns[a] = named((first[0], first[1], first[2]), f"R{a + 1}{motion.tag}_", tape)
-        columns[b] = named((second[0], second[1], second[2]), f"R{b + 1}{motion.tag}_", tape)
-    return (columns[0], columns[1], columns[2], columns[3])
-
-
-def path(robot: Robot, number: int) -> list[int]:
-    """Return the numbers of the joints from one down to the base."""
-    out = []
-    while number:
-        out.append(number)
-        number = robot.joint(number).antecedent
-    return out
+        a, b = around(k)
+        new = {
+            a: plus(scaled(motion.c, place[a]), scaled(motion.s, place[b])),
+            b: plus(scaled(motion.c, place[b]), scaled(-motion.s, place[a])),
+        }
+        for i, column in new.items():
+            columns[i] = named(column, f"R{i + 1}{motion.tag}_", tape)
+    return tuple(columns)
 
 
 def frames_tape(robot: Robot) -> Tape:
@@ -60,9 +71,8 @@ def frames_tape(robot: Robot) -> Tape:
     bottom = [sp.S.Zero, sp.S.Zero, sp.S.Zero, sp.S.One]
     out: list[sp.Expr] = []
     for joint in robot.joints:
-        place = placed[joint.number]
-        for i in range(3):
-            out += [column[i] for column in place]
+        for row in zip(*placed[joint.number], strict=True):
+            out += row
         out += bottom
     return tape.tape([("q", variables(robot).q)], out)
 
@@ -77,27 +87,106 @@ def jacobian_tape(robot: Robot) -> Tape:
     moving = {j.number for j in robot.moving}
     paths = (path(robot, joint.number) for joint in reversed(robot.joints))
     way = next(numbers for numbers in paths if moving.intersection(numbers))
-    last = way[0]
-    zero: Vector = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
-    columns: dict[int, tuple[Vector, Vector]] = {}
-    tip = placed[last][3]
+    tip = placed[way[0]][3]
+    columns = {
+        joint.number: _column(joint, placed, tip, placed[joint.number][2], "a", tape)
+        for joint in robot.moving
+        if joint.number in way
+    }
+    return tape.tape([("q", variables(robot).q)], _rows(robot, columns, tape))
+
+
+def links(robot: Robot) -> tuple[sp.Symbol, ...]:
+    """Return the symbols that choose a link, in file order."""
+    return tuple(sp.Symbol(f"X_at{joint.number}", real=True) for joint in robot.joints)
+
+
+def coordinates(letter: str, count: int = 3) -> tuple[sp.Symbol, ...]:
+    """Return symbols for the coordinates of a point or the entries of a small array."""
+    return tuple(sp.Symbol(f"X_{letter}{i + 1}", real=True) for i in range(count))
+
+
+def link_jacobian_tape(robot: Robot) -> Tape:
+    """Derive the Jacobian of a point of a link in frame 0: rows v then w, (6, n), row-major."""
+    tape = _builder(robot, variables(robot).q)
+    placed, _ = places(robot, tape)
+    *axes, origin = (_chosen(robot, placed, k, f"R{k}", tape) for k in range(4))
+    offsets = (scaled(c, a) for a, c in zip(axes, coordinates("c"), strict=True))
+    tip = named(plus(origin, *offsets), "t", tape)
+    at = dict(zip((j.number for j in robot.joints), links(robot), strict=True))
+    columns = {}
     for joint in robot.moving:
-        _, _, z, origin = placed[joint.number]
-        if joint.number not in way:
-            continue
-        if joint.sigma == names.PRISMATIC:
-            columns[joint.number] = (z, zero)
-        else:
-            arm = named(
-                (tip[0] - origin[0], tip[1] - origin[1], tip[2] - origin[2]),
-                f"a{joint.number}_",
-                tape,
-            )
-            columns[joint.number] = (named(cross(z, arm), f"v{joint.number}_", tape), z)
+        j = joint.number
+        behind = [at[k.number] for k in robot.joints if j in path(robot, k.number)]
+        moves = tape.name(f"a{j}", sp.Add(*behind))
+        z = named(scaled(moves, placed[j][2]), f"z{j}_", tape)
+        columns[j] = _column(joint, placed, tip, z, "r", tape)
+    return tape.tape(_inputs(robot, ("q",)), _rows(robot, columns, tape))
+
+
+def _column(
+    joint: Joint,
+    placed: Mapping[int, Place],
+    tip: Vector,
+    z: Vector,
+    letter: str,
+    tape: TapeBuilder,
+) -> Screw:
+    """Return velocity and angular velocity of a point for a unit speed of a joint about z."""
+    if axis(joint.sigma)[0] == ZERO:
+        return z, ZERO
+    j = joint.number
+    arm = named(plus(tip, scaled(sp.S.NegativeOne, placed[j][3])), f"{letter}{j}_", tape)
+    return named(cross(z, arm), f"v{j}_", tape), z
+
+
+def _rows(robot: Robot, columns: Mapping[int, Screw], tape: TapeBuilder) -> list[sp.Expr]:
+    """Return the entries of a Jacobian over the movable joints, row-major."""
     rows: list[sp.Expr] = []
-    for part in range(2):  # velocity, then angular velocity
-        for i in range(3):
-            row = {j: column[part][i] for j, column in columns.items()}
-            moved = folded(robot, row, f"J{3 * part + i}", tape)
-            rows += [moved.get(joint.number, sp.S.Zero) for joint in robot.movable]
-    return tape.tape([("q", variables(robot).q)], rows)
+    for row in range(6):
+        entries = {j: column[row // 3][row % 3] for j, column in columns.items()}
+        moved = folded(robot, entries, f"J{row}", tape)
+        rows += [moved.get(joint.number, sp.S.Zero) for joint in robot.movable]
+    return rows
+
+
+def link_drift_tape(robot: Robot) -> Tape:
+    """Derive dJ/dt qd of a point of a link in frame 0: (6,), linear then angular."""
+    variable = variables(robot)
+    tape = _builder(robot, (*variable.q, *variable.qd))
+    placed, way = places(robot, tape)
+    motion = {j: (m.w, m.dw, m.a) for j, m in motions(way, ZERO, {}, tape).items()}
+    w, dw, a = (_chosen(robot, motion, k, letter, tape) for k, letter in enumerate("wxy"))
+    axes = [_chosen(robot, placed, k, f"R{k}", tape) for k in range(3)]
+    point = coordinates("c")
+    swung = named(cross(w, point), "s", tape)
+    local = named(plus(a, cross(dw, point), cross(w, swung)), "u", tape), dw
+    out = [
+        tape.name(f"D{part}_{i}", dot(tuple(axis_[i] for axis_ in axes), vector))
+        for part, vector in enumerate(local)
+        for i in range(3)
+    ]
+    return tape.tape(_inputs(robot, ("q", "qd")), out)
+
+
+def _builder(robot: Robot, symbols: tuple[sp.Symbol, ...]) -> TapeBuilder:
+    return friction.builder(robot, (*symbols, *links(robot), *coordinates("c")))
+
+
+def _inputs(robot: Robot, states: Sequence[str]) -> list[tuple[str, Sequence[sp.Symbol]]]:
+    variable = variables(robot)
+    arrays = [(name, getattr(variable, name)) for name in states]
+    return [*arrays, ("link", links(robot)), ("point", coordinates("c"))]
+
+
+def _chosen(
+    robot: Robot,
+    vectors: Mapping[int, Sequence[Vector]],
+    k: int,
+    letter: str,
+    tape: TapeBuilder,
+) -> Vector:
+    """Return vector k of the chosen link."""
+    pairs = zip(links(robot), robot.joints, strict=True)
+    parts = (scaled(at, vectors[joint.number][k]) for at, joint in pairs)
+    return named(plus(*parts), f"{letter}c", tape)

@@ -14,7 +14,7 @@ Power is the wrench times the link's own twist.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
@@ -22,22 +22,22 @@ import sympy as sp
 from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic import friction
-from symgen.symbolic.bodies import cross, dot, named, unit, unit_momentum, unit_wrench
+from symgen.symbolic.bodies import Inertia, unit_wrench
 from symgen.symbolic.constraints import folded, spread
+from symgen.symbolic.energy import inertial_parameters
 from symgen.symbolic.kinematics import (
-    ZERO,
     Frame,
     Step,
     Variables,
-    Vector,
+    by_joint,
     frames,
     gravity,
     steps,
     variables,
 )
-from symgen.symbolic.motion import Motion, Screw, handed_on, motions, screws
-from symgen.symbolic.parameters import Parameter, standard_parameters
-from symgen.symbolic.passive import reference_unit_wrench, references
+from symgen.symbolic.motion import Motion, handed_on, motions, references, screws
+from symgen.symbolic.parameters import Parameter
+from symgen.symbolic.spatial import Screw, Vector, acting, axis, cross, dot, moved, named, unit
 from symgen.symbolic.tape import Tape, TapeBuilder
 
 Columns = list[dict[int, sp.Expr]]
@@ -55,6 +55,22 @@ class _Scene:
     qdd: Mapping[int, sp.Expr]
     screw: Mapping[int, Mapping[int, Screw]]
     parameters: Sequence[Parameter]
+
+    def torques(
+        self,
+        wrench: Callable[[Parameter], Screw],
+        acceleration: Mapping[int, sp.Expr],
+        inputs: Sequence[str],
+    ) -> Tape:
+        """Return the tape of torques: wrenches of links, rotors at accelerations, and friction."""
+        columns = [
+            _projected(self, p, wrench(p), "T")
+            if p.prefix in names.LINK
+            else _rotor(self, p, acceleration)
+            for p in self.parameters
+        ]
+        rubbing = friction.torque_columns(self.robot, self.variable, self.tape)
+        return self.close(inputs, [*columns, *(column for _, column in rubbing)])
 
     def close(self, inputs: Sequence[str], *matrices: Columns) -> Tape:
         """Return the tape of some matrices (n, columns), row-major, one after the other."""
@@ -76,11 +92,10 @@ def _scene(robot: Robot) -> tuple[_Scene, Mapping[int, Frame], Mapping[int, Moti
     symbols = (*variable.q, *variable.qd, *variable.qdd, *variable.qdr, *variable.qddr)
     tape = friction.builder(robot, symbols)
     way = steps(robot, variable, tape)
-    numbers = [j.number for j in robot.movable]
     qd = {step.joint.number: step.qd for step in way}
-    qdd = spread(robot, dict(zip(numbers, variable.qdd, strict=True)), tape)
+    qdd = spread(robot, by_joint(robot, variable.qdd), tape)
     base = gravity(robot, tape)
-    screw, parameters = screws(way, tape), standard_parameters(robot)
+    screw, parameters = screws(way, tape), inertial_parameters(robot)
     scene = _Scene(robot, variable, tape, way, qd, qdd, screw, parameters)
     return scene, frames(way, base, tape), motions(way, base, qdd, tape)
 
@@ -88,93 +103,66 @@ def _scene(robot: Robot) -> tuple[_Scene, Mapping[int, Frame], Mapping[int, Moti
 def torque_tape(robot: Robot) -> Tape:
     """Derive the torque regressor, friction included: (n, standard parameters) of q, qd, qdd."""
     scene, _, motion = _scene(robot)
-    columns: Columns = []
-    for p in scene.parameters:
-        if not p.inertial:
-            continue
-        if p.prefix in names.LINK:
-            m = motion[p.joint]
-            f, n = unit_wrench(p.prefix, m.w, m.dw, m.a, p.joint, scene.tape)
-            columns.append(_projected(scene, p, f, n, "T"))
-        else:
-            columns.append(_rotor(scene, p, scene.qdd))
-    columns += [c for _, c in friction.torque_columns(robot, scene.variable, scene.tape)]
-    return scene.close(("q", "qd", "qdd"), columns)
+
+    def wrench(p: Parameter) -> Screw:
+        return unit_wrench(p.prefix, motion[p.joint], p.joint, scene.tape)
+
+    return scene.torques(wrench, scene.qdd, ("q", "qd", "qdd"))
 
 
 def slotine_li_tape(robot: Robot) -> Tape:
     """Derive the columns of M qddr + C(q, qd) qdr + g + friction(qd): (n, standard parameters)."""
     scene, _, _ = _scene(robot)
     variable, tape = scene.variable, scene.tape
-    numbers = [j.number for j in robot.movable]
     qdr, qddr = (
-        spread(robot, dict(zip(numbers, symbols, strict=True)), tape)
-        for symbols in (variable.qdr, variable.qddr)
+        spread(robot, by_joint(robot, symbols), tape) for symbols in (variable.qdr, variable.qddr)
     )
     found = references(scene.way, gravity(robot, tape), qdr, qddr, tape)
-    columns: Columns = []
-    for p in scene.parameters:
-        if not p.inertial:
-            continue
-        if p.prefix in names.LINK:
-            f, n = reference_unit_wrench(p.prefix, found[p.joint])
-            f, n = (named(v, f"{k}{p.name}_", tape) for v, k in ((f, "f"), (n, "n")))
-            columns.append(_projected(scene, p, f, n, "T"))
-        else:
-            columns.append(_rotor(scene, p, qddr))
-    columns += [c for _, c in friction.torque_columns(robot, variable, tape)]
-    return scene.close(("q", "qd", "qdr", "qddr"), columns)
+
+    def wrench(p: Parameter) -> Screw:
+        def name(vector: Vector, letter: str) -> Vector:
+            written = letter in "FN"
+            return named(vector, f"{letter.lower()}{p.name}_", tape) if written else vector
+
+        body = Inertia.of({p.prefix: sp.S.One})
+        return body.virtual_wrench(found[p.joint], p.name, tape, name)
+
+    return scene.torques(wrench, qddr, ("q", "qd", "qdr", "qddr"))
 
 
 def momentum_tape(robot: Robot) -> Tape:
     """Derive the columns of dT/dqd, then those of dL/dq: (n, inertial standard parameters) each."""
     scene, frame, _ = _scene(robot)
-    change = _changes(scene, frame)
+    # (dw, dV) of link i with q_j, by i and j. In frame j the joint's own speed makes no difference:
+    # it is along z, through the origin.
+    own = {
+        joint.number: moved(axis(joint.sigma), frame[joint.number].twist) for joint in robot.moving
+    }
+    change = handed_on(scene.way, own, "IJ", scene.tape)
     momentum: Columns = []
     slope: Columns = []
     for p in scene.parameters:
-        if not p.inertial:
-            continue
         if p.prefix not in names.LINK:
             momentum.append(_rotor(scene, p, scene.qd))
             slope.append({})
             continue
         here = frame[p.joint]
-        lin, ang = unit_momentum(p.prefix, here.w, here.V)
-        momentum.append(_projected(scene, p, lin, ang, "Q"))
-        slope.append(
-            {
-                j: scene.tape.name(
-                    f"S{p.name}_{j}", _slope(p, here, (lin, ang), s, change[p.joint][j])
-                )
-                for j, s in scene.screw[p.joint].items()
-            }
-        )
+        unit_momentum = Inertia.of({p.prefix: sp.S.One}).momentum(here.twist)
+        momentum.append(_projected(scene, p, unit_momentum, "Q"))
+        column = {}
+        for j, screw in scene.screw[p.joint].items():
+            value = acting(unit_momentum, change[p.joint][j]) + _weight(p, here, screw)
+            column[j] = scene.tape.name(f"S{p.name}_{j}", value)
+        slope.append(column)
     return scene.close(("q", "qd"), momentum, slope)
 
 
-def _slope(p: Parameter, here: Frame, momentum: Screw, screw: Screw, change: Screw) -> sp.Expr:
-    """Return dL/dq_j of one unit parameter."""
-    (lin, ang), (e, v), (dw, dV) = momentum, screw, change
-    total = dot(ang, dw) + dot(lin, dV)
+def _weight(p: Parameter, here: Frame, screw: Screw) -> sp.Expr:
+    """Return what gravity has of dL/dq_j of one unit parameter."""
+    e, v = screw
     if p.prefix in names.MOMENT:
-        total += dot(unit(names.MOMENT.index(p.prefix)), cross(here.g, e))
-    if p.prefix == names.MASS:
-        total += dot(here.g, v)
-    return total
-
-
-def _changes(scene: _Scene, frame: Mapping[int, Frame]) -> Mapping[int, Mapping[int, Screw]]:
-    """Return (dw, dV) of link i with q_j, by i and j; in frame j they are crosses with z.
-
-    There the joint's own speed makes no difference: it is along z, through the origin.
-    """
-    own: dict[int, Screw] = {}
-    for joint in scene.robot.moving:
-        w, V = frame[joint.number].w, frame[joint.number].V
-        dw, dV = ((w[1], -w[0], sp.S.Zero), (V[1], -V[0], sp.S.Zero))
-        own[joint.number] = (dw, dV) if joint.sigma == names.REVOLUTE else (ZERO, dw)
-    return handed_on(scene.way, own, ("I", "J"), scene.tape)
+        return dot(unit(names.MOMENT.index(p.prefix)), cross(here.g, e))
+    return dot(here.g, v) if p.prefix == names.MASS else sp.S.Zero
 
 
 def power_tape(robot: Robot) -> Tape:
@@ -184,28 +172,24 @@ def power_tape(robot: Robot) -> Tape:
     outputs: list[sp.Expr] = []
     drives = {c.second: friction.drive_speed(c, scene.qd, tape) for c in robot.couplings}
     for p in scene.parameters:
-        if not p.inertial:
-            continue
         if p.prefix in names.LINK:
-            m, V = motion[p.joint], frame[p.joint].V
-            f, n = unit_wrench(p.prefix, m.w, m.dw, m.a, p.joint, tape)
-            outputs.append(tape.name(f"R{p.name}", dot(f, V) + dot(n, m.w)))
-        elif p.prefix == names.ROTOR:
-            outputs.append(tape.name(f"R{p.name}", scene.qd[p.joint] * scene.qdd[p.joint]))
+            wrench = unit_wrench(p.prefix, motion[p.joint], p.joint, tape)
+            outputs.append(tape.name(f"R{p.name}", acting(wrench, frame[p.joint].twist)))
         else:
+            driven = scene.qd if p.prefix == names.ROTOR else drives
             rate = sum((v * scene.qdd[j] for j, v in _shares(scene, p).items()), sp.S.Zero)
-            outputs.append(tape.name(f"R{p.name}", drives[p.joint] * tape.name(f"u{p.name}", rate)))
+            outputs.append(tape.name(f"R{p.name}", driven[p.joint] * tape.name(f"u{p.name}", rate)))
     outputs += friction.power_columns(robot, scene.variable, tape)
     inputs = [(name, getattr(scene.variable, name)) for name in ("q", "qd", "qdd")]
     return tape.tape(inputs, outputs)
 
 
-def _projected(scene: _Scene, p: Parameter, f: Vector, n: Vector, tag: str) -> dict[int, sp.Expr]:
+def _projected(scene: _Scene, p: Parameter, wrench: Screw, tag: str) -> dict[int, sp.Expr]:
     """Project a wrench (or momentum) on the screws of the joints that move the link.
 
     Parallel axes have one e: then e . n has a name of its own.
     """
-    out = {}
+    out, (f, n) = {}, wrench
     axes = [e for e, _ in scene.screw[p.joint].values()]
     for j, (e, v) in scene.screw[p.joint].items():
         turning = dot(e, n)
@@ -220,8 +204,7 @@ def _shares(scene: _Scene, p: Parameter) -> dict[int, sp.Expr]:
     if p.prefix == names.ROTOR:
         return {p.joint: sp.S.One}
     coupling = next(c for c in scene.robot.couplings if c.second == p.joint)
-    ratio = scene.tape.constant(f"ratio{p.joint}", coupling.ratio)
-    return {coupling.first: sp.S.One, p.joint: ratio}
+    return friction.drive_shares(coupling, scene.tape)
 
 
 def _rotor(scene: _Scene, p: Parameter, rate: Mapping[int, sp.Expr]) -> dict[int, sp.Expr]:

@@ -9,8 +9,10 @@ import sympy as sp
 from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters
+from symgen.symbolic.bodies import Inertia
 from symgen.symbolic.friction import builder
-from symgen.symbolic.points import coordinates, links
+from symgen.symbolic.placement import coordinates, links
+from symgen.symbolic.spatial import UPPER, symmetric
 from symgen.symbolic.tape import Tape, TapeBuilder
 
 
@@ -37,17 +39,11 @@ def add_body_tape(robot: Robot, base: BaseParameters) -> Tape:
     tape = builder(robot, (*X, *at, mass, *c, *own))
     moment = [tape.name(f"m{i + 1}", mass * c[i]) for i in range(3)]
     squares = [tape.name(f"s{i + 1}", moment[i] * c[i]) for i in range(3)]
-    place = {(a, b): i for i, (a, b) in enumerate((a, b) for a in range(3) for b in range(a, 3))}
-    body: dict[str, sp.Expr] = {}
-    for prefix in names.INERTIA:
-        a, b = ("XYZ".index(letter) for letter in prefix)
-        if a == b:
-            value = own[place[a, a]] + squares[(a + 1) % 3] + squares[(a + 2) % 3]
-        else:
-            value = own[place[a, b]] - moment[a] * c[b]
-        body[prefix] = tape.name(f"J{prefix}", value)
-    body |= dict(zip(names.MOMENT, moment, strict=True))
-    body[names.MASS] = mass
+    J = {}
+    for (a, b), prefix, value in zip(UPPER, names.INERTIA, own, strict=True):
+        steiner = sum(squares) - squares[a] if a == b else -moment[a] * c[b]
+        J[a, b] = tape.name(f"J{prefix}", value + steiner)
+    body = Inertia(symmetric(J), tuple(moment), mass).parameters
     standard = {
         f"{prefix}{joint.number}": tape.name(f"B{prefix}{joint.number}", symbol * value)
         for joint, symbol in zip(robot.joints, at, strict=True)

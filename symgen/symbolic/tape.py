@@ -104,21 +104,22 @@ class Tape:
         for symbol, expr in self.constants:
             register[self.order[symbol]] = arithmetic.constant(expr)
         out = []
+        binary = {"mul": arithmetic.mul, "add": arithmetic.add, "sub": arithmetic.sub}
         for operation, target, a, b in self.program:
-            if operation == "mul":
-                register[target] = arithmetic.mul(register[a], register[b])
-            elif operation == "add":
-                register[target] = arithmetic.add(register[a], register[b])
-            elif operation == "sub":
-                register[target] = arithmetic.sub(register[a], register[b])
-            elif operation == "neg":
-                register[target] = arithmetic.neg(register[a])
+            if operation in binary:
+                value = binary[operation](register[a], register[b])
             elif operation == "number":
-                register[target] = arithmetic.constant(a)
-            elif operation == "out":
-                out.append(register[a])
+                value = arithmetic.constant(a)
+            elif operation == "neg":
+                value = arithmetic.neg(register[a])
+            elif operation in ("out", "copy"):
+                value = register[a]
             else:
-                register[target] = arithmetic.function(operation, register[a])
+                value = arithmetic.function(operation, register[a])
+            if operation == "out":
+                out.append(value)
+            else:
+                register[target] = value
         return out
 
     @cached_property
@@ -355,6 +356,4 @@ class Numbers:
         return -a
 
     def function(self, name: str, argument: Any) -> Any:
-        if name == "copy":
-            return argument
         return 1 / argument if name == "inverse" else self.functions[name](argument)

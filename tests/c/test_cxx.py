@@ -26,7 +26,7 @@ Packages = Callable[[str, str], Path]
 # One template, two robots: the work of a motion by two ways that share no kernel.
 OVER_ROBOTS = """
 #include "planar2r.hpp"
-#include "puma560.hpp"
+#include "rich.hpp"
 #include <cmath>
 #include <cstdio>
 #include <vector>
@@ -61,7 +61,7 @@ template <class Robot> double gap()
 
 int main()
 {
-    std::printf("%.17g %.17g\\n", gap<planar2r_robot>(), gap<puma560_robot>());
+    std::printf("%.17g %.17g\\n", gap<planar2r_robot>(), gap<rich_robot>());
     return 0;
 }
 """
@@ -155,14 +155,14 @@ def test_a_program_is_a_template_over_robots_of_different_precision(
     compiler: str, complete: Packages, tmp_path: Path
 ) -> None:
     needs(compiler)
-    packages = [complete("planar2r", "double"), complete("puma560", "float")]
+    packages = [complete("planar2r", "double"), complete("rich", "float")]
     (tmp_path / "main.cpp").write_text(OVER_ROBOTS)
     include = [f"-I{p}" for p in packages]
     command = [compiler, *CXX17, "-O1", *include, "main.cpp"]
     run([*command, *library(packages, tmp_path), "-lm", "-o", "main"], tmp_path)
-    planar, puma = map(float, run([tmp_path / "main"], tmp_path).split())
+    planar, rich = map(float, run([tmp_path / "main"], tmp_path).split())
     assert planar < 1e-12
-    assert puma < 1e-3
+    assert rich < 1e-3
 
 
 PROBE = """

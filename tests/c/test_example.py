@@ -9,17 +9,15 @@ from pathlib import Path
 
 import pytest
 from packages import STRICT, STRICT_CXX, c_files, objects, run, write
+from support import sampled
 
 import symgen
 
-CASES = [
-    ("planar2r", "double"),
-    ("puma560", "double"),
-    ("planar2r", "float"),
-    ("puma560", "float"),
-    ("rich", "float"),
-    ("leaning", "double"),
-]
+#: Everything that the format has, gravity as an input, and a robot of the library.
+RICHEST = [("rich", "float"), ("leaning", "double")]
+ALL = [("planar2r", "double"), ("puma560", "double"), ("planar2r", "float"), ("puma560", "float"),
+       *RICHEST]  # fmt: skip
+CASES = sampled(ALL, 0, always=[*RICHEST, ("puma560", "double")])
 CALLED = {
     "controller": {"inverse_dynamics", "identifier_step", "identifier_read"},
     "observer": {"generalized_momentum", "friction", "inverse_dynamics"},
@@ -204,12 +202,10 @@ def test_the_tool_says_no(before: str, after: str, complete: Packages, tmp_path:
 
 
 @pytest.mark.parametrize("name", ["puma560", "leaning"])
-def test_each_program_has_at_most_sixty_lines_over_the_api(name: str, complete: Packages) -> None:
+def test_each_program_shows_the_functions_it_is_about(name: str, complete: Packages) -> None:
     package = complete(name, "double")
     for program in sorted((package / "example").glob("*.c")):
         text = re.sub(r"/\*.*?\*/", "", program.read_text(), flags=re.DOTALL)
-        lines = [line for line in text.splitlines() if line.strip() and line[0] != "#"]
-        assert len(lines) <= 60, program.name
         called = set(re.findall(rf"{package.name}_(\w+)\(", text))
         assert called >= CALLED[program.stem.removeprefix(f"{package.name}_")]
 
@@ -227,7 +223,7 @@ def test_the_readme_says_how_to_build_and_run_it(complete: Packages, tmp_path: P
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "g++", "clang++"])
-@pytest.mark.parametrize(("name", "dtype"), CASES)
+@pytest.mark.parametrize(("name", "dtype"), sampled(ALL, 0, always=RICHEST))
 def test_every_kernel_and_the_example_are_free_of_warnings_as_c99_and_cxx11(
     compiler: str, name: str, dtype: str, complete: Packages, tmp_path: Path
 ) -> None:

@@ -32,9 +32,10 @@ target_link_libraries(user planar2r::planar2r)
 """
 
 
-@pytest.fixture(params=["lib", "lib/by-machine"])
-def prefix(request, complete, tmp_path) -> Path:
+@pytest.fixture(scope="module", params=["lib", "lib/by-machine"])
+def prefix(request, complete, tmp_path_factory) -> Path:
     """Where a package was installed to, and then moved to; its sources and build are gone."""
+    tmp_path = tmp_path_factory.mktemp("install")
     shutil.copytree(complete("planar2r", "double"), tmp_path / "copy")
     layout = f"-DCMAKE_INSTALL_LIBDIR={request.param}"
     run(["cmake", "-S", "copy", "-B", "build", layout], tmp_path)
@@ -47,11 +48,11 @@ def prefix(request, complete, tmp_path) -> Path:
     assert (library / "libplanar2r_model.a").is_file()
     for text in (*library.rglob("*.cmake"), *library.rglob("*.pc")):
         assert str(tmp_path) not in text.read_text()
-    (tmp_path / "main.c").write_text(PROGRAM)
     return library
 
 
 def test_find_package_gives_the_target(prefix, tmp_path):
+    (tmp_path / "main.c").write_text(PROGRAM)
     (tmp_path / "CMakeLists.txt").write_text(PROJECT)
     place = f"-Dplanar2r_DIR={prefix}/cmake/planar2r"
     if prefix.name == "lib":
@@ -65,6 +66,7 @@ def test_find_package_gives_the_target(prefix, tmp_path):
 def test_pkg_config_gives_the_flags(prefix, tmp_path, monkeypatch):
     monkeypatch.setenv("PKG_CONFIG_PATH", str(prefix / "pkgconfig"))
     flags = run(["pkg-config", "--cflags", "--libs", "planar2r"], tmp_path).split()
+    (tmp_path / "main.c").write_text(PROGRAM)
     run(["cc", "main.c", *flags, "-o", "program"], tmp_path)
     run([tmp_path / "program"], tmp_path)
 

@@ -10,6 +10,7 @@ import pytest
 from oracles.random_arms import random_parameters
 from oracles.transforms import LINK_PARAMETERS, Arm, world_transforms
 from packages import STRICT, c_files, run
+from support import sampled
 
 import symgen
 from symgen.codegen.kernels import regrouped
@@ -182,7 +183,7 @@ def test_it_is_written_and_read_again(model: symgen.Model) -> None:
     assert symgen.parse_robot(symgen.robot_toml(model.robot)) == model.robot
 
 
-@pytest.mark.parametrize("dtype", ["double", "float"])
+@pytest.mark.parametrize("dtype", sampled(["double", "float"], 1))
 def test_its_package_compiles_strictly_and_passes_its_own_check(
     model: symgen.Model, dtype: str, tmp_path: Path
 ) -> None:

@@ -12,18 +12,14 @@ import pytest
 from oracles.following import following_arm
 from oracles.random_arms import random_arm, random_parameters
 from oracles.transforms import parameter_vector, world_transforms
-from support import parsed, robot_of
+from support import parsed, robot_of, sampled
 
 import symgen
 from symgen.codegen.kernels import regrouped
 from symgen.codegen.verification import evaluate
 
 # From 100 on, some joints follow others; prismatic and fixed joints and trees are among all.
-SEEDS = [
-    *range(5),
-    *range(100, 103),
-    *(pytest.param(s, marks=pytest.mark.slow) for s in (*range(5, 24), *range(103, 116))),
-]
+SEEDS = [*sampled(range(24), 3), *sampled(range(100, 116), 2)]
 KERNELS = (
     "slotine_li_regressor",
     "slotine_li_torque",
@@ -201,9 +197,7 @@ def test_derivatives_of_inverse_dynamics_are_slopes_with_50_digits(seed: int) ->
     _close(by_qd, slopes(c, "inverse_dynamics", point, "qd"), 1e-12)
 
 
-@pytest.mark.parametrize(
-    "seed", [*range(5), *(pytest.param(s, marks=pytest.mark.slow) for s in range(5, 24))]
-)
+@pytest.mark.parametrize("seed", sampled(range(24), 3))
 def test_derivatives_of_inverse_dynamics_are_those_of_pinocchio(seed: int) -> None:
     c = case(seed)
     pin, arm = pytest.importorskip("pinocchio"), c.witness

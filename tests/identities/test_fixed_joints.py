@@ -11,9 +11,9 @@ from support_urdf import Ours
 
 from symgen.errors import LogError, RobotError
 from symgen.robot.fixed import with_fixed
+from symgen.robot.formats.urdf import import_urdf
 from symgen.robot.toml_io import parse_robot, read_robot
 from symgen.robot.toml_text import parameters_toml, robot_toml
-from symgen.robot.urdf_io import import_urdf
 
 ARM = """<robot name="gripper_arm">
  <link name="base"/>

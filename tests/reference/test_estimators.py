@@ -28,7 +28,7 @@ from symgen.estimation.estimators import (
 )
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.identification.parameters import read_prior
-from symgen.identification.physical import Consistent, nearest_consistent, pseudo_inertia
+from symgen.identification.physical import Consistent, nearest_consistent
 
 TRUE = np.array([1.5, -0.4, 0.02, 3.0])
 NAMES = ("A", "B", "C", "FV1")
@@ -355,50 +355,6 @@ class TestConsistent:
         # The semidefinite program keeps the smallest eigenvalues above 1e-5 of the robot's unit.
         np.testing.assert_allclose(near, self.IMPOSSIBLE + std * best.x, atol=2e-4)
         assert sigmas == pytest.approx(np.sqrt(best.fun), rel=5e-3)
-
-    def test_the_log_det_prior_is_that_of_a_general_optimiser(self) -> None:
-        towards = {}
-        for j, mass in ((1, 2.0), (2, 1.0)):
-            link = dict(zip("XX XY XZ YY YZ ZZ MX MY MZ M".split(), (0.1, 0, 0, 0.1, 0, 0.12,
-                        0.1 * mass, 0, 0, mass), strict=True))  # fmt: skip
-            towards |= {f"{name}{j}": float(value) for name, value in link.items()}
-        names = [p.name for p in self.MODEL.base.standard]
-        inverse = np.linalg.inv(self.COVARIANCE)
-        prior = [
-            np.linalg.inv(pseudo_inertia([towards[f"{n}{j}"] for n in
-                          "XX XY XZ YY YZ ZZ MX MY MZ M".split()])) for j in (1, 2)
-        ]  # fmt: skip
-        rows = np.zeros((4, 20))
-        for k, p in enumerate(self.MODEL.base.parameters):
-            rows[k, names.index(p.head)] = 1
-            for c, name in p.terms:
-                rows[k, names.index(name)] = float(c.subs(self.MODEL.robot.values()))
-        lower = np.tril_indices(4)
-        basis = np.array([pseudo_inertia(unit) for unit in np.eye(10)])
-        project = np.linalg.pinv(basis.reshape(10, 16).T)
-
-        def objective(v: np.ndarray) -> float:
-            cost, s = 0.0, []
-            for part, P0 in zip((v[:10], v[10:]), prior, strict=True):
-                L = np.zeros((4, 4))
-                L[lower] = part
-                P = L @ L.T
-                s.append(project @ P.ravel())
-                cost += np.trace(P0 @ P) - 2 * np.sum(np.log(np.abs(np.diag(L)) + 1e-300))
-            gap = rows @ np.concatenate(s) - self.IMPOSSIBLE
-            return float(0.5 * gap @ inverse @ gap + 0.7 * cost)
-
-        start = np.concatenate([np.linalg.cholesky(np.linalg.inv(P0))[lower] for P0 in prior])
-        best = scipy.optimize.minimize(objective, start, tol=1e-10, options={"maxiter": 5000})
-        near, _ = nearest_consistent(
-            self.MODEL, self.IMPOSSIBLE, self.COVARIANCE, divergence=0.7, towards=towards
-        )
-        s = []
-        for part in (best.x[:10], best.x[10:]):
-            L = np.zeros((4, 4))
-            L[lower] = part
-            s.append(project @ (L @ L.T).ravel())
-        np.testing.assert_allclose(near, rows @ np.concatenate(s), rtol=1e-3)
 
     def test_a_possible_estimate_is_kept_and_an_impossible_one_is_not_exported(self) -> None:
         X = np.array([1.702, 0.05644, 0.15, 0.075])

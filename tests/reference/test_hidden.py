@@ -26,6 +26,7 @@ from oracles.hidden.machines import MACHINES, Machine
 from oracles.hidden.motion import reference, turning_points
 from oracles.hidden.simulate import Run, inverse, simulate
 from oracles.hidden.sizes import SMALL, place, rms, scene, share
+from support import sampled
 
 ROBOTS = tuple(MACHINES)
 # Rows of the library of effects; "unnamed" is there twice.
@@ -136,7 +137,7 @@ def test_reversals_are_remembered_as_they_lie_in_the_motion() -> None:
     assert (motion.turn[-1] < 1e3).any()
 
 
-@pytest.mark.parametrize("effect", EFFECTS)
+@pytest.mark.parametrize("effect", sampled(EFFECTS, 6))
 def test_effects_are_as_large_as_asked_along_the_reference(effect: str) -> None:
     robot = ROBOTS[sorted(EFFECTS).index(effect) % 4]
     small = share(place(effect, robot, "small", 1), scene(robot, seed=1))

@@ -10,9 +10,9 @@ import pytest
 from oracles.urdf_arm import PinocchioUrdf, limbs, shipped, with_all_digits
 from support_urdf import Ours, place_gap, torque_gap
 
+from symgen.robot.formats.urdf import import_urdf
 from symgen.robot.toml_io import parse_robot
 from symgen.robot.toml_text import robot_toml
-from symgen.robot.urdf_io import import_urdf
 
 pytest.importorskip("pinocchio", reason="Pinocchio (PyPI: pin) is not installed")
 ROUNDING = 1e-3  # of torque, and m: pi/2 written 1.5708, 1.571 is not touched

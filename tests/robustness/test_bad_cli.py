@@ -9,10 +9,10 @@ import threading
 
 import numpy as np
 import pytest
+from oracles import planar2r
 from support import messages
 
 import symgen
-from symgen.experiment.paper import dynamics
 from symgen.files import write_folder
 
 
@@ -61,9 +61,8 @@ def samples():
         sum(a[k] * w[k] ** d * f(w[k] * t[:, None]) for k in (0, 1))
         for d, f in ((0, np.sin), (1, np.cos), (2, lambda x: -np.sin(x)))
     )
-    inverse = dynamics(symgen.read_robot("planar2r")).inverse
-    X = np.tile(np.array([3.5, 0.06, 0.124, 0.006])[:, None], len(t))
-    tau = np.array(inverse.map(len(t))(q.T, qd.T, qdd.T, X)).T
+    X = np.array([3.5, 0.06, 0.124, 0.006])
+    tau = planar2r.inverse_dynamics(q, qd, qdd, X, 0.5)
     return {"t": t, "q": q, "qd": qd, "tau": tau}
 
 

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 import symgen
-from symgen.robot.urdf_io import import_urdf
+from symgen.robot.formats.urdf import import_urdf
 
 GOOD = """<?xml version="1.0"?>
 <robot name="good">

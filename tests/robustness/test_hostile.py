@@ -24,7 +24,7 @@ import symgen
 from symgen.data.columns import columns_from
 from symgen.data.dataset import listed_files
 from symgen.data.log import read_log
-from symgen.diagnosis.robot_days import grouped
+from symgen.diagnosis.fleet import grouped
 from symgen.errors import plain
 from symgen.files import load_json, load_toml, write_folder
 from symgen.identification.parameters import read_named

@@ -18,13 +18,13 @@ import random
 import subprocess
 import sys
 import tempfile
-from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import pytest
-from mutants import GROUPS, mutant, places
+from mutants import GROUPS, key, now_at, places
 from scipy.stats import binomtest
 from support import PROJECT
 
@@ -36,9 +36,9 @@ SURVIVE = 0.15
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="mutants run in forks")
 
 
-def _tried(group: str, count: int, *options: object) -> Iterator[dict[str, Any]]:
+def _tried(*options: object) -> Iterator[dict[str, Any]]:
     """Yield mutants as they are tried."""
-    script = [sys.executable, PROJECT / "tests" / "mutants.py", group, count, *options]
+    script = [sys.executable, PROJECT / "tests" / "mutants.py", *options]
     with (
         tempfile.TemporaryFile("w+") as said,
         subprocess.Popen(
@@ -53,15 +53,10 @@ def _tried(group: str, count: int, *options: object) -> Iterator[dict[str, Any]]
         assert job.returncode == 0, said.read()[-2000:]
 
 
-def _key(m: dict[str, Any]) -> tuple[str, ...]:
-    """What a mutant is, wherever its line now stands."""
-    return m["file"], m["text"], m["was"], m["now"]
-
-
 def _reasons(figures: dict[str, Any], found: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return survivors with the reasons that were given before for those that compute the same."""
-    known = {_key(m): m["because"] for m in figures.get("survivors", ())}
-    return [m | {"because": known.get(_key(m), "")} for m in found if not m["killed_by"]]
+    known = {key(m): m["because"] for m in figures.get("survivors", ())}
+    return [m | {"because": known.get(key(m), "")} for m in found if not m["killed_by"]]
 
 
 @pytest.mark.slow
@@ -99,30 +94,32 @@ def _kept(
 def test_survivors_are_killed_by_a_new_test(group):
     """Those whose "because" is a test."""
     of = json.loads(FIGURES.read_text("utf-8"))[group]
-    now = {_key(vars(mutant(k, *place)[0])): k for k, place in enumerate(places(group))}
     tested = [m for m in of["survivors"] if m["because"].startswith("tests/")]
     if not tested:
         pytest.skip("no survivor names a test")
-    pairs = "--at", *(now[_key(m)] for m in tested), "--by", *(m["because"] for m in tested)
-    found = {_key(m): m for m in _tried(group, 0, *pairs) if m["killed_by"]}
-    alive = [m for m in of["survivors"] if _key(m) not in found]
+    places_now = (at[0] for at in now_at(group, tested))
+    shown = _again(group, zip(places_now, (m["because"] for m in tested), strict=True))
+    found = {key(m): m for m in _tried(*shown) if m["killed_by"]}
+    alive = [m for m in of["survivors"] if key(m) not in found]
     _kept(group, alive, [*of["killed"], *found.values()])
     assert len(found) == len(tested)
 
 
-@pytest.mark.parametrize("group", GROUPS)
-def test_a_few_mutants_are_killed_again(group):
-    """Of those that were killed by a quick test, two whose line is still there, by that test."""
-    killed = json.loads(FIGURES.read_text("utf-8"))[group]["killed"]
-    killed = [
-        m for m in killed if m["killed_by"].startswith("tests/") and m.get("seconds", 0) < 0.5
-    ]
-    every = [vars(mutant(k, *place)[0]) for k, place in enumerate(places(group))]
-    found = {_key(m): m["place"] for m in every}
-    twice = Counter(_key(m) for m in every)
-    left = [m for m in killed if twice[_key(m)] == 1]
-    assert len(left) >= 2, "nothing of it is left: take the figures again"
-    sample = random.Random(SEED).sample(left, 2)
-    at = [found[_key(m)] for m in sample]
-    for again in _tried(group, 0, "--at", *at, "--by", *(m["killed_by"] for m in sample)):
+def _again(group: str, shown: Iterable[tuple[int, str]]) -> list[object]:
+    """Return options that show mutants of a group to one test each."""
+    return [option for place, test in shown for option in ("--again", group, place, test)]
+
+
+def test_a_few_mutants_are_killed_again():
+    """Of those of each group that a quick test killed, two whose line is still there, by it."""
+    figures, shown = json.loads(FIGURES.read_text("utf-8")), []
+    for group in GROUPS:
+        quick = [m for m in figures[group]["killed"]
+                 if m["killed_by"].startswith("tests/") and m.get("seconds", 0) < 0.5]  # fmt: skip
+        left = ((at[0], m["killed_by"]) for m in random.Random(SEED).sample(quick, len(quick))
+                for at in now_at(group, [m]) if len(at) == 1)  # fmt: skip
+        shown += _again(group, islice(left, 2))
+    found = list(_tried(*shown))
+    assert len(found) == 2 * len(GROUPS), "too few of a group are left: take the figures again"
+    for again in found:
         assert again["killed_by"], again

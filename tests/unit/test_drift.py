@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from symgen.diagnosis.drift import Course, named, scatter, steps
-from symgen.diagnosis.robot_days import grouped
+from symgen.diagnosis.fleet import grouped
 from symgen.errors import LogError
 
 NAMES = ("ZZ1R", "ZZ2", "MX2", "MY2", "FS1", "FV1", "FS2", "FV2")
@@ -58,13 +58,13 @@ def test_changes_are_found_on_their_day_and_named() -> None:
     (drift,) = named(found[0], NAMES, LOAD, 2)
     assert (drift.effect, drift.joints) == ("viscous_friction", (2,))
     assert "friction of joint 2 up" in drift.says
-    ((name, value, std),) = drift.values
+    ((name, value, std),) = drift.parameters
     assert name == "FV2"
     assert abs(value - friction[7]) < 4 * std
     for step in found[1:]:
         (carried,) = named(step, NAMES, LOAD, 2)
         assert (carried.effect, carried.joints) == ("payload", (2,))
-        mass, std = next((v, s) for n, v, s in carried.values if n == "ML")
+        mass, std = next((v, s) for n, v, s in carried.parameters if n == "ML")
         assert abs(mass - 1.2) < 4 * std < 0.8
         assert step.p_value < 0.01
 

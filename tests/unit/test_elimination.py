@@ -89,14 +89,13 @@ def test_products_of_more_than_forty_terms_ask_for_values(left, right, large) ->
 
 
 def test_plain_numbers_are_never_too_large() -> None:
-    root = sum(sp.sqrt(p) for p in (2, 3, 5, 7, 11, 13, 17))
-    expanded = sp.Add(*(sp.sqrt(p) for p in (2, 3, 5, 7, 11, 13, 17)))
-    assert len(sp.Add.make_args(root)) ** 2 > 40
-    from symgen.symbolic.elimination import _require_small
-
-    _require_small(root, expanded)
+    root, nested = sp.sqrt(2), sp.sqrt(2 + sp.sqrt(2))
+    many = sp.Add(1, root, sp.sqrt(3), sp.sqrt(6), nested, sp.sqrt(3) * nested, root * nested)
+    assert len(sp.Add.make_args(many)) ** 2 > 40
+    found = _eliminated([{"P": many, "Q": 1}, {"Q": many + 1, "R": 1}])
+    assert len(found.rows) == 2
     with pytest.raises(NeedsValuesError):
-        _require_small(root, L1 * expanded.func(*expanded.args) + sp.expand(L1 * root))
+        _eliminated([{"P": sp.expand(L1 * many), "Q": 1}, {"Q": many, "R": 1}])
 
 
 @pytest.mark.parametrize(

@@ -125,14 +125,12 @@ def test_a_cache_that_cannot_be_written_still_gives_a_winner(compiler, contest, 
 
 
 @pytest.mark.parametrize(
-    ("name", "sets", "contest"),
-    [
-        ("kernels", flags.SETS, flags._contest),
-        ("panels", flags.PANEL_SETS, flags._panel_contest),
-    ],
+    ("chosen_by", "sets"),
+    [(flags.chosen_flags, flags.SETS), (flags.panel_flags, flags.PANEL_SETS)],
+    ids=["kernels", "panels"],
 )
-def test_the_kernels_and_panels_of_an_arm_can_be_raced(name, sets, contest, compiler):
-    chosen = flags.fastest(name, sets, compiler, contest)
+def test_the_kernels_and_panels_of_an_arm_are_raced(chosen_by, sets, compiler):
+    chosen = chosen_by(compiler)
     assert chosen.flags in sets
     assert chosen.ratios["plain"] == 1.0
     assert chosen.ratios[chosen.flags.name] <= 1.05 * min(chosen.ratios.values())

@@ -9,12 +9,12 @@ import pytest
 from oracles import planar2r
 
 import symgen
-from symgen.diagnosis.baseline import KERNELS, studied
-from symgen.diagnosis.candidates import candidates
+from symgen.diagnosis.baseline import KERNELS, Baseline
 from symgen.diagnosis.chance_test import beyond_misfit, chance_share, share_of_unknown
-from symgen.diagnosis.evidence import Evidence, evidence, scene
+from symgen.diagnosis.effects import candidates
 from symgen.diagnosis.search import Search, Selection
 from symgen.diagnosis.select import Score, judge, quick_gain
+from symgen.diagnosis.whitened_system import WhitenedSystem, fitted_system
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.filtered import filtered
 from symgen.faults.logs import open_samples
@@ -66,8 +66,8 @@ def evaluator() -> Evaluator:
     return symgen.load(symgen.derive(symgen.parse_robot(ROBOT), KERNELS))
 
 
-def looked_at(evaluator: Evaluator, more: np.ndarray | float, seed: int = 1) -> Evidence:
-    """The evidence of a log whose joint 2 has one more torque, N m."""
+def looked_at(evaluator: Evaluator, more: np.ndarray | float, seed: int = 1) -> WhitenedSystem:
+    """The equations of a log whose joint 2 has one more torque, N m."""
     t, q, qd, qdd = motion(seed)
     tau = np.array([planar2r.inverse_dynamics(*s, X, L1) for s in zip(q, qd, qdd, strict=True)])
     tau += [1.0, 0.4] * np.sign(qd) + [0.6, 0.25] * qd
@@ -76,19 +76,20 @@ def looked_at(evaluator: Evaluator, more: np.ndarray | float, seed: int = 1) -> 
     log = symgen.make_log("log", t, q, tau, qd)
     samples, _ = open_samples(log, evaluator.model.robot)
     band = choose_band(evaluator, [samples], 10.0)
-    return evidence(evaluator, [scene(filtered(samples, band))])
+    return fitted_system(evaluator, [filtered(samples, band)])
 
 
-def searched(evaluator: Evaluator, base: Evidence) -> Search:
-    study = studied(evaluator, base.scenes, ())
-    return Search(base, candidates(evaluator.model.robot, base), study.torques)
+def searched(evaluator: Evaluator, base: WhitenedSystem) -> Search:
+    model = Baseline(evaluator, base, (), base.X, False)
+    return Search(model, candidates(evaluator.model.robot, base.logs))
 
 
 def test_of_other_fields_few_are_above_the_bar(evaluator) -> None:
     search = searched(evaluator, looked_at(evaluator, 0.0))
     bar = chance_share(search, (1,))
     columns = [c for _, c in search.on_joints((1,))]
-    base, (s,) = search.base, search.base.scenes
+    base = search.baseline.base
+    (s,) = base.logs
     basis = base.basis.reshape(base.y.size, -1)
     above = []
     for torque in fields(s.q[s.kept], s.qd[s.kept], 100).T:
@@ -105,12 +106,12 @@ def test_of_other_fields_few_are_above_the_bar(evaluator) -> None:
 def offset(search: Search) -> Score:
     """The constant torque on joint 2, judged alone."""
     candidate = next(c for c in search.pool if c.key == ("torque_offset", (1,)))
-    columns = candidate.seen(search.base, search.torques(search.base))
-    return judge(search.base, candidate, columns, 1)
+    columns = search.baseline.seen(search.baseline.base)(candidate)
+    return judge(search.baseline.base, candidate, columns, 1)
 
 
-def selected(search: Search, score: Score) -> Selection:
-    return Selection(search.base.with_columns([score.columns]), (score,), ((),), (), 1)
+def selected(score: Score) -> Selection:
+    return Selection((score,), (), 1)
 
 
 def test_an_offset_that_explains_its_gap_stays_and_one_beside_a_misfit_goes(evaluator) -> None:
@@ -118,13 +119,13 @@ def test_an_offset_that_explains_its_gap_stays_and_one_beside_a_misfit_goes(eval
     _, q, qd, _ = motion(1)
     alone = searched(evaluator, looked_at(evaluator, 0.2))
     score = offset(alone)
-    assert share_of_unknown(alone.base, [score], score, noise) > 0.98
-    assert beyond_misfit(selected(alone, score), alone, noise).accepted == (score,)
+    assert share_of_unknown(alone.baseline.base, [score], score, noise) > 0.98
+    assert beyond_misfit(selected(score), alone, noise).accepted == (score,)
 
     mixed = searched(evaluator, looked_at(evaluator, 0.1 + 0.2 * odd(3, q, qd)))
     score = offset(mixed)
-    share = share_of_unknown(mixed.base, [score], score, noise)
+    share = share_of_unknown(mixed.baseline.base, [score], score, noise)
     assert 0.02 < share < 0.6
-    answer = beyond_misfit(selected(mixed, score), mixed, noise)
+    answer = beyond_misfit(selected(score), mixed, noise)
     assert answer.accepted == ()
     assert "by chance" in answer.rejected[0].fault

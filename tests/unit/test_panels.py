@@ -7,7 +7,6 @@ import os
 import shutil
 import subprocess
 import sys
-import time
 from functools import cache
 from pathlib import Path
 
@@ -162,14 +161,6 @@ def test_bound_panels_and_rows_hold_the_same_values(kernel, stream, flags):
         samples = block.transpose(0, 2, 1).reshape(4 * width, -1)
         np.testing.assert_array_equal(samples[:count], row.reshape(count, -1))
         np.testing.assert_array_equal(samples[count:], samples[count - 1 :][: width - 1])
-
-
-@pytest.mark.parametrize(("slow", "pays"), [(0, True), (1, False)])
-def test_stores_past_the_cache_are_taken_where_they_are_faster(slow, pays):
-    def evaluate(past: bool) -> None:
-        time.sleep(0.02 if past == slow else 0.001)
-
-    assert panels_module._streaming_pays(evaluate) == pays
 
 
 def test_outputs_larger_than_the_cache_are_right_whichever_stores_write_them(monkeypatch):

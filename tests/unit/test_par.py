@@ -4,7 +4,7 @@ import pytest
 import sympy as sp
 
 import symgen
-from symgen.robot.par_io import import_par
+from symgen.robot.formats.par import import_par
 
 # An arm with spherical wrist, in the manner of SYMORO.
 ARM = """(* Robotname = 'rx90' *)

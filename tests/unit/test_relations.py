@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import sympy as sp
 from oracles.random_arms import random_arm, to_toml
-from oracles.transforms import LINK_PARAMETERS, Arm, column_names, energy_regressor
+from oracles.transforms import (
+    LINK_PARAMETERS,
+    Arm,
+    column_names,
+    energy_regressor,
+    world_transforms,
+)
 
 import symgen
-from symgen.symbolic.relations import structural_relations, transported
+from symgen.symbolic.relations import structural_relations
 
 
 def ten(points: np.ndarray, masses: np.ndarray) -> dict[str, float]:
@@ -23,29 +28,23 @@ def ten(points: np.ndarray, masses: np.ndarray) -> dict[str, float]:
     return dict(zip(LINK_PARAMETERS, map(float, values), strict=True))
 
 
-def _about(axis: str, angle: float) -> np.ndarray:
-    c, s = np.cos(angle), np.sin(angle)
-    i, k = {"x": (1, 2), "z": (0, 1)}[axis]
-    out = np.eye(3)
-    out[i, i] = out[k, k] = c
-    out[i, k], out[k, i] = -s, s
-    return out
-
-
-def test_each_of_the_ten_alone_is_transported_exactly() -> None:
+def test_each_of_the_ten_alone_is_a_body_on_what_a_fixed_joint_stands_on() -> None:
     """The map of point masses is linear: its columns, from 40 bodies by least squares."""
     draw = np.random.default_rng(5)
-    R, P = _about("z", 0.4) @ _about("x", 1.2), np.array([0.3, -0.7, 1.1])
+    geometry = {"gamma": 0.4, "b": 0.3, "alpha": 1.2, "d": -0.7, "theta": 0.9, "r": 1.1}
+    arm = Arm.from_table({"sigma": [0, 2], **{k: [0, v] for k, v in geometry.items()}})
+    T = world_transforms(arm, np.zeros(1))[1]
     before, after = [], []
     for _ in range(40):
         points, masses = draw.normal(size=(9, 3)), draw.normal(size=9)
         before.append([*ten(points, masses).values()])
-        after.append([*ten(points @ R.T + P, masses).values()])
+        after.append([*ten(points @ T[:3, :3].T + T[:3, 3], masses).values()])
     expected = np.linalg.lstsq(np.array(before), np.array(after), rcond=None)[0]
-    exact = [[sp.Float(v, 30) for v in row] for row in R]
-    for name, row in zip(LINK_PARAMETERS, expected, strict=True):
-        found = transported({name: 1}, exact, [sp.Float(v, 30) for v in P])
-        np.testing.assert_allclose([float(v) for v in found.values()], row, atol=1e-9)
+    relations = structural_relations(symgen.parse_robot(to_toml(arm, name="arm")))[3:]
+    for name, row, relation in zip(LINK_PARAMETERS, expected, relations, strict=True):
+        assert relation.pop(f"{name}2") == 1
+        found = [-float(relation.get(f"{k}1", 0)) for k in LINK_PARAMETERS]
+        np.testing.assert_allclose(found, row, atol=1e-9)
 
 
 TABLES = {

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from symgen.diagnosis.evidence import Evidence
 from symgen.diagnosis.select import _worse_fold, judge, project, quick_gain
+from symgen.diagnosis.whitened_system import WhitenedSystem
 
 K, N, P = 400, 2, 3
 
@@ -29,7 +29,7 @@ def candidate(
     return SimpleNamespace(definition=definition, change=change)
 
 
-def evidence(y: np.ndarray, W: np.ndarray, sigma=(1.0, 1.0), moves=None) -> Evidence:
+def evidence(y: np.ndarray, W: np.ndarray, sigma=(1.0, 1.0), moves=None) -> WhitenedSystem:
     """Equations whose model is fitted by plain least squares, rows weighed by 1/sigma."""
     moves = np.ones((K, N)) if moves is None else moves
     weight = moves / np.array(sigma)
@@ -37,8 +37,8 @@ def evidence(y: np.ndarray, W: np.ndarray, sigma=(1.0, 1.0), moves=None) -> Evid
         (W * weight[:, :, None]).reshape(y.size, -1), (y * weight).ravel(), rcond=None
     )[0]
     block = np.arange(len(y)) * 20 // len(y)
-    scenes: Any = (SimpleNamespace(measured=y),)
-    return Evidence(scenes, W, y, X, np.array(sigma), moves, block, np.zeros(y.shape[1]))
+    logs: Any = (SimpleNamespace(unmasked=SimpleNamespace(measured=y)),)
+    return WhitenedSystem(logs, W, y, X, np.array(sigma), moves, block, np.zeros(y.shape[1]))
 
 
 @pytest.fixture
@@ -204,7 +204,7 @@ def test_a_column_of_zeros_is_known_to_do_nothing_and_is_not_positive(parts):
     assert judge(e, candidate(sign="positive", m=2), columns, 1).fault == ""
 
 
-def effect(size: float, parts, joint: int = 0) -> tuple[Evidence, dict[int, np.ndarray]]:
+def effect(size: float, parts, joint: int = 0) -> tuple[WhitenedSystem, dict[int, np.ndarray]]:
     """Equations with an effect of so many standard deviations of the noise on a joint."""
     W, X, noise, column = parts
     y = W @ X + noise

@@ -7,7 +7,7 @@ import pytest
 
 import symgen
 from symgen.experiment.bounds import Bounds, space
-from symgen.experiment.reference import SAMPLES, STEP, paper_motion
+from symgen.experiment.reference import SAMPLES, STEP
 from symgen.experiment.trajectory import KINDS, SMOOTH, basis
 
 T = 3.7
@@ -31,21 +31,33 @@ def test_a_fourier_series_is_the_sum_that_it_claims_to_be() -> None:
 
 
 def test_one_stroke_is_the_papers_first_generator() -> None:
+    # q = D (3 s^2 - 2 s^3), s = t/T.
     seconds = SAMPLES * STEP
-    at = np.linspace(0, seconds, 50)
-    run = basis("cubic", seconds, 1)
-    for order, motion in enumerate(paper_motion(at)):
-        found = run.matrix(at, order) @ np.array([0.0, seconds / 1.5])
-        np.testing.assert_allclose(found, motion[:, 0], atol=1e-12)
+    D, at = seconds / 1.5, np.linspace(0, seconds, 50)
+    s, run = at / seconds, basis("cubic", seconds, 1)
+    motion = (
+        D * (3 * s**2 - 2 * s**3),
+        6 * D / seconds * (s - s**2),
+        6 * D / seconds**2 * (1 - 2 * s),
+    )
+    for order, expected in enumerate(motion):
+        np.testing.assert_allclose(run.matrix(at, order) @ np.array([0.0, D]), expected, atol=1e-12)
+
+
+def test_several_strokes_rest_at_their_stops() -> None:
+    run, stops = basis("cubic", T, 4), np.linspace(0, T, 5)
+    c = np.array([0.3, -1.0, 2.0, 0.5, 0.0])
+    np.testing.assert_allclose(run.matrix(stops) @ c, c, atol=1e-12)
+    np.testing.assert_allclose(run.matrix(stops, 1) @ c, 0, atol=1e-12)
 
 
 def test_a_cosine_is_the_papers_second_generator() -> None:
-    # w = 2 rad/s fits twice into 2 pi s.
+    # q = 1 - cos(w t); w = 2 rad/s fits twice into 2 pi s.
     at = np.linspace(0, 2 * np.pi, 50)
     run = basis("cosine", 2 * np.pi, 2)
-    for order, motion in enumerate(paper_motion(at)):
+    for order, expected in enumerate((1 - np.cos(2 * at), 2 * np.sin(2 * at), 4 * np.cos(2 * at))):
         found = run.matrix(at, order) @ np.array([0.0, 0.0, 1.0])
-        np.testing.assert_allclose(found, motion[:, 1], atol=1e-12)
+        np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
 @pytest.mark.parametrize("kind", KINDS)

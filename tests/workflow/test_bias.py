@@ -20,7 +20,6 @@ import symgen
 from symgen.estimation.estimators import solve
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.experiment import paper
-from symgen.experiment.paper import Dynamics, dynamics
 from symgen.experiment.reference import paper_motion
 
 FIGURES = Path(__file__).parent / "bias_figures.json"
@@ -31,9 +30,8 @@ COUNTS, REMAINS = 4.0, 0.15
 
 
 @cache
-def _model() -> tuple[symgen.Evaluator, Dynamics]:
-    model = symgen.derive(symgen.read_robot("planar2r"))
-    return symgen.load(model), dynamics(model.robot)
+def _model() -> symgen.Evaluator:
+    return paper.example()
 
 
 def _cases() -> list[dict[str, Any]]:
@@ -42,12 +40,12 @@ def _cases() -> list[dict[str, Any]]:
 
 def _equations(case: dict[str, Any], count: int, mirrored: bool) -> list[Equations]:
     """Return the equations of runs of a case, with the motion of the simulated model in Z."""
-    evaluator, robot = _model()
+    evaluator = _model()
     setup, tachometer, mode = case["setup"], case["tachometer"], case["windows"]
-    runs = bias_study.measured(robot, setup, count, bias_study.SEED, tachometer, mirrored)
+    runs = bias_study.measured(evaluator, setup, count, bias_study.SEED, tachometer, mirrored)
     W, y = bias_study.rows(evaluator, runs.q, runs.qd, runs.tau, mode)
     q, qd = bias_study.instrument_motion(
-        evaluator, robot, setup, tachometer, runs.tau[0], "simulation", W[:0]
+        evaluator, setup, tachometer, runs.tau[0], "simulation", W[:0]
     )
     Z, _ = bias_study.rows(evaluator, q, qd, runs.tau[:1], mode)
     overlap = bias_study.WINDOW if mode == "sliding" else y.shape[1] // 4
@@ -71,9 +69,9 @@ def _found_biased(case: dict[str, Any]) -> float:
 
 @pytest.mark.slow
 def test_the_bias_of_least_squares_is_removed() -> None:
-    evaluator, robot = _model()
+    evaluator = _model()
     cases = []
-    for case in bias_study.study(evaluator, robot, RUNS):
+    for case in bias_study.study(evaluator, RUNS):
         case["share_of_sessions_of_20_runs_called_biased"] = _found_biased(case)
         print(json.dumps(case))
         cases.append(case)
@@ -111,8 +109,8 @@ def _remaining(case: dict[str, Any], doubt: float = 0.0) -> int:
 
 def test_what_remains_of_a_bias_that_counts_is_at_most_15_percent() -> None:
     """Two hundred runs of every case again; the figures of all are those of the long study."""
-    evaluator, robot = _model()
-    cases = list(bias_study.study(evaluator, robot, 200))
+    evaluator = _model()
+    cases = list(bias_study.study(evaluator, 200))
     assert sum(_remaining(case, 3.0) for case in cases) >= 24
     for case, kept in zip(cases, _cases(), strict=True):
         for name in ("least squares", "simulation"):
@@ -139,16 +137,16 @@ def test_the_estimators_give_the_figures_of_the_study(
 
 
 def test_mirrored_runs_cancel_what_is_odd_in_the_noise() -> None:
-    _, robot = _model()
-    runs = bias_study.measured(robot, "a", 6, 3, 1.0, True)
-    clean = paper.exact_run(robot)
+    evaluator = _model()
+    runs = bias_study.measured(evaluator, "a", 6, 3, 1.0, True)
+    clean = paper.exact_run(evaluator)
     np.testing.assert_allclose(runs.qd[:3] + runs.qd[3:], np.repeat(2 * clean.qd, 3, 0), atol=1e-12)
     assert np.abs(runs.qd[0] - runs.qd[1]).max() > 0.01
 
 
 def test_a_run_of_the_model_free_of_noise_is_the_reference() -> None:
-    _, robot = _model()
-    q, qd = bias_study.free_run(robot, paper.X_TRUE[None], paper.exact_run(robot).tau[0])
+    evaluator = _model()
+    q, qd = bias_study.free_run(paper.X_TRUE[None], paper.exact_run(evaluator).tau[0])
     expected = paper_motion(paper.times())
     np.testing.assert_allclose(q[0], expected[0], atol=2e-4)
     np.testing.assert_allclose(qd[0], expected[1], atol=2e-4)

@@ -83,22 +83,23 @@ def beside_a_box(x: np.ndarray):
     return f"boxes = [{sides}]", lambda y: (np.abs(y - top) >= 0.1).any(axis=-1).all()
 
 
-@pytest.mark.parametrize("cell", [over_the_floor, beside_a_box])
-def test_runs_keep_clear(cell, tmp_path, command) -> None:
+def test_runs_keep_clear(tmp_path, command) -> None:
     """Of what the motion that is found without it touches."""
     path = tmp_path / "robot.toml"
     options = ["--model", "momentum", "--budget", 2, "--searches", 1, "--duration", 8]
     path.write_text(SWING)
     command("excite", path, *options, "--into", tmp_path / "free.csv")
     free = points(np.loadtxt(tmp_path / "free.csv", delimiter=",", skiprows=1)[:, 1:3])
-    limit, clear = cell(free)
-    assert not clear(free)
-    path.write_text(f"{SWING}{limit}\ntool = {TOOL.tolist()}\n")
-    code, _, err = command("excite", path, *options, "--into", tmp_path / "kept.csv")
-    assert code == 0, err
-    rows = np.loadtxt(tmp_path / "kept.csv", delimiter=",", skiprows=1)
-    assert clear(points(rows[:, 1:3]))
-    assert np.abs(rows[[0, -1], 3:5]).max() < 1e-9  # at rest at both ends
+    for cell in (over_the_floor, beside_a_box):
+        limit, clear = cell(free)
+        assert not clear(free)
+        path.write_text(f"{SWING}{limit}\ntool = {TOOL.tolist()}\n")
+        kept = tmp_path / f"{cell.__name__}.csv"
+        code, _, err = command("excite", path, *options, "--into", kept)
+        assert code == 0, err
+        rows = np.loadtxt(kept, delimiter=",", skiprows=1)
+        assert clear(points(rows[:, 1:3]))
+        assert np.abs(rows[[0, -1], 3:5]).max() < 1e-9  # at rest at both ends
 
 
 def test_a_cell_without_room_is_a_line(tmp_path, command) -> None:

@@ -12,12 +12,11 @@ import numpy as np
 from oracles import planar2r
 
 import symgen
-from symgen.codegen.model import derive
 from symgen.experiment import paper
 from symgen.experiment.reference import SAMPLES, STEP, paper_motion
 from symgen.report.content.demo import closed_form
 
-MODEL = derive(symgen.read_robot("planar2r"))
+EVALUATOR = paper.example()
 
 
 def _demo(folder: Path, compiler: str) -> subprocess.CompletedProcess[str]:
@@ -58,18 +57,19 @@ def test_closed_form_is_that_of_the_paper() -> None:
     q, qd = draw.uniform(-2, 2, (2, 20, 2))
     names = {"q2": q[:, 1], "qd1": qd[:, 0], "qd2": qd[:, 1], "L1": 0.5, "cos": np.cos,
              "sin": np.sin}  # fmt: skip
-    columns = [eval(text, {"__builtins__": {}}, names) for text in closed_form(MODEL.kernels[0])]
+    columns = [
+        eval(text, {"__builtins__": {}}, names) for text in closed_form(EVALUATOR.model.kernels[0])
+    ]
     np.testing.assert_allclose(np.stack(columns, -1), planar2r.energy_regressor(q, qd, 0.5))
 
 
 def test_the_dynamics_equal_lagrange_by_hand() -> None:
     draw = np.random.default_rng(4)
-    inverse, forward = paper.dynamics(MODEL.robot).inverse, paper.dynamics(MODEL.robot).forward
     for _ in range(10):
         q, qd, qdd = draw.uniform(-2, 2, (3, 2))
         tau = planar2r.inverse_dynamics(q, qd, qdd, paper.X_TRUE, 0.5)
-        np.testing.assert_allclose(np.array(inverse(q, qd, qdd, paper.X_TRUE)).ravel(), tau)
-        np.testing.assert_allclose(np.array(forward(q, qd, tau, paper.X_TRUE)).ravel(), qdd)
+        np.testing.assert_allclose(EVALUATOR.inverse_dynamics(q, qd, qdd, paper.X_TRUE), tau)
+        np.testing.assert_allclose(EVALUATOR.forward_dynamics(q, qd, tau, paper.X_TRUE), qdd)
 
 
 def test_the_motion_has_the_peak_speeds_of_the_paper_and_its_derivatives() -> None:
@@ -86,7 +86,7 @@ def test_setup_b_integrates_the_equations_of_motion() -> None:
     true, noise = paper.WRONG, paper.TORQUE_NOISE
     paper.WRONG, paper.TORQUE_NOISE = 1.0, 0.0
     try:
-        runs = paper.setup_b(paper.dynamics(MODEL.robot), 2, np.random.default_rng(0))
+        runs = paper.setup_b(EVALUATOR, 2, np.random.default_rng(0))
     finally:
         paper.WRONG, paper.TORQUE_NOISE = true, noise
     q, _, _ = paper_motion(runs.t)
@@ -95,11 +95,10 @@ def test_setup_b_integrates_the_equations_of_motion() -> None:
 
 def test_errors_fall_where_the_paper_has_them() -> None:
     # The paper gives one run; its errors lie inside the distribution of seeded runs.
-    evaluator = symgen.load(MODEL)
-    runs = paper.setup_a(paper.dynamics(MODEL.robot), 400, np.random.default_rng(5))
+    runs = paper.setup_a(EVALUATOR, 400, np.random.default_rng(5))
     errors = []
     for k in range(400):
-        identifier = symgen.Identifier(evaluator, mode="start")
+        identifier = symgen.Identifier(EVALUATOR, mode="start")
         identifier.run(runs.t, runs.q[k], runs.qd[k], runs.tau[k])
         errors.append(np.abs(identifier.read()[0] / paper.X_TRUE - 1))
     share = np.mean(np.array(errors) < paper.PAPER_ERRORS, axis=0)

@@ -28,17 +28,11 @@ from support_diagnose import false_effects, right_first, run, summary
 
 FIGURES = Path(__file__).parent / "diagnose_figures.json"
 SPECS = {spec.id: spec for spec in cases()}
-#: Quick ones, of every kind of effect and both simulators.
+#: Quick ones, of both simulators: friction, a drive and a load, spoiled logs, nothing hidden.
 SAMPLE = (
-    "planar2r-coupled_transmission-moderate-40072-mujoco",
     "planar2r-position_dependent_friction-moderate-faults-40057-mujoco",
-    "arm3r-drive_gain_error-moderate-40114-mujoco",
-    "arm3r-external_contact-moderate-faults-40145-pinocchio",
     "planar2r-gravity_spring-moderate-40062-pinocchio",
-    "planar2r-stribeck_friction-moderate-40036-mujoco",
-    "polar3-velocity_sensor_error-moderate-faults-40127-pinocchio",
-    "planar2r-clean-40254-pinocchio",
-    "arm3r-clean-faults-40195-mujoco",
+    "arm3r-drive_gain_error-moderate-40114-mujoco",
     "planar2r-clean-misfit-40366-mujoco",
 )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ def _told(answer: symgen.Diagnosis) -> list[tuple[str, tuple[int, ...]]]:
     return sorted((e.name, e.joints) for e in answer.effects)
 
 
+@pytest.mark.slow
 def test_tx40_without_its_wrist_coupling() -> None:
     folder = data_folder() / "tx40"
     whole = read_log(folder / "test.csv")
@@ -54,6 +56,7 @@ def _gap_on_training_log(answer: symgen.Diagnosis, folder) -> np.ndarray:
     return np.array(estimate.train.per_joint)
 
 
+@cache
 def _viscous_emps() -> symgen.Diagnosis:
     folder = data_folder() / "emps"
     text = re.sub(

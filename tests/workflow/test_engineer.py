@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 from oracles import engineer
-from support import data_folder, shared_file
+from support import data_folder, sampled, shared_file
 
 import symgen
 
@@ -36,7 +36,8 @@ MODELS = ("energy", "momentum", "torque")
 PUBLISHED = {"ZZ1R": 0.0529, "MX1R": 0.241, "ZZ2": 0.0539, "MX2": 0.181}
 #: The motion cannot carry its 64 parameters: an analyst's own error is a third of the torque.
 POOR_MOTION = ("kr300",)
-QUICK = ("dp_c0", "emps", "ur10")
+QUICK = ("dp_c0", "emps")
+ROBOTS = sampled(LOGS, 1, always=QUICK)
 
 
 @cache
@@ -101,16 +102,14 @@ def _percent(values: Any) -> str:
     return " ".join(f"{100 * x:.3g}" for x in np.atleast_1d(np.array(values, dtype=float)))
 
 
-def _each_model() -> list[Any]:
-    """Every robot with every model; by default the slow robots with the default model alone."""
-    return [
-        pytest.param(r, m, marks=[] if r in QUICK or m == "auto" else [pytest.mark.slow])
-        for r in LOGS
-        for m in ("auto", *MODELS)
-    ]
+#: By default one robot with every model, and another with the model that symgen chooses.
+EACH_MODEL = sampled(
+    [(r, m) for r in LOGS for m in ("auto", *MODELS)], 0,
+    always=[("dp_c0", "auto"), *(("emps", m) for m in ("auto", *MODELS))],
+)  # fmt: skip
 
 
-@pytest.mark.parametrize(("robot", "model"), _each_model())
+@pytest.mark.parametrize(("robot", "model"), EACH_MODEL)
 def test_an_engineer_computes_the_residual_that_is_said(robot: str, model: str) -> None:
     estimate = _identified(robot, model)
     band, X = estimate["band"], _values(estimate)
@@ -128,13 +127,13 @@ def test_an_engineer_computes_the_residual_that_is_said(robot: str, model: str) 
         assert abs(said["relative"] / relative - 1) <= 0.1, (key, relative)
 
 
-@pytest.mark.parametrize("robot", LOGS)
+@pytest.mark.parametrize("robot", ROBOTS)
 def test_the_comparison_band_is_the_one_of_the_motion(robot: str) -> None:
     said = _identified(robot, "auto")["band"]["comparison_hz"]
     assert said == pytest.approx(engineer.comparison_band(_logs(robot)[0]), rel=0.05)
 
 
-@pytest.mark.parametrize("robot", LOGS)
+@pytest.mark.parametrize("robot", ROBOTS)
 def test_the_default_estimate_is_as_good_as_an_analysts_on_held_out_motion(robot: str) -> None:
     estimate = _identified(robot, "auto")
     comparison = estimate["band"]["comparison_hz"]
@@ -162,9 +161,7 @@ def test_the_double_pendulum_has_its_published_parameters() -> None:
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # files left open
-@pytest.mark.parametrize(
-    "robot", [pytest.param(r, marks=[] if r in QUICK else [pytest.mark.slow]) for r in LOGS]
-)
+@pytest.mark.parametrize("robot", sampled(LOGS, 0, always=QUICK))
 def test_two_engineers_agree(robot: str) -> None:
     """Against the tool beside the data, which filters, differentiates and reads otherwise.
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import symgen
-from symgen.robot.urdf_io import updated_urdf
+from symgen.robot.formats.urdf import updated_urdf
 
 pytest.importorskip("pinocchio", reason="Pinocchio (pin) is not installed")
 
@@ -62,7 +62,7 @@ def identified(tmp_path_factory):
     from symgen.identification.estimate import Estimate, Joint, ParameterEstimate, Residual
     from symgen.identification.parameters import read_parameters
     from symgen.robot.fixed import with_fixed
-    from symgen.robot.urdf_io import import_urdf
+    from symgen.robot.formats.urdf import import_urdf
 
     folder = tmp_path_factory.mktemp("identified")
     (folder / "arm.urdf").write_text(URDF)

@@ -21,9 +21,7 @@ NAMED = 0.9
 #: Robot and fault of rows that are taken again: quick ones, of kinds that differ.
 SAMPLED = (
     ("elbow3r-7", "gear_ratio"),
-    ("elbow3r-7", "held"),
     ("elbow3r-7", "clipped"),
-    ("arm4r-8", "newton_millimetres"),
 )
 
 

@@ -15,7 +15,8 @@ from workflow.fleet_study import CUTOFF, FIGURES, HIDDEN, ROBOT, false_alarms, n
 
 import symgen
 from symgen.cli import cli
-from symgen.diagnosis.fleet import Finding, Shift, read_fleet
+from symgen.diagnosis.drift import Finding, Shift
+from symgen.diagnosis.fleet import read_fleet
 from symgen.report.store import read_result
 
 

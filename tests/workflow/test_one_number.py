@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support import data_folder
+from support import data_folder, sampled
 
 import symgen
 from symgen.identification.estimate import Estimate
@@ -15,7 +15,7 @@ from symgen.report.store import result_files
 ROBOTS = {"emps": ".csv", "ur10": ".csv", "dp_c0": ".npz"}
 
 
-@pytest.fixture(scope="module", params=ROBOTS)
+@pytest.fixture(scope="module", params=sampled(ROBOTS, 1, always=["emps"]))
 def found(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Path, Estimate, Path]:

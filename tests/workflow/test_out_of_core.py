@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -16,8 +17,7 @@ from support_streams import X, motion, parquet, robot
 import symgen
 from symgen import distributed
 from symgen.data.dataset import DataSet, listed_files
-from symgen.data.npz import StoredArray
-from symgen.data.tables import ColumnTable
+from symgen.data.tables import ColumnTable, StoredArray
 from symgen.estimation import chunks
 from symgen.identification import out_of_core
 from symgen.identification.out_of_core import is_long
@@ -71,7 +71,7 @@ def test_a_data_set_gives_the_estimate_of_its_logs_in_memory(logs: Path, model: 
 def test_threads_change_nothing(logs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = []
     for cores in (1, 2, 4):
-        monkeypatch.setattr(distributed, "_cores", lambda n=cores: n)
+        monkeypatch.setattr(os, "sched_getaffinity", lambda _, n=cores: range(n), raising=False)
         found.append(symgen.identify(robot(), str(logs / "*.parquet"), model="momentum"))
     for other in found[1:]:
         assert other.X.tobytes() == found[0].X.tobytes()
@@ -209,7 +209,7 @@ def test_the_last_pass_goes_on_from_what_the_first_kept(
 
     def counted(self, spans):
         for raw in rows(self, spans):
-            read.append(len(raw.t))
+            read.append(len(raw.arrays["t"]))
             yield raw
 
     monkeypatch.setattr(ColumnTable, "spans", counted)
@@ -246,7 +246,7 @@ def test_long_logs_for_least_squares_are_read_chunk_by_chunk(
         return part
 
     monkeypatch.setattr(StoredArray, "__getitem__", counted)
-    monkeypatch.setattr("symgen.data.raw.BATCH", 500)
+    monkeypatch.setattr("symgen.data.tables.BATCH", 500)
     same(memory, symgen.identify(robot(), path, model="momentum"), 1e-9)
     assert len(read) > 4 * len(arrays)
     assert is_long([path], True)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import symgen
-from symgen.identification.load import LABELS
+from symgen.identification.payload import LABELS
 
 pytest.importorskip("pinocchio", reason="Pinocchio (PyPI: pin) is not installed")
 
@@ -313,7 +313,7 @@ def test_a_load_of_known_mass_calibrates_the_drives(robot, tmp_path) -> None:
     assert (np.abs(gains - GAINS) < 4 * std).all(), (gains - GAINS) / std
     assert std.max() < 0.01
     assert np.abs([q.value for q in found.com] - COM).max() < 0.005
-    from symgen.identification.gains import with_gains
+    from symgen.identification.payload import with_gains
 
     path = tmp_path / "robot.toml"
     path.write_text(with_gains(symgen.read_robot(robot), found))

@@ -103,8 +103,8 @@ def test_a_soft_joint_alone_explains_its_torque() -> None:
 
 def test_the_std_covers_over_many_logs() -> None:
     from symgen.diagnosis.baseline import KERNELS
-    from symgen.diagnosis.evidence import evidence, scene
     from symgen.diagnosis.stiffness import stiffnesses
+    from symgen.diagnosis.whitened_system import fitted_system
     from symgen.estimation.cutoff import choose_band
     from symgen.estimation.filtered import filtered
     from symgen.faults.logs import open_samples
@@ -115,7 +115,7 @@ def test_the_std_covers_over_many_logs() -> None:
     for seed in range(10, 18):
         samples, _ = open_samples(log(seed), robot)
         band = choose_band(evaluator, [samples])
-        (found,) = stiffnesses(evidence(evaluator, [scene(filtered(samples, band))]))
+        (found,) = stiffnesses(fitted_system(evaluator, [filtered(samples, band)]))
         assert not found.fault
         off.append((found.stiffness[0] - K) / found.stiffness[1])
     assert np.mean(np.abs(off) < 3) > 0.8, off

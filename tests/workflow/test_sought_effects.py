@@ -21,8 +21,7 @@ from oracles.planar2r import harmonic_motion, torque_regressor
 import symgen
 from symgen import cli
 from symgen.codegen.model import derive
-from symgen.diagnosis.candidates import Torques, candidates
-from symgen.diagnosis.evidence import Scene
+from symgen.diagnosis.effects import Torques, candidates
 from symgen.diagnosis.extend import extended
 from symgen.diagnosis.workflow import diagnose
 from symgen.errors import ParameterError, RobotError
@@ -217,10 +216,9 @@ nonlinear = {{ p = [0.4, 2.5], s = [0.1, 0.3], h = "L1/4" }}
     draw = np.random.default_rng(4)
     q, qd, qdd = draw.uniform(-1, 1, (3, 50, 2))
     log: Any = SimpleNamespace(t=np.arange(50) * 0.1, q=q, qd=qd, qdd=qdd)
-    s = Scene(log, slice(0, 50), "random")
     chosen = list(candidates(robot, None, ["odd"]))[17]  # type: ignore[arg-type]
     p, w = chosen.constants["p"], chosen.constants["s"]
-    ours = chosen.columns(s, Torques(0 * q, 0 * q, np.zeros((2, 10))))[1]
+    ours = chosen.columns(log, Torques(0 * q, 0 * q, np.zeros((2, 10))))[1]
     by_hand = -np.stack(
         [
             np.tanh(qd[:, 1] / 0.07) * np.abs(qd[:, 0]) ** p * 0.5,

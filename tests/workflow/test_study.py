@@ -16,8 +16,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.signal import butter, sosfiltfilt
 
 import symgen
-from symgen.experiment.controller import Controller
-from symgen.experiment.recording import Instruments
+from symgen.experiment.recording import Controller, Instruments
 from symgen.experiment.reference import Reference, make_reference
 from symgen.experiment.study_result import read_study
 

@@ -47,13 +47,6 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
     assert offered <= set(done.stdout.split()), done.stdout + done.stderr
 
 
-def test_the_time_left_is_that_of_a_steady_job() -> None:
-    assert progress._left(5.0, 0.25) == "about 15 s left"
-    assert progress._left(600.0, 0.5) == "about 10 min left"
-    assert progress._left(5.0, 0.0) == ""
-    assert progress._left(5.0, 1.0) == ""
-
-
 def test_a_bar_comes_after_two_seconds_on_a_terminal_and_never_in_a_file(monkeypatch) -> None:
     class Screen(io.StringIO):
         def isatty(self) -> bool:
@@ -70,6 +63,7 @@ def test_a_bar_comes_after_two_seconds_on_a_terminal_and_never_in_a_file(monkeyp
         return stream.getvalue()
 
     assert "about 8 s left" in shown(Screen(), 8.0)
+    assert "about 10 min left" in shown(Screen(), 600.0)
     # half of what lies between 0.2 and 0.5 of the time: 8 s were 0.35 of it
     assert "about 15 s left" in shown(Screen(), 8.0, "days: 20 of 40 days, 2 a second")
     assert "left" not in shown(Screen(), 1.0)

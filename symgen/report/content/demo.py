@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from symgen.codegen.kernels import Kernel
+from symgen.data.raw import FloatArray
 from symgen.experiment import paper
 from symgen.experiment.paper import Reproduction, Setup
 from symgen.experiment.reference import SAMPLES, STEP
@@ -21,18 +21,16 @@ from symgen.robot.expressions import text
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-FloatArray = NDArray[np.float64]
 _COLUMNS = (
     "5 %, median and 95 % are quantiles of the relative error after 100 samples; the paper reports "
     "the error of one run, and the last column but one tells how many of ours are below it."
 )
-_SHOWN = 16  # the first samples determine little: convergence is drawn from here on
 
 
 def demo_content(found: Reproduction) -> Content:
     """Return the canonical model, the errors of both set-ups, and what is refused."""
-    base = found.model.base.parameters
-    pairs = zip(base, closed_form(found.model.kernels[0]), strict=True)
+    model = found.evaluator.model
+    pairs = zip(model.base.parameters, closed_form(model.kernels[0]), strict=True)
     canonical = Table(
         ("parameter", "formula", "column DL"),
         tuple((p.name, p.expression, column) for p, column in pairs),
@@ -42,7 +40,7 @@ def demo_content(found: Reproduction) -> Content:
         f"Without noise: X is returned to {spline:.1e} (spline integrals, 0.62 s windows) and "
         f"{online:.1e} (on line)"
     )
-    told = (f"evaluated by: {found.backend}", exact)
+    told = (f"evaluated by: {found.evaluator.backend}", exact)
     kinds = zip(("without noise", "with noise"), found.refused, strict=True)
     refused = (f"{kind}: refused: {why}" if why else f"{kind}: NOT refused" for kind, why in kinds)
     still = ("Joint speeds proportional to each other, as the paper warns:", *refused)
@@ -50,7 +48,7 @@ def demo_content(found: Reproduction) -> Content:
         Section("Canonical model", (exact,), canonical, told=told),
         *(section for s in found.setups for section in _sections(s)),
         Section("Proportional speeds", still, told=still),
-        frames_section(found.model.robot),
+        frames_section(model.robot),
     )
     lead = (
         "In 1988 M. Gautier and W. Khalil showed that a robot's energy gives its inertial "
@@ -70,20 +68,16 @@ def closed_form(kernel: Kernel) -> tuple[str, ...]:
     return tuple(text(sp.factor_terms(out.subs(known))) for out in kernel.tape.outputs)
 
 
-def _errors(final: FloatArray) -> Table:
-    """Compare the estimates of all runs, (runs, 4), with the paper's errors."""
-    error = np.abs(final / paper.X_TRUE - 1)
-    bias = final.mean(axis=0) / paper.X_TRUE - 1
-    low, median, high = np.quantile(error, [0.05, 0.5, 0.95], axis=0)
-    rows = [
-        (
-            *(name, f"{paper.X_TRUE[i]:g}", f"{final[:, i].mean():.5f}"),
-            *(f"{x:.1e}" for x in (paper.PAPER_ERRORS[i], low[i], median[i], high[i])),
-            f"{100 * np.mean(error[:, i] < paper.PAPER_ERRORS[i]):.0f} %",
-            f"{bias[i]:+.1e}",
-        )
-        for i, name in enumerate(paper.NAMES)
-    ]
+def _errors(s: Setup) -> Table:
+    """Compare the estimates of all runs with the paper's errors."""
+    rows = []
+    for name, case in s.summary().items():
+        true, mean, error, ours, below = case.values()
+        rows.append((
+            *(name, f"{true:g}", f"{mean:.5f}"),
+            *(f"{x:.1e}" for x in (error, *ours.values())),
+            *(f"{100 * below:.0f} %", f"{mean / true - 1:+.1e}"),
+        ))  # fmt: skip
     header = ("parameter", "true", "mean", "paper's error", "5 %", "median", "95 %")
     return Table((*header, "runs below the paper", "bias"), rows)
 
@@ -115,7 +109,7 @@ def _banner(found: Reproduction) -> Banner:
 
 
 def _convergence_line(history: FloatArray) -> str:
-    half = np.abs(history[:, 50] / paper.X_TRUE - 1)
+    half = np.abs(history[:, 50 - paper.FIRST] / paper.X_TRUE - 1)
     inside = 100 * np.mean(half < 0.1, axis=0)
     words = ", ".join(f"{name} {v:.0f} %" for name, v in zip(paper.NAMES, inside, strict=True))
     return f"Within 10 % of the truth after 50 samples: {words} of {len(history)} runs"
@@ -127,7 +121,7 @@ def _sections(s: Setup) -> list[Section]:
         Section(
             f"Set-up ({s.letter})",
             (f"{words[:1].upper()}{words[1:]}. Drawn is the first run. {_COLUMNS}",),
-            _errors(s.final),
+            _errors(s),
             partial(
                 _motion, runs.t, {"q, rad": runs.q, "qd, rad/s": runs.qd, "tau, N m": runs.tau}
             ),
@@ -150,8 +144,8 @@ def _motion(t: FloatArray, shown: Mapping[str, FloatArray]) -> Figure:
 
 
 def _courses(s: Setup) -> Figure:
-    t, history = s.runs.t[_SHOWN:], s.history[:, _SHOWN:] / paper.X_TRUE
-    low, high = np.nanquantile(history, [0.05, 0.95], axis=0)
+    t, history = s.runs.t[paper.FIRST :], s.history / paper.X_TRUE
+    low, high = np.quantile(history, [0.05, 0.95], axis=0)
     panels = [
         plots.Panel(
             name,

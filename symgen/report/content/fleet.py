@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.diagnosis.fleet import Finding, Fleet
-from symgen.diagnosis.robot_days import courses_of
+from symgen.diagnosis.drift import Finding
+from symgen.diagnosis.fleet import Fleet, courses_of
 from symgen.report.content.parts import (
     Banner,
     Content,

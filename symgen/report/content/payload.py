@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symgen.identification.payload_result import Payload
+from symgen.identification.payload import Payload
 from symgen.report.content.parts import (
     Banner,
     Content,

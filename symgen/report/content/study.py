@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.data.raw import FloatArray
 from symgen.experiment.study_result import (
     COLUMNS,
     HEADER,
@@ -136,7 +137,7 @@ def _floor(p: Precision) -> float:
     return p.bias if p.seconds is None else 0.0
 
 
-def _error(p: Precision, times: plots.FloatArray) -> plots.FloatArray:
+def _error(p: Precision, times: FloatArray) -> FloatArray:
     return np.asarray(np.hypot(p.std / np.sqrt(times), _floor(p)) / abs(p.value))
 
 

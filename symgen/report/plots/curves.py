@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.data.raw import FloatArray
 from symgen.estimation.values import Trace, Whiteness
 from symgen.identification.estimate import Estimate
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-FloatArray = NDArray[np.float64]
 
 BLUE, ORANGE, GREEN, SKY = "#0072B2", "#D55E00", "#009E73", "#56B4E9"
 INK, GREY = "#24292f", "#8c959f"
@@ -263,11 +263,11 @@ def line_grid(
         row_heights=[panel.share for panel in first[::columns]],
     )
     order = list(dict.fromkeys(name for panel in first for name in panel.series))
+    places = [{"row": k // columns + 1, "col": k % columns + 1} for k in range(len(first))]
     owners: list[tuple[str, str] | None] = []
     for log, shown in logs.items():
         told: set[str] = set()
-        for k, panel in enumerate(shown):
-            place = {"row": k // columns + 1, "col": k % columns + 1}
+        for place, panel in zip(places, shown, strict=True):
             if panel.band is not None:
                 (x, low), (back, high) = (thin(panel.x, limit) for limit in panel.band)
                 area = go.Scatter(
@@ -282,13 +282,12 @@ def line_grid(
                 curves.append(("true value", panel.x[[0, -1]], np.full(2, panel.level)))
             for name, x, y in curves:
                 look = _LOOKS.get(name) or line_style(order.index(name))
-                own = y if y.ndim == 2 else (x, y)
-                line = curve(own[0], own[1], name, look, legendgroup=plain(name))
+                across, up = y if y.ndim == 2 else (x, y)
+                line = curve(across, up, name, look, legendgroup=plain(name))
                 figure.add_trace(line.update(showlegend=name not in told), **place)
                 told.add(name)
             owners += [log] * (len(figure.data) - len(owners))
-    for k, panel in enumerate(first):
-        place = {"row": k // columns + 1, "col": k % columns + 1}
+    for k, (place, panel) in enumerate(zip(places, first, strict=True)):
         label = panel.xlabel or (xlabel if k + columns >= len(first) else "")
         figure.update_xaxes(title={"text": plain(label), "standoff": 2}, **place)
         figure.update_yaxes(title=plain(panel.ylabel), title_standoff=4, **place)
@@ -355,10 +354,15 @@ def choose_log(
         buttons.append({"label": label, "method": "update", "args": act})
     for drawn, owner in zip(figure.data, owners, strict=True):
         drawn.visible = owner == first
-    menu = {"buttons": buttons, "active": logs.index(first), "bgcolor": "#ffffff"}
+    figure.update_layout(plot_bgcolor=ground[first])
+    add_menu(figure, buttons, active=logs.index(first), bordercolor=GREY)
+
+
+def add_menu(figure: Figure, buttons: Sequence[Mapping[str, Any]], **more: Any) -> None:
+    """Put a list of choices above a figure."""
     place = {"x": 0, "xanchor": "left", "y": 1, "yanchor": "bottom", "pad": {"b": 8}}
-    menus = [{**menu, **place, "bordercolor": GREY}]
-    figure.update_layout(plot_bgcolor=ground[first], updatemenus=menus)
+    menu = {"buttons": buttons, "bgcolor": "#ffffff", **place, **more}
+    figure.update_layout(updatemenus=[menu])
 
 
 def components(estimate: Estimate, quantity: str) -> list[tuple[str, str]]:

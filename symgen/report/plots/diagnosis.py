@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
+from symgen.data.raw import FloatArray
 from symgen.diagnosis.diagnosis import Curves, Diagnosis
 from symgen.diagnosis.replay import Replay
 from symgen.report.plots.curves import (
@@ -16,6 +16,7 @@ from symgen.report.plots.curves import (
     GREEN,
     ORANGE,
     Panel,
+    add_menu,
     empty,
     line_grid,
     styled,
@@ -24,7 +25,6 @@ from symgen.report.plots.curves import (
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-FloatArray = NDArray[np.float64]
 _DOTS = 600  # of a portrait
 _UNITS = {names.REVOLUTE: ("N m", "rad"), names.PRISMATIC: ("N", "m")}
 
@@ -54,9 +54,7 @@ def gaps(diagnosis: Diagnosis) -> Figure:
             ("logarithmic", {"yaxis.type": "log", "yaxis.range": limits}),
         )
         buttons = [{"label": name, "method": "relayout", "args": [axis]} for name, axis in scales]
-        place = {"x": 0, "xanchor": "left", "y": 1, "yanchor": "bottom", "pad": {"b": 8}}
-        menu = {"buttons": buttons, "type": "buttons", "direction": "right", "bgcolor": "#ffffff"}
-        figure.update_layout(updatemenus=[{**menu, **place}])
+        add_menu(figure, buttons, type="buttons", direction="right")
     figure.update_yaxes(title="gap, % of measured torque", rangemode="tozero")
     figure.update_xaxes(title="joint", showgrid=False)
     figure.update_layout(barmode="group", bargap=0.25, bargroupgap=0.05)

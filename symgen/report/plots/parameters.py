@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symgen.data.raw import FloatArray
 from symgen.identification.comparison import MOVED, Comparison
 from symgen.identification.estimate import Estimate
 from symgen.report.plots.curves import (
@@ -24,7 +24,6 @@ from symgen.report.plots.curves import (
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-FloatArray = NDArray[np.float64]
 _SYMBOLS = ("circle", "diamond", "square", "triangle-up", "cross", "x")
 _LEAST, _MOST = 0.05, 1.5  # half the height of the ordinate
 

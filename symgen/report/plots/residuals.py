@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symgen.data.raw import FloatArray
 from symgen.identification.estimate import Estimate
 from symgen.report.plots.curves import (
     LEVEL,
@@ -20,8 +20,6 @@ from symgen.report.plots.curves import (
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
-
-FloatArray = NDArray[np.float64]
 
 
 def residual_spectrum(estimate: Estimate, quantity: str | None = None) -> Figure | None:
@@ -72,17 +70,15 @@ def amplitude_density(t: FloatArray, values: FloatArray) -> tuple[FloatArray, Fl
     even = np.stack([np.interp(grid, t[piece], column[piece]) for column in values.T])
     length = min(len(piece), max(64, min(2 * POINTS, len(piece) // 6)))
     # Welch's mean of periodograms; scipy.signal would take longer to import than a page to write.
-    starts = range(0, len(piece) - length + 1, length - length // 2)
-    hann = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(length) / length)
-    power = np.zeros((even.shape[0], length // 2 + 1))
-    for first in starts:
-        part = even[:, first : first + length]
-        level = part.mean(axis=1, keepdims=True)
-        power += np.abs(np.fft.rfft(hann * (part - level), axis=1)) ** 2
-    power *= 2 * step / (np.sum(hann**2) * len(starts))
+    windows = np.lib.stride_tricks.sliding_window_view(even, length, axis=1)
+    windows = windows[:, :: length - length // 2]
+    hann = np.hanning(length + 1)[:-1]
+    lines = np.fft.rfft(hann * (windows - windows.mean(axis=2, keepdims=True)), axis=2)
+    power = 2 * step / np.sum(hann**2) * np.mean(np.abs(lines) ** 2, axis=1)
     power[:, -1] /= 2 - length % 2  # half the rate has no mirror
-    f = np.asarray(np.fft.rfftfreq(length, step), dtype=np.float64)
-    return f[1:], np.sqrt(power[:, 1:]).T
+    density: FloatArray = np.sqrt(power[:, 1:]).T
+    frequencies = np.asarray(np.fft.rfftfreq(length, step)[1:], dtype=np.float64)
+    return frequencies, density
 
 
 def lag_correlation(estimate: Estimate) -> Figure | None:

@@ -5,13 +5,12 @@ from __future__ import annotations
 import html
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
+from symgen.data.raw import FloatArray
 from symgen.robot import dh
 from symgen.robot.types import Robot
 
-FloatArray = NDArray[np.float64]
 _ROOM, _MARGIN = np.array([540.0, 320.0]), 52.0  # pixels
 #: From x, y, z of frame 0 to right and up on the paper: x to the right, seen from above.
 _VIEW = np.array([[0.91, 0.42, 0.0], [-0.18, 0.38, 0.91]])

@@ -21,21 +21,21 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.errors import ParameterError, RobotError, plain
+from symgen.errors import ParameterError, RobotError, located, plain
 from symgen.robot import expressions
 from symgen.robot.body import Body
 from symgen.robot.dh import turned_by
 from symgen.robot.expressions import shortened
+from symgen.robot.formats.chain import Chain, Inertial, Triple, Urdf, UrdfJoint
+from symgen.robot.formats.urdf import CAVEAT, replaced_inertials, written_bodies
+from symgen.robot.formats.xml import Element, parse_xml
 from symgen.robot.imported import Imported, read_text
-from symgen.robot.urdf_chain import Chain
-from symgen.robot.urdf_io import CAVEAT, replaced_inertials, written_bodies
-from symgen.robot.urdf_text import Inertial, Triple, Urdf, UrdfJoint
-from symgen.robot.xml_text import Element, parse_xml
 
 FloatArray = NDArray[np.float64]
 _ACCEPTED = "an MJCF of an arm on a fixed base"
 _DIGITS = 14
 _ZERO: Triple = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
+_SIGMA = {"slide": names.PRISMATIC, "hinge": names.REVOLUTE}
 _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # fullinertia
 
 
@@ -48,19 +48,19 @@ def import_mjcf(path: Path) -> Imported:
         RobotError: MuJoCo is not installed or refuses the file, or it is no robot that symgen can
             have; one line names the fault.
     """
-    tree = _Tree(path)
-    chain = Chain(tree.urdf, str(path))
-    found = chain.imported()
+    with located(path):
+        tree = _Tree(path)
+        chain = Chain(tree.urdf)
+        found = chain.imported()
+        gravity = tuple(map(_exact, tree.model.opt.gravity))
+        if not any(gravity):
+            raise RobotError("gravity is zero; accepted: the gravity that the robot works in")
     rotors = {f"{names.ROTOR}{chain.number[name]}": value for name, value in tree.armature.items()}
-    gravity = tuple(map(_exact, tree.model.opt.gravity))
-    if not any(gravity):
-        raise RobotError(f"{path}: gravity is zero; accepted: the gravity that the robot works in")
-    notes = (*found.notes, *tree.notes)
     return replace(
         found,
         robot=replace(found.robot, gravity=gravity),
         parameters=tuple((name, rotors.get(name, value)) for name, value in found.parameters),
-        notes=notes,
+        notes=(*found.notes, *tree.notes),
     )
 
 
@@ -76,11 +76,12 @@ def updated_mjcf(path: Path, bodies: Iterable[Body]) -> str:
         ParameterError: a body has no name, several joints, or stands in an included file.
     """
     text, _ = read_text(path, _ACCEPTED)
-    tree = _Tree(path)
-    chain = Chain(tree.urdf, str(path))
-    places = {e.attributes.get("name"): e for e in parse_xml(text, str(path)).walk("body")}
     edits: list[tuple[Element, list[str]]] = []
-    for link, body in written_bodies(chain, bodies, str(path)).items():
+    with located(path):
+        tree = _Tree(path)
+        places = {e.attributes.get("name"): e for e in parse_xml(text).walk("body")}
+        found = written_bodies(Chain(tree.urdf), bodies)
+    for link, body in found.items():
         if link not in places:
             raise ParameterError(
                 f"{path}: there is no body of the name {plain(link)!r} in the file itself; "
@@ -106,7 +107,6 @@ class _Tree:
     """
 
     def __init__(self, path: Path) -> None:
-        self.where = str(path)
         self.model = _compiled(path)
         self.shift: dict[str, FloatArray] = {}
         self.armature: dict[str, float] = {}
@@ -119,7 +119,9 @@ class _Tree:
             self._add(b)
         if m.neq:
             self.notes.append(f"{m.neq} equality constraints of the file are not read")
-        self.urdf = Urdf(_name(path), self._body_names[0], self._links, self._joints)
+        text, _ = read_text(path, _ACCEPTED)
+        title = parse_xml(text).attributes.get("model", "") or path.stem
+        self.urdf = Urdf(title, self._body_names[0], self._links, self._joints)
 
     def _add(self, b: int) -> None:
         """Add a body, with a link without mass for each joint before its last."""
@@ -132,7 +134,7 @@ class _Tree:
         R = _matrix(m.body_quat[b])
         at = np.array(m.body_pos[b]) - self.shift[parent]
         first, count = int(m.body_jntadr[b]), int(m.body_jntnum[b])
-        before, xyz, rpy = parent, at, _rpy(R)
+        before, xyz, rpy = parent, at, _triple(turned_by(R))
         previous = np.zeros(3)
         for k in range(first, first + count):
             anchor = np.array(m.jnt_pos[k])
@@ -153,23 +155,17 @@ class _Tree:
     def _joint(self, k: int, parent: str, child: str, xyz: FloatArray, rpy: Triple) -> UrdfJoint:
         m = self.model
         name = m.joint(k).name or f"joint{k + 1}"
-        kinds = {2: names.PRISMATIC, 3: names.REVOLUTE}  # mjtJoint
-        sigma = kinds.get(int(m.jnt_type[k]))
-        if sigma is None:
-            kind = ("free", "ball")[int(m.jnt_type[k])]
-            raise RobotError(
-                f"{self.where}: joint {shortened(name)!r}: it is {kind}; accepted: hinge, slide"
-            )
+        kind = ("free", "ball", "slide", "hinge")[int(m.jnt_type[k])]
         zero = float(m.qpos0[m.jnt_qposadr[k]])
-        if zero != 0:
-            raise RobotError(
-                f"{self.where}: joint {shortened(name)!r}: its ref is {zero:g}; accepted: 0"
-            )
-        if not abs(np.linalg.norm(m.jnt_axis[k]) - 1) < 1e-6:  # as of numbers beyond 1e154
-            raise RobotError(
-                f"{self.where}: joint {shortened(name)!r}: its axis has no direction; accepted: "
-                "three finite numbers, not all 0"
-            )
+        with located(f"joint {shortened(name)!r}"):
+            if kind not in _SIGMA:
+                raise RobotError(f"it is {kind}; accepted: hinge, slide")
+            if zero != 0:
+                raise RobotError(f"its ref is {zero:g}; accepted: 0")
+            if not abs(np.linalg.norm(m.jnt_axis[k]) - 1) < 1e-6:  # as of numbers beyond 1e154
+                raise RobotError(
+                    "its axis has no direction; accepted: three finite numbers, not all 0"
+                )
         limit = {}
         if m.jnt_limited[k]:
             limit["lower"], limit["upper"] = map(float, m.jnt_range[k])
@@ -179,8 +175,8 @@ class _Tree:
         self.armature[name] = float(m.dof_armature[dof])
         damping, friction = float(m.dof_damping[dof].flat[0]), float(m.dof_frictionloss[dof])
         return UrdfJoint(
-            name, sigma, parent, child, _triple(xyz), rpy, _triple(m.jnt_axis[k]), limit, damping,
-            friction,
+            name, _SIGMA[kind], parent, child, _triple(xyz), rpy, _triple(m.jnt_axis[k]), limit,
+            damping, friction,
         )  # fmt: skip
 
     def _inertial(self, b: int, shift: FloatArray) -> Inertial | None:
@@ -205,22 +201,16 @@ def _compiled(path: Path) -> Any:
         import mujoco
     except ImportError as error:
         raise RobotError(
-            f"{path}: MuJoCo is not installed; accepted: after pip install 'symgen[mjcf]'"
+            "MuJoCo is not installed; accepted: after pip install 'symgen[mjcf]'"
         ) from error
     mujoco.set_mju_user_warning(lambda _: None)  # or it prints, and writes MUJOCO_LOG.TXT
     try:
         return mujoco.MjModel.from_xml_path(str(path))
     except (ValueError, OSError) as error:
         said = plain(" ".join(str(error).split()))[:300]
-        raise RobotError(f"{path}: MuJoCo refuses it: {said}; accepted: {_ACCEPTED}") from error
+        raise RobotError(f"MuJoCo refuses it: {said}; accepted: {_ACCEPTED}") from error
     finally:
         mujoco.set_mju_user_warning(None)
-
-
-def _name(path: Path) -> str:
-    """Return the name that the file gives its model, or its own."""
-    text, _ = read_text(path, _ACCEPTED)
-    return parse_xml(text, str(path)).attributes.get("model", "") or path.stem
 
 
 def _exact(value: float) -> sp.Rational:
@@ -239,8 +229,3 @@ def _matrix(quaternion: FloatArray) -> FloatArray:
     x, y, z = axis
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.asarray(np.eye(3) + 2 * w * cross + 2 * cross @ cross)
-
-
-def _rpy(R: FloatArray) -> Triple:
-    """Return roll, pitch, yaw of R = Rot(z, yaw) Rot(y, pitch) Rot(x, roll)."""
-    return _triple(turned_by(R))

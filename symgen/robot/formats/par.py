@@ -8,13 +8,13 @@ W. Khalil, A. Vijayalingam et al., OpenSYMORO (2014), describe the format.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import sympy as sp
 
 from symgen import names
-from symgen.errors import ExpressionError, RobotError
+from symgen.errors import RobotError, located
 from symgen.robot import exact_numbers, expressions
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import is_geometry_name, robot_name
@@ -47,60 +47,57 @@ def import_par(text: str, where: str = "robot.par") -> Imported:
     Raises:
         RobotError: it is no .par, or no open chain; one line names the entry.
     """
-    return _Reader(text, where).imported()
+    with located(where):
+        return _Reader(text, Path(where).stem).imported()
 
 
 class _Reader:
     """The entries of one file, and what is learnt while they are read."""
 
-    def __init__(self, text: str, where: str) -> None:
-        self.where = where
+    def __init__(self, text: str, stem: str) -> None:
         title = _TITLE.search(text)
-        self.title = title.group(1) if title else Path(where).stem
+        self.title = title.group(1) if title else stem
         self.entries: dict[str, str] = {}
         for key, value in _ENTRY.findall(_COMMENT.sub(" ", text)):
             # Ant and ant, B and b are one key; G is gravity, g none.
             key = key.lower() if key.lower() in ("ant", "sigma", *_ANGLES, *_LENGTHS) else key
             if key in self.entries:
-                raise self.fail(f"{key}: the key stands twice")
+                raise RobotError(f"{key}: the key stands twice")
             self.entries[key] = value
         self.joints = self.count("NJ")
         self.require_open()
         self.geometry: dict[str, bool] = {}  # named quantity: whether it is an angle
         self.notes: list[str] = []
 
-    def fail(self, message: str) -> RobotError:
-        return RobotError(f"{self.where}: {message}")
-
     def count(self, key: str) -> int:
         value = self.entries.get(key)
         if value is None or not _NUMBER.fullmatch(value) or not 1 <= int(value) <= _MAX_JOINTS:
             found = "is missing" if value is None else f"is {shortened(value)!r}"
-            raise self.fail(f"{key} {found}; accepted: a number from 1 to {_MAX_JOINTS}")
+            raise RobotError(f"{key} {found}; accepted: a number from 1 to {_MAX_JOINTS}")
         return int(value)
 
     def require_open(self) -> None:
         """Refuse closed chains and moving bases."""
         links = self.count("NL") if "NL" in self.entries else self.joints
         if self.joints != links or self.entries.get("Type", "0") not in ("0", "1"):
-            raise self.fail(
+            raise RobotError(
                 f"{self.joints} joints, {links} links and Type "
                 f"{shortened(self.entries.get('Type', '0'))}: not an open chain; accepted: Type "
                 f"{' or '.join(_TYPES)}; write a parallelogram as robot.toml with 'follows'"
             )
         if self.entries.get("is_mobile", "0").lower() not in ("0", "false"):
-            raise self.fail("is_mobile: the base moves; accepted: 0, a base at rest")
+            raise RobotError("is_mobile: the base moves; accepted: 0, a base at rest")
 
     def items(self, key: str, size: int, default: str | None = "0") -> list[str]:
         """Return the entries of a list."""
         value = self.entries.get(key)
         if value is None:
             if default is None:
-                raise self.fail(f"{key} is missing; accepted: a list of {size} entries")
+                raise RobotError(f"{key} is missing; accepted: a list of {size} entries")
             return [default] * size
         items = [item.strip() for item in value.strip("{}").split(",")]
         if not value.startswith("{") or len(items) != size or not all(items):
-            raise self.fail(
+            raise RobotError(
                 f"{key} is {shortened(value)}; accepted: a list {{...}} of {size} entries"
             )
         return items
@@ -109,39 +106,24 @@ class _Reader:
         items = self.items(key, self.joints, default)
         for number, item in enumerate(items, 1):
             if not _NUMBER.fullmatch(item) or int(item) not in accepted:
-                raise self.fail(
+                raise RobotError(
                     f"{key}, entry {number}: {shortened(item)!r}; accepted: "
                     f"{', '.join(map(str, accepted))}"
                 )
         return [int(item) for item in items]
-
-    def expression(self, key: str, number: int, item: str) -> sp.Expr:
-        """Return an entry as an exact expression in whatever names it has."""
-        item = re.sub(r"\bPi\b", "pi", item)
-        found = sorted(set(_NAME.findall(item)) - {"pi", "sqrt"})
-        try:
-            return expressions.parse(item, found)
-        except ExpressionError as error:
-            raise self.fail(f"{key}, entry {number}: {error}") from error
 
     def imported(self) -> Imported:
         sigma = self.integers("sigma", (0, 1, 2), None)
         antecedent = self.integers("ant", range(self.joints + 1), None)
         for number, before in enumerate(antecedent, 1):
             if before >= number:
-                raise self.fail(
+                raise RobotError(
                     f"ant, entry {number}: {before} is not an earlier joint; accepted: 0 (the "
                     f"base) to {number - 1}"
                 )
         if set(sigma) == {names.FIXED}:
-            raise self.fail("sigma: no joint is movable; accepted: at least one 0 or 1")
-        table = {
-            key: [
-                self.entry(key, number, item, sigma)
-                for number, item in enumerate(self.items(key, self.joints), 1)
-            ]
-            for key in (*_ANGLES, *_LENGTHS)
-        }
+            raise RobotError("sigma: no joint is movable; accepted: at least one 0 or 1")
+        table = {key: self.column(key, sigma) for key in (*_ANGLES, *_LENGTHS)}
         declared = {key: self.declared(key) for key in ("FS", "FV", names.ROTOR)}
         joints = tuple(
             Joint(
@@ -167,19 +149,25 @@ class _Reader:
         parameters = self.parameters(robot)
         return Imported(robot, parameters, tuple(self.notes), (*assumed, *more))
 
-    def entry(self, key: str, number: int, item: str, sigma: list[int]) -> sp.Expr:
+    def column(self, key: str, sigma: Sequence[int]) -> list[sp.Expr]:
+        """Return the geometric entries of a list."""
+        out = []
+        for number, item in enumerate(self.items(key, self.joints), 1):
+            with located(f"{key}, entry {number}"):
+                out.append(self.entry(key, number, item, sigma[number - 1]))
+        return out
+
+    def entry(self, key: str, number: int, item: str, kind: int) -> sp.Expr:
         """Return a geometric entry without the joint's variable; names become geometry."""
-        expr = self.expression(key, number, item)
-        kind = sigma[number - 1]
+        expr = _expression(item)
         if (key, kind) in (("theta", names.REVOLUTE), ("r", names.PRISMATIC)):
-            expr = self.constant(key, number, item, expr, _VARIABLE[kind])
+            expr = _constant(key, number, item, expr, _VARIABLE[kind])
         for symbol in sorted(expr.free_symbols, key=str):
             other = _VARIABLE[names.REVOLUTE].fullmatch(symbol.name) if key == "theta" else None
             if other is not None or not is_geometry_name(symbol.name):
-                raise self.fail(
-                    f"{key}, entry {number}: {shortened(item)!r}: {symbol.name} cannot name a "
-                    "length or an angle; accepted: names that are no variable, no parameter and no "
-                    "word of C"
+                raise RobotError(
+                    f"{shortened(item)!r}: {symbol.name} cannot name a length or an angle; "
+                    "accepted: names that are no variable, no parameter and no word of C"
                 )
             self.geometry.setdefault(symbol.name, key in _ANGLES)
         if key not in _ANGLES:
@@ -191,24 +179,6 @@ class _Reader:
                 self.notes.append(f"{key}, entry {number}: {term.evalf(15)} is read as {k * sp.pi}")
             terms.append(term if k is None else k * sp.pi)
         return sp.Add(*terms)
-
-    def constant(
-        self, key: str, number: int, item: str, expr: sp.Expr, pattern: re.Pattern[str]
-    ) -> sp.Expr:
-        """Take the joint's own variable out of theta or r."""
-        own = [
-            s
-            for s in expr.free_symbols
-            if (match := pattern.fullmatch(s.name)) and int(match.group(1)) == number
-        ]
-        rest = expr - own[0] if len(own) == 1 else expr
-        if len(own) != 1 or own[0] in sp.expand(rest).free_symbols:
-            variable = f"th{number}" if key == "theta" else f"r{number}"
-            raise self.fail(
-                f"{key}, entry {number}: {shortened(item)!r}; accepted: the joint's variable "
-                f"{variable}, and a constant added to it"
-            )
-        return sp.expand(rest)
 
     def declared(self, key: str) -> list[bool]:
         """Say of which joints a parameter exists: a 0 leaves it out, as in SYMORO."""
@@ -231,10 +201,11 @@ class _Reader:
     def gravity(self) -> tuple[tuple[sp.Expr, sp.Expr, sp.Expr], list[str]]:
         """Return gravity in frame 0; one named component is -9.81."""
         items = self.items("G", 3) if "G" in self.entries else ["0", "0", "G3"]
-        values = [self.expression("G", i, item) for i, item in enumerate(items, 1)]
+        with located("G"):
+            values = list(map(_expression, items))
         named = [i for i, value in enumerate(values) if value.free_symbols]
         if len(named) > 1 or any(not values[i].is_Symbol for i in named):
-            raise self.fail("G: accepted: three numbers, or one name among them")
+            raise RobotError("G: accepted: three numbers, or one name among them")
         if named:
             axis = "xyz"[named[0]]
             line = f"gravity {items[named[0]]} has no value in the file: -9.81 m/s2 along {axis}0"
@@ -252,9 +223,33 @@ class _Reader:
                 has = key in names.LINK or key in friction
                 if item == name or not (has or (key == names.ROTOR and joint.rotor_inertia)):
                     continue
-                value = self.expression(key, joint.number, item)
+                with located(f"{key}, entry {joint.number}"):
+                    value = _expression(item)
                 if value.free_symbols:
                     self.notes.append(f"{name} is {shortened(item)!r} in the file: left out")
                 else:
                     found.append((name, float(value.evalf(17))))
         return tuple(found)
+
+
+def _expression(item: str) -> sp.Expr:
+    """Return an entry as an exact expression in whatever names it has."""
+    item = re.sub(r"\bPi\b", "pi", item)
+    return expressions.parse(item, sorted(set(_NAME.findall(item)) - {"pi", "sqrt"}))
+
+
+def _constant(key: str, number: int, item: str, expr: sp.Expr, pattern: re.Pattern[str]) -> sp.Expr:
+    """Take the joint's own variable out of theta or r."""
+    own = [
+        s
+        for s in expr.free_symbols
+        if (match := pattern.fullmatch(s.name)) and int(match.group(1)) == number
+    ]
+    rest = expr - own[0] if len(own) == 1 else expr
+    if len(own) != 1 or own[0] in sp.expand(rest).free_symbols:
+        variable = f"th{number}" if key == "theta" else f"r{number}"
+        raise RobotError(
+            f"{shortened(item)!r}; accepted: the joint's variable "
+            f"{variable}, and a constant added to it"
+        )
+    return sp.expand(rest)

@@ -51,12 +51,8 @@ class Element:
         return next(iter(self.all(tag)), None)
 
 
-def parse_xml(text: str, where: str) -> Element:
+def parse_xml(text: str) -> Element:
     """Return the root element of an XML text.
-
-    Args:
-        text: the document.
-        where: what error messages call the file.
 
     Raises:
         RobotError: it is not well formed, or declares a document type or an entity.
@@ -84,7 +80,7 @@ def parse_xml(text: str, where: str) -> Element:
 
     def refuse(*_: object) -> None:
         raise RobotError(
-            f"{where}: line {parser.CurrentLineNumber}: DOCTYPE and ENTITY are not accepted; "
+            f"line {parser.CurrentLineNumber}: DOCTYPE and ENTITY are not accepted; "
             "accepted: plain XML"
         )
 
@@ -94,10 +90,8 @@ def parse_xml(text: str, where: str) -> Element:
     parser.EntityDeclHandler = refuse
     try:
         parser.Parse(content, True)
-    except expat.ExpatError as error:
-        raise RobotError(f"{where}: not well-formed XML: {error}") from error
-    except ValueError as error:  # an encoding that Python does not have
-        raise RobotError(f"{where}: not well-formed XML: {error}") from error
+    except (expat.ExpatError, ValueError) as error:  # or an encoding that Python does not have
+        raise RobotError(f"not well-formed XML: {error}") from error
     return roots[0]
 
 

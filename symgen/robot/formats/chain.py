@@ -1,4 +1,4 @@
-"""The joints of a URDF on the frames of modified Denavit-Hartenberg notation.
+"""A tree of links and joints, as URDF has it, on frames of modified Denavit-Hartenberg notation.
 
 Everything is placed with 50 digits where all q are zero, in the frame of the root link, and read
 off there: the rows of the table, the limits, and the inertias in the new frames.
@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from symgen import names
-from symgen.errors import RobotError
+from symgen.errors import RobotError, located
 from symgen.robot import dh, exact_numbers
 from symgen.robot.dh import Array, Line
 from symgen.robot.exact_numbers import context
@@ -22,18 +23,61 @@ from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import robot_name
 from symgen.robot.imported import Imported
 from symgen.robot.types import MAX_RATIO, Joint, Limits, Robot, joint_variable
-from symgen.robot.urdf_text import Triple, Urdf, UrdfJoint
 
 _FAR = 10  # m
 _WRITTEN = 1e-14  # rad: an angle with all digits is not rounded
 _GRAVITY = (sp.S.Zero, sp.S.Zero, sp.Rational(-981, 100))
+Triple = tuple[sp.Rational, sp.Rational, sp.Rational]
+
+
+@dataclass(frozen=True)
+class Inertial:
+    """Mass [kg], centre of mass (frame xyz, rpy in the link) and inertia about it [kg m2]."""
+
+    xyz: Triple
+    rpy: Triple
+    mass: sp.Rational
+    inertia: tuple[sp.Rational, ...]
+
+
+@dataclass(frozen=True)
+class UrdfJoint:
+    """A joint between two links: its frame in the parent's, its axis in its own.
+
+    Attributes:
+        sigma: 0 revolute or continuous, 1 prismatic, 2 fixed.
+        limit: lower, upper, velocity, effort where the file gives them.
+        mimic: name of the joint that it follows, multiplier and offset.
+    """
+
+    name: str
+    sigma: int
+    parent: str
+    child: str
+    xyz: Triple
+    rpy: Triple
+    axis: Triple = (sp.S.One, sp.S.Zero, sp.S.Zero)
+    limit: dict[str, float] = field(default_factory=dict)
+    damping: float = 0.0
+    friction: float = 0.0
+    mimic: tuple[str, sp.Rational, sp.Rational] | None = None
+
+
+@dataclass(frozen=True)
+class Urdf:
+    """A tree of links, each with its inertia, and joints in document order."""
+
+    name: str
+    root: str
+    links: dict[str, Inertial | None]
+    joints: dict[str, UrdfJoint]
 
 
 class Chain:
     """The joints of a URDF in symgen's order, with their axes and frames where all q are zero."""
 
-    def __init__(self, urdf: Urdf, where: str) -> None:
-        self.urdf, self.where = urdf, where
+    def __init__(self, urdf: Urdf) -> None:
+        self.urdf = urdf
         self.notes: list[str] = []
         self.snapped: dict[str, None] = {}
         self.above = {joint.child: joint for joint in urdf.joints.values()}
@@ -50,9 +94,6 @@ class Chain:
             shown = ", ".join(list(self.snapped)[:4])
             more = ", ..." if len(self.snapped) > 4 else ""
             self.notes.insert(0, f"rounded angles read as multiples of pi/24: {shown}{more}")
-
-    def fail(self, joint: UrdfJoint, message: str) -> RobotError:
-        return RobotError(f"{self.where}: joint {shortened(joint.name)!r}: {message}")
 
     # --- the tree -------------------------------------------------------------------------------
 
@@ -182,7 +223,7 @@ class Chain:
         joints = tuple(self._joint(self.urdf.joints[name]) for name in self.order)
         if not any(joint.movable for joint in joints):
             raise RobotError(
-                f"{self.where}: no joint is movable; accepted: at least one that is revolute, "
+                "no joint is movable; accepted: at least one that is revolute, "
                 "continuous or prismatic"
             )
         name = robot_name(self.urdf.name)
@@ -193,7 +234,8 @@ class Chain:
     def _joint(self, joint: UrdfJoint) -> Joint:
         carrier = self.carrier[joint.parent]
         moving = joint.sigma != names.FIXED
-        follows = self._follows(joint) if moving and joint.mimic else None
+        with located(f"joint {shortened(joint.name)!r}"):
+            follows = self._follows(joint) if moving and joint.mimic else None
         own = moving and follows is None
         return Joint(
             number=self.number[joint.name],
@@ -215,20 +257,19 @@ class Chain:
             offset += factor * (constant if k is None else k * sp.pi)
             factor *= c
             if name not in self.urdf.joints:
-                raise self.fail(joint, f"there is no joint {shortened(name)!r} to mimic")
+                raise RobotError(f"there is no joint {shortened(name)!r} to mimic")
             if name in seen:
-                raise self.fail(joint, "it mimics itself; accepted: a joint with a variable")
+                raise RobotError("it mimics itself; accepted: a joint with a variable")
             seen.add(name)
             at = self.urdf.joints[name]
             if at.sigma == names.FIXED:
-                raise self.fail(joint, f"it mimics {shortened(name)!r}, which is fixed")
+                raise RobotError(f"it mimics {shortened(name)!r}, which is fixed")
         if factor == 0:
-            raise self.fail(joint, "its multiplier is 0; accepted: a fixed joint in its place")
+            raise RobotError("its multiplier is 0; accepted: a fixed joint in its place")
         if joint.sigma == names.REVOLUTE and abs(factor) > MAX_RATIO:
-            raise self.fail(joint, f"its multiplier is above {MAX_RATIO} in size")
+            raise RobotError(f"its multiplier is above {MAX_RATIO} in size")
         if joint.sigma == names.REVOLUTE and at.sigma == names.PRISMATIC:
-            raise self.fail(
-                joint,
+            raise RobotError(
                 f"it turns as prismatic joint {shortened(at.name)!r} slides; accepted: revolute "
                 "joints that mimic revolute ones",
             )

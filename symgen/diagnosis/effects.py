@@ -1,0 +1,376 @@
+"""Candidates: what each effect of the library would add to the torque, on a log's samples.
+
+A candidate has columns on one or more joints: minus the derivative of its torque by each of its
+coefficients, so that tau gains columns times coefficients. The torque inside a column is always the
+model's, never the measured one. Constants that are searched give one candidate a value.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache, partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen import names
+from symgen.diagnosis.whitened_system import Columns, compared
+from symgen.errors import RobotError
+from symgen.estimation.filtered import FilteredLog
+from symgen.robot.effect import Definition, Search, definitions
+from symgen.robot.types import Robot
+from symgen.symbolic.effects import definition_tape
+from symgen.symbolic.independence import FUNCTIONS
+from symgen.symbolic.tape import Numbers, Tape
+
+FloatArray = NDArray[np.float64]
+Logs = Sequence[FilteredLog]
+Constants = Mapping[str, float]
+
+
+class Torques(NamedTuple):
+    """The model on a scene.
+
+    Attributes:
+        model: its torque (N, n).
+        friction: the part of it that is friction.
+        links: (links, 10) parameters of the links that give it, one of many sets.
+    """
+
+    model: FloatArray
+    friction: FloatArray
+    links: FloatArray
+
+    @property
+    def load(self) -> FloatArray:
+        """What the rigid body asks of the joints, (N, n): taur of effects."""
+        return self.model - self.friction
+
+
+#: Columns at full rate on a log, by the model's torques there and the constants.
+Torque = Callable[[FilteredLog, Torques, Constants], Columns]
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One effect on certain joints with certain constants.
+
+    Attributes:
+        definition: of the library, or of the robot file or the search for expressions.
+        joints: positions of the movable joints; empty for an effect on the whole arm.
+        torque: gives its columns.
+        size: number of coefficients.
+        constants: value of each searched constant.
+        uses_model: whether the columns hold the model's torque, and change with it.
+        refinable: whether constants between those of the grid are tried.
+        coefficients: name and unit of those that mean something, where not as in the library.
+        change: whether it changes a declared parameter, which may grow or fall.
+        measured: whether the logs show by a measurement of its own that it is there.
+    """
+
+    definition: Definition
+    joints: tuple[int, ...]
+    torque: Torque
+    size: int
+    constants: Constants = field(default_factory=dict)
+    uses_model: bool = False
+    refinable: bool = True
+    coefficients: tuple[tuple[str, str], ...] = ()
+    change: bool = False
+    measured: bool = False
+
+    @property
+    def complexity(self) -> int:
+        """How many numbers it brings; a mean of the logs is none."""
+        given = sum(s.scale == "mean temp" for s in self.definition.nonlinear.values())
+        return self.size + len(self.constants) - given
+
+    @property
+    def smooth(self) -> bool:
+        """Whether it has constants along which its columns have a slope: those of a formula."""
+        return bool(self.constants) and self.refinable and self.definition.declarable
+
+    def moved(self, constants: Constants) -> Candidate:
+        """Return the candidate with some constants that are others."""
+        return replace(self, constants={**self.constants, **constants})
+
+    @property
+    def name(self) -> str:
+        """The definition's."""
+        return self.definition.name
+
+    @property
+    def key(self) -> tuple[str, tuple[int, ...]]:
+        """What it is apart from its constants."""
+        return self.name, self.joints
+
+    def columns(self, log: FilteredLog, torques: Torques) -> Columns:
+        """Return the columns (N, m) at full rate."""
+        return self.torque(log, torques, self.constants)
+
+    def seen(self, logs: Logs, torques: Sequence[Torques]) -> Columns:
+        """Return the columns (K, m) in the band at the kept instants of all logs."""
+        pairs = [(s, self.columns(s, t)) for s, t in zip(logs, torques, strict=True)]
+        return {j: np.concatenate([compared(s, c[j]) for s, c in pairs]) for j in pairs[0][1]}
+
+
+def candidates(
+    robot: Robot, logs: Logs, chosen: Sequence[str] | None = None, *, given: bool = False
+) -> Iterator[Candidate]:
+    """Yield the candidates of a robot: every effect, joint and constant that is not declared yet.
+
+    Args:
+        robot: what it declares is no candidate; what it wants to be searched is, in place of the
+            library's ranges.
+        logs: give the ranges that constants are parts of.
+        chosen: names of effects to try; None for all.
+        given: whether the parameters are given: then declared friction may have changed.
+    """
+    sought = {s.key for s in robot.sought}
+    for definition in definitions().values():
+        if chosen is not None and definition.name not in chosen:
+            continue
+        if definition.native == "coupling":
+            yield from _couplings(robot, definition)
+        elif definition.name == "time_delay":
+            yield Candidate(definition, (), _delayed, 1, uses_model=True)
+        elif definition.torque or definition.name in _SHAPES:
+            for position, joint in enumerate(robot.movable):
+                drifted = _declared(robot, definition, position)
+                searches = _geared(definition.nonlinear, robot, position)
+                if (
+                    (drifted and not (given and definition.native in names.FRICTION))
+                    or (definition.name, joint.number) in sought
+                    or not _measured(definition, logs, position)
+                    or len(searches) < len(definition.nonlinear)
+                ):
+                    continue
+                plain = replace(_on_joint(robot, definition, position), change=drifted)
+                for constants in grid(searches, logs, position, joint.sigma):
+                    # A contact ends within a log.
+                    length = constants.get("start", 0.0) + constants.get("length", 0.0)
+                    if not length or length <= max(s.t[s.kept][-1] - s.t[0] for s in logs):
+                        yield replace(plain, constants=constants)
+    for own in robot.sought:
+        if chosen is None or own.effect.name in chosen:
+            position = [j.number for j in robot.movable].index(own.effect.joints[0])
+            plain = _on_joint(robot, own.definition(robot.values()), position)
+            for constants in grid(own.searches(robot.values()), logs, position):
+                yield replace(plain, constants=constants)
+
+
+def _declared(robot: Robot, definition: Definition, position: int) -> bool:
+    joint = robot.movable[position]
+    if definition.native in names.FRICTION:
+        return definition.native in joint.friction
+    if definition.native == "rotor":
+        return joint.rotor_inertia
+    known = {(e.name, e.joint) for e in robot.on_logs}
+    known |= {(e.name, j) for e in robot.effects for j in e.joints}
+    return (definition.name, joint.number) in known
+
+
+def _measured(definition: Definition, logs: Logs, position: int) -> bool:
+    """Whether all logs have what an effect reads beside the motion of a joint."""
+    found = [getattr(s.samples, role) for s in logs for role in definition.reads]
+    return all(x is not None and np.isfinite(x[:, position]).all() for x in found)
+
+
+def _on_joint(robot: Robot, definition: Definition, position: int) -> Candidate:
+    """Return an effect on one joint, without constants: a formula, or a shape."""
+    if definition.name in _SHAPES and not definition.own:
+        shape, uses_model = _SHAPES[definition.name]
+        torque = partial(_shaped, shape, position)
+        return Candidate(definition, (position,), torque, 1, uses_model=uses_model)
+    joint = robot.movable[position]
+    functions: dict[str, Callable[..., Any]] = dict(FUNCTIONS)
+    if definition.own:
+        sees, tape = range(robot.n), definition_tape(definition, robot)
+        arithmetic = Numbers(robot.values(), functions)
+    else:
+        sees, tape = range(position, position + 1), _tape(definition.name)
+        if joint.coulomb_width:  # that of sign(qd)
+            functions["sign"] = lambda v: np.tanh(v / joint.coulomb_width)
+        arithmetic = Numbers({}, functions)
+
+    def columns(s: FilteredLog, torques: Torques, constants: Constants) -> Columns:
+        variables = {"q": s.q, "qd": s.qd, "qdd": s.qdd, "taur": torques.load}
+        variables |= {role: getattr(s.samples, role) for role in definition.reads}
+        inputs: dict[str, list[Any]] = {
+            letter: [x[:, j] for j in sees] for letter, x in variables.items()
+        }
+        inputs["c"] = [float(constants[name]) for name in definition.nonlinear]
+        with np.errstate(all="ignore"):
+            out = tape.run(arithmetic, inputs)
+        if definition.own and not all(np.isfinite(c).all() for c in out):
+            values = ", ".join(f"{name} = {constants[name]:.6g}" for name in definition.nonlinear)
+            raise RobotError(
+                f"effect {definition.name!r} of joint {joint.number}: on these logs its torque is "
+                f"not a finite number with {values}; accepted: ranges in which it is"
+            )
+        parts = [np.broadcast_to(np.asarray(c, dtype=float), s.t.shape) for c in out]
+        offset = [np.ones(s.t.shape)] * definition.offset
+        return {position: np.stack([*parts, *offset], axis=1)}
+
+    size = len(definition.linear) + definition.offset
+    return Candidate(definition, (position,), columns, size, uses_model="taur" in definition.torque)
+
+
+@cache
+def _tape(name: str) -> Tape:
+    return definition_tape(definitions()[name])
+
+
+def grid(
+    searches: Mapping[str, Search], logs: Logs, position: int, sigma: int = names.REVOLUTE
+) -> Iterator[dict[str, float]]:
+    """Yield the values of constants that are tried, in the units of the joint."""
+    axes = []
+    for search in searches.values():
+        if search.scale == "mean temp":
+            axes.append([_mean_temperature(logs, position)])
+            continue
+        unit = _unit(search, logs, position, sigma)
+        spaced = np.geomspace if search.by_ratio else np.linspace
+        values = spaced(search.low, search.high, search.count) * unit
+        axes.append([float(v) for v in values])
+    for point in itertools.product(*axes):
+        yield dict(zip(searches, point, strict=True))
+
+
+def _mean_temperature(logs: Logs, position: int) -> float:
+    """Return the mean temperature of a joint over the logs, to 0.1 deg C."""
+    measured = [s.samples.temp for s in logs]
+    own = np.concatenate([x[:, position] for x in measured if x is not None])
+    return round(float(np.mean(own)), 1)
+
+
+def _geared(searches: Mapping[str, Search], robot: Robot, position: int) -> Mapping[str, Search]:
+    """Return ranges that count turns of a motor; without those of a gear that is not known."""
+    ratio = 0.0 if robot.drive is None else abs(robot.drive.ratio[position][position])
+    return {
+        name: search
+        if search.scale != "gear"
+        else replace(search, low=ratio * search.low, high=ratio * search.high)
+        for name, search in searches.items()
+        if ratio > 1 or search.scale != "gear"
+    }
+
+
+def _unit(search: Search, logs: Logs, position: int, sigma: int) -> float:
+    if search.scale == "turn" and sigma == names.PRISMATIC:  # periods over the slide's way
+        return 2 * np.pi / _unit(replace(search, scale="range"), logs, position, sigma)
+    if search.scale == "speed":
+        speeds = np.concatenate([s.qd[:, position] for s in logs])
+        return float(np.sqrt(np.mean(speeds**2))) or 1.0
+    if search.scale == "range":
+        return max(float(np.ptp(s.q[s.kept, position])) for s in logs) or 1.0
+    if search.scale == "duration":
+        return max(float(s.t[-1] - s.t[0]) for s in logs)
+    return 1.0
+
+
+def _couplings(robot: Robot, definition: Definition) -> Iterator[Candidate]:
+    """Yield drives that move two joints; the pair's second joint gives the parameters' number."""
+    known = [{c.first, c.second} for c in robot.couplings]
+    pairs = itertools.combinations(enumerate(j.number for j in robot.movable), 2)
+    for (j, first), (k, second) in pairs:
+        for ratio in (1.0, -1.0) if {first, second} not in known else ():
+            torque, constants = partial(_coupled, j, k), {"ratio": ratio}
+            yield Candidate(definition, (j, k), torque, 3, constants, refinable=False)
+
+
+def _coupled(j: int, k: int, s: FilteredLog, _: Torques, constants: Constants) -> Columns:
+    """Return u = qd_j + ratio qd_k, F = IAM u' + FVM u + FSM sign(u) on j, ratio F on k."""
+    ratio = constants["ratio"]
+    u = s.qd[:, j] + ratio * s.qd[:, k]
+    F = np.stack([s.qdd[:, j] + ratio * s.qdd[:, k], u, np.sign(u)], axis=1)
+    return {j: F, k: ratio * F}
+
+
+def _delayed(s: FilteredLog, torques: Torques, _: Constants) -> Columns:
+    """A torque that comes late by DT: tau(t) = model(t - DT), to first order -DT d(model)/dt."""
+    rate: FloatArray = -np.gradient(torques.model, s.step, axis=0)
+    return {j: x[:, None] for j, x in enumerate(rate.T)}
+
+
+# Columns (N,) of one coefficient that are no expression of a joint's variables: states, time, the
+# model. Each is what the torque of the motor gains with it.
+
+Shape = Callable[[FilteredLog, Torques, int, Constants], FloatArray]
+
+
+def _shaped(
+    shape: Shape, position: int, s: FilteredLog, torques: Torques, constants: Constants
+) -> Columns:
+    return {position: shape(s, torques, position, constants)[:, None]}
+
+
+def _gain(_: FilteredLog, torques: Torques, j: int, __: Constants) -> FloatArray:
+    """A channel that reads G times too much: tau = (1 + G) model."""
+    return torques.model[:, j]
+
+
+def _drift(s: FilteredLog, torques: Torques, j: int, constants: Constants) -> FloatArray:
+    """Friction times 1 + DR exp(-t/T)."""
+    fading: FloatArray = np.exp(-(s.t - s.t[0]) / constants["T"])
+    return torques.friction[:, j] * fading
+
+
+def _pulse(s: FilteredLog, _: Torques, j: int, constants: Constants) -> FloatArray:
+    """A pulse after each reversal, in the new direction, while the joint crosses `width`."""
+    return -_after_reversals(s, j, constants["width"])
+
+
+def _dahl(s: FilteredLog, _: Torques, j: int, constants: Constants) -> FloatArray:
+    """Friction of one N m that turns over a way xs: z = sign + (z0 - sign) exp(-way/xs).
+
+    The way since the last reversal counts, z0 is the state there; the joint comes from afar.
+    """
+    q, xs = s.q[:, j], constants["xs"]
+    sign = np.sign(np.diff(q, prepend=2 * q[0] - q[1]))
+    turns = [0, *(np.flatnonzero(sign[1:] != sign[:-1]) + 1), len(q)]
+    z, state = np.empty(len(q)), float(sign[0])
+    for first, last in itertools.pairwise(turns):
+        here = slice(first, last)
+        way = np.abs(q[here] - q[max(first - 1, 0)])
+        z[here] = sign[first] + (state - sign[first]) * np.exp(-way / xs)
+        state = float(z[last - 1])
+    return z
+
+
+def _contact(s: FilteredLog, _: Torques, __: int, constants: Constants) -> FloatArray:
+    """A constant torque from `start`, s after the log's first sample, for `length` s."""
+    t = s.t - s.t[0]
+    start, length = constants["start"], constants["length"]
+    return np.asarray((t >= start) & (t < start + length), dtype=float)
+
+
+def _after_reversals(s: FilteredLog, j: int, width: float) -> FloatArray:
+    """Return a half sine of unit height over the way since the last reversal, with its sign."""
+    speed = s.qd[:, j]
+    moves = np.abs(speed) > 1e-3 * np.sqrt(np.mean(speed**2))
+    at = np.flatnonzero(moves)
+    out = np.zeros(len(s.t))
+    if len(at) == 0:
+        return out
+    sign = np.sign(speed[at])
+    turns = at[1:][sign[1:] != sign[:-1]]
+    last = np.searchsorted(turns, np.arange(len(s.t)), side="right") - 1
+    turned = last >= 0
+    way = np.abs(s.q[turned, j] - s.q[turns[last[turned]], j])
+    out[turned] = np.sign(speed[turned]) * np.sin(np.pi * np.minimum(way / width, 1.0))
+    return out
+
+
+#: Shape of an effect, and whether it holds the model's torque.
+_SHAPES: dict[str, tuple[Shape, bool]] = {
+    "drive_gain_error": (_gain, True),
+    "thermal_drift": (_drift, True),
+    "backlash": (_pulse, False),
+    "dahl_friction": (_dahl, False),
+    "external_contact": (_contact, False),
+}

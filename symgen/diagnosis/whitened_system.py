@@ -1,0 +1,217 @@
+"""What logs say beside a model: torques, regressor and residual, row by row, whitened.
+
+Rows are the torque equations of `symgen.estimation.system`: one joint at one kept instant of the
+comparison band. They are whitened by the standard deviation of their joint's residual. A mask takes
+rows out; no sample is weighed before it passes the filter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.data.mask import Bools
+from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.solve import SINGULAR, column_norms, shortest
+from symgen.estimation.summary import Summary, triangle
+from symgen.estimation.system import torque_rows
+from symgen.runtime.evaluator import Evaluator
+
+FloatArray = NDArray[np.float64]
+#: Columns (.., m) on joints, by position of the movable joint.
+Columns = Mapping[int, FloatArray]
+_WHITENING = 3
+_TINY = 1e-300
+_SETTLING = 5
+_REST = 0.005  # of the RMS speed
+_BLOCKS = 20  # of time, for robust errors
+
+
+def counted(log: FilteredLog) -> Bools:
+    """Return where a torque has a say, (N, n): out of the reach of the log's mask."""
+    if log.mask is None:
+        return np.ones(log.tau.shape, dtype=bool)
+    reach = 0 if log.rows.cutoff is None else int(1 / (log.rows.cutoff * log.step))
+    return ~log.mask.near(reach)
+
+
+def compared(log: FilteredLog, x: FloatArray) -> FloatArray:
+    """Return a signal (N, ...) in the comparison band at the kept instants, (K, ...)."""
+    return log.unmasked.compared(x)
+
+
+def modelled(
+    log: FilteredLog, model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+) -> FloatArray:
+    """Return a model of q, qd, qdd in the comparison band at the kept instants, (K, ...)."""
+    return np.concatenate([x for _, x in log.unmasked.modelled(model)])
+
+
+@dataclass(frozen=True, eq=False)
+class WhitenedSystem:
+    """The rows of some logs, whitened, with what the model explains taken out.
+
+    Attributes:
+        logs: in the band of the run.
+        W: (K, n, p) regressor of the model at K kept instants.
+        y: (K, n) torque.
+        X: (p,) least-squares parameters.
+        sigma: (n,) standard deviation of each joint's residual.
+        moves: (K, n) weight of the rows: 1.0 where the joint moves, 0.0 where it turns round and
+            friction is undefined, and in between in its rests, see `symgen.estimation.cutoff`.
+        block: (K,) number of the block of each instant.
+        rest: (n,) sum of the squares that rows at rest leave, whitened, beyond what their weight
+            lets the residual have of it: the gap counts them whole.
+    """
+
+    logs: tuple[FilteredLog, ...]
+    W: FloatArray
+    y: FloatArray
+    X: FloatArray
+    sigma: FloatArray
+    moves: FloatArray
+    block: NDArray[np.int64]
+    rest: FloatArray
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return int(self.y.shape[1])
+
+    @cached_property
+    def residual(self) -> FloatArray:
+        """Whitened residual (K, n)."""
+        return self.moves * (self.y - self.W @ self.X) / self.sigma
+
+    @property
+    def _rows(self) -> FloatArray:
+        """Whitened regressor, (K n, p)."""
+        weight = (self.moves / self.sigma)[:, :, None]
+        return (self.W * weight).reshape(self.y.size, self.W.shape[2])
+
+    @cached_property
+    def basis(self) -> FloatArray:
+        """Orthonormal basis (K, n, r) of what the whitened model can say."""
+        rows = self._rows
+        if rows.shape[1] == 0:
+            return np.zeros((*self.y.shape, 0))
+        left, values, _ = np.linalg.svd(rows / column_norms(rows), full_matrices=False)
+        kept = left[:, values > 1e-9 * values[0]]
+        return np.ascontiguousarray(kept.reshape(*self.y.shape, -1))
+
+    @cached_property
+    def rank(self) -> int:
+        """Number of columns, of combinations of them, that the rows tell apart."""
+        R = triangle(self._rows)
+        values = np.linalg.svd(R / column_norms(R), compute_uv=False)
+        return int(np.count_nonzero(values > SINGULAR * values[:1]))
+
+    @cached_property
+    def size(self) -> FloatArray:
+        """RMS of the measured torque in the band, (n,); 1 where there is none."""
+        measured = np.concatenate([log.unmasked.measured for log in self.logs])
+        rms = np.sqrt(np.mean(measured**2, axis=0))
+        return np.asarray(np.where(rms > 0, rms, 1.0))
+
+    def with_columns(self, columns: Iterable[Columns]) -> WhitenedSystem:
+        """Return the system of the model with more columns."""
+        more = [dense(c, self.y.shape) for c in columns]
+        W = np.concatenate([self.W, *more], axis=2)
+        return whitened(self.logs, W, self.y) if more else self
+
+
+def dense(columns: Columns, shape: tuple[int, ...]) -> FloatArray:
+    """Return the columns of all joints, (K, n, m), for the shape (K, n)."""
+    m = next(iter(columns.values())).shape[1]
+    out = np.zeros((*shape, m))
+    for j, c in columns.items():
+        out[:, j] = c
+    return out
+
+
+def fitted_system(evaluator: Evaluator, logs: Sequence[FilteredLog]) -> WhitenedSystem:
+    """Fit the model to some logs; effects that hold the model's torque settle in a few rounds."""
+    y = np.concatenate([log.unmasked.measured for log in logs])
+
+    def fitted(X: FloatArray | None) -> WhitenedSystem:
+        W = np.concatenate([torque_rows(evaluator, log.unmasked, X) for log in logs])
+        return whitened(logs, W, y)
+
+    found = fitted(None)
+    base = evaluator.model.base
+    for _ in range(_SETTLING if base.linear < len(base.parameters) else 0):
+        found = fitted(np.pad(found.X, (0, len(base.parameters) - len(found.X))))
+    return found
+
+
+def given_system(
+    evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray
+) -> WhitenedSystem:
+    """Compare a model of given parameters (p,) with some logs: y is what it misses, W is empty."""
+    model = partial(torque_at, evaluator, X)
+    y = np.concatenate([log.unmasked.measured - modelled(log, model) for log in logs])
+    return whitened(logs, np.zeros((*y.shape, 0)), y)
+
+
+def torque_at(
+    evaluator: Evaluator, X: FloatArray, q: FloatArray, qd: FloatArray, qdd: FloatArray
+) -> FloatArray:
+    """Return the model's torque at some states, (k, n)."""
+    return np.asarray(evaluator["inverse_dynamics"](q, qd, qdd, X))
+
+
+def model_torque(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> FloatArray:
+    """Return the model's torque at full rate, (N, n)."""
+    return torque_at(evaluator, X, log.q, log.qd, log.qdd)
+
+
+def whitened(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray) -> WhitenedSystem:
+    """Solve y = W X, joints weighed by the standard deviation of their residual."""
+    moving = [_moving(log) for log in logs]
+    moves = np.concatenate([_weight(log, own) for log, own in zip(logs, moving, strict=True)])
+    joints = [
+        Summary(triangle(moves[:, [j]] * np.column_stack([W[:, j], y[:, j]])), len(y))
+        for j in range(y.shape[1])
+    ]
+    least = 1e-6 * float(np.sqrt(np.mean(y**2))) + _TINY  # a dead channel has no spread at all
+    floor = np.maximum(1e-6 * np.sqrt(np.mean(y**2, axis=0)), least * 1e-3)
+    sigma = np.maximum(np.std(y, axis=0), least)
+    X = np.zeros(W.shape[2])
+    for _ in range(_WHITENING):
+        rows = np.concatenate([s.factor / size for s, size in zip(joints, sigma, strict=True)])
+        X = shortest(rows)
+        square = np.array([s.rss(X) for s in joints]) / np.maximum(moves.sum(axis=0), 1.0)
+        sigma = np.maximum(np.sqrt(square), floor)
+    beyond = np.maximum(np.concatenate(moving) - moves**2, 0.0)
+    rest = np.sum(beyond * (y - W @ X) ** 2, axis=0) / sigma**2
+    return WhitenedSystem(tuple(logs), W, y, X, sigma, moves, _blocks(moving), rest)
+
+
+def _moving(log: FilteredLog) -> FloatArray:
+    """Return 1.0 where a joint moves, (K, n): not masked, faster than 0.5 % of its RMS speed."""
+    speed = np.sqrt(np.mean(log.qd**2, axis=0))
+    moves = (np.abs(log.qd) > _REST * speed) & counted(log)
+    return np.asarray(moves[log.kept], dtype=float)
+
+
+def _weight(log: FilteredLog, moving: FloatArray) -> FloatArray:
+    """Return the weight of rows, (K, n): that of rests where the joint rests, else `moving`."""
+    if log.resting is None or log.band.rests is None:
+        return moving
+    weight = np.where(log.resting, log.band.rests.weight, moving)
+    return np.asarray(weight * counted(log)[log.kept], dtype=float)
+
+
+def _blocks(logs: Sequence[FloatArray]) -> NDArray[np.int64]:
+    """Number the instants of all logs by contiguous blocks of equal length; none spans two logs."""
+    total = sum(map(len, logs))
+    out, first = [], 0
+    for count in map(len, logs):
+        own = max(1, round(_BLOCKS * count / max(total, 1)))
+        out.append(first + np.arange(count) * own // max(count, 1))
+        first += own
+    return np.concatenate(out)

@@ -1,0 +1,378 @@
+"""URDF to modified Denavit-Hartenberg frames with the inertias moved along, and back.
+
+Frame 0 is the root link, q is the URDF's own (sign and zero). The frame of a movable joint has its
+z along the joint's axis and its x along the common normal with the next axis; what remains of the
+URDF's frame is a constant placement of the link frame in it. Fixed joints stand on the link that
+carries them, after all others, and keep the URDF's frames.
+
+Numbers stay the exact decimals that the file writes. https://wiki.ros.org/urdf/XML is the format;
+geometry for collision and display, transmissions and plugins are not looked at.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Iterable, Sequence
+from decimal import Decimal
+from typing import TypeVar
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from symgen import names
+from symgen.errors import ExpressionError, ParameterError, RobotError, located
+from symgen.robot import dh, expressions
+from symgen.robot.body import Body
+from symgen.robot.expressions import shortened
+from symgen.robot.formats.chain import Chain, Inertial, Triple, Urdf, UrdfJoint
+from symgen.robot.formats.xml import Element, parse_xml
+from symgen.robot.imported import Imported
+
+Value = TypeVar("Value")
+FloatArray = NDArray[np.float64]
+KINDS = {
+    "revolute": names.REVOLUTE,
+    "continuous": names.REVOLUTE,
+    "prismatic": names.PRISMATIC,
+    "fixed": names.FIXED,
+}
+TENSOR = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+CAVEAT = (
+    "<!-- written by symgen: base parameters do not determine link parameters; this is one link of "
+    "one robot that has them -->"
+)
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_MAX_JOINTS = 200
+_MAX_TITLE = 200
+_ZERO: Triple = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
+
+
+def import_urdf(text: str, where: str = "robot.urdf") -> Imported:
+    """Read a URDF as a robot, with the inertias of its links as standard parameters.
+
+    Rounded fractions of pi (1.5708) are read as what they mean.
+
+    Args:
+        text: the file's text.
+        where: what error messages call the file.
+
+    Raises:
+        RobotError: it is no URDF, or no robot that symgen can have; one line names the fault.
+    """
+    with located(where):
+        return Chain(_tree(parse_xml(text))).imported()
+
+
+def updated_urdf(text: str, bodies: Iterable[Body], where: str = "robot.urdf") -> str:
+    """Write link parameters into the <inertial> elements of a copy of a URDF.
+
+    A fixed link without <inertial> gets none: its body goes to the link that carries it.
+
+    Args:
+        text: of the URDF; everything else in it stays as it is, to the byte.
+        bodies: links of the imported robot in the frames of their joints, as `link_parameters`
+            gives them (fixed joints included); links that are not named keep what they have.
+        where: what error messages call the file.
+
+    Raises:
+        RobotError: the URDF cannot be read.
+        ParameterError: there is no such joint, or a value is not finite.
+    """
+    with located(where):
+        root = parse_xml(text)
+        found = written_bodies(Chain(_tree(root)), bodies)
+        links = {e.attributes["name"]: e for e in root.all("link")}
+        return replaced_inertials(text, [(links[name], _inertial(b)) for name, b in found.items()])
+
+
+# Elements.
+
+
+def _tree(root: Element) -> Urdf:
+    """Return the links and joints of a URDF, checked.
+
+    Raises:
+        RobotError: it is no URDF, or no tree of joints that symgen has; one line names the fault.
+    """
+    if root.tag != "robot":
+        raise RobotError(f"the root element is <{shortened(root.tag)}>; accepted: <robot>")
+    for element in root.children:
+        if element.tag.startswith("xacro:"):
+            raise RobotError(
+                f"line {element.line}: <{shortened(element.tag)}> is a macro; accepted: plain "
+                "URDF, as the program xacro writes it"
+            )
+    links = _named("link", root, _link)
+    if not links:
+        raise RobotError("there is no <link>; accepted: at least two and a joint")
+    joints = _named("joint", root, _joint)
+    if len(joints) > _MAX_JOINTS:
+        raise RobotError(f"{len(joints)} joints; accepted: at most {_MAX_JOINTS}")
+    return Urdf(root.attributes.get("name", ""), _root(links, joints), links, joints)
+
+
+def _named(tag: str, root: Element, read: Callable[[Element], Value]) -> dict[str, Value]:
+    """Read all elements of a kind, each of which has a name of its own."""
+    out: dict[str, Value] = {}
+    for element in root.all(tag):
+        name = element.attributes.get("name", "")
+        if not name or len(name) > _MAX_TITLE or not name.isprintable():
+            raise RobotError(
+                f"line {element.line}: a {tag} has no usable name; accepted: 1 to {_MAX_TITLE} "
+                "printable characters"
+            )
+        with located(f"{tag} {shortened(name)!r}"):
+            if name in out:
+                raise RobotError("the name stands twice")
+            out[name] = read(element)
+    return out
+
+
+def _numbers(text: str, count: int, key: str) -> tuple[sp.Rational, ...]:
+    words = text.split()
+    try:
+        if len(words) == count and all(map(_NUMBER.fullmatch, words)):
+            return tuple(expressions.exact(Decimal(word)) for word in words)
+    except (ExpressionError, ArithmeticError):
+        pass
+    what = "a finite number" if count == 1 else f"{count} finite numbers"
+    raise RobotError(f"{key} is {shortened(text)!r}; accepted: {what}")
+
+
+def _number(element: Element, key: str, default: str | None = None) -> sp.Rational:
+    text = element.attributes.get(key, default)
+    if text is None:
+        raise RobotError(f"{key} is missing from <{element.tag}>; it must be given")
+    return _numbers(text, 1, key)[0]
+
+
+def _triple(element: Element | None, key: str, default: Triple = _ZERO) -> Triple:
+    if element is None or key not in element.attributes:
+        return default
+    x, y, z = _numbers(element.attributes[key], 3, key)
+    return x, y, z
+
+
+def _origin(element: Element) -> tuple[Triple, Triple]:
+    origin = element.first("origin")
+    if origin is not None and "quat_xyzw" in origin.attributes:
+        raise RobotError("quat_xyzw is not read; accepted: xyz and rpy")
+    return _triple(origin, "xyz"), _triple(origin, "rpy")
+
+
+def _link(element: Element) -> Inertial | None:
+    inertial = element.first("inertial")
+    if inertial is None:
+        return None
+    mass, tensor = inertial.first("mass"), inertial.first("inertia")
+    if mass is None or tensor is None:
+        raise RobotError("<inertial> needs <mass> and <inertia>; both must be given")
+    value = _number(mass, "value")
+    if value < 0:
+        raise RobotError(f"the mass is {float(value):g} kg; accepted: 0 or more")
+    inertia = tuple(_number(tensor, key) for key in TENSOR)
+    return Inertial(*_origin(inertial), value, inertia)
+
+
+def _joint(element: Element) -> UrdfJoint:
+    kind = element.attributes.get("type", "")
+    if kind not in KINDS:
+        found = f"type {shortened(kind)!r}" if kind else "no type"
+        raise RobotError(f"{found}; accepted: {', '.join(KINDS)}")
+    parent, child = (_end(element, key) for key in ("parent", "child"))
+    xyz, rpy = _origin(element)
+    axis = _triple(element.first("axis"), "xyz", (sp.S.One, sp.S.Zero, sp.S.Zero))
+    if KINDS[kind] != names.FIXED and axis == _ZERO:
+        raise RobotError("the axis is zero; accepted: any direction")
+    limit, given = {}, element.first("limit")
+    if given is not None:  # the format says what holds where one of the two is absent
+        limit = {"lower": 0.0, "upper": 0.0} if kind != "continuous" else {}
+        for key in (*limit, "velocity", "effort"):
+            if key in given.attributes:
+                limit[key] = float(_number(given, key))
+    dynamics, loss = element.first("dynamics"), dict.fromkeys(("damping", "friction"), 0.0)
+    if dynamics is not None:
+        loss = {key: float(_number(dynamics, key, "0")) for key in loss}
+    for key, value in loss.items():
+        if value < 0:
+            raise RobotError(f"{key} is {value:g}; accepted: 0 or more")
+    return UrdfJoint(
+        element.attributes["name"], KINDS[kind], parent, child, xyz, rpy, axis, limit, **loss,
+        mimic=_mimic(element.first("mimic")),
+    )  # fmt: skip
+
+
+def _end(joint: Element, key: str) -> str:
+    """Return the link at an end of a joint."""
+    end = joint.first(key)
+    if end is None or not end.attributes.get("link"):
+        raise RobotError(f"<{key} link=...> is missing; it must be given")
+    return end.attributes["link"]
+
+
+def _mimic(mimic: Element | None) -> tuple[str, sp.Rational, sp.Rational] | None:
+    if mimic is None:
+        return None
+    if not mimic.attributes.get("joint"):
+        raise RobotError("<mimic> names no joint; it must be given")
+    return (
+        mimic.attributes["joint"],
+        _number(mimic, "multiplier", "1"),
+        _number(mimic, "offset", "0"),
+    )
+
+
+def _root(links: Collection[str], joints: dict[str, UrdfJoint]) -> str:
+    """Check that the links are one tree, and return its root."""
+    above: dict[str, UrdfJoint] = {}
+    for joint in joints.values():
+        with located(f"joint {shortened(joint.name)!r}"):
+            for key in (joint.parent, joint.child):
+                if key not in links:
+                    raise RobotError(f"there is no link {shortened(key)!r}")
+            if joint.child in above:
+                raise RobotError(
+                    f"link {shortened(joint.child)!r} already has joint "
+                    f"{shortened(above[joint.child].name)!r} to a parent; accepted: open chains"
+                )
+        above[joint.child] = joint
+    roots = [name for name in links if name not in above]
+    if len(roots) > 1:
+        shown = ", ".join(repr(shortened(name)) for name in roots[:3])
+        more = ", ..." if len(roots) > 3 else ""
+        raise RobotError(
+            f"{len(roots)} links have no parent ({shown}{more}); accepted: one tree, with one root "
+            "link"
+        )
+    for name in links:
+        top = name
+        for _ in above:  # as many joints as there are lead to the root, or around
+            top = above[top].parent if top in above else top
+        if top in above:
+            raise RobotError(
+                f"link {shortened(name)!r}: hangs in a ring of joints; accepted: one tree"
+            )
+    return roots[0]
+
+
+# Inertias, written back.
+
+
+def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
+    """Return what is to be written of links by their names, each in its link's frame.
+
+    Args:
+        chain: of the file.
+        bodies: links of the robot in the frames of their joints.
+
+    Raises:
+        ParameterError: there is no such joint, or a value is not finite.
+    """
+    urdf, parts = chain.urdf, dict[str, list[Body]]()
+    for body in bodies:
+        if not 1 <= body.joint <= len(chain.order):
+            raise ParameterError(
+                f"there is no joint {body.joint}; accepted: 1 to {len(chain.order)}"
+            )
+        name = chain.order[body.joint - 1]
+        link = urdf.joints[name].child
+        with located(f"joint {shortened(name)!r}"):
+            _require_finite(body)
+        while link != urdf.root and urdf.links[link] is None:
+            if chain.above[link].sigma != names.FIXED:
+                break
+            link = chain.above[link].parent
+        empty = urdf.links[link] is None and not body.mass and not np.any(body.inertia)
+        if link == urdf.root or empty:  # nothing moves it, or it is nothing
+            continue
+        pose = dh.inverse(chain.link[link]) @ chain.frame[name]
+        parts.setdefault(link, []).append(_moved(body, pose))
+    return {link: _joined(own) for link, own in parts.items()}
+
+
+def replaced_inertials(text: str, edits: Iterable[tuple[Element, Sequence[str]]]) -> str:
+    """Return a text with new lines in place of <inertial>, or inside, of some of its elements."""
+    content = text.encode("utf-8")
+    found = [_edit(content, element, lines) for element, lines in edits]
+    for start, end, new in sorted(found, reverse=True):
+        content = content[:start] + new + content[end:]
+    return content.decode("utf-8")
+
+
+def without_inertials(text: str, where: str = "robot.urdf") -> bytes:
+    """Return a URDF or MJCF without its <inertial> elements and blanks: all that is never written.
+
+    Raises:
+        RobotError: it is no XML.
+    """
+    content = text.encode("utf-8")
+    with located(where):
+        found, waiting = [], [parse_xml(text)]
+    while waiting:
+        element = waiting.pop()
+        found += element.all("inertial")
+        waiting += [child for child in element.children if child.tag != "inertial"]
+    for element in sorted(found, key=lambda e: e.start, reverse=True):
+        content = content[: element.start] + content[element.end :]
+    return re.sub(rb"></(link|body)>", b"/>", b"".join(content.split()))
+
+
+def _require_finite(body: Body) -> None:
+    values = [np.asarray(v, dtype=float) for v in (body.mass, body.com, body.inertia)]
+    shapes = [v.shape for v in values]
+    if shapes != [(), (3,), (3, 3)] or not all(np.isfinite(v).all() for v in values):
+        raise ParameterError(
+            "accepted: a mass, 3 coordinates of its centre and a 3 x 3 inertia, all finite"
+        )
+
+
+def _moved(body: Body, pose: dh.Array) -> Body:
+    """Return a body of a frame in another, in which `pose` places it."""
+    R, origin = pose[:3, :3].astype(float), pose[:3, 3].astype(float)
+    inertia = np.asarray(body.inertia, dtype=float)
+    return Body(body.joint, float(body.mass), R @ body.com + origin, R @ inertia @ R.T)
+
+
+def _joined(bodies: Sequence[Body]) -> Body:
+    """Return bodies of one frame as one: I about the common centre, by Steiner's theorem."""
+    if len(bodies) == 1:
+        return bodies[0]
+    mass = sum(b.mass for b in bodies)
+    com = np.sum([b.mass * b.com for b in bodies], axis=0) / (mass or 1.0)
+    inertia = np.zeros((3, 3))
+    for b in bodies:
+        r = b.com - com
+        inertia += b.inertia + b.mass * (r @ r * np.eye(3) - np.outer(r, r))
+    return Body(bodies[0].joint, mass, com, inertia)
+
+
+def _inertial(body: Body) -> list[str]:
+    upper = [(i, k) for i in range(3) for k in range(i, 3)]
+    tensor = " ".join(
+        f'{key}="{float(body.inertia[i, k])!r}"' for key, (i, k) in zip(TENSOR, upper, strict=True)
+    )
+    return [
+        "<inertial>",
+        f"  {CAVEAT}",
+        f'  <origin xyz="{" ".join(repr(float(v)) for v in body.com)}" rpy="0 0 0"/>',
+        f'  <mass value="{body.mass!r}"/>',
+        f"  <inertia {tensor}/>",
+        "</inertial>",
+    ]
+
+
+def _edit(content: bytes, link: Element, lines: Sequence[str]) -> tuple[int, int, bytes]:
+    """Return which bytes of the text give way to a new <inertial>."""
+    old = link.first("inertial")
+    start = link.start if old is None else old.start
+    margin = content[content.rfind(b"\n", 0, start) + 1 : start]
+    indent = margin.decode("utf-8") if not margin.strip() else ""
+    if old is not None:
+        return old.start, old.end, f"\n{indent}".join(lines).encode()
+    inner = f"\n{indent}  "
+    new = inner + inner.join(lines)
+    if link.close > link.inside or link.end > link.close:
+        return link.inside, link.inside, new.encode()
+    tag = content[link.start : link.inside].removesuffix(b"/>").rstrip()
+    return link.start, link.end, tag + f">{new}\n{indent}</{link.tag}>".encode()
