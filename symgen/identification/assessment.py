@@ -40,7 +40,7 @@ from symgen.estimation.statistics import chi2_tail
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
 from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual
-from symgen.estimation.values import Balance, Contrast, FloatArray, Residual, Trace, Whiteness
+from symgen.estimation.values import Balance, FloatArray, OtherEstimate, Residual, Trace, Whiteness
 from symgen.faults.fault import Fault
 from symgen.faults.undo import multiplied
 from symgen.identification.estimate import (
@@ -52,7 +52,6 @@ from symgen.identification.estimate import (
     ParameterEstimate,
     Use,
     joints_of,
-    other_estimate,
 )
 from symgen.identification.model_choice import ChosenModel
 from symgen.identification.parameters import mass_matrices
@@ -216,10 +215,10 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
         physical=physical,
         excludes=method.excludes,
         endogeneity=solution.endogeneity,
-        comparison=tuple(other_estimate(c, base.names) for c in solution.comparison),
+        comparison=solution.comparison,
         prior=None
         if prior is None
-        else other_estimate(Contrast("prior", prior.mean, prior.std), base.names),
+        else OtherEstimate.by("prior", base.names, prior.mean, prior.std),
         balances=energy_balances(evaluator, (*train, *held), X),
         whiteness=whiteness(traces),
         band=run.band,
@@ -237,7 +236,7 @@ def _compared(
     if method.name in UNBIASED:
         return solution, ()
     system = system_of(chosen.run.evaluator, chosen.train)
-    solution, bias = bias_of_least_squares(system, solution)
+    solution, bias = bias_of_least_squares(system, solution, chosen.plain)
     return solution, (bias,) if bias else ()
 
 
