@@ -625,29 +625,18 @@ def whiteness(traces: Sequence[Trace]) -> tuple[Whiteness, ...]:
         groups.setdefault((trace.quantity, trace.kind), []).append(trace)
     out = []
     for (quantity, kind), members in groups.items():
-        steps = [t.spacing * float(np.median(np.diff(t.t))) for t in members]
-        pieces = [piece for t in members for piece in _pieces(t)]
-        for component in range(members[0].measured.shape[1]):
-            series = [piece[:, component] for piece in pieces]
+        step = float(np.median([t.spacing * np.median(np.diff(t.t)) for t in members]))
+        pieces = [piece.T for t in members for piece in _pieces(t)]
+        for component, series in enumerate(zip(*pieces, strict=True)):
             rows = sum(map(len, series))
             lags = min(LAGS, rows // _ROWS)
             if lags < _LEAST or not any(np.ptp(e) > 0 for e in series):
                 continue
             r, deviation = lag_correlations(series, lags)
             statistic = float(np.sum((r / deviation) ** 2))
-            out.append(
-                Whiteness(
-                    quantity,
-                    component,
-                    kind,
-                    rows,
-                    float(np.median(steps)),
-                    tuple(map(float, r)),
-                    tuple(map(float, _NORMAL * deviation)),
-                    statistic,
-                    chi2_tail(statistic, lags),
-                )
-            )
+            bands, tail = tuple((_NORMAL * deviation).tolist()), chi2_tail(statistic, lags)
+            about = (quantity, component, kind, rows, step)
+            out.append(Whiteness(*about, tuple(r.tolist()), bands, statistic, tail))
     return tuple(out)
 
 

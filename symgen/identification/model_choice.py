@@ -36,6 +36,7 @@ from symgen.estimation.summary import (
     held_out_error,
 )
 from symgen.estimation.torque_error import TorqueFit, fit
+from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault, undone
 from symgen.faults.logs import in_one_band
 from symgen.faults.model import channel_faults
@@ -112,6 +113,11 @@ class Run:
     def logs(self) -> tuple[FilteredLog, ...]:
         """All logs."""
         return (*self.train, *self.held)
+
+    def torques(self, X: FloatArray) -> tuple[TorqueFit, TorqueFit]:
+        """Compare the torques of the training and of the validation logs with those of X, (p,)."""
+        train = fit(self.evaluator, self.train, X, "train")
+        return train, fit(self.evaluator, self.held, X)
 
 
 def filter_in_band(opened: OpenLogs, cutoff: float | None, *, own_speeds: bool = False) -> Run:
@@ -321,10 +327,7 @@ def _solve(
         solution = Wls().solve(system_of(run.evaluator, train))
     except (IdentificationError, np.linalg.LinAlgError) as lost:
         return lost, ()
-    return solution, (
-        fit(run.evaluator, run.train, solution.X, "train"),
-        fit(run.evaluator, run.held, solution.X),
-    )
+    return solution, run.torques(solution.X)
 
 
 def _alternative(own: Candidate, best: Candidate, names: Sequence[str]) -> Alternative:

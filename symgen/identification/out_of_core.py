@@ -63,7 +63,7 @@ from symgen.estimation.estimators import PASSES, Wls
 from symgen.estimation.logs import Source, held_from
 from symgen.estimation.solve import Solution, condition, log_weights
 from symgen.estimation.summary import Summary, merged_tree, summarised
-from symgen.estimation.torque_error import TorqueFit, fit
+from symgen.estimation.torque_error import TorqueFit
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault, merged
 from symgen.faults.logs import open_samples, treated
@@ -492,11 +492,8 @@ class ChunkedLogs(OpenLogs):
         inverse = np.linalg.inv(R)
         covariance = sandwich(inverse @ inverse.T, total["meat"], own) / np.outer(scale, scale)
         fits = (
-            TorqueFit(
-                traces=fit(run.evaluator, logs, X, kind).traces,
-                **{key: total[f"{kind}.{key}"] for key in FIT_SUMS},
-            )
-            for kind, logs in zip(KINDS, (run.train, run.held), strict=True)
+            replace(fit, **{key: total[f"{kind}.{key}"] for key in FIT_SUMS})
+            for kind, fit in zip(KINDS, run.torques(X), strict=True)
         )
         return outcome(
             Solution(X, covariance, condition(R), tuple(map(float, weights))),

@@ -24,7 +24,6 @@ from symgen.estimation.logs import (
     require_logs,
     require_other_data,
 )
-from symgen.estimation.torque_error import fit as torque_fit
 from symgen.faults.logs import open_logs
 from symgen.identification.assessment import Outcome, assess, outcome
 from symgen.identification.estimate import Estimate
@@ -39,7 +38,7 @@ from symgen.identification.model_choice import (
 )
 from symgen.identification.out_of_core import ChunkedLogs, is_long, open_data_set
 from symgen.identification.parameters import read_prior
-from symgen.identification.solving import FOLDED, Fit, Method, solve
+from symgen.identification.solving import FOLDED, Fit, Method, solve, system_of
 from symgen.identification.static import METHODS as POSE_METHODS
 from symgen.identification.static import STATIC, identify_poses
 from symgen.robot.toml_io import read_robot
@@ -200,15 +199,8 @@ class LogsInMemory(OpenLogs):
         self.progress(f"solving {rows} equations for {len(names)} parameters")
         known = chosen.plain if method.is_wls else None
         solution = known or solve(run.evaluator, chosen.train, method, chosen.model)
-        fits = chosen.torques
-        if known is None:
-            fits = (
-                torque_fit(run.evaluator, run.train, solution.X, "train"),
-                torque_fit(run.evaluator, run.held, solution.X),
-            )
-        own, held = (
-            [e for p in group for e in p.equations] for group in (chosen.train, chosen.held)
-        )
+        fits = chosen.torques if known else run.torques(solution.X)
+        own, held = (system_of(run.evaluator, logs).logs for logs in (chosen.train, chosen.held))
         return outcome(solution, chosen.model, (own, held), fits, run.repairs)
 
 
