@@ -42,7 +42,7 @@ from symgen.estimation.cutoff import choose_band
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.logs import (
     Source,
-    held_out,
+    hold_out,
     listed_logs,
     open_log,
     require_logs,
@@ -323,5 +323,5 @@ def _in_band(groups: Groups, band: Band) -> tuple[list[FilteredLog], list[Filter
     """Return training and held-out logs in the band: without these, the last fifth of each log."""
     train, held = groups
     if not held:
-        train, held = held_out(train, _FEWEST)
+        train, held = hold_out(train, _FEWEST)
     return [filtered(s, band) for s in train], [filtered(s, band) for s in held]

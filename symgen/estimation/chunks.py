@@ -45,7 +45,7 @@ from symgen.estimation.system import (
 )
 from symgen.estimation.torque_error import TorqueFit, modelled_torque, squares
 from symgen.estimation.values import FloatArray
-from symgen.estimation.windows import Windows, placed_windows, windows
+from symgen.estimation.windows import Windows, place_windows, windows
 from symgen.runtime.evaluator import Evaluator
 
 
@@ -126,7 +126,7 @@ def chunk_data(log: FilteredLog, model: EquationModel) -> ChunkData:
     if model.name == "torque":
         w, sides = None, torque_sides(log)
     else:
-        w = placed_windows(log, model.window)
+        w = place_windows(log, model.window)
         sides = [energy_sides(log, w)] if model.name == "energy" else momentum_sides(log, w)
         if w.stride != log.stride:
             arrays["window_q"], arrays["window_qd"] = log.nodes(w.stride)

@@ -43,7 +43,7 @@ from symgen.estimation.solve import (
     weighted_triangle,
 )
 from symgen.estimation.statistics import f_tail
-from symgen.estimation.summary import Summary, summaries, summarised, triangle
+from symgen.estimation.summary import Summary, summaries, summarise, triangle
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
 
@@ -479,7 +479,7 @@ def _z(equations: Equations) -> FloatArray:
 
 def _with_instruments(system: LinearSystem) -> list[Summary]:
     """Return the summaries of [Z W y]."""
-    return [summarised(replace(e, W=np.column_stack([_z(e), e.W]))) for e in system.logs]
+    return [summarise(replace(e, W=np.column_stack([_z(e), e.W]))) for e in system.logs]
 
 
 class _Reduced:

@@ -71,7 +71,7 @@ class Summary:
         return float(np.sum((self.factor[:, -1] - self.factor[:, :-1] @ X) ** 2))
 
 
-def summarised(e: Equations) -> Summary:
+def summarise(e: Equations) -> Summary:
     """Return the summary of equations."""
     factor = triangle(np.column_stack([e.W, e.y]))
     return Summary(factor, len(e.y), e.correlation, e.weight, e.joint)
@@ -79,10 +79,10 @@ def summarised(e: Equations) -> Summary:
 
 def summaries(system: LinearSystem) -> list[Summary]:
     """Return the summary of every log."""
-    return [summarised(e) for e in system.logs]
+    return [summarise(e) for e in system.logs]
 
 
-def merged_tree(parts: Sequence[Summary]) -> Summary:
+def merge_summaries(parts: Sequence[Summary]) -> Summary:
     """Merge the summaries of the chunks of one log: some neighbours at once, then what is left.
 
     A few triangles on top of each other are tall enough for Cholesky's factor.

@@ -30,7 +30,7 @@ from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.integrals import cumulative_integral, over_windows, window_integrals
 from symgen.estimation.values import FloatArray
-from symgen.estimation.windows import Windows, chunks, placed_windows
+from symgen.estimation.windows import Windows, chunks, place_windows
 from symgen.runtime.evaluator import Evaluator
 
 #: From q, qd, qdd (k, n) to what it gives for each sample.
@@ -150,7 +150,7 @@ def energy_equations(evaluator: Evaluator, log: FilteredLog, window: float) -> E
     Raises:
         IdentificationError: the window does not fit the log.
     """
-    w = placed_windows(log, window)
+    w = place_windows(log, window)
     (e,) = equated(
         [energy_sides(log, w)], energy_rows(evaluator, *log.nodes(w.stride), w, log.step)
     )
@@ -218,7 +218,7 @@ def momentum_equations(
     Raises:
         IdentificationError: the window does not fit the log.
     """
-    w = placed_windows(log, window)
+    w = place_windows(log, window)
     W = momentum_rows(evaluator, *log.nodes(w.stride), w, log.step)
     found = equated(momentum_sides(log, w), W)
     if log.mask is None:

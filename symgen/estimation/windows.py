@@ -42,7 +42,7 @@ class Windows:
         return (last - self.steps) * self.stride, last * self.stride
 
 
-def placed_windows(log: FilteredLog, window: float) -> Windows:
+def place_windows(log: FilteredLog, window: float) -> Windows:
     """Place the windows of a log.
 
     Raises:

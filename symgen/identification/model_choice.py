@@ -232,7 +232,7 @@ def choose_model(
         LogError: a mask leaves too little, or a validation log is too short.
     """
     evaluator = run.evaluator
-    still = standing(run.train)
+    still = find_standing(run.train)
     fault = motion_fault(run.train, still)
     joints = evaluator.model.robot.movable
     if any(joints[j].friction or joints[j].rotor_inertia for j in still):
@@ -243,7 +243,7 @@ def choose_model(
         chosen = ChosenModel(run, model, _enough(_equations(run, model, shares)), [], fault=fault)
     else:
         progress(f"fitting {', '.join(m.name for m in models)}")
-        with determined(fault):
+        with blame_motion(fault):
             best, found = _alternatives(run, models, shares)
         plain = best.solution if isinstance(best.solution, Solution) else None
         chosen = ChosenModel(run, best.model, best.train, [], found, fault, plain, best.torques)
@@ -362,7 +362,7 @@ def _apart(a: Blocks, b: Blocks, names: Sequence[str]) -> tuple[Apart, ...]:
 
 
 @contextmanager
-def determined(fault: str) -> Iterator[None]:
+def blame_motion(fault: str) -> Iterator[None]:
     """Say why data do not determine parameters, where the motion is why.
 
     Raises:
@@ -388,7 +388,7 @@ def require_condition(solution: Solution, fault: str) -> None:
         )
 
 
-def standing(logs: Sequence[FilteredLog]) -> list[int]:
+def find_standing(logs: Sequence[FilteredLog]) -> list[int]:
     """Return the joints that stand still in all logs: what they seem to move is noise."""
     n = logs[0].q.shape[1]
     still = np.ones(n, dtype=bool)

@@ -62,7 +62,7 @@ from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import PASSES, Wls
 from symgen.estimation.logs import Source, held_from
 from symgen.estimation.solve import Solution, condition, log_weights
-from symgen.estimation.summary import Summary, merged_tree, summarised
+from symgen.estimation.summary import Summary, merge_summaries, summarise
 from symgen.estimation.torque_error import TorqueFit
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault, merged
@@ -178,7 +178,7 @@ Reduced = TypeVar("Reduced")
 
 
 @lru_cache(maxsize=4)
-def loaded(robot: str, kernels: tuple[str, ...]) -> Evaluator:
+def load_model(robot: str, kernels: tuple[str, ...]) -> Evaluator:
     """Compile and load a model, once a process.
 
     Args:
@@ -235,7 +235,7 @@ class Reduction:
     @property
     def evaluator(self) -> Evaluator:
         """The compiled model."""
-        return loaded(self.robot, self.kernels)
+        return load_model(self.robot, self.kernels)
 
     def reduced(
         self,
@@ -307,7 +307,7 @@ class EquationReduction(Reduction):
 
         def summaries(part: LogSpan, chunk: ChunkOfLog) -> list[tuple[str, Summary]]:
             equations = chunk.all_equations(self.evaluator, self.settings.model)
-            own = (summarised(chunk.equations(e)[0]) for e in equations)
+            own = (summarise(chunk.equations(e)[0]) for e in equations)
             return [(f"{part.number}.{j}", summary) for j, summary in enumerate(own)]
 
         for own, repairs in self.reduced(work, summaries, work.partition.chunks):
@@ -317,7 +317,7 @@ class EquationReduction(Reduction):
         told = [{**as_json(f), "kind": f.kind} for f in merged(mended)]
         arrays: dict[str, Any] = {_REPAIRS: np.array(json.dumps(told))}
         for key, parts in found.items():
-            whole = merged_tree(parts)
+            whole = merge_summaries(parts)
             joint = -1 if whole.joint is None else whole.joint
             counts = [whole.rows, whole.correlation, joint]
             arrays |= {key: whole.factor, f"{key}{_COUNTS}": np.array(counts)}
@@ -378,7 +378,7 @@ class Summaries(Sequence[Summary]):
             rows, correlation, joint = map(int, arrays[f"{number}.{j}{_COUNTS}"])
             own = None if joint < 0 else joint
             parts.append(Summary(arrays[f"{number}.{j}"], rows, correlation, joint=own))
-        return merged_tree(parts)
+        return merge_summaries(parts)
 
 
 @contextmanager
@@ -413,7 +413,7 @@ def open_data_set(
     text = robot_toml(robot)
     prefix = "symgen-"
     with tempfile.TemporaryDirectory(prefix=prefix) as fresh, executor(workers) as by:
-        by.prepare(partial(loaded, text, kernels))
+        by.prepare(partial(load_model, text, kernels))
         folder = WorkFolder(Path((workers and workers.work) or fresh))
         repairs: list[Fault] = []
         train, held = (
@@ -421,7 +421,7 @@ def open_data_set(
             for kind, budget in zip(KINDS, (SAMPLE, HELD_SAMPLE), strict=True)
         )
         progress("deriving and compiling the model")
-        evaluator, given = loaded(text, kernels), bool(validation)
+        evaluator, given = load_model(text, kernels), bool(validation)
         seen = (evaluator, train, held, repairs, given, progress, by.threads)
         about = (text, kernels)
         yield ChunkedLogs(

@@ -19,7 +19,7 @@ from symgen.estimation.equation_model import JUDGING, NEEDED, EquationModel
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.logs import (
     Source,
-    held_out,
+    hold_out,
     listed_logs,
     require_logs,
     require_other_data,
@@ -30,8 +30,8 @@ from symgen.identification.estimate import Estimate
 from symgen.identification.model_choice import (
     ChosenModel,
     OpenLogs,
+    blame_motion,
     choose_model,
-    determined,
     filter_in_band,
     require_condition,
     undo_delay,
@@ -128,7 +128,7 @@ def identify(
             own_speeds = by.name == "iv" and not motions
             run = undo_delay(filter_in_band(opened, cutoff, own_speeds=own_speeds))
             chosen = choose_model(run, models, by, shares, motions, progress)
-            with determined(chosen.fault):
+            with blame_motion(chosen.fault):
                 found = opened.solve(chosen, by)
             require_condition(found.solution, chosen.fault)
             progress("judging")
@@ -218,7 +218,7 @@ def _open_in_memory(
     require_other_data(train, held)
     given = bool(held)
     if not given:
-        train, held = held_out(train, _FEWEST)
+        train, held = hold_out(train, _FEWEST)
     progress("deriving and compiling the model")
     yield LogsInMemory(_loaded(robot, source, models), train, held, repairs, given, progress)
 
