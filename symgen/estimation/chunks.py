@@ -225,13 +225,15 @@ class Settings:
 
 def unit(step: float, settings: Settings) -> int:
     """Return the samples of which chunks begin at multiples."""
-    band, model = settings.band, settings.model
-    stride = stride_of(band, step)
-    every = decimation(1 << 30, step, stride, band.comparison_hz).every
-    if model.name == "torque":
-        return math.lcm(stride, every)
-    own = windows(step, stride, model.window)
-    return math.lcm(stride, every, own.stride * own.hop)
+    stride, every, own = _strides(step, settings)
+    return math.lcm(stride, every, own.stride * own.hop if own else 1)
+
+
+def _strides(step: float, settings: Settings) -> tuple[int, int, Windows | None]:
+    """Return samples from node to node and from one kept to the next, and windows but of torque."""
+    stride, model = stride_of(settings.band, step), settings.model
+    every = decimation(1 << 30, step, stride, settings.band.comparison_hz).every
+    return stride, every, None if model.name == "torque" else windows(step, stride, model.window)
 
 
 def reach(step: float, settings: Settings, measured: bool) -> int:
@@ -242,7 +244,7 @@ def reach(step: float, settings: Settings, measured: bool) -> int:
         settings: of the run.
         measured: whether the log has speeds.
     """
-    band, model = settings.band, settings.model
+    band, (_, every, own) = settings.band, _strides(step, settings)
 
     def tail(hz: float) -> int:
         return math.ceil(TAIL / (hz * step))
@@ -250,12 +252,9 @@ def reach(step: float, settings: Settings, measured: bool) -> int:
     # one after the other: a missing speed, positions, slopes
     motion = tail(band.cutoff_hz) + 2 * _SPLINE + (0 if measured else tail(_SLOPES_HZ))
     compared = tail(band.comparison_hz)
-    if model.name == "torque":
-        every = decimation(1 << 30, step, stride_of(band, step), band.comparison_hz).every
+    if own is None:
         return motion + compared + LAGS * 2 * every
-    own = windows(step, stride_of(band, step), model.window)
-    summed = own.stride * (2 * own.steps + LAGS * own.steps + own.hop)
-    return motion + max(compared, summed)
+    return motion + max(compared, own.stride * (2 * own.steps + LAGS * own.steps + own.hop))
 
 
 def partitions(

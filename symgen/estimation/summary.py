@@ -10,7 +10,7 @@ its chunks bring the rows before their own with them.
 
 Blocks hold the products [W y]'[W y] of stretches of time, in which models and bands are compared: a
 fit without some blocks, its error on these, and how much estimates scatter from block to block
-follow from them without another look at the data. They add up over chunks, logs and machines.
+follow from them without another look at the data.
 """
 
 from __future__ import annotations
@@ -146,10 +146,6 @@ class Blocks:
     grams: FloatArray
     rows: FloatArray
 
-    def __add__(self, other: Blocks) -> Blocks:
-        """Return the summary of both."""
-        return Blocks(self.grams + other.grams, self.rows + other.rows)
-
     @property
     def size(self) -> FloatArray:
         """(m,) RMS of y."""
@@ -165,12 +161,12 @@ class Blocks:
         """
         chosen = np.setdiff1d(np.arange(len(self.grams)), np.asarray(without, dtype=int))
         grams, rows = self.grams[chosen].sum(axis=0), self.rows[chosen].sum(axis=0)
-        variance = self.size**2
+        variance = least = self.size**2
         X: FloatArray = np.zeros(grams.shape[-1] - 1)
         for _ in range(_ROUNDS):
             X = solve_gram(np.einsum("j,jab->ab", 1 / variance, grams))
             left = residual_squares(grams, X) / np.maximum(rows, 1.0)
-            variance = np.maximum(left, 1e-12 * self.size**2)
+            variance = np.maximum(left, 1e-12 * least)
         return X
 
     def errors(self, blocks: Sequence[int], X: FloatArray) -> FloatArray:
