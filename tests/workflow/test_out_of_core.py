@@ -295,7 +295,7 @@ def test_refusals_say_what_is_accepted(logs: Path, tmp_path: Path) -> None:
     bad = motion(1000)
     bad["q2"][777] = np.nan
     refused(
-        r"bad.parquet, rows .*: column q2, sample .* \(t = 7.77 s\): nan",
+        r"bad.parquet: rows .*: column q2, sample .* \(t = 7.77 s\): nan",
         parquet(tmp_path / "bad.parquet", bad), workers=symgen.Workers(1), cutoff=5.0,
     )  # fmt: skip
     backwards = motion(1000)
