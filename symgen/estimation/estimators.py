@@ -43,9 +43,9 @@ from symgen.estimation.solve import (
     weighted_triangle,
 )
 from symgen.estimation.statistics import f_tail
-from symgen.estimation.summary import Summary, summaries, summarised, triangle
+from symgen.estimation.summary import Summary, summaries, summarise, triangle
 from symgen.estimation.system import Equations, LinearSystem
-from symgen.estimation.values import Contrast, Endogeneity, FloatArray
+from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
 
 PASSES = 3
 _PASSES_OF_A_PRIOR = 20  # on factors: cheap
@@ -300,7 +300,7 @@ class Essential:
         note = f"{len(kept)} of {p} parameters are essential" + (
             f"; taken as 0, F test at {self.level:g}: {', '.join(out)}" if out else ""
         )
-        contrast = (Contrast("wls", full.X, full.std),)
+        contrast = (OtherEstimate.by("wls", system.names, full.X, full.std),)
         return replace(part, X=X, covariance=covariance, notes=(note,), comparison=contrast)
 
 
@@ -411,8 +411,12 @@ class InstrumentalVariables:
 
     Its covariance is the sandwich with instruments, (Z'W)^-1 S (W'Z)^-1 with S the long-run
     covariance of z e. Beside it stand weighted least squares and the Durbin-Wu-Hausman test.
+
+    Attributes:
+        least: weighted least squares of the same equations, where it is known.
     """
 
+    least: Solution | None = None
     name: ClassVar[str] = "iv"
     excludes: ClassVar[str] = (
         "bias where the noise of the instruments is not independent of that of the regressor, and "
@@ -431,7 +435,7 @@ class InstrumentalVariables:
                 "method iv needs instruments; accepted: logs with measured speeds qd, whose "
                 "instruments come from the encoders, or the commanded motion of every log"
             )
-        least = Wls().solve(system)
+        least = self.least or Wls().solve(system)
         parts, p = _with_instruments(system), len(system.names)
         plain = [replace(s, factor=s.factor[:, p:]) for s in parts]
         weights: FloatArray = np.array(least.weights)
@@ -461,7 +465,7 @@ class InstrumentalVariables:
             tuple(map(float, weights)),
             notes,
             tests,
-            (Contrast("wls", least.X, std),),
+            (OtherEstimate.by("wls", system.names, least.X, std),),
         )
 
 
@@ -473,7 +477,7 @@ def _z(equations: Equations) -> FloatArray:
 
 def _with_instruments(system: LinearSystem) -> list[Summary]:
     """Return the summaries of [Z W y]."""
-    return [summarised(replace(e, W=np.column_stack([_z(e), e.W]))) for e in system.logs]
+    return [summarise(replace(e, W=np.column_stack([_z(e), e.W]))) for e in system.logs]
 
 
 class _Reduced:
@@ -568,12 +572,15 @@ def _wald(
     return Endogeneity(label, statistic, (count, freedom), f_tail(statistic, count, freedom))
 
 
-def bias_of_least_squares(system: LinearSystem, solution: Solution) -> tuple[Solution, str]:
+def bias_of_least_squares(
+    system: LinearSystem, solution: Solution, least: Solution | None = None
+) -> tuple[Solution, str]:
     """Compare weighted least squares with instrumental variables, where there are instruments.
 
     Args:
         system: the equations that were solved.
         solution: by a method that takes the regressor as exact.
+        least: weighted least squares of these equations, where it is known.
 
     Returns:
         The solution with tests and comparison, and in words a bias that the intervals do not hold,
@@ -582,7 +589,7 @@ def bias_of_least_squares(system: LinearSystem, solution: Solution) -> tuple[Sol
     if any(e.Z is None for e in system.logs):
         return solution, ""
     try:
-        other = InstrumentalVariables().solve(system)
+        other = InstrumentalVariables(least).solve(system)
     except IdentificationError:
         return replace(solution, notes=(*solution.notes, _UNTESTED)), ""
     spread = other.std
@@ -590,13 +597,13 @@ def bias_of_least_squares(system: LinearSystem, solution: Solution) -> tuple[Sol
         solution,
         notes=(*solution.notes, *other.notes),
         endogeneity=other.endogeneity,
-        comparison=(*solution.comparison, Contrast("iv", other.X, spread)),
+        comparison=(*solution.comparison, OtherEstimate.by("iv", system.names, other.X, spread)),
     )
-    least = other.comparison[0]
-    moves = np.abs(other.X - least.X)
+    plain = other.comparison[0]
+    moves = np.abs(other.X - plain.X)
     known = (spread < _KNOWN * np.abs(other.X)) & (moves > _MATERIAL * np.abs(other.X))
     certain = bool(other.endogeneity) and other.endogeneity[0].p_value < LEVEL
-    ratio = np.where(known & (least.std > 0), moves / np.maximum(least.std, 1e-300), 0.0)
+    ratio = np.where(known & (plain.std > 0), moves / np.maximum(plain.std, 1e-300), 0.0)
     worst = int(np.argmax(ratio))
     if not certain or ratio[worst] <= _BEYOND:
         return compared, ""

@@ -39,7 +39,7 @@ from symgen.experiment.study_result import Precision, Settings, Study, Tried
 from symgen.faults.logs import in_one_band, open_logs
 from symgen.identification.instruments import instrumented
 from symgen.identification.model_choice import OpenLogs, Run, filter_in_band, undo_delay
-from symgen.identification.out_of_core import loaded
+from symgen.identification.out_of_core import load_model
 from symgen.identification.solving import EquatedLog, Method, equate, settle_load, solve
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml
@@ -92,7 +92,7 @@ class Trials:
     @property
     def evaluator(self) -> Evaluator:
         """The model, compiled once a process."""
-        return loaded(self.robot, self.kernels)
+        return load_model(self.robot, self.kernels)
 
     def samples(self, runs: range) -> Iterator[list[Samples]]:
         """Yield the logs of every run, opened and mended as `identify` does."""
@@ -258,7 +258,7 @@ def study(
     progress("deriving and compiling the model")
     kernels = dict.fromkeys([*KERNELS, *(k for model, _ in ways for k in model.all_kernels)])
     text = robot_toml(source)
-    evaluator = loaded(text, tuple(kernels))
+    evaluator = load_model(text, tuple(kernels))
     X = values_of(parameters, evaluator.model)
     made.unseen(source.n)
     rate = made.rate or 1000.0

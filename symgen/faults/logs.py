@@ -11,7 +11,6 @@ import numpy as np
 from symgen.data.log import Log
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples, sampled
-from symgen.data.stretch import Stretch
 from symgen.errors import LogError
 from symgen.estimation.band import LOWEST, comparison_band
 from symgen.estimation.chunks import Chunk, ChunkOfLog, Settings, chunk_data, unit
@@ -103,7 +102,6 @@ def in_one_band(
 def treated(
     log: Log,
     chunk: Chunk,
-    stretch: Stretch,
     robot: Robot,
     reading: Reading,
     settings: Settings,
@@ -114,7 +112,6 @@ def treated(
     Args:
         log: the rows.
         chunk: which they are.
-        stretch: of the part that they belong to.
         robot: the log's robot.
         reading: what is masked.
         settings: of the run.
@@ -123,6 +120,7 @@ def treated(
     Raises:
         LogError: the rows are refused as those of a log.
     """
+    stretch = chunk.part.stretch
     rows, clock = len(log.t), (stretch.times[0], stretch.step)
     begin, end = chunk.own
     first = log.t[begin] - stretch.step / 2 if chunk.before + begin else -math.inf

@@ -25,11 +25,10 @@ from symgen.estimation.summary import (
     BLOCKS,
     Blocks,
     block_errors,
+    block_summary,
     held_out_error,
-    placed,
     residual_squares,
     solve_gram,
-    summary,
 )
 from symgen.estimation.system import Equations, torque_equations
 from symgen.faults.fault import Fault
@@ -130,12 +129,12 @@ class Trial:
     @cached_property
     def base(self) -> Blocks:
         """Summary of the training logs as they are recorded."""
-        return summary(placed(self.rows), self.n)
+        return block_summary(self.rows)
 
     @cached_property
     def other(self) -> Blocks | None:
         """Summary of the validation logs as they are recorded; None without."""
-        return summary(placed(self.held_rows), self.n) if self.held else None
+        return block_summary(self.held_rows) if self.held else None
 
     @cached_property
     def own(self) -> FloatArray:
@@ -184,7 +183,7 @@ class Trial:
     def right(self, fault: Fault, group: Sequence[FilteredLog]) -> Blocks:
         """Summarise logs without a fault."""
         assert fault.undo is not None
-        return summary(placed(_equations_of(self.evaluator, map(fault.undo, group))), self.n)
+        return block_summary(_equations_of(self.evaluator, map(fault.undo, group)))
 
     def judged(self, faults: Iterable[Fault]) -> Iterator[Fault]:
         """Yield the faults that leave little when they are undone."""
@@ -274,7 +273,7 @@ def _with_delay(logs: Sequence[FilteredLog], equations: Rows) -> Blocks:
         _with_column(log, rows, -log.compared(np.gradient(log.tau, log.step, axis=0)))
         for log, rows in zip(logs, equations, strict=True)
     ]
-    return summary(placed(extended), len(equations[0]))
+    return block_summary(extended)
 
 
 def _factors(trial: Trial) -> Iterator[Fault]:
@@ -364,7 +363,7 @@ def _turned(equations: Rows, j: int, k: int) -> Blocks:
         )
         for log in equations
     ]
-    return summary(placed(turned), len(equations[0]))
+    return block_summary(turned)
 
 
 def _geared(trial: Trial) -> Iterator[Fault]:
@@ -415,7 +414,7 @@ def _another_ratio_helps(
         slope = (_modelled(trial, turned, X) - torque) / _SLIGHT
         slope[:, j] += log.measured[:, j]
         extended.append(_with_column(log, rows, slope))
-    blocks = summary(placed(extended), trial.n)
+    blocks = block_summary(extended)
     return _what_is_left(trial.own, block_errors(blocks, blocks))[0] <= _CLEARER
 
 
@@ -581,7 +580,7 @@ def _driving_friction(trial: Trial, j: int) -> bool:
         work.append(e.W * speed[:, None])
     mean = np.concatenate(work).mean(axis=0)
     mean[:first] = 0.0
-    return _surely_negative(summary(placed(own), trial.n).grams[:, j], mean)
+    return _surely_negative(block_summary(own).grams[:, j], mean)
 
 
 def _surely_negative(grams: FloatArray, mean: FloatArray) -> bool:

@@ -40,7 +40,7 @@ from symgen.estimation.estimators import NOISE_BIAS, Estimator, Wls
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import LinearSystem
-from symgen.estimation.values import Contrast, FloatArray
+from symgen.estimation.values import FloatArray, OtherEstimate
 from symgen.identification.estimate import Consistency
 from symgen.identification.parameters import is_finite, mass_matrices, regrouping
 from symgen.names import REVOLUTE
@@ -557,7 +557,10 @@ class Consistent:
             free,
             X=near,
             notes=(*free.notes, moved),
-            comparison=(Contrast(self.base.name, free.X, free.std), *free.comparison),
+            comparison=(
+                OtherEstimate.by(self.base.name, system.names, free.X, free.std),
+                *free.comparison,
+            ),
         )
 
 

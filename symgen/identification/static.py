@@ -37,7 +37,7 @@ from symgen.data.raw import Reading, read_only
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError
 from symgen.estimation.estimators import Estimator, Huber, Ols, Prior, Wls
-from symgen.estimation.logs import Source, held_out, open_log, require_other_data
+from symgen.estimation.logs import Source, hold_out, open_log, require_other_data
 from symgen.estimation.solve import IdentifiableColumns, Solution, identifiable_columns
 from symgen.estimation.statistics import binomial_tail
 from symgen.estimation.system import Equations, LinearSystem
@@ -175,7 +175,7 @@ def identify_poses(
     require_other_data(train, held)
     given = bool(held)
     if not given:
-        train, held = held_out(train, _FEWEST)
+        train, held = hold_out(train, _FEWEST)
     equations = [e for s in train for e in pose_equations(evaluator, s)]
     columns, every = shown_columns(equations), evaluator.model.base.names
     kept = columns.kept
