@@ -37,6 +37,15 @@ _SHA = 32  # bytes of a SHA-256
 _PIECE = re.compile(r"[0-9a-f]{64}(\.npz|-\d+-\d+\.rows)")
 
 
+#: Who is told what is being done, and which part is done, from 0 to 1.
+Say = Callable[[str], None]
+Meter = Callable[[float], None]
+
+
+def silent(_: object) -> None:
+    """Tell nobody."""
+
+
 @dataclass(frozen=True)
 class Workers:
     """Who does the work of `identify`, `fleet` and `study`, and where it is kept.

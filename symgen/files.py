@@ -26,7 +26,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
-from symgen.errors import PackageError, SymgenWarning, plain
+from symgen.errors import PackageError, SymgenWarning, located, plain
 from symgen.places import alone, exchanged, place, sweep, written
 from symgen.record import RECORD, Carried, read_record, with_record
 
@@ -130,23 +130,23 @@ def check_replaceable(folder: Path, marker: str) -> None:
 
 def _check_kind(folder: Path, marker: str) -> None:
     accepted = "accepted: a new or empty folder, or one that symgen wrote"
-    shown = str(folder) if len(str(folder)) < 200 else f"{str(folder)[:200]}..."
-    try:
-        if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
-            raise PackageError(f"{shown}: exists and is not a folder; {accepted}")
-        if folder.exists() and Path.cwd().is_relative_to(folder.resolve()):
-            raise PackageError(f"{shown}: the current folder cannot be replaced; {accepted}")
-        with suppress(FileNotFoundError):
-            _aside(folder, "12345678").lstat()  # the name fits into the file system
-        if not folder.is_dir() or not any(folder.iterdir()):
-            return
-        record = read_record(folder, marker)
-    except OSError as error:
-        raise PackageError(f"{shown}: not ours ({error.strerror}); {accepted}") from error
-    if record is None or marker not in record:
-        missing = marker if not (folder / marker).is_file() else RECORD
-        reason = f"no {missing} in it" if record is None else f"no {marker} in its {RECORD}"
-        raise PackageError(f"{shown}: not ours ({reason}); {accepted}")
+    with located(str(folder) if len(str(folder)) < 200 else f"{str(folder)[:200]}..."):
+        try:
+            if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
+                raise PackageError(f"exists and is not a folder; {accepted}")
+            if folder.exists() and Path.cwd().is_relative_to(folder.resolve()):
+                raise PackageError(f"the current folder cannot be replaced; {accepted}")
+            with suppress(FileNotFoundError):
+                _aside(folder, "12345678").lstat()  # the name fits into the file system
+            if not folder.is_dir() or not any(folder.iterdir()):
+                return
+            record = read_record(folder, marker)
+        except OSError as error:
+            raise PackageError(f"not ours ({error.strerror}); {accepted}") from error
+        if record is None or marker not in record:
+            missing = marker if not (folder / marker).is_file() else RECORD
+            reason = f"no {missing} in it" if record is None else f"no {marker} in its {RECORD}"
+            raise PackageError(f"not ours ({reason}); {accepted}")
 
 
 def load_json(text: str) -> Any:
@@ -267,16 +267,17 @@ def check_text_replaceable(path: Path) -> None:
         PackageError: it holds something else.
     """
     accepted = "accepted: a new file, or one that symgen wrote and nobody changed"
-    try:
-        if path.is_symlink() or (path.exists() and not path.is_file()):
-            raise PackageError(f"{path}: exists and is not a file; {accepted}")
-        if not path.exists():
-            return
-        mark, _, text = path.read_text("utf-8").partition("\n")
-    except (OSError, ValueError) as error:
-        raise PackageError(f"{path}: not ours; {accepted}") from error
-    if mark != f"{_MARK}{_digest(text)}":
-        raise PackageError(f"{path}: exists; {accepted}")
+    with located(path):
+        try:
+            if path.is_symlink() or (path.exists() and not path.is_file()):
+                raise PackageError(f"exists and is not a file; {accepted}")
+            if not path.exists():
+                return
+            mark, _, text = path.read_text("utf-8").partition("\n")
+        except (OSError, ValueError) as error:
+            raise PackageError(f"not ours; {accepted}") from error
+        if mark != f"{_MARK}{_digest(text)}":
+            raise PackageError(f"exists; {accepted}")
 
 
 def _digest(text: str) -> str:

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import sys
 from collections import Counter
@@ -43,9 +44,9 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put long files first: no worker is left with a long one when the others have ended."""
+    """Put long files first, and new ones: no worker is left with one when the others have ended."""
     known = json.loads(DURATIONS.read_text("utf-8"))
-    items.sort(key=lambda item: -known.get(_file(item), 0.0))
+    items.sort(key=lambda item: -known.get(_file(item), math.inf))
 
 
 @pytest.hookimpl(wrapper=True)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import subprocess
+import tempfile
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -118,6 +120,9 @@ def c_files(package: Path, check: bool = False) -> list[Path]:
 def objects(package: Path) -> tuple[Path, ...]:
     """Compile a package that many programs are linked with, once; strictly, beside its folder."""
     folder = package.with_name(f"{package.name}-objects")
-    folder.mkdir(exist_ok=True)
-    run(["cc", *STRICT, "-O2", "-c", *c_files(package)], folder)
+    if not folder.is_dir():
+        own = Path(tempfile.mkdtemp(dir=package.parent))
+        run(["cc", *STRICT, "-O2", "-c", *c_files(package)], own)
+        with suppress(OSError):  # another worker was first
+            own.rename(folder)
     return tuple(sorted(folder.glob("*.o")))

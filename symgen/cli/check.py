@@ -37,10 +37,10 @@ def check(folder: Path) -> int:
     ]
     table(("package", "files", "rank", "kernels", "worst of C", "worst of CasADi"), rows)
     _stack_table(results)
-    for result in results:
-        for line in result.differences:
-            click.echo(f"{result.folder}: {line}")
-    return 1 if any(result.differences for result in results) else 0
+    lines = [f"{result.folder}: {line}" for result in results for line in result.differences]
+    for line in lines:
+        click.echo(line)
+    return 1 if lines else 0
 
 
 def _stack_table(results: Sequence[Checked]) -> None:

@@ -16,7 +16,7 @@ from symgen.errors import PackageError
 @click.option("--to", type=PATH, required=True, help="The URDF or MJCF to write.")
 @click.option("--from", "source", type=PATH, help="The robot's file; by default that of --to.")
 @click.option("--robot", help="The robot that was identified; default robot.toml by the estimate.")
-def export(estimate: Path, to: Path, source: Path | None, robot: str | None) -> int:
+def export(estimate: Path, to: Path, source: Path | None, robot: str | None) -> None:
     """Write the link parameters of ESTIMATE into the robot's URDF or MJCF, and nothing else.
 
     Of all parameters that a robot can have and that give the identified ones, those nearest to the
@@ -40,4 +40,3 @@ def export(estimate: Path, to: Path, source: Path | None, robot: str | None) -> 
     replace_file(to, text.encode("utf-8-sig" if marked else "utf-8"))
     click.echo(f"note: {said}")
     click.echo(f"written: {to}")
-    return 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -26,13 +27,12 @@ _DERIVING = 0.6
 def generate(
     robot: str,
     into: Path | None,
-    target: str,
     dtype: str,
     kernels: str | None,
     prefix: str | None,
     standard: bool,
-    tex: bool,
-) -> int:
+    **options: Any,
+) -> None:
     """Derive ROBOT's model and write it as a package of C, CasADi, FMU and MEX.
 
     ROBOT is a robot.toml, a generated package, or the name of a built-in robot.
@@ -45,17 +45,13 @@ def generate(
     source = symgen.read_robot(robot)
     folder = into or Path("generated") / (prefix or default_prefix(source.name, dtype))
     check_replaceable(folder, "manifest.json")
-    chosen = ALL if kernels in (None, "all") else tuple(listed(str(kernels)))
-    if standard:
-        chosen += tuple(name for name in STANDARD if name not in chosen)
-    named = None if kernels in (None, "all") else chosen  # of "all", those that the robot has
+    asked = () if kernels == "all" else listed(kernels)
+    chosen = tuple(dict.fromkeys([*(asked or ALL), *(STANDARD if standard else ())]))
+    named = chosen if asked else None  # of "all", those that the robot has
     say(f"deriving {source.name}")
     with meter("deriving") as advance:
         model = symgen.derive(source, chosen, meter=lambda part: advance(_DERIVING * part))
-        tree = symgen.generate(
-            model, target=target, dtype=dtype, kernels=named, tex=tex, prefix=prefix
-        )
+        tree = symgen.generate(model, dtype=dtype, kernels=named, prefix=prefix, **options)
     symgen.write_package(tree, folder)
     print_model(model)
     click.echo(f"written: {folder} ({len(tree.files)} files)")
-    return 0

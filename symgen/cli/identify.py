@@ -87,6 +87,7 @@ def identify(
     """
     import symgen
     from symgen.distributed import WorkFolder
+    from symgen.identification.export import identified_file
     from symgen.identification.out_of_core import is_long
     from symgen.identification.solving import FOLDED
 
@@ -114,8 +115,6 @@ def identify(
         told("writing the report")
         said, urdf = "", {}
         if robot.endswith(".urdf"):
-            from symgen.identification.export import identified_file
-
             try:
                 text, said = identified_file(robot, estimate)
                 urdf[f"{estimate.robot}.urdf"] = text.encode()
@@ -127,9 +126,9 @@ def identify(
     trusted = print_result(estimate)
     if model != "auto" and not trusted:
         click.echo(f"try: {again(model='auto', into=f'{into}-auto')}")
-    if model == "auto" and not trusted:
+    elif not trusted:
         click.echo(f"try: {diagnosing(robot, logs, validation, f'{into}-why')}")
-    if estimate.physical.feasible is False and method == "wls" and trusted:
+    elif estimate.physical.feasible is False and method == "wls":
         click.echo(f"try: {again(method='consistent', into=f'{into}-consistent')}")
     if said:
         click.echo(f"note: {said}")

@@ -24,7 +24,7 @@ def robots() -> None:
 @click.argument("file", type=PATH)
 @click.option("--fix", multiple=True, help="A joint held still, NAME or NAME=VALUE; repeatable.")
 @click.option("--into", type=PATH, help="The robot.toml to write.")
-def import_(file: Path, fix: tuple[str, ...], into: Path | None) -> int:
+def import_(file: Path, fix: tuple[str, ...], into: Path | None) -> None:
     """Read FILE (.urdf, .par of SYMORO, .xml of MuJoCo), print its table, write it as robot.toml.
 
     Values of parameters that the file has go into NAME_parameters.toml beside it. Without --into
@@ -55,4 +55,3 @@ def import_(file: Path, fix: tuple[str, ...], into: Path | None) -> int:
         warnings.warn(f"{file}: {line}", SymgenWarning, stacklevel=1)
     if files:
         click.echo(f"written: {', '.join(map(str, files))}")
-    return 0

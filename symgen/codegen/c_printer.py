@@ -17,7 +17,7 @@ import sympy as sp
 from symgen.codegen.kernels import LINK, SCALARS, Kernel
 from symgen.codegen.schedule import scheduled
 from symgen.errors import SymgenError
-from symgen.symbolic.tape import Tape, terms
+from symgen.symbolic.tape import Values, terms
 
 DTYPES = ("double", "float")
 _ANGLES = (4, 2, 1)  # how many the package's own sincos takes at once
@@ -69,7 +69,7 @@ class Printer:
         self,
         kernel: Kernel,
         geometry: Mapping[sp.Symbol, str],
-        values: Mapping[sp.Symbol, sp.Expr],
+        values: Values,
         dtype: str,
         prefix: str | None = None,
     ) -> None:
@@ -162,10 +162,7 @@ class Printer:
         """Return the stores that follow each step, and (None) those that wait for none."""
         steps = {s for s, _ in self.tape.steps}
         at: dict[sp.Symbol | None, list[str]] = {}
-        first = 0
-        for output in self.kernel.outputs:
-            results = self.tape.outputs[first : first + output.size]
-            first += output.size
+        for output, results in self.kernel.split(self.tape.outputs):
             zeros = [i for i, result in enumerate(results) if result == 0]
             at.setdefault(None, []).extend(self.cleared(output.name, zeros))
             for i, result in enumerate(results):
@@ -272,12 +269,3 @@ class Printer:
     def factor(self, expr: sp.Expr) -> str:
         written = self.expression(expr)
         return f"({written})" if expr.is_Add else written
-
-
-def operation_counts(tapes: Sequence[Tape]) -> dict[str, int]:
-    """Return the summed operation counts of some tapes, as the manifest records them."""
-    counts = [tape.operations for tape in tapes]
-    return {
-        key: sum(getattr(c, key) for c in counts)
-        for key in ("mul", "add", "div", "sincos", "other")
-    }

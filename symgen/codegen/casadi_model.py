@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import sympy as sp
-
 from symgen.codegen.kernels import LINK, Kernel
 from symgen.codegen.model import Model
-from symgen.symbolic.tape import Numbers
+from symgen.symbolic.tape import Numbers, Values
 
 
-def arithmetic(values: Mapping[sp.Symbol, sp.Expr]) -> Numbers:
+def arithmetic(values: Values) -> Numbers:
     """Return the arithmetic of CasADi expressions for `Tape.run`."""
     import casadi
 
@@ -49,16 +46,15 @@ def casadi_function(model: Model, kernel: Kernel, *, flat: bool = False) -> Any:
         for (name, symbols), vector in zip(tape.inputs, inputs.values(), strict=True)
     }
     values = tape.run(arithmetic(model.robot.values()), entries)
-    out, at = [], 0
-    for output in kernel.outputs:
-        column = casadi.vertcat(*values[at : at + output.size]) if output.size else casadi.SX(0, 1)
+    out = []
+    for output, part in kernel.split(values):
+        column = casadi.vertcat(*part) if part else casadi.SX(0, 1)
         if not flat and len(output.shape) > 1 and output.size:
             width = output.shape[-1]
             column = casadi.reshape(column, width, output.size // width).T
         out.append(column)
-        at += output.size
     known = [casadi.sum1(casadi.vertcat(*entries[LINK]))] if kernel.links else []
-    for guard in (*values[at:], *known):
+    for guard in (*values[kernel.size :], *known):
         out = [casadi.if_else(guard > 0, array, casadi.SX.nan(*array.shape)) for array in out]
     names = [output.name for output in kernel.outputs]
     return casadi.Function(

@@ -17,7 +17,7 @@ from math import gcd, lcm
 import sympy as sp
 
 from symgen.codegen.formula import Call, Factor, Formula, Product, constant_factor, geometric
-from symgen.symbolic.tape import Tape
+from symgen.symbolic.tape import Symbols, Tape, real_symbol
 from symgen.symbolic.trigonometric import Polynomial, TooLargeError, Trigonometric, common, halves
 
 #: Longest closed form of a kernel, in products; what is longer is read as a recursion.
@@ -40,7 +40,7 @@ def closed_form(tape: Tape) -> tuple[Formula, ...] | None:
     lengths = sorted({s.name for _, value in tape.constants for s in value.free_symbols})
     motion = [s for name, group in tape.inputs if name != "X" for s in group]
     for name in lengths:
-        arithmetic.variable(sp.Symbol(name, real=True))
+        arithmetic.variable(real_symbol(name))
     try:
         for _, value in tape.constants:
             arithmetic.constant(value)
@@ -61,7 +61,7 @@ def closed_form(tape: Tape) -> tuple[Formula, ...] | None:
 @dataclass(frozen=True)
 class _Writer:
     arithmetic: Trigonometric
-    parameters: tuple[sp.Symbol, ...]
+    parameters: Symbols
 
     def formula(self, value: Polynomial) -> Formula:
         """Collect by parameters."""

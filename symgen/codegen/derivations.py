@@ -27,13 +27,14 @@ from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameter, BaseParameters, Proof
 from symgen.symbolic.parameters import Parameter
-from symgen.symbolic.tape import Tape
+from symgen.symbolic.tape import Tape, real_symbol
 
 Derived = TypeVar("Derived")
+_symbol = cache(real_symbol)
 _NUMBERS = {"Pi": sp.pi, "Exp1": sp.E}
 _OPERATIONS: Mapping[str, Callable[..., sp.Expr]] = {
     f.__name__: f
-    for f in (sp.Add, sp.Mul, sp.Pow, sp.sin, sp.cos, sp.tanh, sp.exp, sp.sign, sp.Abs)
+    for f in (sp.Add, sp.Mul, sp.Pow, sp.sin, sp.cos, sp.tanh, sp.exp, sp.log, sp.sign, sp.Abs)
 }
 
 
@@ -89,7 +90,10 @@ class Derivations:
 
     def sources(self, kernels: tuple[Kernel, ...], write: Callable[[], dict[str, bytes]]) -> Any:
         """Return the C sources of some kernels as they were kept, or write and keep them."""
-        digest = hashlib.sha256(json.dumps([write_kernel(k) for k in kernels]).encode())
+        try:
+            digest = hashlib.sha256(json.dumps([write_kernel(k) for k in kernels]).encode())
+        except KeyError:  # a number or a function that the grammar lacks
+            return write()
         return self.have(
             f"sources-{digest.hexdigest()[:32]}",
             write,
@@ -167,11 +171,6 @@ def read_base(text: Any) -> BaseParameters:
     rank, primes, seeds, *counts = text["proof"]
     proof = Proof(rank, tuple(primes), tuple(seeds), *counts)
     return BaseParameters(parameters, standard, tuple(text["no_effect"]), proof)
-
-
-@cache
-def _symbol(name: str) -> sp.Symbol:
-    return sp.Symbol(name, real=True)
 
 
 def _written(e: sp.Expr) -> Any:

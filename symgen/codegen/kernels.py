@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import sympy as sp
 
@@ -30,10 +32,7 @@ class Output:
     @property
     def size(self) -> int:
         """Number of entries."""
-        out = 1
-        for extent in self.shape:
-            out *= extent
-        return out
+        return math.prod(self.shape)
 
 
 @dataclass(frozen=True)
@@ -143,12 +142,15 @@ class Kernel:
     @cached_property
     def filled(self) -> tuple[tuple[int, ...], ...]:
         """Entries of each output, counted through, that are not zero whatever comes in."""
-        out, begin = [], 0
+        split = self.split(self.tape.outputs)
+        return tuple(tuple(k for k, x in enumerate(part) if x != 0) for _, part in split)
+
+    def split(self, entries: Sequence[Any]) -> Iterator[tuple[Output, Sequence[Any]]]:
+        """Yield each output with its share of entries that stand one after the other."""
+        begin = 0
         for output in self.outputs:
-            entries = self.tape.outputs[begin : begin + output.size]
-            out.append(tuple(k for k, entry in enumerate(entries) if entry != 0))
+            yield output, entries[begin : begin + output.size]
             begin += output.size
-        return tuple(out)
 
 
 #: What identification by energy needs.

@@ -18,11 +18,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import sympy as sp
-
 from symgen.codegen import example
 from symgen.codegen.backends import Backend, Package, cpp, fmu, mex
-from symgen.codegen.c_printer import DTYPES, Printer, literal, operation_counts
+from symgen.codegen.c_printer import DTYPES, Printer, literal
 from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
 from symgen.codegen.model import Model
 from symgen.codegen.parts import in_parts
@@ -42,6 +40,7 @@ from symgen.robot.identifiers import is_robot_name
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot, joint_variable, require_gravity
 from symgen.symbolic.base_parameters import bound
+from symgen.symbolic.tape import real_symbol
 
 SCHEMA = "symgen.manifest/1"
 #: Of a package's interface, in C, CMake and pkg-config: the first number is that of its layout.
@@ -336,9 +335,9 @@ class _Writer:
     def describe(self, kernel: Kernel) -> dict[str, Any]:
         """Return what the templates print of one kernel."""
         robot, listed = self.model.robot, kernel.arguments
-        macros = {sp.Symbol(g, real=True): f"{self.name}_geometry_{g}" for g, _ in robot.geometry}
+        macros = {real_symbol(g): f"{self.name}_geometry_{g}" for g, _ in robot.geometry}
         function = Printer(kernel, macros, robot.values(), self.dtype, self.name).function()
-        counts = operation_counts([kernel.tape])
+        counts = vars(kernel.tape.operations)
         names = [a.name for a in listed]
         shapes = [f"{a.name}: {self.shape(a.name, a.size)}" for a in kernel.inputs]
         for o in kernel.outputs:
@@ -415,7 +414,7 @@ class _Writer:
             geometry=[(name, text(value)) for name, value in robot.geometry],
             base=base.parameters,
             no_effect=", ".join(base.no_effect) or "none",
-            kernels=[(k.name, *operation_counts([k.tape]).values()) for k in self.kernels],
+            kernels=[(k.name, *vars(k.tape.operations).values()) for k in self.kernels],
             worst_case=[(k.name, *counts[k.name]) for k in self.kernels if k.name in counts],
             compiler=known["compiler"],
             control=self.controlled,
@@ -449,7 +448,7 @@ class _Writer:
                     "name": k.name,
                     "inputs": [{"name": a.name, "shape": [a.size]} for a in k.inputs],
                     "outputs": [vars(o) for o in k.outputs],
-                    "operations": operation_counts([k.tape]),
+                    "operations": vars(k.tape.operations),
                 }
                 for k in self.kernels
             ],

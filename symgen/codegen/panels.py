@@ -16,6 +16,7 @@ from symgen.codegen.c_printer import Printer
 from symgen.codegen.kernels import SHARED, Kernel
 from symgen.codegen.model import Model
 from symgen.files import rendered, templates
+from symgen.symbolic.tape import Values, real_symbol
 
 #: Entries of a sample's outputs beyond which panels would take too much of a thread's stack.
 LARGEST = 1024
@@ -30,7 +31,7 @@ def panelled(kernel: Kernel) -> bool:
 def panel_sources(model: Model, kernel: Kernel) -> dict[str, bytes]:
     """Return the C of a kernel on panels, its header and what both need beside NAME.h."""
     name = model.robot.name
-    geometry = {sp.Symbol(g, real=True): f"{name}_geometry_{g}" for g, _ in model.robot.geometry}
+    geometry = {real_symbol(g): f"{name}_geometry_{g}" for g, _ in model.robot.geometry}
     printer = _PanelPrinter(kernel, geometry, model.robot.values())
     body = printer.function().body
     read, written = kernel.inputs, kernel.outputs
@@ -63,7 +64,7 @@ class _PanelPrinter(Printer):
         self,
         kernel: Kernel,
         geometry: Mapping[sp.Symbol, str],
-        values: Mapping[sp.Symbol, sp.Expr],
+        values: Values,
     ) -> None:
         super().__init__(kernel, geometry, values, "double", "lanes")
         self.value = "lanes"

@@ -5,8 +5,10 @@ One table; a kernel is added by one entry here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import sympy as sp
 
@@ -24,7 +26,6 @@ from symgen.symbolic import (
     regrouping,
 )
 from symgen.symbolic.base_parameters import BaseParameters
-from symgen.symbolic.constraints import Rows
 from symgen.symbolic.joined import joined
 from symgen.symbolic.tape import Tape
 
@@ -70,38 +71,66 @@ class Subject:
         """Return the places of some columns of an (n, count) matrix, row-major."""
         return [j * count + i for j in range(self.robot.n) for i in kept]
 
-    def vector(self, of_joints: Mapping[int, sp.Expr]) -> list[sp.Expr]:
-        """Return the entries that belong to the movable joints."""
-        return [of_joints[j.number] for j in self.robot.movable]
+    def entries(self, found: Any) -> list[sp.Expr]:
+        """Return the entries of what was derived, row-major, of movable joints alone.
 
-    def matrix(self, of_joints: Rows) -> list[sp.Expr]:
-        """Return the entries that belong to the movable joints, row-major."""
-        return dynamics.dense(of_joints, [j.number for j in self.robot.movable])
+        Args:
+            found: values or rows by joint, a list of entries, or several of these.
+        """
+        if isinstance(found, tuple):
+            return [entry for part in found for entry in self.entries(part)]
+        if not isinstance(found, dict):
+            return list(found)
+        numbers = [joint.number for joint in self.robot.movable]
+        rows = [found[j] for j in numbers]
+        if not isinstance(rows[0], dict):
+            return rows
+        return [row.get(k, sp.S.Zero) for row in rows for k in numbers]
 
 
 Recipe = Callable[[str, Subject], Kernel | None]
-_Entries = Callable[[dynamics.Plant, Subject], Sequence[sp.Expr]]
 
 
-def _kernel(
-    name: str, s: Subject, doc: str, tape: Tape, outputs: str, *, batch: bool = True
-) -> Kernel:
-    """Return a kernel; what its tape has behind the outputs are guards.
+def _of_tape(
+    doc: str, outputs: str, derive: Callable[[Subject], Tape], *, batch: bool = True
+) -> Recipe:
+    """Return the recipe of a kernel; what its tape has behind the outputs are guards.
 
     Args:
-        name: of the kernel.
-        s: what it is derived from.
         doc: what it computes.
-        tape: the program.
-        outputs: names with their shapes, "M n n; h n", where n is the number of joints.
+        outputs: names with their shapes, "M n n; h n", where n is the number of joints, and
+            `links` and `p` are those of links and of base parameters.
+        derive: the program.
         batch: whether there is a form for N samples.
     """
-    arrays = []
-    for output in outputs.split(";"):
-        array, *shape = output.split()
-        arrays.append(Output(array, tuple(s.robot.n if k == "n" else int(k) for k in shape)))
-    guards = len(tape.outputs) - sum(array.size for array in arrays)
-    return Kernel(name, doc, tape, tuple(arrays), guards, batch)
+
+    def recipe(name: str, s: Subject) -> Kernel:
+        counts = {"n": s.robot.n, "links": len(s.robot.joints), "p": len(s.base.parameters)}
+        arrays, tape = [], derive(s)
+        for output in outputs.split(";"):
+            array, *shape = output.split()
+            arrays.append(Output(array, tuple(counts.get(k) or int(k) for k in shape)))
+        guards = len(tape.outputs) - sum(array.size for array in arrays)
+        return Kernel(name, doc, tape, tuple(arrays), guards, batch)
+
+    return recipe
+
+
+def _of_plant(
+    doc: str,
+    inputs: str,
+    outputs: str,
+    derive: Callable[[dynamics.Plant], Any],
+    *,
+    inertial: bool = False,
+) -> Recipe:
+    """Return the recipe of a kernel that is linear or rational in X."""
+
+    def tape(s: Subject) -> Tape:
+        p = dynamics.plant(s.robot, s.base)
+        return p.close(inputs.split(), s.entries(derive(p)), inertial=inertial)
+
+    return _of_tape(doc, outputs, tape)
 
 
 def _columns(
@@ -110,19 +139,6 @@ def _columns(
     """Return a kernel of columns, each of a parameter."""
     arrays = (Output(output, (*lead, len(names)), names) for output in outputs.split())
     return Kernel(name, doc, tape, tuple(arrays))
-
-
-def _of_plant(
-    doc: str, inputs: str, outputs: str, entries: _Entries, *, inertial: bool = False
-) -> Recipe:
-    """Return the recipe of a kernel that is linear or rational in X."""
-
-    def recipe(name: str, s: Subject) -> Kernel:
-        p = dynamics.plant(s.robot, s.base)
-        tape = p.close(tuple(inputs.split()), list(entries(p, s)), inertial=inertial)
-        return _kernel(name, s, doc, tape, outputs)
-
-    return recipe
 
 
 def _friction_power(name: str, s: Subject) -> Kernel | None:
@@ -163,18 +179,14 @@ def _forward_dynamics(name: str, s: Subject) -> Kernel | None:
     doc = "accelerations under torques tau; not 0 where M is not positive definite"
     if s.robot.loaded:
         doc += ", or a share of the load lets nothing through"
-    recipe = _of_plant(doc, "q qd tau", "qdd n", lambda p, _: _flat(forward.forward_dynamics(p)))
-    return recipe(name, s)
+    return _of_plant(doc, "q qd tau", "qdd n", forward.forward_dynamics)(name, s)
 
 
-def _mass_matrix_factor(p: dynamics.Plant, s: Subject) -> list[sp.Expr]:
-    L, D = forward.mass_matrix_factor(p)
-    return [*s.matrix(L), *D, *D]
-
-
-def _forward_dynamics_derivatives(p: dynamics.Plant, s: Subject) -> list[sp.Expr]:
-    *slopes, guards = derivatives.forward_dynamics_derivatives(p)
-    return [*_flat(s.matrix(slope) for slope in slopes), *guards]
+def _base_parameters(name: str, s: Subject) -> Kernel | None:
+    order = ", ".join(p.name for p in s.base.standard)
+    doc = f"X from the standard parameters, in this order: {order}"
+    tape = regrouping.base_parameters_tape(s.robot, s.base)
+    return _of_tape(doc, "X p", lambda _: tape, batch=False)(name, s)
 
 
 def _all_terms(name: str, s: Subject) -> Kernel:
@@ -190,10 +202,6 @@ def _all_terms(name: str, s: Subject) -> Kernel:
         joined(s.robot, [k.tape for k in parts], ("q", "qd", "X")),
         tuple(output for k in parts for output in k.outputs),
     )
-
-
-def _flat(parts: Iterable[Iterable[sp.Expr]]) -> list[sp.Expr]:
-    return [entry for part in parts for entry in part]
 
 
 RECIPES: dict[str, Recipe] = {
@@ -223,56 +231,52 @@ RECIPES: dict[str, Recipe] = {
         "torque of a motion: tau = M qdd + C qd + g + friction",
         "q qd qdd",
         "tau n",
-        lambda p, s: s.vector(dynamics.inverse_dynamics(p)),
+        dynamics.inverse_dynamics,
     ),
     "mass_matrix": _of_plant(
         "mass matrix M(q)",
         "q",
         "M n n",
-        lambda p, s: s.matrix(dynamics.mass_matrix(p)),
+        dynamics.mass_matrix,
         inertial=True,
     ),
     "gravity_torque": _of_plant(
         "torque that holds the arm at rest, without friction",
         "q",
         "tau n",
-        lambda p, s: s.vector(dynamics.gravity_torque(p)),
+        dynamics.gravity_torque,
         inertial=True,
     ),
     "coriolis": _of_plant(
         "C(q, qd) with C qd the Coriolis torques and dM/dt - 2 C skew-symmetric",
         "q qd",
         "C n n",
-        lambda p, s: s.matrix(dynamics.coriolis(p)),
+        dynamics.coriolis,
         inertial=True,
     ),
     "bias_torque": _of_plant(
         "h = C qd + g + friction",
         "q qd",
         "h n",
-        lambda p, s: s.vector(dynamics.inverse_dynamics(p, accelerating=False)),
+        partial(dynamics.inverse_dynamics, accelerating=False),
     ),
     "forward_dynamics": _forward_dynamics,
     "energy": _of_plant(
         "kinetic energy T and potential energy U, U up to a constant",
         "q qd",
         "T_out 1; U_out 1",
-        lambda p, _: dynamics.energies(p),
+        dynamics.energies,
         inertial=True,
     ),
-    "frames": lambda name, s: _kernel(
-        name,
-        s,
+    "frames": _of_tape(
         "homogeneous transforms 0T_j of all links, fixed ones included",
-        placement.frames_tape(s.robot),
-        f"T_out {len(s.robot.joints)} 4 4",
+        "T_out links 4 4",
+        lambda s: placement.frames_tape(s.robot),
     ),
-    "jacobian": lambda name, s: _kernel(
-        name,
-        s,
+    "jacobian": _of_tape(
         "Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning",
-        placement.jacobian_tape(s.robot),
         "J_out 6 n",
+        lambda s: placement.jacobian_tape(s.robot),
     ),
     "all_terms": _all_terms,
     "slotine_li_regressor": lambda name, s: _columns(
@@ -286,38 +290,38 @@ RECIPES: dict[str, Recipe] = {
         "M qddr + C(q, qd) qdr + g + friction(qd), C of Christoffel's symbols",
         "q qd qdr qddr",
         "tau n",
-        lambda p, s: s.vector(passive.slotine_li_torque(p)),
+        passive.slotine_li_torque,
     ),
     "generalized_momentum": _of_plant(
         "p = M qd and rate = C' qd - g: dp/dt = tau - friction + rate",
         "q qd",
         "p_out n; rate_out n",
-        lambda p, s: _flat(map(s.vector, passive.generalized_momentum(p))),
+        passive.generalized_momentum,
         inertial=True,
     ),
     "friction": _of_plant(
         "torque of the friction that joints and couplings declare; effects are not in it",
         "qd",
         "tau n",
-        lambda p, s: s.vector(dynamics.joint_friction(p)),
+        dynamics.joint_friction,
     ),
     "inverse_dynamics_derivatives": _of_plant(
         "dtau/dq and dtau/dqd; dtau/dqdd is mass_matrix; the derivative of sign(qd) is 0",
         "q qd qdd",
         "dq_out n n; dqd_out n n",
-        lambda p, s: _flat(map(s.matrix, derivatives.inverse_dynamics_derivatives(p))),
+        derivatives.inverse_dynamics_derivatives,
     ),
     "forward_dynamics_derivatives": _of_plant(
         "dqdd/dq, dqdd/dqd and dqdd/dtau; the derivative of sign(qd) is 0",
         "q qd tau",
         "dq_out n n; dqd_out n n; dtau_out n n",
-        _forward_dynamics_derivatives,
+        derivatives.forward_dynamics_derivatives,
     ),
     "solve_mass_matrix": _of_plant(
         "x of M(q) x = b",
         "q b",
         "x n",
-        lambda p, _: _flat(forward.solve_mass_matrix(p)),
+        forward.solve_mass_matrix,
         inertial=True,
     ),
     "mass_matrix_factor": _of_plant(
@@ -325,39 +329,25 @@ RECIPES: dict[str, Recipe] = {
         "L from its last row",
         "q",
         "L_out n n; D_out n",
-        _mass_matrix_factor,
+        forward.mass_matrix_factor,
         inertial=True,
     ),
-    "link_jacobian": lambda name, s: _kernel(
-        name,
-        s,
+    "link_jacobian": _of_tape(
         "Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning",
-        placement.link_jacobian_tape(s.robot),
         "J 6 n",
+        lambda s: placement.link_jacobian_tape(s.robot),
     ),
-    "link_drift": lambda name, s: _kernel(
-        name,
-        s,
+    "link_drift": _of_tape(
         "dJ/dt qd of a point in the frame of a link: its acceleration without qdd, in frame 0",
-        placement.link_drift_tape(s.robot),
         "a 6",
+        lambda s: placement.link_drift_tape(s.robot),
     ),
-    "base_parameters": lambda name, s: _kernel(
-        name,
-        s,
-        "X from the standard parameters, in this order: "
-        + ", ".join(p.name for p in s.base.standard),
-        regrouping.base_parameters_tape(s.robot, s.base),
-        f"X {len(s.base.parameters)}",
-        batch=False,
-    ),
-    "add_body": lambda name, s: _kernel(
-        name,
-        s,
+    "base_parameters": _base_parameters,
+    "add_body": _of_tape(
         "fix a body on a link, in X: its mass, the centre of mass in the frame of the link, and "
         "inertia XX XY XZ YY YZ ZZ about that; mass and inertia negative: take it off",
-        regrouping.add_body_tape(s.robot, s.base),
-        f"X {len(s.base.parameters)}",
+        "X p",
+        lambda s: regrouping.add_body_tape(s.robot, s.base),
         batch=False,
     ),
     "standard_energy_regressor": lambda name, s: _columns(

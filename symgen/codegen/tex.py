@@ -23,7 +23,7 @@ from symgen.robot.types import Joint, Robot, joint_variable, require_gravity
 from symgen.symbolic.base_parameters import BaseParameter, BaseParameters, bound
 from symgen.symbolic.friction import torque_tape
 from symgen.symbolic.kinematics import variables
-from symgen.symbolic.tape import Tape
+from symgen.symbolic.tape import Tape, real_symbol
 
 #: Kernels that are presented: title and text.
 _SECTIONS = {
@@ -290,7 +290,7 @@ class _Document:
     def regrouping(self, p: BaseParameter) -> list[str]:
         products = []
         for coefficient, name in ((sp.S.One, p.head), *p.terms):
-            symbol, formula = Factor(sp.Symbol(f"X_{name}", real=True)), geometric(coefficient)
+            symbol, formula = Factor(real_symbol(f"X_{name}")), geometric(coefficient)
             alone = Product(sp.S.One, (Factor(formula),))
             part = formula.products[0] if len(formula.products) == 1 else alone
             products.append(Product(part.number, (*part.factors, symbol)))
@@ -308,7 +308,7 @@ class _Document:
         columns = iter(forms or _stepped(tape))
         for joint in self.robot.movable:
             products = [
-                Product(p.number, (Factor(sp.Symbol(f"X_{s.name}", real=True)), *p.factors))
+                Product(p.number, (Factor(real_symbol(f"X_{s.name}")), *p.factors))
                 for s in rubbing
                 for p in next(columns).products
             ]

@@ -36,6 +36,12 @@ class _Message(NamedTuple):
     velocity: FloatArray
     effort: FloatArray
 
+    @classmethod
+    def of(cls, m: Any) -> _Message:
+        """Return a message that rosbags has decoded."""
+        stamp = int(m.header.stamp.sec) * 10**9 + int(m.header.stamp.nanosec)
+        return cls(stamp, list(m.name), m.position, m.velocity, m.effort)
+
 
 def is_bag(path: Path) -> bool:
     """Whether a path is an MCAP file, the file of a bag, or the folder of one."""
@@ -82,22 +88,15 @@ def read_joint_states(
         refuse("has no message of joint states", _ACCEPTED)
     joints = _joints(reading.joints, names, found)
     wanted = [m for m in found if not set(joints).isdisjoint(m.names)]
-    notes = []
-    if len(found) < announced:
-        notes.append(f"{path.name}: {len(found)} of the {announced} messages can be read")
-    if len(wanted) < len(found):
-        notes.append(f"{path.name}: {len(found) - len(wanted)} messages of other joints left out")
     if all(m.stamp == 0 for m in wanted):
         refuse("the stamps in the headers are 0", "messages with the time in header.stamp")
-    ordered = sorted(wanted, key=lambda m: m.stamp)
     late = sum(b.stamp < a.stamp for a, b in pairwise(wanted))
-    if late:
-        notes.append(f"{path.name}: {late} messages came out of order and were sorted by stamp")
-    orders = _orders(ordered, joints)
-    stamps = np.array([m.stamp for m in ordered], dtype=np.int64)
+    wanted.sort(key=lambda m: m.stamp)
+    orders = _orders(wanted, joints)
+    stamps = np.array([m.stamp for m in wanted], dtype=np.int64)
     arrays: dict[str, FloatArray] = {}
     for role, field in fields.items():
-        rows = [_row(m, field, order) for m, order in zip(ordered, orders, strict=True)]
+        rows = [_row(m, field, order) for m, order in zip(wanted, orders, strict=True)]
         array = _array(role, field, rows)
         if array is not None:
             arrays[role] = array
@@ -106,16 +105,21 @@ def read_joint_states(
         if not all(np.array_equal(x[k], x[k - 1], equal_nan=True) for x in arrays.values()):
             what = f"two messages of {stamps[k] * 1e-9:.6f} s differ"
             refuse(what, "one message a stamp; --topic, or a bag with one publisher")
-    if again.any():
-        notes.append(f"{path.name}: {int(again.sum())} repeated messages left out")
-    arrays = {role: x[~again] for role, x in arrays.items()}
     if "q" not in arrays:
         refuse("the messages have no position", "q in every message")
     if "tau" not in arrays and "i" not in arrays:
         refuse(f"the messages have no {fields.get('tau', 'effort')}", "torques, as effort")
-    t = (stamps[~again] - stamps[0]) * 1e-9
+    read, other, twice = len(found), len(found) - len(wanted), int(again.sum())
+    notes = (
+        (announced - read, f"{read} of the {announced} messages can be read"),
+        (other, f"{other} messages of other joints left out"),
+        (late, f"{late} messages came out of order and were sorted by stamp"),
+        (twice, f"{twice} repeated messages left out"),
+    )
     ignored = tuple(dict.fromkeys(name for m in wanted for name in m.names if name not in joints))
-    return Raw({"t": t, **arrays}, ignored, tuple(notes))
+    said = tuple(f"{path.name}: {note}" for count, note in notes if count > 0)
+    arrays = {"t": (stamps - stamps[0]) * 1e-9, **arrays}
+    return Raw({role: x[~again] for role, x in arrays.items()}, ignored, said)
 
 
 def _fields(reading: Reading, currents: bool) -> dict[str, str]:
@@ -156,7 +160,7 @@ def _opened(path: Path, topic: str) -> Iterator[tuple[int, Iterator[_Message]]]:
                     refuse(f"the messages are encoded as {encoding!r}", "cdr, as in ROS 2")
             raw = (data for _, _, data in bag.messages(states))
             announced = sum(c.msgcount for c in states)
-            yield announced, (_message(store.deserialize_cdr(data, _TYPE)) for data in raw)
+            yield announced, (_Message.of(store.deserialize_cdr(data, _TYPE)) for data in raw)
     except (LogError, MemoryError):
         raise
     except Exception as error:  # a damaged bag raises one of a dozen kinds
@@ -174,11 +178,6 @@ def _topic(asked: str, topics: list[str], every: list[str]) -> str:
     if not asked and len(topics) > 1:
         refuse(f"{len(topics)} topics have joint states", f"--topic, one of {listed}")
     return asked or topics[0]
-
-
-def _message(m: Any) -> _Message:
-    stamp = int(m.header.stamp.sec) * 10**9 + int(m.header.stamp.nanosec)
-    return _Message(stamp, list(m.name), m.position, m.velocity, m.effort)
 
 
 def _joints(asked: Sequence[str], own: Sequence[str], found: Sequence[_Message]) -> list[str]:

@@ -10,7 +10,7 @@ matched, and said; with two it is refused: nothing is guessed.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from symgen.data.raw import NUMBERED, Wanted, refuse
@@ -32,7 +32,6 @@ _SECONDS = {"s", "sec", "secs", "seconds", "header"}
 _ASKED = set("d des desired target command commanded cmd reference ref goal setpoint error".split())
 _FOREIGN = set("deg degree degrees rpm ms us ns mm mnm ma percent".split())  # units
 _TOKEN = re.compile(r"[A-Za-z]+|[0-9]+")
-_NUMBER = re.compile(r"[0-9]+")
 #: Columns by joint (its place in the robot), of one pattern.
 Pattern = dict[int, str]
 
@@ -116,7 +115,6 @@ def matched(
     Raises:
         LogError: a role has several patterns, or lacks columns of joints.
     """
-    joints, n = wanted.joints, wanted.n
     own = {match[1] for name in names if (match := NUMBERED.fullmatch(name))}
     if not patterns and "t" in names and "q" in own and own & {"tau", "i"}:
         return list(names), ()  # ours; what else it has is not looked at
@@ -131,20 +129,19 @@ def matched(
         if role in own or (role == "i" and found_torque and not wanted.currents):
             continue
         if role in patterns:
-            pattern, columns = patterns[role], _asked(names, role, patterns[role], joints, n)
+            pattern, columns = patterns[role], _asked(names, role, patterns[role], wanted)
         else:
-            found = _found(names, role, joints, n)
-            if found is None:
-                continue
-            pattern, columns = found
-        first = min(columns)
-        ours |= {column: f"{role}{place - first + 1}" for place, column in columns.items()}
-        said.append(f"{role} = {pattern}")
-        of = _of(pattern, columns, joints) or of
-    if not said:
-        return list(names), ()
+            pattern, columns = _found(names, role, wanted)
+        if columns:
+            first, last = min(columns), max(columns)
+            ours |= {column: f"{role}{place - first + 1}" for place, column in columns.items()}
+            said.append(f"{role} = {pattern}")
+            if "*" in pattern:
+                joints = wanted.joints if first == 0 and last < len(wanted.joints) else ()
+                named = joints and columns[0] == pattern.replace("*", joints[0])
+                of = f"; * = {', '.join(joints) if named else f'{first} to {last}'}"
     line = f"{file}: columns by name: {', '.join(said)}{of}"
-    return [ours.get(name, name) for name in names], (line,)
+    return [ours.get(name, name) for name in names], (line,) if said else ()
 
 
 def _time(names: Sequence[str]) -> str | None:
@@ -173,10 +170,9 @@ def _role(rest: str) -> str | None:
     return found[0] if len(found) == 1 else None
 
 
-def _found(
-    names: Sequence[str], role: str, joints: Sequence[str], n: int | None
-) -> tuple[str, Pattern] | None:
-    """Return the one pattern of a role with its columns, by joint; None where there is none."""
+def _found(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str, Pattern]:
+    """Return the one pattern of a role with its columns, by joint; none where there is none."""
+    joints, n = wanted.joints, wanted.n
     named = _by_name(names, role, joints)
     whole = {p: c for p, c in named.items() if len(c) == len(joints)}
     if named and not whole:
@@ -191,7 +187,7 @@ def _found(
         first, second, *_ = map(_shown, whole)
         what = f"{role} may be {first} or {second}, with * for the joint"
         refuse(what, f'--columns "{role}={first}", or another')
-    return next(iter(whole.items()), None)
+    return next(iter(whole.items()), ("", {}))
 
 
 def _by_name(names: Sequence[str], role: str, joints: Sequence[str]) -> dict[str, Pattern]:
@@ -224,8 +220,10 @@ def _by_number(names: Sequence[str], role: str, n: int | None) -> dict[str, Patt
         if n == 1:
             out[name] = {0: name}
             continue
-        for pattern, number in _numbered(name):
-            out.setdefault(pattern, {})[number] = name
+        for match in re.finditer("[0-9]+", name):
+            if len(match[0]) < 4:
+                pattern = f"{name[: match.start()]}*{name[match.end() :]}"
+                out.setdefault(pattern, {})[int(match[0])] = name
     return {
         pattern: columns
         for pattern, columns in out.items()
@@ -234,18 +232,10 @@ def _by_number(names: Sequence[str], role: str, n: int | None) -> dict[str, Patt
     }
 
 
-def _numbered(name: str) -> Iterator[tuple[str, int]]:
-    """Yield a name with each of its numbers replaced by *, and the number."""
-    for match in _NUMBER.finditer(name):
-        if len(match[0]) < 4:
-            yield f"{name[: match.start()]}*{name[match.end() :]}", int(match[0])
-
-
-def _asked(
-    names: Sequence[str], role: str, pattern: str, joints: Sequence[str], n: int | None
-) -> Pattern:
+def _asked(names: Sequence[str], role: str, pattern: str, wanted: Wanted) -> Pattern:
     """Return the columns of a pattern that was given."""
-    count = n or sum(pattern.replace("*", str(k)) in names for k in range(1000))
+    joints = wanted.joints
+    count = wanted.n or sum(pattern.replace("*", str(k)) in names for k in range(1000))
     keys = [dict(enumerate(joints))] if joints and all(joints) else []
     keys += [{k: str(k) for k in range(first, first + count)} for first in (1, 0)]
     tried = [{k: pattern.replace("*", key) for k, key in own.items()} for own in keys]
@@ -255,13 +245,3 @@ def _asked(
         shown = ", ".join(name for name in names if name)[:300]
         refuse(what, f"a pattern with * for the joint's name or number, of {shown}")
     return columns
-
-
-def _of(pattern: str, columns: Pattern, joints: Sequence[str]) -> str:
-    """Say what the * stands for."""
-    if "*" not in pattern:
-        return ""
-    first, last = min(columns), max(columns)
-    if first == 0 and last < len(joints) and columns[0] == pattern.replace("*", joints[0]):
-        return f"; * = {', '.join(joints)}"
-    return f"; * = {first} to {last}"

@@ -108,22 +108,14 @@ def _slopes(count: int, degree: int) -> FloatArray:
 
     The basis is that of Cox and de Boor; no knot lies at the samples next to the ends.
     """
-    at, beside = np.arange(count, dtype=float), (degree + 1) // 2
-    inner = at[beside:-beside]
-    knots = np.concatenate([[0.0] * (degree + 1), inner, [count - 1.0] * (degree + 1)])
-    interval = np.clip(np.searchsorted(knots, at, "right") - 1, degree, count - 1)
-    basis = np.eye(len(knots) - 1)[interval]
-    lower = basis
+    at, beside, outer = np.arange(count), (degree + 1) // 2, np.arange(degree + 1)
+    knots = np.concatenate([outer - degree, at[beside:-beside], count - 1 + outer]).astype(float)
+    inside = np.minimum(at, count - 1.5)[:, None]  # the last sample ends the interval before it
+    basis = ((knots[:-1] <= inside) & (inside < knots[1:])).astype(float)
+    lower, width = basis, knots
     for k in range(1, degree + 1):
-        lower, before = basis, _over(1.0, knots[k:] - knots[:-k])
-        rising = (at[:, None] - knots[: -k - 1]) * before[:-1]
-        falling = (knots[k + 1 :] - at[:, None]) * before[1:]
-        basis = rising * lower[:, :-1] + falling * lower[:, 1:]
-    before = degree * _over(1.0, knots[degree:] - knots[:-degree])
-    slope = before[:-1] * lower[:, :-1] - before[1:] * lower[:, 1:]
+        lower, width = basis, knots[k:] - knots[:-k]
+        rising = (at[:, None] - knots[:-k]) / width
+        basis = rising[:, :-1] * lower[:, :-1] + (1 - rising[:, 1:]) * lower[:, 1:]
+    slope = -degree * np.diff(lower / width, axis=1)
     return np.asarray(np.linalg.solve(basis.T, slope.T).T)
-
-
-def _over(a: float, b: FloatArray) -> FloatArray:
-    """Return a / b, 0 where b is."""
-    return np.divide(a, b, out=np.zeros_like(b), where=b > 0)

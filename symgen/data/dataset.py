@@ -122,9 +122,7 @@ class DataSet:
             LogError: it cannot be read, or time decreases.
         """
         row, median, last = 0, 0.0, -np.inf
-        starts: list[int] = []  # first rows of stretches
-        begins: list[float] = []  # times of these
-        ends: list[float] = []  # times of their last rows
+        begins: list[tuple[int, float, float]] = []  # first row, its time, and that of the last one
         with located(name), self._open(name) as table:
             measured = table.measured
             for piece in table.times():
@@ -139,20 +137,19 @@ class DataSet:
                 if median == 0.0 and len(t) > 1:
                     median = float(np.median(steps[1:]))
                 if row == 0:
-                    starts, begins = [0], [float(t[0])]
-                before = np.append(last, t) if row else t
-                for k in holes(before, median or np.inf):
-                    starts.append(row + int(k) + 1 - (len(before) - len(t)))
-                    begins.append(float(before[k + 1]))
-                    ends.append(float(before[k]))
+                    begins = [(0, float(t[0]), last)]
+                for k in holes(np.append(last, t)[row == 0 :], median or np.inf):
+                    k = int(k) + (row == 0)  # of the row before which time is missing
+                    begins.append((row + k, float(t[k]), float(t[k - 1]) if k else last))
                 row, last = row + len(t), float(t[-1])
         log = plain(name.rsplit("/", 1)[-1])
         out = []
-        for k, rows in enumerate(pairwise([*starts, row])):
-            times, count = (begins[k], [*ends, last][k]), rows[1] - rows[0]
-            step = (times[1] - times[0]) / (count - 1) if count > 1 else median
-            label = log if len(starts) == 1 else f"{log}, stretch {k + 1}"
-            out.append(Stretch(name, label, rows, times, step, measured))
+        for k, ((first, begin, _), (end, _, until)) in enumerate(
+            pairwise([*begins, (row, np.inf, last)])
+        ):
+            step = (until - begin) / (end - first - 1) if end - first > 1 else median
+            label = log if len(begins) == 1 else f"{log}, stretch {k + 1}"
+            out.append(Stretch(name, label, (first, end), (begin, until), step, measured))
         return [s for s in (within(s, *self.reading.span) for s in out) if s.count > 0]
 
     def logs(self, name: str, spans: Sequence[tuple[int, int]], label: str) -> Iterator[Log]:

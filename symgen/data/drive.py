@@ -47,36 +47,36 @@ def joint_side(log: Log, drive: Drive) -> Log:
     if log.q.shape[1] != n:
         refuse(f"the log has {log.q.shape[1]} joints, the robot has {n}", "the same")
     N = np.array(drive.ratio)
-    q, qd, notes = log.q, log.qd, []
+    q, qd, told, notes = log.q, log.qd, log.tau, []
     geared = not np.array_equal(N, np.eye(n))
     if geared and drive.position_side == "motor":
         q = read_only(np.linalg.solve(N, q.T).T)
         qd = None if qd is None else read_only(np.linalg.solve(N, qd.T).T)
         spans = ", ".join(f"q{j + 1} {span:.3g}" for j, span in enumerate(np.ptp(q, axis=0)))
         notes.append(
-            f"{log.name}: {'q' if qd is None else 'q and qd'} were mapped from the motor side to "
-            f"the joint side by the ratios of [drive]; the joints travel {spans}"
+            f"{'q' if qd is None else 'q and qd'} were mapped from the motor side to the joint "
+            f"side by the ratios of [drive]; the joints travel {spans}"
         )
-    told = log.tau
     if told is not None and drive.torque_side == "motor":
-        told = read_only(told @ N)
-    if log.current is None or drive.torque_constant is None:
-        if told is None:
-            refuse("has currents alone", "torque_constant in [drive] of the robot file")
-        if geared and drive.torque_side == "motor":
-            notes.append(f"{log.name}: tau was mapped from the motor side to the joint side")
-        tau = told
-    else:
-        tau = read_only((log.current * drive.torque_constant) @ N)
+        told = told @ N
+    if log.current is not None and drive.torque_constant is not None:
+        tau = (log.current * drive.torque_constant) @ N
         beside = "" if told is None else f"; the log's own tau {_difference(told, tau)}, unused"
         notes.append(
-            f"{log.name}: tau is that of the motor currents i1.. by the torque constants and "
-            f"ratios of [drive]{beside}"
+            "tau is that of the motor currents i1.. by the torque constants and ratios of "
+            f"[drive]{beside}"
         )
+    elif told is None:
+        refuse("has currents alone", "torque_constant in [drive] of the robot file")
+    else:
+        tau = told
+        if geared and drive.torque_side == "motor":
+            notes.append("tau was mapped from the motor side to the joint side")
     if drive.gain is not None:
-        tau = read_only(np.asarray(tau) * drive.gain)
-        notes.append(f"{log.name}: torques were multiplied by the gains of [drive]")
-    return replace(log, q=q, qd=qd, tau=tau, notes=(*log.notes, *notes), mapped=True)
+        tau = tau * drive.gain
+        notes.append("torques were multiplied by the gains of [drive]")
+    said = (f"{log.name}: {note}" for note in notes)
+    return replace(log, q=q, qd=qd, tau=read_only(tau), notes=(*log.notes, *said), mapped=True)
 
 
 def motor_side(log: Log, drive: Drive) -> Log:
@@ -89,18 +89,16 @@ def motor_side(log: Log, drive: Drive) -> Log:
         log: on the joint side, with tau.
         drive: gears and motors of the robot, of as many joints.
     """
-    N, tau, qd = np.array(drive.ratio), log.tau, log.qd
-    q, current = log.q, None
+    N, q, qd, tau, current = np.array(drive.ratio), log.q, log.qd, log.tau, None
     if drive.position_side == "motor":
-        q = read_only(q @ N.T)
-        qd = None if qd is None else read_only(qd @ N.T)
-    if tau is not None and drive.gain is not None:
-        tau = read_only(tau / drive.gain)
+        q, qd = read_only(q @ N.T), None if qd is None else read_only(qd @ N.T)
+    if tau is not None:
+        tau = tau if drive.gain is None else tau / drive.gain
+        if drive.torque_constant is not None or drive.torque_side == "motor":
+            tau = np.linalg.solve(N.T, tau.T).T
+        tau = read_only(tau)
     if tau is not None and drive.torque_constant is not None:
-        current = read_only(np.linalg.solve(N.T, tau.T).T / drive.torque_constant)
-        tau = None
-    elif tau is not None and drive.torque_side == "motor":
-        tau = read_only(np.linalg.solve(N.T, tau.T).T)
+        current, tau = read_only(tau / drive.torque_constant), None
     return replace(log, q=q, qd=qd, tau=tau, current=current, mapped=False)
 
 

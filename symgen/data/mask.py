@@ -38,10 +38,6 @@ class Mask:
     joint: Bools
     robot: Bools
 
-    def cut(self, span: slice) -> Mask:
-        """Return the mask of some samples."""
-        return Mask(self.joint[span], self.robot[span])
-
     def near(self, reach: int) -> Bools:
         """Return (N, n) whether a masked sample of the joint is at most `reach` samples away."""
         return np.column_stack([touched(column, reach) for column in self.joint.T])

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from symgen.errors import LogError, plain
+from symgen.errors import LogError, SymgenError, plain
 
 if TYPE_CHECKING:
     from symgen.robot.types import Drive
@@ -211,6 +212,17 @@ def refuse(what: str, accepted: str) -> NoReturn:
         LogError: always.
     """
     raise LogError(f"{what}; accepted: {accepted}")
+
+
+@contextmanager
+def readable(what: str, accepted: str) -> Iterator[None]:
+    """Refuse what a library cannot read, whatever it raises."""
+    try:
+        yield
+    except SymgenError:
+        raise
+    except Exception as error:  # each has a dozen kinds
+        refuse(f"{what}: {error or type(error).__name__}", accepted)
 
 
 def refuse_currents() -> NoReturn:

@@ -25,7 +25,7 @@ from symgen.data.convolution import (
     spline_slope,
 )
 from symgen.data.log import Log, rows
-from symgen.data.mask import Mask
+from symgen.data.mask import Bools, Mask
 from symgen.data.raw import FloatArray, read_only
 from symgen.data.stretch import holes
 from symgen.errors import LogError
@@ -82,7 +82,13 @@ class Samples:
 
     def cut(self, span: slice) -> Samples:
         """Return some of the samples."""
-        return replace(rows(self, span), mask=None if self.mask is None else self.mask.cut(span))
+        return replace(rows(self, span), mask=None if self.mask is None else rows(self.mask, span))
+
+    def masked(self, joint: Bools, robot: Bools) -> Samples:
+        """Return samples of which equations touch fewer: see `Mask`."""
+        old = self.mask
+        both = (joint, robot) if old is None else (joint | old.joint, robot | old.robot)
+        return replace(self, mask=Mask(*both))
 
 
 def prepare(log: Log, cutoff: float | None = None) -> Samples:
@@ -101,17 +107,15 @@ def prepare(log: Log, cutoff: float | None = None) -> Samples:
         LogError: a gap in time, a cutoff that is not between 0 and the Nyquist frequency, or
             currents in place of torques.
     """
-    t, q, qd, tau, step, notes = _evenly(log)
+    s = sampled(log)
     if cutoff is not None:
-        require_cutoff(log.name, cutoff, step, float(t[-1] - t[0]))
-    used, derived = None, qd is None
-    if qd is None:
-        q, qd, used, note = _derive_velocity(q, step, cutoff)
-        notes.append(f"{log.name}: {note}")
-    elif cutoff is not None:
-        notes.append(f"{log.name}: qd was measured and is used unfiltered, whatever the cutoff")
-    t, q, qd, tau = map(read_only, (t, q, qd, tau))
-    return Samples(log.name, t, q, qd, tau, step, used, tuple(notes), derived)
+        require_cutoff(log.name, cutoff, s.step, float(s.t[-1] - s.t[0]))
+    if not s.velocity_derived:
+        note = "qd was measured and is used unfiltered, whatever the cutoff"
+        return s if cutoff is None else replace(s, notes=(*s.notes, f"{log.name}: {note}"))
+    q, qd, used, note = _derive_velocity(s.q, s.step, cutoff)
+    notes = (*s.notes[:-1], f"{log.name}: {note}")  # in place of that of `sampled`
+    return replace(s, q=read_only(q), qd=read_only(qd), cutoff_hz=used, notes=notes)
 
 
 def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
@@ -128,29 +132,7 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
     Raises:
         LogError: a gap in time, or currents in place of torques.
     """
-    t, q, qd, tau, step, notes = _evenly(log, clock)
-    derived = qd is None
-    temp, qs = log.temp, log.qs
-    if temp is not None and t is not log.t:
-        temp = read_only(np.column_stack([np.interp(t, log.t, column) for column in temp.T]))
-    if qs is not None and t is not log.t:
-        known = np.isfinite(qs).all(axis=0)
-        links = np.full((len(t), qs.shape[1]), np.nan)
-        links[:, known] = interpolated(log.t, qs[:, known])(t)
-        qs = read_only(links)
-    if qd is None:
-        slow = lowpass(q, step, _SLOW) if can_filter(_SLOW, step) else q
-        qd = differentiate(slow, step)
-        notes.append(f"{log.name}: qd is missing and is derived from q")
-    t, q, qd, tau = map(read_only, (t, q, qd, tau))
-    return Samples(log.name, t, q, qd, tau, step, None, tuple(notes), derived, temp=temp, qs=qs)
-
-
-def _evenly(
-    log: Log, clock: tuple[float, float] | None = None
-) -> tuple[FloatArray, FloatArray, FloatArray | None, FloatArray, float, list[str]]:
-    """Return t, q, qd, tau of a log in uniform steps, the step, and what was done in words."""
-    t, q, qd, tau = log.t, log.q, log.qd, log.tau
+    t, q, qd, tau, temp, qs = log.t, log.q, log.qd, log.tau, log.temp, log.qs
     if tau is None:
         raise LogError(
             f"{log.name}: has currents and no torques; accepted: a log mapped by the torque "
@@ -178,12 +160,24 @@ def _evenly(
             grid = np.clip(clock[0] + step * np.arange(first, last + 1), t[0], t[-1])
         q, tau = interpolated(t, q)(grid), interpolated(t, tau)(grid)
         qd = None if qd is None else interpolated(t, qd)(grid)
+        if temp is not None:
+            temp = read_only(np.column_stack([np.interp(grid, t, column) for column in temp.T]))
+        if qs is not None:
+            known, links = np.isfinite(qs).all(axis=0), np.full((len(grid), qs.shape[1]), np.nan)
+            links[:, known] = interpolated(t, qs[:, known])(grid)
+            qs = read_only(links)
         t = grid
         notes.append(
             f"{log.name}: steps between {steps.min():.4g} s and {steps.max():.4g} s were resampled "
             f"to {step:.4g} s by a cubic spline"
         )
-    return t, q, qd, tau, step, notes
+    derived = qd is None
+    if qd is None:
+        slow = lowpass(q, step, _SLOW) if can_filter(_SLOW, step) else q
+        qd = differentiate(slow, step)
+        notes.append(f"{log.name}: qd is missing and is derived from q")
+    t, q, qd, tau = map(read_only, (t, q, qd, tau))
+    return Samples(log.name, t, q, qd, tau, step, None, tuple(notes), derived, temp=temp, qs=qs)
 
 
 def interpolated(t: FloatArray, x: FloatArray) -> Callable[[FloatArray], FloatArray]:

@@ -13,7 +13,7 @@ import struct
 import zipfile
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -33,6 +33,7 @@ from symgen.data.raw import (
     Raw,
     Wanted,
     listed,
+    readable,
     refuse,
     refuse_currents,
     require_shapes,
@@ -313,15 +314,9 @@ def batches(
             yield batch
 
 
-@contextmanager
-def arrow_reads() -> Iterator[None]:
+def arrow_reads() -> AbstractContextManager[None]:
     """Refuse a file that Arrow cannot read, or that its server does not give."""
-    try:
-        yield
-    except SymgenError:
-        raise
-    except Exception as error:  # those of Arrow, and of whatever reads the URL
-        refuse(f"is not a readable Parquet file: {error}", f"a Parquet table of {COLUMNS}")
+    return readable("is not a readable Parquet file", f"a Parquet table of {COLUMNS}")
 
 
 def _assigned(

@@ -8,8 +8,7 @@ from contextlib import contextmanager
 from typing import Any
 from urllib.parse import urlsplit
 
-from symgen.data.raw import refuse
-from symgen.errors import SymgenError
+from symgen.data.raw import readable, refuse
 
 #: How a URL begins. Other schemes of fsspec unpack archives, run commands or ask services of code.
 SCHEMES = ("file", "s3", "gs", "az", "http", "https", "memory")
@@ -28,7 +27,7 @@ def remote_files(url: str) -> list[str]:
     Raises:
         LogError: it is no URL that is read, or cannot be listed.
     """
-    with _asked():
+    with readable("cannot be read", _ACCEPTED):
         system, path = _file_system(url)
         if glob.has_magic(path):
             found = system.glob(path)
@@ -47,7 +46,7 @@ def opened(name: str) -> Iterator[Any]:
     if not is_remote(name):
         yield None
         return
-    with _asked():
+    with readable("cannot be read", _ACCEPTED):
         system, path = _file_system(name)
         file = system.open(path, "rb")
     with file:
@@ -60,7 +59,7 @@ def remote_identity(name: str) -> str:
     Raises:
         LogError: it cannot be had.
     """
-    with _asked():
+    with readable("cannot be read", _ACCEPTED):
         system, path = _file_system(name)
         about = system.info(path)
     keys = ("size", "mtime", "created", "etag", "ETag", "LastModified")
@@ -85,14 +84,3 @@ def _file_system(url: str) -> tuple[Any, str]:
         refuse("URLs need fsspec", "pip install symgen[dask]")
     system, path = url_to_fs(url)
     return system, str(path)
-
-
-@contextmanager
-def _asked() -> Iterator[None]:
-    """Refuse a URL that its file system, or the network, cannot serve."""
-    try:
-        yield
-    except SymgenError:
-        raise
-    except Exception as error:  # each library of a scheme has errors of its own
-        refuse(f"cannot be read: {error or type(error).__name__}", _ACCEPTED)

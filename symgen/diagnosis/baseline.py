@@ -22,7 +22,7 @@ from symgen.diagnosis.whitened_system import (
     model_torque,
 )
 from symgen.estimation.filtered import FilteredLog
-from symgen.identification.out_of_core import loaded
+from symgen.identification.out_of_core import load_model
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
@@ -35,7 +35,7 @@ KERNELS = ("torque_regressor", "inverse_dynamics")
 
 def model_of(robot: Robot) -> Evaluator:
     """Return the compiled model of a robot, derived once for a text of its file."""
-    return loaded(robot_toml(robot), KERNELS)
+    return load_model(robot_toml(robot), KERNELS)
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,7 +30,7 @@ from symgen.diagnosis.workflow import diagnose
 from symgen.distributed import Workers, WorkFolder, digest, executor, finished
 from symgen.errors import LogError, ParameterError, SymgenError, plain
 from symgen.estimation.equation_model import NEEDED, EquationModel
-from symgen.identification.out_of_core import loaded
+from symgen.identification.out_of_core import load_model
 from symgen.identification.parameters import link_columns, read_given, regrouping
 from symgen.identification.workflow import identify
 from symgen.robot.toml_io import parse_robot, read_robot
@@ -92,7 +92,7 @@ class IdentifyDay:
         """The compiled model, once a process."""
         if self.model not in NEEDED:  # it is chosen anew every day
             return parse_robot(self.robot, "robot.toml")
-        return loaded(self.robot, EquationModel(self.model, 0.0).all_kernels)
+        return load_model(self.robot, EquationModel(self.model, 0.0).all_kernels)
 
     def __call__(self, day: Day) -> bytes:
         """Identify the logs of a day."""

@@ -27,7 +27,8 @@ from symgen.diagnosis.whitened_system import Columns
 from symgen.estimation.filtered import FilteredLog
 from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
-from symgen.symbolic.variation import Variation, random_states, variation
+from symgen.symbolic.independence import random_states
+from symgen.symbolic.variation import Variation, variation
 
 FloatArray = NDArray[np.float64]
 _STEP = 1e-2  # m; torque is a polynomial in the lengths, of degree two

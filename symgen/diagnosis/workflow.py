@@ -42,7 +42,7 @@ from symgen.estimation.cutoff import choose_band
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.logs import (
     Source,
-    held_out,
+    hold_out,
     listed_logs,
     open_log,
     require_logs,
@@ -235,7 +235,7 @@ class _Question:
         """Return the model on logs: without validation logs, their last fifth shows the gap."""
         train, held = logs
         if not held:
-            groups = held_out([log.samples for log in train], _FEWEST)
+            groups = hold_out([log.samples for log in train], _FEWEST)
             train, held = (
                 [_part(log, s) for log, s in zip(train, group, strict=True)] for group in groups
             )

@@ -45,7 +45,7 @@ from symgen.estimation.system import (
 )
 from symgen.estimation.torque_error import TorqueFit, modelled_torque, squares
 from symgen.estimation.values import FloatArray
-from symgen.estimation.windows import Windows, placed_windows, windows
+from symgen.estimation.windows import Windows, place_windows, windows
 from symgen.runtime.evaluator import Evaluator
 
 
@@ -126,7 +126,7 @@ def chunk_data(log: FilteredLog, model: EquationModel) -> ChunkData:
     if model.name == "torque":
         w, sides = None, torque_sides(log)
     else:
-        w = placed_windows(log, model.window)
+        w = place_windows(log, model.window)
         sides = [energy_sides(log, w)] if model.name == "energy" else momentum_sides(log, w)
         if w.stride != log.stride:
             arrays["window_q"], arrays["window_qd"] = log.nodes(w.stride)
@@ -167,18 +167,20 @@ class LogSpan:
     Attributes:
         stretch: its rows alone.
         kind: "train" or "validation".
+        number: in the run.
     """
 
     stretch: Stretch
     kind: str
+    number: int
 
 
 @dataclass(frozen=True)
 class Chunk:
-    """Some rows of a part.
+    """Some rows of a log of the run.
 
     Attributes:
-        part: number of the part in the run.
+        part: the log.
         rows: that are read: first, and the one behind the last.
         before: rows of the part before these.
         own: first row of its own among these, and the one behind the last: equations at the times
@@ -186,7 +188,7 @@ class Chunk:
         ended: whether the part ends with it.
     """
 
-    part: int
+    part: LogSpan
     rows: tuple[int, int]
     before: int
     own: tuple[int, int]
@@ -223,13 +225,15 @@ class Settings:
 
 def unit(step: float, settings: Settings) -> int:
     """Return the samples of which chunks begin at multiples."""
-    band, model = settings.band, settings.model
-    stride = stride_of(band, step)
-    every = decimation(1 << 30, step, stride, band.comparison_hz).every
-    if model.name == "torque":
-        return math.lcm(stride, every)
-    own = windows(step, stride, model.window)
-    return math.lcm(stride, every, own.stride * own.hop)
+    stride, every, own = _strides(step, settings)
+    return math.lcm(stride, every, own.stride * own.hop if own else 1)
+
+
+def _strides(step: float, settings: Settings) -> tuple[int, int, Windows | None]:
+    """Return samples from node to node and from one kept to the next, and windows but of torque."""
+    stride, model = stride_of(settings.band, step), settings.model
+    every = decimation(1 << 30, step, stride, settings.band.comparison_hz).every
+    return stride, every, None if model.name == "torque" else windows(step, stride, model.window)
 
 
 def reach(step: float, settings: Settings, measured: bool) -> int:
@@ -240,7 +244,7 @@ def reach(step: float, settings: Settings, measured: bool) -> int:
         settings: of the run.
         measured: whether the log has speeds.
     """
-    band, model = settings.band, settings.model
+    band, (_, every, own) = settings.band, _strides(step, settings)
 
     def tail(hz: float) -> int:
         return math.ceil(TAIL / (hz * step))
@@ -248,12 +252,9 @@ def reach(step: float, settings: Settings, measured: bool) -> int:
     # one after the other: a missing speed, positions, slopes
     motion = tail(band.cutoff_hz) + 2 * _SPLINE + (0 if measured else tail(_SLOPES_HZ))
     compared = tail(band.comparison_hz)
-    if model.name == "torque":
-        every = decimation(1 << 30, step, stride_of(band, step), band.comparison_hz).every
+    if own is None:
         return motion + compared + LAGS * 2 * every
-    own = windows(step, stride_of(band, step), model.window)
-    summed = own.stride * (2 * own.steps + LAGS * own.steps + own.hop)
-    return motion + max(compared, summed)
+    return motion + max(compared, own.stride * (2 * own.steps + LAGS * own.steps + own.hop))
 
 
 def partitions(
@@ -268,8 +269,8 @@ def partitions(
         most: own rows of a partition, about.
     """
     out: list[Partition] = []
-    for number, part in enumerate(parts):
-        for piece in _chunks(number, part, settings, chunk):
+    for part in parts:
+        for piece in _chunks(part, settings, chunk):
             last = out[-1] if out else None
             if last is not None and last.file == part.stretch.file and last.samples < most:
                 out[-1] = replace(last, chunks=(*last.chunks, piece))
@@ -278,7 +279,7 @@ def partitions(
     return out
 
 
-def _chunks(number: int, part: LogSpan, settings: Settings, chunk: int) -> list[Chunk]:
+def _chunks(part: LogSpan, settings: Settings, chunk: int) -> list[Chunk]:
     s = part.stretch
     multiple, beyond = unit(s.step, settings), reach(s.step, settings, s.measured)
     length = max(chunk // multiple, 1) * multiple
@@ -288,7 +289,7 @@ def _chunks(number: int, part: LogSpan, settings: Settings, chunk: int) -> list[
         low = max(begin - beyond, 0) // multiple * multiple
         high = min(end + beyond, s.count)
         rows = (s.rows[0] + low, s.rows[0] + high)
-        out.append(Chunk(number, rows, low, (begin - low, end - low), end == s.count))
+        out.append(Chunk(part, rows, low, (begin - low, end - low), end == s.count))
     return out
 
 

@@ -29,7 +29,7 @@ from symgen.distributed import in_turn
 from symgen.estimation.band import OPEN, Band, Rests, comparison_band
 from symgen.estimation.filtered import FilteredLog, filtered
 from symgen.estimation.masking import require_left
-from symgen.estimation.summary import FOLDS, block_errors, placed, summary
+from symgen.estimation.summary import FOLDS, block_errors, block_summary
 from symgen.estimation.system import Equations, torque_equations, torque_sides
 from symgen.estimation.values import FloatArray
 from symgen.runtime.evaluator import Evaluator
@@ -41,7 +41,7 @@ _WORSE = 0.5  # a deviation at rest is another one than in motion where it is tw
 _FEWEST = 10  # rows at rest, and in motion, that a deviation is taken from
 
 
-def rests_of(logs: Sequence[Samples], sigma: Sequence[int]) -> Rests | None:
+def find_rests(logs: Sequence[Samples], sigma: Sequence[int]) -> Rests | None:
     """Return what counts as rest in some logs, with a first weight; None where no joint rests.
 
     Args:
@@ -56,7 +56,7 @@ def rests_of(logs: Sequence[Samples], sigma: Sequence[int]) -> Rests | None:
     return Rests(tuple(map(float, slow)), (_FIRST,) * len(slow))
 
 
-def weighed_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Band:
+def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Band:
     """Return a band with the weight of equations at rest: deviation in motion over that at rest.
 
     Args:
@@ -69,7 +69,7 @@ def weighed_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> 
     equations = [torque_equations(evaluator, filtered(s, band)) for s in logs]
     weight = [1.0] * len(equations[0])
     for _ in range(_ROUNDS):
-        X = summary(placed(equations), len(weight)).fit()
+        X = block_summary(equations).fit()
         for j, own in enumerate(zip(*equations, strict=True)):
             left = np.concatenate([(e.y - e.W @ X) / e.scale for e in own])
             rest = [np.zeros(len(e.y), bool) if e.rest is None else e.rest for e in own]
@@ -122,7 +122,7 @@ def choose_band(
     rate = min(1 / s.step for s in logs)
     measured = not any(s.velocity_derived for s in logs)
     velocity = "measured" if measured else "derived"
-    rests = rests_of(logs, evaluator.model.robot.sigma)
+    rests = find_rests(logs, evaluator.model.robot.sigma)
     start = Band(rate, cutoff or rate / 2, comparison_band(logs), velocity, rests)
     grid = [start.cutoff_hz]
     if cutoff is None:
@@ -132,7 +132,7 @@ def choose_band(
     kinds = [velocity] if own_speeds or not measured else ["measured", "derived"]
     seen = _sample(logs)
     if len(grid) == len(kinds) == 1:
-        return weighed_rests(evaluator, seen, start)
+        return weigh_rests(evaluator, seen, start)
     bands = [[replace(start, cutoff_hz=hz, velocity=kind) for hz in grid] for kind in kinds]
     sides = [torque_sides(FilteredLog(s, start, s.q, s.qd)) for s in seen]  # of any cutoff
     errors_of = partial(_errors, evaluator, seen, sides)
@@ -144,7 +144,7 @@ def choose_band(
     errors = (errors / np.where(least > 0, least, np.inf)).sum(axis=3)
     middle = [_middle(same) for same in errors]
     k = int(np.argmin([same[i].sum() for same, i in zip(errors, middle, strict=True)]))
-    return weighed_rests(evaluator, seen, bands[k][middle[k]])
+    return weigh_rests(evaluator, seen, bands[k][middle[k]])
 
 
 def _middle(errors: FloatArray) -> int:
@@ -200,5 +200,4 @@ def _errors(
             q, equations = log.q, torque_equations(evaluator, log, sides=known)
             require_left(s, equations)
             out.append(equations)
-    torques = [summary(placed(equations), logs[0].q.shape[1]) for equations in found]
-    return [block_errors(t, t) for t in torques]
+    return [block_errors(t, t) for t in map(block_summary, found)]

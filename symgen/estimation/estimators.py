@@ -43,9 +43,9 @@ from symgen.estimation.solve import (
     weighted_triangle,
 )
 from symgen.estimation.statistics import f_tail
-from symgen.estimation.summary import Summary, summaries, summarised, triangle
+from symgen.estimation.summary import Summary, summaries, summarise, triangle
 from symgen.estimation.system import Equations, LinearSystem
-from symgen.estimation.values import Contrast, Endogeneity, FloatArray
+from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
 
 PASSES = 3
 _PASSES_OF_A_PRIOR = 20  # on factors: cheap
@@ -300,7 +300,7 @@ class Essential:
         note = f"{len(kept)} of {p} parameters are essential" + (
             f"; taken as 0, F test at {self.level:g}: {', '.join(out)}" if out else ""
         )
-        contrast = (Contrast("wls", full.X, full.std),)
+        contrast = (OtherEstimate.by("wls", system.names, full.X, full.std),)
         return replace(part, X=X, covariance=covariance, notes=(note,), comparison=contrast)
 
 
@@ -331,12 +331,13 @@ class TotalLeastSquares:
 
         minimise sum of (y - w'X)^2 / (1 + X'C X),   C = diag(noise^2)
 
-    by the smallest singular vector of [W y] in units of its errors (Golub and Van Loan 1980);
-    columns without error are taken out by QR first (Van Huffel and Vandewalle 1991, ch. 3). It
-    removes the bias of least squares where the errors of the columns are independent of each other
-    and from row to row, and their ratio to those of y is known. Those of a robot's regressor are
-    neither: instrumental variables ask for less. Precision by the sandwich of its estimating
-    equations sum e (w + e C X/(1 + X'C X)) = 0.
+    With v = (X, -1), D = diag(noise, 1) and R the triangle of [W y] this is the smallest
+    ||R v|| / ||D v||: v = R^-1 w, with w the first right singular vector of D R^-1 (Golub and Van
+    Loan 1980; noise may be 0 as in Van Huffel and Vandewalle 1991, ch. 3). It removes the bias of
+    least squares where the errors of the columns are independent of each other and from row to row,
+    and their ratio to those of y is known. Those of a robot's regressor are neither: instrumental
+    variables ask for less. Precision by the sandwich of its estimating equations
+    sum e (w + e C X/(1 + X'C X)) = 0.
 
     Attributes:
         noise: (p,) standard deviation of the error of each column over that of y; 0 where exact.
@@ -360,12 +361,12 @@ class TotalLeastSquares:
             np.concatenate([w * s.factor for w, s in zip(weights, parts, strict=True)])
         )
         noise = self._noise(scale, float(np.linalg.norm(whole[:, p])), p)
-        X = _smallest(whole, noise)
+        X = _orthogonal(whole, noise)
         C = noise**2
         growth = 1 + float(C @ X**2)
         errors = [w * (e.y - e.W @ X) for w, e in zip(weights, system.logs, strict=True)]
         own = [
-            x[:, None] * (w * e.W + x[:, None] * (C * X / growth))
+            x[:, None] * (w * e.W + np.outer(x, C * X / growth))
             for x, w, e in zip(errors, weights, system.logs, strict=True)
         ]
         rss = sum(float(x @ x) for x in errors)
@@ -390,21 +391,18 @@ class TotalLeastSquares:
         return noise
 
 
-def _smallest(whole: FloatArray, noise: FloatArray) -> FloatArray:
-    """Solve the triangular [W y]: exact columns first, then the smallest singular vector."""
-    p = len(noise)
-    exact, noisy = np.flatnonzero(noise == 0), np.flatnonzero(noise > 0)
-    R = triangle(whole[:, [*exact, *noisy, p]])
-    k = len(exact)
-    X = np.zeros(p)
-    if len(noisy):
-        lower = np.column_stack([R[k:, k:p] / noise[noisy], R[k:, p]])
-        vector = np.linalg.svd(lower)[2][-1]
-        if abs(vector[-1]) < 1e-12:
-            raise IdentificationError("total least squares has no finite solution here")
-        X[noisy] = -vector[:-1] / vector[-1] / noise[noisy]
-    X[exact] = np.linalg.solve(R[:k, :k], R[:k, p] - R[:k, k:p] @ X[noisy])
-    return X
+def _orthogonal(whole: FloatArray, noise: FloatArray) -> FloatArray:
+    """Solve the triangular [W y] by the vector with the smallest residual for its errors."""
+    norms = column_norms(whole)
+    R, errors = whole / norms, np.append(noise, 1.0) / norms
+    R[-1, -1] = max(abs(R[-1, -1]), 1e-300)
+    inverse = np.linalg.inv(R)
+    _, _, right = np.linalg.svd(errors[:, None] * inverse)
+    v = inverse @ right[0]
+    if abs(errors[-1] * v[-1]) < 1e-12 * np.linalg.norm(errors * v):
+        raise IdentificationError("total least squares has no finite solution here")
+    v /= norms
+    return np.asarray(-v[:-1] / v[-1])
 
 
 @dataclass(frozen=True)
@@ -413,8 +411,12 @@ class InstrumentalVariables:
 
     Its covariance is the sandwich with instruments, (Z'W)^-1 S (W'Z)^-1 with S the long-run
     covariance of z e. Beside it stand weighted least squares and the Durbin-Wu-Hausman test.
+
+    Attributes:
+        least: weighted least squares of the same equations, where it is known.
     """
 
+    least: Solution | None = None
     name: ClassVar[str] = "iv"
     excludes: ClassVar[str] = (
         "bias where the noise of the instruments is not independent of that of the regressor, and "
@@ -433,7 +435,7 @@ class InstrumentalVariables:
                 "method iv needs instruments; accepted: logs with measured speeds qd, whose "
                 "instruments come from the encoders, or the commanded motion of every log"
             )
-        least = Wls().solve(system)
+        least = self.least or Wls().solve(system)
         parts, p = _with_instruments(system), len(system.names)
         plain = [replace(s, factor=s.factor[:, p:]) for s in parts]
         weights: FloatArray = np.array(least.weights)
@@ -463,7 +465,7 @@ class InstrumentalVariables:
             tuple(map(float, weights)),
             notes,
             tests,
-            (Contrast("wls", least.X, std),),
+            (OtherEstimate.by("wls", system.names, least.X, std),),
         )
 
 
@@ -475,7 +477,7 @@ def _z(equations: Equations) -> FloatArray:
 
 def _with_instruments(system: LinearSystem) -> list[Summary]:
     """Return the summaries of [Z W y]."""
-    return [summarised(replace(e, W=np.column_stack([_z(e), e.W]))) for e in system.logs]
+    return [summarise(replace(e, W=np.column_stack([_z(e), e.W]))) for e in system.logs]
 
 
 class _Reduced:
@@ -527,17 +529,17 @@ def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> tuple[Endoge
     suspect = left > _SUSPECT
     friction = np.array([_FRICTION.match(name) is not None for name in system.names])
     sets = {"all": suspect, "inertial": suspect & ~friction, "friction": suspect & friction}
-    # V = [Z W] onto, in the units of the data
-    explained = np.linalg.solve(reduced.Rz, reduced.Rzw)
-    onto = np.concatenate([-explained / reduced.size[:, None], np.diag(1 / reduced.scale)])
+    # V = (W - Z explained) / scale
+    explained = np.linalg.solve(reduced.Rz * reduced.size, reduced.Rzw * reduced.scale)
+    V = [(e.W - _z(e) @ explained) / reduced.scale for e in system.logs]
     out = []
     for label, chosen in sets.items():
         if chosen.any() and (label == "all" or (chosen != suspect).any()):
             # an orthonormal basis of the suspect columns: what is tested is their span
             _, singular, turn = np.linalg.svd(reduced.Rv[:, chosen] / left[chosen])
             kept = singular > 1e-6 * singular[0]
-            basis = onto[:, chosen] / left[chosen] @ (turn[kept].T / singular[kept])
-            test = _wald(system, label, weights, basis)
+            basis = (turn[kept] / left[chosen]).T / singular[kept]
+            test = _wald(system, label, weights, [v[:, chosen] @ basis for v in V])
             if test is None:  # some columns alone do not say that nothing is biased
                 break
             out.append(test)
@@ -545,16 +547,18 @@ def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> tuple[Endoge
 
 
 def _wald(
-    system: LinearSystem, label: str, weights: FloatArray, basis: FloatArray
+    system: LinearSystem, label: str, weights: FloatArray, V: Sequence[FloatArray]
 ) -> Endogeneity | None:
-    """Test d = 0 in y = W X + V d + e, V = [Z W] basis; None where the rows do not determine d."""
-    p, extra = len(system.names), basis.shape[1]
+    """Test d = 0 in y = W X + V d + e; None where the rows are too few, or do not determine d."""
+    p, extra = len(system.names), V[0].shape[1]
     freedom = sum(len(e.y) / e.correlation for e in system.logs) - p - extra
     if freedom < 1:
         return None
-    whole = [replace(e, W=np.column_stack([e.W, np.column_stack([_z(e), e.W]) @ basis]), Z=None)
-             for e in system.logs]  # fmt: skip
-    augmented = LinearSystem((*system.names, *(f"d{k}" for k in range(extra))), tuple(whole))
+    both = (np.column_stack([e.W, v]) for e, v in zip(system.logs, V, strict=True))
+    augmented = LinearSystem(
+        (*system.names, *["d"] * extra),
+        tuple(replace(e, W=W, Z=None) for e, W in zip(system.logs, both, strict=True)),
+    )
     try:
         reduced = merged([s.factor for s in summaries(augmented)], weights, augmented.names)
     except IdentificationError:
@@ -568,12 +572,15 @@ def _wald(
     return Endogeneity(label, statistic, (count, freedom), f_tail(statistic, count, freedom))
 
 
-def bias_of_least_squares(system: LinearSystem, solution: Solution) -> tuple[Solution, str]:
+def bias_of_least_squares(
+    system: LinearSystem, solution: Solution, least: Solution | None = None
+) -> tuple[Solution, str]:
     """Compare weighted least squares with instrumental variables, where there are instruments.
 
     Args:
         system: the equations that were solved.
         solution: by a method that takes the regressor as exact.
+        least: weighted least squares of these equations, where it is known.
 
     Returns:
         The solution with tests and comparison, and in words a bias that the intervals do not hold,
@@ -582,7 +589,7 @@ def bias_of_least_squares(system: LinearSystem, solution: Solution) -> tuple[Sol
     if any(e.Z is None for e in system.logs):
         return solution, ""
     try:
-        other = InstrumentalVariables().solve(system)
+        other = InstrumentalVariables(least).solve(system)
     except IdentificationError:
         return replace(solution, notes=(*solution.notes, _UNTESTED)), ""
     spread = other.std
@@ -590,13 +597,13 @@ def bias_of_least_squares(system: LinearSystem, solution: Solution) -> tuple[Sol
         solution,
         notes=(*solution.notes, *other.notes),
         endogeneity=other.endogeneity,
-        comparison=(*solution.comparison, Contrast("iv", other.X, spread)),
+        comparison=(*solution.comparison, OtherEstimate.by("iv", system.names, other.X, spread)),
     )
-    least = other.comparison[0]
-    moves = np.abs(other.X - least.X)
+    plain = other.comparison[0]
+    moves = np.abs(other.X - plain.X)
     known = (spread < _KNOWN * np.abs(other.X)) & (moves > _MATERIAL * np.abs(other.X))
     certain = bool(other.endogeneity) and other.endogeneity[0].p_value < LEVEL
-    ratio = np.where(known & (least.std > 0), moves / np.maximum(least.std, 1e-300), 0.0)
+    ratio = np.where(known & (plain.std > 0), moves / np.maximum(plain.std, 1e-300), 0.0)
     worst = int(np.argmax(ratio))
     if not certain or ratio[worst] <= _BEYOND:
         return compared, ""

@@ -189,10 +189,10 @@ def _weighed(x: FloatArray, weight: FloatArray) -> FloatArray:
 
 def _distance(masked: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Return how many samples away the nearest masked one is, (N,)."""
-    at, far = np.arange(len(masked)), 4 * len(masked)
-    before = np.maximum.accumulate(np.where(masked, at, -far))
-    after = np.minimum.accumulate(np.where(masked, at, far)[::-1])[::-1]
-    return np.asarray(np.minimum(at - before, after - at))
+    samples, far = np.arange(len(masked)), 4 * len(masked)
+    at = np.concatenate([[-far], np.flatnonzero(masked), [2 * far]])
+    after = np.searchsorted(at, samples)
+    return np.asarray(np.minimum(samples - at[after - 1], at[after] - samples))
 
 
 def filtered(samples: Samples, band: Band, q: FloatArray | None = None) -> FilteredLog:

@@ -92,7 +92,7 @@ def held_from(count: int) -> int:
     return int(count * (1 - HELD_OUT))
 
 
-def held_out(logs: Sequence[Samples], fewest: int) -> tuple[list[Samples], list[Samples]]:
+def hold_out(logs: Sequence[Samples], fewest: int) -> tuple[list[Samples], list[Samples]]:
     """Hold out the last fifth of every log.
 
     Args:

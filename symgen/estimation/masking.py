@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from symgen.data.log import MIN_SAMPLES, Log
-from symgen.data.mask import Bools, Mask, at_rest, on_grid, saturated
+from symgen.data.mask import Bools, at_rest, on_grid, saturated
 from symgen.data.signals import Samples
 from symgen.errors import LogError
 from symgen.estimation.filtered import FilteredLog
@@ -61,10 +61,7 @@ def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Sa
                 f"{j + 1}; accepted: at least {MIN_SAMPLES}"
             )
     said = tuple(f"{samples.name}: masked {note}" for note in notes)
-    mask = Mask(joint, whole)
-    if samples.mask is not None:
-        mask = Mask(joint | samples.mask.joint, whole | samples.mask.robot)
-    return replace(samples, mask=mask, notes=(*samples.notes, *said))
+    return replace(samples.masked(joint, whole), notes=(*samples.notes, *said))
 
 
 def _shares(flags: Bools, what: str) -> str:

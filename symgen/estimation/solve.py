@@ -13,7 +13,7 @@ from symgen.errors import IdentificationError
 from symgen.estimation.covariance import robust_covariance, scores
 from symgen.estimation.summary import Summary, triangle
 from symgen.estimation.system import LinearSystem
-from symgen.estimation.values import Contrast, Endogeneity, FloatArray
+from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
 
 #: Singular values of the scaled regressor under this share of the largest are zero.
 SINGULAR = 1e-8
@@ -43,7 +43,7 @@ class Solution:
     weights: tuple[float, ...]
     notes: tuple[str, ...] = ()
     endogeneity: tuple[Endogeneity, ...] = ()
-    comparison: tuple[Contrast, ...] = ()
+    comparison: tuple[OtherEstimate, ...] = ()
 
     @property
     def std(self) -> FloatArray:

@@ -10,7 +10,7 @@ its chunks bring the rows before their own with them.
 
 Blocks hold the products [W y]'[W y] of stretches of time, in which models and bands are compared: a
 fit without some blocks, its error on these, and how much estimates scatter from block to block
-follow from them without another look at the data. They add up over chunks, logs and machines.
+follow from them without another look at the data.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class Summary:
         return float(np.sum((self.factor[:, -1] - self.factor[:, :-1] @ X) ** 2))
 
 
-def summarised(e: Equations) -> Summary:
+def summarise(e: Equations) -> Summary:
     """Return the summary of equations."""
     factor = triangle(np.column_stack([e.W, e.y]))
     return Summary(factor, len(e.y), e.correlation, e.weight, e.joint)
@@ -79,10 +79,10 @@ def summarised(e: Equations) -> Summary:
 
 def summaries(system: LinearSystem) -> list[Summary]:
     """Return the summary of every log."""
-    return [summarised(e) for e in system.logs]
+    return [summarise(e) for e in system.logs]
 
 
-def merged_tree(parts: Sequence[Summary]) -> Summary:
+def merge_summaries(parts: Sequence[Summary]) -> Summary:
     """Merge the summaries of the chunks of one log: some neighbours at once, then what is left.
 
     A few triangles on top of each other are tall enough for Cholesky's factor.
@@ -146,10 +146,6 @@ class Blocks:
     grams: FloatArray
     rows: FloatArray
 
-    def __add__(self, other: Blocks) -> Blocks:
-        """Return the summary of both."""
-        return Blocks(self.grams + other.grams, self.rows + other.rows)
-
     @property
     def size(self) -> FloatArray:
         """(m,) RMS of y."""
@@ -165,12 +161,12 @@ class Blocks:
         """
         chosen = np.setdiff1d(np.arange(len(self.grams)), np.asarray(without, dtype=int))
         grams, rows = self.grams[chosen].sum(axis=0), self.rows[chosen].sum(axis=0)
-        variance = self.size**2
+        variance = least = self.size**2
         X: FloatArray = np.zeros(grams.shape[-1] - 1)
         for _ in range(_ROUNDS):
             X = solve_gram(np.einsum("j,jab->ab", 1 / variance, grams))
             left = residual_squares(grams, X) / np.maximum(rows, 1.0)
-            variance = np.maximum(left, 1e-12 * self.size**2)
+            variance = np.maximum(left, 1e-12 * least)
         return X
 
     def errors(self, blocks: Sequence[int], X: FloatArray) -> FloatArray:
@@ -205,45 +201,34 @@ def residual_squares(grams: FloatArray, X: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(np.einsum("a,jab,b->j", v, grams, v), 0.0))
 
 
-def summary(rows: Sequence[tuple[Equations, FloatArray]], m: int) -> Blocks:
-    """Summarise equations.
+def block_summary(logs: Sequence[Sequence[Equations]], reach: float = 0.0) -> Blocks:
+    """Summarise equations by blocks of the whole training time.
+
+    A row that begins in one block and ends in another belongs to none.
 
     Args:
-        rows: equations of one joint of one log (or of its energy), and where in the whole of the
-            training time each of them stands, (K, 2): begin and end, in 0 .. 1.
-        m: number of joints, 1 for energy.
-    """
-    p = rows[0][0].W.shape[1]
-    grams, count = np.zeros((BLOCKS, m, p + 1, p + 1)), np.zeros((BLOCKS, m))
-    for e, place in rows:
-        first, last = np.clip((place * BLOCKS).astype(int), 0, BLOCKS - 1).T
-        whole, j = np.column_stack([e.W, e.y]), e.joint or 0
-        for b in range(int(first[0]), int(last[-1]) + 1) if len(first) else ():
-            # Rows come in their order in time; a window that spans two blocks belongs to none.
-            inside = whole[np.searchsorted(first, b) : np.searchsorted(last, b, side="right")]
-            grams[b, j] += e.weight * (inside.T @ inside)
-            count[b, j] += len(inside)
-    return Blocks(grams, count)
-
-
-def placed(
-    logs: Sequence[Sequence[Equations]], reach: float = 0.0
-) -> list[tuple[Equations, FloatArray]]:
-    """Return equations with their place in the whole of the training time, for `summary`.
-
-    Args:
-        logs: the equations of every log.
+        logs: the equations of every log, joint by joint, rows in their order in time.
         reach: time in s before its own that an equation reaches back.
     """
     spans = [(min(e.t[0] for e in log), max(e.t[-1] for e in log)) for log in logs]
     total = sum(end - start for start, end in spans) or 1.0
-    out, before = [], 0.0
+    m, width = len(logs[0]), logs[0][0].W.shape[1] + 1
+    grams, count = np.zeros((BLOCKS, m, width, width)), np.zeros((BLOCKS, m))
+    before = 0.0
     for log, (start, end) in zip(logs, spans, strict=True):
-        for e in log:
-            ends = (before + e.t - start) / total
-            out.append((e, np.column_stack([ends - reach / total, ends])))
+        for j, e in enumerate(log):
+            place = (before + e.t - start) / total  # 0 .. 1
+            first, last = (
+                np.clip((x * BLOCKS).astype(int), 0, BLOCKS - 1)
+                for x in (place - reach / total, place)
+            )
+            whole = np.column_stack([e.W, e.y])
+            for b in np.unique(last):
+                inside = whole[np.searchsorted(first, b) : np.searchsorted(last, b, side="right")]
+                grams[b, j] += e.weight * (inside.T @ inside)
+                count[b, j] += len(inside)
         before += end - start
-    return out
+    return Blocks(grams, count)
 
 
 def block_errors(equations: Blocks, torques: Blocks) -> FloatArray:

@@ -30,7 +30,7 @@ from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.integrals import cumulative_integral, over_windows, window_integrals
 from symgen.estimation.values import FloatArray
-from symgen.estimation.windows import Windows, chunks, placed_windows
+from symgen.estimation.windows import Windows, chunks, place_windows
 from symgen.runtime.evaluator import Evaluator
 
 #: From q, qd, qdd (k, n) to what it gives for each sample.
@@ -150,24 +150,43 @@ def energy_equations(evaluator: Evaluator, log: FilteredLog, window: float) -> E
     Raises:
         IdentificationError: the window does not fit the log.
     """
-    w = placed_windows(log, window)
+    w = place_windows(log, window)
     (e,) = equated(
         [energy_sides(log, w)], energy_rows(evaluator, *log.nodes(w.stride), w, log.step)
     )
     if log.mask is None:
         return e
-    last = w.ends(len(log.t))
-    clean = untouched(log.mask.robot, (last - w.steps) * w.stride, last * w.stride)
-    return e.where(clean, e.name)
+    (touched,) = _touched(log.mask.robot[:, None], w)
+    return e.where(~touched, e.name)
 
 
 def energy_sides(log: FilteredLog, w: Windows) -> Equations:
     """Return the energy equations of a log without W: the work done in every window."""
-    power = np.einsum("ij,ij->i", log.qd, log.tau)[:, None]
-    last = w.ends(len(log.t))
-    y = over_windows(power, log.step, last * w.stride, w.steps * w.stride)[:, 0]
-    none: FloatArray = np.zeros((len(y), 0))
-    return Equations(log.name, none, y, log.t[last * w.stride], w.correlation)
+    power = np.einsum("ij,ij->i", log.qd, log.tau)
+    (side,) = _over(log, w, power[:, None])
+    return replace(side, name=log.name, joint=None)
+
+
+def _over(log: FilteredLog, w: Windows, x: FloatArray) -> list[Equations]:
+    """Return equations without W whose y are integrals over windows of a signal, (N, n)."""
+    _, last = w.spans(len(log.t))
+    y = over_windows(x, log.step, last, w.steps * w.stride)
+    return _by_joint(log, y, log.t[last], w.correlation)
+
+
+def _by_joint(log: FilteredLog, y: FloatArray, t: FloatArray, rows: int) -> list[Equations]:
+    """Return equations without W, of which some rows in a row share samples: y (K, n), t (K,)."""
+    none: FloatArray = np.zeros((len(t), 0))
+    return [
+        Equations(f"{log.name}, joint {j + 1}", none, y[:, j], t, rows, j)
+        for j in range(y.shape[1])
+    ]
+
+
+def _touched(flags: Bools, w: Windows) -> list[Bools]:
+    """Return which windows touch a flagged sample, (K,) for each column of flags (N, m)."""
+    first, last = w.spans(len(flags))
+    return [~untouched(column, first, last) for column in flags.T]
 
 
 def energy_rows(
@@ -199,33 +218,19 @@ def momentum_equations(
     Raises:
         IdentificationError: the window does not fit the log.
     """
-    w = placed_windows(log, window)
+    w = place_windows(log, window)
     W = momentum_rows(evaluator, *log.nodes(w.stride), w, log.step)
     found = equated(momentum_sides(log, w), W)
     if log.mask is None:
         return found
-    last = w.ends(len(log.t))
-    first, end = (last - w.steps) * w.stride, last * w.stride
-    masks = log.mask.joint.T
-    return tuple(
-        e.where(untouched(mask, first, end), e.name) for e, mask in zip(found, masks, strict=True)
-    )
+    pairs = zip(found, _touched(log.mask.joint, w), strict=True)
+    return tuple(e.where(~touched, e.name) for e, touched in pairs)
 
 
 def momentum_sides(log: FilteredLog, w: Windows) -> list[Equations]:
     """Return the momentum equations of a log without W: the impulse of torque in every window."""
-    last = w.ends(len(log.t))
-    y = over_windows(log.tau, log.step, last * w.stride, w.steps * w.stride)
-    t, none = log.t[last * w.stride], np.zeros((len(last), 0))
-    first, end = (last - w.steps) * w.stride, last * w.stride
-    sides = [
-        Equations(f"{log.name}, joint {j + 1}", none, y[:, j], t, w.correlation, j)
-        for j in range(y.shape[1])
-    ]
-    if log.at_rest is None:
-        return sides
-    joints = [~untouched(joint, first, end) for joint in log.at_rest.T]
-    return _with_rests(log, sides, joints)
+    sides = _over(log, w, log.tau)
+    return sides if log.at_rest is None else _with_rests(log, sides, _touched(log.at_rest, w))
 
 
 def _with_rests(
@@ -381,11 +386,6 @@ def torque_equations(
 
 def torque_sides(log: FilteredLog) -> list[Equations]:
     """Return the torque equations of a log without W: measured torque in the comparison band."""
-    y, t = log.measured, log.compared_t
     correlation = 1 if log.rows.cutoff is None else PER_PERIOD // 2
-    none: FloatArray = np.zeros((len(t), 0))
-    sides = [
-        Equations(f"{log.name}, joint {j + 1}", none, y[:, j], t, correlation, j)
-        for j in range(y.shape[1])
-    ]
+    sides = _by_joint(log, log.measured, log.compared_t, correlation)
     return sides if log.resting is None else _with_rests(log, sides, list(log.resting.T))

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.schemas import BESIDE, at
+from symgen.schemas import BESIDE, OrNan, at
 
 FloatArray = NDArray[np.float64]
 #: Curves stand beside an estimate.json, not in it.
@@ -127,10 +129,39 @@ class Endogeneity:
     p_value: float
 
 
-@dataclass(frozen=True, eq=False)
-class Contrast:
-    """The same parameters by another method: X (p,) and its standard deviations (p,)."""
+class OtherValue(NamedTuple):
+    """A parameter by another method."""
+
+    name: str
+    value: float
+    std: OrNan
+
+
+@dataclass(frozen=True)
+class OtherEstimate:
+    """The same parameters by another method, or their prior: those that it knows."""
 
     method: str
-    X: FloatArray
-    std: FloatArray
+    parameters: tuple[OtherValue, ...]
+
+    @classmethod
+    def by(cls, method: str, names: Iterable[str], X: FloatArray, std: FloatArray) -> OtherEstimate:
+        """Return what a method or a prior says, X and std (p,), without what has no finite std."""
+        rows = zip(names, X.tolist(), std.tolist(), strict=True)
+        values = (OtherValue(*row) for row in rows)
+        return cls(method, tuple(v for v in values if not math.isinf(v.std)))
+
+    def of(self, name: str) -> tuple[float, float]:
+        """Return value and std of a parameter; NaN and infinite where it is not known."""
+        known = (p for p in self.parameters if p.name == name)
+        return next(((p.value, p.std) for p in known), (math.nan, math.inf))
+
+    @property
+    def X(self) -> FloatArray:
+        """The values, in their order."""
+        return np.array([p.value for p in self.parameters])
+
+    @property
+    def std(self) -> FloatArray:
+        """Their standard deviations."""
+        return np.array([p.std for p in self.parameters])

@@ -36,12 +36,13 @@ class Windows:
         """Windows that share samples."""
         return max(1, self.steps // self.hop)
 
-    def ends(self, samples: int) -> NDArray[np.int64]:
-        """Return the nodes at which windows of a log of some samples end."""
-        return np.arange(self.steps, -(-samples // self.stride), self.hop)
+    def spans(self, samples: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the samples at which windows of a log of so many begin and end, (K,) each."""
+        last = np.arange(self.steps, -(-samples // self.stride), self.hop)
+        return (last - self.steps) * self.stride, last * self.stride
 
 
-def placed_windows(log: FilteredLog, window: float) -> Windows:
+def place_windows(log: FilteredLog, window: float) -> Windows:
     """Place the windows of a log.
 
     Raises:

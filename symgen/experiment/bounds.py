@@ -110,15 +110,13 @@ def bounds(robot: Robot) -> Bounds:
     """
     own = robot.limits or Limits()
     where = f"limits of {robot.name}"
-    for key, missing in (("position", own.position), ("velocity", own.velocity)):
-        if missing is None:
-            raise ParameterError(
-                f"{where}: {'positions' if key == 'position' else 'speeds'} are not limited; "
-                f"accepted: {key} in [limits], or --{key}"
-            )
-    tops = []
+    needed, tops = {"position": "positions", "velocity": "speeds"}, []
     for key in (*KEYS, "torque"):
         values = getattr(own, key)
+        if values is None and key in needed:
+            raise ParameterError(
+                f"{where}: {needed[key]} are not limited; accepted: {key} in [limits], or --{key}"
+            )
         array = np.full(robot.n, math.inf) if values is None else np.array(values, dtype=float)
         if len(array) != robot.n:
             raise ParameterError(

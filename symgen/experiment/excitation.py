@@ -8,7 +8,7 @@ will be used, built from the same windows: a motion may be good for torques and 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -20,6 +20,7 @@ from symgen.codegen.model import Model, derive
 from symgen.data.log import read_only
 from symgen.data.raw import FloatArray
 from symgen.data.signals import Samples
+from symgen.distributed import Meter, Say, silent
 from symgen.errors import IdentificationError, LogError, ParameterError
 from symgen.estimation.equation_model import NEEDED, EquationModel, require_model
 from symgen.estimation.filtered import unfiltered
@@ -123,12 +124,19 @@ def _require_count(what: str, count: int) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A motion of all runs, with its use of limits on a fine grid and its condition number."""
+    """A motion of all runs, with its use of limits on a fine grid and its condition number.
+
+    `start` is the condition number of the random motion that its search began with.
+    """
 
     runs: tuple[Trajectory, ...]
     uses: tuple[Use, ...]
     condition: float = math.nan
     log_det: float = math.nan
+    start: float = math.nan
+
+    def __str__(self) -> str:
+        return f"condition number {self.condition:.4g}"
 
     @property
     def excess(self) -> float:
@@ -193,8 +201,10 @@ class Judge:
         """Return condition number and log det of identify's regressor of these runs."""
         return quality(np.concatenate([e.W for e in self.equations(runs, name)]))
 
-    def judged(self, choices: Space, z: FloatArray) -> Found:
+    def judged(self, choices: Space, z: FloatArray, start: float = 0.0) -> Found:
         """Return a motion that keeps its limits, and what it is worth.
+
+        `start` is the condition number that its search began with, by default its own.
 
         Joints are shrunk about the centre as far as their own limits ask for, all of them together
         as far as the torques and the cell do.
@@ -212,7 +222,8 @@ class Judge:
                 factor, found = middle, tried
             else:
                 too_much = middle
-        return Found(found.runs, found.uses, *self.quality(found.runs, self.name))
+        condition, log_det = self.quality(found.runs, self.name)
+        return Found(found.runs, found.uses, condition, log_det, start or condition)
 
     def _used(self, choices: Space, z: FloatArray) -> Found:
         """Return the runs of z, and how much of every limit they take."""
@@ -223,7 +234,7 @@ class Judge:
         every += [u for r in runs if self.cell for u in self.cell.uses(r)]
         return Found(runs, worst(every))
 
-    def plan(self, best: Found, start: float, searches: tuple[int, int], stopped: str) -> Plan:
+    def plan(self, best: Found, searches: tuple[int, int], stopped: str) -> Plan:
         """Return the plan, with what the other models would make of it."""
         own = self.equations(best.runs, self.name)
         conditions = dict.fromkeys(_MODELS, math.inf)
@@ -241,7 +252,7 @@ class Judge:
             runs=best.runs,
             conditions=conditions,
             log_det=best.log_det,
-            start=start,
+            start=best.start,
             uses=tuple(sorted(best.uses, key=lambda u: u.joint)),
             parameters=len(self.model.base.parameters),
             independent=sum(len(e.y) / e.correlation for e in own),
@@ -307,8 +318,8 @@ def excite(
     search: Search | None = None,
     parameters: str | Path | None = None,
     window: float = 0.2,
-    progress: Callable[[str], None] = lambda _: None,
-    meter: Callable[[float], None] = lambda _: None,
+    progress: Say = silent,
+    meter: Meter = silent,
 ) -> Plan:
     """Find runs within limits from which the parameters of a robot can be identified.
 
@@ -357,7 +368,7 @@ def excite(
     program = Program(
         source, choices, model, window, search.criterion, task.prior, clock, search.iterations
     )
-    tried: list[tuple[Found, float]] = []
+    tried: list[Found] = []
     ended = 0
     with clock.listening():
         for k in range(search.searches):
@@ -367,28 +378,23 @@ def excite(
             drawn = [choices.drawn(draw) for _ in range(_DRAWS if clock.left > 0 else 1)]
             first = min(drawn, key=lambda z: float(program.loss(z)))
             before = task.judged(choices, first)
-            progress(f"{clock.elapsed:5.1f} s  search {k + 1}: begins at {_text(before)}")
+            progress(f"{clock.elapsed:5.1f} s  search {k + 1}: begins at {before}")
             z = first if clock.left <= 0 else program.solve(first)
-            after = task.judged(choices, z)
+            after = task.judged(choices, z, before.condition)
             ended += clock.left > 0
-            tried += [(before, before.condition), (after, before.condition)]
-            kept = [pair for pair in tried if pair[0].keeps]
-            best, start = min(kept, key=lambda pair: value(pair[0]), default=(None, math.nan))
-            shown = "none keeps its limits" if best is None else f"best {_text(best)}"
+            tried += [before, after]
+            best = min((found for found in tried if found.keeps), key=value, default=None)
+            shown = f"best {best}" if best else "none keeps its limits"
             meter((k + 1) / search.searches)
-            progress(f"{clock.elapsed:5.1f} s  search {k + 1}: reaches {_text(after)}; {shown}")
+            progress(f"{clock.elapsed:5.1f} s  search {k + 1}: reaches {after}; {shown}")
     if best is None:
-        raise _too_much_torque(source.name, min((f for f, _ in tried), key=lambda f: f.excess))
+        raise _too_much_torque(source.name, min(tried, key=lambda found: found.excess))
     if not best.condition <= SINGULAR:
         raise _singular(source, model, lengths, best)
     stopped = (
         "interrupted" if clock.interrupted else "done" if ended == search.searches else "budget"
     )
-    return task.plan(best, start, (ended, search.searches), stopped)
-
-
-def _text(found: Found) -> str:
-    return f"condition number {found.condition:.4g}"
+    return task.plan(best, (ended, search.searches), stopped)
 
 
 def _kinds(kind: str | Sequence[str], n: int, limits: Bounds) -> tuple[str, ...]:

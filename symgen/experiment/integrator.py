@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.integrate import RK45
 
 from symgen.data.raw import FloatArray
+from symgen.distributed import silent
 from symgen.errors import ParameterError
 from symgen.experiment.plant import SLACK, Plant
 from symgen.experiment.recording import Law
@@ -34,6 +35,7 @@ _STOPPED = 1e-8
 #: out of reach.
 _SHORTEST = 1e-11
 _PIECES = 20_000
+_HALVINGS = 50  # of a step, until its part before an event is known to rounding
 #: Stamps that are moved over at once where the torque is smooth.
 _STRIDE = 32
 #: Stamps at which the law is evaluated at once.
@@ -74,7 +76,7 @@ def integrate(
     unseen: FloatArray | None = None,
     smooth: bool = False,
     tolerance: float = 1e-9,
-    progress: Callable[[int], None] = lambda _: None,
+    progress: Callable[[int], None] = silent,
 ) -> Motion:
     """Move a plant from stamp to stamp.
 
@@ -305,19 +307,17 @@ def _crossing(
 ) -> FloatArray:
     """Return where the cubic through both ends, with their slopes, comes to zero, from 0 to 1.
 
-    Newton's method, kept between ends of different sign.
+    By bisection.
     """
     before = np.maximum(before, 0.0)
     low, high = np.zeros_like(before), np.ones_like(before)
     rise = after - before
     c2, c3 = 3 * rise - 2 * slope - last, slope + last - 2 * rise
-    part = np.where(before > 0, before / (before - after), 0.5)
-    for _ in range(8):
-        value = before + part * (slope + part * (c2 + part * c3))
-        low, high = np.where(value > 0, part, low), np.where(value > 0, high, part)
-        newton = part - value / (slope + part * (2 * c2 + 3 * part * c3))
-        part = np.where((newton > low) & (newton < high), newton, (low + high) / 2)
-    return np.clip(part, 1e-3, 0.999)
+    for _ in range(_HALVINGS):
+        part = (low + high) / 2
+        ahead = before + part * (slope + part * (c2 + part * c3)) > 0
+        low, high = np.where(ahead, part, low), np.where(ahead, high, part)
+    return np.clip(low, 1e-3, 0.999)
 
 
 def _insane(

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +17,7 @@ from symgen.codegen.model import derive
 from symgen.data.log import make_log
 from symgen.data.raw import FloatArray
 from symgen.data.signals import sampled
+from symgen.distributed import Say
 from symgen.errors import IdentificationError
 from symgen.estimation.estimators import solve
 from symgen.estimation.filtered import unfiltered
@@ -196,7 +196,7 @@ class Reproduction:
         return {summary: (json.dumps(told, indent=1) + "\n").encode(), **logs}
 
 
-def reproduce(runs: int, say: Callable[[str], None]) -> Reproduction:
+def reproduce(runs: int, say: Say) -> Reproduction:
     """Derive, simulate and identify the paper's example.
 
     Args:

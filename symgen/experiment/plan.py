@@ -15,6 +15,7 @@ from symgen.errors import ParameterError
 from symgen.experiment.bounds import Use
 from symgen.experiment.reference import as_csv
 from symgen.experiment.trajectory import Trajectory
+from symgen.files import json_text
 from symgen.identification.assessment import CONDITION, WINDOWS
 from symgen.names import REVOLUTE
 from symgen.robot.types import Robot
@@ -201,24 +202,18 @@ def _points(run: Trajectory, rate: float) -> tuple[np.ndarray, ...]:
 
 
 def _yaml(names: Sequence[str], points: Sequence[np.ndarray], approach: float) -> bytes:
-    """Return a trajectory_msgs/msg/JointTrajectory, as `ros2 topic pub` takes it."""
+    """Return a trajectory_msgs/msg/JointTrajectory, as `ros2 topic pub` takes it: JSON is YAML."""
     t, *motion = points
-    lines = ["header:", "  stamp: {sec: 0, nanosec: 0}", "  frame_id: ''", "joint_names:"]
-    lines += [f"- {_quoted(name)}" for name in names] + ["points:"]
-    keys = ("positions", "velocities", "accelerations")
+    keys, out = ("positions", "velocities", "accelerations"), []
     for k, stamp in enumerate(t):
-        rows = zip(keys, (x[k] for x in motion), strict=True)
-        lines += [
-            f"{'-' if i == 0 else ' '} {key}: [{', '.join(f'{v:.12g}' for v in row)}]"
-            for i, (key, row) in enumerate(rows)
-        ]
+        rows = {
+            key: [float(f"{v:.12g}") for v in x[k]] for key, x in zip(keys, motion, strict=True)
+        }
         sec, nanosec = divmod(round((stamp + approach) * 1e9), 10**9)
-        lines.append(f"  time_from_start: {{sec: {sec}, nanosec: {nanosec}}}")
-    return ("\n".join(lines) + "\n").encode()
-
-
-def _quoted(name: str) -> str:
-    return "'" + name.replace("'", "''") + "'"
+        out.append({**rows, "time_from_start": {"sec": sec, "nanosec": nanosec}})
+    header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
+    content = {"header": header, "joint_names": list(names), "points": out}
+    return (json_text(content) + "\n").encode()
 
 
 def _urscript(robot: Robot, run: Trajectory) -> bytes:

@@ -254,20 +254,16 @@ def plant(evaluator: Evaluator, X: FloatArray) -> Plant:
     """
     model, robot = evaluator.model, evaluator.model.robot
     numbers = [j.number for j in robot.movable]
-    declared = {}
-    for i, p in enumerate(model.base.parameters):
-        standard = model.base.standard[p.index]
-        if not p.inertial:
-            declared[standard.prefix, standard.joint] = i
-    signs, rest = _signs(robot), np.array(X, dtype=np.float64)
+    standard = ((i, model.base.standard[p.index]) for i, p in enumerate(model.base.parameters))
+    declared = {(s.prefix, s.joint): i for i, s in standard}
+    signs, rest, one = _signs(robot), np.array(X, dtype=np.float64), np.eye(robot.n)
     rows: list[tuple[FloatArray, int | None, int]] = []
     for k, joint in enumerate(robot.movable):
         at = None if joint.coulomb_width else declared.get(("FS", joint.number))
-        rows.append((np.eye(robot.n)[k], at, k))
+        rows.append((one[k], at, k))
     for coupling in robot.couplings:
-        a = np.zeros(robot.n)
-        a[numbers.index(coupling.first)] = 1.0
-        a[numbers.index(coupling.second)] = float(coupling.ratio.subs(robot.values()))
+        first, second = (one[numbers.index(j)] for j in (coupling.first, coupling.second))
+        a = first + float(coupling.ratio.subs(robot.values())) * second
         rows.append((a, declared.get(("FSM", coupling.second)), -1))
     kept: list[tuple[FloatArray, float, int, bool]] = []
     for a, at, k in rows:
@@ -289,14 +285,15 @@ def plant(evaluator: Evaluator, X: FloatArray) -> Plant:
             f"robot {robot.name!r}: Coulomb friction of width 0 and effects of the load (taur) are "
             "not simulated together; accepted: a coulomb_width on every joint with Coulomb friction"
         )
-    A = np.array([a for a, *_ in kept]).reshape(len(kept), robot.n)
+    rows_of, forces, joints, jumps = zip(*kept, strict=True) if kept else ((),) * 4
+    A = np.array(rows_of).reshape(len(kept), robot.n)
     return Plant(
         evaluator,
         rest,
         A,
-        np.array([force for _, force, _, _ in kept]),
-        np.array([k for _, _, k, _ in kept if k >= 0], dtype=np.intp),
-        np.array([shown for *_, shown in kept], dtype=bool),
+        np.array(forces),
+        np.array([k for k in joints if k >= 0], dtype=np.intp),
+        np.array(jumps, dtype=bool),
         bool(kept) and bool(np.linalg.matrix_rank(A) < len(A)),
         *(Repeated(evaluator, name, rest) for name in KERNELS[:3]),
     )

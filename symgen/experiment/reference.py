@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -202,9 +203,10 @@ def read_reference(path: str | Path) -> Reference:
 def as_csv(t: FloatArray, groups: Mapping[str, FloatArray], digits: int = 12) -> bytes:
     """Return the content of a CSV with t (N,) and columns q1, q2, ... of groups q, ... (N, n)."""
     names = [f"{name}{j + 1}" for name, x in groups.items() for j in range(x.shape[1])]
-    form = ",".join([f"%.{digits}g"] * (1 + len(names)))
-    rows = np.column_stack([t, *groups.values()]).tolist()
-    return "\n".join([",".join(["t", *names]), *(form % tuple(r) for r in rows), ""]).encode()
+    rows, out = np.column_stack([t, *groups.values()]), io.BytesIO()
+    head = ",".join(["t", *names])
+    np.savetxt(out, rows, f"%.{digits}g", delimiter=",", header=head, comments="")
+    return out.getvalue()
 
 
 def fourier(

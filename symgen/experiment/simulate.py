@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from symgen.codegen.model import Model, derive
 from symgen.data.drive import joint_side, motor_side
 from symgen.data.log import Log, make_log, read_only
 from symgen.data.raw import FloatArray
+from symgen.distributed import Meter, Say, silent
 from symgen.errors import LogError, ParameterError
 from symgen.estimation.temperature_torque import torque_beside
 from symgen.experiment.integrator import Motion, integrate
@@ -94,7 +95,7 @@ class Simulation:
         q, qd = instruments.read(q, qd, *noise)
         arrays = (self.q, self.qd, self.tau, q, qd, instruments.torque(self.tau, runs, seed))
         shape = (len(runs), count, len(self.sigma))
-        true_q, true_qd, tau, q, qd, tau_log = (_view(np.broadcast_to(x, shape)) for x in arrays)
+        true_q, true_qd, tau, q, qd, tau_log = (np.broadcast_to(x, shape) for x in arrays)
         return replace(
             self, q=true_q, qd=true_qd, tau=tau, q_log=q,
             qd_log=qd if instruments.velocity else None, tau_log=tau_log,
@@ -135,13 +136,6 @@ class Simulation:
             return out.getvalue()
         _require_format(suffix)
         return as_csv(self.t, groups)
-
-
-def _view(array: FloatArray) -> FloatArray:
-    """Return a view that nobody writes to; unlike `read_only`, without a copy."""
-    view = array.view()
-    view.setflags(write=False)
-    return view
 
 
 def log_paths(into: Path, runs: int) -> list[Path]:
@@ -191,13 +185,9 @@ def warmed(
     t = done.t - done.t[0]
     course = end + (start - end) * np.exp(-t / constant)
     temp = np.repeat(course[:, None], len(done.sigma), axis=1)
-    more = np.stack(
-        [
-            torque_beside(robot, q, qd, temp, done.robot)
-            for q, qd in zip(done.q, done.qd, strict=True)
-        ]
-    )
-    tau = read_only(done.tau + more)
+    pairs = zip(done.q, done.qd, strict=True)
+    more = [torque_beside(robot, q, qd, temp, done.robot) for q, qd in pairs]
+    tau = read_only(done.tau + np.stack(more))
     shown = instruments.torque(tau, runs, seed)
     return replace(done, tau=tau, tau_log=read_only(shown), temp=read_only(temp))
 
@@ -222,8 +212,8 @@ def simulate(
     runs: int | range = 1,
     seed: int = 0,
     tolerance: float = 1e-9,
-    progress: Callable[[str], None] = lambda _: None,
-    meter: Callable[[float], None] = lambda _: None,
+    progress: Say = silent,
+    meter: Meter = silent,
 ) -> Simulation:
     """Simulate a robot that follows a reference, or that given torques drive, and its logs.
 
@@ -334,7 +324,7 @@ def track(
         ParameterError: as `simulate`.
         LogError: the log has another number of joints, or a gap.
     """
-    evaluator, X = _loaded(robot, parameters, lambda _: None)
+    evaluator, X = _loaded(robot, parameters, silent)
     source = evaluator.model.robot
     log = log if source.drive is None else joint_side(log, source.drive)
     aim = reference_of(from_log(log, cutoff), source)
@@ -357,8 +347,8 @@ def _run(
     *,
     hold: bool = False,
     smooth: bool = True,
-    progress: Callable[[str], None] = lambda _: None,
-    meter: Callable[[float], None] = lambda _: None,
+    progress: Say = silent,
+    meter: Meter = silent,
 ) -> Simulation:
     """Move a plant along stamps t (N,), and read the logs off.
 
@@ -469,7 +459,7 @@ def _stamps(t: FloatArray, rate: float) -> FloatArray:
 
 
 def _loaded(
-    robot: Robot | str | Path | Evaluator, parameters: Parameters, progress: Callable[[str], None]
+    robot: Robot | str | Path | Evaluator, parameters: Parameters, progress: Say
 ) -> tuple[Evaluator, FloatArray]:
     """Return the evaluator with the kernels that are needed, and X (p,)."""
     source = robot.model.robot if isinstance(robot, Evaluator) else robot

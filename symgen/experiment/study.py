@@ -14,7 +14,8 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from pathlib import Path
@@ -24,7 +25,7 @@ import numpy as np
 from symgen.data.log import Log, make_log
 from symgen.data.raw import FloatArray
 from symgen.data.signals import Samples
-from symgen.distributed import Workers, executor
+from symgen.distributed import Meter, Say, Workers, executor, silent
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import NEEDED, EquationModel, require_model
@@ -38,7 +39,7 @@ from symgen.experiment.study_result import Precision, Settings, Study, Tried
 from symgen.faults.logs import in_one_band, open_logs
 from symgen.identification.instruments import instrumented
 from symgen.identification.model_choice import OpenLogs, Run, filter_in_band, undo_delay
-from symgen.identification.out_of_core import loaded
+from symgen.identification.out_of_core import load_model
 from symgen.identification.solving import EquatedLog, Method, equate, settle_load, solve
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml
@@ -91,7 +92,7 @@ class Trials:
     @property
     def evaluator(self) -> Evaluator:
         """The model, compiled once a process."""
-        return loaded(self.robot, self.kernels)
+        return load_model(self.robot, self.kernels)
 
     def samples(self, runs: range) -> Iterator[list[Samples]]:
         """Yield the logs of every run, opened and mended as `identify` does."""
@@ -109,34 +110,31 @@ class Trials:
             )  # fmt: skip
         for run in range(len(runs)):
             logs = [done.log(run) for done in made]
-            (opened,), _ = open_logs((logs,), evaluator.model.robot, None, lambda _: None)
+            (opened,), _ = open_logs((logs,), evaluator.model.robot, None, silent)
             yield in_one_band(opened, ())[0]
 
     def __call__(self, runs: range) -> bytes:
-        """Return X, std (tries, groups, p) and squared errors of torque (tries, groups, n), NPZ.
+        """Return rows [X, std, squared error of torque] (tries, groups, 2 p + n) by size, as NPZ.
 
-        A group is 1, 2 or 4 runs that are solved together: X1, X2, X4 and so on. What cannot be
-        solved is NaN.
+        A group is 1, 2 or 4 runs that are solved together. What cannot be solved is NaN.
         """
         evaluator = self.evaluator
         parts = [self._parts(evaluator, samples) for samples in self.samples(runs)]
         q, qd, qdd = self.held
-        torque = evaluator["inverse_dynamics"]
+        torque = evaluator.inverse_dynamics
         true = torque(q, qd, qdd, self.X)
         out: dict[str, FloatArray] = {}
         for size in LENGTHS:
             groups = range(0, len(runs) - size + 1, size)
-            X, std = np.full((2, len(self.tries), len(groups), len(self.X)), np.nan)
-            error = np.full((len(self.tries), len(groups), q.shape[1]), np.nan)
+            rows = np.full((len(self.tries), len(groups), 2 * len(self.X) + q.shape[1]), np.nan)
             for i, tried in enumerate(self.tries):
                 for j, first in enumerate(groups):
                     group = [part for run in parts[first : first + size] for part in run[i]]
-                    try:
-                        X[i, j], std[i, j] = _solved(evaluator, group, tried)
-                    except (IdentificationError, np.linalg.LinAlgError):
-                        continue
-                    error[i, j] = np.sum((torque(q, qd, qdd, X[i, j]) - true) ** 2, axis=0)
-            out |= {f"X{size}": X, f"std{size}": std, f"error{size}": error}
+                    with suppress(IdentificationError, np.linalg.LinAlgError):
+                        X, std = _solved(evaluator, group, tried)
+                        error = np.sum((torque(q, qd, qdd, X) - true) ** 2, axis=0)
+                        rows[i, j] = np.concatenate([X, std, error])
+            out[str(size)] = rows
         file = io.BytesIO()
         np.savez(file, **out)  # type: ignore[arg-type]
         return file.getvalue()
@@ -151,26 +149,16 @@ class Trials:
 
         @cache
         def parts(model: EquationModel, band: Band, iv: bool) -> list[EquatedLog]:
+            found = [equate(evaluator, log, model) for log in logs(band)]
+            derived = band.velocity != "measured"
             return [
-                self._part(evaluator, log, k, model, band, iv) for k, log in enumerate(logs(band))
-            ]
+                instrumented(
+                    evaluator, p, model, self._commanded(p.log.t, k) if derived else None
+                ) if iv else p
+                for k, p in enumerate(found)
+            ]  # fmt: skip
 
         return [parts(t.model, t.band, t.method.name == "iv") for t in self.tries]
-
-    def _part(
-        self,
-        evaluator: Evaluator,
-        log: FilteredLog,
-        number: int,
-        model: EquationModel,
-        band: Band,
-        iv: bool,
-    ) -> EquatedLog:
-        part = equate(evaluator, log, model)
-        if not iv:
-            return part
-        commanded = None if band.velocity == "measured" else self._commanded(log.t, number)
-        return instrumented(evaluator, part, model, commanded)
 
     def _commanded(self, t: FloatArray, log: int) -> Log:
         """Return the reference of a log at its stamps: instruments where no speed is measured."""
@@ -218,8 +206,8 @@ def study(
     target: float = 0.02,
     seed: int = 0,
     workers: Workers | None = None,
-    progress: Callable[[str], None] = lambda _: None,
-    meter: Callable[[float], None] = lambda _: None,
+    progress: Say = silent,
+    meter: Meter = silent,
 ) -> Study:
     """Tell by simulation how well logs of given motions and sensors determine a robot.
 
@@ -270,7 +258,7 @@ def study(
     progress("deriving and compiling the model")
     kernels = dict.fromkeys([*KERNELS, *(k for model, _ in ways for k in model.all_kernels)])
     text = robot_toml(source)
-    evaluator = loaded(text, tuple(kernels))
+    evaluator = load_model(text, tuple(kernels))
     X = values_of(parameters, evaluator.model)
     made.unseen(source.n)
     rate = made.rate or 1000.0
@@ -279,8 +267,8 @@ def study(
         for t in trajectories or (None,)
     )
     held = reference_of(held_out, source, duration=duration, rate=_HELD_HZ, seed=seed + 1)
-    trials = Trials(text, tuple(kernels), X, aims, made, seed)
-    trials = replace(trials, held=(held.q, held.qd, held.qdd))
+    motion = held.q, held.qd, held.qdd
+    trials = Trials(text, tuple(kernels), X, aims, made, seed, held=motion)
     if made.moves_alike:
         trials = replace(trials, moved=tuple(_moved(trials, progress, meter)))
     progress("choosing the band")
@@ -300,7 +288,7 @@ def study(
         runs, seed, seconds, LENGTHS, trials.tries[0].band.rate_hz, window, 100 * target,
         tuple(a.name for a in aims), held.name, made,
     )  # fmt: skip
-    tau = evaluator["inverse_dynamics"](held.q, held.qd, held.qdd, X)
+    tau = evaluator.inverse_dynamics(*motion, X)
     results = tuple(
         _tried(trials, way, {key: x[i] for key, x in found.items()}, settings, tau)
         for i, way in enumerate(trials.tries)
@@ -308,19 +296,13 @@ def study(
     return Study(source.name, settings, results, _notes(results, runs))
 
 
-def _moved(
-    trials: Trials, progress: Callable[[str], None], meter: Callable[[float], None]
-) -> list[Simulation]:
+def _moved(trials: Trials, progress: Say, meter: Meter) -> list[Simulation]:
     """Return the motions along the references, of which every run measures the same."""
-    made, count = replace(trials.recording, instruments=Instruments()), len(trials.aims)
-
-    def advance(k: int, part: float) -> None:
-        meter(_BEFORE * (k + part) / count)
-
+    made, share = replace(trials.recording, instruments=Instruments()), _BEFORE / len(trials.aims)
     return [
         simulate(
             trials.evaluator, trials.X, trajectory=aim, recording=made, progress=progress,
-            meter=partial(advance, k),
+            meter=lambda part, k=k: meter(share * (k + part)),  # type: ignore[misc]
         )
         for k, aim in enumerate(trials.aims)
     ]  # fmt: skip
@@ -341,40 +323,42 @@ def _with_tries(
     return replace(trials, tries=tries, late=late)
 
 
-def _collected(contents: Sequence[bytes]) -> dict[str, FloatArray]:
-    """Put the results of all tasks together, (tries, groups, ...) by name."""
+def _collected(contents: Sequence[bytes]) -> dict[int, FloatArray]:
+    """Put the results of all tasks together, (tries, groups, 2 p + n) by size of a group."""
     parts = []
     for content in contents:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-            parts.append({name: archive[name] for name in archive.files})
-    return {name: np.concatenate([p[name] for p in parts], axis=1) for name in parts[0]}
+            parts.append([archive[str(size)] for size in LENGTHS])
+    pairs = zip(LENGTHS, zip(*parts, strict=True), strict=True)
+    return {size: np.concatenate(own, axis=1) for size, own in pairs}
 
 
 def _tried(
-    trials: Trials, way: Try, found: dict[str, FloatArray], settings: Settings, tau: FloatArray
+    trials: Trials, way: Try, found: dict[int, FloatArray], settings: Settings, tau: FloatArray
 ) -> Tried:
     """Return what one model and method did.
 
     Args:
         trials: what was done.
         way: the model and method.
-        found: X, std (groups, p) and squared error of torque (groups, n) by number of recordings.
+        found: rows [X, std, squared error of torque] (groups, 2 p + n) by number of recordings.
         settings: of the study.
         tau: torque of the held-out motion, (N, n).
     """
     size = np.sum(tau**2, axis=0)
-    good = {m: np.isfinite(found[f"X{m}"]).all(axis=1) for m in LENGTHS}
-    enough = [m for m in LENGTHS if np.sum(good[m]) > 2]
-    of = partial(Tried, way.model.name, way.method.label, way.band, int(np.sum(~good[1])))
+    count = len(trials.X)
+    known = {m: rows[np.isfinite(rows[:, :count]).all(axis=1)] for m, rows in found.items()}
+    of = partial(Tried, way.model.name, way.method.label, way.band, len(found[1]) - len(known[1]))
+    enough = [m for m in LENGTHS if len(known[m]) > 2]
     if 1 not in enough:
         return of((), None, (), (), ())
-    X = {m: found[f"X{m}"][good[m]] for m in enough}
+    X = {m: known[m][:, :count] for m in enough}
     std = np.stack([X[m].std(axis=0, ddof=1) for m in enough])
-    error = np.stack([found[f"error{m}"][good[m]].mean(axis=0) for m in enough])
+    error = np.stack([known[m][:, 2 * count :].mean(axis=0) for m in enough])
     counts = np.array([len(X[m]) - 1 for m in enough])
     # One std for all lengths, each weighed by what it tells, as if recorded once.
     once = np.sqrt((counts * np.array(enough)) @ std**2 / counts.sum())
-    said = found["std1"][good[1]]
+    said = known[1][:, count : 2 * count]
     rms, bias = np.sqrt(np.mean(said**2, axis=0)), X[1].mean(axis=0) - trials.X
     doubt = std[0] / math.sqrt(len(X[1]))
     inside = np.mean(np.abs(X[1] - trials.X) <= _HALF * said, axis=0)

@@ -11,7 +11,6 @@ import numpy as np
 from symgen.data.log import Log
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples, sampled
-from symgen.data.stretch import Stretch
 from symgen.errors import LogError
 from symgen.estimation.band import LOWEST, comparison_band
 from symgen.estimation.chunks import Chunk, ChunkOfLog, Settings, chunk_data, unit
@@ -50,22 +49,17 @@ def open_samples(
     """
     reading = reading or Reading()
     log, repairs = repaired(open_log(source, robot, reading), robot.sigma)
-    _require_rate(log)
+    step = float(np.median(np.diff(log.t)))
+    if step > 0.5 / LOWEST:  # stamps between which a robot moves unseen
+        raise LogError(
+            f"{log.name}: a sample every {step:.4g} s; accepted: t in seconds, at "
+            f"{2 * LOWEST:g} Hz and more (where t is in milliseconds, divide it by 1000)"
+        )
     samples = sampled(log, clock)
     samples, masked_too = masked_faults(log, samples) if mask_faults else (samples, ())
     if reading.mask:
         samples = masked(samples, log, robot, reading.mask)
     return without_beside(samples, robot), (*repairs, *masked_too)
-
-
-def _require_rate(log: Log) -> None:
-    """Refuse stamps between which a robot moves unseen: in milliseconds, say."""
-    step = float(np.median(np.diff(log.t)))
-    if step > 0.5 / LOWEST:
-        raise LogError(
-            f"{log.name}: a sample every {step:.4g} s; accepted: t in seconds, at "
-            f"{2 * LOWEST:g} Hz and more (where t is in milliseconds, divide it by 1000)"
-        )
 
 
 def open_logs(
@@ -108,7 +102,6 @@ def in_one_band(
 def treated(
     log: Log,
     chunk: Chunk,
-    stretch: Stretch,
     robot: Robot,
     reading: Reading,
     settings: Settings,
@@ -119,7 +112,6 @@ def treated(
     Args:
         log: the rows.
         chunk: which they are.
-        stretch: of the part that they belong to.
         robot: the log's robot.
         reading: what is masked.
         settings: of the run.
@@ -128,6 +120,7 @@ def treated(
     Raises:
         LogError: the rows are refused as those of a log.
     """
+    stretch = chunk.part.stretch
     rows, clock = len(log.t), (stretch.times[0], stretch.step)
     begin, end = chunk.own
     first = log.t[begin] - stretch.step / 2 if chunk.before + begin else -math.inf

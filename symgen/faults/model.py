@@ -25,11 +25,10 @@ from symgen.estimation.summary import (
     BLOCKS,
     Blocks,
     block_errors,
+    block_summary,
     held_out_error,
-    placed,
     residual_squares,
     solve_gram,
-    summary,
 )
 from symgen.estimation.system import Equations, torque_equations
 from symgen.faults.fault import Fault
@@ -130,12 +129,12 @@ class Trial:
     @cached_property
     def base(self) -> Blocks:
         """Summary of the training logs as they are recorded."""
-        return summary(placed(self.rows), self.n)
+        return block_summary(self.rows)
 
     @cached_property
     def other(self) -> Blocks | None:
         """Summary of the validation logs as they are recorded; None without."""
-        return summary(placed(self.held_rows), self.n) if self.held else None
+        return block_summary(self.held_rows) if self.held else None
 
     @cached_property
     def own(self) -> FloatArray:
@@ -184,7 +183,7 @@ class Trial:
     def right(self, fault: Fault, group: Sequence[FilteredLog]) -> Blocks:
         """Summarise logs without a fault."""
         assert fault.undo is not None
-        return summary(placed(_equations_of(self.evaluator, map(fault.undo, group))), self.n)
+        return block_summary(_equations_of(self.evaluator, map(fault.undo, group)))
 
     def judged(self, faults: Iterable[Fault]) -> Iterator[Fault]:
         """Yield the faults that leave little when they are undone."""
@@ -243,8 +242,7 @@ def _late(trial: Trial) -> Iterator[Fault]:
     blocks = _with_delay(trial.logs, trial.rows)
     delay = float(blocks.fit()[-1])
     apart = np.array([blocks.fit([k])[-1] for k in range(BLOCKS)])
-    std = np.sqrt((BLOCKS - 1) * np.mean((apart - apart.mean()) ** 2))  # the jackknife's
-    sure = None if abs(delay) <= _STD * std else np.ones(trial.n, dtype=bool)
+    sure = None if abs(delay) <= _STD * _jackknife(apart) else np.ones(trial.n, dtype=bool)
     best, share = trial.share(blocks, lambda: _with_delay(trial.held, trial.held_rows), sure)
     if max(best, share) > _CLEARER:  # it is common to all joints, or none
         return
@@ -275,7 +273,7 @@ def _with_delay(logs: Sequence[FilteredLog], equations: Rows) -> Blocks:
         _with_column(log, rows, -log.compared(np.gradient(log.tau, log.step, axis=0)))
         for log, rows in zip(logs, equations, strict=True)
     ]
-    return summary(placed(extended), len(equations[0]))
+    return block_summary(extended)
 
 
 def _factors(trial: Trial) -> Iterator[Fault]:
@@ -365,7 +363,7 @@ def _turned(equations: Rows, j: int, k: int) -> Blocks:
         )
         for log in equations
     ]
-    return summary(placed(turned), len(equations[0]))
+    return block_summary(turned)
 
 
 def _geared(trial: Trial) -> Iterator[Fault]:
@@ -416,7 +414,7 @@ def _another_ratio_helps(
         slope = (_modelled(trial, turned, X) - torque) / _SLIGHT
         slope[:, j] += log.measured[:, j]
         extended.append(_with_column(log, rows, slope))
-    blocks = summary(placed(extended), trial.n)
+    blocks = block_summary(extended)
     return _what_is_left(trial.own, block_errors(blocks, blocks))[0] <= _CLEARER
 
 
@@ -582,15 +580,19 @@ def _driving_friction(trial: Trial, j: int) -> bool:
         work.append(e.W * speed[:, None])
     mean = np.concatenate(work).mean(axis=0)
     mean[:first] = 0.0
-    return _surely_negative(summary(placed(own), trial.n).grams[:, j], mean)
+    return _surely_negative(block_summary(own).grams[:, j], mean)
 
 
 def _surely_negative(grams: FloatArray, mean: FloatArray) -> bool:
     """Whether mean @ X is negative by five deviations, those of the jackknife over blocks."""
     whole = grams.sum(axis=0)
     apart = np.array([mean @ solve_gram(whole - gram) for gram in grams if gram.any()])
-    std = np.sqrt((len(apart) - 1) * np.mean((apart - apart.mean()) ** 2))
-    return bool(mean.any()) and float(mean @ solve_gram(whole)) < -_SIGMAS * std
+    return bool(mean.any()) and float(mean @ solve_gram(whole)) < -_SIGMAS * _jackknife(apart)
+
+
+def _jackknife(apart: FloatArray) -> float:
+    """Return the standard deviation of an estimate, of what it is without each block."""
+    return float(np.sqrt((len(apart) - 1) * np.mean((apart - apart.mean()) ** 2)))
 
 
 def torque_steps(trial: Trial) -> Iterator[Fault]:
@@ -643,35 +645,33 @@ def saturations(trial: Trial) -> Iterator[Fault]:
     is nearest to the torque; both in turn. Only torques count that are as flat there as the
     channel's noise, which is taken from sixth differences.
     """
-    for j in trial.moving:
-        fault = _saturation(trial, j)
-        if fault is not None:
-            yield fault
+    yield from filter(None, (_saturation(trial, j) for j in trial.moving))
 
 
 def _saturation(trial: Trial, j: int) -> Fault | None:
-    seen = [np.ones(len(log.t), bool) if log.mask is None else ~log.mask.joint[:, j]
-            for log in trial.logs]  # fmt: skip
-    tau = np.concatenate([log.tau[at, j] for log, at in zip(trial.logs, seen, strict=True)])
+    seen = [slice(None) if log.mask is None else ~log.mask.joint[:, j] for log in trial.logs]
+
+    def column(x: Callable[[FilteredLog], FloatArray]) -> FloatArray:
+        pairs = zip(trial.logs, seen, strict=True)
+        return np.concatenate([x(log)[at, j] for log, at in pairs])
+
+    tau = column(lambda log: log.tau)
     if len(tau) < _LEAST:
         return None
     noise = float(np.median(np.abs(np.diff(tau, 6)))) / 0.6745 / math.sqrt(924)
     noise += 1e-6 * float(np.abs(tau).max())
-    X, limit = trial.base.fit(), math.inf
+    X, limit, inverse = trial.base.fit(), math.inf, trial.evaluator["inverse_dynamics"]
     for _ in range(_ROUNDS):
-        model = np.concatenate(
-            [
-                _torque(trial.evaluator, X, log)[at, j]
-                for log, at in zip(trial.logs, seen, strict=True)
-            ]
-        )
+        # X may be short of effects of the load.
+        whole = np.pad(X, (0, len(trial.evaluator.model.base.parameters) - len(X)))
+        model = column(lambda log: inverse(log.q, log.qd, log.qdd, whole))  # noqa: B023
         last, limit = limit, _nearest_limit(tau, model)
         if not _gains(tau, model, limit):
             return None
         if abs(limit - last) < 0.1 * noise:
             break
         undo = partial(unlimited, j=j, limit=limit - _AT_LIMIT * noise)
-        left = Trial(trial.evaluator, [undo(log) for log in trial.logs], ())
+        left = replace(trial, logs=[undo(log) for log in trial.logs])
         if any(len(e.y) == 0 for log in left.rows for e in log):
             return None  # all of it is the signal
         X = left.base.fit()
@@ -696,12 +696,6 @@ def _saturation(trial: Trial, j: int) -> Fault | None:
     return replace(fault, samples=int(asked.sum()), values=values)
 
 
-def _torque(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> FloatArray:
-    """Return the model's torque at full rate, (N, n); X may be short of effects of the load."""
-    whole = np.pad(X, (0, len(evaluator.model.base.parameters) - len(X)))
-    return np.asarray(evaluator["inverse_dynamics"](log.q, log.qd, log.qdd, whole))
-
-
 def _nearest_limit(tau: FloatArray, model: FloatArray) -> float:
     """Return the limit whose clipped model is nearest to the torque."""
     size, top = np.abs(model), float(np.abs(tau).max())
@@ -715,8 +709,7 @@ def _nearest_limit(tau: FloatArray, model: FloatArray) -> float:
     limits = np.linspace(0.2 * top, top, _PEAKS)
     for _ in range(3):
         at = int(np.argmin([loss(x) for x in limits]))
-        low, high = limits[max(at - 1, 0)], limits[min(at + 1, len(limits) - 1)]
-        limits = np.linspace(low, high, 20)
+        limits = np.linspace(limits[max(at - 1, 0)], limits[min(at + 1, len(limits) - 1)], 20)
     return float(limits[np.argmin([loss(x) for x in limits])])
 
 

@@ -111,7 +111,7 @@ def _channels(log: Log) -> Iterator[tuple[str, int, FloatArray]]:
             yield key, j, np.ascontiguousarray(x[:, j])
 
 
-def _repeated(log: Log, _: Sequence[int], ticks: FloatArray) -> Iterator[Fault]:
+def _repeated(log: Log, _: object, ticks: FloatArray) -> Iterator[Fault]:
     """Find rows that hold the values of the row before."""
     count = len(log.t) - len(ticks)
     if count:
@@ -150,7 +150,7 @@ def same_rows(arrays: Sequence[FloatArray]) -> Bools:
     return out
 
 
-def _wrapped(log: Log, sigma: Sequence[int], _: FloatArray) -> Iterator[Fault]:
+def _wrapped(log: Log, sigma: Sequence[int], _: object) -> Iterator[Fault]:
     """Find turns of 2 pi: steps of one turn between samples that hardly move."""
     for j, kind in enumerate(sigma):
         steps = np.diff(log.q[:, j])
@@ -176,7 +176,7 @@ def _mended(
     return fault_of(log.name, kind, key, j, fault, count, done, undo)
 
 
-def _jumping(log: Log, _: Sequence[int], __: FloatArray) -> Iterator[Fault]:
+def _jumping(log: Log, *_: object) -> Iterator[Fault]:
     """Find single samples that jump, or two, off the line between their neighbours."""
     for key, j, x in _channels(log):
         at = jumps(x)
@@ -265,15 +265,14 @@ def _there_and_back(x: FloatArray, k: int, together: int) -> float:
 
     Of what a side leads to: its nearest sample, or the line through two, whichever is nearer.
     """
-    sides = []
-    for way in (-1, 1):
-        found = []
-        for s in range(1, together + 1):
-            last, before = x[k + way * s], x[k + way * (s + 1)]
-            away = x[k] - np.array([last, last + s * (last - before)])
-            found.append(float(away[np.argmin(np.abs(away))]))
-        sides.append(max(found, key=abs))
-    left, right = sides
+    s = np.arange(1, together + 1)
+
+    def side(way: int) -> float:
+        last, before = x[k + way * s], x[k + way * (s + 1)]
+        own, line = x[k] - last, x[k] - (last + s * (last - before))
+        return float(max(np.where(np.abs(line) < np.abs(own), line, own), key=abs))
+
+    left, right = side(-1), side(1)
     return min(abs(left), abs(right)) if left * right > 0 else 0.0
 
 
@@ -285,7 +284,7 @@ def without(x: FloatArray, at: NDArray[np.int64]) -> FloatArray:
     return out
 
 
-def _held(log: Log, _: Sequence[int], __: FloatArray) -> Iterator[Fault]:
+def _held(log: Log, *_: object) -> Iterator[Fault]:
     """Find channels that are held between their readings."""
     for key, j, x in _channels(log):
         k = held_for(x)
@@ -322,7 +321,7 @@ def held_for(x: FloatArray) -> int:
     return k if paced else 1
 
 
-def _coarse(log: Log, _: Sequence[int], __: FloatArray) -> Iterator[Fault]:
+def _coarse(log: Log, *_: object) -> Iterator[Fault]:
     """Find channels that come in steps that count beside their motion."""
     for key, j, x in _channels(log):
         size = float(np.std(x))
@@ -346,7 +345,7 @@ def _quantum(x: FloatArray) -> float:
     return step if np.mean(off < 0.05) >= _HELD else 0.0
 
 
-def _jittering(log: Log, _: Sequence[int], ticks: FloatArray) -> Iterator[Fault]:
+def _jittering(log: Log, _: object, ticks: FloatArray) -> Iterator[Fault]:
     """Find stamps that jitter: on a clock of the sampler, positions and speeds agree better.
 
     Args:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.log import Log
-from symgen.data.mask import Bools, Mask, touched
+from symgen.data.mask import Bools, touched
 from symgen.data.raw import read_only
 from symgen.data.signals import Samples, differentiate, interpolated, lowpass
 from symgen.estimation.filtered import FilteredLog
@@ -32,11 +32,9 @@ def with_column(log: Log, key: str, j: int, x: FloatArray) -> Log:
 
 def masked(samples: Samples, at: Bools, joints: Sequence[int]) -> Samples:
     """Return samples of which no equation of some joints, nor a common one, touches some, (N,)."""
-    joint, robot = np.zeros(samples.q.shape, dtype=bool), at
+    joint = np.zeros(samples.q.shape, dtype=bool)
     joint[:, list(joints)] = at[:, None]
-    if samples.mask is not None:
-        joint, robot = joint | samples.mask.joint, robot | samples.mask.robot
-    return replace(samples, mask=Mask(joint, robot))
+    return samples.masked(joint, at)
 
 
 def bridged(samples: Samples, at: Bools, joints: Sequence[int]) -> Samples:

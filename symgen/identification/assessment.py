@@ -25,9 +25,9 @@ from functools import reduce
 import numpy as np
 
 from symgen import names
-from symgen.data.mask import at_rest
+from symgen.data.mask import moving_joints
 from symgen.data.signals import Samples
-from symgen.errors import IdentificationError
+from symgen.errors import IdentificationError, shortened
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Wls, bias_of_least_squares
@@ -40,7 +40,7 @@ from symgen.estimation.statistics import chi2_tail
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
 from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual
-from symgen.estimation.values import Balance, Contrast, FloatArray, Residual, Trace, Whiteness
+from symgen.estimation.values import Balance, FloatArray, OtherEstimate, Residual, Trace, Whiteness
 from symgen.faults.fault import Fault
 from symgen.faults.undo import multiplied
 from symgen.identification.estimate import (
@@ -49,10 +49,9 @@ from symgen.identification.estimate import (
     Alternative,
     Consistency,
     Estimate,
-    Joint,
     ParameterEstimate,
     Use,
-    other_estimate,
+    joints_of,
 )
 from symgen.identification.model_choice import ChosenModel
 from symgen.identification.parameters import mass_matrices
@@ -175,34 +174,27 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
         for b, x, s in zip(base.parameters, X, std, strict=True)
     )
     physical = consistency(evaluator.model, X, solution.covariance)
-    told = verdict(
-        prediction_use(
-            own,
-            seen,
-            error_elsewhere(evaluator, run.train, solution.covariance),
-            (
-                *run.faults,
-                *hardly_moving(run.train, robot.sigma),
-                *driving_friction(parameters),
-                *wrong_sign(evaluator, train, model, found.train.relative),
-            ),
-            (
-                *(f"{r.log}: {r.channel} {r.fault}" for r in found.repairs if r.kind == "coarse"),
-                *seldom_moving(run.train),
-            ),
-        ),
+    faults = (
+        *run.faults,
+        *hardly_moving(run.train, robot.sigma),
+        *driving_friction(parameters),
+        *wrong_sign(evaluator, train, model, found.train.relative),
+    )
+    coarse = (f"{r.log}: {r.channel} {r.fault}" for r in found.repairs if r.kind == "coarse")
+    elsewhere = error_elsewhere(evaluator, run.train, solution.covariance)
+    uses = (
+        prediction_use(own, seen, elsewhere, faults, (*coarse, *seldom_moving(run.train))),
         parameters_use(parameters, physical, (*bias, *disagreement(chosen.found))),
         simulation_use(evaluator, run.train, X, parameters),
-        len(parameters),
-        seen.told_apart,
     )
+    consistent = physical.feasible is not False and not negative_parameters(parameters)
     traces = tuple(trace for p in (*train, *held) for trace in model_traces(p, model, X))
     traces += own.traces + seen.traces
     outside, prior = np.where(std > 0, std, 1), method.prior
     data = [(p.kind, p.log.samples) for p in (*train, *held)]
     return Estimate(
         robot=robot.name,
-        joints=tuple(Joint(j.number, names.unit("FS", j.sigma)) for j in robot.movable),
+        joints=joints_of(robot),
         model=model.name,
         method=method.label,
         parameters=parameters,
@@ -213,8 +205,8 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
         torque_validation=seen.residual,
         cutoff_hz=run.band.cutoff_hz,
         window_s=None if model.name == "torque" else model.window,
-        verdict=told.word,
-        reasons=told.reasons,
+        verdict="trusted" if uses[0].ok else "doubtful",
+        reasons=uses[0].reasons,
         notes=(*_notes(chosen, method, solution, found), *found.notes),
         correlation=solution.covariance / np.outer(outside, outside),
         traces=traces,
@@ -223,17 +215,17 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
         physical=physical,
         excludes=method.excludes,
         endogeneity=solution.endogeneity,
-        comparison=tuple(other_estimate(c, base.names) for c in solution.comparison),
+        comparison=solution.comparison,
         prior=None
         if prior is None
-        else other_estimate(Contrast("prior", prior.mean, prior.std), base.names),
+        else OtherEstimate.by("prior", base.names, prior.mean, prior.std),
         balances=energy_balances(evaluator, (*train, *held), X),
         whiteness=whiteness(traces),
         band=run.band,
         repairs=found.repairs,
         alternatives=tuple(_of_all(a, found) if method.is_wls else a for a in chosen.found),
-        uses=told.uses,
-        headline=told.headline,
+        uses=uses,
+        headline=headline(*uses, len(parameters), seen.told_apart, consistent),
     )
 
 
@@ -244,7 +236,7 @@ def _compared(
     if method.name in UNBIASED:
         return solution, ()
     system = system_of(chosen.run.evaluator, chosen.train)
-    solution, bias = bias_of_least_squares(system, solution)
+    solution, bias = bias_of_least_squares(system, solution, chosen.plain)
     return solution, (bias,) if bias else ()
 
 
@@ -341,26 +333,6 @@ def _settings(method: Method) -> list[tuple[str, str]]:
     return out
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """What an estimate may be used for.
-
-    Attributes:
-        uses: prediction, parameters, simulation.
-        reasons: why it is doubtful; empty where it is trusted.
-        headline: in one line: what it is trusted for, and what stands beside that.
-    """
-
-    uses: tuple[Use, ...]
-    reasons: tuple[str, ...]
-    headline: str
-
-    @property
-    def word(self) -> str:
-        """trusted or doubtful."""
-        return "doubtful" if self.reasons else "trusted"
-
-
 def prediction_use(
     train: TorqueFit,
     held: TorqueFit,
@@ -422,22 +394,22 @@ def error_elsewhere(
         logs: the training logs.
         covariance: of X, (p, p).
     """
-    draw = np.random.default_rng(SEED)
-    q, qd, qdd, tau = (
-        np.concatenate([getattr(log, key)[log.kept] for log in logs])
-        if key != "measured"
-        else np.concatenate([log.measured for log in logs])
-        for key in ("q", "qd", "qdd", "measured")
-    )
-    rows = draw.integers(len(q), size=(STATES, q.shape[1]))
-    joints = np.arange(q.shape[1])
-    W = evaluator["torque_regressor"](
-        *(np.ascontiguousarray(x[rows, joints]) for x in (q, qd, qdd))
-    )
+    motion = [
+        np.concatenate([getattr(log, key)[log.kept] for log in logs]) for key in ("q", "qd", "qdd")
+    ]
+    tau = np.concatenate([log.measured for log in logs])
+    W = evaluator["torque_regressor"](*mixed_states(*motion))
     linear = W.shape[2]
     spread = np.einsum("kja,ab,kjb->", W, covariance[:linear, :linear], W) / STATES
     size = float(np.mean(np.sum(tau**2, axis=1)))
     return float(np.sqrt(max(spread, 0.0) / max(size, 1e-300)))
+
+
+def mixed_states(*motion: FloatArray) -> list[FloatArray]:
+    """Return states whose joints are drawn from a motion, (N, n) each, independently."""
+    count, n = motion[0].shape
+    rows = np.random.default_rng(SEED).integers(count, size=(STATES, n))
+    return [np.ascontiguousarray(x[rows, np.arange(n)]) for x in motion]
 
 
 def parameters_use(
@@ -450,10 +422,8 @@ def parameters_use(
     reasons = list(doubts)
     weak = [p.name for p in parameters if p.name not in known]
     if weak:
-        listed = ", ".join(weak[:8]) + (", ..." if len(weak) > 8 else "")
-        reasons.append(
-            f"{len(weak)} of {len(parameters)} are weak (std above {KNOWN:g} %): {listed}"
-        )
+        told = f"{len(weak)} of {len(parameters)} are weak (std above {KNOWN:g} %)"
+        reasons.append(f"{told}: {shortened(weak, 8)}")
     negative = negative_parameters(parameters)
     if negative:
         reasons.append(f"{', '.join(negative)} must be positive and came out negative")
@@ -462,39 +432,43 @@ def parameters_use(
     return Use("parameters", tuple(reasons), known)
 
 
+def below_zero(
+    parameters: Sequence[ParameterEstimate], prefixes: Sequence[str], deviations: float
+) -> list[str]:
+    """Return the parameters of some kinds that are negative by so many deviations."""
+    return [
+        p.name
+        for p in parameters
+        if p.name.rstrip("0123456789") in prefixes and p.value < -deviations * p.std
+    ]
+
+
 def driving_friction(parameters: Sequence[ParameterEstimate]) -> tuple[str, ...]:
-    """Name joints whose friction would drive them beyond doubt: a sign of a channel, or of time."""
-    out = []
-    values = {p.name: p for p in parameters}
-    for name, p in values.items():
-        other = values.get(f"{'FV' if name.startswith('FS') else 'FS'}{name[2:]}")
-        if name[:2] not in ("FS", "FV") or not name[2:].isdigit():
-            continue
-        helps = other is not None and other.value > SIGNIFICANT * other.std
-        if p.value < -_BEYOND_DOUBT * p.std and not helps:
-            out.append(name)
+    """Name joints whose friction would drive them beyond doubt: a sign of a channel, or of time.
+
+    Coulomb friction that is surely positive beside it speaks for the joint, and viscous friction.
+    """
+    sure = {p.name for p in parameters if p.value > SIGNIFICANT * p.std}
+    rival = {"FS": "FV", "FV": "FS"}
+    out = [
+        name
+        for name in below_zero(parameters, tuple(rival), _BEYOND_DOUBT)
+        if rival[name[:2]] + name[2:] not in sure
+    ]
     if not out:
         return ()
+    numbers = list(dict.fromkeys(name[2:] for name in out))
+    joints = f"joint{'s' if len(numbers) > 1 else ''} {', '.join(numbers)}"
     return (
-        f"friction would drive the robot at {_joints(out)}: {', '.join(out)} negative beyond "
+        f"friction would drive the robot at {joints}: {', '.join(out)} negative beyond "
         "doubt; the sign of tau or of q of these joints, or time itself, runs the other way",
     )
 
 
-def _joints(names: Sequence[str]) -> str:
-    numbers = list(dict.fromkeys(name[2:] for name in names))
-    return f"joint{'s' if len(numbers) > 1 else ''} {', '.join(numbers)}"
-
-
 def negative_parameters(parameters: Sequence[ParameterEstimate]) -> list[str]:
     """Return what must be positive and is negative beyond doubt."""
-    return [
-        p.name
-        for p in parameters
-        if p.expression == p.name
-        and p.name.rstrip("0123456789") in POSITIVE
-        and p.value < -SIGNIFICANT * p.std
-    ]
+    standard = [p for p in parameters if p.expression == p.name]
+    return below_zero(standard, POSITIVE, SIGNIFICANT)
 
 
 def simulation_use(
@@ -508,12 +482,8 @@ def simulation_use(
     The mass matrix has to be positive definite at positions of the logs, and at positions whose
     joints are drawn from them independently; coefficients of friction must not be negative.
     """
-    draw = np.random.default_rng(SEED)
     q = np.concatenate([log.q[log.kept] for log in logs])
-    rows = draw.integers(len(q), size=(STATES, q.shape[1]))
-    mixed = q[rows, np.arange(q.shape[1])]
-    seen = q[:: max(1, len(q) // STATES)]
-    at = np.ascontiguousarray(np.concatenate([seen, mixed]))
+    at = np.concatenate([q[:: max(1, len(q) // STATES)], *mixed_states(q)])
     M = mass_matrices(evaluator, at, X)
     least = np.linalg.eigvalsh((M + M.transpose(0, 2, 1)) / 2)[:, 0]
     reasons = []
@@ -523,44 +493,39 @@ def simulation_use(
             f"the mass matrix is not positive definite at {share:.3g} % of the positions of the "
             "motion's range"
         )
-    rubs = [
-        p.name
-        for p in parameters
-        if p.name.rstrip("0123456789") in ("FS", "FV", "FSM", "FVM") and p.value < 0
-    ]
+    rubs = below_zero(parameters, ("FS", "FV", "FSM", "FVM"), 0.0)
     if rubs:
         reasons.append(f"{', '.join(rubs)} is negative: friction would drive the joint")
     return Use("simulation", tuple(reasons))
 
 
-def verdict(
-    prediction: Use, parameters: Use, simulation: Use, count: int, rests: Sequence[str] = ()
-) -> Verdict:
-    """Put the uses together.
+def headline(
+    prediction: Use,
+    parameters: Use,
+    simulation: Use,
+    count: int,
+    rests: Sequence[str],
+    consistent: bool,
+) -> str:
+    """Say in one line what an estimate is trusted for, and what stands beside that.
 
     Args:
         prediction, parameters, simulation: as judged.
         count: number of parameters.
         rests: what is said of joints at rest.
+        consistent: whether some robot can have the parameters.
     """
-    uses = (prediction, parameters, simulation)
     if not prediction.ok:
-        return Verdict(uses, prediction.reasons, f"doubtful: {'; '.join(prediction.reasons)}")
-    known = f"{len(parameters.known)} of {count} parameters known"
-    beside = [*rests, known, *parameters.reasons]
+        return f"doubtful: {'; '.join(prediction.reasons)}"
+    beside = [*rests, f"{len(parameters.known)} of {count} parameters known", *parameters.reasons]
     beside += [f"not for simulation: {reason}" for reason in simulation.reasons]
     mend = []
-    if unphysical(parameters) or not simulation.ok:
+    if not (consistent and simulation.ok):
         mend.append("--method consistent")
     if len(parameters.known) < count:
         mend.append("a richer motion (symgen excite)")
     said = f"; mended by {' and '.join(mend)}" if mend else ""
-    return Verdict(uses, (), f"trusted for prediction; {'; '.join(beside)}{said}")
-
-
-def unphysical(parameters: Use) -> bool:
-    """Whether parameters were judged to be those of no robot."""
-    return any("must be positive" in r or "no robot" in r for r in parameters.reasons)
+    return f"trusted for prediction; {'; '.join(beside)}{said}"
 
 
 def hardly_moving(logs: Sequence[FilteredLog], sigma: Sequence[int]) -> tuple[str, ...]:
@@ -569,35 +534,28 @@ def hardly_moving(logs: Sequence[FilteredLog], sigma: Sequence[int]) -> tuple[st
     What is fitted there carries over to faster motions of these joints by chance only, whatever
     its standard deviation.
     """
-    qd = np.concatenate([log.qd for log in logs])
-    q = np.concatenate([log.q for log in logs])
-    _, still = at_rest(qd, logs[0].step, sigma)
-    out = []
-    for j in map(int, np.flatnonzero(still)):
-        length = "m" if sigma[j] == names.PRISMATIC else "rad"
-        out.append(
-            f"movable joint {j + 1} hardly moves ({np.ptp(q[:, j]):.2g} {length} in all): its "
-            "friction and inertia hold for no larger motion; move it too, or fix it in the robot "
-            "(sigma = 2; symgen import --fix)"
-        )
-    return tuple(out)
+    moving = moving_joints([log.qd for log in logs], sigma)
+    size = np.ptp(np.concatenate([log.q for log in logs]), axis=0)
+    return tuple(
+        f"movable joint {j + 1} hardly moves ({size[j]:.2g} "
+        f"{'m' if kind == names.PRISMATIC else 'rad'} in all): its "
+        "friction and inertia hold for no larger motion; move it too, or fix it in the robot "
+        "(sigma = 2; symgen import --fix)"
+        for j, kind in enumerate(sigma)
+        if j not in moving
+    )
 
 
 def disagreement(found: Sequence[Alternative]) -> tuple[str, ...]:
-    """Say which models see parameters apart; one model alone has nothing to disagree with."""
-    if not found:
-        return ()
-    chosen = next(a.model for a in found if a.chosen)
+    """Say which models see parameters apart from the chosen one, which is the first."""
     out = []
     for a in found:
-        if a.apart:
-            listed = ", ".join(
-                f"{n} ({r:.2g} std)" for n, r in sorted(a.apart, key=lambda x: -x[1])[:5]
-            )
-            more = f" and {len(a.apart) - 5} more" if len(a.apart) > 5 else ""
+        told = [f"{n} ({r:.2g} std)" for n, r in sorted(a.apart, key=lambda x: -x[1])]
+        more = f" and {len(told) - 5} more" if len(told) > 5 else ""
+        if told:
             out.append(
-                f"the {a.model} model sees {listed}{more} apart from the {chosen} model: the robot "
-                "does something that its model does not"
+                f"the {a.model} model sees {', '.join(told[:5])}{more} apart from the "
+                f"{found[0].model} model: the robot does something that its model does not"
             )
     return tuple(out)
 
@@ -641,14 +599,17 @@ def energy_balances(
         if s.mask is not None:
             continue
         q, qd = (np.ascontiguousarray(x[every]) for x in (s.q, s.qd))
-        h, lost = np.empty(len(q)), np.empty((len(q), 1))
-        for first in range(0, len(q), _AT_ONCE):
-            now = slice(first, first + _AT_ONCE)
-            h[now] = evaluator.energy_regressor(q[now], qd[now]) @ X[: model.inertial]
-            lost[now, 0] = evaluator.friction_power(q[now], qd[now]) @ X[model.inertial :]
-        power = np.einsum("ij,ij->i", s.qd, s.tau)[:, None]
-        work = cumulative_integral(power, s.step)[every, 0]
-        friction = cumulative_integral(lost, s.step * s.stride)[:, 0]
+        spans = [slice(k, k + _AT_ONCE) for k in range(0, len(q), _AT_ONCE)]
+        kinds = zip(
+            (evaluator.energy_regressor, evaluator.friction_power),
+            (X[: model.inertial], X[model.inertial :]),
+            strict=True,
+        )
+        h, lost = (
+            np.concatenate([kernel(q[k], qd[k]) @ own for k in spans]) for kernel, own in kinds
+        )
+        work = cumulative_integral(np.einsum("ij,ij->i", s.qd, s.tau), s.step)[every]
+        friction = cumulative_integral(lost, s.step * s.stride)
         out.append(Balance(s.name, part.kind, s.t[every], work, h - h[0], friction))
     return tuple(out)
 
@@ -664,29 +625,18 @@ def whiteness(traces: Sequence[Trace]) -> tuple[Whiteness, ...]:
         groups.setdefault((trace.quantity, trace.kind), []).append(trace)
     out = []
     for (quantity, kind), members in groups.items():
-        steps = [t.spacing * float(np.median(np.diff(t.t))) for t in members]
-        pieces = [piece for t in members for piece in _pieces(t)]
-        for component in range(members[0].measured.shape[1]):
-            series = [piece[:, component] for piece in pieces]
+        step = float(np.median([t.spacing * np.median(np.diff(t.t)) for t in members]))
+        pieces = [piece.T for t in members for piece in _pieces(t)]
+        for component, series in enumerate(zip(*pieces, strict=True)):
             rows = sum(map(len, series))
             lags = min(LAGS, rows // _ROWS)
             if lags < _LEAST or not any(np.ptp(e) > 0 for e in series):
                 continue
             r, deviation = lag_correlations(series, lags)
             statistic = float(np.sum((r / deviation) ** 2))
-            out.append(
-                Whiteness(
-                    quantity,
-                    component,
-                    kind,
-                    rows,
-                    float(np.median(steps)),
-                    tuple(map(float, r)),
-                    tuple(map(float, _NORMAL * deviation)),
-                    statistic,
-                    chi2_tail(statistic, lags),
-                )
-            )
+            bands, tail = tuple((_NORMAL * deviation).tolist()), chi2_tail(statistic, lags)
+            about = (quantity, component, kind, rows, step)
+            out.append(Whiteness(*about, tuple(r.tolist()), bands, statistic, tail))
     return tuple(out)
 
 

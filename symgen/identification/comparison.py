@@ -15,6 +15,7 @@ from symgen.identification.estimate import (
     ParameterEstimate,
     read_estimate,
 )
+from symgen.schemas import as_json
 
 SCHEMA = "symgen.comparison/1"
 #: Combined standard deviations from which a parameter counts as moved.
@@ -123,7 +124,7 @@ class Comparison:
 
     def to_json(self) -> dict[str, Any]:
         """Return the comparison as JSON values (schema symgen.comparison/1)."""
-        return {
+        content = {
             "schema": SCHEMA,
             "robot": self.a.robot,
             "verdict": self.verdict,
@@ -143,18 +144,19 @@ class Comparison:
                     "name": p.name,
                     "expression": p.a.expression,
                     "unit": p.a.unit,
-                    "a": {"value": p.a.value, "std": _finite(p.a.std)},
-                    "b": {"value": p.b.value, "std": _finite(p.b.std)},
+                    "a": {"value": p.a.value, "std": p.a.std},
+                    "b": {"value": p.b.value, "std": p.b.std},
                     "difference": p.difference,
-                    "sigmas": _finite(p.sigmas),
+                    "sigmas": p.sigmas,
                     "moved": p.moved,
                 }
                 for p in self.parameters
             ],
-            "shared_training_logs": list(self.shared),
+            "shared_training_logs": self.shared,
             "left_out": [{"name": name, "reason": reason} for name, reason in self.left_out],
-            "notes": list(self.notes),
+            "notes": self.notes,
         }
+        return dict(as_json(content))
 
 
 def compare(a: Estimate | str | Path, b: Estimate | str | Path) -> Comparison:
@@ -201,17 +203,12 @@ def compare(a: Estimate | str | Path, b: Estimate | str | Path) -> Comparison:
         )
     logs = _logs(second)
     shared = tuple(label for digest, label in _logs(first).items() if digest in logs)
-    alike = tuple(sorted(set(_names(first)) & set(_names(second)) - set(shared)))
-    return Comparison(
-        (names[0], names[1]),
-        first,
-        second,
-        tuple(common),
-        tuple(left_out),
-        _notes(first, second, shared, alike),
-        shared,
-        alike,
-    )
+    files = [{name.removesuffix(" (last fifth)") for name in _logs(e).values()}
+             for e in (first, second)]  # fmt: skip
+    alike = tuple(sorted(set.intersection(*files) - set(shared)))
+    notes = _notes(first, second, shared, alike)
+    pair = (names[0], names[1])
+    return Comparison(pair, first, second, tuple(common), tuple(left_out), notes, shared, alike)
 
 
 def _notes(
@@ -254,12 +251,3 @@ def _logs(estimate: Estimate) -> dict[str, str]:
         for key, value in estimate.provenance
         if key.startswith(start) and key.endswith(end)
     }
-
-
-def _names(estimate: Estimate) -> list[str]:
-    """Return the names of the files that an estimate was trained on, whole or a part of them."""
-    return [name.removesuffix(" (last fifth)") for name in _logs(estimate).values()]
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

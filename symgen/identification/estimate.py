@@ -15,9 +15,9 @@ from symgen.errors import ParameterError, SymgenError
 from symgen.estimation.band import Band
 from symgen.estimation.values import (
     Balance,
-    Contrast,
     Convergence,
     Endogeneity,
+    OtherEstimate,
     Residual,
     Trace,
     Whiteness,
@@ -25,6 +25,8 @@ from symgen.estimation.values import (
 from symgen.faults.fault import Fault
 from symgen.files import html_table
 from symgen.identification.curves import FILE, read_curves
+from symgen.names import unit
+from symgen.robot.types import Robot
 from symgen.schemas import (
     BESIDE,
     MATRIX,
@@ -58,6 +60,11 @@ class Joint(NamedTuple):
 
     number: int
     unit: str
+
+
+def joints_of(robot: Robot) -> tuple[Joint, ...]:
+    """Return the movable joints of a robot."""
+    return tuple(Joint(j.number, unit("FS", j.sigma)) for j in robot.movable)
 
 
 @dataclass(frozen=True)
@@ -167,39 +174,6 @@ class Alternative:
     chosen: bool
     reason: str
     apart: tuple[Apart, ...] = ()
-
-
-class OtherValue(NamedTuple):
-    """A parameter by another method."""
-
-    name: str
-    value: float
-    std: OrNan
-
-
-@dataclass(frozen=True)
-class OtherEstimate:
-    """The same parameters by another method, or their prior: those that it knows."""
-
-    method: str
-    parameters: tuple[OtherValue, ...]
-
-    def of(self, name: str) -> tuple[float, float]:
-        """Return value and std of a parameter; NaN and infinite where it is not known."""
-        known = (p for p in self.parameters if p.name == name)
-        return next(((p.value, p.std) for p in known), (math.nan, math.inf))
-
-    @property
-    def X(self) -> FloatArray:
-        """The values, in their order."""
-        return np.array([p.value for p in self.parameters])
-
-
-def other_estimate(contrast: Contrast, names: Iterable[str]) -> OtherEstimate:
-    """Return what a method or a prior says of parameters; those of no finite std are left out."""
-    rows = zip(names, contrast.X.tolist(), contrast.std.tolist(), strict=True)
-    values = (OtherValue(*row) for row in rows)
-    return OtherEstimate(contrast.method, tuple(v for v in values if not math.isinf(v.std)))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

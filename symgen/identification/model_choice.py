@@ -31,12 +31,12 @@ from symgen.estimation.summary import (
     BLOCKS,
     Blocks,
     block_errors,
+    block_summary,
     deviation_of_difference,
     held_out_error,
-    placed,
-    summary,
 )
 from symgen.estimation.torque_error import TorqueFit, fit
+from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault, undone
 from symgen.faults.logs import in_one_band
 from symgen.faults.model import channel_faults
@@ -113,6 +113,11 @@ class Run:
     def logs(self) -> tuple[FilteredLog, ...]:
         """All logs."""
         return (*self.train, *self.held)
+
+    def torques(self, X: FloatArray) -> tuple[TorqueFit, TorqueFit]:
+        """Compare the torques of the training and of the validation logs with those of X, (p,)."""
+        train = fit(self.evaluator, self.train, X, "train")
+        return train, fit(self.evaluator, self.held, X)
 
 
 def filter_in_band(opened: OpenLogs, cutoff: float | None, *, own_speeds: bool = False) -> Run:
@@ -227,7 +232,7 @@ def choose_model(
         LogError: a mask leaves too little, or a validation log is too short.
     """
     evaluator = run.evaluator
-    still = standing(run.train)
+    still = find_standing(run.train)
     fault = motion_fault(run.train, still)
     joints = evaluator.model.robot.movable
     if any(joints[j].friction or joints[j].rotor_inertia for j in still):
@@ -238,7 +243,7 @@ def choose_model(
         chosen = ChosenModel(run, model, _enough(_equations(run, model, shares)), [], fault=fault)
     else:
         progress(f"fitting {', '.join(m.name for m in models)}")
-        with determined(fault):
+        with blame_motion(fault):
             best, found = _alternatives(run, models, shares)
         plain = best.solution if isinstance(best.solution, Solution) else None
         chosen = ChosenModel(run, best.model, best.train, [], found, fault, plain, best.torques)
@@ -278,7 +283,7 @@ def _held(run: Run, model: EquationModel) -> list[EquatedLog]:
 
 def _summary(logs: Sequence[EquatedLog], model: EquationModel) -> Blocks:
     """Return the summary of equations by blocks of time."""
-    return summary(placed([p.equations for p in logs], model.gap), len(logs[0].equations))
+    return block_summary([p.equations for p in logs], model.gap)
 
 
 def _alternatives(
@@ -322,10 +327,7 @@ def _solve(
         solution = Wls().solve(system_of(run.evaluator, train))
     except (IdentificationError, np.linalg.LinAlgError) as lost:
         return lost, ()
-    return solution, (
-        fit(run.evaluator, run.train, solution.X, "train"),
-        fit(run.evaluator, run.held, solution.X),
-    )
+    return solution, run.torques(solution.X)
 
 
 def _alternative(own: Candidate, best: Candidate, names: Sequence[str]) -> Alternative:
@@ -360,7 +362,7 @@ def _apart(a: Blocks, b: Blocks, names: Sequence[str]) -> tuple[Apart, ...]:
 
 
 @contextmanager
-def determined(fault: str) -> Iterator[None]:
+def blame_motion(fault: str) -> Iterator[None]:
     """Say why data do not determine parameters, where the motion is why.
 
     Raises:
@@ -386,7 +388,7 @@ def require_condition(solution: Solution, fault: str) -> None:
         )
 
 
-def standing(logs: Sequence[FilteredLog]) -> list[int]:
+def find_standing(logs: Sequence[FilteredLog]) -> list[int]:
     """Return the joints that stand still in all logs: what they seem to move is noise."""
     n = logs[0].q.shape[1]
     still = np.ones(n, dtype=bool)
@@ -418,15 +420,12 @@ def motion_fault(logs: Sequence[FilteredLog], still: Sequence[int]) -> str:
         return ""
     norms = np.linalg.norm(qd, axis=0)
     cosines = (qd / norms).T @ (qd / norms)
-    pairs = [
-        (j + 1, k + 1, float(np.sqrt(max(0.0, 1 - cosines[j, k] ** 2))))
-        for j in range(qd.shape[1])
-        for k in range(j)
-    ]
-    j, k, apart = min(pairs, key=lambda pair: pair[2])
-    if apart < PROPORTIONAL:
-        return (
-            f"the speeds of movable joints {k} and {j} are proportional to each other throughout "
-            f"(to {100 * apart:.2g} %); move the joints independently"
-        )
-    return ""
+    first, second = np.triu_indices(len(norms), 1)
+    apart = np.sqrt(np.maximum(0.0, 1 - cosines[first, second] ** 2))
+    least = int(np.argmin(apart))
+    if apart[least] >= PROPORTIONAL:
+        return ""
+    return (
+        f"the speeds of movable joints {first[least] + 1} and {second[least] + 1} are proportional "
+        f"to each other throughout (to {100 * apart[least]:.2g} %); move the joints independently"
+    )

@@ -62,8 +62,8 @@ from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import PASSES, Wls
 from symgen.estimation.logs import Source, held_from
 from symgen.estimation.solve import Solution, condition, log_weights
-from symgen.estimation.summary import Summary, merged_tree, summarised
-from symgen.estimation.torque_error import TorqueFit, fit
+from symgen.estimation.summary import Summary, merge_summaries, summarise
+from symgen.estimation.torque_error import TorqueFit
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault, merged
 from symgen.faults.logs import open_samples, treated
@@ -138,7 +138,7 @@ def parts_of(
             own = [s] if held_files else _split(s)
             kinds = ("validation",) if name in held_files else KINDS
             if all(x.count >= _FEWEST and x.times[1] - x.times[0] > _WINDOWS * window for x in own):
-                parts += map(LogSpan, own, kinds)
+                parts += map(LogSpan, own, kinds, range(len(parts), len(parts) + 2))
             else:
                 short.append(s.name)
     for kind in KINDS:
@@ -178,7 +178,7 @@ Reduced = TypeVar("Reduced")
 
 
 @lru_cache(maxsize=4)
-def loaded(robot: str, kernels: tuple[str, ...]) -> Evaluator:
+def load_model(robot: str, kernels: tuple[str, ...]) -> Evaluator:
     """Compile and load a model, once a process.
 
     Args:
@@ -194,7 +194,6 @@ class Work:
 
     Attributes:
         partition: the chunks.
-        parts: the logs that they belong to, by number.
         weights: by log and joint the weight of the equations and the rows that scores are summed
             over; empty before X is known.
         clean: whether nothing had to be mended in the first pass.
@@ -204,7 +203,6 @@ class Work:
     """
 
     partition: Partition
-    parts: Mapping[int, LogSpan]
     weights: Mapping[tuple[int, int], tuple[float, int]]
     clean: bool
     threads: int
@@ -212,7 +210,7 @@ class Work:
 
     def path(self, chunk: Chunk) -> Path | None:
         """Return where a chunk is kept."""
-        path = Path(f"{self.kept}-{chunk.part}-{chunk.before + chunk.own[0]}.rows")
+        path = Path(f"{self.kept}-{chunk.part.number}-{chunk.before + chunk.own[0]}.rows")
         return path if path.parent.is_dir() else None
 
 
@@ -237,50 +235,45 @@ class Reduction:
     @property
     def evaluator(self) -> Evaluator:
         """The compiled model."""
-        return loaded(self.robot, self.kernels)
+        return load_model(self.robot, self.kernels)
 
     def reduced(
         self,
         work: Work,
-        reduce: Callable[[int, str, ChunkOfLog], Reduced],
+        reduce: Callable[[LogSpan, ChunkOfLog], Reduced],
         chunks: Sequence[Chunk],
     ) -> Iterator[tuple[Reduced, tuple[Fault, ...]]]:
-        """Yield what chunks are reduced to (by number and kind of the log), and their repairs."""
+        """Yield what chunks are reduced to, and their repairs."""
         robot = self.evaluator.model.robot
 
         def one(read: tuple[Chunk, Log]) -> tuple[Reduced, tuple[Fault, ...]]:
             chunk, log = read
-            part = work.parts[chunk.part]
-            found, repairs = treated(
-                log, chunk, part.stretch, robot, self.reading, self.settings, work.clean
-            )
+            found, repairs = treated(log, chunk, robot, self.reading, self.settings, work.clean)
             path = work.path(chunk)
             if path is not None and isinstance(found.log, ChunkData):
                 keep(path, found.packed())
-            return reduce(chunk.part, part.kind, found), repairs
+            return reduce(chunk.part, found), repairs
 
         def read() -> Iterator[tuple[Chunk, Log]]:
             # A part begins anew where the one before was read to: rows in their order, by part.
-            for number in dict.fromkeys(chunk.part for chunk in chunks):
-                own, s = [c for c in chunks if c.part == number], work.parts[number].stretch
-                spans = [c.rows for c in own]
-                yield from zip(
-                    own, DataSet(robot, self.reading).logs(s.file, spans, s.name), strict=True
-                )
+            data = DataSet(robot, self.reading)
+            for part in dict.fromkeys(chunk.part for chunk in chunks):
+                own, s = [c for c in chunks if c.part == part], part.stretch
+                yield from zip(own, data.logs(s.file, [c.rows for c in own], s.name), strict=True)
 
         return in_turn(one, read(), work.threads)
 
     def again(
         self,
         work: Work,
-        reduce: Callable[[int, str, ChunkOfLog], Reduced],
+        reduce: Callable[[LogSpan, ChunkOfLog], Reduced],
         damaged: list[Chunk],
     ) -> Iterator[Reduced]:
         """Yield what chunks are reduced to, as they were kept or else read anew.
 
         Args:
             work: the chunks.
-            reduce: a chunk, by number and kind of its log.
+            reduce: a chunk, with the log that it belongs to.
             damaged: gets the chunks that were kept, but are not as they were written.
         """
         there, left = list[tuple[Chunk, Path]](), list[Chunk]()
@@ -297,7 +290,7 @@ class Reduction:
             if content is None:
                 damaged.append(chunk)
                 return None
-            return reduce(chunk.part, work.parts[chunk.part].kind, unpacked_chunk(content))
+            return reduce(chunk.part, unpacked_chunk(content))
 
         yield from (found for found in in_turn(one, there, work.threads) if found is not None)
         damaged.sort(key=work.partition.chunks.index)  # threads end in any order
@@ -312,10 +305,10 @@ class EquationReduction(Reduction):
         found: dict[str, list[Summary]] = {}
         mended: list[Fault] = []
 
-        def summaries(number: int, _: str, chunk: ChunkOfLog) -> list[tuple[str, Summary]]:
+        def summaries(part: LogSpan, chunk: ChunkOfLog) -> list[tuple[str, Summary]]:
             equations = chunk.all_equations(self.evaluator, self.settings.model)
-            own = (summarised(chunk.equations(e)[0]) for e in equations)
-            return [(f"{number}.{j}", summary) for j, summary in enumerate(own)]
+            own = (summarise(chunk.equations(e)[0]) for e in equations)
+            return [(f"{part.number}.{j}", summary) for j, summary in enumerate(own)]
 
         for own, repairs in self.reduced(work, summaries, work.partition.chunks):
             mended += repairs
@@ -324,7 +317,7 @@ class EquationReduction(Reduction):
         told = [{**as_json(f), "kind": f.kind} for f in merged(mended)]
         arrays: dict[str, Any] = {_REPAIRS: np.array(json.dumps(told))}
         for key, parts in found.items():
-            whole = merged_tree(parts)
+            whole = merge_summaries(parts)
             joint = -1 if whole.joint is None else whole.joint
             counts = [whole.rows, whole.correlation, joint]
             arrays |= {key: whole.factor, f"{key}{_COUNTS}": np.array(counts)}
@@ -343,16 +336,16 @@ class ErrorReduction(Reduction):
         meat = np.zeros((len(X), len(X)))
         fits = {kind: TorqueFit.none(n) for kind in KINDS}
 
-        def left(number: int, kind: str, chunk: ChunkOfLog) -> tuple[str, TorqueFit, FloatArray]:
+        def left(part: LogSpan, chunk: ChunkOfLog) -> tuple[str, TorqueFit, FloatArray]:
             fit, own_meat = chunk.fit(self.evaluator, X), np.zeros_like(meat)
-            if kind == "train":
+            if part.kind == "train":
                 equations = chunk.all_equations(self.evaluator, self.settings.model)
                 for j, e in enumerate(equations):
-                    weight, lag = work.weights[number, j]
+                    weight, lag = work.weights[part.number, j]
                     rows, lead = chunk.equations(e, lag)
                     s = scores(rows, X, scale, weight)
                     own_meat += bartlett(s, lag, lead, chunk.ended)
-            return kind, fit, own_meat
+            return part.kind, fit, own_meat
 
         damaged: list[Chunk] = []
         for kind, found, own_meat in self.again(work, left, damaged):
@@ -385,7 +378,7 @@ class Summaries(Sequence[Summary]):
             rows, correlation, joint = map(int, arrays[f"{number}.{j}{_COUNTS}"])
             own = None if joint < 0 else joint
             parts.append(Summary(arrays[f"{number}.{j}"], rows, correlation, joint=own))
-        return merged_tree(parts)
+        return merge_summaries(parts)
 
 
 @contextmanager
@@ -420,7 +413,7 @@ def open_data_set(
     text = robot_toml(robot)
     prefix = "symgen-"
     with tempfile.TemporaryDirectory(prefix=prefix) as fresh, executor(workers) as by:
-        by.prepare(partial(loaded, text, kernels))
+        by.prepare(partial(load_model, text, kernels))
         folder = WorkFolder(Path((workers and workers.work) or fresh))
         repairs: list[Fault] = []
         train, held = (
@@ -428,7 +421,7 @@ def open_data_set(
             for kind, budget in zip(KINDS, (SAMPLE, HELD_SAMPLE), strict=True)
         )
         progress("deriving and compiling the model")
-        evaluator, given = loaded(text, kernels), bool(validation)
+        evaluator, given = load_model(text, kernels), bool(validation)
         seen = (evaluator, train, held, repairs, given, progress, by.threads)
         about = (text, kernels)
         yield ChunkedLogs(
@@ -499,11 +492,8 @@ class ChunkedLogs(OpenLogs):
         inverse = np.linalg.inv(R)
         covariance = sandwich(inverse @ inverse.T, total["meat"], own) / np.outer(scale, scale)
         fits = (
-            TorqueFit(
-                traces=fit(run.evaluator, logs, X, kind).traces,
-                **{key: total[f"{kind}.{key}"] for key in FIT_SUMS},
-            )
-            for kind, logs in zip(KINDS, (run.train, run.held), strict=True)
+            replace(fit, **{key: total[f"{kind}.{key}"] for key in FIT_SUMS})
+            for kind, fit in zip(KINDS, run.torques(X), strict=True)
         )
         return outcome(
             Solution(X, covariance, condition(R), tuple(map(float, weights))),
@@ -542,12 +532,12 @@ class ChunkedLogs(OpenLogs):
         settings = digest(task.robot, repr((task.kernels, task.reading, task.settings)), *solved)
         files = {p.file: identity(p.file) for p in cover}
         for k, partition in enumerate(cover):
-            own = {chunk.part: self.parts[chunk.part] for chunk in partition.chunks}
+            own = {chunk.part.number for chunk in partition.chunks}
             mine = {key: w for key, w in (weights or {}).items() if key[0] in own}
-            about = repr((partition, sorted(own.items()), mine, own_version()))
+            about = repr((partition, mine, own_version()))
             keys.append(digest(what, settings, files[partition.file], about))
             begin = str(self.folder.folder.resolve() / (kept[k] if kept else keys[k]))
-            items.append(Work(partition, own, mine, any(clean[k : k + 1]), self.threads, begin))
+            items.append(Work(partition, mine, any(clean[k : k + 1]), self.threads, begin))
         sizes = [partition.samples for partition in cover]
         finished(self.by, task, items, keys, self.folder, sizes, self.progress, what)
         return keys

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -74,19 +73,18 @@ def read_parameters(path: str | Path, model: Model) -> FloatArray:
     Raises:
         ParameterError: the file cannot be read, or a name is unknown, missing or not a number.
     """
-    path = Path(path)
-    if path.suffix.lower() in FORMATS:
-        return base_values(cad_parameters(path, model), model, str(path))
-    named = read_named(path, model.robot.name).items()
-    return base_values({name: value for name, (value, _) in named}, model, str(path))
+    values = {name: value for name, (value, _) in read_named(Path(path), model).items()}
+    return base_values(values, model, str(path))
 
 
-def read_named(path: Path, robot: str) -> dict[str, tuple[Any, Any]]:
+def read_named(path: Path, model: Model) -> dict[str, tuple[Any, Any]]:
     """Return value and standard deviation (None where there is none) of what a file names.
 
     Raises:
-        ParameterError: the file cannot be read, or is an estimate of another robot than `robot`.
+        ParameterError: the file cannot be read, or is of another robot than the model.
     """
+    if path.suffix.lower() in FORMATS:
+        return {name: (value, None) for name, value in cad_parameters(path, model).items()}
     path = result_file(path, MARKER)
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -96,7 +94,21 @@ def read_named(path: Path, robot: str) -> dict[str, tuple[Any, Any]]:
         raise ParameterError(
             f"{path}: cannot be read ({reason}); accepted: estimate.json, or TOML with [parameters]"
         ) from error
-    return _named(content, path, robot)
+    table = content.get("parameters") if isinstance(content, dict) else None
+    if path.suffix != ".json":
+        if not isinstance(table, dict):
+            raise ParameterError(f"{path}: the table [parameters] is missing")
+        return {name: (value, None) for name, value in table.items()}
+    if not isinstance(table, list) or content.get("schema") not in READ:
+        raise ParameterError(f"{path}: not an estimate; accepted: schema {READ[0]}")
+    if not all(isinstance(p, dict) and {"name", "value"} <= set(p) for p in table):
+        raise ParameterError(f"{path}: every parameter needs a name and a value")
+    if content.get("robot", model.robot.name) != model.robot.name:
+        raise ParameterError(
+            f"{path}: the estimate is of the robot {content['robot']!r}; accepted: one of "
+            f"{model.robot.name!r}"
+        )
+    return {str(p["name"]): (p["value"], p.get("std")) for p in table}
 
 
 def cad_parameters(path: Path, model: Model) -> dict[str, float]:
@@ -150,26 +162,6 @@ def same_frames(imported: Robot, robot: Robot) -> bool:
         if any(getattr(a, key) != getattr(b, key) for key in keys):
             return False
     return True
-
-
-def _named(content: Any, path: Path, robot: str) -> dict[str, tuple[Any, Any]]:
-    """Return name, value and standard deviation of every parameter in a parsed file."""
-    if path.suffix == ".json":
-        listed = content.get("parameters") if isinstance(content, dict) else None
-        if not isinstance(listed, list) or content.get("schema") not in READ:
-            raise ParameterError(f"{path}: not an estimate; accepted: schema {READ[0]}")
-        if not all(isinstance(p, dict) and {"name", "value"} <= set(p) for p in listed):
-            raise ParameterError(f"{path}: every parameter needs a name and a value")
-        if content.get("robot", robot) != robot:
-            raise ParameterError(
-                f"{path}: the estimate is of the robot {content['robot']!r}; accepted: one of "
-                f"{robot!r}"
-            )
-        return {str(p["name"]): (p["value"], p.get("std")) for p in listed}
-    table = content.get("parameters")
-    if not isinstance(table, dict):
-        raise ParameterError(f"{path}: the table [parameters] is missing")
-    return {name: (value, None) for name, value in table.items()}
 
 
 def mass_matrices(evaluator: Evaluator, q: FloatArray, X: FloatArray) -> FloatArray:
@@ -232,8 +224,8 @@ def base_values(
     for name, value in given.items():
         if not is_finite(value):
             raise ParameterError(f"{where}: {name} is {value!r}; accepted: a finite number")
-    base, numbers = model.base, model.robot.values()
-    known = {p.name for p in base.standard} | set(base.names)
+    base, standard = model.base, [p.name for p in model.base.standard]
+    known = {*standard, *base.names}
     given = {k: v for k, v in given.items() if k in known or not _undeclared(k, v, model.robot)}
     unknown = sorted(set(given) - known)
     if unknown:
@@ -241,22 +233,16 @@ def base_values(
             f"{where}: {', '.join(unknown[:5])} is no parameter of {model.robot.name}; accepted: "
             f"{', '.join(base.names[:8])}, ... or standard parameters"
         )
-    X = []
-    for p in base.parameters:
-        if p.name in given:
-            X.append(float(given[p.name]))
-            continue
-        missing = [name for name in (p.head, *(n for _, n in p.terms)) if name not in given]
-        if missing and partial:
-            X.append(math.nan)
-            continue
-        if missing:
-            raise ParameterError(
-                f"{where}: {p.name} is missing, and {', '.join(missing[:5])} to regroup it from"
-            )
-        terms = (float(c.subs(numbers).evalf(30)) * float(given[n]) for c, n in p.terms)
-        X.append(float(given[p.head]) + sum(terms))
-    return np.array(X)
+    X, s = (np.array([float(given.get(n, np.nan)) for n in own]) for own in (base.names, standard))
+    G = regrouping(model) if np.isnan(X).any() else np.zeros((len(X), len(s)))
+    X = np.where(np.isnan(X), np.sum(np.where(G == 0, 0.0, G * s), axis=1), X)
+    for name in () if partial else np.array(base.names)[np.isnan(X)]:
+        row = G[base.names.index(name)]
+        missing = [n for n, g in zip(standard, row, strict=True) if g and n not in given]
+        raise ParameterError(
+            f"{where}: {name} is missing, and {', '.join(missing[:5])} to regroup it from"
+        )
+    return np.asarray(X)
 
 
 #: Standard deviation of a prior value that has none, as a share of the value ...
@@ -282,34 +268,22 @@ def read_prior(path: str | Path, model: Model) -> Prior:
         ParameterError: the file cannot be read, or names no parameter of this robot.
     """
     path = Path(path)
-    given: dict[str, Any]
-    deviation: dict[str, Any] = {}
+    pairs = read_named(path, model)
     if path.suffix.lower() in FORMATS:
         links = {p.name for p in model.base.standard if p.inertial and p.prefix in names.LINK}
-        found = cad_parameters(path, model)
-        given = {name: value for name, value in found.items() if value or name in links}
-    else:
-        pairs = read_named(path, model.robot.name)
-        given = {name: value for name, (value, _) in pairs.items()}
-        deviation = {name: std for name, (_, std) in pairs.items()}
+        pairs = {name: own for name, own in pairs.items() if own[0] or name in links}
+    given = {name: value for name, (value, _) in pairs.items()}
     values = base_values(given, model, str(path), partial=True)
     known = np.isfinite(values)
     if not known.any():
         raise ParameterError(f"{path}: it gives no base parameter of {model.robot.name}")
-    mean = np.where(known, values, 0.0)
-    parameters = model.base.parameters
-    largest = {p.unit: 0.0 for p in parameters}
-    for p, x in zip(parameters, mean, strict=True):
-        largest[p.unit] = max(largest[p.unit], abs(float(x)))
-    std = [
-        _deviation(deviation.get(p.name), float(x), largest[p.unit]) if k else math.inf
-        for p, x, k in zip(parameters, mean, known, strict=True)
-    ]
-    return Prior(mean, np.array(std))
-
-
-def _deviation(given: Any, value: float, largest: float) -> float:
-    """Return the deviation of an estimate, or a share of the value."""
-    if isinstance(given, (int, float)) and math.isfinite(given) and given > 0:
-        return float(given)
-    return SHARE * max(abs(value), _LEAST * largest) or math.inf
+    units = np.array([p.unit for p in model.base.parameters])
+    size = np.where(known, np.abs(values), 0.0)
+    largest = np.array([size[units == unit].max() for unit in units])
+    share = SHARE * np.maximum(size, _LEAST * largest)
+    std = np.where(known & (share > 0), share, np.inf)
+    for k in np.flatnonzero(known):
+        own = pairs.get(model.base.names[k], (None, None))[1]
+        if is_finite(own) and own > 0:
+            std[k] = own
+    return Prior(np.where(known, values, 0.0), std)

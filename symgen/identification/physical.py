@@ -40,7 +40,7 @@ from symgen.estimation.estimators import NOISE_BIAS, Estimator, Wls
 from symgen.estimation.filtered import FilteredLog
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import LinearSystem
-from symgen.estimation.values import Contrast, FloatArray
+from symgen.estimation.values import FloatArray, OtherEstimate
 from symgen.identification.estimate import Consistency
 from symgen.identification.parameters import is_finite, mass_matrices, regrouping
 from symgen.names import REVOLUTE
@@ -247,7 +247,8 @@ class Feasibility:
         heads = self.heads[: base.inertial]
         mass = float(np.max(np.abs(self.X[: len(heads)]) / scale[heads], initial=0.0))
         self.scale = scale * (mass or 1.0)
-        # x = onto y + at: the free parameters y, and the leading ones that X leaves
+        # x = onto y + at: the free parameters y, and the leading ones that X leaves. As equations
+        # beside the cones, X = G s makes the solver fail on some robots of six joints.
         self.onto = np.eye(n)[:, self.free]
         self.onto[self.heads] = -self.G[:, self.free] * self.scale[self.free]
         self.onto[self.heads] /= self.scale[self.heads, None]
@@ -313,10 +314,9 @@ class Feasibility:
         weights = np.where(named | (not prior), 1.0, _FAINT)
         # Half of what all links can have at once, but no more than a link has in the prior.
         floors = np.full(len(self.links), self.margin[0] / 2)
-        for j, link in enumerate(self.links):
-            if named[link].all():
-                own = float(np.linalg.eigvalsh(pseudo_inertia(target[link]))[0])
-                floors[j] = min(floors[j], max(own, _CERTAIN))
+        for j in np.flatnonzero(named[self.links].all(axis=1)):
+            own = float(np.linalg.eigvalsh(pseudo_inertia(target[self.links[j]]))[0])
+            floors[j] = min(floors[j], max(own, _CERTAIN))
         weighted = self.onto.T * weights
         y, _ = minimise(
             weighted @ self.onto,
@@ -557,7 +557,10 @@ class Consistent:
             free,
             X=near,
             notes=(*free.notes, moved),
-            comparison=(Contrast(self.base.name, free.X, free.std), *free.comparison),
+            comparison=(
+                OtherEstimate.by(self.base.name, system.names, free.X, free.std),
+                *free.comparison,
+            ),
         )
 
 

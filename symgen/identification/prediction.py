@@ -9,7 +9,6 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from symgen import names
 from symgen.codegen.model import derive
 from symgen.data.log import Log
 from symgen.data.raw import Reading
@@ -24,7 +23,7 @@ from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.faults.fault import Fault
 from symgen.faults.logs import open_samples
 from symgen.faults.samples import mended_speeds
-from symgen.identification.estimate import Joint
+from symgen.identification.estimate import Joint, joints_of
 from symgen.identification.parameters import read_given
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -125,7 +124,7 @@ def predict(
     kinetic, potential = evaluator["energy"](seen.q, seen.qd, X)
     return Prediction(
         robot=source.name,
-        joints=tuple(Joint(j.number, names.unit("FS", j.sigma)) for j in source.movable),
+        joints=joints_of(source),
         log=samples.name,
         error=compared.residual,
         band=band,

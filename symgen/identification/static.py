@@ -37,7 +37,7 @@ from symgen.data.raw import Reading, read_only
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError
 from symgen.estimation.estimators import Estimator, Huber, Ols, Prior, Wls
-from symgen.estimation.logs import Source, held_out, open_log, require_other_data
+from symgen.estimation.logs import Source, hold_out, open_log, require_other_data
 from symgen.estimation.solve import IdentifiableColumns, Solution, identifiable_columns
 from symgen.estimation.statistics import binomial_tail
 from symgen.estimation.system import Equations, LinearSystem
@@ -175,7 +175,7 @@ def identify_poses(
     require_other_data(train, held)
     given = bool(held)
     if not given:
-        train, held = held_out(train, _FEWEST)
+        train, held = hold_out(train, _FEWEST)
     equations = [e for s in train for e in pose_equations(evaluator, s)]
     columns, every = shown_columns(equations), evaluator.model.base.names
     kept = columns.kept
@@ -208,18 +208,16 @@ def friction_bounds(
     evaluator: Evaluator, system: LinearSystem, solution: Solution, columns: IdentifiableColumns
 ) -> FrictionBounds:
     """Return the friction bound of every movable joint; see the head of this file."""
-    pairs = list(zip(system.logs, solution.weights, strict=True))
-    normal = sum(w * w * e.W.T @ e.W for e, w in pairs)
-    A = np.linalg.pinv(np.asarray(normal), hermitian=True)
     n, place = evaluator.model.robot.n, {k: at for at, k in enumerate(columns.kept)}
-    spread, relative, toward, toward_std = np.zeros((4, n))
-    for j in range(n):
-        own = [(e, w) for e, w in pairs if e.joint == j]
-        left = np.concatenate([e.y - e.W @ solution.X for e, _ in own])
-        free = np.concatenate([1 - w * w * np.einsum("ka,ab,kb->k", e.W, A, e.W) for e, w in own])
-        v = max(float(free.sum()), 1.0)
-        spread[j] = math.sqrt(3 * float(left @ left) / v)
-        relative[j] = math.sqrt(max(2 * v - 1.2 * float(free @ free), 0.0)) / v / 2
+    weighed = [w * e.W for e, w in zip(system.logs, solution.weights, strict=True)]
+    free = 1 - np.sum(np.linalg.qr(np.concatenate(weighed))[0] ** 2, axis=1)
+    left = system.y - system.W @ solution.X
+    joint = np.concatenate([np.full(len(e.y), e.joint) for e in system.logs])
+    v, squares_left, fourth = (np.bincount(joint, x, n) for x in (free, left**2, free**2))
+    v = np.maximum(v, 1.0)
+    spread = np.sqrt(3 * squares_left / v)
+    relative = np.sqrt(np.maximum(2 * v - 1.2 * fourth, 0.0)) / v / 2
+    toward, toward_std = np.zeros((2, n))
     for j, k in coulomb_columns(evaluator).items():
         if k in place:
             toward[j], toward_std[j] = solution.X[place[k]], solution.std[place[k]]

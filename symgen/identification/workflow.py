@@ -19,27 +19,26 @@ from symgen.estimation.equation_model import JUDGING, NEEDED, EquationModel
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.logs import (
     Source,
-    held_out,
+    hold_out,
     listed_logs,
     require_logs,
     require_other_data,
 )
-from symgen.estimation.torque_error import fit as torque_fit
 from symgen.faults.logs import open_logs
 from symgen.identification.assessment import Outcome, assess, outcome
 from symgen.identification.estimate import Estimate
 from symgen.identification.model_choice import (
     ChosenModel,
     OpenLogs,
+    blame_motion,
     choose_model,
-    determined,
     filter_in_band,
     require_condition,
     undo_delay,
 )
 from symgen.identification.out_of_core import ChunkedLogs, is_long, open_data_set
 from symgen.identification.parameters import read_prior
-from symgen.identification.solving import FOLDED, Fit, Method, solve
+from symgen.identification.solving import FOLDED, Fit, Method, solve, system_of
 from symgen.identification.static import METHODS as POSE_METHODS
 from symgen.identification.static import STATIC, identify_poses
 from symgen.robot.toml_io import read_robot
@@ -129,7 +128,7 @@ def identify(
             own_speeds = by.name == "iv" and not motions
             run = undo_delay(filter_in_band(opened, cutoff, own_speeds=own_speeds))
             chosen = choose_model(run, models, by, shares, motions, progress)
-            with determined(chosen.fault):
+            with blame_motion(chosen.fault):
                 found = opened.solve(chosen, by)
             require_condition(found.solution, chosen.fault)
             progress("judging")
@@ -200,15 +199,8 @@ class LogsInMemory(OpenLogs):
         self.progress(f"solving {rows} equations for {len(names)} parameters")
         known = chosen.plain if method.is_wls else None
         solution = known or solve(run.evaluator, chosen.train, method, chosen.model)
-        fits = chosen.torques
-        if known is None:
-            fits = (
-                torque_fit(run.evaluator, run.train, solution.X, "train"),
-                torque_fit(run.evaluator, run.held, solution.X),
-            )
-        own, held = (
-            [e for p in group for e in p.equations] for group in (chosen.train, chosen.held)
-        )
+        fits = chosen.torques if known else run.torques(solution.X)
+        own, held = (system_of(run.evaluator, logs).logs for logs in (chosen.train, chosen.held))
         return outcome(solution, chosen.model, (own, held), fits, run.repairs)
 
 
@@ -226,7 +218,7 @@ def _open_in_memory(
     require_other_data(train, held)
     given = bool(held)
     if not given:
-        train, held = held_out(train, _FEWEST)
+        train, held = hold_out(train, _FEWEST)
     progress("deriving and compiling the model")
     yield LogsInMemory(_loaded(robot, source, models), train, held, repairs, given, progress)
 

@@ -52,8 +52,12 @@ def explained(name: str) -> str:
     if name not in known:
         raise ParameterError(f"effect {name[:60]!r}; accepted: {', '.join(known)}")
     d = known[name]
+    head = "torque on joint" if d.torque else "formula"
+    formula = (d.torque or d.formula) + (" - constant" if d.offset else "")
+    if d.name == "backlash":
+        head, formula = "formula", "BL*sign(qd) for `width` after each reversal"
     lines = [
-        ("torque on joint" if d.torque and d.name != "backlash" else "formula", _formula(d)),
+        (head, formula),
         ("kind", _KINDS[d.kind] + (f", from {', '.join(d.reads)}" if d.reads else "")),
         ("coefficients", "; ".join(_coefficient(d, key) for key in d.linear) or "none of its own"),
         ("constants", "; ".join(_constant(key, s) for key, s in d.nonlinear.items()) or "none"),
@@ -117,12 +121,6 @@ def _holds(torque: str, name: str) -> bool:
 
 def _middle(search: Search) -> float:
     return float(np.sqrt(search.low * search.high)) if search.by_ratio else search.low
-
-
-def _formula(d: Definition) -> str:
-    if d.name == "backlash":
-        return "BL*sign(qd) for `width` after each reversal"
-    return (d.torque or d.formula) + (" - constant" if d.offset else "")
 
 
 def _coefficient(d: Definition, key: str) -> str:

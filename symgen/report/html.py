@@ -67,7 +67,12 @@ def _figure(figure: Figure) -> dict[str, Any]:
     # the heading stands for the figure's own title
     figure.update_layout(title=None, margin={"t": max(layout.margin.t - 30, 36)})
     meta = {"min_width": 0, "grid": False, **(layout.meta or {})}
-    return {**meta, "height": int(layout.height or 450), "json": _script_safe(figure)}
+    import plotly.io
+
+    text = plotly.io.to_json(figure, engine="json")
+    for character in "<>&\u2028\u2029":  # no character that could end the script that holds it
+        text = text.replace(character, f"\\u{ord(character):04x}")
+    return {**meta, "height": int(layout.height or 450), "json": Markup(text)}
 
 
 def _style(cells: Sequence[str], first: bool) -> str:
@@ -79,16 +84,6 @@ def _style(cells: Sequence[str], first: bool) -> str:
     if max(map(len, cells), default=0) > _LONG:
         return "words"
     return "name" if first else "unit"
-
-
-def _script_safe(figure: Figure) -> Markup:
-    """The figure's JSON with no character that could end the script element that holds it."""
-    import plotly.io
-
-    text = plotly.io.to_json(figure, engine="json")
-    for character in "<>&\u2028\u2029":
-        text = text.replace(character, f"\\u{ord(character):04x}")
-    return Markup(text)
 
 
 def _plotly_js() -> Markup:

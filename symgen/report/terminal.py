@@ -129,10 +129,8 @@ def _print_verdict(banner: Banner) -> None:
         say(f"{label}: {value}")
     start = "" if banner.tone == "plain" else "verdict: "
     say(start + click.style(banner.verdict, fg=_COLOURS.get(banner.tone), bold=True))
-    if banner.text:
-        say(f"  {banner.text}")
-    for reason in banner.reasons:
-        say(f"  - {reason}")
+    for line in (*filter(None, [banner.text]), *(f"- {reason}" for reason in banner.reasons)):
+        say(f"  {line}")
 
 
 def print_plan(plan: Plan) -> None:

@@ -20,7 +20,7 @@ from typing import Any
 import sympy as sp
 
 from symgen import names
-from symgen.errors import ExpressionError, RobotError
+from symgen.errors import RobotError, located
 from symgen.robot import expressions
 
 #: What a torque of the library may depend on, of its own joint.
@@ -335,14 +335,12 @@ def _torque(
     known = (*variables, *constants, *geometry)
     lengths = {sp.Symbol(name, real=True): value for name, value in geometry.items()}
     values = {**geometry, **{name: c.subs(lengths) for name, c in constants.items()}}
-    try:
+    with located("key 'torque'"):
         expr = expressions.parse(text, known, functions)
-        expressions.check_powers(expr, text)
+        expressions.check_powers(expr)
         # As files that symgen writes have it: what cannot be read again is refused now.
         expr = expressions.parse(expressions.text(expr), known, functions)
-        expressions.check_powers(expressions.parse(text, known, functions, values), text)
-    except ExpressionError as error:
-        raise RobotError(f"key 'torque': {error}") from error
+        expressions.check_powers(expressions.parse(text, known, functions, values))
     return expr
 
 
@@ -385,12 +383,10 @@ def of_file(
             f"a*taur{joint} + b*abs(taur{joint}) for a coefficient that taur{joint} goes with, "
             "with a and b of positions and speeds"
         )
-    unused = [n for n, d in zip(linear, slopes, strict=True) if d == 0]
-    if unused:
-        raise RobotError(f"key 'linear': {unused[0]} does not occur in the torque")
-    unused = [n for n in nonlinear if sp.Symbol(n, real=True) not in expr.free_symbols]
-    if unused:
-        raise RobotError(f"key 'nonlinear': {unused[0]} does not occur in the torque")
+    for key, declared in (("linear", linear), ("nonlinear", nonlinear)):
+        for n in declared:
+            if sp.Symbol(n, real=True) not in expr.free_symbols:
+                raise RobotError(f"key {key!r}: {n} does not occur in the torque")
     return Effect(
         name=name,
         joints=(joint,),

@@ -21,6 +21,7 @@ PARTS = 24
 #: An angle closer than this to a multiple of pi/PARTS is read as it, in every format and notation.
 TOLERANCE = 1e-4  # rad
 _MAX_TURNS = 4
+_LAST = 5e-16  # what a double of an angle is off, at most, by its size
 _SURE = 1e-30
 _SHORT = 10  # decimals of a short decimal
 _LONG = 15  # decimals of any other number
@@ -37,12 +38,20 @@ def context() -> Any:
     return digits
 
 
-def fraction_of_pi(value: Any) -> sp.Rational | None:
-    """Return k/24 where an angle, exact or of 50 digits, is k pi/24 within TOLERANCE, else None."""
+def written_fraction(angle: sp.Expr) -> sp.Expr:
+    """Turn a decimal that is k pi/24 to its last digit into that fraction of pi."""
+    if not angle.is_Rational:
+        return angle
+    k = fraction_of_pi(angle, _LAST * max(1.0, abs(float(angle))))
+    return k * sp.pi if k else angle
+
+
+def fraction_of_pi(value: Any, within: float = TOLERANCE) -> sp.Rational | None:
+    """Return k/24 where an angle, exact or of 50 digits, is k pi/24 within a bound, else None."""
     digits = context()
     number = digits.mpf(int(value.p)) / int(value.q) if isinstance(value, sp.Rational) else value
     k = int(digits.nint(number * PARTS / digits.pi))
-    near = abs(number - k * digits.pi / PARTS) < TOLERANCE
+    near = abs(number - k * digits.pi / PARTS) <= within
     return sp.Rational(k, PARTS) if near and abs(k) <= _MAX_TURNS * PARTS else None
 
 

@@ -18,7 +18,7 @@ from decimal import Decimal
 
 import sympy as sp
 
-from symgen.errors import ExpressionError
+from symgen.errors import ExpressionError, located
 
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)"
@@ -38,14 +38,6 @@ Function = tuple[int, Callable[..., sp.Expr]]
 #: Constants and functions of geometry expressions.
 CONSTANTS: Mapping[str, sp.Expr] = {"pi": sp.pi}
 FUNCTIONS: Mapping[str, Function] = {"sqrt": (1, sp.sqrt)}
-
-
-def _larger(a: sp.Expr, b: sp.Expr) -> sp.Expr:
-    return (a + b + sp.Abs(a - b)) / 2
-
-
-def _smaller(a: sp.Expr, b: sp.Expr) -> sp.Expr:
-    return (a + b - sp.Abs(a - b)) / 2
 
 
 def _power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
@@ -68,8 +60,8 @@ EFFECT_FUNCTIONS: Mapping[str, Function] = {
     "exp": (1, _exponential),
     "tan": (1, lambda x: sp.sin(x) / sp.cos(x)),
     "abs": (1, sp.Abs),
-    "min": (2, _smaller),
-    "max": (2, _larger),
+    "min": (2, lambda a, b: (a + b - sp.Abs(a - b)) / 2),
+    "max": (2, lambda a, b: (a + b + sp.Abs(a - b)) / 2),
     "pow": (2, _power),
 }
 
@@ -96,35 +88,32 @@ def parse(
         raise ExpressionError(
             f"expression of {len(text)} characters; accepted: at most {_MAX_LENGTH}"
         )
-    parser = _Parser(text, names, functions, values or {})
-    expr = parser.sum()
-    if parser.kind is not None:
-        raise parser.error("an operator")
-    return check_finite(expr, text)
+    with located(f"in {shortened(text)!r}"):
+        parser = _Parser(text, names, functions, values or {})
+        expr = parser.sum()
+        if parser.kind is not None:
+            raise parser.error("an operator")
+        return check_finite(expr)
 
 
-def check_finite(expr: sp.Expr, text: str) -> sp.Expr:
+def check_finite(expr: sp.Expr) -> sp.Expr:
     """Return `expr`, or raise ExpressionError where it is not a finite real number or formula."""
     roots = (p for p in expr.atoms(sp.Pow) if not p.exp.is_integer)
-    if expr.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I) or any(p.base.is_negative for p in roots):
-        raise ExpressionError(f"{shortened(text)!r} is not a finite real value")
-    if expr.is_number:
-        size = abs(float(expr.evalf(20)))
-        if not size <= 10.0**_MAX_DECIMALS:
-            raise ExpressionError(f"{shortened(text)!r} is not a finite real value")
+    wrong = expr.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I) or any(p.base.is_negative for p in roots)
+    if wrong or (expr.is_number and not abs(float(expr.evalf(20))) <= 10.0**_MAX_DECIMALS):
+        raise ExpressionError("not a finite real value")
     return expr
 
 
-def check_plain(expr: sp.Expr, written: str) -> None:
+def check_plain(expr: sp.Expr) -> None:
     """Raise ExpressionError where an expression has roots of roots, high powers, or many terms."""
     for power in expr.atoms(sp.Pow):
         if power.exp.q > 2 or abs(power.exp) > _MAX_EXPONENT:
             raise ExpressionError(
-                f"{written!r}: accepted: square roots (not roots of roots) and powers up to "
-                f"{_MAX_EXPONENT}"
+                f"accepted: square roots (not roots of roots) and powers up to {_MAX_EXPONENT}"
             )
     if _terms(expr) > _MAX_TERMS:
-        raise ExpressionError(f"{shortened(written)!r}: over {_MAX_TERMS} terms, multiplied out")
+        raise ExpressionError(f"over {_MAX_TERMS} terms, multiplied out")
 
 
 def _terms(expr: sp.Expr) -> int:
@@ -139,11 +128,11 @@ def _terms(expr: sp.Expr) -> int:
     return max((_terms(a) for a in expr.args), default=1)
 
 
-def check_powers(expr: sp.Expr, written: str) -> None:
+def check_powers(expr: sp.Expr) -> None:
     """Raise ExpressionError where a whole power is so high that it is no formula for a torque."""
     for power in expr.atoms(sp.Pow):
         if power.exp.is_number and abs(power.exp) > _MAX_EXPONENT:
-            raise ExpressionError(f"{shortened(written)!r}: accepted: powers up to {_MAX_EXPONENT}")
+            raise ExpressionError(f"accepted: powers up to {_MAX_EXPONENT}")
 
 
 def shortened(written: str, length: int = 60) -> str:
@@ -201,10 +190,7 @@ class _Parser:
 
     def error(self, accepted: str) -> ExpressionError:
         found = f"{shortened(self.token)!r}" if self.kind else "the end"
-        return ExpressionError(
-            f"in {shortened(self.text)!r}: found {found} at character {self.at + 1}; "
-            f"accepted: {accepted}"
-        )
+        return ExpressionError(f"found {found} at character {self.at + 1}; accepted: {accepted}")
 
     def take(self, op: str) -> None:
         if self.kind != "op" or self.token != op:
@@ -214,9 +200,7 @@ class _Parser:
     def sum(self) -> sp.Expr:
         self.depth += 1
         if self.depth > _MAX_DEPTH:
-            raise ExpressionError(
-                f"in {shortened(self.text)!r}: more than {_MAX_DEPTH} nested parentheses"
-            )
+            raise ExpressionError(f"more than {_MAX_DEPTH} nested parentheses")
         value: sp.Expr = sp.S.Zero
         while True:
             sign = -1 if self.kind == "op" and self.token == "-" else 1
@@ -235,7 +219,7 @@ class _Parser:
             self.advance()
             factor = self.power()
             if divide and factor.is_zero:
-                raise ExpressionError(f"in {shortened(self.text)!r}: division by zero")
+                raise ExpressionError("division by zero")
             factors.append(1 / factor if divide else factor)
         # At once: one after the other, a number would be multiplied into the first sum alone.
         return sp.Mul(*factors)
@@ -246,40 +230,31 @@ class _Parser:
             self.advance()
             self.depth += 1
             if self.depth > _MAX_DEPTH:
-                raise ExpressionError(
-                    f"in {shortened(self.text)!r}: more than {_MAX_DEPTH} signs in a row"
-                )
+                raise ExpressionError(f"more than {_MAX_DEPTH} signs in a row")
             value = sign * self.power()
             self.depth -= 1
             return value
         base = self.atom()
         if self.kind == "op" and self.token == "**":
-            check_finite(base, self.text)  # before a power makes it longer than memory
+            check_finite(base)  # before a power makes it longer than memory
             self.advance()
             exponent = self.power()
             if not (exponent.is_Integer or exponent in (sp.Rational(1, 2), -sp.Rational(1, 2))):
-                raise ExpressionError(
-                    f"in {shortened(self.text)!r}: an exponent is an integer or 1/2"
-                )
+                raise ExpressionError("an exponent is an integer or 1/2")
             if abs(exponent) > _MAX_EXPONENT:
-                raise ExpressionError(
-                    f"in {shortened(self.text)!r}: an exponent is at most {_MAX_EXPONENT} in size"
-                )
+                raise ExpressionError(f"an exponent is at most {_MAX_EXPONENT} in size")
             if base.is_zero and exponent < 0:
-                raise ExpressionError(f"in {shortened(self.text)!r}: division by zero")
+                raise ExpressionError("division by zero")
             return base**exponent
         return base
 
     def applied(self, function: Callable[..., sp.Expr], arguments: list[sp.Expr]) -> sp.Expr:
         """Return a function's value, unless it is no number or unreasonably long."""
         for argument in arguments:
-            check_finite(argument, self.text)
-        try:
-            value = function(*arguments)
-        except ExpressionError as error:
-            raise ExpressionError(f"in {shortened(self.text)!r}: {error}") from error
+            check_finite(argument)
+        value = function(*arguments)
         if any(i > _MAX_SIZE for i, _ in enumerate(sp.preorder_traversal(value))):
-            raise ExpressionError(f"in {shortened(self.text)!r}: too many functions in each other")
+            raise ExpressionError("too many functions in each other")
         return value
 
     def atom(self) -> sp.Expr:
@@ -372,11 +347,7 @@ def _rational(value: sp.Rational) -> str:
     """Write a rational as a short decimal where it is one, else as a fraction."""
     if value.is_Integer:
         return str(value)
-    denominator = int(value.q)
-    for prime in (2, 5):
-        while denominator % prime == 0:
-            denominator //= prime
-    if denominator == 1 and value.q < 10**12:
+    if value.q < 10**12 and 10**40 % int(value.q) == 0:  # of 2 and 5 alone
         digits = format(Decimal(int(value.p)) / Decimal(int(value.q)), "f")
         if sp.Rational(digits) == value:
             return digits
@@ -386,14 +357,3 @@ def _rational(value: sp.Rational) -> str:
 def _parenthesised(out: str, compound: bool, level: int, value: sp.Rational) -> str:
     needs = (level > 1 and ("/" in out or value < 0)) or (level > 0 and "/" in out and value < 0)
     return f"({out})" if needs and compound else out
-
-
-def snapped(angle: sp.Expr) -> sp.Expr:
-    """Turn a decimal that is k pi/24 to its last digit into that fraction of pi."""
-    if not angle.is_Rational or angle.is_zero:
-        return angle
-    value = float(angle)
-    k = round(value * 24 / math.pi)
-    if 0 < abs(k) <= 96 and abs(value - k * math.pi / 24) <= 5e-16 * max(1.0, abs(value)):
-        return sp.pi * sp.Rational(k, 24)
-    return angle

@@ -14,7 +14,7 @@ from typing import Any
 import sympy as sp
 
 from symgen import names
-from symgen.errors import ExpressionError, RobotError
+from symgen.errors import ExpressionError, RobotError, located
 from symgen.robot import expressions
 from symgen.robot.expressions import shortened
 from symgen.robot.imported import Imported
@@ -39,21 +39,22 @@ def with_fixed(found: Imported, fixed: Sequence[str]) -> Imported:
     robot = found.robot
     held: dict[int, sp.Expr] = {}
     for text in fixed:
-        name, sign, value = text.rpartition("=") if "=" in text else (text, "", "0")
-        joint = _named(robot, name.strip(), text)
-        if joint.number in held:
-            raise RobotError(f"--fix {shortened(text)}: given twice; accepted: every joint once")
-        try:
-            held[joint.number] = expressions.exact(Decimal(value.strip()))
-        except (ArithmeticError, ExpressionError, ValueError) as error:
-            raise RobotError(f"--fix {shortened(text)}: accepted: {_ACCEPTED}") from error
-        if not sign and robot.limits is not None and robot.limits.position is not None:
-            low, high = robot.limits.position[robot.movable.index(joint)]
-            if not low <= 0 <= high:
-                raise RobotError(
-                    f"--fix {shortened(name)}: its zero lies outside its limits, {low:g} to "
-                    f"{high:g}; accepted: --fix {shortened(name)}=VALUE"
-                )
+        with located(f"--fix {shortened(text)}"):
+            name, sign, value = text.rpartition("=") if "=" in text else (text, "", "0")
+            joint = _named(robot, name.strip())
+            if joint.number in held:
+                raise RobotError("given twice; accepted: every joint once")
+            try:
+                held[joint.number] = expressions.exact(Decimal(value.strip()))
+            except (ArithmeticError, ExpressionError, ValueError) as error:
+                raise RobotError(f"accepted: {_ACCEPTED}") from error
+            if not sign and robot.limits is not None and robot.limits.position is not None:
+                low, high = robot.limits.position[robot.movable.index(joint)]
+                if not low <= 0 <= high:
+                    raise RobotError(
+                        f"its zero lies outside its limits, {low:g} to {high:g}; accepted: --fix "
+                        f"{shortened(name)}=VALUE"
+                    )
     if not held:
         return found
     if robot.loops or robot.couplings or robot.effects or robot.sought or robot.drive:
@@ -87,15 +88,13 @@ def with_fixed(found: Imported, fixed: Sequence[str]) -> Imported:
     )
 
 
-def _named(robot: Robot, name: str, text: str) -> Joint:
+def _named(robot: Robot, name: str) -> Joint:
     """Return a movable joint by its name, or by its number."""
     for joint in robot.movable:
         if name in (joint.name, str(joint.number)):
             return joint
     known = ", ".join(shortened(j.name) or str(j.number) for j in robot.movable[:24])
-    raise RobotError(
-        f"--fix {shortened(text)}: {robot.name} has no such movable joint; accepted: of {known}"
-    )
+    raise RobotError(f"{robot.name} has no such movable joint; accepted: of {known}")
 
 
 def _held(joint: Joint, held: dict[int, sp.Expr]) -> Joint:

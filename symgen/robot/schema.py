@@ -13,6 +13,7 @@ from pydantic import (
     Field,
     PlainValidator,
     StrictBool,
+    StrictInt,
     ValidationError,
     ValidatorFunctionWrapHandler,
     WrapValidator,
@@ -59,12 +60,6 @@ def _number_or_text(value: object) -> object:
     return value
 
 
-def _integer(value: object) -> object:
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise ValueError("an integer")
-    return value
-
-
 def _constant(value: object) -> object:
     if not isinstance(value, list):
         return _number_or_text(value)
@@ -76,7 +71,7 @@ def _constant(value: object) -> object:
 Scalar = Annotated[Any, PlainValidator(_number_or_text)]
 Constant = Annotated[Any, PlainValidator(_constant)]
 Finite = Annotated[float, PlainValidator(_number)]
-Integer = Annotated[int, PlainValidator(_integer)]
+Integer = StrictInt
 Positive = Annotated[float, PlainValidator(_only(lambda x: x > 0, "a number above 0"))]
 Width = Annotated[
     float,
@@ -228,6 +223,7 @@ _WORDS = {
     "dict_type": "is not a table; accepted: [name] with keys below it",
     "list_type": "is not a list; accepted: [...], or [[name]] for each table",
     "tuple_type": "is not a list; accepted: [...]",
+    "int_type": "is no integer; accepted: an integer",
     "bool_type": "is not a truth value; accepted: true or false",
     "string_type": "is not a text; accepted: a text in quotes",
 }

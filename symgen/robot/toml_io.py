@@ -28,7 +28,8 @@ from symgen.robot.effect import (
     definitions,
     from_table,
 )
-from symgen.robot.expressions import shortened, snapped
+from symgen.robot.exact_numbers import written_fraction
+from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import (
     MAX_NAME,
     is_coefficient_name,
@@ -160,15 +161,15 @@ class _Reader:
                     f"geometry, key {shortened(key)!r}: reserved, or not a C identifier"
                 )
             with located(f"geometry, key {key!r}"):
-                self.geometry[key] = snapped(self.expression(value, ()))
+                self.geometry[key] = written_fraction(self.expression(value, ()))
         rotors = file.drive is None or file.drive.side == "motor"
         joints = tuple(self.joint(k, table, rotors) for k, table in enumerate(file.joint, 1))
-        movable = [j for j, table in zip(joints, file.joint, strict=True) if self.own(j, table)]
+        pairs = list(zip(joints, file.joint, strict=True))
+        movable = [j for j, table in pairs if j.movable and table.follows is None]
         if not movable:
             raise RobotError("no joint is movable; accepted: at least one sigma of 0 or 1")
         joints = tuple(
-            j if table.follows is None else self.following(j, table, movable)
-            for j, table in zip(joints, file.joint, strict=True)
+            j if table.follows is None else self.following(j, table, movable) for j, table in pairs
         )
         gravity: tuple[sp.Expr, ...] = GRAVITY_INPUT
         if file.robot.gravity != "input":
@@ -176,13 +177,16 @@ class _Reader:
                 gravity = tuple(self.expression(g, self.geometry) for g in file.robot.gravity)
         sigma = {j.number: j.sigma for j in movable}
         effects, sought, on_logs = self.effects(file, sigma)
+        payload = None if file.payload is None else file.payload.joint
+        if payload is not None and payload > len(joints):
+            raise RobotError(f"payload, key 'joint': there is no joint {payload}")
         robot = Robot(
             name=name,
             gravity=(gravity[0], gravity[1], gravity[2]),
             joints=joints,
             geometry=tuple(self.geometry.items()),
             couplings=self.couplings(file, joints),
-            payload=self.payload(file, joints),
+            payload=payload,
             limits=self.limits(file, len(movable)),
             loops=tuple(Loop(*table.cut) for table in file.loop),
             effects=tuple(effects),
@@ -193,40 +197,37 @@ class _Reader:
         require_closed(robot)
         return robot
 
-    @staticmethod
-    def own(joint: Joint, table: JointTable) -> bool:
-        """Whether a joint has a variable of its own."""
-        return joint.movable and table.follows is None
-
     def at_values(self, expr: sp.Expr) -> sp.Expr:
         """Return an expression at the file's values of the named lengths."""
         named = {s: self.geometry[s.name] for s in expr.free_symbols if s.name in self.geometry}
         return expr.subs(named) if named else expr  # most are plain numbers
 
     def expression(self, value: int | Decimal | str, known: Collection[str]) -> sp.Expr:
-        written = shortened(str(value))
+        written = repr(shortened(str(value)))
         try:
-            if isinstance(value, str):
-                expr = expressions.parse(value, tuple(known))
-            else:
-                expr = expressions.exact(value)
-            here = self.at_values(expr)
-            expressions.check_finite(here, written)
-            # sqrt(L1**2) is |L1|: the sign of the file's value decides.
-            expr = expr.replace(
-                lambda e: e.func is sp.Abs,
-                lambda e: e.args[0] if self.at_values(e.args[0]) >= 0 else -e.args[0],
+            expr = (
+                expressions.parse(value, tuple(known))
+                if isinstance(value, str)
+                else expressions.exact(value)
             )
-            expressions.check_plain(expr, written)
-            expressions.check_plain(self.at_values(expr), written)
+            with located(written):
+                expressions.check_finite(self.at_values(expr))
+                # sqrt(L1**2) is |L1|: the sign of the file's value decides.
+                expr = expr.replace(
+                    lambda e: e.func is sp.Abs,
+                    lambda e: e.args[0] if self.at_values(e.args[0]) >= 0 else -e.args[0],
+                )
+                expressions.check_plain(expr)
+                expressions.check_plain(self.at_values(expr))
         except (ArithmeticError, ValueError, TypeError, RecursionError) as error:
-            raise RobotError(f"{written!r} has no finite real value") from error
+            raise RobotError(f"{written} has no finite real value") from error
         return expr
 
     def angle(self, expr: sp.Expr, place: str) -> sp.Expr:
         """Snap decimals that are fractions of pi; refuse what cannot be an angle in rad."""
-        exact = sp.Add(*(snapped(_rationalised(term)) for term in sp.Add.make_args(expr)))
-        expressions.check_plain(exact, expressions.text(expr))
+        exact = sp.Add(*(written_fraction(_rationalised(term)) for term in sp.Add.make_args(expr)))
+        with located(repr(expressions.text(expr))):
+            expressions.check_plain(exact)
         value = float(self.at_values(exact).evalf(30))
         if abs(value) > _MAX_TURN:
             raise RobotError(
@@ -239,7 +240,15 @@ class _Reader:
                     f"{expressions.text(term)}; accepted: fractions of pi with a "
                     f"denominator of at most {_MAX_DENOMINATOR}"
                 )
-        self.warn_near_fraction(exact, value, place)
+        near = exact_numbers.fraction_of_pi(exact_numbers.context().mpf(value))
+        if near is not None and (self.at_values(exact) - near * sp.pi).evalf(30) != 0:
+            meant = expressions.text(near * sp.pi)
+            warnings.warn(
+                f"{self.where}: {place}: {shortened(expressions.text(exact))} is within 1e-4 of "
+                f"{meant}, but not it; write {meant!r} if that is meant",
+                SymgenWarning,
+                stacklevel=2,
+            )
         return exact
 
     def joint(self, number: int, table: JointTable, rotors: bool) -> Joint:
@@ -318,19 +327,6 @@ class _Reader:
             self.angle(joint.offset, place)
             joint = replace(joint, follows=shares + joint.offset)
         return joint
-
-    def warn_near_fraction(self, angle: sp.Expr, value: float, place: str) -> None:
-        k = round(value * 24 / math.pi)
-        fraction = sp.pi * sp.Rational(k, 24)
-        gap = abs(float((self.at_values(angle) - fraction).evalf(30)))
-        if 0 < gap < exact_numbers.TOLERANCE:
-            near = expressions.text(fraction)
-            warnings.warn(
-                f"{self.where}: {place}: {shortened(expressions.text(angle))} is within 1e-4 of "
-                f"{near}, but not it; write {near!r} if that is meant",
-                SymgenWarning,
-                stacklevel=2,
-            )
 
     def couplings(self, file: RobotFile, joints: tuple[Joint, ...]) -> tuple[Coupling, ...]:
         found: list[Coupling] = []
@@ -454,13 +450,6 @@ class _Reader:
                 f"the range [{low}, {high}] is empty; accepted: [low, high], low below high"
             )
         return out
-
-    def payload(self, file: RobotFile, joints: tuple[Joint, ...]) -> int | None:
-        if file.payload is None:
-            return None
-        if file.payload.joint > len(joints):
-            raise RobotError(f"payload, key 'joint': there is no joint {file.payload.joint}")
-        return file.payload.joint
 
     def entries(self, table: str, values: Any, keys: Sequence[str], n: int) -> dict[str, Any]:
         """Return what a table has for each of n movable joints, None where it has nothing."""

@@ -22,6 +22,7 @@ import sympy as sp
 
 from symgen import names
 from symgen.symbolic.bodies import Inertia
+from symgen.symbolic.constraints import ByJoint
 from symgen.symbolic.dynamics import Plant, rotors
 from symgen.symbolic.kinematics import Step
 from symgen.symbolic.spatial import (
@@ -156,9 +157,7 @@ class _Joint:
     driven: sp.Expr
 
 
-def linear_solution(
-    p: Plant, right: Mapping[int, sp.Expr]
-) -> tuple[dict[int, sp.Expr], list[sp.Expr]]:
+def linear_solution(p: Plant, right: ByJoint) -> tuple[ByJoint, list[sp.Expr]]:
     """Return x of M x = right by joint, and the pivots, from the tips.
 
     Args:
@@ -206,9 +205,9 @@ def _released(
     return pivot, _Joint(un, uf, inverse, driven), left
 
 
-def _accelerated(p: Plant, joints: Mapping[int, _Joint]) -> dict[int, sp.Expr]:
+def _accelerated(p: Plant, joints: Mapping[int, _Joint]) -> ByJoint:
     """Go back out: the motion of each link, and with it that of its joint."""
-    tape, out = p.tape, dict[int, sp.Expr]()
+    tape, out = p.tape, ByJoint()
     twists: dict[int, Screw] = {0: (ZERO, ZERO)}
     for step in p.way:
         j, twist = step.joint.number, twists[step.joint.antecedent]

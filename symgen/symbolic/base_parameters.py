@@ -29,7 +29,7 @@ from symgen.symbolic.elimination import (
     ExactRow,
     NeedsValuesError,
 )
-from symgen.symbolic.energy import energy_tape, state_columns
+from symgen.symbolic.energy import energy_tape, stacked, state_columns
 from symgen.symbolic.guard import require_floats_agree
 from symgen.symbolic.kinematics import by_joint, path
 from symgen.symbolic.lifting import lifted
@@ -248,10 +248,9 @@ class _Sample:
         """Raise SymgenError where a relation does not hold at these points (prime number k)."""
         index = {name: i for i, name in enumerate(column)}
         for relation in rows.values():
-            total = np.zeros(self.matrix.shape[0], dtype=np.int64)
-            for name, c in relation.items():
-                total = (total + self.matrix[:, index[name]] * c.residues[k]) % self.field.p
-            if total.any():
+            coefficients = np.array([c.residues[k] for c in relation.values()], dtype=np.int64)
+            terms = self.matrix[:, [index[name] for name in relation]] * coefficients % self.field.p
+            if (terms.sum(axis=1) % self.field.p).any():
                 raise SymgenError(f"the relation of {', '.join(relation)} does not hold")
 
 
@@ -312,7 +311,7 @@ class _Columns:
             state["g"] = [field.numbers(count) for _ in range(3)]
         number = by_joint(self.robot, [getattr(q, "number", q) for q in state["q"]])
         columns = state_columns(self.energy, self.state, field, state, rest, number)
-        h = np.stack([np.broadcast_to(np.asarray(c, dtype=np.int64), (count,)) for c in columns], 1)
+        h: Residues = stacked(columns, count)
         return (h[1:] - h[:1]) % field.p
 
     def _state(self, field: PrimeField, count: int) -> dict[str, list[Any]]:
@@ -333,18 +332,14 @@ class _Columns:
         """
         order = list(range(len(self.names)))
         selection = self._eliminate(samples, order)
-        dropped = set(order) - set(selection.pivots)
-        links = [joint.number for joint in self.robot.joints]
-        carried = {j: [i for i in links if j in path(self.robot, i)] for j in links}
-        heavy = {
-            link
+        kept = set(selection.pivots)
+        dropped = {p.joint for i, p in enumerate(self.state) if i not in kept and not p.inertial}
+        driven = {j.number for j in self.robot.moving if dropped.intersection(dict(j.shares))}
+        late = [
+            i
             for i, p in enumerate(self.state)
-            if i in dropped and not p.inertial
-            for j in self.robot.moving
-            if p.joint in dict(j.shares)
-            for link in carried[j.number]
-        }
-        late = [i for i, p in enumerate(self.state) if p.prefix == names.MASS and p.joint in heavy]
+            if p.prefix == names.MASS and driven.intersection(path(self.robot, p.joint))
+        ]
         if late:
             selection = self._eliminate(samples, [i for i in order if i not in late] + late)
         return selection
@@ -358,7 +353,8 @@ class _Columns:
 
     def relation(self, column: int, selection: _Selection) -> ExactRow:
         """Return the exact relation of a column that no structural relation covers."""
-        moduli = [field.p for field, _ in selection.reduced]
+        fields = [field for field, _ in selection.reduced]
+        moduli = [field.p for field in fields]
         residues = {
             pivot: tuple(int(rows[k, column]) for _, rows in selection.reduced)
             for k, pivot in enumerate(selection.pivots)
@@ -369,7 +365,6 @@ class _Columns:
             values = [-guess for guess in guesses if guess is not None]
         else:
             values = lifted(self.robot, self.energy, self.state, [column, *residues])
-            fields = [field for field, _ in selection.reduced]
             for value, r in zip(values, residues.values(), strict=True):
                 if not value.has(sp.Float) and any(
                     (int(f.constant(value)) + x) % f.p for f, x in zip(fields, r, strict=True)

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from symgen import names
-from symgen.symbolic.kinematics import Frame, Step
+from symgen.symbolic.kinematics import Frame, Way
 from symgen.symbolic.motion import Motion
 from symgen.symbolic.spatial import (
     UPPER,
@@ -231,9 +231,7 @@ class Inertia:
         return name(f, "F"), name(n, "N")
 
 
-def composites(
-    way: tuple[Step, ...], bodies: Mapping[int, Inertia], tape: TapeBuilder
-) -> Mapping[int, Inertia]:
+def composites(way: Way, bodies: Mapping[int, Inertia], tape: TapeBuilder) -> Mapping[int, Inertia]:
     """Return the composite body of every link, by joint number.
 
     Args:

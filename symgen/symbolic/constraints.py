@@ -8,29 +8,29 @@ Without such joints G is the identity and nothing is added to the tape.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
 import sympy as sp
 
 from symgen.robot.types import Joint, Robot
 from symgen.symbolic.tape import TapeBuilder
 
-Rows = dict[int, dict[int, sp.Expr]]
+#: Values by joint number, and matrices by rows and columns of joint numbers.
+ByJoint = dict[int, sp.Expr]
+Rows = dict[int, ByJoint]
 
 
-def followed(joint: Joint, values: Mapping[int, sp.Expr], tape: TapeBuilder) -> sp.Expr:
+def followed(joint: Joint, values: ByJoint, tape: TapeBuilder) -> sp.Expr:
     """Return sum of G_jk values_k for one joint; a plain value where it follows none."""
     return sum((c * values[k] for k, c in _shares(joint, tape) if k in values), sp.S.Zero)
 
 
-def spread(robot: Robot, values: Mapping[int, sp.Expr], tape: TapeBuilder) -> dict[int, sp.Expr]:
+def spread(robot: Robot, values: ByJoint, tape: TapeBuilder) -> ByJoint:
     """Return G values: rates of the movable joints become rates of all that move."""
     return {j.number: followed(j, values, tape) for j in robot.moving}
 
 
-def folded(
-    robot: Robot, by_joint: Mapping[int, sp.Expr], name: str, tape: TapeBuilder
-) -> dict[int, sp.Expr]:
+def folded(robot: Robot, by_joint: ByJoint, name: str, tape: TapeBuilder) -> ByJoint:
     """Return G^T by_joint: what acts on the joints of the tree, as it acts on the variables."""
     if len(robot.moving) == robot.n:
         return dict(by_joint)
@@ -39,9 +39,9 @@ def folded(
     return {k: tape.name(f"{name}_{k}", value) for k, value in out.items()}
 
 
-def combined(columns: Iterable[tuple[sp.Expr, Mapping[int, sp.Expr]]]) -> dict[int, sp.Expr]:
+def combined(columns: Iterable[tuple[sp.Expr, ByJoint]]) -> ByJoint:
     """Return a sum of columns by joint, each with its coefficient before it."""
-    out: dict[int, sp.Expr] = {}
+    out: ByJoint = {}
     for coefficient, column in columns:
         for j, value in column.items():
             out[j] = out.get(j, sp.S.Zero) + coefficient * value

@@ -23,13 +23,12 @@ Nothing is differentiated but friction and effects, along their own few steps.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import sympy as sp
 
 from symgen.symbolic.bodies import Inertia, composites, products
-from symgen.symbolic.constraints import Rows, congruent, spread
+from symgen.symbolic.constraints import ByJoint, Rows, congruent, spread
 from symgen.symbolic.dynamics import (
     Plant,
     handed_down,
@@ -74,12 +73,10 @@ def inverse_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows]:
     return _slopes(p, by_joint(p.robot, variables(p.robot).qdd))[0]
 
 
-def _slopes(
-    p: Plant, qdd: Mapping[int, sp.Expr]
-) -> tuple[tuple[Rows, Rows], Mapping[int, sp.Expr]]:
+def _slopes(p: Plant, qdd: ByJoint) -> tuple[tuple[Rows, Rows], ByJoint]:
     """Return dtau/dq and dtau/dqd at some accelerations, and the load that effects see."""
     by_q, by_qd = _rigid(p, qdd)
-    load: Mapping[int, sp.Expr] = dict.fromkeys(p.numbers, sp.S.Zero)
+    load: ByJoint = dict.fromkeys(p.numbers, sp.S.Zero)
     if p.robot.loaded:
         load = loads(p, rigid_torques(p, qdd))
     return (_with_friction(p, by_q, load, "q"), _with_friction(p, by_qd, load, "qd")), load
@@ -117,7 +114,7 @@ def _against(p: Plant, inverse: Rows, slopes: Rows, letter: str) -> Rows:
     return out
 
 
-def _share(p: Plant, load: Mapping[int, sp.Expr], j: int) -> sp.Expr:
+def _share(p: Plant, load: ByJoint, j: int) -> sp.Expr:
     """Return 1 / E of a joint."""
     symbol = _bare(load[j])
     if not p.robot.loaded or symbol is None:
@@ -134,7 +131,7 @@ def _bare(expr: sp.Expr) -> sp.Symbol | None:
     return expr if expr.is_Symbol else -expr if (-expr).is_Symbol else None
 
 
-def _with_friction(p: Plant, rigid: Rows, load: Mapping[int, sp.Expr], by: str) -> Rows:
+def _with_friction(p: Plant, rigid: Rows, load: ByJoint, by: str) -> Rows:
     """Add what friction and effects contribute, and fold joints that follow others."""
     rows = congruent(p.robot, rigid, f"d{by}", p.tape)
     rest = with_load(p, load)
@@ -153,7 +150,7 @@ def _with_friction(p: Plant, rigid: Rows, load: Mapping[int, sp.Expr], by: str) 
     }
 
 
-def _rigid(p: Plant, qdd: Mapping[int, sp.Expr]) -> tuple[Rows, Rows]:
+def _rigid(p: Plant, qdd: ByJoint) -> tuple[Rows, Rows]:
     """Return dtau/dq and dtau/dqd of links, over all joints that move."""
     tape = p.tape
     moving, rates = frames(p.way, ZERO, tape), spread(p.robot, qdd, tape)

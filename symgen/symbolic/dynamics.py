@@ -19,13 +19,23 @@ from symgen.robot.types import Robot
 from symgen.symbolic import friction
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.bodies import Inertia, composites
-from symgen.symbolic.constraints import Rows, combined, congruent, folded, spread
+from symgen.symbolic.constraints import ByJoint, Rows, combined, congruent, folded, spread
 from symgen.symbolic.effects import effect_columns
 from symgen.symbolic.energy import separate_columns
-from symgen.symbolic.kinematics import Frame, Step, by_joint, gravity, path, steps, variables
+from symgen.symbolic.kinematics import (
+    Frame,
+    Way,
+    arrays,
+    builder,
+    by_joint,
+    gravity,
+    path,
+    steps,
+    variables,
+)
 from symgen.symbolic.motion import Letters, handed_back, motions, references
 from symgen.symbolic.spatial import ZERO, Screw, Vector, acting, axis, named, plus
-from symgen.symbolic.tape import Tape, TapeBuilder
+from symgen.symbolic.tape import Symbols, Tape, TapeBuilder, real_symbol
 
 Wrenches = dict[int, Screw]
 
@@ -37,9 +47,9 @@ class Plant:
     robot: Robot
     base: BaseParameters
     tape: TapeBuilder
-    way: tuple[Step, ...]
+    way: Way
     gravity: Vector
-    X: tuple[sp.Symbol, ...]
+    X: Symbols
 
     @property
     def numbers(self) -> tuple[int, ...]:
@@ -86,23 +96,18 @@ class Plant:
         self, inputs: Sequence[str], outputs: Sequence[sp.Expr], inertial: bool = False
     ) -> Tape:
         """Return the tape; X comes last, its inertial part alone where the rest is not read."""
-        variable = variables(self.robot)
         X = self.X[: self.base.inertial] if inertial else self.X
-        arrays = [(name, getattr(variable, name)) for name in inputs]
-        return self.tape.tape([*arrays, ("X", X)], outputs)
+        return self.tape.tape([*arrays(self.robot, *inputs), ("X", X)], outputs)
 
 
 def plant(robot: Robot, base: BaseParameters) -> Plant:
     """Begin a tape of a robot in its base parameters."""
-    variable = variables(robot)
-    X = tuple(sp.Symbol(f"X_{p.name}", real=True) for p in base.parameters)
-    arrays = (variable.q, variable.qd, variable.qdd, variable.tau, variable.qdr, variable.qddr)
-    symbols = (*(s for array in arrays for s in array), *variable.b, *X)
-    tape = friction.builder(robot, symbols)
-    return Plant(robot, base, tape, steps(robot, variable, tape), gravity(robot, tape), X)
+    X = tuple(real_symbol(f"X_{p.name}") for p in base.parameters)
+    tape = builder(robot, X)
+    return Plant(robot, base, tape, steps(robot, tape), gravity(robot, tape), X)
 
 
-def inverse_dynamics(p: Plant, *, accelerating: bool = True) -> dict[int, sp.Expr]:
+def inverse_dynamics(p: Plant, *, accelerating: bool = True) -> ByJoint:
     """Return the torque of every movable joint; without acceleration: C qd + g + friction.
 
     Effects of the load take the rigid body's torque, rotors included, as it is at this motion.
@@ -111,71 +116,69 @@ def inverse_dynamics(p: Plant, *, accelerating: bool = True) -> dict[int, sp.Exp
     return in_all(p, rigid_torques(p, qdd))
 
 
-def in_all(p: Plant, rigid: Mapping[int, sp.Expr]) -> dict[int, sp.Expr]:
+def in_all(p: Plant, rigid: ByJoint) -> ByJoint:
     """Return the torque of the rigid body with that of friction and effects."""
     load = loads(p, rigid)
     torque = {j: load[j] + value for j, value in with_load(p, load).items()}
     return {j: p.tape.name(f"T{j}", value) for j, value in torque.items()}
 
 
-def loads(p: Plant, rigid: Mapping[int, sp.Expr]) -> dict[int, sp.Expr]:
+def loads(p: Plant, rigid: ByJoint) -> ByJoint:
     """Return the torque of the rigid body, named where effects depend on it."""
     if not p.robot.loaded:
         return dict(rigid)
     return {j: p.tape.name(f"taur{j}", value) for j, value in rigid.items()}
 
 
-def with_load(p: Plant, load: Mapping[int, sp.Expr]) -> dict[int, sp.Expr]:
+def with_load(p: Plant, load: ByJoint) -> ByJoint:
     """Return the torque of effects under a load of the rigid body, and of friction, by joint."""
     none = dict.fromkeys(load, sp.S.Zero)
     columns = load_columns(p, load)
     return combined([(sp.S.One, none), *columns, (sp.S.One, friction_torques(p))])
 
 
-def load_columns(p: Plant, load: Mapping[int, sp.Expr]) -> list[tuple[sp.Expr, dict[int, sp.Expr]]]:
+def load_columns(p: Plant, load: ByJoint) -> list[tuple[sp.Expr, ByJoint]]:
     """Return the coefficients of effects of the load, and their columns by joint."""
     columns = effect_columns(p.robot, p.tape, load)
     return [(p.value(name), column) for name, column in columns.items()]
 
 
-def rigid_torques(p: Plant, qdd: Mapping[int, sp.Expr]) -> dict[int, sp.Expr]:
+def rigid_torques(p: Plant, qdd: ByJoint) -> ByJoint:
     """Return the torque of links and rotors at accelerations of the movable joints; none: zero."""
     torque = _body_torques(p, spread(p.robot, qdd, p.tape) if qdd else {})
     return with_rotors(p, torque, qdd)
 
 
-def with_rotors(
-    p: Plant, torque: Mapping[int, sp.Expr], rate: Mapping[int, sp.Expr]
-) -> dict[int, sp.Expr]:
+def with_rotors(p: Plant, torque: ByJoint, rate: ByJoint) -> ByJoint:
     """Add what rotors need at accelerations of the movable joints, or have at their speeds."""
     columns = ((rate.get(k, sp.S.Zero), column) for k, column in rotors(p).items())
     return combined([(sp.S.One, torque), *columns])
 
 
-def friction_torques(p: Plant, *, effects: bool = True) -> dict[int, sp.Expr]:
+def friction_torques(p: Plant, *, effects: bool = True) -> ByJoint:
     """Return the torque of friction, and of effects with columns if wanted, by joint."""
-    columns = friction.torque_columns(p.robot, variables(p.robot), p.tape)
+    columns = friction.torque_columns(p.robot, p.tape)
     return combined((p.value(of.name), c) for of, c in columns if effects or of.prefix)
 
 
-def joint_friction(p: Plant) -> dict[int, sp.Expr]:
+def joint_friction(p: Plant) -> ByJoint:
     """Return the torque of the friction that joints and couplings declare, by joint."""
     torque = friction_torques(p, effects=False)
     return {j: p.tape.name(f"T{j}", torque.get(j, sp.S.Zero)) for j in p.numbers}
 
 
-def gravity_torque(p: Plant) -> dict[int, sp.Expr]:
+def gravity_torque(p: Plant) -> ByJoint:
     """Return the torque that holds the arm at rest."""
     return _body_torques(p.still(), {})
 
 
-def wrenches(p: Plant, qdd: Mapping[int, sp.Expr]) -> Wrenches:
+def wrenches(p: Plant, qdd: ByJoint) -> Wrenches:
     """Return what moves each link, at accelerations of all joints that move."""
     motion = motions(p.way, p.gravity, qdd, p.tape)
     return {j: body.wrench(motion[j], j, p.tape) for j, body in p.bodies.items()}
 
 
-def _body_torques(p: Plant, qdd: Mapping[int, sp.Expr]) -> dict[int, sp.Expr]:
+def _body_torques(p: Plant, qdd: ByJoint) -> ByJoint:
     return folded(p.robot, to_joints(p, wrenches(p, qdd), ""), "Tf", p.tape)
 
 
@@ -194,7 +197,7 @@ def handed_down(p: Plant, wrench: Wrenches, tag: str) -> Wrenches:
     return total
 
 
-def to_joints(p: Plant, wrench: Wrenches, tag: str) -> dict[int, sp.Expr]:
+def to_joints(p: Plant, wrench: Wrenches, tag: str) -> ByJoint:
     """Return the force or torque that wrenches on links put on each joint that moves."""
     total = handed_down(p, wrench, tag)
     return {
@@ -248,11 +251,6 @@ def coriolis(p: Plant) -> Rows:
         for k, value in to_joints(p, wrench, f"c{j}").items():
             rows[k][j] = p.tape.name(f"C{k}_{j}", value)
     return congruent(p.robot, rows, "C", p.tape)
-
-
-def dense(rows: Rows, numbers: Sequence[int]) -> list[sp.Expr]:
-    """Return a matrix over joint numbers, row-major."""
-    return [rows[j].get(k, sp.S.Zero) for j in numbers for k in numbers]
 
 
 def energies(p: Plant) -> list[sp.Expr]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 
 import sympy as sp
 
@@ -11,14 +11,15 @@ from symgen.robot import expressions
 from symgen.robot.effect import OWN, Definition
 from symgen.robot.expressions import text
 from symgen.robot.types import Robot
-from symgen.symbolic.tape import Tape, TapeBuilder
+from symgen.symbolic.constraints import ByJoint
+from symgen.symbolic.tape import Tape, TapeBuilder, real_symbol
 
 _VARIABLE = re.compile(r"qd?\d+")
 
 
 def effect_columns(
-    robot: Robot, tape: TapeBuilder, load: Mapping[int, sp.Expr] | None = None
-) -> dict[str, dict[int, sp.Expr]]:
+    robot: Robot, tape: TapeBuilder, load: ByJoint | None = None
+) -> dict[str, ByJoint]:
     """Return the torque column of every coefficient of the robot's effects, by joint.
 
     Args:
@@ -27,7 +28,7 @@ def effect_columns(
         load: torque of the rigid body on each movable joint; with it, the columns of the
             coefficients whose torque holds it, and without, those of all others.
     """
-    torques = {sp.Symbol(f"taur{j}", real=True): torque for j, torque in (load or {}).items()}
+    torques = {real_symbol(f"taur{j}"): torque for j, torque in (load or {}).items()}
     out = {}
     for effect in robot.effects:
         for name, _ in effect.linear:
@@ -47,8 +48,8 @@ def effect_columns(
 def _smooth(column: sp.Expr, robot: Robot) -> sp.Expr:
     """Write tanh(qd/width) for sign(qd) of a joint that declares a width, as its friction does."""
     widths = {
-        sp.sign(sp.Symbol(f"qd{j.number}", real=True)): sp.tanh(
-            sp.Symbol(f"qd{j.number}", real=True) / sp.Rational(repr(j.coulomb_width))
+        sp.sign(real_symbol(f"qd{j.number}")): sp.tanh(
+            real_symbol(f"qd{j.number}") / sp.Rational(repr(j.coulomb_width))
         )
         for j in robot.movable
         if j.coulomb_width
@@ -71,7 +72,7 @@ def definition_tape(definition: Definition, robot: Robot | None = None) -> Tape:
     letters = (*OWN, *definition.reads)
     numbers = [""] if robot is None else [str(j.number) for j in robot.movable]
     symbol = {
-        name: sp.Symbol(name, real=True)
+        name: real_symbol(name)
         for name in (
             *(f"{letter}{number}" for letter in letters for number in numbers),
             *definition.linear,

@@ -15,12 +15,24 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import sympy as sp
+from numpy.typing import NDArray
 
 from symgen import names
 from symgen.robot.types import Robot
-from symgen.symbolic.friction import builder, drive_speed
-from symgen.symbolic.kinematics import Frame, Step, by_joint, frames, gravity, steps, variables
+from symgen.symbolic.friction import drive_speed
+from symgen.symbolic.kinematics import (
+    Frame,
+    Way,
+    arrays,
+    builder,
+    by_joint,
+    frames,
+    gravity,
+    steps,
+    variables,
+)
 from symgen.symbolic.parameters import Parameter, standard_parameters
 from symgen.symbolic.spatial import UPPER, ZERO, Vector, cross, dot
 from symgen.symbolic.tape import Arithmetic, Tape, TapeBuilder
@@ -34,11 +46,10 @@ def energy_tape(robot: Robot) -> Tape:
     Returns:
         A tape from q and qd to h(q, qd) = DE + DU, in the order of `standard_parameters`.
     """
-    variable = variables(robot)
-    tape = builder(robot, (*variable.q, *variable.qd))
-    links = frames(steps(robot, variable, tape), gravity(robot, tape), tape)
+    tape = builder(robot)
+    links = frames(steps(robot, tape), gravity(robot, tape), tape)
     columns = _columns(robot, inertial_parameters(robot), [("D", links)], tape)
-    return tape.tape([("q", variable.q), ("qd", variable.qd)], [column for (column,) in columns])
+    return tape.tape(arrays(robot, "q", "qd"), [column for (column,) in columns])
 
 
 def separate_tape(robot: Robot) -> Tape:
@@ -47,12 +58,12 @@ def separate_tape(robot: Robot) -> Tape:
     Returns:
         A tape from q and qd to the columns of kinetic energy, then those of potential energy.
     """
-    variable = variables(robot)
-    tape = builder(robot, (*variable.q, *variable.qd))
-    way, base = steps(robot, variable, tape), gravity(robot, tape)
+    tape = builder(robot)
+    way, base = steps(robot, tape), gravity(robot, tape)
     columns = separate_columns(robot, inertial_parameters(robot), way, base, tape)
-    inputs = [("q", variable.q), ("qd", variable.qd)]
-    return tape.tape(inputs, [column for columns_ in columns for column in columns_])
+    return tape.tape(
+        arrays(robot, "q", "qd"), [column for columns_ in columns for column in columns_]
+    )
 
 
 def inertial_parameters(robot: Robot) -> list[Parameter]:
@@ -63,7 +74,7 @@ def inertial_parameters(robot: Robot) -> list[Parameter]:
 def separate_columns(
     robot: Robot,
     parameters: Sequence[Parameter],
-    way: tuple[Step, ...],
+    way: Way,
     base_gravity: Vector,
     tape: TapeBuilder,
 ) -> Iterator[tuple[sp.Expr, ...]]:
@@ -126,6 +137,11 @@ def state_columns(
         columns = [arithmetic.sub(a, b) for a, b in zip(columns, there, strict=True)]
     energies = iter(columns)
     return [next(energies) if p.inertial else position[p.joint] for p in parameters]
+
+
+def stacked(columns: Sequence[Any], count: int) -> NDArray[Any]:
+    """Return columns, some of them constant, as a matrix of `count` rows."""
+    return np.stack([np.broadcast_to(np.asarray(c), (count,)) for c in columns], axis=1)
 
 
 def _half_square(v: sp.Expr, name: str, tape: TapeBuilder) -> sp.Expr:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from symgen.symbolic.articulated import linear_solution
-from symgen.symbolic.constraints import Rows, combined
+from symgen.symbolic.constraints import ByJoint, Rows, combined
 from symgen.symbolic.dynamics import (
     Plant,
     friction_torques,
@@ -23,7 +23,7 @@ from symgen.symbolic.kinematics import by_joint, variables
 MANY = 14
 
 
-def driving(p: Plant) -> tuple[dict[int, sp.Expr], list[sp.Expr]]:
+def driving(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     """Return M qdd of every movable joint, and what must be positive for it to be unique.
 
     Effects of the load are z (a taur + b |taur|), with a and b of the motion: from R = tau -
@@ -58,7 +58,7 @@ def driving(p: Plant) -> tuple[dict[int, sp.Expr], list[sp.Expr]]:
     return right, positive
 
 
-def forward_dynamics(p: Plant) -> tuple[list[sp.Expr], list[sp.Expr]]:
+def forward_dynamics(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     """Return (qdd, pivots): M is positive definite exactly when all pivots of L D L^T are.
 
     Beside the pivots stand what must be positive for effects of the load to be solvable. Many
@@ -67,26 +67,26 @@ def forward_dynamics(p: Plant) -> tuple[list[sp.Expr], list[sp.Expr]]:
     right, positive = driving(p)
     if p.robot.n >= MANY and len(p.robot.moving) == p.robot.n and not p.robot.couplings:
         qdd, pivots = linear_solution(p, right)
-        return [qdd[k] for k in p.numbers], [*positive, *pivots]
+        return qdd, [*positive, *pivots]
     factor = factored(p, mass_matrix(p))
-    qdd = solved(p, factor, right, "o")
-    return [qdd[k] for k in p.numbers], [*positive, *factor.pivots]
+    return solved(p, factor, right, "o"), [*positive, *factor.pivots]
 
 
-def solve_mass_matrix(p: Plant) -> tuple[list[sp.Expr], list[sp.Expr]]:
+def solve_mass_matrix(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     """Return (x, pivots) of M x = b."""
     factor = factored(p, mass_matrix(p))
     x = solved(p, factor, by_joint(p.robot, variables(p.robot).b), "o")
-    return [x[k] for k in p.numbers], list(factor.pivots)
+    return x, list(factor.pivots)
 
 
-def mass_matrix_factor(p: Plant) -> tuple[Rows, list[sp.Expr]]:
-    """Return (L, D) of M = L D L^T, entries of L that are not zero by rows; D positive or none."""
+def mass_matrix_factor(p: Plant) -> tuple[Rows, list[sp.Expr], list[sp.Expr]]:
+    """Return L and D of M = L D L^T, entries of L that are not zero by rows; D must be positive."""
     factor = factored(p, mass_matrix(p))
     rows: Rows = {j: {j: sp.S.One} for j in p.numbers}
     for (k, i), value in factor.low.items():
         rows[i][k] = value
-    return rows, list(reversed(factor.pivots))
+    pivots = list(reversed(factor.pivots))
+    return rows, pivots, pivots
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class Factor:
     """
 
     low: Mapping[tuple[int, int], sp.Expr]
-    inverse: Mapping[int, sp.Expr]
+    inverse: ByJoint
     pivots: tuple[sp.Expr, ...]
 
 
@@ -128,9 +128,7 @@ def factored(p: Plant, M: Rows) -> Factor:
     return Factor(low, inverse, tuple(pivots))
 
 
-def solved(
-    p: Plant, factor: Factor, right: Mapping[int, sp.Expr], letter: str
-) -> dict[int, sp.Expr]:
+def solved(p: Plant, factor: Factor, right: ByJoint, letter: str) -> ByJoint:
     """Solve M x = right: L^T y = right from the tips, then D, then L from the base."""
     tape, order, low = p.tape, p.numbers, factor.low
     y = dict(right)
@@ -138,7 +136,7 @@ def solved(
         for i in order:
             if (k, i) in low:
                 y[i] = tape.name(f"y{k}_{i}", y[i] - low[k, i] * y[k])
-    out: dict[int, sp.Expr] = {}
+    out: ByJoint = {}
     for k in order:
         value = y[k] * factor.inverse[k]
         for i in order:

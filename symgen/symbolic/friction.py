@@ -7,24 +7,17 @@ joint k. Power is the sum of qd_j times the column of joint j: FS |qd_j| + FV qd
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import sympy as sp
 
 from symgen import names
 from symgen.robot.types import Coupling, Robot
+from symgen.symbolic.constraints import ByJoint
 from symgen.symbolic.effects import effect_columns
-from symgen.symbolic.kinematics import Variables, by_joint, variables
+from symgen.symbolic.kinematics import arrays, builder, by_joint, variables
 from symgen.symbolic.parameters import Parameter, standard_parameters
 from symgen.symbolic.tape import Tape, TapeBuilder
-
-#: Names of arrays in generated code, which no step may have.
-ARGUMENTS = frozenset(
-    "q qd qdd tau X out M C h p_out dl_out T_out U_out J_out N k i angle guard status qdr qddr b x "
-    "rate_out dq_out dqd_out dtau_out link point J a kinetic_out potential_out standard mass com "
-    "inertia g".split()
-)
 
 
 @dataclass(frozen=True)
@@ -32,23 +25,17 @@ class _Drive:
     """What a friction parameter acts on: a speed, and how the joints share its force."""
 
     speed: sp.Expr
-    share: Mapping[int, sp.Expr]
+    share: ByJoint
     width: float
 
 
-def builder(robot: Robot, symbols: tuple[sp.Symbol, ...]) -> TapeBuilder:
-    """Return an empty tape on which names of the file and of the variables are taken."""
-    taken = {name for name, _ in robot.geometry} | {s.name for s in symbols}
-    return TapeBuilder(taken | ARGUMENTS, [("g", robot.gravity)] if robot.gravity_input else [])
-
-
-def drive_speed(coupling: Coupling, speed: Mapping[int, sp.Expr], tape: TapeBuilder) -> sp.Expr:
+def drive_speed(coupling: Coupling, speed: ByJoint, tape: TapeBuilder) -> sp.Expr:
     """Return u = qd_j + ratio qd_k as a named step."""
     terms = (share * speed[j] for j, share in drive_shares(coupling, tape).items())
     return tape.name(f"u{coupling.second}", sp.Add(*terms))
 
 
-def drive_shares(coupling: Coupling, tape: TapeBuilder) -> dict[int, sp.Expr]:
+def drive_shares(coupling: Coupling, tape: TapeBuilder) -> ByJoint:
     """Return du/dqd of the joints that a coupled drive moves."""
     ratio = tape.constant(f"ratio{coupling.second}", coupling.ratio)
     return {coupling.first: sp.S.One, coupling.second: ratio}
@@ -56,20 +43,18 @@ def drive_shares(coupling: Coupling, tape: TapeBuilder) -> dict[int, sp.Expr]:
 
 def power_tape(robot: Robot) -> Tape:
     """Derive the column of power of every friction parameter: integrands of the energy theorem."""
-    variable = variables(robot)
-    tape = builder(robot, (*variable.q, *variable.qd))
-    outputs = power_columns(robot, variable, tape)
-    return tape.tape([("q", variable.q), ("qd", variable.qd)], outputs)
+    tape = builder(robot)
+    return tape.tape(arrays(robot, "q", "qd"), power_columns(robot, tape))
 
 
-def power_columns(robot: Robot, variable: Variables, tape: TapeBuilder) -> list[sp.Expr]:
+def power_columns(robot: Robot, tape: TapeBuilder) -> list[sp.Expr]:
     """Return the power of every friction parameter."""
     outputs = []
-    for p, drive in _drives(robot, variable, tape):
+    for p, drive in _drives(robot, tape):
         v, sharp = drive.speed, p.prefix in ("FS", "FSM") and not drive.width
         power = sp.Abs(v) if sharp else v * _force(p, drive, tape)
         outputs.append(tape.name(f"D{p.name}", power))
-    speed = by_joint(robot, variable.qd)
+    speed = by_joint(robot, variables(robot).qd)
     for name, column in effect_columns(robot, tape).items():
         power = sum((speed[j] * c for j, c in column.items()), sp.S.Zero)
         outputs.append(tape.name(f"D{name}", power))
@@ -78,19 +63,16 @@ def power_columns(robot: Robot, variable: Variables, tape: TapeBuilder) -> list[
 
 def torque_tape(robot: Robot) -> Tape:
     """Derive the columns of torque of every friction parameter: n rows, row-major."""
-    variable = variables(robot)
-    tape = builder(robot, (*variable.q, *variable.qd))
-    columns = [column for _, column in torque_columns(robot, variable, tape)]
+    tape = builder(robot)
+    columns = [column for _, column in torque_columns(robot, tape)]
     outputs = [c.get(j.number, sp.S.Zero) for j in robot.movable for c in columns]
-    return tape.tape([("q", variable.q), ("qd", variable.qd)], outputs)
+    return tape.tape(arrays(robot, "q", "qd"), outputs)
 
 
-def torque_columns(
-    robot: Robot, variable: Variables, tape: TapeBuilder
-) -> list[tuple[Parameter, dict[int, sp.Expr]]]:
+def torque_columns(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, ByJoint]]:
     """Return, for every friction parameter, its torque on each joint that it acts on."""
     out = []
-    for p, drive in _drives(robot, variable, tape):
+    for p, drive in _drives(robot, tape):
         force = _force(p, drive, tape)
         named = {j: tape.name(f"D{p.name}_{j}", c * force) for j, c in drive.share.items()}
         out.append((p, named))
@@ -99,8 +81,8 @@ def torque_columns(
     return out + [(known[name], column) for name, column in effects.items()]
 
 
-def _drives(robot: Robot, variable: Variables, tape: TapeBuilder) -> list[tuple[Parameter, _Drive]]:
-    speed = by_joint(robot, variable.qd)
+def _drives(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, _Drive]]:
+    speed = by_joint(robot, variables(robot).qd)
     coupled = {
         c.second: _Drive(drive_speed(c, speed, tape), drive_shares(c, tape), 0.0)
         for c in robot.couplings

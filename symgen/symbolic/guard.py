@@ -17,10 +17,10 @@ from symgen import names
 from symgen.errors import SymgenError
 from symgen.robot.types import Robot
 from symgen.symbolic.elimination import ExactRow
-from symgen.symbolic.energy import state_columns
+from symgen.symbolic.energy import stacked, state_columns
 from symgen.symbolic.kinematics import by_joint
 from symgen.symbolic.parameters import Parameter
-from symgen.symbolic.tape import Numbers, Tape
+from symgen.symbolic.tape import Numbers, Tape, Values
 
 _MARGIN = 10
 #: Singular values of the kept columns, scaled, below which floats would call them dependent; far
@@ -58,7 +58,7 @@ def require_floats_agree(
         state["g"] = [draw.uniform(-10, 10, count) for _ in range(3)]
     arithmetic = Numbers(values, functions)
     out = state_columns(energy, parameters, arithmetic, state, rest, by_joint(robot, q))
-    W = np.stack([np.broadcast_to(np.asarray(c, dtype=float), (count,)) for c in out], axis=1)
+    W = stacked(out, count).astype(float)
     W = W[1:] - W[0]
     column = {p.name: W[:, i] for i, p in enumerate(parameters)}
     size = max(1.0, float(np.abs(W).max(initial=0.0)))
@@ -78,5 +78,5 @@ def require_floats_agree(
         )
 
 
-def _float(expr: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> float:
+def _float(expr: sp.Expr, values: Values) -> float:
     return float(expr if expr.is_Rational else expr.subs(values).evalf(30))

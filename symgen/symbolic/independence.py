@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import NDArray
 
 from symgen import names
 from symgen.errors import RobotError
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters
+from symgen.symbolic.energy import stacked
 from symgen.symbolic.regressor import torque_tape
 from symgen.symbolic.tape import Numbers
 
@@ -26,6 +26,13 @@ FUNCTIONS = {
 _NEW = 1e-9  # share of a column that the others do not give
 
 
+def random_states(robot: Robot, count: int, seed: int = 0) -> list[NDArray[np.float64]]:
+    """Return q, qd, qdd, (count, n), of a robot in any posture: what parameters can show at all."""
+    draw = np.random.default_rng(seed)
+    span = np.array([np.pi if j.sigma == names.REVOLUTE else 1.0 for j in robot.movable])
+    return [size * span * draw.uniform(-1, 1, (count, robot.n)) for size in (1.0, 1.0, 2.0)]
+
+
 def require_new_columns(robot: Robot, base: BaseParameters) -> None:
     """Refuse an effect whose torque is a combination of the model's other columns.
 
@@ -36,23 +43,17 @@ def require_new_columns(robot: Robot, base: BaseParameters) -> None:
         RobotError: the message names the effect and its coefficient; also where its torque is not
             finite.
     """
-    draw = np.random.default_rng(len(base.parameters))
     count = 4 * len(base.parameters) + 20
-    span = [np.pi if j.sigma == names.REVOLUTE else 1.0 for j in robot.movable]
-    inputs: dict[str, list[Any]] = {
-        name: [draw.uniform(-s * size, s * size, count) for s in span]
-        for name, size in (("q", 1.0), ("qd", 1.0), ("qdd", 2.0))
-    }
+    states = np.array(random_states(robot, count, len(base.parameters)))
+    states[:, 0] = 0.0  # where logarithms and quotients have their poles
+    inputs = {name: list(x.T) for name, x in zip(("q", "qd", "qdd"), states, strict=True)}
     if robot.gravity_input:
-        inputs["g"] = [draw.uniform(-10, 10, count) for _ in range(3)]
-    for variables in inputs.values():
-        for x in variables:
-            x[0] = 0.0  # where logarithms and quotients have their poles
+        inputs["g"] = list(np.random.default_rng(count).uniform(-10, 10, (3, count)))
     with np.errstate(all="ignore"):  # log(0) of a power at rest; what is not finite is refused
         out = torque_tape(robot).run(Numbers(robot.values(), FUNCTIONS), inputs)
     total = sum(not p.load for p in base.standard)
-    W = np.stack([np.broadcast_to(np.asarray(c, dtype=float), (count,)) for c in out])
-    rows = W.reshape(robot.n, total, count).transpose(0, 2, 1).reshape(-1, total)
+    W = stacked(out, count).astype(float)
+    rows = W.reshape(count, robot.n, total).transpose(1, 0, 2).reshape(-1, total)
     kept = [p.index for p in base.parameters[: base.linear]]
     largest = np.abs(rows).max(axis=0)
     declared = [(e, name) for e in robot.effects for name, _ in e.linear if not e.loads(name)]

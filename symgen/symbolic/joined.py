@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import sympy as sp
 
 from symgen.robot.types import Robot
-from symgen.symbolic.friction import builder
-from symgen.symbolic.tape import Tape
+from symgen.symbolic.kinematics import builder
+from symgen.symbolic.tape import Symbols, Tape
 
 
 def joined(robot: Robot, tapes: Sequence[Tape], inputs: Sequence[str]) -> Tape:
@@ -19,11 +19,11 @@ def joined(robot: Robot, tapes: Sequence[Tape], inputs: Sequence[str]) -> Tape:
         tapes: in the order of their outputs.
         inputs: their order; of one that differs in length between tapes, the longest is taken.
     """
-    longest: dict[str, tuple[sp.Symbol, ...]] = {}
+    longest: dict[str, Symbols] = {}
     for tape in tapes:
         for name, symbols in tape.inputs:
             longest[name] = max(longest.get(name, ()), symbols, key=len)
-    whole = builder(robot, tuple(s for symbols in longest.values() for s in symbols))
+    whole = builder(robot, (s for symbols in longest.values() for s in symbols))
     outputs: list[sp.Expr] = []
     for tape in tapes:
         known = {symbol: whole.constant(symbol.name, value) for symbol, value in tape.constants}

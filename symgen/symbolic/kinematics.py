@@ -15,7 +15,7 @@ while the steps are written, and every step has a name.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -25,7 +25,17 @@ from symgen import names
 from symgen.robot.types import Joint, Robot
 from symgen.symbolic.constraints import followed
 from symgen.symbolic.spatial import ZERO, Screw, Shift, Turn, Vector, onward, replaced, turned
-from symgen.symbolic.tape import TapeBuilder
+from symgen.symbolic.tape import Symbols, TapeBuilder, real_symbol
+
+#: Names of arrays in generated code, which no step may have.
+ARGUMENTS = frozenset(
+    "q qd qdd tau X out M C h p_out dl_out T_out U_out J_out N k i angle guard status qdr qddr b x "
+    "rate_out dq_out dqd_out dtau_out link point J a kinetic_out potential_out standard mass com "
+    "inertia g".split()
+)
+
+#: The way from the base to every joint, in file order.
+Way = tuple["Step", ...]
 
 
 @dataclass(frozen=True)
@@ -81,13 +91,13 @@ class Variables:
     `qdr` and `qddr` are reference speeds and accelerations, `b` is any right-hand side.
     """
 
-    q: tuple[sp.Symbol, ...]
-    qd: tuple[sp.Symbol, ...]
-    qdd: tuple[sp.Symbol, ...]
-    tau: tuple[sp.Symbol, ...]
-    qdr: tuple[sp.Symbol, ...]
-    qddr: tuple[sp.Symbol, ...]
-    b: tuple[sp.Symbol, ...]
+    q: Symbols
+    qd: Symbols
+    qdd: Symbols
+    tau: Symbols
+    qdr: Symbols
+    qddr: Symbols
+    b: Symbols
 
 
 def variables(robot: Robot) -> Variables:
@@ -98,10 +108,23 @@ def variables(robot: Robot) -> Variables:
     numbers = [joint.number for joint in robot.movable]
     return Variables(
         *(
-            tuple(sp.Symbol(f"{letter}{j}", real=True) for j in numbers)
+            tuple(real_symbol(f"{letter}{j}") for j in numbers)
             for letter in ("q", "qd", "qdd", "tau", "X_qdr", "X_qddr", "X_b")
         )
     )
+
+
+def arrays(robot: Robot, *names: str) -> list[tuple[str, Symbols]]:
+    """Return variables as the inputs of a tape."""
+    variable = variables(robot)
+    return [(name, getattr(variable, name)) for name in names]
+
+
+def builder(robot: Robot, symbols: Iterable[sp.Symbol] = ()) -> TapeBuilder:
+    """Return an empty tape on which names of the file, variables and other symbols are taken."""
+    variable = (s for group in vars(variables(robot)).values() for s in group)
+    taken = {s.name for s in (*variable, *symbols)} | {name for name, _ in robot.geometry}
+    return TapeBuilder(taken | ARGUMENTS, [("g", robot.gravity)] if robot.gravity_input else [])
 
 
 def by_joint(robot: Robot, values: Sequence[Any]) -> dict[int, Any]:
@@ -118,8 +141,9 @@ def path(robot: Robot, number: int) -> list[int]:
     return out
 
 
-def steps(robot: Robot, variable: Variables, tape: TapeBuilder) -> tuple[Step, ...]:
+def steps(robot: Robot, tape: TapeBuilder) -> Way:
     """Return the way to every joint, in file order; sines and cosines become steps of the tape."""
+    variable = variables(robot)
     q, qd = by_joint(robot, variable.q), by_joint(robot, variable.qd)
     out = []
     for joint in robot.joints:
@@ -168,7 +192,7 @@ def gravity(robot: Robot, tape: TapeBuilder) -> Vector:
     return tuple(tape.constant(f"g{a}", g) for a, g in zip("xyz", robot.gravity, strict=True))
 
 
-def frames(way: tuple[Step, ...], base_gravity: Vector, tape: TapeBuilder) -> Mapping[int, Frame]:
+def frames(way: Way, base_gravity: Vector, tape: TapeBuilder) -> Mapping[int, Frame]:
     """Derive the state of every link frame, fixed links included, by joint number; 0 is the base.
 
     Args:

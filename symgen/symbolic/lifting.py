@@ -24,7 +24,7 @@ from symgen.symbolic.elimination import NeedsValuesError
 from symgen.symbolic.energy import state_columns
 from symgen.symbolic.kinematics import by_joint
 from symgen.symbolic.parameters import Parameter
-from symgen.symbolic.tape import Arithmetic, Numbers, Tape
+from symgen.symbolic.tape import Arithmetic, Numbers, Tape, real_symbol
 
 _TRIES = 6
 _LARGEST = 4  # columns of a relation that is lifted with a named angle in it
@@ -139,11 +139,12 @@ def _whole_angles(expr: sp.Expr, halves: dict[sp.Expr, sp.Symbol]) -> sp.Expr:
     return sp.factor_terms(expr)
 
 
+@dataclass(frozen=True)
 class _Circle:
     """A joint angle by its cosine and sine, and an independent number for the angle itself."""
 
-    def __init__(self, c: sp.Expr, s: sp.Expr) -> None:
-        self.c, self.s = c, s
+    c: sp.Expr
+    s: sp.Expr
 
     def plus(self, other: _Circle) -> _Circle:
         """Return the sum of two angles."""
@@ -219,7 +220,7 @@ class _Exact:
     def _by_half(self, function: Any, angle: sp.Expr) -> sp.Expr:
         if angle.has(sp.pi) and (angle / sp.pi).is_Rational:
             return sp.sqrtdenest(function(angle))
-        t = self.halves.setdefault(angle, sp.Symbol(f"_t{len(self.halves)}", real=True))
+        t = self.halves.setdefault(angle, real_symbol(f"_t{len(self.halves)}"))
         return (1 - t**2) / (1 + t**2) if function is sp.cos else 2 * t / (1 + t**2)
 
     def add(self, a: Any, b: Any) -> Any:

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -42,6 +43,7 @@ class _Constant(int):
     expr: sp.Expr
 
 
+@dataclass(frozen=True, eq=False)
 class JointAngle:
     """Random values of a revolute joint variable: numbers, and the units e^(iq) beside them.
 
@@ -49,10 +51,10 @@ class JointAngle:
     fraction has a number alone.
     """
 
-    def __init__(
-        self, number: Residues, unit: Residues | None, root: Residues | None = None, parts: int = 1
-    ) -> None:
-        self.number, self.unit, self.root, self.parts = number, unit, root, parts
+    number: Residues
+    unit: Residues | None
+    root: Residues | None = None
+    parts: int = 1
 
 
 class PrimeField:

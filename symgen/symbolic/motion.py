@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from symgen import names
-from symgen.symbolic.kinematics import Step
+from symgen.symbolic.constraints import ByJoint
+from symgen.symbolic.kinematics import Step, Way
 from symgen.symbolic.spatial import (
     ZERO,
     Screw,
@@ -71,7 +72,7 @@ _REFERENCE = Letters("E", "e", "l", "v", "{}{}j{}", "l{}j{}")
 
 
 def motions(
-    way: tuple[Step, ...], base_gravity: Vector, qdd: Mapping[int, sp.Expr], tape: TapeBuilder
+    way: Way, base_gravity: Vector, qdd: ByJoint, tape: TapeBuilder
 ) -> Mapping[int, Motion]:
     """Derive w, dw and a of every link by joint number.
 
@@ -90,10 +91,10 @@ def motions(
 
 
 def references(
-    way: tuple[Step, ...],
+    way: Way,
     base_gravity: Vector,
-    speed: Mapping[int, sp.Expr],
-    acceleration: Mapping[int, sp.Expr],
+    speed: ByJoint,
+    acceleration: ByJoint,
     tape: TapeBuilder,
     letters: Letters = _REFERENCE,
 ) -> Mapping[int, Motion]:
@@ -190,7 +191,7 @@ def _carried(now: Motion, shift: Shift, letter: str, tape: TapeBuilder) -> Vecto
     return replaced(now.a, named)
 
 
-def screws(way: tuple[Step, ...], tape: TapeBuilder) -> Mapping[int, Mapping[int, Screw]]:
+def screws(way: Way, tape: TapeBuilder) -> Mapping[int, Mapping[int, Screw]]:
     """Return, for each link i and each joint j that moves it, the screw (e, v) of j in frame i.
 
     w_i = sum of e_ij qd_j and V_i = sum of v_ij qd_j.
@@ -200,7 +201,7 @@ def screws(way: tuple[Step, ...], tape: TapeBuilder) -> Mapping[int, Mapping[int
 
 
 def handed_on(
-    way: tuple[Step, ...], own: Mapping[int, Screw], letters: str, tape: TapeBuilder
+    way: Way, own: Mapping[int, Screw], letters: str, tape: TapeBuilder
 ) -> Mapping[int, Mapping[int, Screw]]:
     """Express the twist `own` of each joint j, given in frame j, in frame i of each link behind."""
     states: dict[int, dict[int, Screw]] = {0: {}}

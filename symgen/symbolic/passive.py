@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from symgen.symbolic.constraints import folded, spread
+from symgen.symbolic.constraints import ByJoint, folded, spread
 from symgen.symbolic.dynamics import (
     Plant,
     gravity_torque,
@@ -26,7 +26,7 @@ from symgen.symbolic.motion import references
 from symgen.symbolic.spatial import ZERO, acting, axis, moved
 
 
-def slotine_li_torque(p: Plant) -> dict[int, sp.Expr]:
+def slotine_li_torque(p: Plant) -> ByJoint:
     """Return M qddr + C(q, qd) qdr + g + friction(qd); effects of the load see its rigid part."""
     variable, tape = variables(p.robot), p.tape
     qdr, qddr = (by_joint(p.robot, symbols) for symbols in (variable.qdr, variable.qddr))
@@ -40,7 +40,7 @@ def slotine_li_torque(p: Plant) -> dict[int, sp.Expr]:
     return in_all(p, with_rotors(p, torque, qddr))
 
 
-def generalized_momentum(p: Plant) -> tuple[dict[int, sp.Expr], dict[int, sp.Expr]]:
+def generalized_momentum(p: Plant) -> tuple[ByJoint, ByJoint]:
     """Return p = M qd and C^T qd - g by movable joint."""
     tape, qd = p.tape, by_joint(p.robot, variables(p.robot).qd)
     moving = frames(p.way, ZERO, tape)

@@ -12,9 +12,8 @@ from collections.abc import Mapping, Sequence
 import sympy as sp
 
 from symgen.robot.types import Joint, Robot
-from symgen.symbolic import friction
 from symgen.symbolic.constraints import folded
-from symgen.symbolic.kinematics import Step, path, steps, variables
+from symgen.symbolic.kinematics import Way, arrays, builder, path, steps
 from symgen.symbolic.motion import motions
 from symgen.symbolic.spatial import (
     ZERO,
@@ -31,14 +30,14 @@ from symgen.symbolic.spatial import (
     scaled,
     unit,
 )
-from symgen.symbolic.tape import Tape, TapeBuilder
+from symgen.symbolic.tape import Symbols, Tape, TapeBuilder, real_symbol
 
 Place = tuple[Vector, ...]  # axes x, y, z and origin, in frame 0
 
 
-def places(robot: Robot, tape: TapeBuilder) -> tuple[dict[int, Place], tuple[Step, ...]]:
+def places(robot: Robot, tape: TapeBuilder) -> tuple[dict[int, Place], Way]:
     """Return the place of every frame in frame 0, by joint number, and the way that leads there."""
-    way = steps(robot, variables(robot), tape)
+    way = steps(robot, tape)
     out: dict[int, Place] = {0: (*map(unit, range(3)), ZERO)}
     for step in way:
         place = out[step.joint.antecedent]
@@ -66,7 +65,7 @@ def _moved(place: Place, motion: Turn | Shift, tape: TapeBuilder) -> Place:
 
 def frames_tape(robot: Robot) -> Tape:
     """Derive 0T_j of every link, fixed ones included: (links, 4, 4), row-major."""
-    tape = friction.builder(robot, variables(robot).q)
+    tape = builder(robot)
     placed, _ = places(robot, tape)
     bottom = [sp.S.Zero, sp.S.Zero, sp.S.Zero, sp.S.One]
     out: list[sp.Expr] = []
@@ -74,7 +73,7 @@ def frames_tape(robot: Robot) -> Tape:
         for row in zip(*placed[joint.number], strict=True):
             out += row
         out += bottom
-    return tape.tape([("q", variables(robot).q)], out)
+    return tape.tape(arrays(robot, "q"), out)
 
 
 def jacobian_tape(robot: Robot) -> Tape:
@@ -82,7 +81,7 @@ def jacobian_tape(robot: Robot) -> Tape:
 
     A fixed joint on the base that stands after it, as in a URDF, has none.
     """
-    tape = friction.builder(robot, variables(robot).q)
+    tape = builder(robot)
     placed, _ = places(robot, tape)
     moving = {j.number for j in robot.moving}
     paths = (path(robot, joint.number) for joint in reversed(robot.joints))
@@ -93,22 +92,22 @@ def jacobian_tape(robot: Robot) -> Tape:
         for joint in robot.moving
         if joint.number in way
     }
-    return tape.tape([("q", variables(robot).q)], _rows(robot, columns, tape))
+    return tape.tape(arrays(robot, "q"), _rows(robot, columns, tape))
 
 
-def links(robot: Robot) -> tuple[sp.Symbol, ...]:
+def links(robot: Robot) -> Symbols:
     """Return the symbols that choose a link, in file order."""
-    return tuple(sp.Symbol(f"X_at{joint.number}", real=True) for joint in robot.joints)
+    return tuple(real_symbol(f"X_at{joint.number}") for joint in robot.joints)
 
 
-def coordinates(letter: str, count: int = 3) -> tuple[sp.Symbol, ...]:
+def coordinates(letter: str, count: int = 3) -> Symbols:
     """Return symbols for the coordinates of a point or the entries of a small array."""
-    return tuple(sp.Symbol(f"X_{letter}{i + 1}", real=True) for i in range(count))
+    return tuple(real_symbol(f"X_{letter}{i + 1}") for i in range(count))
 
 
 def link_jacobian_tape(robot: Robot) -> Tape:
     """Derive the Jacobian of a point of a link in frame 0: rows v then w, (6, n), row-major."""
-    tape = _builder(robot, variables(robot).q)
+    tape = _builder(robot)
     placed, _ = places(robot, tape)
     *axes, origin = (_chosen(robot, placed, k, f"R{k}", tape) for k in range(4))
     offsets = (scaled(c, a) for a, c in zip(axes, coordinates("c"), strict=True))
@@ -121,7 +120,7 @@ def link_jacobian_tape(robot: Robot) -> Tape:
         moves = tape.name(f"a{j}", sp.Add(*behind))
         z = named(scaled(moves, placed[j][2]), f"z{j}_", tape)
         columns[j] = _column(joint, placed, tip, z, "r", tape)
-    return tape.tape(_inputs(robot, ("q",)), _rows(robot, columns, tape))
+    return _close(robot, tape, _rows(robot, columns, tape), "q")
 
 
 def _column(
@@ -152,8 +151,7 @@ def _rows(robot: Robot, columns: Mapping[int, Screw], tape: TapeBuilder) -> list
 
 def link_drift_tape(robot: Robot) -> Tape:
     """Derive dJ/dt qd of a point of a link in frame 0: (6,), linear then angular."""
-    variable = variables(robot)
-    tape = _builder(robot, (*variable.q, *variable.qd))
+    tape = _builder(robot)
     placed, way = places(robot, tape)
     motion = {j: (m.w, m.dw, m.a) for j, m in motions(way, ZERO, {}, tape).items()}
     w, dw, a = (_chosen(robot, motion, k, letter, tape) for k, letter in enumerate("wxy"))
@@ -166,17 +164,16 @@ def link_drift_tape(robot: Robot) -> Tape:
         for part, vector in enumerate(local)
         for i in range(3)
     ]
-    return tape.tape(_inputs(robot, ("q", "qd")), out)
+    return _close(robot, tape, out, "q", "qd")
 
 
-def _builder(robot: Robot, symbols: tuple[sp.Symbol, ...]) -> TapeBuilder:
-    return friction.builder(robot, (*symbols, *links(robot), *coordinates("c")))
+def _builder(robot: Robot) -> TapeBuilder:
+    return builder(robot, (*links(robot), *coordinates("c")))
 
 
-def _inputs(robot: Robot, states: Sequence[str]) -> list[tuple[str, Sequence[sp.Symbol]]]:
-    variable = variables(robot)
-    arrays = [(name, getattr(variable, name)) for name in states]
-    return [*arrays, ("link", links(robot)), ("point", coordinates("c"))]
+def _close(robot: Robot, tape: TapeBuilder, outputs: Sequence[sp.Expr], *states: str) -> Tape:
+    inputs = arrays(robot, *states)
+    return tape.tape([*inputs, ("link", links(robot)), ("point", coordinates("c"))], outputs)
 
 
 def _chosen(

@@ -23,12 +23,13 @@ from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic import friction
 from symgen.symbolic.bodies import Inertia, unit_wrench
-from symgen.symbolic.constraints import folded, spread
+from symgen.symbolic.constraints import ByJoint, folded, spread
 from symgen.symbolic.energy import inertial_parameters
 from symgen.symbolic.kinematics import (
     Frame,
-    Step,
-    Variables,
+    Way,
+    arrays,
+    builder,
     by_joint,
     frames,
     gravity,
@@ -40,7 +41,7 @@ from symgen.symbolic.parameters import Parameter
 from symgen.symbolic.spatial import Screw, Vector, acting, axis, cross, dot, moved, named, unit
 from symgen.symbolic.tape import Tape, TapeBuilder
 
-Columns = list[dict[int, sp.Expr]]
+Columns = list[ByJoint]
 
 
 @dataclass(frozen=True)
@@ -48,18 +49,17 @@ class _Scene:
     """What every regressor starts from; all joints that move, and links, by number."""
 
     robot: Robot
-    variable: Variables
     tape: TapeBuilder
-    way: tuple[Step, ...]
-    qd: Mapping[int, sp.Expr]
-    qdd: Mapping[int, sp.Expr]
+    way: Way
+    qd: ByJoint
+    qdd: ByJoint
     screw: Mapping[int, Mapping[int, Screw]]
     parameters: Sequence[Parameter]
 
     def torques(
         self,
         wrench: Callable[[Parameter], Screw],
-        acceleration: Mapping[int, sp.Expr],
+        acceleration: ByJoint,
         inputs: Sequence[str],
     ) -> Tape:
         """Return the tape of torques: wrenches of links, rotors at accelerations, and friction."""
@@ -69,7 +69,7 @@ class _Scene:
             else _rotor(self, p, acceleration)
             for p in self.parameters
         ]
-        rubbing = friction.torque_columns(self.robot, self.variable, self.tape)
+        rubbing = friction.torque_columns(self.robot, self.tape)
         return self.close(inputs, [*columns, *(column for _, column in rubbing)])
 
     def close(self, inputs: Sequence[str], *matrices: Columns) -> Tape:
@@ -84,19 +84,17 @@ class _Scene:
             for j in self.robot.movable
             for column in columns
         ]
-        return self.tape.tape([(name, getattr(self.variable, name)) for name in inputs], rows)
+        return self.tape.tape(arrays(self.robot, *inputs), rows)
 
 
 def _scene(robot: Robot) -> tuple[_Scene, Mapping[int, Frame], Mapping[int, Motion]]:
-    variable = variables(robot)
-    symbols = (*variable.q, *variable.qd, *variable.qdd, *variable.qdr, *variable.qddr)
-    tape = friction.builder(robot, symbols)
-    way = steps(robot, variable, tape)
+    tape = builder(robot)
+    way = steps(robot, tape)
     qd = {step.joint.number: step.qd for step in way}
-    qdd = spread(robot, by_joint(robot, variable.qdd), tape)
+    qdd = spread(robot, by_joint(robot, variables(robot).qdd), tape)
     base = gravity(robot, tape)
     screw, parameters = screws(way, tape), inertial_parameters(robot)
-    scene = _Scene(robot, variable, tape, way, qd, qdd, screw, parameters)
+    scene = _Scene(robot, tape, way, qd, qdd, screw, parameters)
     return scene, frames(way, base, tape), motions(way, base, qdd, tape)
 
 
@@ -113,7 +111,7 @@ def torque_tape(robot: Robot) -> Tape:
 def slotine_li_tape(robot: Robot) -> Tape:
     """Derive the columns of M qddr + C(q, qd) qdr + g + friction(qd): (n, standard parameters)."""
     scene, _, _ = _scene(robot)
-    variable, tape = scene.variable, scene.tape
+    variable, tape = variables(robot), scene.tape
     qdr, qddr = (
         spread(robot, by_joint(robot, symbols), tape) for symbols in (variable.qdr, variable.qddr)
     )
@@ -179,12 +177,11 @@ def power_tape(robot: Robot) -> Tape:
             driven = scene.qd if p.prefix == names.ROTOR else drives
             rate = sum((v * scene.qdd[j] for j, v in _shares(scene, p).items()), sp.S.Zero)
             outputs.append(tape.name(f"R{p.name}", driven[p.joint] * tape.name(f"u{p.name}", rate)))
-    outputs += friction.power_columns(robot, scene.variable, tape)
-    inputs = [(name, getattr(scene.variable, name)) for name in ("q", "qd", "qdd")]
-    return tape.tape(inputs, outputs)
+    outputs += friction.power_columns(robot, tape)
+    return tape.tape(arrays(robot, "q", "qd", "qdd"), outputs)
 
 
-def _projected(scene: _Scene, p: Parameter, wrench: Screw, tag: str) -> dict[int, sp.Expr]:
+def _projected(scene: _Scene, p: Parameter, wrench: Screw, tag: str) -> ByJoint:
     """Project a wrench (or momentum) on the screws of the joints that move the link.
 
     Parallel axes have one e: then e . n has a name of its own.
@@ -199,7 +196,7 @@ def _projected(scene: _Scene, p: Parameter, wrench: Screw, tag: str) -> dict[int
     return out
 
 
-def _shares(scene: _Scene, p: Parameter) -> dict[int, sp.Expr]:
+def _shares(scene: _Scene, p: Parameter) -> ByJoint:
     """Return du/dqd of the joints that turn the rotor of IA or IAM."""
     if p.prefix == names.ROTOR:
         return {p.joint: sp.S.One}
@@ -207,7 +204,7 @@ def _shares(scene: _Scene, p: Parameter) -> dict[int, sp.Expr]:
     return friction.drive_shares(coupling, scene.tape)
 
 
-def _rotor(scene: _Scene, p: Parameter, rate: Mapping[int, sp.Expr]) -> dict[int, sp.Expr]:
+def _rotor(scene: _Scene, p: Parameter, rate: ByJoint) -> ByJoint:
     """Return the column of a rotor: its share times u' (torque), or times u (momentum)."""
     shares = _shares(scene, p)
     name = f"V{p.name}{rate[p.joint].name.rstrip('0123456789')}"

@@ -10,16 +10,16 @@ from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.bodies import Inertia
-from symgen.symbolic.friction import builder
+from symgen.symbolic.kinematics import builder
 from symgen.symbolic.placement import coordinates, links
 from symgen.symbolic.spatial import UPPER, symmetric
-from symgen.symbolic.tape import Tape, TapeBuilder
+from symgen.symbolic.tape import Tape, TapeBuilder, real_symbol
 
 
 def base_parameters_tape(robot: Robot, base: BaseParameters) -> Tape:
     """Derive X from all standard parameters: X_b = its own + the sum of c times what joins it."""
-    standard = {p.name: sp.Symbol(f"X_{p.name}", real=True) for p in base.standard}
-    tape = builder(robot, tuple(standard.values()))
+    standard = {p.name: real_symbol(f"X_{p.name}") for p in base.standard}
+    tape = builder(robot, standard.values())
     return tape.tape([("standard", tuple(standard.values()))], _joined(base, standard, tape, {}))
 
 
@@ -33,8 +33,8 @@ def add_body_tape(robot: Robot, base: BaseParameters) -> Tape:
     are added to the standard parameters of the link. A body with negative mass and inertia takes
     one off.
     """
-    X = tuple(sp.Symbol(f"X_{p.name}_", real=True) for p in base.parameters)
-    at, mass = links(robot), sp.Symbol("X_mass", real=True)
+    X = tuple(real_symbol(f"X_{p.name}_") for p in base.parameters)
+    at, mass = links(robot), real_symbol("X_mass")
     c, own = coordinates("c"), coordinates("i", 6)
     tape = builder(robot, (*X, *at, mass, *c, *own))
     moment = [tape.name(f"m{i + 1}", mass * c[i]) for i in range(3)]

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from symgen import names
+from symgen.symbolic.constraints import ByJoint
 from symgen.symbolic.tape import TapeBuilder
 
 Vector = tuple[sp.Expr, ...]
@@ -141,7 +142,7 @@ def around(axis: int) -> tuple[int, int]:
     return (axis + 1) % 3, (axis + 2) % 3
 
 
-def replaced(a: Vector, entries: Mapping[int, sp.Expr]) -> Vector:
+def replaced(a: Vector, entries: ByJoint) -> Vector:
     """Return a vector with other entries in some places."""
     return vector(lambda i: entries.get(i, a[i]))
 
@@ -160,9 +161,7 @@ def shifted(moment: Vector, v: Vector, shift: Shift, letter: str, tape: TapeBuil
     return _renamed(moment, new, letter, shift.tag, tape)
 
 
-def _renamed(
-    a: Vector, new: Mapping[int, sp.Expr], letter: str, tag: str, tape: TapeBuilder
-) -> Vector:
+def _renamed(a: Vector, new: ByJoint, letter: str, tag: str, tape: TapeBuilder) -> Vector:
     """Replace entries of a vector by steps with a name."""
     return replaced(a, {i: tape.name(f"{letter}{i + 1}{tag}", x) for i, x in new.items()})
 

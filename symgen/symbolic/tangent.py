@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import sympy as sp
 
 from symgen.errors import SymgenError
-from symgen.symbolic.tape import TapeBuilder
+from symgen.symbolic.constraints import ByJoint
+from symgen.symbolic.tape import TapeBuilder, Values
 
 
 def tangents(
-    expressions: Mapping[int, sp.Expr],
-    seeds: Mapping[sp.Symbol, sp.Expr],
+    expressions: ByJoint,
+    seeds: Values,
     tape: TapeBuilder,
     tag: str,
-) -> dict[int, sp.Expr]:
+) -> ByJoint:
     """Return the derivatives of some expressions by one variable, those that are not zero.
 
     sign(x) counts as constant, so that the derivative of |x| is sign(x).
@@ -33,7 +32,7 @@ def tangents(
 
 
 class _Rule:
-    def __init__(self, seeds: Mapping[sp.Symbol, sp.Expr], tape: TapeBuilder, tag: str) -> None:
+    def __init__(self, seeds: Values, tape: TapeBuilder, tag: str) -> None:
         self.tape, self.tag = tape, tag
         self.known: dict[sp.Expr, sp.Expr] = dict(seeds)
         self.steps = tape.definitions()
@@ -43,42 +42,32 @@ class _Rule:
         if expr.is_number:
             return sp.S.Zero
         if expr not in self.known:
-            self.known[expr] = self._step(expr) if expr.is_Symbol else self._operation(expr)
+            self.known[expr] = self._step(expr) if expr.is_Symbol else self._slope(expr, None)
         return self.known[expr]
 
     def _step(self, symbol: sp.Symbol) -> sp.Expr:
-        meaning = self.steps.get(symbol)
-        if meaning is None:  # another input, or a constant
-            return sp.S.Zero
-        if meaning.is_Function:
-            value = self._function(meaning, symbol)
-        elif meaning.is_Pow and meaning.exp == -1:
-            value = self._inverse(meaning, symbol)
-        else:
-            value = self.of(meaning)
+        # An input that is no variable here, or a constant, stands for no step.
+        value = self._slope(self.steps.get(symbol, sp.S.Zero), symbol)
         return self.tape.name(f"d{self.tag}{symbol.name}", value)
 
-    def _operation(self, expr: sp.Expr) -> sp.Expr:
+    def _slope(self, expr: sp.Expr, value: sp.Symbol | None) -> sp.Expr:
+        """Return the derivative of an operation; its value may have a name already."""
+        if expr.is_number:
+            return sp.S.Zero
         if expr.is_Add:
-            return sp.Add(*(self.of(term) for term in expr.args))
+            return sp.Add(*map(self.of, expr.args))
         if expr.is_Mul:
-            parts = list(expr.args)
+            parts = expr.args
             return sp.Add(
-                *(
-                    sp.Mul(*parts[:i], self.of(factor), *parts[i + 1 :])
-                    for i, factor in enumerate(parts)
-                )
+                *(sp.Mul(*parts[:i], self.of(f), *parts[i + 1 :]) for i, f in enumerate(parts))
             )
-        if expr.is_Pow and expr.exp == -1:
-            return self._inverse(expr, self.tape.name(f"i{self.tag}", expr))
+        if expr.is_Pow and expr.exp == -1:  # a tape divides once, by x
+            value = value or self.tape.name(f"i{self.tag}", expr)
+            return -value * value * self.of(expr.base)
         if expr.is_Pow and expr.exp.is_Integer:
             inner = self.of(expr.base)
             return sp.S.Zero if inner == 0 else expr.exp * expr.base ** (expr.exp - 1) * inner
-        return self._function(expr, expr)
-
-    def _inverse(self, meaning: sp.Expr, value: sp.Expr) -> sp.Expr:
-        """Return the derivative of 1/x, whose value has a name: a tape divides once, by x."""
-        return -value * value * self.of(meaning.base)
+        return self._function(expr, value or expr)
 
     def _function(self, meaning: sp.Expr, value: sp.Expr) -> sp.Expr:
         """Return the derivative of f(x), whose value has a name already."""

@@ -9,12 +9,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any, Protocol
 
 import sympy as sp
 
 from symgen.errors import SymgenError
+
+Symbols = tuple[sp.Symbol, ...]
+#: What symbols stand for: numbers for named lengths, or expressions.
+Values = Mapping[sp.Symbol, sp.Expr]
+
+
+def real_symbol(name: str) -> sp.Symbol:
+    """Return the symbol of a name: all symbols of a tape are real, those of robot files as well."""
+    return sp.Symbol(name, real=True)
 
 
 class Arithmetic(Protocol):
@@ -61,7 +70,7 @@ class Tape:
         outputs: one symbol, negated symbol or number for every scalar that goes out.
     """
 
-    inputs: tuple[tuple[str, tuple[sp.Symbol, ...]], ...]
+    inputs: tuple[tuple[str, Symbols], ...]
     constants: tuple[tuple[sp.Symbol, sp.Expr], ...]
     steps: tuple[tuple[sp.Symbol, sp.Expr], ...]
     outputs: tuple[sp.Expr, ...]
@@ -195,50 +204,38 @@ class _Compiler:
 
     def code(self) -> tuple[tuple[str, int, Any, Any], ...]:
         for symbol, expr in self.tape.steps:
-            self.emit(expr, self.tape.order[symbol])
+            if expr.is_Symbol:
+                self.put("copy", self.emit(expr))
+            else:
+                self.emit(expr)
+            operation, _, a, b = self.instructions.pop()
+            self.instructions.append((operation, self.tape.order[symbol], a, b))
         for expr in self.tape.outputs:
-            self.instructions.append(("out", -1, self.emit(expr, None), None))
+            self.instructions.append(("out", -1, self.emit(expr), None))
         return tuple(self.instructions)
 
-    def put(self, operation: str, target: int | None, a: Any, b: Any = None) -> int:
-        if target is None:
-            target, self.next = self.next, self.next + 1
+    def put(self, operation: str, a: Any, b: Any = None) -> int:
+        target, self.next = self.next, self.next + 1
         self.instructions.append((operation, target, a, b))
         return target
 
-    def emit(self, expr: sp.Expr, target: int | None) -> int:
+    def emit(self, expr: sp.Expr) -> int:
         """Append the instructions of `expr`; return the register that holds its value."""
         if expr.is_Symbol:
-            register = self.tape.order[expr]
-            return register if target is None else self.put("copy", target, register)
+            return self.tape.order[expr]
         if expr.is_number:
-            return self.put("number", target, expr)
+            return self.put("number", expr)
         if expr.is_Pow and expr.exp == -1:
-            return self.put("inverse", target, self.emit(expr.base, None))
+            return self.put("inverse", self.emit(expr.base))
         if expr.is_Function:
-            return self.put(expr.func.__name__.lower(), target, self.emit(expr.args[0], None))
-        split = terms(expr, self.tape.order)
+            return self.put(expr.func.__name__.lower(), self.emit(expr.args[0]))
         value: int | None = None
-        for i, (negative, factors) in enumerate(split):
-            last_term = i == len(split) - 1
-            product: int | None = None
-            for k, factor in enumerate(factors):
-                right = self.emit(factor, None)
-                whole = len(split) == 1 and not negative and k == len(factors) - 1
-                product = (
-                    right
-                    if product is None
-                    else self.put("mul", target if whole else None, product, right)
-                )
-            assert product is not None
-            if value is None:
-                value = (
-                    self.put("neg", target if last_term else None, product) if negative else product
-                )
+        for negative, factors in terms(expr, self.tape.order):
+            product = reduce(lambda a, b: self.put("mul", a, b), map(self.emit, factors))
+            if value is not None:
+                value = self.put("sub" if negative else "add", value, product)
             else:
-                value = self.put(
-                    "sub" if negative else "add", target if last_term else None, value, product
-                )
+                value = self.put("neg", product) if negative else product
         assert value is not None
         return value
 
@@ -254,7 +251,7 @@ class TapeBuilder:
     def __init__(
         self,
         reserved: Iterable[str] = (),
-        last: Sequence[tuple[str, tuple[sp.Symbol, ...]]] = (),
+        last: Sequence[tuple[str, Symbols]] = (),
     ) -> None:
         self._last = tuple(last)
         self._constants: dict[sp.Expr, sp.Symbol] = {}
@@ -266,7 +263,7 @@ class TapeBuilder:
         while name in self._taken:
             name += "_"
         self._taken.add(name)
-        return sp.Symbol(name, real=True)
+        return real_symbol(name)
 
     def constant(self, name: str, value: sp.Expr) -> sp.Expr:
         """Return a symbol for a constant of the geometry; 0, 1 and -1 stay what they are."""
@@ -327,7 +324,7 @@ class Numbers:
 
     def __init__(
         self,
-        values: Mapping[sp.Symbol, sp.Expr],
+        values: Values,
         functions: Mapping[str, Callable[[Any], Any]],
         number: Callable[[sp.Expr], Any] = float,
         digits: int = 50,

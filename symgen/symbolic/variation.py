@@ -14,13 +14,12 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameter, BaseParameters, Proof
 from symgen.symbolic.dynamics import inverse_dynamics, plant
 from symgen.symbolic.independence import FUNCTIONS
 from symgen.symbolic.parameters import standard_parameters
-from symgen.symbolic.tape import Numbers, Tape
+from symgen.symbolic.tape import Numbers, Tape, real_symbol
 
 FloatArray = NDArray[np.float64]
 _LENGTHS = ("d", "r", "b")
@@ -134,16 +133,9 @@ def variation(robot: Robot) -> Variation:
     return Variation(robot)
 
 
-def random_states(robot: Robot, count: int, seed: int = 0) -> list[FloatArray]:
-    """Return q, qd, qdd, (count, n), of a robot in any posture: what parameters can show at all."""
-    draw = np.random.default_rng(seed)
-    span = np.array([np.pi if j.sigma == names.REVOLUTE else 1.0 for j in robot.movable])
-    return [size * span * draw.uniform(-1, 1, (count, robot.n)) for size in (1.0, 1.0, 2.0)]
-
-
 def _symbol(joint: int, key: str) -> sp.Symbol:
-    return sp.Symbol(f"length_{key}{joint}", real=True)
+    return real_symbol(f"length_{key}{joint}")
 
 
 def _gravity(axis: str) -> sp.Symbol:
-    return sp.Symbol(f"gravity_{axis}", real=True)
+    return real_symbol(f"gravity_{axis}")

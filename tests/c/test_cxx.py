@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from packages import STRICT, c_files, run, with_probe
+from packages import STRICT, objects, run, with_probe
 
 import symgen
 from symgen.codegen.kernels import Output
@@ -71,12 +71,6 @@ def needs(compiler: str) -> None:
     """Skip where there is no such compiler."""
     if shutil.which(compiler) is None:
         pytest.skip(f"{compiler} is not on this machine")
-
-
-def library(packages: list[Path], folder: Path) -> list[Path]:
-    """Compile the C of packages, once for a folder."""
-    run(["cc", "-std=c99", "-O1", "-c", *(f for p in packages for f in c_files(p))], folder)
-    return sorted(folder.glob("*.o"))
 
 
 def plain_kernels(manifest: Any) -> list[Any]:
@@ -143,7 +137,7 @@ def test_both_forms_of_every_kernel_are_the_c_functions_bit_by_bit(
     package = complete(name, dtype)
     (tmp_path / "main.cpp").write_text(every_kernel(package))
     command = [compiler, *CXX17, "-O1", f"-I{package}", "main.cpp"]
-    run([*command, *library([package], tmp_path), "-lm", "-o", "main"], tmp_path)
+    run([*command, *objects(package), "-lm", "-o", "main"], tmp_path)
     kernels = plain_kernels(json.loads((package / "manifest.json").read_text()))
     printed = run([tmp_path / "main"], tmp_path).split()
     assert len(printed) == sum(len(k["outputs"]) for k in kernels)
@@ -159,7 +153,7 @@ def test_a_program_is_a_template_over_robots_of_different_precision(
     (tmp_path / "main.cpp").write_text(OVER_ROBOTS)
     include = [f"-I{p}" for p in packages]
     command = [compiler, *CXX17, "-O1", *include, "main.cpp"]
-    run([*command, *library(packages, tmp_path), "-lm", "-o", "main"], tmp_path)
+    run([*command, *(o for p in packages for o in objects(p)), "-lm", "-o", "main"], tmp_path)
     planar, rich = map(float, run([tmp_path / "main"], tmp_path).split())
     assert planar < 1e-12
     assert rich < 1e-3
@@ -190,7 +184,7 @@ def test_links_plain_numbers_and_what_is_changed_in_place(compiler: str, tmp_pat
     package = tmp_path / "planar2r"
     symgen.write_package(symgen.generate(model, target="c"), package)
     (tmp_path / "main.cpp").write_text(PROBE)
-    command = [compiler, *CXX17, f"-I{package}", "main.cpp", *library([package], tmp_path)]
+    command = [compiler, *CXX17, f"-I{package}", "main.cpp", *objects(package)]
     run([*command, "-lm", "-o", "main"], tmp_path)
     run([tmp_path / "main"], tmp_path)
 
@@ -209,7 +203,7 @@ def test_several_outputs_that_may_have_no_meaning(compiler: str, tmp_path: Path)
         "    const auto found = planar2r_robot::frames(q);\n"
         "    return found && std::get<1>(*found).size() == 15 ? 0 : 1;\n}\n"
     )
-    command = [compiler, *CXX17, f"-I{package}", "main.cpp", *library([package], tmp_path)]
+    command = [compiler, *CXX17, f"-I{package}", "main.cpp", *objects(package)]
     run([*command, "-lm", "-o", "main"], tmp_path)
     run([tmp_path / "main"], tmp_path)
 
@@ -256,14 +250,14 @@ def test_a_length_that_only_the_run_knows_is_asserted(
 ) -> None:
     needs(compiler)
     package = complete("planar2r", "double")
-    objects = library([package], tmp_path)
+    linked = objects(package)
     for length, good in ((4, True), (3, False)):
         (tmp_path / "main.cpp").write_text(
             '#include "planar2r.hpp"\n#include <vector>\n'
             f"int main() {{{BODY} std::vector<double> v({length}); (void)two; (void)M;"
             "return planar2r_robot::mass_matrix(q, X, v), 0; }\n"
         )
-        run([compiler, *CXX17, f"-I{package}", "main.cpp", *objects, "-lm", "-o", "m"], tmp_path)
+        run([compiler, *CXX17, f"-I{package}", "main.cpp", *linked, "-lm", "-o", "m"], tmp_path)
         if good:
             run([tmp_path / "m"], tmp_path)
         else:
@@ -332,7 +326,7 @@ def test_eigen_goes_in_and_out_and_its_other_orders_are_refused(
     if use:
         run([*command, "-fsyntax-only"], tmp_path)
         return
-    run([*command, *library([package], tmp_path), "-lm", "-o", "main"], tmp_path)
+    run([*command, *objects(package), "-lm", "-o", "main"], tmp_path)
     same, derivative = map(float, run([tmp_path / "main"], tmp_path).split())
     assert same == 0
     assert derivative < 1e-8
@@ -361,6 +355,6 @@ int main()
 }
 """
     )
-    command = [compiler, *CXX17, f"-I{package}", "main.cpp", *library([package], tmp_path), "-lm"]
+    command = [compiler, *CXX17, f"-I{package}", "main.cpp", *objects(package), "-lm"]
     run([*command, "-o", "main"], tmp_path)
     assert run([tmp_path / "main"], tmp_path).split() == "0 16 1 0 1 0 0 16".split()

@@ -6,6 +6,7 @@ import importlib.util
 import random
 import shutil
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -59,6 +60,7 @@ d = 0.5
 ROBOTS = {"rich": RICH, "smooth": SMOOTH, "dry": DRY}
 
 
+@cache
 def derived(name: str) -> symgen.Model:
     """The model of one of our robots, or of the library's."""
     text = ROBOTS.get(name)
@@ -156,8 +158,7 @@ def test_motion_is_that_of_symgen_simulate(kind: str, rate: float, bound: float,
     X = truth(model)
     log = played(model, 6.0, rate=rate)
     rest = (np.full(model.robot.n, 0.2), np.full(model.robot.n, -0.3))
-    loaded = symgen.load(model)
-    ours = symgen.simulate(loaded, X, torque=log, hold=True, initial=rest, tolerance=1e-11)
+    ours = symgen.simulate(model.robot, X, torque=log, hold=True, initial=rest, tolerance=1e-11)
     numbers = [j.number for j in model.robot.movable]
     start = X | {f"q{k}": 0.2 for k in numbers} | {f"qd{k}": -0.3 for k in numbers}
     q, qd = motion(units["smooth", "double"], kind, log, start)
@@ -170,7 +171,7 @@ def test_dry_friction_is_that_of_symgen_simulate_up_to_its_width(units) -> None:
     model = derived("dry")
     X = truth(model)
     log = played(model, 25.0)
-    ours = symgen.simulate(symgen.load(model), X, torque=log, hold=True, initial=([0, 0], [0, 0]))
+    ours = symgen.simulate(model.robot, X, torque=log, hold=True, initial=([0, 0], [0, 0]))
     gaps = []
     for width in (0.02, 0.002):
         start = X | {"coulomb_width": width, "integration_step": 2e-5}
@@ -198,8 +199,8 @@ def test_single_precision_and_couplings(units) -> None:
     X = truth(model)
     log = played(model, 8.0, 0.5)
     n = model.robot.n
-    loaded = symgen.load(model)
-    ours = symgen.simulate(loaded, X, torque=log, hold=True, initial=(np.zeros(n), np.zeros(n)))
+    rest = (np.zeros(n), np.zeros(n))
+    ours = symgen.simulate(model.robot, X, torque=log, hold=True, initial=rest)
     start = X | {"coulomb_width": 1e-3, "integration_step": 1e-5}
     q, _ = motion(units["rich", "float"], "CoSimulation", log, start)
     assert np.ptp(ours.q[0], axis=0).max() > 0.1

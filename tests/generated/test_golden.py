@@ -103,14 +103,13 @@ def test_manifest_digests_are_those_of_the_files(name):
 def test_bytes_do_not_depend_on_the_hash_seed_or_on_what_was_derived_before():
     jobs = [
         python("-c", DIGESTS, "tx40", PYTHONHASHSEED="0"),
-        python("-c", DIGESTS, "tx40", PYTHONHASHSEED="1"),
         python("-c", DIGESTS, "stanford", "planar2r", "tx40", PYTHONHASHSEED="31337"),
     ]
     answers = [job.communicate(timeout=120) for job in jobs]
-    assert [job.returncode for job in jobs] == [0, 0, 0], [err for _, err in answers]
-    first, *others = [out for out, _ in answers]
+    assert [job.returncode for job in jobs] == [0, 0], [err for _, err in answers]
+    first, other = (out for out, _ in answers)
     assert "tx40_friction_power.c" in first
-    assert others == [first, first]
+    assert other == first
 
 
 def test_a_package_generates_itself():

@@ -29,7 +29,6 @@ DOORS = {
         "data/bandwidth",
         "data/convolution",
         "data/signals",
-        "data/spline",
         "estimation/statistics",
         "experiment/integrator",
         "experiment/recording",

@@ -22,7 +22,7 @@ from fuzz_seeds import ESTIMATE, write_seeds
 from fuzzing import READERS, fault_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support import PROJECT
+from support import PROJECT, sampled
 
 import symgen
 from symgen.robot import expressions
@@ -87,7 +87,7 @@ def _read(reader: str, folder: Path, count: int) -> dict[str, Any]:
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="alarms and bounds of memory of POSIX")
 
 
-@pytest.mark.parametrize("reader", READERS)
+@pytest.mark.parametrize("reader", sampled(READERS, 8))
 def test_a_sample_of_spoiled_files_is_a_line_or_a_finite_result(reader, tmp_path):
     """And as many are refused as of all: a reader that refuses what is good shows, too."""
     count = SAMPLES[reader]

@@ -27,7 +27,7 @@ from symgen.data.log import read_log
 from symgen.diagnosis.fleet import grouped
 from symgen.errors import plain
 from symgen.files import load_json, load_toml, write_folder
-from symgen.identification.parameters import read_named
+from symgen.identification.parameters import read_parameters
 
 ESCAPE = "\x1b]0;taken\x07\x1b[31m"
 ESTIMATE = {
@@ -223,7 +223,7 @@ def test_a_key_of_100_000_parts_is_refused_at_once(tmp_path, kind, reader):
     path.write_text(KEYS[kind](100_000))
     read = {
         "robot": symgen.read_robot,
-        "parameters": lambda p: read_named(p, "planar2r"),
+        "parameters": lambda p: read_parameters(p, symgen.derive("planar2r")),
         "columns": lambda p: columns_from(str(p)),
     }[reader]
     begun = time.process_time()

@@ -14,7 +14,6 @@ from oracles.bags import DEFINITION, JOINT_STATE, State, write_bag
 from support import PROJECT
 
 import symgen
-from symgen.data.bags import read_bag
 from symgen.data.raw import Reading
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="bounds as Linux has them")
@@ -177,4 +176,4 @@ def test_what_a_process_takes_beyond_its_bounds_is_a_line(tmp_path, monkeypatch)
     monkeypatch.setattr("symgen.data.bounded._LEAST", 1 << 20)
     path = bag(tmp_path / "bag")
     with pytest.raises(symgen.LogError, match=r"bag: takes more than .* GB or .* s to read"):
-        read_bag(path, Reading(joints=("a", "b")), (), False)
+        symgen.read_log(path, reading=Reading(joints=("a", "b")))

@@ -73,6 +73,7 @@ print(json.dumps({k: hashlib.sha256(v).hexdigest() for k, v in files.items()}))
 """
 
 
+@pytest.mark.slow
 def test_bytes_and_estimates_are_the_same_across_hash_seeds_and_processes():
     environment = {**os.environ, "PYTHONPATH": str(PROJECT)}
     answers = [

@@ -14,7 +14,7 @@ from symgen.data.mask import Mask, mean_speeds, resting, slow_speeds
 from symgen.data.signals import Samples, prepare, sampled
 from symgen.errors import LogError
 from symgen.estimation.band import OPEN, Band, Rests
-from symgen.estimation.cutoff import rests_of, weighed_rests
+from symgen.estimation.cutoff import find_rests, weigh_rests
 from symgen.estimation.filtered import filtered, unfiltered
 from symgen.estimation.masking import require_left, rests_in_words, seldom_moving
 from symgen.estimation.system import (
@@ -25,7 +25,7 @@ from symgen.estimation.system import (
     torque_sides,
 )
 from symgen.estimation.torque_error import fit
-from symgen.estimation.windows import placed_windows
+from symgen.estimation.windows import place_windows
 
 STEP = 0.004
 T = np.arange(0, 24, STEP)
@@ -97,28 +97,28 @@ def test_a_joint_that_is_held_never_rests():
     assert still.tolist() == [False, True, False]
     q, _ = moved(T)
     both = np.column_stack([q, 1e-3 * q])
-    known = rests_of([sampled(symgen.make_log("l", T, both, both))], (0, 0))
+    known = find_rests([sampled(symgen.make_log("l", T, both, both))], (0, 0))
     assert known is not None
     assert known.slow[0] > 0
     assert known.slow[1] < 0
     assert (
-        rests_of([sampled(symgen.make_log("l", T, np.sin(T)[:, None], q[:, None]))], (0,)) is None
+        find_rests([sampled(symgen.make_log("l", T, np.sin(T)[:, None], q[:, None]))], (0,)) is None
     )
 
 
 @pytest.mark.parametrize(("coulomb", "low", "high"), [(0.0, 1.0, 1.0), (2.0, 1e-3, 0.1)])
 def test_the_weight_is_the_deviation_in_motion_over_that_at_rest(evaluator, coulomb, low, high):
     samples = log(1.0, noise=0.05, coulomb=coulomb)
-    band = Band(250.0, 30.0, 4.0, "measured", rests_of([samples], (0,)))
-    found = weighed_rests(evaluator, [samples], band)
+    band = Band(250.0, 30.0, 4.0, "measured", find_rests([samples], (0,)))
+    found = weigh_rests(evaluator, [samples], band)
     assert low <= found.rests.weight[0] <= high
-    assert weighed_rests(evaluator, [samples], Band(250.0, 30.0, 4.0, "measured")).rests is None
+    assert weigh_rests(evaluator, [samples], Band(250.0, 30.0, 4.0, "measured")).rests is None
 
 
 @pytest.mark.parametrize("make", ["torque", "momentum"])
 def test_rows_that_a_rest_concerns_are_multiplied_and_no_others(evaluator, make):
     samples = log(1.0)
-    slow = rests_of([samples], (0,)).slow
+    slow = find_rests([samples], (0,)).slow
 
     def rows(rests: Rests | None) -> Equations:
         seen = filtered(samples, Band(250.0, 30.0, 4.0, "measured", rests))
@@ -147,7 +147,7 @@ def test_rows_that_a_rest_concerns_are_multiplied_and_no_others(evaluator, make)
 
 def test_what_a_model_leaves_is_told_apart_in_motion_and_at_rest(evaluator):
     samples = log(1.0)
-    rests = Rests(rests_of([samples], (0,)).slow, (0.01,))
+    rests = Rests(find_rests([samples], (0,)).slow, (0.01,))
     seen = filtered(samples, Band(250.0, 30.0, 4.0, "measured", rests))
     plain = filtered(samples, Band(250.0, 30.0, 4.0, "measured"))
     whole, all_alike = fit(evaluator, [seen], TRUE), fit(evaluator, [plain], TRUE)
@@ -165,7 +165,7 @@ def test_a_joint_that_moves_in_few_of_the_samples_is_said():
     seldom = sampled(
         symgen.make_log("seldom", T, np.column_stack([q, late]), np.zeros((len(T), 2)))
     )
-    band = Band(250.0, 30.0, 4.0, "measured", rests_of([seldom], (0, 0)))
+    band = Band(250.0, 30.0, 4.0, "measured", find_rests([seldom], (0, 0)))
     (said,) = seldom_moving([filtered(seldom, band)])
     assert said.startswith("seldom: movable joints 2 move in at most ")
     assert seldom_moving([filtered(seldom, Band(250.0, 30.0, 4.0, "measured"))]) == ()
@@ -196,7 +196,7 @@ def test_equations_are_named_by_joint_and_a_cutoff_that_filters_nothing_is_said(
     t = 0.01 * np.arange(400)
     q = np.column_stack([np.sin(2 * t), np.cos(3 * t)])
     log = unfiltered(prepare(make_log("log", t, q, q, np.gradient(q, t, axis=0))))
-    found = torque_sides(log), momentum_sides(log, placed_windows(log, 0.2))
+    found = torque_sides(log), momentum_sides(log, place_windows(log, 0.2))
     for sides in found:
         assert [(e.name, e.joint) for e in sides] == [("log, joint 1", 0), ("log, joint 2", 1)]
     band = Band(100.0, OPEN * 100.0, 5.0, "measured")

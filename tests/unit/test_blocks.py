@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from symgen.estimation.summary import BLOCKS, placed, solve_gram, summary
+from symgen.estimation.summary import BLOCKS, block_summary, solve_gram
 from symgen.estimation.system import Equations
 
 
@@ -48,16 +48,22 @@ def test_a_row_counts_in_the_block_that_holds_all_of_it(reach: float) -> None:
             for j in range(2)
         ]
         logs.append(tuple(own))
-    rows = placed(logs, reach)
-    found = summary(rows, 2)
+    found = block_summary(logs, reach)
     grams, count = np.zeros_like(found.grams), np.zeros_like(found.rows)
-    for e, place in rows:
-        for w, y, (begin, end) in zip(e.W, e.y, place, strict=True):
-            first, last = (min(max(int(x * BLOCKS), 0), BLOCKS - 1) for x in (begin, end))
-            if first == last:
-                row = np.append(w, y)
-                grams[first, e.joint] += e.weight * np.outer(row, row)
-                count[first, e.joint] += 1
+    spans = [(min(e.t[0] for e in log), max(e.t[-1] for e in log)) for log in logs]
+    total, before = sum(end - start for start, end in spans), 0.0
+    for log, (start, stop) in zip(logs, spans, strict=True):
+        for e in log:
+            for w, y, t in zip(e.W, e.y, e.t, strict=True):
+                end = (before + t - start) / total
+                first, last = (
+                    min(max(int(x * BLOCKS), 0), BLOCKS - 1) for x in (end - reach / total, end)
+                )
+                if first == last:
+                    row = np.append(w, y)
+                    grams[first, e.joint] += e.weight * np.outer(row, row)
+                    count[first, e.joint] += 1
+        before += stop - start
     np.testing.assert_array_equal(found.rows, count)
     np.testing.assert_allclose(found.grams, grams, rtol=1e-12, atol=1e-12)
     assert (count.sum() < 262) == (reach > 0)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from symgen.estimation.covariance import bartlett, scores
-from symgen.estimation.summary import Summary, merged_tree, summaries, triangle
+from symgen.estimation.summary import Summary, merge_summaries, summaries, triangle
 from symgen.estimation.system import Equations, LinearSystem
 
 
@@ -79,13 +79,13 @@ def test_summaries_of_chunks_merge_to_that_of_the_whole() -> None:
         parts += summaries(LinearSystem(("A", "B", "C"), (chunk,)))
     (one,) = summaries(LinearSystem(("A", "B", "C"), (whole,)))
     for count in range(1, len(parts) + 1):
-        found = merged_tree(parts[:count])
+        found = merge_summaries(parts[:count])
         rows = edges[count]
         assert (found.rows, found.correlation, found.weight) == (rows, 5, 3.0)
         error = whole.y[:rows] - whole.W[:rows] @ X
         assert found.rss(X) == pytest.approx(float(error @ error), rel=1e-12)
     np.testing.assert_allclose(
-        np.abs(merged_tree(parts).factor), np.abs(one.factor), rtol=1e-10, atol=1e-12
+        np.abs(merge_summaries(parts).factor), np.abs(one.factor), rtol=1e-10, atol=1e-12
     )
 
 

@@ -202,7 +202,9 @@ class TestBias:
     def _said(self, monkeypatch, X, spread, p_value=1e-4, std=None, tests=True) -> str:
         solution = Wls().solve(_system(_log(16)))
         test = Endogeneity("all", 20.0, (3, 290.0), p_value)
-        contrast = estimators.Contrast("wls", self.LEAST, self.STD if std is None else std)
+        contrast = estimators.OtherEstimate.by(
+            "wls", NAMES, self.LEAST, self.STD if std is None else std
+        )
         answer = replace(
             solution,
             X=np.array(X),

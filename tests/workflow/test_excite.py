@@ -354,7 +354,7 @@ def test_the_command_writes_a_csv_for_each_run_and_what_is_known(
     ("options", "word"),
     [
         (["--velocity", "fast"], "--velocity fast"),
-        (["--velocity", "1,2,3"], "3 entries"),
+        (["--velocity", "1,2,3"], "one for each of 2"),
         (["--position", "1:b"], "--position 1:b"),
         (["--velocity", "nan"], "above 0"),
         (["--into", "run.txt"], "ends in .csv"),

@@ -14,7 +14,14 @@ from plotly.offline import get_plotlyjs
 
 import symgen
 from symgen.estimation.band import Band
-from symgen.estimation.values import Balance, Convergence, Residual, Trace
+from symgen.estimation.values import (
+    Balance,
+    Convergence,
+    OtherEstimate,
+    OtherValue,
+    Residual,
+    Trace,
+)
 from symgen.faults.fault import Fault
 from symgen.identification.assessment import whiteness
 from symgen.identification.estimate import (
@@ -22,8 +29,6 @@ from symgen.identification.estimate import (
     Apart,
     Estimate,
     Joint,
-    OtherEstimate,
-    OtherValue,
     ParameterEstimate,
     Use,
 )

@@ -13,6 +13,7 @@ pytest.importorskip("mujoco")
 
 from oracles.hidden.cases import Spec
 from oracles.hidden.machines import MACHINES
+from support import sampled
 
 from symgen import parse_robot
 from symgen.data.log import Log, make_log, read_log
@@ -43,7 +44,7 @@ def told(d: Diagnosis) -> list[tuple[str, tuple[int, ...]]]:
     return [(r.name, r.joints) for r in d.rejected if r.name in chain]
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("robot", sampled(ROBOTS, 1, always=["planar2r"]))
 def test_sound_logs_pass(robot: str) -> None:
     s = spec(robot, None)
     d = checked(s, log_of(s))
@@ -51,7 +52,7 @@ def test_sound_logs_pass(robot: str) -> None:
     assert (told(d), d.repairs) == ([], ())
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("robot", sampled(ROBOTS, 1, always=["planar2r"]))
 def test_errors_of_a_velocity_sensor_are_measured_and_mended(robot: str) -> None:
     s = spec(robot, "velocity_sensor_error")
     case = s.run()
@@ -75,9 +76,7 @@ def test_errors_of_a_velocity_sensor_are_measured_and_mended(robot: str) -> None
     assert d.after.total < 0.005
 
 
-@pytest.mark.parametrize(
-    "robot", [*ROBOTS[:2], *(pytest.param(r, marks=pytest.mark.slow) for r in ROBOTS[2:])]
-)
+@pytest.mark.parametrize("robot", sampled(ROBOTS, 0, always=["planar2r"]))
 def test_saturation_is_measured(robot: str) -> None:
     s = spec(robot, "saturation")
     case = s.run()
@@ -119,7 +118,7 @@ MENDED = {
 }
 
 
-@pytest.mark.parametrize("what", MENDED)
+@pytest.mark.parametrize("what", sampled(MENDED, 2))
 def test_a_wrong_channel_is_mended(what: str) -> None:
     s = spec("arm3r", None)
     key, channel, done, change = MENDED[what]
@@ -142,7 +141,7 @@ RECORDED_AGAIN = {
 }
 
 
-@pytest.mark.parametrize("what", RECORDED_AGAIN)
+@pytest.mark.parametrize("what", sampled(RECORDED_AGAIN, 2))
 def test_a_wrong_channel_is_named(what: str) -> None:
     s = spec("arm3r", None)
     key, name, joints, change = RECORDED_AGAIN[what]

@@ -108,15 +108,12 @@ def _banner(found: Reproduction) -> Banner:
     return Banner("good", "reproduced", text, facts=facts)
 
 
-def _convergence_line(history: FloatArray) -> str:
-    half = np.abs(history[:, 50 - paper.FIRST] / paper.X_TRUE - 1)
-    inside = 100 * np.mean(half < 0.1, axis=0)
-    words = ", ".join(f"{name} {v:.0f} %" for name, v in zip(paper.NAMES, inside, strict=True))
-    return f"Within 10 % of the truth after 50 samples: {words} of {len(history)} runs"
-
-
 def _sections(s: Setup) -> list[Section]:
-    runs, words, within = s.runs, s.words, _convergence_line(s.history)
+    runs, words = s.runs, s.words
+    half = np.abs(s.history[:, 50 - paper.FIRST] / paper.X_TRUE - 1)
+    inside = zip(paper.NAMES, 100 * np.mean(half < 0.1, axis=0), strict=True)
+    listed = ", ".join(f"{name} {share:.0f} %" for name, share in inside)
+    within = f"Within 10 % of the truth after 50 samples: {listed} of {len(half)} runs"
     return [
         Section(
             f"Set-up ({s.letter})",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.identification.assessment import LEVEL, in_words
+from symgen.identification.assessment import KNOWN, LEVEL, in_words
 from symgen.identification.estimate import Estimate, ParameterEstimate
 from symgen.report.content.parts import (
     Banner,
@@ -88,7 +88,7 @@ def _banner(e: Estimate) -> Banner:
     if torque is not None and e.model != "torque":
         facts["torque residual, validation"] = percent(torque.relative, 3)
     weak = f"{sum(map(_weak, e.parameters))} of {len(e.parameters)}"
-    facts[f"parameters weak (std over {plots.WEAK_PERCENT:g} %)"] = weak
+    facts[f"parameters weak (std over {KNOWN:g} %)"] = weak
     facts["condition number, scaled"] = number(e.condition_number, 4)
     text = e.headline or "No check speaks against this estimate."
     if not trusted:
@@ -193,10 +193,10 @@ def _parameter_section(e: Estimate) -> Section:
         for p in e.parameters
     ]
     text = (
-        f"Rows marked ▲ have a relative standard deviation over {plots.WEAK_PERCENT:g} %: the "
+        f"Rows marked ▲ have a relative standard deviation over {KNOWN:g} %: the "
         "data do not determine them well."
         if any(map(_weak, e.parameters))
-        else f"All relative standard deviations are below {plots.WEAK_PERCENT:g} %."
+        else f"All relative standard deviations are below {KNOWN:g} %."
     )
     told = (
         f"Standard deviations exclude: {e.excludes or 'not said'}.",
@@ -298,4 +298,4 @@ def _provenance(e: Estimate) -> Table:
 
 def _weak(parameter: ParameterEstimate) -> bool:
     # written so that an unknown deviation (NaN) is weak
-    return not parameter.relative_std_percent <= plots.WEAK_PERCENT
+    return not parameter.relative_std_percent <= KNOWN

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from symgen.data.raw import FloatArray
 from symgen.estimation.values import Trace, Whiteness
+from symgen.identification.assessment import KNOWN
 from symgen.identification.estimate import Estimate
 
 if TYPE_CHECKING:
@@ -30,8 +31,6 @@ VALIDATION_GROUND = "#fdf8e8"  # behind curves that the estimate never saw
 
 COURSES = 8  # parameters whose convergence is drawn at first
 POINTS = 1800  # that a curve is drawn with at most: three for two pixels of a wide page
-#: Relative standard deviation, in percent, from which a parameter counts as weak.
-WEAK_PERCENT = 30.0
 
 _UNITS = {"energy": "J"}
 _PER_JOINT = {"torque": "", "momentum": " s"}  # what follows the unit of a torque
@@ -99,16 +98,16 @@ def parameters(estimate: Estimate) -> Figure:
     percent = np.array([p.relative_std_percent for p in found], dtype=float)
     drawn = percent[np.isfinite(percent) & (percent > 0)]
     bottom = 10 ** np.floor(np.log10(min(drawn.min(initial=1.0), 1.0)))
-    top = 1.5 * min(max(drawn.max(initial=WEAK_PERCENT), 2 * WEAK_PERCENT), 1e4)
+    top = 1.5 * min(max(drawn.max(initial=KNOWN), 2 * KNOWN), 1e4)
     height = np.clip(np.where(np.isfinite(percent), percent, top), bottom, top)
-    names = (f"up to {WEAK_PERCENT:g} %", f"weak: over {WEAK_PERCENT:g} %, or unknown")
+    names = (f"up to {KNOWN:g} %", f"weak: over {KNOWN:g} %, or unknown")
     hover = [
         f"{p.name} = {p.value:.5g} ± {2 * p.std:.3g} {p.unit} (2 std), relative std "
         f"{p.relative_std_percent:.3g} %"
         for p in found
     ]
     labels = [p.name for p in found]
-    figure = bars(labels, height, ~(percent <= WEAK_PERCENT), names, hover, [WEAK_PERCENT])
+    figure = bars(labels, height, ~(percent <= KNOWN), names, hover, [KNOWN])
     figure.update_yaxes(type="log", range=list(np.log10([bottom, top])), dtick=1, tickformat="~g")
     figure.update_yaxes(title="relative std, %")
     figure.update_xaxes(title="parameter, in the order of X")
@@ -177,7 +176,7 @@ def convergence(estimate: Estimate) -> Figure | None:
     if course is None or not len(course.t):
         return None
     final = course.values[-1]
-    known = np.array([p.relative_std_percent <= WEAK_PERCENT for p in estimate.parameters])
+    known = np.array([p.relative_std_percent <= KNOWN for p in estimate.parameters])
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = course.values / final
     late = np.abs(ratio[len(course.t) // 2 :] - 1)

@@ -63,20 +63,16 @@ def gaps(diagnosis: Diagnosis) -> Figure:
 
 def residuals(diagnosis: Diagnosis) -> Figure | None:
     """Draw what the models before and after leave of the torque of every joint over time."""
-
-    def left(c: Curves) -> dict[str, FloatArray]:
-        after = {"after": c.measured - c.after} if diagnosis.effects else {}
-        return {"before": c.measured - c.before, **after}
-
-    return _over_time(diagnosis, left, "What is left", 130)
+    shown = ("before", "after") if diagnosis.effects else ("before",)
+    return _over_time(
+        diagnosis, lambda c: {x: c.measured - getattr(c, x) for x in shown}, "What is left", 130
+    )
 
 
 def torques(diagnosis: Diagnosis) -> Figure | None:
     """Draw the torque of every joint over time: measured, and by the model with what was found."""
-    last = "after" if diagnosis.effects else "before"
-    return _over_time(
-        diagnosis, lambda c: {"measured": c.measured, last: getattr(c, last)}, "Torque", 165
-    )
+    shown = ("measured", "after" if diagnosis.effects else "before")
+    return _over_time(diagnosis, lambda c: {x: getattr(c, x) for x in shown}, "Torque", 165)
 
 
 def _over_time(
@@ -87,7 +83,13 @@ def _over_time(
 ) -> Figure | None:
     """Draw named torques (K, n) of every log, a row for each joint; None without logs."""
     panels = [
-        Panel("", c.t, {name: x[:, j] for name, x in shown(c).items()}, label, log=_log(c))
+        Panel(
+            "",
+            c.t,
+            {name: x[:, j] for name, x in shown(c).items()},
+            label,
+            log=_log(c),
+        )
         for c in diagnosis.curves
         for j, (label, _) in enumerate(_labels(diagnosis))
         if len(c.t)

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.data.raw import FloatArray
+from symgen.identification.assessment import KNOWN
 from symgen.identification.comparison import MOVED, Comparison
 from symgen.identification.estimate import Estimate
 from symgen.report.plots.curves import (
     COLOURS,
     NAMED_AXIS,
-    WEAK_PERCENT,
     bars,
     empty,
     plain,
@@ -80,7 +80,7 @@ def _drawn(names: Sequence[str], units: Sequence[str], sources: Sequence[_Source
     scale = np.where(np.isfinite(first) & (first != 0), first, np.nan)
     figure, reach = empty(), [_LEAST]
     width = 0.5 / max(1, len(sources) - 1)
-    weak = ~(sources[0].std <= WEAK_PERCENT / 100 * np.abs(scale))
+    weak = ~(sources[0].std <= KNOWN / 100 * np.abs(scale))
     for k, source in enumerate(sources):
         ratio, bar = source.values / scale, 2 * np.abs(source.std / scale)
         given = np.isfinite(ratio) & ~np.isinf(source.std)

@@ -63,11 +63,11 @@ def _together(at: list[FloatArray]) -> list[tuple[FloatArray, list[int]]]:
     """Return origins with the numbers of the frames that stand there."""
     out: list[tuple[FloatArray, list[int]]] = []
     for number, place in enumerate(at):
-        near = next((e for e in out if np.hypot(*(e[0] - place)) < _NEAR), None)
+        near = next((numbers for there, numbers in out if np.hypot(*(there - place)) < _NEAR), None)
         if near is None:
             out.append((place, [number]))
         else:
-            near[1].append(number)
+            near.append(number)
     return out
 
 

@@ -6,7 +6,6 @@ off there: the rows of the table, the limits, and the inertias in the new frames
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -118,25 +117,16 @@ class Chain:
 
         A joint that stands on one that follows comes later than that.
         """
-        place = {name: i for i, name in enumerate(self.urdf.joints)}
-        on: dict[str, list[UrdfJoint]] = {}
-        for joint in self.urdf.joints.values():
-            on.setdefault(self.carrier[joint.parent], []).append(joint)
 
-        def key(joint: UrdfJoint) -> tuple[int, int, str]:
-            fixed = joint.sigma == names.FIXED
-            return 2 if fixed else int(joint.mimic is not None), place[joint.name], joint.name
+        def kind(joint: UrdfJoint) -> int:
+            return 2 if joint.sigma == names.FIXED else int(joint.mimic is not None)
 
-        ready = [key(joint) for joint in on.get("", [])]
-        heapq.heapify(ready)
-        order: list[str] = []
-        while ready:
-            name = heapq.heappop(ready)[2]
-            order.append(name)
-            if self.urdf.joints[name].sigma != names.FIXED:
-                for joint in on.get(name, []):
-                    heapq.heappush(ready, key(joint))
-        return order
+        waiting, order = sorted(self.urdf.joints.values(), key=kind), [""]
+        while waiting:
+            ready = next(joint for joint in waiting if self.carrier[joint.parent] in order)
+            waiting.remove(ready)
+            order.append(ready.name)
+        return order[1:]
 
     # --- frames ---------------------------------------------------------------------------------
 
@@ -215,21 +205,17 @@ class Chain:
 
     def imported(self) -> Imported:
         """Return the robot, its parameters, and what was read otherwise than written."""
-        robot = self.robot()
-        return Imported(robot, tuple(self.parameters()), tuple(self.notes))
-
-    def robot(self) -> Robot:
-        """Return the robot."""
         joints = tuple(self._joint(self.urdf.joints[name]) for name in self.order)
         if not any(joint.movable for joint in joints):
             raise RobotError(
-                "no joint is movable; accepted: at least one that is revolute, "
-                "continuous or prismatic"
+                "no joint is movable; accepted: at least one that is revolute, continuous or "
+                "prismatic"
             )
         name = robot_name(self.urdf.name)
         if name != self.urdf.name:
             self.notes.append(f"the robot {shortened(self.urdf.name)!r} is called {name}")
-        return Robot(name=name, gravity=_GRAVITY, joints=joints, limits=self._limits(joints))
+        robot = Robot(name=name, gravity=_GRAVITY, joints=joints, limits=self._limits(joints))
+        return Imported(robot, tuple(self._parameters()), tuple(self.notes))
 
     def _joint(self, joint: UrdfJoint) -> Joint:
         carrier = self.carrier[joint.parent]
@@ -288,7 +274,7 @@ class Chain:
                 columns[key] = values
         return Limits(**columns) if columns else None
 
-    def parameters(self) -> list[tuple[str, float]]:
+    def _parameters(self) -> list[tuple[str, float]]:
         """Return standard parameters from the file, in the order of X; [] where it has none."""
         if not any(self.urdf.links.values()):
             return []

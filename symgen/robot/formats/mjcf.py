@@ -225,7 +225,8 @@ def _triple(values: Iterable[float]) -> Triple:
 
 def _matrix(quaternion: FloatArray) -> FloatArray:
     """Return the rotation of a quaternion (w, x, y, z)."""
-    w, *axis = np.array(quaternion) / np.linalg.norm(quaternion)
-    x, y, z = axis
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.asarray(np.eye(3) + 2 * w * cross + 2 * cross @ cross)
+    import mujoco
+
+    R = np.zeros(9)
+    mujoco.mju_quat2Mat(R, quaternion)
+    return R.reshape(3, 3)

@@ -90,11 +90,9 @@ class _Reader:
 
     def items(self, key: str, size: int, default: str | None = "0") -> list[str]:
         """Return the entries of a list."""
-        value = self.entries.get(key)
-        if value is None:
-            if default is None:
-                raise RobotError(f"{key} is missing; accepted: a list of {size} entries")
-            return [default] * size
+        if key not in self.entries and default is None:
+            raise RobotError(f"{key} is missing; accepted: a list of {size} entries")
+        value = self.entries.get(key, f"{{{','.join([default or ''] * size)}}}")
         items = [item.strip() for item in value.strip("{}").split(",")]
         if not value.startswith("{") or len(items) != size or not all(items):
             raise RobotError(
@@ -102,8 +100,8 @@ class _Reader:
             )
         return items
 
-    def integers(self, key: str, accepted: Collection[int], default: str | None) -> list[int]:
-        items = self.items(key, self.joints, default)
+    def integers(self, key: str, accepted: Collection[int]) -> list[int]:
+        items = self.items(key, self.joints, None)
         for number, item in enumerate(items, 1):
             if not _NUMBER.fullmatch(item) or int(item) not in accepted:
                 raise RobotError(
@@ -113,8 +111,8 @@ class _Reader:
         return [int(item) for item in items]
 
     def imported(self) -> Imported:
-        sigma = self.integers("sigma", (0, 1, 2), None)
-        antecedent = self.integers("ant", range(self.joints + 1), None)
+        sigma = self.integers("sigma", (0, 1, 2))
+        antecedent = self.integers("ant", range(self.joints + 1))
         for number, before in enumerate(antecedent, 1):
             if before >= number:
                 raise RobotError(

@@ -6,11 +6,15 @@ that nothing expands and nothing is fetched.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from xml.parsers import expat
 
 from symgen.errors import RobotError
+
+#: A tag from its start to its end; quotes may hold a '>'.
+_TAG = re.compile(rb"""[^>"']*(?:(?:"[^"]*"|'[^']*')[^>"']*)*>""")
 
 
 @dataclass
@@ -97,13 +101,5 @@ def parse_xml(text: str) -> Element:
 
 def _tag_end(content: bytes, at: int) -> int:
     """Return the place behind the tag that begins at `at`; quotes may hold a '>'."""
-    quote = 0
-    for i in range(at, len(content)):
-        byte = content[i]
-        if quote:
-            quote = 0 if byte == quote else quote
-        elif byte in b"\"'":
-            quote = byte
-        elif byte == ord(">"):
-            return i + 1
-    return len(content)
+    tag = _TAG.match(content, at)
+    return tag.end() if tag else len(content)
