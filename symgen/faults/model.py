@@ -580,7 +580,7 @@ def _driving_friction(trial: Trial, j: int) -> bool:
         work.append(e.W * speed[:, None])
     mean = np.concatenate(work).mean(axis=0)
     mean[:first] = 0.0
-    return _surely_negative(block_summary(own).grams[:, j], mean)
+    return _surely_negative(block_summary(own).grams[:, 0], mean)
 
 
 def _surely_negative(grams: FloatArray, mean: FloatArray) -> bool:
