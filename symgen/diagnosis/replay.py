@@ -158,7 +158,7 @@ def worst(curves: Sequence[Curves]) -> tuple[Curves, slice]:
 
 def _stretches(c: Curves) -> list[slice]:
     """Return the spans of a second or more in which no torque is masked."""
-    free = np.ones(c.q.shape, dtype=bool) if c.free is None else c.free
+    free = np.ones((len(c.t), 1), dtype=bool) if c.free is None else c.free
     return [slice(a, b) for a, b in spans(np.all(free, axis=1)) if c.t[b - 1] - c.t[a] >= _SHORTEST]
 
 
