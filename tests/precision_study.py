@@ -16,7 +16,7 @@ from symgen.data.signals import prepare
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import solve
-from symgen.estimation.filtered import filtered
+from symgen.estimation.filtered_log import filter_log
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.identification.instruments import with_instruments
 from symgen.identification.parameters import base_values
@@ -106,11 +106,11 @@ def equations_of(
     samples = prepare(noisy)
     rate = 1 / samples.step
     cutoff = 4 * band_hz if equation_model.name == "torque" else rate / 2
-    taken = filtered(samples, Band(rate, cutoff, band_hz, "measured"))
+    taken = filter_log(samples, Band(rate, cutoff, band_hz, "measured"))
     part = equate(evaluator, taken, equation_model)
     if iv:
         motion_hz = motion_bandwidth(samples.q, samples.step)
-        free = filtered(samples, replace(taken.band, cutoff_hz=motion_hz, velocity="derived"))
+        free = filter_log(samples, replace(taken.band, cutoff_hz=motion_hz, velocity="derived"))
         motion = replace(taken, q=free.q, qd=free.qd)
         part = with_instruments(evaluator, part, equation_model, motion)
     return part.equations

@@ -21,7 +21,7 @@ from symgen.diagnosis.whitened_system import (
     given_system,
     model_torque,
 )
-from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.identification.out_of_core import load_model
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.diagnosis.whitened_system import Columns, compared
 from symgen.errors import RobotError
-from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.robot.effect import Definition, Search, definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.effects import definition_tape

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from symgen.data.signals import differentiate, lowpass, white_noise
 from symgen.diagnosis.whitened_system import compared, counted
-from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog
 
 FloatArray = NDArray[np.float64]
 _SEED = 1988

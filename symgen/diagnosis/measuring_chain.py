@@ -20,8 +20,8 @@ from symgen.diagnosis.diagnosis import (
     Place,
     Rejected,
 )
-from symgen.estimation.filtered import FilteredLog
-from symgen.faults.fault import Fault, undone
+from symgen.estimation.filtered_log import FilteredLog
+from symgen.faults.fault import Fault, undo_faults
 from symgen.faults.model import (
     Trial,
     against_physics,
@@ -68,7 +68,7 @@ def check(
     found = tuple(f for log in (*train, *held) for f in unmended_faults(log.samples, sigma))
     if any(f.undo is None for f in found):
         return found
-    train, held = ([undone(log, found)[0] for log in group] for group in (train, held))
+    train, held = ([undo_faults(log, found)[0] for log in group] for group in (train, held))
     trial = Trial(evaluator, train, held)
     wrong = against_physics(trial) or _channels(trial) or [*torque_steps(trial)]
     return (*found, *(wrong or saturations(trial)))

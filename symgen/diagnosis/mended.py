@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from symgen.data.log import Log
 from symgen.data.signals import Samples
-from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.faults.fault import Fault
 from symgen.robot.effect import unit
 

@@ -24,7 +24,7 @@ from symgen.data.signals import differentiate, lowpass
 from symgen.diagnosis.effects import Candidate, Constants, Torques
 from symgen.diagnosis.stiffness import Stiffness, deflection
 from symgen.diagnosis.whitened_system import Columns
-from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
 from symgen.symbolic.independence import random_states

@@ -19,7 +19,7 @@ from symgen.diagnosis.diagnosis import Gap, Place
 from symgen.diagnosis.effects import Torques
 from symgen.diagnosis.select import Score, quick_gain
 from symgen.diagnosis.whitened_system import WhitenedSystem, compared
-from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog
 
 FloatArray = NDArray[np.float64]
 _PRICE = 0.015  # of a function

@@ -21,7 +21,7 @@ from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
 from symgen.diagnosis.floor import passband
 from symgen.diagnosis.robust import covariance
 from symgen.diagnosis.whitened_system import WhitenedSystem, compared
-from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.statistics import f_tail
 from symgen.robot.effect import unit
 from symgen.robot.types import Robot

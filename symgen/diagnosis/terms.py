@@ -27,7 +27,7 @@ from symgen.diagnosis.refine import refined
 from symgen.diagnosis.search import Search, Selection
 from symgen.diagnosis.select import Score, judge, quick_gain
 from symgen.diagnosis.whitened_system import Columns, WhitenedSystem, compared
-from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.robot.effect import Search as Range
 from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot

@@ -39,7 +39,7 @@ from symgen.diagnosis.terms import with_unnamed
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
-from symgen.estimation.filtered import FilteredLog, filtered
+from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.logs import (
     Source,
     hold_out,
@@ -49,8 +49,8 @@ from symgen.estimation.logs import (
     require_other_data,
 )
 from symgen.estimation.masking import rests_in_words
-from symgen.faults.fault import MASKED, Fault, undone
-from symgen.faults.logs import in_one_band, open_logs, open_samples
+from symgen.faults.fault import MASKED, Fault, undo_faults
+from symgen.faults.logs import join_bands, open_logs, open_samples
 from symgen.identification.parameters import read_given
 from symgen.robot.effect import definitions
 from symgen.robot.toml_io import read_robot
@@ -209,7 +209,7 @@ def _opened(
             for group in recorded
         )
         plain = next(as_read), next(as_read)
-    train, held, more = in_one_band(train, held)
+    train, held, more = join_bands(train, held)
     unmended = plain if masked or more else None
     return _Opened([*chain(*recorded)], train, held, (*repairs, *more), unmended)
 
@@ -309,7 +309,7 @@ class _Question:
         says: tuple[str, ...] = ()
         whole, closes = None, 0.0
         if faults:
-            train, held = ([undone(log, faults)[0] for log in group] for group in self.logs)
+            train, held = ([undo_faults(log, faults)[0] for log in group] for group in self.logs)
             fixed = self.fitted((train, held))
             repaired = judged(faults, self.declared, plain(fixed, self.notes))
             share = closed(repaired.before, repaired.after)
@@ -335,7 +335,7 @@ class _Question:
 
 
 def _in_band(groups: Groups, band: Band) -> tuple[list[FilteredLog], list[FilteredLog]]:
-    train, held = ([filtered(s, band) for s in group] for group in groups)
+    train, held = ([filter_log(s, band) for s in group] for group in groups)
     return train, held
 
 

@@ -30,7 +30,7 @@ from symgen.data.stretch import Stretch
 from symgen.estimation.band import Band
 from symgen.estimation.decimation import Decimation, decimation
 from symgen.estimation.equation_model import EquationModel
-from symgen.estimation.filtered import FilteredLog, stride_of
+from symgen.estimation.filtered_log import FilteredLog, stride_of
 from symgen.estimation.summary import LAGS
 from symgen.estimation.system import (
     Equations,

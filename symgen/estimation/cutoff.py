@@ -27,7 +27,7 @@ from symgen.data.mask import mean_speeds, resting, slow_speeds
 from symgen.data.signals import Samples, require_cutoff
 from symgen.distributed import in_turn
 from symgen.estimation.band import OPEN, Band, Rests, comparison_band
-from symgen.estimation.filtered import FilteredLog, filtered
+from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.masking import require_left
 from symgen.estimation.summary import FOLDS, block_errors, block_summary
 from symgen.estimation.system import Equations, torque_equations, torque_sides
@@ -66,7 +66,7 @@ def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Ba
     """
     if band.rests is None:
         return band
-    equations = [torque_equations(evaluator, filtered(s, band)) for s in logs]
+    equations = [torque_equations(evaluator, filter_log(s, band)) for s in logs]
     weight = [1.0] * len(equations[0])
     for _ in range(_ROUNDS):
         X = block_summary(equations).fit()
@@ -196,7 +196,7 @@ def _errors(
     for s, known in zip(logs, sides, strict=True):
         q = None
         for out, band in reversed(list(zip(found, bands, strict=True))):  # derived speeds first
-            log = filtered(s, band, q)
+            log = filter_log(s, band, q)
             q, equations = log.q, torque_equations(evaluator, log, sides=known)
             require_left(s, equations)
             out.append(equations)

@@ -9,7 +9,7 @@ import numpy as np
 from symgen.codegen.kernels import ENERGY
 from symgen.codegen.model import Model
 from symgen.errors import IdentificationError
-from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.system import (
     Equations,
     energy_equations,

@@ -11,7 +11,7 @@ from symgen.data.log import MIN_SAMPLES, Log
 from symgen.data.mask import Bools, at_rest, on_grid, saturated
 from symgen.data.signals import Samples
 from symgen.errors import LogError
-from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.system import Equations
 from symgen.robot.types import Robot
 

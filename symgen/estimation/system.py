@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from symgen.data.mask import Bools, untouched
 from symgen.estimation.decimation import PER_PERIOD
-from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.integrals import cumulative_integral, over_windows, window_integrals
 from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import Windows, chunks, place_windows

@@ -17,7 +17,7 @@ import numpy as np
 from symgen.data.mask import Bools
 from symgen.errors import LogError
 from symgen.estimation.decimation import PER_PERIOD
-from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
 from symgen.estimation.values import FloatArray, Residual, Trace

@@ -20,7 +20,7 @@ from symgen.data.signals import sampled
 from symgen.distributed import Say
 from symgen.errors import IdentificationError
 from symgen.estimation.estimators import solve
-from symgen.estimation.filtered import unfiltered
+from symgen.estimation.filtered_log import unfiltered
 from symgen.estimation.integrals import cumulative_integral
 from symgen.estimation.system import LinearSystem, energy_equations
 from symgen.experiment.integrator import integrate

@@ -30,13 +30,13 @@ from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import NEEDED, EquationModel, require_model
 from symgen.estimation.estimators import Estimator
-from symgen.estimation.filtered import FilteredLog, filtered
+from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.experiment.plant import KERNELS
 from symgen.experiment.recording import Instruments, Recording
 from symgen.experiment.reference import Reference, reference_of
 from symgen.experiment.simulate import Parameters, Simulation, simulate, values_of
 from symgen.experiment.study_result import Precision, Settings, Study, Tried
-from symgen.faults.logs import in_one_band, open_logs
+from symgen.faults.logs import join_bands, open_logs
 from symgen.identification.instruments import instrumented
 from symgen.identification.model_choice import OpenLogs, Run, filter_in_band, undo_delay
 from symgen.identification.out_of_core import load_model
@@ -111,7 +111,7 @@ class Trials:
         for run in range(len(runs)):
             logs = [done.log(run) for done in made]
             (opened,), _ = open_logs((logs,), evaluator.model.robot, None, silent)
-            yield in_one_band(opened, ())[0]
+            yield join_bands(opened, ())[0]
 
     def __call__(self, runs: range) -> bytes:
         """Return rows [X, std, squared error of torque] (tries, groups, 2 p + n) by size, as NPZ.
@@ -144,7 +144,7 @@ class Trials:
 
         @cache
         def logs(band: Band) -> tuple[FilteredLog, ...]:
-            run = Run(evaluator, band, tuple(filtered(s, band) for s in samples))
+            run = Run(evaluator, band, tuple(filter_log(s, band) for s in samples))
             return (undo_delay(run) if self.late else run).train
 
         @cache

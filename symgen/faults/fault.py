@@ -71,7 +71,7 @@ def fault_of(
     return Fault(log, channel, says, samples, done, kind=kind, joints=(j,), undo=undo)
 
 
-def undone(log: Any, faults: Iterable[Fault]) -> tuple[Any, tuple[Fault, ...]]:
+def undo_faults(log: Any, faults: Iterable[Fault]) -> tuple[Any, tuple[Fault, ...]]:
     """Return a log without faults, one after the other, and the faults, which need no undo now."""
     told = []
     for fault in faults:

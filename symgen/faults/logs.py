@@ -14,7 +14,7 @@ from symgen.data.signals import Samples, sampled
 from symgen.errors import LogError
 from symgen.estimation.band import LOWEST, comparison_band
 from symgen.estimation.chunks import Chunk, ChunkOfLog, Settings, chunk_data, unit
-from symgen.estimation.filtered import filtered
+from symgen.estimation.filtered_log import filter_log
 from symgen.estimation.logs import Source, open_log
 from symgen.estimation.masking import masked
 from symgen.estimation.temperature_torque import without_beside
@@ -84,7 +84,7 @@ def open_logs(
     return [[opened(source) for source in group] for group in groups], done
 
 
-def in_one_band(
+def join_bands(
     train: Sequence[Samples], held: Sequence[Samples]
 ) -> tuple[list[Samples], list[Samples], tuple[Fault, ...]]:
     """Mend measured speeds that are late or scaled, in a band taken from the training logs."""
@@ -99,7 +99,7 @@ def in_one_band(
     return [mended(s) for s in train], [mended(s) for s in held], tuple(done)
 
 
-def treated(
+def treat_chunk(
     log: Log,
     chunk: Chunk,
     robot: Robot,
@@ -139,7 +139,7 @@ def treated(
     samples, more = (samples, ()) if clean else _with_speeds(samples, settings.band.comparison_hz)
     if settings.delay:
         samples = with_earlier_torques(samples, settings.delay)
-    whole = filtered(samples, settings.band)
+    whole = filter_log(samples, settings.band)
     found = whole if whole.mask is not None else chunk_data(whole, settings.model)
     return ChunkOfLog(found, (first, last), chunk.ended), (*repairs, *more)
 

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.mask import Bools, at_rest, moving_joints, touched
-from symgen.estimation.filtered import FilteredLog, filtered
+from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.summary import (
     BLOCKS,
     Blocks,
@@ -529,7 +529,7 @@ def _first_part(logs: Sequence[FilteredLog]) -> Sequence[FilteredLog]:
     if total <= _NODES:
         return logs
     cut = [log.samples.cut(slice(0, len(log.t) * _NODES // total)) for log in logs]
-    return [filtered(s, log.band) for s, log in zip(cut, logs, strict=True)]
+    return [filter_log(s, log.band) for s, log in zip(cut, logs, strict=True)]
 
 
 # What a diagnosis asks besides.

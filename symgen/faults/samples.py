@@ -33,9 +33,9 @@ from symgen.data.signals import (
 )
 from symgen.data.stretch import GAP, holes
 from symgen.estimation.band import OPEN
-from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.summary import solve_gram
-from symgen.faults.fault import Fault, fault_of, undone
+from symgen.faults.fault import Fault, fault_of, undo_faults
 from symgen.faults.undo import bridged, derived, masked, shifted, sloped, with_column
 
 FloatArray = NDArray[np.float64]
@@ -86,7 +86,7 @@ def repaired(log: Log, sigma: Sequence[int]) -> tuple[Log, tuple[Fault, ...]]:
     ticks = np.flatnonzero(~repeated_rows(log)).astype(float)
     told: list[Fault] = []
     for find in FINDERS.values():
-        log, found = undone(log, find(log, sigma, ticks))
+        log, found = undo_faults(log, find(log, sigma, ticks))
         told += found
     return log, tuple(told)
 
@@ -100,7 +100,7 @@ def masked_faults(log: Log, samples: Samples) -> tuple[Samples, tuple[Fault, ...
     """
     assert log.tau is not None  # open_log has seen to it
     flat = np.column_stack([cut_off(np.ascontiguousarray(x)) for x in log.tau.T])
-    return undone(samples, (*_saturated(log, samples, flat), *_stuck(log, samples, flat)))
+    return undo_faults(samples, (*_saturated(log, samples, flat), *_stuck(log, samples, flat)))
 
 
 def _channels(log: Log) -> Iterator[tuple[str, int, FloatArray]]:

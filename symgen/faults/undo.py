@@ -13,7 +13,7 @@ from symgen.data.log import Log
 from symgen.data.mask import Bools, touched
 from symgen.data.raw import read_only
 from symgen.data.signals import Samples, differentiate, interpolated, lowpass
-from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog
 
 FloatArray = NDArray[np.float64]
 _SMOOTH = 10.0  # Hz: band in which a speed is drawn from positions

@@ -31,7 +31,7 @@ from symgen.errors import IdentificationError, shortened
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Wls, bias_of_least_squares
-from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.integrals import cumulative_integral
 from symgen.estimation.logs import digest
 from symgen.estimation.masking import seldom_moving

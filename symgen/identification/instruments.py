@@ -27,7 +27,7 @@ from symgen.data.signals import Samples, interpolated, prepare
 from symgen.data.tables import read_columns
 from symgen.errors import IdentificationError, LogError
 from symgen.estimation.equation_model import EquationModel
-from symgen.estimation.filtered import FilteredLog, filtered
+from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.logs import Source, open_log
 from symgen.estimation.values import FloatArray
 from symgen.identification.solving import EquatedLog
@@ -61,7 +61,7 @@ def instrumented(
             "q; accepted: measured speeds qd, or the commanded motion"
         )
     else:
-        free = filtered(log.samples, replace(log.band, velocity="derived"))
+        free = filter_log(log.samples, replace(log.band, velocity="derived"))
     return with_instruments(evaluator, part, model, free)
 
 

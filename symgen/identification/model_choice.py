@@ -22,7 +22,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Wls
-from symgen.estimation.filtered import FilteredLog, filtered
+from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.logs import Source
 from symgen.estimation.masking import require_left
 from symgen.estimation.solve import Solution
@@ -37,8 +37,8 @@ from symgen.estimation.summary import (
 )
 from symgen.estimation.torque_error import TorqueFit, fit
 from symgen.estimation.values import FloatArray
-from symgen.faults.fault import Fault, undone
-from symgen.faults.logs import in_one_band
+from symgen.faults.fault import Fault, undo_faults
+from symgen.faults.logs import join_bands
 from symgen.faults.model import channel_faults
 from symgen.faults.samples import at_standstill
 from symgen.identification.estimate import Alternative, Apart
@@ -130,11 +130,11 @@ def filter_in_band(opened: OpenLogs, cutoff: float | None, *, own_speeds: bool =
     """
     evaluator, progress = opened.evaluator, opened.progress
     progress("choosing the band")
-    train, held, more = in_one_band(opened.train, opened.held)
+    train, held, more = join_bands(opened.train, opened.held)
     threads = opened.threads
     band = choose_band(evaluator, train, cutoff, own_speeds=own_speeds, threads=threads)
     progress(f"band: {band.in_words()}")
-    logs, others = ([filtered(s, band) for s in group] for group in (train, held))
+    logs, others = ([filter_log(s, band) for s in group] for group in (train, held))
     repairs = (*opened.repairs, *more)
     return Run(evaluator, band, tuple(logs), tuple(others), repairs, opened.given)
 
@@ -150,7 +150,7 @@ def undo_delay(run: Run) -> Run:
             break
         told = replace(late, samples=sum(len(s.t) for s in run.logs), done="shifted", undo=None)
         train, held = (
-            tuple(undone(log, [late])[0] for log in group) for group in (run.train, run.held)
+            tuple(undo_faults(log, [late])[0] for log in group) for group in (run.train, run.held)
         )
         repairs, delay = (*run.repairs, told), run.delay + late.value
         run = replace(run, train=train, held=held, repairs=repairs, delay=delay)

@@ -66,7 +66,7 @@ from symgen.estimation.summary import Summary, merge_summaries, summarise
 from symgen.estimation.torque_error import TorqueFit
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault, merged
-from symgen.faults.logs import open_samples, treated
+from symgen.faults.logs import open_samples, treat_chunk
 from symgen.identification.assessment import Outcome, outcome, own_version
 from symgen.identification.model_choice import ChosenModel, OpenLogs, Run
 from symgen.identification.solving import Method
@@ -248,7 +248,7 @@ class Reduction:
 
         def one(read: tuple[Chunk, Log]) -> tuple[Reduced, tuple[Fault, ...]]:
             chunk, log = read
-            found, repairs = treated(log, chunk, robot, self.reading, self.settings, work.clean)
+            found, repairs = treat_chunk(log, chunk, robot, self.reading, self.settings, work.clean)
             path = work.path(chunk)
             if path is not None and isinstance(found.log, ChunkData):
                 keep(path, found.packed())

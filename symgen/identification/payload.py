@@ -48,7 +48,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.estimators import Wls
-from symgen.estimation.filtered import filtered
+from symgen.estimation.filtered_log import filter_log
 from symgen.estimation.logs import (
     Source,
     listed_logs,
@@ -61,7 +61,7 @@ from symgen.estimation.system import Equations, LinearSystem, torque_equations
 from symgen.estimation.torque_error import relative_error
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
-from symgen.faults.logs import in_one_band, open_logs
+from symgen.faults.logs import join_bands, open_logs
 from symgen.identification.parameters import Given, link_columns, read_given, regrouping
 from symgen.identification.physical import (
     IDENTITY,
@@ -276,12 +276,12 @@ def torques(
     """Read logs of motions: in one band, that of the parameters where they have one."""
     (samples,), repairs = open_logs((logs,), evaluator.model.robot, reading, progress)
     require_other_data(samples, [])
-    samples, _, mended = in_one_band(samples, [])
+    samples, _, mended = join_bands(samples, [])
     band = band or choose_band(evaluator, samples, cutoff)
     if cutoff is not None:
         band = replace(band, cutoff_hz=cutoff)
     progress(f"band: {band.in_words()}")
-    equations = [torque_equations(evaluator, filtered(s, band)) for s in samples]
+    equations = [torque_equations(evaluator, filter_log(s, band)) for s in samples]
     notes = (*(n for s in samples for n in s.notes), f"band: {band.in_words()}")
     return Seen(equations, band, notes, (*repairs, *mended))
 

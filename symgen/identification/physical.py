@@ -37,7 +37,7 @@ from symgen import names
 from symgen.codegen.model import Model
 from symgen.errors import ParameterError
 from symgen.estimation.estimators import NOISE_BIAS, Estimator, Wls
-from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.values import FloatArray, OtherEstimate

@@ -17,7 +17,7 @@ from symgen.errors import ParameterError
 from symgen.estimation.band import Band, comparison_band
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.equation_model import JUDGING
-from symgen.estimation.filtered import filtered
+from symgen.estimation.filtered_log import filter_log
 from symgen.estimation.torque_error import fit
 from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.faults.fault import Fault
@@ -114,7 +114,7 @@ def predict(
     band = known or choose_band(evaluator, [samples], cutoff)
     if cutoff is not None:
         band = replace(band, cutoff_hz=cutoff)
-    seen = filtered(samples, band)
+    seen = filter_log(samples, band)
     compared = fit(evaluator, [seen], X)
     torque = np.asarray(evaluator["inverse_dynamics"](seen.q, seen.qd, seen.qdd, X))
     beside = 0.0 if samples.beside is None else samples.beside

@@ -24,7 +24,7 @@ from symgen.estimation.estimators import (
     TotalLeastSquares,
     Wls,
 )
-from symgen.estimation.filtered import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.logs import Source, listed_logs
 from symgen.estimation.solve import Solution, merged, weighed
 from symgen.estimation.summary import triangle

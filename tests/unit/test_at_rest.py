@@ -15,7 +15,7 @@ from symgen.data.signals import Samples, prepare, sampled
 from symgen.errors import LogError
 from symgen.estimation.band import OPEN, Band, Rests
 from symgen.estimation.cutoff import find_rests, weigh_rests
-from symgen.estimation.filtered import filtered, unfiltered
+from symgen.estimation.filtered_log import filter_log, unfiltered
 from symgen.estimation.masking import require_left, rests_in_words, seldom_moving
 from symgen.estimation.system import (
     Equations,
@@ -121,7 +121,7 @@ def test_rows_that_a_rest_concerns_are_multiplied_and_no_others(evaluator, make)
     slow = find_rests([samples], (0,)).slow
 
     def rows(rests: Rests | None) -> Equations:
-        seen = filtered(samples, Band(250.0, 30.0, 4.0, "measured", rests))
+        seen = filter_log(samples, Band(250.0, 30.0, 4.0, "measured", rests))
         if make == "torque":
             return torque_equations(evaluator, seen)[0]
         return momentum_equations(evaluator, seen, 0.2)[0]
@@ -148,8 +148,8 @@ def test_rows_that_a_rest_concerns_are_multiplied_and_no_others(evaluator, make)
 def test_what_a_model_leaves_is_told_apart_in_motion_and_at_rest(evaluator):
     samples = log(1.0)
     rests = Rests(find_rests([samples], (0,)).slow, (0.01,))
-    seen = filtered(samples, Band(250.0, 30.0, 4.0, "measured", rests))
-    plain = filtered(samples, Band(250.0, 30.0, 4.0, "measured"))
+    seen = filter_log(samples, Band(250.0, 30.0, 4.0, "measured", rests))
+    plain = filter_log(samples, Band(250.0, 30.0, 4.0, "measured"))
     whole, all_alike = fit(evaluator, [seen], TRUE), fit(evaluator, [plain], TRUE)
     np.testing.assert_allclose(whole.error, all_alike.error)  # weights are for fits alone
     np.testing.assert_allclose(whole.size, all_alike.size)
@@ -166,10 +166,10 @@ def test_a_joint_that_moves_in_few_of_the_samples_is_said():
         symgen.make_log("seldom", T, np.column_stack([q, late]), np.zeros((len(T), 2)))
     )
     band = Band(250.0, 30.0, 4.0, "measured", find_rests([seldom], (0, 0)))
-    (said,) = seldom_moving([filtered(seldom, band)])
+    (said,) = seldom_moving([filter_log(seldom, band)])
     assert said.startswith("seldom: movable joints 2 move in at most ")
-    assert seldom_moving([filtered(seldom, Band(250.0, 30.0, 4.0, "measured"))]) == ()
-    assert seldom_moving([filtered(log(1.0), Band(250.0, 30.0, 4.0, "measured"))]) == ()
+    assert seldom_moving([filter_log(seldom, Band(250.0, 30.0, 4.0, "measured"))]) == ()
+    assert seldom_moving([filter_log(log(1.0), Band(250.0, 30.0, 4.0, "measured"))]) == ()
 
 
 def test_the_share_of_rests_is_that_of_the_joint_that_rests_most() -> None:

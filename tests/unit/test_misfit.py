@@ -16,7 +16,7 @@ from symgen.diagnosis.search import Search, Selection
 from symgen.diagnosis.select import Score, judge, quick_gain
 from symgen.diagnosis.whitened_system import WhitenedSystem, fitted_system
 from symgen.estimation.cutoff import choose_band
-from symgen.estimation.filtered import filtered
+from symgen.estimation.filtered_log import filter_log
 from symgen.faults.logs import open_samples
 from symgen.runtime.evaluator import Evaluator
 
@@ -76,7 +76,7 @@ def looked_at(evaluator: Evaluator, more: np.ndarray | float, seed: int = 1) -> 
     log = symgen.make_log("log", t, q, tau, qd)
     samples, _ = open_samples(log, evaluator.model.robot)
     band = choose_band(evaluator, [samples], 10.0)
-    return fitted_system(evaluator, [filtered(samples, band)])
+    return fitted_system(evaluator, [filter_log(samples, band)])
 
 
 def searched(evaluator: Evaluator, base: WhitenedSystem) -> Search:

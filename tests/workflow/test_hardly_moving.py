@@ -66,10 +66,10 @@ def test_a_joint_that_moves_by_noise_alone_is_said_to_stand_still(robot, speeds)
 
 
 def test_no_speed_is_blamed_where_nothing_moves(robot) -> None:
-    from symgen.faults.logs import in_one_band, open_samples
+    from symgen.faults.logs import join_bands, open_samples
 
     samples, _ = open_samples(log("still", 0.0, 1), robot, None)
-    _, _, repairs = in_one_band([samples], [])
+    _, _, repairs = join_bands([samples], [])
     assert not [r for r in repairs if r.channel == "qd2"], repairs
 
 

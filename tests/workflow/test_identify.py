@@ -15,7 +15,7 @@ from support import data_folder, sampled
 
 import symgen
 from symgen.estimation.estimators import solve
-from symgen.estimation.filtered import unfiltered
+from symgen.estimation.filtered_log import unfiltered
 from symgen.estimation.system import LinearSystem, energy_equations, momentum_equations
 from symgen.report.store import result_files, result_page
 

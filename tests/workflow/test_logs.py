@@ -15,7 +15,7 @@ from symgen.data.drive import motor_side
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import solve
-from symgen.estimation.filtered import filtered
+from symgen.estimation.filtered_log import filter_log
 from symgen.estimation.system import LinearSystem
 from symgen.faults.logs import open_samples
 from symgen.symbolic.base_parameters import BaseParameters
@@ -127,7 +127,7 @@ def test_without_saturation_a_log_that_is_cut_off_gives_the_parameters(robot, cu
     evaluator = symgen.load(symgen.derive(robot, rows_of.all_kernels))
     taken = replace(open_samples(cut_off[0], robot)[0], mask=None)  # as if nothing had been cut
     band = Band(1 / STEP, 20.0, 10.0, "measured")
-    rows = LinearSystem(TRUE_NAMES, rows_of.equations(evaluator, filtered(taken, band)))
+    rows = LinearSystem(TRUE_NAMES, rows_of.equations(evaluator, filter_log(taken, band)))
     assert np.max(np.abs(solve(rows).X / TRUE - 1)) > 0.02
     found = identified(robot, cut_off, model=model, cutoff=20)
     estimate = identified(robot, cut_off, ("saturation",), model=model, cutoff=20)
@@ -167,12 +167,16 @@ def test_a_mask_leaves_out_equations_and_changes_none(robot, resting, cut_off, m
         if model == "torque":  # what a masked sample says changes nothing
             joint = masked.mask.joint
             odd = replace(masked, tau=np.where(joint, 1e3, masked.tau))
-            left, same = (rows_of.equations(evaluator, filtered(s, band))[0] for s in (masked, odd))
+            left, same = (
+                rows_of.equations(evaluator, filter_log(s, band))[0] for s in (masked, odd)
+            )
             np.testing.assert_array_equal(left.W, same.W)
             np.testing.assert_allclose(left.y, same.y, atol=1e-9)
-            assert 0.2 < len(left.y) / len(filtered(plain, band).kept) < 0.98
+            assert 0.2 < len(left.y) / len(filter_log(plain, band).kept) < 0.98
             continue
-        whole, left = (rows_of.equations(evaluator, filtered(s, band))[0] for s in (plain, masked))
+        whole, left = (
+            rows_of.equations(evaluator, filter_log(s, band))[0] for s in (plain, masked)
+        )
         kept = np.isin(whole.t, left.t)
         assert 0.2 < np.mean(kept) < 0.98
         np.testing.assert_array_equal(whole.W[kept], left.W)
@@ -196,7 +200,7 @@ def test_time_that_a_mask_leaves_out_is_not_forgotten(robot, cut_off):
     found = identified(robot, cut_off, mask, fit=fit, **options)
     masked, _ = open_samples(cut_off[0], robot, symgen.Reading(mask=mask))
     evaluator = symgen.load(symgen.derive(robot))
-    (e,) = EquationModel("energy", 0.2).equations(evaluator, filtered(masked, found.band))
+    (e,) = EquationModel("energy", 0.2).equations(evaluator, filter_log(masked, found.band))
     gaps = np.round(np.diff(e.t) / STEP)
     assert gaps.max() > gaps.min()
     fading = 0.99 ** (gaps.min() * np.arange(len(e.t))[::-1] / 2)
@@ -272,7 +276,7 @@ def test_wls_takes_the_weights_beside_its_own(robot):
     evaluator = symgen.load(symgen.derive(robot, rows_of.all_kernels))
     given = symgen.identify(robot, [a, b], fit=symgen.Fit(weights=weights), **options)
     rows = [
-        rows_of.equations(evaluator, filtered(open_samples(log, robot)[0], given.band))[0]
+        rows_of.equations(evaluator, filter_log(open_samples(log, robot)[0], given.band))[0]
         for log in (a, b)
     ]
     X = TRUE

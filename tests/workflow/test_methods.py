@@ -17,7 +17,7 @@ import symgen
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import ESTIMATORS, bias_of_least_squares
-from symgen.estimation.filtered import FilteredLog, filtered
+from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.system import Equations, LinearSystem, energy_equations
 from symgen.identification.estimate import Consistency
 from symgen.identification.instruments import instrumented
@@ -71,7 +71,7 @@ MEASURED = Band(1 / STEP, 0.5 / STEP, 2.0, "measured")
 def _with_instruments(evaluator: symgen.Evaluator, log: symgen.Log, model: str) -> LinearSystem:
     """The equations of tachometers, with encoders as instruments."""
     equation_model = EquationModel(model, 0.1)
-    motion = filtered(symgen.prepare(log), MEASURED)
+    motion = filter_log(symgen.prepare(log), MEASURED)
     part = equate(evaluator, motion, equation_model)
     part = instrumented(evaluator, part, equation_model, None)
     return LinearSystem(evaluator.model.base.names, part.equations)
@@ -201,7 +201,7 @@ def test_forgetting_is_least_squares_with_weights_that_fade() -> None:
     )
     assert found.band is not None
     # a window that ends at every sample, as those of the recursion do
-    motion = filtered(symgen.prepare(log), found.band)
+    motion = filter_log(symgen.prepare(log), found.band)
     equations = _at_every_sample(evaluator, motion, 0.2)
     age = (equations.t[-1] - equations.t) / STEP
     fading = np.sqrt(0.998) ** age
@@ -228,7 +228,7 @@ def test_forgetting_is_a_time_whatever_the_equations(model: str, window: float) 
     evaluator = symgen.load(symgen.derive("planar2r", equation_model.all_kernels))
     assert found.band is not None
     for log, later in zip(logs, (20.0 - window, 0.0), strict=True):
-        for e in equation_model.equations(evaluator, filtered(symgen.prepare(log), found.band)):
+        for e in equation_model.equations(evaluator, filter_log(symgen.prepare(log), found.band)):
             fading = 0.999 ** ((later + e.t[-1] - e.t) / STEP / 2)
             rows.append(fading[:, None] * np.column_stack([e.W, e.y]))
     whole = np.concatenate(rows)

@@ -106,7 +106,7 @@ def test_the_std_covers_over_many_logs() -> None:
     from symgen.diagnosis.stiffness import stiffnesses
     from symgen.diagnosis.whitened_system import fitted_system
     from symgen.estimation.cutoff import choose_band
-    from symgen.estimation.filtered import filtered
+    from symgen.estimation.filtered_log import filter_log
     from symgen.faults.logs import open_samples
 
     robot = symgen.parse_robot(ROBOT)
@@ -115,7 +115,7 @@ def test_the_std_covers_over_many_logs() -> None:
     for seed in range(10, 18):
         samples, _ = open_samples(log(seed), robot)
         band = choose_band(evaluator, [samples])
-        (found,) = stiffnesses(fitted_system(evaluator, [filtered(samples, band)]))
+        (found,) = stiffnesses(fitted_system(evaluator, [filter_log(samples, band)]))
         assert not found.fault
         off.append((found.stiffness[0] - K) / found.stiffness[1])
     assert np.mean(np.abs(off) < 3) > 0.8, off

@@ -195,7 +195,7 @@ def _distance(masked: NDArray[np.bool_]) -> NDArray[np.int64]:
     return np.asarray(np.minimum(samples - at[after - 1], at[after] - samples))
 
 
-def filtered(samples: Samples, band: Band, q: FloatArray | None = None) -> FilteredLog:
+def filter_log(samples: Samples, band: Band, q: FloatArray | None = None) -> FilteredLog:
     """Put a log into the band of a run.
 
     Measured speeds pass the same filter as positions; derived ones are the derivative of the
