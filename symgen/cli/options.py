@@ -195,7 +195,7 @@ def reading_options(command: Command) -> Command:
             return command(reading=reading, **options)
         except LogError as error:  # the file that the advice is about is known here
             text = str(error).replace(IMPORT, f"symgen import {shlex.quote(robot)} ")
-            if robot.lower().endswith(FORMATS) and text != str(error):
+            if robot.lower().endswith(tuple(FORMATS)) and text != str(error):
                 raise LogError(text) from error
             raise
 

@@ -9,8 +9,8 @@ from symgen.errors import RobotError
 from symgen.robot.expressions import shortened
 from symgen.robot.types import Robot
 
-#: Endings of the files of other programs.
-FORMATS = (".urdf", ".par", ".xml")
+#: Of the files of other programs: ending, and the module of `symgen.robot.formats` that reads it.
+FORMATS = {".urdf": "urdf", ".par": "par", ".xml": "mjcf"}
 _MAX_BYTES = 1_000_000
 _MAX_FOREIGN_BYTES = 20_000_000  # URDFs carry what is displayed, too
 

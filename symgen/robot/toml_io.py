@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from decimal import Decimal
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -107,17 +108,10 @@ def parse_imported(text: str, path: Path) -> Imported:
     Raises:
         RobotError: it is not a robot that symgen can have.
     """
-    if path.suffix.lower() == ".par":
-        from symgen.robot.formats.par import import_par
-
-        return import_par(text, str(path))
-    if path.suffix.lower() == ".xml":
-        from symgen.robot.formats.mjcf import import_mjcf
-
-        return import_mjcf(path)
-    from symgen.robot.formats.urdf import import_urdf
-
-    return import_urdf(text, str(path))
+    name = FORMATS[path.suffix.lower()]
+    module = import_module(f"symgen.robot.formats.{name}")
+    found: Imported = getattr(module, f"import_{name}")(text, str(path))
+    return found
 
 
 def parse_robot(text: str, where: str = "robot.toml") -> Robot:

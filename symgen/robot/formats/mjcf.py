@@ -39,17 +39,20 @@ _SIGMA = {"slide": names.PRISMATIC, "hinge": names.REVOLUTE}
 _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # fullinertia
 
 
-def import_mjcf(path: Path) -> Imported:
+def import_mjcf(_: str, where: str = "robot.xml") -> Imported:
     """Read an MJCF as a robot, with the inertias of its bodies as standard parameters.
 
     armature becomes IA, damping FV and frictionloss FS.
+
+    Args:
+        where: path of the file, which MuJoCo reads with those that it includes.
 
     Raises:
         RobotError: MuJoCo is not installed or refuses the file, or it is no robot that symgen can
             have; one line names the fault.
     """
-    with located(path):
-        tree = _Tree(path)
+    with located(where):
+        tree = _Tree(Path(where))
         chain = Chain(tree.urdf)
         found = chain.imported()
         gravity = tuple(map(_exact, tree.model.opt.gravity))
