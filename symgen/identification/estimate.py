@@ -216,7 +216,7 @@ class Estimate:
     model: str
     method: str
     parameters: tuple[ParameterEstimate, ...]
-    condition_number: OrInf
+    condition_number: float
     train: Annotated[Residual, at("residual.train")]
     validation: Annotated[Residual, at("residual.validation")]
     torque_train: Annotated[Residual | None, at("torque_residual.train")] = None
