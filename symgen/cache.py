@@ -18,7 +18,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from symgen.errors import BuildError
-from symgen.places import place
+from symgen.places import written
 
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
@@ -111,11 +111,8 @@ def kept_text(folder: Path, name: str) -> str | None:
 def keep_text(folder: Path, name: str, text: str) -> None:
     """Keep a text under a name, whole or not at all; nothing is kept where that cannot be done."""
     content = text.encode()
-    with suppress(OSError), place(folder) as own:
-        fresh = own / "text"
-        fresh.touch(mode=0o600)
-        fresh.write_bytes(content)
-        os.replace(fresh, folder / kept_name(name, content, ".json"))
+    with suppress(OSError):
+        written(folder / kept_name(name, content, ".json"), content, 0o600)
 
 
 def _intact(kept: Path, suffix: str) -> bool:

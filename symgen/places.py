@@ -93,14 +93,20 @@ def sweep(folder: Path) -> None:
                 os.close(lock)
 
 
-def written(path: Path, content: bytes) -> None:
+def written(path: Path, content: bytes, mode: int = 0o666) -> None:
     """Write a file whole or not at all, in place of what is there.
+
+    Args:
+        path: of the file.
+        content: of it.
+        mode: its permissions, less those that the user's umask takes away.
 
     Raises:
         OSError: it cannot be written.
     """
     with place(path.parent) as own:
         fresh = own / path.name
+        fresh.touch(mode)
         fresh.write_bytes(content)
         os.replace(fresh, path)
 

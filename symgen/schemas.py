@@ -173,6 +173,11 @@ def result_file(path: str | Path, name: str) -> Path:
     return path / name if path.is_dir() else path
 
 
+def read_result(kind: type[Result], file: Path, *schemas: str, **beside: Any) -> Result:
+    """Return the result that a JSON file of one of some schemas holds; see `from_json`."""
+    return from_json(kind, read_json(file, *schemas), file, **beside)
+
+
 def read_json(file: Path, *schemas: str) -> dict[str, Any]:
     """Return the content of a JSON file of one of some schemas.
 

@@ -108,9 +108,9 @@ def _code() -> str:
     digest = hashlib.sha256(sp.__version__.encode())
     package = Path(__file__).resolve().parents[1]
     folders = [*(package / name for name in ("robot", "symbolic", "codegen")), templates() / "c"]
-    for folder in folders:
-        for file in sorted(p for p in folder.rglob("*") if p.suffix not in ("", ".pyc")):
-            digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
+    files = [package / "names.py", *(p for folder in folders for p in sorted(folder.rglob("*")))]
+    for file in (p for p in files if p.suffix not in ("", ".pyc")):
+        digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
     return digest.hexdigest()
 
 

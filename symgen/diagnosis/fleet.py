@@ -37,7 +37,7 @@ from symgen.robot.toml_io import parse_robot, read_robot
 from symgen.robot.toml_text import parameters_toml, robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
-from symgen.schemas import BESIDE, OrInf, at, from_json, read_json, result_file, to_json
+from symgen.schemas import BESIDE, OrInf, at, read_result, result_file, to_json
 
 MARKER = "fleet.json"
 SCHEMA = "symgen.fleet/1"
@@ -158,7 +158,7 @@ def read_fleet(path: str | Path) -> Fleet:
         ParameterError: there is none, or it is damaged.
     """
     file = result_file(path, MARKER)
-    found = from_json(Fleet, read_json(file, SCHEMA), file)
+    found = read_result(Fleet, file, SCHEMA)
     if len({tuple(p.name for p in e.parameters) for e in found.estimates if e.parameters}) > 1:
         raise ParameterError(
             f"{file}: damaged at estimates: days have other parameters; accepted: schema {SCHEMA} "

@@ -11,7 +11,7 @@ from symgen.estimation.band import Band
 from symgen.experiment.recording import Recording
 from symgen.files import html_table
 from symgen.identification.assessment import KNOWN
-from symgen.schemas import from_json, read_json, result_file, to_json
+from symgen.schemas import read_result, result_file, to_json
 
 SCHEMA = "symgen.study/1"
 MARKER = "study.json"
@@ -191,8 +191,7 @@ def read_study(path: str | Path) -> Study:
     Raises:
         ParameterError: there is none, or it is damaged.
     """
-    file = result_file(path, MARKER)
-    return from_json(Study, read_json(file, SCHEMA), file)
+    return read_result(Study, result_file(path, MARKER), SCHEMA)
 
 
 def overview(study: Study) -> list[tuple[str, ...]]:

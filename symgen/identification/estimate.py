@@ -36,8 +36,7 @@ from symgen.schemas import (
     OrNan,
     as_json,
     at,
-    from_json,
-    read_json,
+    read_result,
     result_file,
     to_json,
 )
@@ -301,7 +300,7 @@ def read_estimate(path: str | Path) -> Estimate:
         ParameterError: there is no estimate, or it is damaged.
     """
     file = result_file(path, MARKER)
-    found = from_json(Estimate, read_json(file, *READ), file)
+    found = read_result(Estimate, file, *READ)
     wrong = _torn(found)
     if wrong:
         raise ParameterError(

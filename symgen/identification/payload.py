@@ -76,7 +76,7 @@ from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Drive, Robot
 from symgen.runtime.evaluator import Evaluator, load
-from symgen.schemas import from_json, read_json, result_file, to_json
+from symgen.schemas import read_result, result_file, to_json
 
 SCHEMA = "symgen.payload/1"
 MARKER = "payload.json"
@@ -186,8 +186,7 @@ def read_payload(path: str | Path) -> Payload:
     Raises:
         ParameterError: there is none, or it is damaged.
     """
-    file = result_file(path, MARKER)
-    return from_json(Payload, read_json(file, SCHEMA), file)
+    return read_result(Payload, result_file(path, MARKER), SCHEMA)
 
 
 @dataclass(frozen=True, eq=False)

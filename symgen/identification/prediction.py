@@ -28,7 +28,7 @@ from symgen.identification.parameters import read_given
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import load
-from symgen.schemas import BESIDE, at, from_json, read_json, result_file, to_json
+from symgen.schemas import BESIDE, at, read_result, result_file, to_json
 
 SCHEMA = "symgen.prediction/2"
 MARKER, CURVES = "prediction.json", "prediction.csv"
@@ -146,8 +146,8 @@ def read_prediction(path: str | Path) -> Prediction:
         ParameterError: there is none, or it is damaged.
     """
     file = result_file(path, MARKER)
-    content, curves = read_json(file, SCHEMA), dict.fromkeys(("torque", "kinetic", "potential"))
-    found = from_json(Prediction, content, file, **curves)
+    curves = dict.fromkeys(("torque", "kinetic", "potential"))
+    found = read_result(Prediction, file, SCHEMA, **curves)
     try:
         n = len(found.joints)
         text = file.with_name(CURVES).read_text(encoding="utf-8")
