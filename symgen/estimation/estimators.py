@@ -357,9 +357,7 @@ class TotalLeastSquares:
         p = len(system.names)
         parts = summaries(system)
         weights, _, scale, _ = log_weights(parts, system.names, PASSES)
-        whole = triangle(
-            np.concatenate([w * s.factor for w, s in zip(weights, parts, strict=True)])
-        )
+        whole = weighted_triangle((s.factor for s in parts), weights)
         noise = self._noise(scale, float(np.linalg.norm(whole[:, p])), p)
         X = _orthogonal(whole, noise)
         C = noise**2

@@ -91,10 +91,11 @@ def relative_error(error: FloatArray, size: FloatArray, by_joint: bool = True) -
 
 def equation_residual(parts: Sequence[Equations | Summary], X: FloatArray) -> Residual:
     """Return ||y - W X|| / ||y|| of equations, or of their summaries, in all and by joint."""
-    sums = np.zeros((2, 1 + max(part.joint or 0 for part in parts)))
-    for part in parts:
-        sums[:, part.joint or 0] += part.rss(X), part.square
-    return relative_error(sums[0], sums[1], parts[0].joint is not None)
+    found = [(part.joint, part.rss(X), part.square) for part in parts]  # once: parts may be files
+    sums = np.zeros((2, 1 + max(joint or 0 for joint, _, _ in found)))
+    for joint, error, size in found:
+        sums[:, joint or 0] += error, size
+    return relative_error(sums[0], sums[1], found[0][0] is not None)
 
 
 class Modelled(Protocol):

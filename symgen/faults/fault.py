@@ -13,6 +13,9 @@ LEFT = "left as it is"
 #: Kinds that take samples out of the equations.
 MASKED = ("saturated", "stuck")
 
+#: Name of the log of a fault that all logs have together.
+EVERYWHERE = "all logs"
+
 
 @dataclass(frozen=True)
 class Fault:
@@ -21,7 +24,7 @@ class Fault:
     JSON holds the first five and `values`; programs decide by `kind`.
 
     Attributes:
-        log: name of the log, or "all logs".
+        log: name of the log, or EVERYWHERE.
         channel: "t", "q2", "tau2, tau4", "tau" for all joints, or "all".
         fault: in words, with the value.
         samples: how many it touches.

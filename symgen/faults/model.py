@@ -31,7 +31,7 @@ from symgen.estimation.summary import (
     solve_gram,
 )
 from symgen.estimation.system import Equations, torque_equations
-from symgen.faults.fault import Fault
+from symgen.faults.fault import EVERYWHERE, Fault
 from symgen.faults.samples import step, steps
 from symgen.faults.undo import earlier, exchanged, geared, levelled, multiplied, unlimited
 from symgen.names import REVOLUTE
@@ -67,7 +67,6 @@ _PEAKS, _ROUNDS = 60, 4  # limits that are tried
 _RISK = 0.001
 _CUT = 0.01  # least gain, of the joint's sum of squares
 _BEYOND = 0.001  # of the samples may be beyond the limit
-_EVERYWHERE = "all logs"
 
 
 def channel_faults(
@@ -262,7 +261,7 @@ def _fault(
     share: float = 1.0,
 ) -> Fault:
     return Fault(
-        _EVERYWHERE, channel, says,
+        EVERYWHERE, channel, says,
         kind=kind, joints=tuple(joints), value=value, undo=undo, share=share,
     )  # fmt: skip
 

@@ -598,7 +598,7 @@ def energy_balances(
         s, every = part.log, slice(None, None, part.log.stride)
         if s.mask is not None:
             continue
-        q, qd = (np.ascontiguousarray(x[every]) for x in (s.q, s.qd))
+        q, qd = s.nodes(s.stride)
         spans = [slice(k, k + _AT_ONCE) for k in range(0, len(q), _AT_ONCE)]
         kinds = zip(
             (evaluator.energy_regressor, evaluator.friction_power),

@@ -65,7 +65,7 @@ from symgen.estimation.solve import Solution, condition, log_weights
 from symgen.estimation.summary import Summary, merge_summaries, summarise
 from symgen.estimation.torque_error import TorqueFit
 from symgen.estimation.values import FloatArray
-from symgen.faults.fault import Fault, merged
+from symgen.faults.fault import EVERYWHERE, Fault, merged
 from symgen.faults.logs import open_samples, treat_chunk
 from symgen.identification.assessment import Outcome, outcome, own_version
 from symgen.identification.model_choice import ChosenModel, OpenLogs, Run
@@ -85,7 +85,6 @@ LONG, _LIGHT = 250_000, 4 << 20
 _WINDOWS, _FEWEST = 2.0, 20
 #: Of a fit, what adds up over chunks; and the kinds of logs.
 FIT_SUMS, KINDS = ("error", "size", "rest"), ("train", "validation")
-_EVERYWHERE = "all logs"  # of faults that were found in the sample
 
 
 def is_long(sources: Sequence[Source], plain: bool) -> bool:
@@ -500,7 +499,7 @@ class ChunkedLogs(OpenLogs):
             chosen.model,
             (own, held),
             tuple(fits),
-            (*repairs, *(r for r in run.repairs if r.log == _EVERYWHERE)),
+            (*repairs, *(r for r in run.repairs if r.log == EVERYWHERE)),
             (*self.notes, *self._said(run)),
             (("data set, sha256 of its files and settings", digest(*keys)),),
         )

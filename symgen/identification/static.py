@@ -32,7 +32,6 @@ from typing import NamedTuple
 import numpy as np
 
 import symgen.identification.assessment as verdicts
-from symgen import names
 from symgen.data.raw import Reading, read_only
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError
@@ -46,9 +45,9 @@ from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.identification.estimate import (
     Consistency,
     Estimate,
-    Joint,
     ParameterEstimate,
     Use,
+    joints_of,
 )
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
@@ -281,7 +280,7 @@ def _judged(found: Standstill, label: str) -> Estimate:
     )
     return Estimate(
         robot=robot.name,
-        joints=tuple(Joint(j.number, names.unit("FS", j.sigma)) for j in robot.movable),
+        joints=joints_of(robot),
         model=STATIC,
         method=label,
         parameters=parameters,
@@ -350,8 +349,7 @@ def _unexplained(seen: Residual) -> tuple[str, ...]:
 def _elsewhere(found: Standstill, C: FloatArray) -> tuple[str, ...]:
     """Say where poses elsewhere in the same range would be predicted worse than friction leaves."""
     q = np.concatenate([s.q for s in found.train])
-    draw = np.random.default_rng(verdicts.SEED)
-    mixed = q[draw.integers(len(q), size=(verdicts.STATES, q.shape[1])), np.arange(q.shape[1])]
+    (mixed,) = verdicts.mixed_states(q)
     W = pose_columns(found.evaluator, mixed, np.zeros_like(mixed))
     spread = np.sqrt(np.einsum("kja,ab,kjb->j", W, C, W) / len(W))
     pairs = zip(found.evaluator.model.robot.movable, spread, found.bounds.value, strict=True)
