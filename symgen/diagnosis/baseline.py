@@ -4,24 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import Model
-from symgen.diagnosis.effects import Candidate, Torques
-from symgen.diagnosis.floor import noise_floor
-from symgen.diagnosis.select import Score
+from symgen.diagnosis.effects import Candidate, Score, Torques
 from symgen.diagnosis.whitened_system import (
-    Columns,
     WhitenedSystem,
     fitted_system,
     given_system,
     model_torque,
 )
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.predictive_score import Columns
 from symgen.identification.out_of_core import load_model
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
@@ -75,11 +72,11 @@ class Baseline:
         torques = self.torques(found)
         return lambda candidate: candidate.seen(self.base.logs, torques)
 
-    def noise(self) -> FloatArray:
-        """Return the standard deviation of the residual that noise alone leaves, (n,)."""
-        model, logs = partial(model_torque, self.evaluator, self.X), self.base.logs
-        parts = [noise_floor(log, log.tau - model(log), model, logs) ** 2 for log in logs]
-        return np.asarray(np.sqrt(np.mean(parts, axis=0)))
+    def system_of(self, logs: Sequence[FilteredLog]) -> WhitenedSystem:
+        """Return the system of the declared model on some logs."""
+        if self.given:
+            return given_system(self.evaluator, logs, self.X)
+        return fitted_system(self.evaluator, logs)
 
     def parameters(self, found: WhitenedSystem) -> FloatArray:
         """Return X beside what is found, (p,)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -21,14 +22,13 @@ from symgen.diagnosis.diagnosis import (
     Gap,
     Rejected,
 )
-from symgen.diagnosis.effects import Candidate
+from symgen.diagnosis.effects import Candidate, Score
 from symgen.diagnosis.extend import extended, with_values
 from symgen.diagnosis.floor import at_rest, noise_floor
 from symgen.diagnosis.messages import tie
 from symgen.diagnosis.refine import settled_constants, slopes
 from symgen.diagnosis.residual_patterns import places
-from symgen.diagnosis.search import MEASURING, Selection
-from symgen.diagnosis.select import Score, judge
+from symgen.diagnosis.search import LEAST, MEASURING, Selection
 from symgen.diagnosis.whitened_system import (
     WhitenedSystem,
     compared,
@@ -41,6 +41,7 @@ from symgen.diagnosis.whitened_system import (
 )
 from symgen.errors import IdentificationError, RobotError
 from symgen.estimation.estimators import solve
+from symgen.estimation.predictive_score import repeats_motion
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.torque_error import TorqueFit, squares
@@ -50,10 +51,14 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
-#: Gap over noise floor up to which nothing is missing, where no effect is found.
-_QUIET, _LOUD = 3.0, 5.0  # in all, on one joint
-_SMALL = 0.01  # a gap that no model of friction comes below
+#: Gap of a joint over its noise floor, and over what matters, from which something is missing.
+_LOUD, _VISIBLE = 3.0, 2.0
 _EXPLAINED = 0.15  # the largest gap that is called explained
+_REPEATED = 0.9  # largest probability of what data that repeat one motion show
+_REPEAT = (
+    "these data repeat one motion, which confirms no effect: record a second log of another motion "
+    "(symgen excite plans one) and give it with --validation"
+)
 _SHOWN = 12
 _SETTLING = 4
 #: What a verdict says is missing, and what to do about it.
@@ -64,19 +69,75 @@ _MISSING = {
 _LOOK = "look at the portraits of the residual"
 
 
-def plain(baseline: Baseline, notes: tuple[str, ...]) -> Diagnosis:
+def plain(baseline: Baseline, notes: tuple[str, ...], least: float = LEAST) -> Diagnosis:
     """Return what the model says as it is declared."""
-    return conclude(baseline, Selection(()), notes)
+    return conclude(baseline, Selection(()), notes, least)
 
 
-def conclude(baseline: Baseline, selection: Selection, notes: tuple[str, ...]) -> Diagnosis:
+def confirmed(baseline: Baseline, selection: Selection, least: float) -> Selection:
+    """Ask the held-out data for each effect: what does not show there is not kept.
+
+    With the parameters fitted to the training logs, each has to lower the error of a joint by what
+    matters, beside all others that do; the one that does least goes first. Data that only repeat
+    the motion of the training logs confirm nothing: then all stay, as suspected.
+
+    Args:
+        baseline: the model as it is declared, and its logs.
+        selection: of the training logs.
+        least: part of a joint's torque that matters.
+    """
+    if not selection.accepted:
+        return selection
+    if repeats_motion(baseline.base.logs, baseline.held):
+        rest = (
+            replace(s, confirmed=s.candidate.measured, probability=min(s.probability, _REPEATED))
+            for s in selection.accepted
+        )
+        return replace(selection, accepted=tuple(rest))
+    held = baseline.system_of(baseline.held)
+
+    def errors(effects: Sequence[Score]) -> FloatArray:
+        system = baseline.beside(effects)
+        X = baseline.parameters(system)
+        torques = [torques_of(baseline.evaluator, X, log) for log in held.logs]
+        more = [dense(s.candidate.seen(held.logs, torques), held.y.shape) for s in effects]
+        left = held.y - np.concatenate([held.W, *more], axis=2) @ system.X
+        count = np.maximum(held.moves.sum(axis=0), 1.0)
+        return np.asarray(np.sum(held.moves * left**2, axis=0) / count / held.size**2)
+
+    kept, out = list(selection.accepted), selection
+    while kept:
+        whole = errors(kept)
+        fell = [
+            float(np.max(np.sqrt(np.maximum(errors([o for o in kept if o is not s]) - whole, 0.0))))
+            for s in kept
+        ]
+        asked = [k for k, s in enumerate(kept) if not s.candidate.measured]
+        worst = min(asked, key=lambda k: fell[k], default=None)
+        if worst is None or fell[worst] >= least:
+            break
+        fault = (
+            "suspected, not confirmed: on the validation data it lowers the error of a joint by "
+            f"{100 * fell[worst]:.2g} % of the torque; what matters: {100 * least:.2g} %"
+        )
+        out = _without(out, [kept.pop(worst)], fault)
+    return out
+
+
+def conclude(
+    baseline: Baseline, selection: Selection, notes: tuple[str, ...], least: float = LEAST
+) -> Diagnosis:
     """Add what was found, identify again, and measure the gap on the held-out data.
 
+    What the held-out data do not confirm is not added.
     Effects with which the model cannot be identified are left out, the least one first; all are
     where they make the gap larger.
     """
+    accepted, seen = _settled(baseline, selection.accepted)
+    selection = confirmed(baseline, replace(selection, accepted=accepted), least)
+    suspected = [s for s in selection.accepted if not s.confirmed]
     while True:
-        accepted, seen = _settled(baseline, selection.accepted)
+        accepted, seen = _settled(baseline, [s for s in selection.accepted if s.confirmed])
         selection = replace(selection, accepted=accepted)
         try:
             model = _extended_model(baseline, accepted, seen)
@@ -97,7 +158,13 @@ def conclude(baseline: Baseline, selection: Selection, notes: tuple[str, ...]) -
         )
         selection = _without(selection, accepted, fault)
     found = _found_effects(baseline, model)
-    verdict = _verdict(accepted, after, floor)
+    if suspected:
+        notes = (*notes, _REPEAT)
+        lone = _coefficients(baseline, (*accepted, *suspected))[len(accepted) :]
+        found += tuple(map(partial(_suspected, baseline.robot), suspected, lone))
+    verdict = _verdict(accepted, after, floor, least)
+    if suspected and verdict != "bad-measurement":
+        verdict = "partly-explained"
     robot = baseline.robot
     return Diagnosis(
         robot=robot.name,
@@ -112,7 +179,7 @@ def conclude(baseline: Baseline, selection: Selection, notes: tuple[str, ...]) -
             Rejected(s.candidate.name, numbers(robot, s.candidate), s.fault)
             for s in selection.rejected[:_SHOWN]
         ),
-        advice=_advice(found, verdict, _quiet(after, floor)),
+        advice=_advice(found, verdict, _quiet(after, floor, least)),
         notes=notes,
         extended=with_values(model.robot, found),
         joints=tuple(j.number for j in robot.movable),
@@ -208,15 +275,23 @@ def _settled(baseline: Baseline, accepted: Sequence[Score]) -> tuple[tuple[Score
 
 def _coefficients(baseline: Baseline, accepted: Sequence[Score]) -> list[list[FoundParameter]]:
     """Return the coefficients of each effect, all beside the declared model."""
-    out, values = [], iter(baseline.coefficients(baseline.beside(accepted)))
+    names = () if baseline.given else baseline.evaluator.model.base.names
+    extra = [f"{s.candidate.name} {i}" for s in accepted for i in range(s.candidate.size)]
+    solution = _solved((*names, *extra), baseline.beside(accepted))
+    rows = zip(solution.X[len(names) :], solution.std[len(names) :], strict=True)
+    out = []
     for score in accepted:
-        rest = baseline.beside(s for s in accepted if s is not score)
         c, suffix, sigma = score.candidate, *_place(baseline.robot, score.candidate)
-        std = judge(rest, c, score.columns, 1).std
         told = c.coefficients or c.definition.coefficients(suffix, sigma)
-        triples = zip(told, [*islice(values, c.size)], std, strict=False)
-        out.append([FoundParameter(n, float(x), float(s), u) for (n, u), x, s in triples])
+        pairs = zip(told, [*islice(rows, c.size)], strict=False)
+        out.append([FoundParameter(n, float(x), float(s), u) for (n, u), (x, s) in pairs])
     return out
+
+
+def _p_value(parameters: Sequence[FoundParameter]) -> float:
+    """Return how likely noise alone gives the surest of some coefficients, their number counted."""
+    sure = [abs(p.value) / p.std for p in parameters if p.std > 0]
+    return min(1.0, len(sure) * math.erfc(max(sure, default=0.0) / math.sqrt(2)))
 
 
 def _found_effects(baseline: Baseline, model: _Extended) -> tuple[FoundEffect, ...]:
@@ -244,21 +319,41 @@ def _found_effects(baseline: Baseline, model: _Extended) -> tuple[FoundEffect, .
             )
             for name, value in c.constants.items()
         ]
-        alike = tuple(Alike(s.candidate.name, numbers(robot, s.candidate)) for s in score.alike)
-        out.append(
-            FoundEffect(
-                name=c.name,
-                joints=numbers(robot, c),
-                parameters=tuple(parameters),
-                expression=numbered(d, suffix) or d.formula or d.says,
-                p_value=score.p_value,
-                gap_reduction=min(score.gain, 1.0),
-                indistinguishable_from=alike,
-                separate=d.separate if alike else "",
-                declared=score in model.declared or bool(d.reads),
-            )
-        )
+        declared = score in model.declared or bool(d.reads)
+        out.append(_found(robot, score, parameters, declared))
     return tuple(out)
+
+
+def _found(
+    robot: Robot, score: Score, parameters: Sequence[FoundParameter], declared: bool
+) -> FoundEffect:
+    """Return what is said of an effect."""
+    c, d = score.candidate, score.candidate.definition
+    alike = tuple(Alike(s.candidate.name, numbers(robot, s.candidate)) for s in score.alike)
+    return FoundEffect(
+        name=c.name,
+        joints=numbers(robot, c),
+        parameters=tuple(parameters),
+        expression=numbered(d, _place(robot, c)[0]) or d.formula or d.says,
+        p_value=_p_value(parameters),
+        gap_reduction=min(score.gain, 1.0),
+        probability=score.probability,
+        torque_rms=score.torque,
+        confirmed=score.confirmed,
+        indistinguishable_from=alike,
+        separate=d.separate if alike else "",
+        declared=declared,
+    )
+
+
+def _suspected(robot: Robot, score: Score, own: Sequence[FoundParameter]) -> FoundEffect:
+    """Return what is said of an effect that no other motion confirms: the robot is without it."""
+    d, (suffix, sigma) = score.candidate.definition, _place(robot, score.candidate)
+    constants = (
+        FoundParameter(d.named(name, suffix), float(value), math.nan, d.unit_of(name, sigma))
+        for name, value in score.candidate.constants.items()
+    )
+    return _found(robot, score, (*own, *constants), declared=False)
 
 
 def numbers(robot: Robot, candidate: Candidate) -> tuple[int, ...]:
@@ -381,20 +476,19 @@ def _solved(names: tuple[str, ...], system: WhitenedSystem) -> Solution:
     return solve(LinearSystem(names, tuple(out)), "wls")
 
 
-def _verdict(accepted: Sequence[Score], after: Gap, floor: Gap) -> str:
+def _verdict(accepted: Sequence[Score], after: Gap, floor: Gap, least: float) -> str:
     if any(s.candidate.name in MEASURING for s in accepted):
         return "bad-measurement"
-    quiet = _quiet(after, floor) and after.total <= _EXPLAINED
+    quiet = _quiet(after, floor, least)
     if not accepted:
         return "consistent" if quiet else "unexplained"
-    return "explained" if quiet else "partly-explained"
+    return "explained" if quiet and after.total <= _EXPLAINED else "partly-explained"
 
 
-def _quiet(gap: Gap, floor: Gap) -> bool:
-    """Whether a gap is near the noise, in all and on every joint."""
+def _quiet(gap: Gap, floor: Gap, least: float) -> bool:
+    """Whether no joint has a gap that is visible: above the noise, and twice what matters."""
     pairs = zip(gap.per_joint, floor.per_joint, strict=True)
-    joints = all(g <= max(_LOUD * f, _SMALL) for g, f in pairs)
-    return joints and gap.total <= max(_QUIET * floor.total, _SMALL)
+    return all(g <= max(_LOUD * f, _VISIBLE * least) for g, f in pairs)
 
 
 def _advice(found: Sequence[FoundEffect], verdict: str, quiet: bool) -> tuple[str, ...]:

@@ -65,8 +65,11 @@ class FoundEffect:
         joints: numbers in the file; empty for the whole arm.
         parameters: with units and standard deviations.
         expression: the torque ON the joint.
-        p_value: of the robust test, before the correction for multiplicity.
+        p_value: of its surest coefficient, the number of its coefficients counted.
         gap_reduction: share of the gap's square on its joints that it closes.
+        probability: that it, or one of those that the data cannot tell from it, is there.
+        torque_rms: RMS of its torque on its joint, N m or N.
+        confirmed: whether motion that it was not found on shows it; only then the robot has it.
         indistinguishable_from: (name, joints) of others that these data cannot tell from it.
         separate: the motion that would tell them apart.
         declared: whether the extended robot.toml and its C code hold it.
@@ -78,6 +81,9 @@ class FoundEffect:
     expression: str
     p_value: OrNan
     gap_reduction: OrNan
+    probability: float = 1.0
+    torque_rms: OrNan = np.nan
+    confirmed: bool = True
     indistinguishable_from: tuple[Alike, ...] = ()
     separate: str = ""
     declared: Annotated[bool, at("in_robot_toml")] = True

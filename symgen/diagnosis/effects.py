@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.diagnosis.whitened_system import Columns, compared
+from symgen.diagnosis.whitened_system import compared
 from symgen.errors import RobotError
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.predictive_score import Columns
 from symgen.robot.effect import Definition, Search, definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.effects import definition_tape
@@ -69,6 +70,8 @@ class Candidate:
         coefficients: name and unit of those that mean something, where not as in the library.
         change: whether it changes a declared parameter, which may grow or fall.
         measured: whether the logs show by a measurement of its own that it is there.
+        scales: sizes that coefficients are expected to have, in their units, where that is known;
+            None where the torque's size is what is expected.
     """
 
     definition: Definition
@@ -81,6 +84,7 @@ class Candidate:
     coefficients: tuple[tuple[str, str], ...] = ()
     change: bool = False
     measured: bool = False
+    scales: tuple[float, ...] | None = None
 
     @property
     def complexity(self) -> int:
@@ -115,6 +119,39 @@ class Candidate:
         """Return the columns (K, m) in the band at the kept instants of all logs."""
         pairs = [(s, self.columns(s, t)) for s, t in zip(logs, torques, strict=True)]
         return {j: np.concatenate([compared(s, c[j]) for s, c in pairs]) for j in pairs[0][1]}
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """How an effect does beside others.
+
+    Attributes:
+        candidate: what it is, with its constants.
+        columns: in the band at the kept instants, by joint.
+        odds: log-odds that it is there, its grid marginalised.
+        prior: what of these odds is its prior.
+        left: (n,) variance that it leaves of each joint on motion that it was not fitted on.
+        worth: part of its joint's torque by which it lowers the held-out error, in squares.
+        gain: share of its joints' held-out sum of squares that it explains.
+        torque: RMS of its torque on its joints, N m or N.
+        probability: that it or one of its class is there.
+        confirmed: whether other motion than that which it was found on shows it, too.
+        alike: others that explain the same, each with its own probability.
+        fault: why it is not accepted, or "".
+    """
+
+    candidate: Candidate
+    columns: Columns
+    odds: float = 0.0
+    prior: float = 0.0
+    left: FloatArray | None = None
+    worth: float = 0.0
+    gain: float = 0.0
+    torque: float = 0.0
+    probability: float = 1.0
+    confirmed: bool = True
+    alike: tuple[Score, ...] = ()
+    fault: str = ""
 
 
 def candidates(

@@ -23,8 +23,8 @@ from symgen import names
 from symgen.data.signals import differentiate, lowpass
 from symgen.diagnosis.effects import Candidate, Constants, Torques
 from symgen.diagnosis.stiffness import Stiffness, deflection
-from symgen.diagnosis.whitened_system import Columns
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.predictive_score import Columns
 from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
 from symgen.symbolic.independence import random_states
@@ -34,6 +34,8 @@ FloatArray = NDArray[np.float64]
 _STEP = 1e-2  # m; torque is a polynomial in the lengths, of degree two
 _SHIFT = 1e-4  # of the range of the motion, of the directional derivative of an elastic joint
 _STATES = 200
+#: Sizes that are expected: of a tilt, rad, and of the error of a length, as a part of it.
+_TILT, _LENGTH = 0.03, 0.03
 _DEPENDENT = 1e-8
 #: The load's parameters, those first that are told when several say the same.
 _LOAD = (names.MASS, *names.MOMENT, "ZZ", "XX", "YY", "XY", "XZ", "YZ")
@@ -127,6 +129,7 @@ def _tilts(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
         len(turned) + len(hidden),
         uses_model=True,
         coefficients=tuple(told),
+        scales=(_TILT,) * len(turned),
     )
 
 
@@ -164,6 +167,7 @@ def _lengths(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
             1,
             uses_model=True,
             coefficients=((f"delta_{key}{number}", "m"),),
+            scales=(_LENGTH * abs(float(getattr(robot.with_values().joint(number), key))),),
         )
 
 

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.diagnosis.baseline import Baseline, Seen
-from symgen.diagnosis.effects import Candidate
-from symgen.diagnosis.select import Score
-from symgen.diagnosis.whitened_system import Columns, WhitenedSystem
+from symgen.diagnosis.effects import Candidate, Score
+from symgen.diagnosis.whitened_system import WhitenedSystem
 from symgen.errors import RobotError
+from symgen.estimation.predictive_score import Columns
 
 FloatArray = NDArray[np.float64]
 _STEPS = {1: 20, 2: 60}

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 
 from symgen.diagnosis.baseline import Baseline
 from symgen.diagnosis.diagnosis import Gap, Place
-from symgen.diagnosis.effects import Torques
-from symgen.diagnosis.select import Score, quick_gain
-from symgen.diagnosis.whitened_system import WhitenedSystem, compared
+from symgen.diagnosis.effects import Score, Torques
+from symgen.diagnosis.whitened_system import WhitenedSystem, compared, gain_of
 from symgen.estimation.filtered_log import FilteredLog
 
 FloatArray = NDArray[np.float64]
@@ -137,7 +136,7 @@ def portrait(evidence: WhitenedSystem, torques: Sequence[Torques], j: int) -> di
     for pattern, functions in _groups(evidence.n, j):
         parts = [compared(s.log, np.stack(functions(s), axis=1)) for s in views]
         columns = np.concatenate(parts)
-        score = quick_gain(evidence, {j: columns}) - _PRICE * columns.shape[1]
+        score = gain_of(evidence, {j: columns}) - _PRICE * columns.shape[1]
         scores[pattern] = max(score, scores.get(pattern, -1.0))
     return dict(sorted(scores.items(), key=lambda entry: -entry[1]))
 

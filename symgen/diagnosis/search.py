@@ -1,33 +1,54 @@
-"""Which effects are there: the stepwise search, and what it found."""
+"""Which effects are there: sets of them compete by how well they predict other motion.
+
+A set is worth its predictive score on folds (`symgen.estimation.predictive_score`) and its prior:
+
+    log-odds of an effect = score with it - score without + log(prior odds) + log(prior of its size)
+
+Constants on a grid are marginalised; sizes have Student's t with 3 degrees of freedom. Effects are
+added one by one or as pairs on a joint, taken away and exchanged while that raises the odds. What
+lowers the held-out torque of every joint by less than what matters is never named. Effects that
+explain the same share one class, and the odds say how likely each of its names is.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterable, Iterator, Sequence
+import itertools
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from symgen.diagnosis.baseline import Baseline, Seen
-from symgen.diagnosis.effects import Candidate
+from symgen.diagnosis.effects import Candidate, Score
 from symgen.diagnosis.refine import refined
-from symgen.diagnosis.select import GAIN, Score, judge, quick_gain
-from symgen.diagnosis.whitened_system import Columns, WhitenedSystem
+from symgen.diagnosis.terms import NAME as UNNAMED
+from symgen.diagnosis.terms import Expressions
+from symgen.diagnosis.whitened_system import WhitenedSystem, explained, gain_of
+from symgen.distributed import Say, silent
+from symgen.estimation.predictive_score import Columns, Fit, PredictiveScore, motion_folds
+from symgen.estimation.values import FloatArray
 
-#: Name and joints of a candidate; gain of one, and its columns.
+#: Name and joints of a candidate.
 Key = tuple[str, tuple[int, ...]]
-Ranked = tuple[float, Candidate, Columns]
-_ALIKE = 0.8
-# Of the best gain: the simpler candidate is preferred, and parameters of the standard model.
-_NEARLY, _PLAIN = 0.9, 0.75
-_LEAVES = 3.0  # but it leaves at most this many times the square that the best one leaves
-_MOST = 8  # effects, or more where joints have no friction: two of each joint, and two
-_SINGLE = 0.001  # of what one test alone is made for
-_REFINED = 6  # candidates whose constants are refined before they are judged
+#: Of its joint's torque: what matters to anybody, and what no model is righter than.
+LEAST, MISFIT = 0.008, 0.004
+#: Correlation of what two effects explain from which they are one class; and are alternatives.
+_SAME, _ALIKE = 0.98, 0.8
+_FREEDOM = 3.0  # of Student's t of the sizes
+_WRONG_SIGN = 6.0  # nats that a size of the sign that no real thing has costs
+_PART = 0.3  # of an effect's largest column, from which the sign of another one tells
+_PAIRED = 7  # best effects of which pairs on a joint are tried
+_MOST = 12  # effects in all
+_SHOWN = 12
+#: Effects of which there may be several on a joint.
+_REPEATED = ("external_contact", UNNAMED)
+#: Effects of the measuring chain.
+MEASURING = ("time_delay", "velocity_sensor_error", "saturation", "drive_gain_error")
 
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """What the stepwise search found.
+    """What the search found.
 
     Attributes:
         accepted: in the order of their share in closing the gap.
@@ -42,19 +63,32 @@ class Selection:
 
 @dataclass(frozen=True, eq=False)
 class _Stage:
-    """The system with some effects accepted, what gives columns then, and their names."""
+    """The model with some effects beside it.
+
+    Attributes:
+        system: its rows.
+        score: what predicts them.
+        seen: gives columns beside it.
+        names: of the effects.
+        keys: the same, with their joints.
+    """
 
     system: WhitenedSystem
+    score: PredictiveScore
     seen: Seen
-    taken: frozenset[Key]
+    names: frozenset[str]
+    keys: frozenset[Key]
 
 
 class Search:
-    """A stepwise search among candidates.
+    """A search among candidates.
 
     Args:
         baseline: the model as it is declared, and its logs.
         pool: the candidates.
+        expressions: whether expressions without a name are candidates.
+        least: part of a joint's torque that matters.
+        misfit: part of a joint's torque that no model is righter than.
         progress: is told what is being tried.
     """
 
@@ -62,51 +96,84 @@ class Search:
         self,
         baseline: Baseline,
         pool: Iterable[Candidate],
-        progress: Callable[[str], None] = lambda _: None,
+        expressions: bool = True,
+        least: float = LEAST,
+        misfit: float = MISFIT,
+        progress: Say = silent,
     ) -> None:
         self.baseline, self.pool, self.progress = baseline, tuple(pool), progress
+        self.least, self.misfit = least, misfit
+        self.expressions = Expressions(baseline) if expressions else None
+        self._fold = motion_folds(baseline.base.logs)
         self._fixed: dict[Candidate, Columns] = {}
 
     def run(self) -> Selection:
-        accepted = self._measured()
-        alike: dict[Key, tuple[Score, ...]] = {}
-        rejected: list[Score] = []
+        """Add, take away and exchange effects while the odds rise."""
+        accepted: list[Score] = []
         seen: set[frozenset[Key]] = set()
-        while len(accepted) < max(_MOST, 2 * self.baseline.robot.n + 2):
+        options: list[Score] = []
+        while len(accepted) < _MOST:
             self.progress(f"trying {len(self.pool)} candidates for effect {len(accepted) + 1}")
-            # Members of one class do not stand beside each other: the data do not tell them apart.
-            same = {s.candidate.key for group in alike.values() for s in group if _own(s)}
             stage = self._stage(accepted)
-            passing, rejected = self._judged(stage, self._ranked(stage, same))
-            if not passing:
+            options = self._options(stage)
+            best = max(self._sets(stage, options), key=lambda s: s[0], default=(0.0, []))
+            if best[0] <= 0:
                 break
-            best = self._simplest(passing)
-            accepted.append(best)
-            alike[best.candidate.key] = _class_of(best, passing, rejected)
-            accepted = self._backward(accepted)
-            chosen = frozenset(s.candidate.key for s in accepted)
-            if chosen in seen:  # one displaces the other in turn: they are as good as each other
+            chosen = [self._plainest(stage, s, options) for s in best[1]]
+            accepted = self._backward([*accepted, *(self._refined(stage, s) for s in chosen)])
+            accepted = self._exchanged(accepted)
+            keys = frozenset(s.candidate.key for s in accepted)
+            if keys in seen:  # one displaces the other in turn: they are as good as each other
                 break
-            seen.add(chosen)
-        accepted = self._swapped(accepted, alike)
-        found = [replace(s, alike=alike.get(s.candidate.key, ())) for s in accepted]
+            seen.add(keys)
+        found = self._told_apart(accepted)
+        found = self._merged(found)
         found.sort(key=lambda s: -s.gain)
-        return Selection(tuple(found), tuple(rejected), len(self.pool))
+        taken = {s.candidate.key for s in found}
+        rejected = [s for s in options if s.candidate.key not in taken][:_SHOWN]
+        return Selection(tuple(found), tuple(self._reasoned(s) for s in rejected), len(self.pool))
 
-    def _measured(self) -> list[Score]:
-        """Return what a measurement of its own shows, where the torques have it: one test each."""
-        out: list[Score] = []
-        for candidate in (c for c in self.pool if c.measured):
-            stage = self._stage(out)
-            score = judge(stage.system, candidate, self._columns(candidate, stage), 1)
-            if score.p_value < _SINGLE:
-                out.append(replace(score, fault=""))
-        return out
+    def _merged(self, found: list[Score]) -> list[Score]:
+        """Return the effects with one expression a joint."""
+        parts = [s for s in found if s.candidate.name == UNNAMED]
+        if self.expressions is None or len(parts) < 2:
+            return found
+        rest = [s for s in found if s not in parts]
+        sums = self.expressions.merged(s.candidate for s in parts)
+        for candidate, columns in sums:
+            whole = [*rest, *(Score(c, x) for c, x in sums if c is not candidate)]
+            own = [s for s in parts if s.candidate.joints == candidate.joints]
+            again = self._again(whole, Score(candidate, columns))
+            found = [
+                *[s for s in found if s not in own],
+                replace(again, probability=own[0].probability),
+            ]
+        return found
+
+    def _reasoned(self, s: Score) -> Score:
+        if s.worth < self.least:
+            fault = (
+                f"it lowers the error on motion it was not fitted on by {100 * s.worth:.2g} % of "
+                f"the torque; what matters: {100 * self.least:.2g} %"
+            )
+        else:
+            fault = f"it does not predict other motion better: log-odds {s.odds:.1f}"
+        return replace(s, fault=fault)
 
     def _stage(self, accepted: Sequence[Score]) -> _Stage:
         system = self.baseline.beside(accepted)
-        taken = frozenset(s.candidate.key for s in accepted)
-        return _Stage(system, self.baseline.seen(system), taken)
+        keys = frozenset(s.candidate.key for s in accepted)
+        score = PredictiveScore(
+            system.W,
+            system.y - system.W @ system.X,
+            system.moves,
+            system.sigma,
+            self._fold,
+            self.misfit * self.baseline.base.size,
+            np.ones(len(self._fold)),
+        )
+        names = frozenset(name for name, _ in keys)
+        return _Stage(system, score, self.baseline.seen(system), names, keys)
 
     def _columns(self, candidate: Candidate, stage: _Stage) -> Columns:
         if candidate.uses_model:
@@ -115,126 +182,216 @@ class Search:
             self._fixed[candidate] = stage.seen(candidate)
         return self._fixed[candidate]
 
-    def on_joints(self, joints: tuple[int, ...]) -> Iterator[tuple[Candidate, Columns]]:
-        """Yield every candidate on some joints with its columns beside the declared model."""
-        stage = self._stage(())
-        for candidate in self.pool:
-            if candidate.joints == joints:
-                yield candidate, self._columns(candidate, stage)
+    def _options(self, stage: _Stage, joints: frozenset[int] | None = None) -> list[Score]:
+        """Return every effect that may stand beside a stage, the likeliest first.
 
-    def _ranked(self, stage: _Stage, without: Container[Key]) -> list[Ranked]:
-        """Return the best constants of every candidate, the largest gain first."""
-        best: dict[Key, Ranked] = {}
-        for candidate in self.pool:
-            if candidate.key in stage.taken and candidate.name not in _REPEATED:
-                continue
-            columns = self._columns(candidate, stage)
-            gain = quick_gain(stage.system, columns)
-            if gain > best.get(candidate.key, (0.0,))[0]:
-                best[candidate.key] = (gain, candidate, columns)
-        ranked = (entry for key, entry in best.items() if key not in without)
-        return sorted(ranked, key=lambda entry: -entry[0])
-
-    def _judged(self, stage: _Stage, ranked: Sequence[Ranked]) -> tuple[list[Score], list[Score]]:
-        """Judge the best candidates, the first of them with constants between the grid's."""
-        passing: list[Score] = []
-        failing: list[Score] = []
-        for place, (gain, candidate, columns) in enumerate(ranked):
-            if gain < GAIN / 4 and len(failing) >= 5:
-                break
-            if passing and gain < 0.25 * passing[0].gain:
-                break
-            if place < _REFINED:
-                candidate, columns = refined(
-                    candidate,
-                    [c.constants for c in self.pool if c.key == candidate.key],
-                    stage.seen,
-                    lambda c: quick_gain(stage.system, c),
-                )
-            score = judge(stage.system, candidate, columns, len(self.pool))
-            (failing if score.fault else passing).append(score)
-            if len(passing) + len(failing) >= 30:
-                break
-        return sorted(passing, key=lambda s: -s.gain), failing
-
-    def _simplest(self, passing: Sequence[Score]) -> Score:
-        """Return the plainest candidate among those that explain the same, nearly as well.
-
-        The parameters of the standard friction model come before any other effect that looks like
-        them; then the fewest numbers count. Where all parameters are given they are only changes,
-        and have no more say than others.
+        Args:
+            stage: the model and what was found.
+            joints: of which an effect has to act on one; None for all.
         """
-        enough = _NEARLY if self.baseline.given else _PLAIN
-        best = passing[0]
-        least = max(1 - best.gain, 0.0)
-        near = [
-            s
-            for s in passing
-            if s is best or (_alike(s, best) and 1 - s.gain <= _LEAVES * least + GAIN)
-        ]
-        plain = [s for s in near if s.candidate.definition.native and s.gain >= enough * best.gain]
-        close = plain or [s for s in near if s.gain >= _NEARLY * best.gain]
-        return min(close, key=lambda s: (s.candidate.complexity, -s.gain))
+        entries: dict[Key, list[Score]] = {}
+        for candidate, columns in self._candidates(stage, joints):
+            fit = self._fit(stage, candidate, columns)
+            if fit is not None:
+                own = self._judged(stage, candidate, columns, fit)
+                entries.setdefault(candidate.key, []).append(own)
+        out = []
+        for key, found in entries.items():
+            odds = np.array([s.odds for s in found])
+            count = len(found) if key[0] != UNNAMED else self.expressions.count  # type: ignore
+            best = found[int(np.argmax(odds))]
+            whole = float(np.logaddexp.reduce(odds)) - np.log(count)
+            out.append(replace(best, odds=whole))
+        return sorted(out, key=lambda s: -s.odds)
 
-    def _swapped(self, accepted: list[Score], alike: dict[Key, tuple[Score, ...]]) -> list[Score]:
+    def _candidates(
+        self, stage: _Stage, joints: frozenset[int] | None
+    ) -> Iterator[tuple[Candidate, Columns]]:
+        for candidate in self.pool:
+            if candidate.key in stage.keys and candidate.name not in _REPEATED:
+                continue
+            if joints is None or not candidate.joints or joints & {*candidate.joints}:
+                yield candidate, self._columns(candidate, stage)
+        if self.expressions is not None:
+            yield from self.expressions.best(stage.system, joints)
+
+    def _sizes(self, candidate: Candidate) -> FloatArray:
+        """Return the RMS torque that an effect is expected to have on its joints, (n,)."""
+        return candidate.definition.size * self.baseline.base.size
+
+    def _fit(self, stage: _Stage, candidate: Candidate, columns: Columns) -> Fit | None:
+        if not all(np.isfinite(c).all() for c in columns.values()):
+            return None
+        size = self._sizes(candidate)
+        return stage.score.beside(columns, max(float(size[j]) for j in columns))
+
+    def _judged(self, stage: _Stage, candidate: Candidate, columns: Columns, fit: Fit) -> Score:
+        alone, d = stage.score.alone, candidate.definition
+        prior = np.log(d.odds) * (0.5 if candidate.name in stage.names else 1.0)
+        if candidate.scales is not None:
+            scales = np.array(candidate.scales)
+            part = np.abs(fit.coefficients[: len(scales)]) / scales
+        else:
+            part = fit.torque / self._sizes(candidate)
+        size = (_FREEDOM + 1) / 2 * float(np.log1p(np.max(part) ** 2 / _FREEDOM))
+        prior -= size + _WRONG_SIGN * self._turned(candidate, columns, fit)
+        odds = fit.score - alone.score + prior
+        base = self.baseline.base.size
+        fell = alone.left - fit.left
+        joints = list(candidate.joints) or list(columns)
+        worth = float(np.max(np.sqrt(np.maximum(fell, 0)) / base))
+        was = float(np.sum((alone.left / base**2)[joints]))
+        gain = float(np.sum((fell / base**2)[joints])) / max(was, 1e-300)
+        torque = float(np.max(fit.torque))
+        return Score(candidate, columns, odds, prior, fit.left, worth, gain, torque)
+
+    def _turned(self, candidate: Candidate, columns: Columns, fit: Fit) -> bool:
+        """Whether a coefficient has the sign that no real thing has."""
+        if candidate.definition.sign != "positive" or candidate.change:
+            return False
+        size = np.sqrt(np.sum([np.sum(c**2, axis=0) for c in columns.values()], axis=0))
+        told = (size * fit.coefficients)[: len(candidate.definition.linear)]
+        return bool((told < -_PART * np.abs(told).max(initial=0.0)).any())
+
+    def _sets(self, stage: _Stage, options: Sequence[Score]) -> Iterator[tuple[float, list[Score]]]:
+        """Yield the odds of single effects and of pairs on a joint that matter."""
+        for s in options:
+            if s.worth >= self.least:
+                yield s.odds, [s]
+        for a, b in itertools.combinations(options[:_PAIRED], 2):
+            if (
+                not set(a.columns) & set(b.columns)
+                or a.candidate.uses_model != b.candidate.uses_model
+            ):
+                continue
+            both = _beside(a, b, stage.system.y.shape)
+            fit = stage.score.beside(both, float(np.max(self._sizes(a.candidate))))
+            fell = stage.score.alone.left - fit.left
+            worth = float(np.max(np.sqrt(np.maximum(fell, 0)) / self.baseline.base.size))
+            if worth < self.least * np.sqrt(2):
+                continue
+            # priors and grids of each as they were judged alone
+            odds = fit.score - stage.score.alone.score
+            for s in (a, b):
+                alone = stage.score.beside(s.columns, float(np.max(self._sizes(s.candidate))))
+                odds += s.odds - (alone.score - stage.score.alone.score)
+            yield odds, [a, b]
+
+    def _plainest(self, stage: _Stage, best: Score, options: Sequence[Score]) -> Score:
+        """Return what has the largest prior of all that explain the same, but for what matters not.
+
+        Between sets whose held-out torque differs by less than what matters, the prior decides.
+        """
+        if best.left is None:
+            return best
+        own, base = explained(stage.system, best.columns), self.baseline.base.size
+        near = [best]
+        for s in options:
+            if s.prior <= best.prior or s.left is None or not set(s.columns) & set(best.columns):
+                continue
+            more = np.sqrt(np.maximum(s.left - best.left, 0)) / base
+            equal = s.odds > 0 and bool((more < self.least).all())
+            if equal and _correlation(own, explained(stage.system, s.columns)) > _SAME:
+                near.append(s)
+        return max(near, key=lambda s: s.prior)
+
+    def _refined(self, stage: _Stage, s: Score) -> Score:
+        """Return an effect with constants between the grid's."""
+        if self.expressions is not None and s.candidate.name == UNNAMED:
+            candidate, columns = self.expressions.refined(stage.system, s.candidate)
+            return replace(s, candidate=candidate, columns=columns)
+        grid = [c.constants for c in self.pool if c.key == s.candidate.key]
+        candidate, columns = refined(
+            s.candidate, grid, stage.seen, lambda c: gain_of(stage.system, c)
+        )
+        return replace(s, candidate=candidate, columns=columns)
+
+    def _again(self, rest: Sequence[Score], own: Score) -> Score:
+        """Return an effect as it does beside others; the cost of its grid is kept."""
+        stage = self._stage(rest)
+        columns = stage.seen(own.candidate) if own.candidate.uses_model else own.columns
+        fit = self._fit(stage, own.candidate, columns)
+        assert fit is not None  # it was finite
+        found = self._judged(stage, own.candidate, columns, fit)
+        return replace(found, odds=found.odds - np.log(self._grid(own.candidate)) / 2)
+
+    def _grid(self, candidate: Candidate) -> int:
+        if self.expressions is not None and candidate.name == UNNAMED:
+            return self.expressions.count
+        return max(1, sum(c.key == candidate.key for c in self.pool))
+
+    def _backward(self, accepted: list[Score]) -> list[Score]:
+        """Drop what no longer holds beside all others, the least likely first."""
+        while len(accepted) > 1:
+            again = [self._again([o for o in accepted if o is not s], s) for s in accepted]
+            failing = [k for k, s in enumerate(again) if s.odds <= 0 or s.worth < self.least]
+            if not failing:
+                return again
+            worst = min(failing, key=lambda k: (again[k].odds, again[k].worth))
+            accepted = accepted[:worst] + accepted[worst + 1 :]
+        return accepted
+
+    def _exchanged(self, accepted: list[Score]) -> list[Score]:
         """Choose each effect again among all on its joints, now that the others stand beside it."""
         for at in range(len(accepted) if len(accepted) > 1 else 0):
             rest, own = accepted[:at] + accepted[at + 1 :], accepted[at]
-            if own.candidate.measured:
-                continue
-            joints = own.candidate.joints
-            twins = (s for r in rest for s in alike.get(r.candidate.key, ()))
-            same = {s.candidate.key for s in twins if _own(s)}
             stage = self._stage(rest)
-            ranked = [r for r in self._ranked(stage, same) if r[1].joints == joints]
-            passing, failing = self._judged(stage, ranked)
-            if not passing:
-                continue
-            accepted[at] = best = self._simplest(passing)
-            known = {s.candidate.key: s for s in (*alike.get(own.candidate.key, ()), *passing)}
-            alike[best.candidate.key] = _class_of(best, known.values(), failing)
+            joints = frozenset(own.candidate.joints) or None
+            options = [s for s in self._options(stage, joints) if s.worth >= self.least]
+            if options and options[0].candidate.key != own.candidate.key:
+                best = self._refined(stage, self._plainest(stage, options[0], options))
+                if (
+                    best.candidate.key != own.candidate.key
+                    and best.odds > self._again(rest, own).odds
+                ):
+                    accepted = [*accepted[:at], best, *accepted[at + 1 :]]
         return accepted
 
-    def _backward(self, accepted: list[Score]) -> list[Score]:
-        """Test every effect again beside all others; drop what no longer holds."""
-        at = 0
-        while len(accepted) > 1 and at < len(accepted):
-            rest = accepted[:at] + accepted[at + 1 :]
-            own = accepted[at]
-            again = judge(self.baseline.beside(rest), own.candidate, own.columns, len(self.pool))
-            if again.fault and not own.candidate.measured:
-                accepted = rest
-            else:
-                accepted[at] = again
-                at += 1
-        return accepted
+    def _told_apart(self, accepted: Sequence[Score]) -> list[Score]:
+        """Return the effects with their probabilities and with what explains the same."""
+        out = []
+        for own in accepted:
+            stage = self._stage([s for s in accepted if s is not own])
+            joints = frozenset(own.candidate.joints) or None
+            taken = {s.candidate.key for s in accepted}
+            options = [s for s in self._options(stage, joints) if s.candidate.key not in taken]
+            again = self._again([s for s in accepted if s is not own], own)
+            e = explained(stage.system, again.columns)
+            rivals = []
+            for s in options:
+                if s.odds < again.odds - 5:
+                    break
+                other = explained(stage.system, s.columns)
+                alike = _correlation(e, other)
+                if alike > _ALIKE:
+                    rivals.append((alike, s))
+            odds = np.array([again.odds, *(s.odds for _, s in rivals), 0.0])
+            weight = np.exp(odds - odds.max())
+            weight /= weight.sum()
+            same = weight[0] + sum(
+                w for w, (alike, _) in zip(weight[1:], rivals, strict=False) if alike > _SAME
+            )
+            others = tuple(
+                replace(s, probability=float(w))
+                for w, (_, s) in zip(weight[1:], rivals, strict=False)
+                if w > 0.05
+            )
+            out.append(replace(again, probability=float(same), alike=others))
+        return out
 
 
-#: Effects of the measuring chain.
-MEASURING = ("time_delay", "velocity_sensor_error", "saturation", "drive_gain_error")
-_REPEATED = ("external_contact",)
+def _correlation(a: FloatArray, b: FloatArray) -> float:
+    sizes = float(np.linalg.norm(a) * np.linalg.norm(b))
+    return abs(float(np.sum(a * b))) / max(sizes, 1e-300)
 
 
-def _own(score: Score) -> bool:
-    """Whether an effect is no part of the standard model, whose parts stand beside each other."""
-    return not score.candidate.definition.native
-
-
-def _class_of(best: Score, passing: Iterable[Score], failing: Iterable[Score]) -> tuple[Score, ...]:
-    """Return the other candidates that the data cannot tell from an accepted one.
-
-    One that explains as much of the same belongs to them even where it fails a part of the rule:
-    which of two equals passes is chance.
-    """
-    twins = (s for s in failing if s.gain >= _NEARLY * best.gain and _alike(s, best))
-    others = {s.candidate.key: s for s in (*(s for s in passing if _alike(s, best)), *twins)}
-    others.pop(best.candidate.key, None)
-    return tuple(others.values())
-
-
-def _alike(a: Score, b: Score) -> bool:
-    """Whether two candidates explain the same part of the residual."""
-    if a.explained is None or b.explained is None:
-        return False
-    sizes = float(np.linalg.norm(a.explained) * np.linalg.norm(b.explained))
-    return abs(float(np.sum(a.explained * b.explained))) > _ALIKE * sizes
+def _beside(a: Score, b: Score, shape: tuple[int, ...]) -> Columns:
+    """Return the columns of two effects on the joints of both."""
+    out = {}
+    sizes = [next(iter(s.columns.values())).shape[1] for s in (a, b)]
+    for j in {*a.columns, *b.columns}:
+        parts = [
+            s.columns.get(j, np.zeros((shape[0], m))) for s, m in zip((a, b), sizes, strict=True)
+        ]
+        out[j] = np.concatenate(parts, axis=1)
+    return out

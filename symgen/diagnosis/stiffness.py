@@ -9,6 +9,7 @@ Without qs a joint that bends shows in its torque alone, near its resonance.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -19,10 +20,10 @@ from symgen import names
 from symgen.data.signals import differentiate, lowpass, white_noise
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
 from symgen.diagnosis.floor import passband
-from symgen.diagnosis.robust import covariance
 from symgen.diagnosis.whitened_system import WhitenedSystem, compared
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.statistics import f_tail
+from symgen.estimation.solve import weighed
+from symgen.estimation.system import Equations, LinearSystem
 from symgen.robot.effect import unit
 from symgen.robot.types import Robot
 
@@ -33,6 +34,7 @@ NAME = "joint_elasticity"
 _SURE, _NOISE = 5.0, 0.1
 #: Of the motion: where q - qs is larger than this, it is another gear ratio or another unit.
 _BENT = 0.25
+_NAMES = ("K", "D", "IA", "FS", "FV", "OF")
 _EXPRESSION = "-K{0}*(q{0} - qs{0}) - D{0}*(qd{0} - qsd{0})"
 
 
@@ -85,24 +87,21 @@ def _stiffness(evidence: WhitenedSystem, j: int) -> Stiffness:
             j,
             fault=f"q - qs spans {percent:.2g} % of the motion: another ratio or unit, no bending",
         )
-    W = np.concatenate([_columns(s, j) for s in scenes])[moves]
-    y = np.concatenate([s.unmasked.measured[:, j] for s in scenes])[moves]
-    X = np.linalg.lstsq(W / (size := np.linalg.norm(W, axis=0)), y, rcond=None)[0] / size
-    error = y - W @ X
-    sigma = float(np.sqrt(np.mean(error**2))) or 1.0
-    spread = covariance(
-        (W / size / sigma)[:, None], (error / sigma)[:, None], evidence.block[moves]
-    )
-    std = np.sqrt(np.diag(spread)) / size
+    parts = []
+    for s, at in zip(scenes, evidence.spans, strict=True):
+        moving = moves[at]
+        W, y = _columns(s, j)[moving], s.unmasked.measured[moving, j]
+        parts.append(Equations(s.name, W, y, s.compared_t[moving], 2, j))
+    system = LinearSystem(_NAMES, tuple(parts))
+    solution = weighed(system, [np.ones(e.rows) for e in parts])
+    W, X, std = system.W, solution.X, solution.std
     own = W[:, 0] - W[:, 1:] @ np.linalg.lstsq(W[:, 1:], W[:, 0], rcond=None)[0]
     noise = float(np.sqrt(np.mean([_noise(s, j) ** 2 for s in scenes])))
     if noise > _NOISE * float(np.sqrt(np.mean(own**2))):
         return Stiffness(j, fault="what it bends is no more than the noise of its two encoders")
     if X[0] < _SURE * std[0]:
         return Stiffness(j, fault="its torque does not follow what its two encoders differ by")
-    blocks = int(evidence.block.max()) + 1
-    ratio = max(float(X[0] / std[0]), 0.0)
-    p_value = f_tail(ratio**2, 1, max(blocks - len(X), 1))  # Student's, two-sided
+    p_value = math.erfc(max(float(X[0] / std[0]), 0.0) / math.sqrt(2))
     return Stiffness(j, (float(X[0]), float(std[0])), (float(X[1]), float(std[1])), p_value)
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -23,24 +23,19 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.diagnosis.baseline import Baseline
 from symgen.diagnosis.effects import Candidate, Constants, Torques
-from symgen.diagnosis.refine import refined
-from symgen.diagnosis.search import Search, Selection
-from symgen.diagnosis.select import Score, judge, quick_gain
-from symgen.diagnosis.whitened_system import Columns, WhitenedSystem, compared
+from symgen.diagnosis.whitened_system import WhitenedSystem, compared
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.predictive_score import Columns
 from symgen.robot.effect import Search as Range
 from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
 
 FloatArray = NDArray[np.float64]
 NAME = "unnamed"
-_MOST = 3  # terms on one joint
-_STRUCTURED = 3.0  # residual over noise below which a joint is left alone
-_LEFT = 0.3  # of the residual's square after the named search that an expression may leave
-_NUMBER = 1.2  # the residual that one more number has to be worth
+_BEST = 12  # terms of a joint that are scored
 _FREE = 0.05
 _CENTRES, _WIDTHS = 15, (0.1, 0.15, 0.22, 0.33, 0.5, 0.75)  # of half the joint's range
-_HALVINGS, _STARTS = 7, 6  # of the refinement of bumps
+_HALVINGS = 7  # of the refinement of bumps
 _CHUNK = 64
 #: Where the model's columns are proved to be independent: no bump may lie beyond.
 _REACH = {names.REVOLUTE: 3.0, names.PRISMATIC: 1.0}
@@ -211,205 +206,70 @@ def _short(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-class _Finder:
-    """The search for an expression on a joint.
+class Expressions:
+    """The terms that may stand on a joint as an effect without a name, one after the other.
 
     Args:
         baseline: the model as it is declared.
-        terms: the library.
-        columns: of its terms, (K, T).
-        tried: number of candidates, every term on every joint among them.
-        noise: standard deviation of the joint's torque noise in the band.
-        j: position of the joint.
     """
 
-    def __init__(
-        self,
-        baseline: Baseline,
-        terms: Sequence[Term],
-        columns: FloatArray,
-        tried: int,
-        noise: float,
-        j: int,
-    ) -> None:
-        self.robot, self.logs, self.system = baseline.robot, baseline.base.logs, baseline.beside
-        self.terms, self.columns, self.tried, self.j = terms, columns, tried, j
-        self.quiet = _STRUCTURED * max(noise, 1e-6 * float(np.std(baseline.base.y)))
+    def __init__(self, baseline: Baseline) -> None:
+        self.robot, self.logs = baseline.robot, baseline.base.logs
+        self.terms = library(self.robot, self.logs)
+        self.columns = _seen(self.terms, self.logs)
+        self._made: dict[Candidate, tuple[Term, ...]] = {}
 
-    def structured(self, system: WhitenedSystem) -> bool:
-        """Whether more than noise is left."""
-        return float(system.sigma[self.j]) >= self.quiet
+    @property
+    def count(self) -> int:
+        """How many terms there are: each has this part of the prior odds."""
+        return len(self.terms)
 
-    def scored(self, beside: Sequence[Score], terms: Sequence[Term]) -> Score:
-        """Judge the sum of some terms beside some effects."""
-        columns = {self.j: _seen(terms, self.logs)}
-        candidate = expression(self.robot, self.j, terms)
-        return judge(self.system(beside), candidate, columns, self.tried)
+    def best(
+        self, system: WhitenedSystem, joints: frozenset[int] | None
+    ) -> Iterator[tuple[Candidate, Columns]]:
+        """Yield the few terms of each joint that explain most of its residual."""
+        for j in range(system.n) if joints is None else sorted(joints):
+            gains = _gains(system, j, self.columns)
+            for i in np.argsort(-gains, kind="stable")[:_BEST]:
+                term = self.terms[i]
+                yield self._candidate(j, (term,)), {j: self.columns[:, [i]]}
 
-    def instead(self, named: Sequence[Score]) -> list[Score] | None:
-        """Return the effects with an expression; None where named ones do as well.
+    def refined(self, system: WhitenedSystem, own: Candidate) -> tuple[Candidate, Columns]:
+        """Return a bump with centre and width between the grid's."""
+        (term,), (j,) = self._made[own], own.joints
+        if term.constants:
+            term = _refined(system, j, term, self.logs)
+        return self._candidate(j, (term,)), {j: _seen([term], self.logs)}
 
-        It is looked for beside all that is named, and in place of the joint's own effects: first
-        of those outside the standard model of friction, then of all. It has to do better than any
-        member of the classes of these, too.
-        """
-        own = [s for s in named if s.candidate.joints == (self.j,)]
-        odd = [s for s in own if not s.candidate.definition.native]
-        others = [
-            [other if s is mine else s for s in named] for mine in own for other in mine.alike
+    def _candidate(self, j: int, terms: tuple[Term, ...]) -> Candidate:
+        out = expression(self.robot, j, terms)
+        self._made[out] = terms
+        return out
+
+    def merged(self, joints_terms: Iterable[Candidate]) -> list[tuple[Candidate, Columns]]:
+        """Return the terms on each joint as one expression."""
+        by_joint: dict[int, list[Term]] = {}
+        for c in joints_terms:
+            by_joint.setdefault(c.joints[0], []).extend(self._made[c])
+        return [
+            (self._candidate(j, tuple(terms)), {j: _seen(terms, self.logs)})
+            for j, terms in by_joint.items()
         ]
-        best, least = None, _LEFT * min(map(self._cost, (named, *others)))
-        for away in ([], *([odd] if odd else []), *([own] if own != odd else [])):
-            whole = self._beside([s for s in named if s not in away])
-            cost = np.inf if whole is None else self._cost(whole)
-            if cost < least:
-                best, least = whole, cost
-        return best
-
-    def _cost(self, accepted: Sequence[Score]) -> float:
-        """Return the square of the joint's residual, its effects' numbers weighed in."""
-        own = (s.candidate for s in accepted if s.candidate.joints == (self.j,))
-        square = float(self.system(accepted).sigma[self.j] ** 2)
-        return square * _NUMBER ** sum(c.complexity for c in own)
-
-    def _beside(self, named: list[Score]) -> list[Score] | None:
-        """Return the named effects that stay and an expression; None where there is none."""
-        terms: list[Term] = []
-        whole = named
-        while len(terms) < _MOST and self.structured(here := self.system(whole)):
-            new = self._best(here)
-            if self.scored(whole, [new]).fault:
-                break
-            terms = self._settled(named, [*terms, new])
-            found = self.scored(named, terms)
-            # Named effects of the joint that the expression makes needless go.
-            for own in [s for s in named if s.candidate.joints == (self.j,)]:
-                rest = [s for s in named if s is not own]
-                beside = self.system([*rest, found])
-                if judge(beside, own.candidate, own.columns, self.tried).fault:
-                    terms = self._settled(rest, terms)
-                    named, found = rest, self.scored(rest, terms)
-            if found.fault:
-                return None
-            whole = [*named, found]
-        return whole if terms else None
-
-    def _best(self, system: WhitenedSystem) -> Term:
-        """Return the term that leaves least, a bump's two numbers weighed in."""
-        left = 1 - _gains(system, self.j, self.columns)
-        order = np.argsort(left)
-        plain = next(int(i) for i in order if not self.terms[i].constants)
-        bumps = [self.terms[i] for i in order if self.terms[i].constants][:_STARTS]
-        refined = [self._refined(system, bump) for bump in bumps]
-        bump, gain = max(refined, key=lambda entry: entry[1], default=(self.terms[plain], 0.0))
-        return bump if (1 - gain) * _NUMBER**2 < left[plain] else self.terms[plain]
-
-    def _refined(self, system: WhitenedSystem, term: Term) -> tuple[Term, float]:
-        """Move centre and width of a bump to the largest gain, on grids of half the mesh each."""
-        best, gain = term, float(_gains(system, self.j, _seen([term], self.logs))[0])
-        shift, ratio = term.constants["w"] / 2, 1.3
-        for _ in range(_HALVINGS):
-            c, w = best.constants["c"], best.constants["w"]
-            near = [
-                replace(best, constants={"c": _short(c + a * shift), "w": _short(w * ratio**b)})
-                for a, b in itertools.product((-1, 0, 1), repeat=2)
-            ]
-            gains = _gains(system, self.j, _seen(near, self.logs))
-            at = int(np.argmax(gains))
-            if gains[at] > gain:
-                best, gain = near[at], float(gains[at])
-            shift, ratio = shift * 0.6, ratio**0.6
-        return best, gain
-
-    def _settled(self, named: Sequence[Score], terms: list[Term]) -> list[Term]:
-        """Refine each bump beside all others."""
-        for i, term in enumerate(terms):
-            if term.constants:
-                others = [t for k, t in enumerate(terms) if k != i]
-                beside = [self.scored(named, others)] if others else []
-                terms[i], _ = self._refined(self.system([*named, *beside]), term)
-        return terms
 
 
-def with_unnamed(selection: Selection, search: Search, noise: FloatArray) -> Selection:
-    """Add expressions for what the named effects leave; friction where it leaves no more.
-
-    Args:
-        selection: of the named search.
-        search: with the candidates, and the model as it is declared.
-        noise: (n,) standard deviation of the torque's noise in the band.
-    """
-    baseline, accepted = search.baseline, list(selection.accepted)
-    loud = baseline.beside(accepted).sigma / np.maximum(noise, 1e-300)
-    if not (loud > _STRUCTURED).any():
-        return selection
-    search.progress("looking for expressions that have no name")
-    terms = library(baseline.robot, baseline.base.logs)
-    columns, tried = _seen(terms, baseline.base.logs), selection.tried + len(terms) * len(loud)
-    for j in map(int, np.argsort(-loud)):
-        finder = _Finder(baseline, terms, columns, tried, float(noise[j]), j)
-        structured = finder.structured(baseline.beside(accepted))
-        whole = finder.instead(accepted) if structured else None
-        if whole is not None:
-            *rest, found = whole
-            accepted = [*rest, *(friction_instead(search, j, rest, found) or [found])]
-    accepted.sort(key=lambda s: -s.gain)
-    return replace(selection, accepted=tuple(accepted), tried=tried)
-
-
-# Friction of the standard model in place of an expression that says the same. A joint whose file
-# leaves its friction out misses several effects at once, none of which explains much alone; a
-# sparse expression takes them together.
-
-#: What is left on the joint, over what the expression leaves.
-_ALIKE = 1.05
-Entry = tuple[Candidate, Columns]
-
-
-def friction_instead(
-    search: Search, j: int, rest: Sequence[Score], expression: Score
-) -> list[Score] | None:
-    """Return effects on a joint that leave no more than an expression, or None.
-
-    Args:
-        search: with its candidates.
-        j: position of the joint.
-        rest: all other effects.
-        expression: on the joint.
-    """
-    system = search.baseline.beside
-    wanted = _ALIKE * float(system([*rest, expression]).sigma[j])
-    taken = {s.candidate.key for s in rest}
-    own = [e for e in search.on_joints((j,)) if e[0].key not in taken]
-    plain = [e for e in own if e[0].definition.native and not e[0].change]
-    more = [e for e in own if not e[0].definition.native]
-    found = _needed(search, rest, plain)
-    beside = system([*rest, *found])
-    if found and float(beside.sigma[j]) <= wanted:
-        return found
-    if not more:
-        return None
-    best, _ = max(more, key=lambda entry: quick_gain(beside, entry[1]))
-    entry = refined(
-        best,
-        [c.constants for c, _ in more if c.key == best.key],
-        search.baseline.seen(search.baseline.base),
-        lambda c: quick_gain(beside, c),
-    )
-    found = _needed(search, rest, [*plain, entry])
-    return found if found and float(system([*rest, *found]).sigma[j]) <= wanted else None
-
-
-def _needed(search: Search, rest: Sequence[Score], entries: Sequence[Entry]) -> list[Score]:
-    """Return the effects that hold beside each other, without those that do not, least first."""
-    kept, system = list(entries), search.baseline.beside(rest)
-    while kept:
-        scores = []
-        for candidate, columns in kept:
-            beside = system.with_columns(c for other, c in kept if other is not candidate)
-            scores.append(judge(beside, candidate, columns, len(search.pool)))
-        failing = [(s.gain, k) for k, s in enumerate(scores) if s.fault]
-        if not failing:
-            return scores
-        del kept[min(failing)[1]]
-    return []
+def _refined(system: WhitenedSystem, j: int, term: Term, logs: Sequence[FilteredLog]) -> Term:
+    """Move centre and width of a bump to the largest gain, on grids of half the mesh each."""
+    best, gain = term, float(_gains(system, j, _seen([term], logs))[0])
+    shift, ratio = term.constants["w"] / 2, 1.3
+    for _ in range(_HALVINGS):
+        c, w = best.constants["c"], best.constants["w"]
+        near = [
+            replace(best, constants={"c": _short(c + a * shift), "w": _short(w * ratio**b)})
+            for a, b in itertools.product((-1, 0, 1), repeat=2)
+        ]
+        gains = _gains(system, j, _seen(near, logs))
+        at = int(np.argmax(gains))
+        if gains[at] > gain:
+            best, gain = near[at], float(gains[at])
+        shift, ratio = shift * 0.6, ratio**0.6
+    return best

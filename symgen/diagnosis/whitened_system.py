@@ -7,7 +7,8 @@ rows out; no sample is weighed before it passes the filter.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import itertools
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
@@ -16,19 +17,18 @@ from numpy.typing import NDArray
 
 from symgen.data.mask import Bools
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.predictive_score import Columns
 from symgen.estimation.solve import SINGULAR, column_norms, shortest
 from symgen.estimation.summary import Summary, triangle
 from symgen.estimation.system import torque_rows
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
-#: Columns (.., m) on joints, by position of the movable joint.
-Columns = Mapping[int, FloatArray]
 _WHITENING = 3
 _TINY = 1e-300
+_FREE = 1e-5  # of a column of unit norm, from which the model does not say it
 _SETTLING = 5
 _REST = 0.005  # of the RMS speed
-_BLOCKS = 20  # of time, for robust errors
 
 
 def counted(log: FilteredLog) -> Bools:
@@ -63,7 +63,6 @@ class WhitenedSystem:
         sigma: (n,) standard deviation of each joint's residual.
         moves: (K, n) weight of the rows: 1.0 where the joint moves, 0.0 where it turns round and
             friction is undefined, and in between in its rests, see `symgen.estimation.cutoff`.
-        block: (K,) number of the block of each instant.
         rest: (n,) sum of the squares that rows at rest leave, whitened, beyond what their weight
             lets the residual have of it: the gap counts them whole.
     """
@@ -74,13 +73,18 @@ class WhitenedSystem:
     X: FloatArray
     sigma: FloatArray
     moves: FloatArray
-    block: NDArray[np.int64]
     rest: FloatArray
 
     @property
     def n(self) -> int:
         """Number of joints."""
         return int(self.y.shape[1])
+
+    @property
+    def spans(self) -> list[slice]:
+        """The rows of each log."""
+        ends = np.cumsum([0, *(len(log.kept) for log in self.logs)])
+        return [slice(a, b) for a, b in itertools.pairwise(map(int, ends))]
 
     @cached_property
     def residual(self) -> FloatArray:
@@ -122,6 +126,23 @@ class WhitenedSystem:
         more = [dense(c, self.y.shape) for c in columns]
         W = np.concatenate([self.W, *more], axis=2)
         return whitened(self.logs, W, self.y) if more else self
+
+
+def explained(system: WhitenedSystem, columns: Columns) -> FloatArray:
+    """Return what columns explain of the residual beside the model, whitened, (K, n)."""
+    weight = (system.moves / system.sigma)[:, :, None]
+    rows = (dense(columns, system.y.shape) * weight).reshape(system.y.size, -1)
+    rows = rows / column_norms(rows)
+    basis = system.basis.reshape(system.y.size, -1)
+    left, values, _ = np.linalg.svd(rows - basis @ (basis.T @ rows), full_matrices=False)
+    free = left[:, values > _FREE]
+    return np.asarray((free @ (free.T @ system.residual.ravel())).reshape(system.y.shape))
+
+
+def gain_of(system: WhitenedSystem, columns: Columns) -> float:
+    """Return the share of the sum of squares of its joints that columns explain."""
+    whole = float(np.sum(system.residual[:, list(columns)] ** 2))
+    return float(np.sum(explained(system, columns) ** 2)) / whole if whole else 0.0
 
 
 def dense(columns: Columns, shape: tuple[int, ...]) -> FloatArray:
@@ -188,7 +209,7 @@ def whitened(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray) -> White
         sigma = np.maximum(np.sqrt(square), floor)
     beyond = np.maximum(np.concatenate(moving) - moves**2, 0.0)
     rest = np.sum(beyond * (y - W @ X) ** 2, axis=0) / sigma**2
-    return WhitenedSystem(tuple(logs), W, y, X, sigma, moves, _blocks(moving), rest)
+    return WhitenedSystem(tuple(logs), W, y, X, sigma, moves, rest)
 
 
 def _moving(log: FilteredLog) -> FloatArray:
@@ -204,14 +225,3 @@ def _weight(log: FilteredLog, moving: FloatArray) -> FloatArray:
         return moving
     weight = np.where(log.resting, log.band.rests.weight, moving)
     return np.asarray(weight * counted(log)[log.kept], dtype=float)
-
-
-def _blocks(logs: Sequence[FloatArray]) -> NDArray[np.int64]:
-    """Number the instants of all logs by contiguous blocks of equal length; none spans two logs."""
-    total = sum(map(len, logs))
-    out, first = [], 0
-    for count in map(len, logs):
-        own = max(1, round(_BLOCKS * count / max(total, 1)))
-        out.append(first + np.arange(count) * own // max(count, 1))
-        first += own
-    return np.concatenate(out)

@@ -15,7 +15,6 @@ from symgen.data.log import Log
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.diagnosis.baseline import Baseline, baseline, model_of
-from symgen.diagnosis.chance_test import beyond_misfit
 from symgen.diagnosis.conclusion import conclude, plain
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap
 from symgen.diagnosis.effects import candidates
@@ -32,10 +31,9 @@ from symgen.diagnosis.measuring_chain import (
 )
 from symgen.diagnosis.mended import largest, mended_channels, undone_channels
 from symgen.diagnosis.model_based_effects import special_candidates
-from symgen.diagnosis.search import Search
+from symgen.diagnosis.search import LEAST, MISFIT, Search
 from symgen.diagnosis.stiffness import NAME as STIFFNESS
 from symgen.diagnosis.stiffness import stiffnesses, with_stiffness
-from symgen.diagnosis.terms import with_unnamed
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
@@ -74,6 +72,8 @@ def diagnose(
     effects: Sequence[str] | None = None,
     parameters: str | Path | None = None,
     cutoff: float | None = None,
+    least: float = LEAST,
+    misfit: float = MISFIT,
     reading: Reading | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Diagnosis:
@@ -82,7 +82,7 @@ def diagnose(
     Effects of the robot whose constants are ranges are tried beside the library. The model is
     identified from the logs by the torque equations in the motion's band, or has
     given parameters, of an earlier state of the robot, and the logs show what changed; candidates
-    are accepted by the rule of `symgen.diagnosis.select`; the extended model is derived, compiled
+    are accepted by the rule of `symgen.diagnosis.search`; the extended model is derived, compiled
     and identified again; the gap is shown on data that the selection never saw.
 
     Args:
@@ -93,6 +93,8 @@ def diagnose(
         parameters: parameters that are not identified again: the folder that `identify` wrote, its
             estimate.json, TOML with [parameters], or the URDF of the robot.
         cutoff: of the zero-phase low-pass, Hz; None for the motion's bandwidth.
+        least: part of a joint's torque that matters; nothing smaller is named.
+        misfit: part of a joint's torque that no model is righter than.
         reading: how logs are read, and what of them has no say.
         progress: is told what is being tried.
 
@@ -114,7 +116,7 @@ def diagnose(
     band = band or choose_band(evaluator, opened.train, cutoff)
     band = band if cutoff is None else replace(band, cutoff_hz=cutoff)
     given = None if known is None else known.X
-    asked = _Question(source, evaluator, opened, band, given, effects, progress)
+    asked = _Question(source, evaluator, opened, band, given, effects, least, misfit, progress)
     progress("checking the logs")
     faults = check(evaluator, *asked.logs)
     if any(f.undo is None for f in faults):  # nothing can be said until it is recorded again
@@ -224,6 +226,8 @@ class _Question:
     band: Band
     given: FloatArray | None
     effects: Sequence[str] | None
+    least: float
+    misfit: float
     progress: Callable[[str], None]
 
     @cached_property
@@ -261,7 +265,7 @@ class _Question:
     @cached_property
     def declared(self) -> Diagnosis:
         """The model as it is declared, on the logs as they are."""
-        return plain(self.baseline, self.notes)
+        return plain(self.baseline, self.notes, self.least)
 
     @cached_property
     def raw(self) -> Gap | None:
@@ -288,12 +292,9 @@ class _Question:
             *candidates(self.robot, model.base.logs, self.effects, given=given),
             *special_candidates(self.robot, bent, self.effects, given=given),
         )
-        search = Search(model, pool, self.progress)
-        selection, noise = search.run(), model.noise()
-        if not given and (self.effects is None or "unnamed" in self.effects):
-            selection = with_unnamed(selection, search, noise)
-        if not given:
-            selection = beyond_misfit(selection, search, noise)
+        expressions = not given and (self.effects is None or "unnamed" in self.effects)
+        search = Search(model, pool, expressions, self.least, self.misfit, self.progress)
+        selection = search.run()
         self.progress("deriving, compiling and identifying the extended model")
         notes = (*self.notes, *(f"repaired: {fault}" for fault in repaired), *self.rests)
         if not bent and self.effects is not None and STIFFNESS in self.effects:
@@ -301,7 +302,7 @@ class _Question:
                 f"{STIFFNESS}: without a second encoder (qs1.., on the link side) it shows near "
                 "its resonance alone",
             )
-        return with_stiffness(conclude(model, selection, notes), self.robot, bent)
+        return with_stiffness(conclude(model, selection, notes, self.least), self.robot, bent)
 
     def answer(self, faults: Sequence[Fault]) -> Diagnosis:
         """Undo faults where that closes a part of the gap, and look for physics behind them."""

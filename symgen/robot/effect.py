@@ -67,6 +67,8 @@ class Definition:
     separate: str = ""
     formula: str = ""
     own: bool = False
+    odds: float = 0.02
+    size: float = 0.3
 
     @property
     def reads(self) -> tuple[str, ...]:

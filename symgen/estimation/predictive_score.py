@@ -1,0 +1,268 @@
+"""How well a model predicts motion that it was not fitted on: what effects compete by.
+
+The rows of torque equations are cut into folds of different motion. With b the parameters fitted
+to all other folds,
+
+    score = -1/2 sum over folds f and joints j of m log(c / m + s^2),     c = |y - W b|^2 on (f, j)
+
+the log of a predictive density whose scale is integrated out: a fold that is predicted badly costs
+its logarithm alone. m is the number of rows over one temperature for all candidates, which stands
+for their correlation; s is what no model of the joint is righter than, so that differences below it
+decide nothing. A motion that is repeated is counted by what it adds: of k visits of one state with
+noise of variance v count k (v + s^2) / (v + k s^2).
+
+Candidates stream through: with the rows of the model kept as products by fold, columns on a joint
+cost their own products with these. Products are those of the residual, so that nothing cancels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.values import FloatArray
+
+#: Columns (K, m) on joints, by position of the movable joint.
+Columns = Mapping[int, FloatArray]
+FOLDS = 6
+#: Rows at four a period of the band that count as one: the temperature of all scores.
+TEMPERATURE = 4.0
+_PERIODS = 6.0  # of the comparison band in a block of time that belongs to one fold
+_FEWEST, _MOST = 12, 60  # blocks in all
+_REGIONS = 12  # of state, from which the folds are put together
+_APART = 0.5  # periods of the comparison band between rows of two folds
+_SEED = 1988
+#: Distance of two states of one motion, in spreads of all; part of the rows that repeat others.
+_SAME, _REPEATED = 0.1, 0.9
+_DEPENDENT = 1e-9  # of a column: what is left of it beside the others
+
+
+def motion_folds(logs: Sequence[FilteredLog], count: int = FOLDS) -> NDArray[np.intp]:
+    """Return the fold of each kept instant of some logs, (K,); -1 where two folds meet.
+
+    Blocks of time are put together by regions of state, mean position and speed of all joints, so
+    that each fold is motion that the others do not have, as far as there is such.
+    """
+    from scipy.cluster.vq import kmeans2
+
+    period = 1 / min(log.band.comparison_hz for log in logs)
+    total = sum(float(np.ptp(log.compared_t)) for log in logs)
+    length = min(max(_PERIODS * period, total / _MOST), total / _FEWEST)
+    block, first = [], 0
+    q, qd = (np.concatenate([getattr(s, x)[s.kept] for s in logs]) for x in ("q", "qd"))
+    z = np.column_stack([(x - x.mean(0)) / np.maximum(x.std(0), 1e-300) for x in (q, qd)])
+    for log in logs:
+        t = log.compared_t - log.compared_t[0]
+        own = max(1, round(float(t[-1]) / length))
+        block.append(first + np.minimum((t * own / max(t[-1], 1e-300)).astype(int), own - 1))
+        first += own
+    number = np.concatenate(block)
+    state = np.array([z[number == b].mean(axis=0) for b in range(first)])
+    regions = min(_REGIONS, first)
+    _, region = kmeans2(state, regions, minit="++", seed=_SEED, iter=30)
+    rows = np.bincount(number, minlength=first)
+    sizes = np.array([rows[region == r].sum() for r in range(regions)])
+    filled, fold_of = np.zeros(count), np.zeros(regions, dtype=int)
+    for r in np.argsort(-sizes, kind="stable"):
+        fold_of[r] = int(np.argmin(filled))
+        filled[fold_of[r]] += sizes[r]
+    fold = fold_of[region][number]
+    times = np.concatenate([log.compared_t for log in logs])
+    change = np.flatnonzero(np.diff(fold) != 0)
+    for k in change:
+        near = np.abs(times[max(0, k - 50) : k + 51] - (times[k] + times[k + 1]) / 2)
+        fold[max(0, k - 50) : k + 51][near < _APART * period / 2] = -1
+    return np.asarray(fold)
+
+
+def repeats_motion(logs: Sequence[FilteredLog], others: Sequence[FilteredLog]) -> bool:
+    """Whether other logs show hardly a state, position and speed, that some logs do not show."""
+    from scipy.spatial import cKDTree
+
+    def states(group: Sequence[FilteredLog]) -> FloatArray:
+        return np.concatenate([np.hstack([s.q[s.kept], s.qd[s.kept]]) for s in group])
+
+    known, asked = states(logs), states(others)
+    spread = np.maximum(known.std(axis=0), 1e-300) * np.sqrt(known.shape[1])
+    far, _ = cKDTree(known / spread).query(asked / spread)
+    return bool(np.mean(far < _SAME) > _REPEATED)
+
+
+class Fit(NamedTuple):
+    """A model with columns beside it.
+
+    Attributes:
+        score: log of the predictive density, up to a constant of the rows.
+        left: (n,) held-out variance of each joint.
+        coefficients: (m,) of the columns, fitted to all folds.
+        torque: (n,) RMS of what the columns add to each joint.
+        free: the least part of a combination of the columns that the model cannot say.
+    """
+
+    score: float
+    left: FloatArray
+    coefficients: FloatArray
+    torque: FloatArray
+    free: float
+
+
+@dataclass(frozen=True, eq=False)
+class PredictiveScore:
+    """The rows of a model, and what predicts them on folds that it was not fitted on.
+
+    Attributes:
+        W: (K, n, p) regressor.
+        residual: (K, n) of y - W X, X the least-squares fit to all rows.
+        weight: (K, n) of the rows; 0.0 for those without a say.
+        sigma: (n,) by which the joints are weighed in the fits.
+        fold: (K,) from `motion_folds`.
+        misfit: (n,) what no model is righter than, N m or N.
+        visits: (K,) how much a row counts, its motion repeated, 1 for motion that is new.
+    """
+
+    W: FloatArray
+    residual: FloatArray
+    weight: FloatArray
+    sigma: FloatArray
+    fold: NDArray[np.intp]
+    misfit: FloatArray
+    visits: FloatArray
+
+    @cached_property
+    def _order(self) -> NDArray[np.intp]:
+        """Rows of each fold, (folds, L), filled up with K, a row of zeros."""
+        count = int(self.fold.max()) + 1
+        rows = [np.flatnonzero(self.fold == f) for f in range(count)]
+        out = np.full((count, max(map(len, rows))), len(self.fold))
+        for f, own in enumerate(rows):
+            out[f, : len(own)] = own
+        return out
+
+    def _folded(self, x: FloatArray) -> FloatArray:
+        """Return rows (K, ...) by fold, (folds, L, ...)."""
+        return np.concatenate([x, np.zeros((1, *x.shape[1:]))])[self._order]
+
+    @cached_property
+    def _norms(self) -> FloatArray:
+        rows = self.W * (self.weight / self.sigma)[:, :, None]
+        norms = np.sqrt(np.sum(rows**2, axis=(0, 1)))
+        return np.where(norms > 0, norms, 1.0)
+
+    @cached_property
+    def _R(self) -> FloatArray:
+        """Whitened columns of the model by joint and fold, (n, folds, L, p)."""
+        rows = self.W * (self.weight / self.sigma)[:, :, None] / self._norms
+        return np.ascontiguousarray(np.moveaxis(self._folded(rows), 2, 0))
+
+    @cached_property
+    def _r(self) -> FloatArray:
+        """Whitened residual by joint and fold, (n, folds, L)."""
+        return np.asarray(np.moveaxis(self._folded(self.residual * self.weight / self.sigma), 2, 0))
+
+    @cached_property
+    def _RR(self) -> FloatArray:
+        return np.asarray(self._R.swapaxes(2, 3) @ self._R)
+
+    @cached_property
+    def _Rr(self) -> FloatArray:
+        return np.asarray((self._R.swapaxes(2, 3) @ self._r[..., None])[..., 0])
+
+    @cached_property
+    def _rr(self) -> FloatArray:
+        return np.asarray(np.sum(self._r**2, axis=2))
+
+    @cached_property
+    def _inverse(self) -> FloatArray:
+        """(folds + 1, p, p) inverse of the products of the rows outside each fold; of all, last."""
+        by_fold = self._RR.sum(axis=0)
+        others = np.concatenate([by_fold.sum(axis=0) - by_fold, by_fold.sum(axis=0)[None]])
+        p = others.shape[-1]
+        return np.asarray(np.linalg.inv(others + _DEPENDENT * np.eye(p))) if p else others
+
+    @cached_property
+    def _base(self) -> FloatArray:
+        """(folds + 1, p) what the fit to the other folds adds to X; of all, last."""
+        by_fold = self._Rr.sum(axis=0)
+        others = np.concatenate([by_fold.sum(axis=0) - by_fold, by_fold.sum(axis=0)[None]])
+        return np.asarray((self._inverse @ others[..., None])[..., 0])
+
+    @cached_property
+    def counts(self) -> FloatArray:
+        """(n, folds) number of rows."""
+        return np.asarray(np.moveaxis(self._folded(self.weight**2).sum(axis=1), 1, 0))
+
+    @cached_property
+    def _rows_that_count(self) -> FloatArray:
+        own = (self.weight**2) * self.visits[:, None]
+        return np.asarray(np.moveaxis(self._folded(own).sum(axis=1), 1, 0) / TEMPERATURE)
+
+    def _scored(self, squares: FloatArray) -> tuple[float, FloatArray]:
+        """Return the score and the held-out variance by joint of squares (n, folds), whitened."""
+        squares = np.maximum(squares, 0.0) * self.sigma[:, None] ** 2
+        count = np.maximum(self.counts, 1e-300)
+        variance = squares / count + self.misfit[:, None] ** 2
+        score = -0.5 * float(np.sum(self._rows_that_count * np.log(np.maximum(variance, 1e-300))))
+        return score, np.asarray(squares.sum(axis=1) / count.sum(axis=1))
+
+    @cached_property
+    def alone(self) -> Fit:
+        """The model without anything beside it."""
+        d = self._base[:-1]
+        squares = self._rr - 2 * np.einsum("jfp,fp->jf", self._Rr, d)
+        squares += np.einsum("fp,jfpq,fq->jf", d, self._RR, d, optimize=True)
+        score, left = self._scored(squares)
+        return Fit(score, left, np.zeros(0), np.zeros(len(self.sigma)), 1.0)
+
+    def beside(self, columns: Columns, size: float | FloatArray = np.inf) -> Fit:
+        """Score the model with columns (K, m) beside it on some joints.
+
+        Args:
+            columns: by position of the joint.
+            size: (m,) RMS of the torque that a column is expected to have, N m or N: its
+                coefficient is drawn to zero as by a normal prior of that scale.
+        """
+        n, m = len(self.sigma), next(iter(columns.values())).shape[1]
+        joints = list(columns)
+        C = [
+            self._folded(c * (self.weight[:, j] / self.sigma[j])[:, None])
+            for j, c in columns.items()
+        ]
+        raw = np.sum([np.sum(c**2, axis=(0, 1)) for c in C], axis=0)
+        norms = np.sqrt(np.where(raw > 0, raw, 1.0))
+        C = [c / norms for c in C]
+        CC = np.array([c.swapaxes(1, 2) @ c for c in C])  # (J, folds, m, m)
+        RC = np.array([self._R[j].swapaxes(1, 2) @ c for j, c in zip(joints, C, strict=True)])
+        Cr = np.array([(c * self._r[j][..., None]).sum(1) for j, c in zip(joints, C, strict=True)])
+
+        def others(x: FloatArray) -> FloatArray:
+            whole = x.sum(axis=0)
+            return np.concatenate([whole.sum(axis=0) - whole, whole.sum(axis=0)[None]])
+
+        B, H = others(RC), self._inverse
+        rows = np.sqrt(self.counts.sum(axis=1))
+        expected = np.min(size) / max(self.sigma[j] / rows[j] for j in joints)
+        S = others(CC) - B.swapaxes(1, 2) @ (H @ B)
+        free = float(np.linalg.eigvalsh(S[-1])[0]) if m else 1.0
+        S = S + (_DEPENDENT + expected**-2) * np.eye(m)
+        h = others(Cr) - (B.swapaxes(1, 2) @ self._base[..., None])[..., 0]
+        b = np.linalg.solve(S, h[..., None])[..., 0]
+        d = self._base - (H @ (B @ b[..., None]))[..., 0]
+        d, own = d[:-1], b[:-1]
+        squares = self._rr - 2 * np.einsum("jfp,fp->jf", self._Rr, d)
+        squares += np.einsum("fp,jfpq,fq->jf", d, self._RR, d, optimize=True)
+        more = -2 * np.einsum("jfm,fm->jf", Cr, own)
+        more += np.einsum("fm,jfmk,fk->jf", own, CC, own, optimize=True)
+        more += 2 * np.einsum("fp,jfpm,fm->jf", d, RC, own, optimize=True)
+        squares[joints] += more
+        score, left = self._scored(squares)
+        torque = np.zeros(n)
+        for j, cc in zip(joints, CC, strict=True):
+            square = float(b[-1] @ cc.sum(axis=0) @ b[-1])
+            torque[j] = self.sigma[j] * np.sqrt(max(square, 0.0)) / max(rows[j], 1e-300)
+        return Fit(score, left, b[-1] / norms, torque, free)
