@@ -332,7 +332,7 @@ def finished(
     keys: Sequence[str],
     folder: WorkFolder,
     sizes: Sequence[int],
-    progress: Callable[[str], None] = lambda _: None,
+    progress: Say = silent,
     what: str = "",
     unit: str = "samples",
 ) -> None:

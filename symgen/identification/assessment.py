@@ -36,7 +36,6 @@ from symgen.estimation.integrals import cumulative_integral
 from symgen.estimation.logs import digest
 from symgen.estimation.masking import seldom_moving
 from symgen.estimation.solve import Solution
-from symgen.estimation.statistics import chi2_tail
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
 from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual
@@ -620,6 +619,8 @@ def whiteness(traces: Sequence[Trace]) -> tuple[Whiteness, ...]:
     Args:
         traces: of any quantities and kinds; those with no spacing are left out.
     """
+    from scipy.special import chdtrc
+
     groups: dict[tuple[str, str], list[Trace]] = {}
     for trace in (t for t in traces if t.spacing > 0 and len(t.t) > 1):
         groups.setdefault((trace.quantity, trace.kind), []).append(trace)
@@ -634,7 +635,7 @@ def whiteness(traces: Sequence[Trace]) -> tuple[Whiteness, ...]:
                 continue
             r, deviation = lag_correlations(series, lags)
             statistic = float(np.sum((r / deviation) ** 2))
-            bands, tail = tuple((_NORMAL * deviation).tolist()), chi2_tail(statistic, lags)
+            bands, tail = tuple((_NORMAL * deviation).tolist()), float(chdtrc(lags, statistic))
             about = (quantity, component, kind, rows, step)
             out.append(Whiteness(*about, tuple(r.tolist()), bands, statistic, tail))
     return tuple(out)

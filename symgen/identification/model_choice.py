@@ -9,7 +9,7 @@ chance, the model of the robot misses something.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from statistics import NormalDist
@@ -17,6 +17,7 @@ from statistics import NormalDist
 import numpy as np
 
 from symgen.data.signals import Samples
+from symgen.distributed import Say, silent
 from symgen.errors import IdentificationError, LogError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
@@ -26,7 +27,6 @@ from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.logs import Source
 from symgen.estimation.masking import require_left
 from symgen.estimation.solve import Solution
-from symgen.estimation.statistics import student_quantile
 from symgen.estimation.summary import (
     BLOCKS,
     Blocks,
@@ -82,7 +82,7 @@ class OpenLogs:
     held: Sequence[Samples] = ()
     repairs: Sequence[Fault] = ()
     given: bool = True
-    progress: Callable[[str], None] = lambda _: None
+    progress: Say = silent
     threads: int = 1
 
 
@@ -215,7 +215,7 @@ def choose_model(
     method: Method,
     shares: Sequence[float],
     motions: Sequence[Source],
-    progress: Callable[[str], None],
+    progress: Say,
 ) -> ChosenModel:
     """Fit the models and take the one that predicts best.
 
@@ -354,9 +354,11 @@ def _apart(a: Blocks, b: Blocks, names: Sequence[str]) -> tuple[Apart, ...]:
     if len(filled) < BLOCKS // 2:
         return ()
     std = deviation_of_difference(a, b, filled)
+    from scipy.special import stdtrit
+
     # the level of 3 std for one comparison, shared by all of them, under Student's law
     tail = (1 - NormalDist().cdf(APART)) / max(len(names), 1)
-    level = student_quantile(tail, len(filled) - 1)
+    level = stdtrit(len(filled) - 1, 1 - tail)
     ratio = np.abs(a.fit() - b.fit()) / np.where(std > 0, std, np.inf)
     return tuple(Apart(name, float(r)) for name, r in zip(names, ratio, strict=True) if r > level)
 

@@ -33,7 +33,7 @@ torque is to be multiplied with, is 1/k.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -43,6 +43,7 @@ import numpy as np
 from symgen import names
 from symgen.codegen.model import Model, derive
 from symgen.data.raw import Reading
+from symgen.distributed import Say, silent
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
@@ -270,7 +271,7 @@ def torques(
     reading: Reading | None,
     cutoff: float | None,
     band: Band | None,
-    progress: Callable[[str], None],
+    progress: Say,
 ) -> Seen:
     """Read logs of motions: in one band, that of the parameters where they have one."""
     (samples,), repairs = open_logs((logs,), evaluator.model.robot, reading, progress)
@@ -291,7 +292,7 @@ def still_poses(
     reading: Reading | None,
     cutoff: float | None,
     _band: Band | None,
-    progress: Callable[[str], None],
+    progress: Say,
 ) -> Seen:
     """Read tables of still poses."""
     if cutoff is not None:
@@ -489,7 +490,7 @@ def payload(
     model: str = "torque",
     cutoff: float | None = None,
     reading: Reading | None = None,
-    progress: Callable[[str], None] = lambda _: None,
+    progress: Say = silent,
 ) -> Payload:
     """Identify the load that a robot carries on its last moving link.
 

@@ -25,7 +25,7 @@ Poses are no series: the friction that is left in one says nothing of that in th
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -34,11 +34,11 @@ import numpy as np
 import symgen.identification.assessment as verdicts
 from symgen.data.raw import Reading, read_only
 from symgen.data.signals import Samples
+from symgen.distributed import Say, silent
 from symgen.errors import IdentificationError
 from symgen.estimation.estimators import Estimator, Huber, Ols, Prior, Wls
 from symgen.estimation.logs import Source, hold_out, open_log, require_other_data
 from symgen.estimation.solve import IdentifiableColumns, Solution, identifiable_columns
-from symgen.estimation.statistics import binomial_tail
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.torque_error import TorqueFit, squares
 from symgen.estimation.values import FloatArray, Residual, Trace
@@ -144,7 +144,7 @@ def identify_poses(
     estimator: Estimator,
     label: str,
     reading: Reading | None = None,
-    progress: Callable[[str], None] = lambda _: None,
+    progress: Say = silent,
 ) -> Estimate:
     """Identify what still poses show.
 
@@ -321,6 +321,8 @@ def _fit(evaluator: Evaluator, tables: Sequence[Samples], X: FloatArray, kind: s
 
 def _beyond_bounds(found: Standstill) -> tuple[str, ...]:
     """Say where torques held out lie outside the friction that was found, beyond chance."""
+    from scipy.special import bdtrc
+
     evaluator, solution, kept = found.evaluator, found.solution, found.columns.kept
     W = np.concatenate([pose_columns(evaluator, s.q, s.qd) for s in found.held])[:, :, kept]
     W[:, :, np.isin(kept, list(coulomb_columns(evaluator).values()))] = 0  # within the bound
@@ -333,7 +335,7 @@ def _beyond_bounds(found: Standstill) -> tuple[str, ...]:
         f"joint {joint.number}: {count} of {rows} torques held out lie outside the friction "
         f"bound of {bound:.3g}: the model misses something of position"
         for joint, count, bound in zip(movable, beyond, value, strict=True)
-        if binomial_tail(count, rows, _OUTSIDE) < _LEVEL / len(value)
+        if bdtrc(count - 1, rows, _OUTSIDE) < _LEVEL / len(value)
     )
 
 

@@ -6,14 +6,14 @@ open logs -> choose band -> undo delay -> equations -> choose model -> solve -> 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 from symgen.codegen.model import derive
 from symgen.data.raw import Reading
-from symgen.distributed import Workers
+from symgen.distributed import Say, Workers, silent
 from symgen.errors import IdentificationError
 from symgen.estimation.equation_model import JUDGING, NEEDED, EquationModel
 from symgen.estimation.estimators import Estimator
@@ -63,7 +63,7 @@ def identify(
     fit: Fit | None = None,
     reading: Reading | None = None,
     workers: Workers | None = None,
-    progress: Callable[[str], None] = lambda _: None,
+    progress: Say = silent,
 ) -> Estimate:
     """Identify a robot's base parameters from measured logs.
 
@@ -142,7 +142,7 @@ def _identify_poses(
     method: Method,
     asked: Fit,
     reading: Reading | None,
-    progress: Callable[[str], None],
+    progress: Say,
 ) -> Estimate:
     """Identify from still poses; refuse what has no meaning for them."""
     if method.name not in POSE_METHODS or any(s != 1.0 for s in asked.weights or ()):
@@ -211,7 +211,7 @@ def _open_in_memory(
     logs: tuple[Sequence[Source], Sequence[Source]],
     models: Sequence[EquationModel],
     reading: Reading | None,
-    progress: Callable[[str], None],
+    progress: Say,
 ) -> Iterator[LogsInMemory]:
     """Read and mend every log; without a validation log, hold out the end of each."""
     (train, held), repairs = open_logs(logs, source, reading, progress)
