@@ -106,9 +106,7 @@ class ChunkData:
     def modelled(self, model: Model) -> Iterator[tuple[slice, FloatArray]]:
         """Evaluate a model along the log, see `FilteredLog.modelled`."""
         motion = [self.arrays[key] for key in ("q", "qd", "qdd")]
-        return self.rows.chunks(
-            lambda first, last: np.asarray(model(*(x[first:last] for x in motion)))
-        )
+        return self.rows.chunks(lambda first, last: model(*(x[first:last] for x in motion)))
 
 
 def chunk_data(log: FilteredLog, model: EquationModel) -> ChunkData:

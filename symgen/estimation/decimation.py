@@ -156,7 +156,7 @@ class _Weights:
         """Return the impulse response some samples away."""
         away = np.abs(away)
         found = self._response[np.minimum(away, self.reach)]
-        return np.asarray(np.where(away <= self.reach, found, 0.0))
+        return np.where(away <= self.reach, found, 0.0)
 
     def _end(self, kept: NDArray[np.int64]) -> FloatArray:
         """Return what the continuation before node 0 weighs: x(-s) = 2 x0 - x(s) + a0 s**2.

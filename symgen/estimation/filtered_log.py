@@ -134,7 +134,7 @@ class FilteredLog:
             return None
         reach = max(1, round(0.25 / (self.band.comparison_hz * self.step)))
         away = np.column_stack([_distance(column) for column in self.mask.joint.T])
-        return np.asarray(np.sin(np.pi / 2 * np.minimum(away / reach, 1.0)) ** 2)
+        return np.sin(np.pi / 2 * np.minimum(away / reach, 1.0)) ** 2
 
     def modelled(
         self, model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
@@ -170,8 +170,8 @@ class FilteredLog:
             return np.ones((len(self.kept), self.q.shape[1]), dtype=bool)
         left = self.weight
         if self.rows.cutoff is None:
-            return np.asarray(left[self.kept] > _HARDLY)
-        return np.asarray(lowpass(left, self.step, self.rows.cutoff)[self.kept] > _HARDLY)
+            return left[self.kept] > _HARDLY
+        return lowpass(left, self.step, self.rows.cutoff)[self.kept] > _HARDLY
 
 
 def stride_of(band: Band, step: float) -> int:

@@ -144,7 +144,7 @@ def shortest(rows: FloatArray) -> FloatArray:
     scale = column_norms(R[:, :p])
     if p == 0:
         return np.zeros(0)
-    return np.asarray(np.linalg.lstsq(R[:p, :p] / scale, R[:p, p], rcond=_SHORTEST)[0] / scale)
+    return np.linalg.lstsq(R[:p, :p] / scale, R[:p, p], rcond=_SHORTEST)[0] / scale
 
 
 def residual_weights(parts: Sequence[Summary], X: FloatArray) -> FloatArray:
@@ -229,7 +229,7 @@ def column_norms(R: FloatArray) -> FloatArray:
 def _null_space(R: FloatArray) -> FloatArray:
     """Return combinations of columns that have no effect, orthonormal, a row each."""
     _, singular, right = np.linalg.svd(R)
-    return np.asarray(right[np.count_nonzero(singular > SINGULAR * singular[0]) :])
+    return right[np.count_nonzero(singular > SINGULAR * singular[0]) :]
 
 
 def undetermined(R: FloatArray, names: tuple[str, ...]) -> str:

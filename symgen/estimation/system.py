@@ -281,7 +281,7 @@ def _friction_impulse(
         return integrated(np.zeros((*q.shape, 0)))
     kernel = evaluator["friction_torque"]
     filled = list(kernel.kernel.filled[0])
-    found = integrated(np.asarray(kernel(q, qd)).reshape(len(q), -1)[:, filled])
+    found = integrated((kernel(q, qd)).reshape(len(q), -1)[:, filled])
     out: FloatArray = np.zeros((len(found), q.shape[1], columns))
     out.reshape(len(found), -1)[:, filled] = found
     return out

@@ -242,7 +242,7 @@ def base_values(
         raise ParameterError(
             f"{where}: {name} is missing, and {', '.join(missing[:5])} to regroup it from"
         )
-    return np.asarray(X)
+    return X
 
 
 #: Standard deviation of a prior value that has none, as a share of the value ...
