@@ -19,9 +19,9 @@ from symgen.estimation.system import (
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-#: The kernels that each model needs beside those of energy.
+#: The kernels that the equations of each model are made of.
 NEEDED: dict[str, tuple[str, ...]] = {
-    "energy": (),
+    "energy": ENERGY,
     "momentum": ("momentum_regressor", "friction_torque"),
     "torque": ("torque_regressor",),
 }
@@ -56,7 +56,7 @@ class EquationModel:
     @property
     def all_kernels(self) -> tuple[str, ...]:
         """Names of the kernels to derive: those of the model, and those that judge it."""
-        return (*ENERGY, *NEEDED[self.name], *JUDGING)
+        return tuple(dict.fromkeys((*ENERGY, *NEEDED[self.name], *JUDGING)))
 
     def kernels(self, model: Model) -> tuple[str, ...]:
         """Names of the kernels that exist for this robot: without friction some do not."""

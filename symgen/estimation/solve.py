@@ -154,8 +154,7 @@ def residual_weights(parts: Sequence[Summary], X: FloatArray) -> FloatArray:
 
 def inverse_deviation(sigma: FloatArray) -> FloatArray:
     """Return 1/sigma, where no sigma counts as less than a millionth of the largest."""
-    out: FloatArray = 1 / np.maximum(sigma, max(1e-6 * sigma.max(), 1e-300))
-    return out
+    return 1 / np.maximum(sigma, max(1e-6 * sigma.max(), 1e-300))
 
 
 def inverse_information(scale: FloatArray, R: FloatArray) -> FloatArray:

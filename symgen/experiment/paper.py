@@ -67,25 +67,20 @@ def exact_run(evaluator: Evaluator) -> Runs:
     return Runs(t, q[None], qd[None], evaluator.inverse_dynamics(q, qd, qdd, X_TRUE)[None])
 
 
-def setup_a(
-    evaluator: Evaluator, runs: int, draw: np.random.Generator, *, tachometer: float = 1.0
-) -> Runs:
+def setup_a(evaluator: Evaluator, runs: int, draw: np.random.Generator) -> Runs:
     """Return runs that follow the reference exactly, with noisy measurements.
 
     Args:
         evaluator: of the robot.
         runs: how many.
         draw: of the noise.
-        tachometer: factor of the tachometers' noise.
     """
     clean = exact_run(evaluator)
     t, q, qd, tau = clean.t, *(np.repeat(x, runs, 0) for x in (clean.q, clean.qd, clean.tau))
-    return Runs(t, *_measured(draw, q, qd, tachometer), tau)
+    return Runs(t, *_measured(draw, q, qd), tau)
 
 
-def setup_b(
-    evaluator: Evaluator, runs: int, draw: np.random.Generator, *, tachometer: float = 1.0
-) -> Runs:
+def setup_b(evaluator: Evaluator, runs: int, draw: np.random.Generator) -> Runs:
     """Return runs of a simulated robot driven by wrong computed torques plus torque noise.
 
     The noise is constant over a sample. Arguments as those of `setup_a`.
@@ -100,7 +95,7 @@ def setup_b(
     noise = size * draw.normal(size=(runs, len(t), 2))
     start = (np.repeat(x, runs, axis=0) for x in paper_motion(t[:1])[:2])
     moved = integrate(plant(evaluator, X_TRUE), law, t, *start, unseen=noise, tolerance=_ACCURACY)
-    return Runs(t, *_measured(draw, moved.q, moved.qd, tachometer), moved.tau)
+    return Runs(t, *_measured(draw, moved.q, moved.qd), moved.tau)
 
 
 def proportional_run(evaluator: Evaluator, seed: int | None = None) -> Runs:
@@ -114,12 +109,12 @@ def proportional_run(evaluator: Evaluator, seed: int | None = None) -> Runs:
 
 
 def _measured(
-    draw: np.random.Generator, q: FloatArray, qd: FloatArray, tachometer: float = 1.0
+    draw: np.random.Generator, q: FloatArray, qd: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Add the encoders' error, uniform over a step, and the tachometers' noise."""
     half = math.pi / _ENCODER_POINTS
     q = q + draw.uniform(-half, half, q.shape)
-    return q, qd + tachometer * _TACHOMETER * draw.normal(size=qd.shape)
+    return q, qd + _TACHOMETER * draw.normal(size=qd.shape)
 
 
 _SEED = 1988

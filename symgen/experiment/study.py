@@ -244,7 +244,7 @@ def study(
             f"study: {runs} runs, target {100 * target:g} %, seed {seed}; accepted: {_FEWEST} to "
             f"{_MOST} runs, above 0 to below 100 %, seed 0 or more"
         )
-    source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
+    source = read_robot(robot)
     require_gravity(source, "a study")
     made = recording or Recording()
     chosen = tuple(models) or (("torque",) if source.loaded else tuple(NEEDED))

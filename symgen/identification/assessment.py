@@ -21,6 +21,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import reduce
+from typing import Any
 
 import numpy as np
 
@@ -167,15 +168,12 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
     evaluator, own, seen = run.evaluator, found.own, found.seen
     solution, bias = _compared(chosen, method, found.solution)
     X, std = solution.X, solution.std
-    robot, base = evaluator.model.robot, evaluator.model.base
-    parameters = tuple(
-        ParameterEstimate(b.name, b.expression, float(x), float(s), b.unit)
-        for b, x, s in zip(base.parameters, X, std, strict=True)
-    )
+    names = evaluator.model.base.names
+    parameters = parameter_estimates(evaluator, X, std)
     physical = consistency(evaluator.model, X, solution.covariance)
     faults = (
         *run.faults,
-        *hardly_moving(run.train, robot.sigma),
+        *hardly_moving(run.train, evaluator.model.robot.sigma),
         *driving_friction(parameters),
         *wrong_sign(evaluator, train, model, found.train.relative),
     )
@@ -189,42 +187,81 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
     consistent = physical.feasible is not False and not negative_parameters(parameters)
     traces = tuple(trace for p in (*train, *held) for trace in model_traces(p, model, X))
     traces += own.traces + seen.traces
-    outside, prior = np.where(std > 0, std, 1), method.prior
+    prior = method.prior
     data = [(p.kind, p.log.samples) for p in (*train, *held)]
-    return Estimate(
-        robot=robot.name,
-        joints=joints_of(robot),
+    return make_estimate(
+        evaluator,
+        parameters,
+        solution.covariance,
+        (own, seen),
+        uses,
         model=model.name,
         method=method.label,
-        parameters=parameters,
         condition_number=solution.condition_number,
         train=found.train,
         validation=found.held,
-        torque_train=own.residual,
-        torque_validation=seen.residual,
         cutoff_hz=run.band.cutoff_hz,
         window_s=None if model.name == "torque" else model.window,
-        verdict="trusted" if uses[0].ok else "doubtful",
-        reasons=uses[0].reasons,
         notes=(*_notes(chosen, method, solution, found), *found.notes),
-        correlation=solution.covariance / np.outer(outside, outside),
         traces=traces,
-        convergence=convergence(train, base.names),
+        convergence=convergence(train, names),
         provenance=(*provenance(evaluator, data, _settings(method)), *found.provenance),
         physical=physical,
         excludes=method.excludes,
         endogeneity=solution.endogeneity,
         comparison=solution.comparison,
-        prior=None
-        if prior is None
-        else OtherEstimate.by("prior", base.names, prior.mean, prior.std),
+        prior=prior and OtherEstimate.by("prior", names, prior.mean, prior.std),
         balances=energy_balances(evaluator, (*train, *held), X),
         whiteness=whiteness(traces),
         band=run.band,
         repairs=found.repairs,
         alternatives=tuple(_of_all(a, found) if method.is_wls else a for a in chosen.found),
-        uses=uses,
         headline=headline(*uses, len(parameters), seen.told_apart, consistent),
+    )
+
+
+def parameter_estimates(
+    evaluator: Evaluator, X: FloatArray, std: FloatArray
+) -> tuple[ParameterEstimate, ...]:
+    """Return the base parameters with values and standard deviations, (p,) each."""
+    return tuple(
+        ParameterEstimate(b.name, b.expression, float(x), float(s), b.unit)
+        for b, x, s in zip(evaluator.model.base.parameters, X, std, strict=True)
+    )
+
+
+def make_estimate(
+    evaluator: Evaluator,
+    parameters: tuple[ParameterEstimate, ...],
+    covariance: FloatArray,
+    torques: tuple[TorqueFit, TorqueFit],
+    uses: tuple[Use, ...],
+    **more: Any,
+) -> Estimate:
+    """Return the estimate of a robot, with the verdict that its use for prediction is.
+
+    Args:
+        evaluator: the compiled model.
+        parameters: identified ones.
+        covariance: of them, (p, p).
+        torques: of the training and of the validation logs.
+        uses: prediction first.
+        more: the other fields of the estimate.
+    """
+    robot, (own, seen) = evaluator.model.robot, torques
+    size = np.sqrt(np.maximum(np.diag(covariance), 0))
+    outside = np.where(size > 0, size, 1)
+    return Estimate(
+        robot=robot.name,
+        joints=joints_of(robot),
+        parameters=parameters,
+        torque_train=own.residual,
+        torque_validation=seen.residual,
+        verdict="trusted" if uses[0].ok else "doubtful",
+        reasons=uses[0].reasons,
+        correlation=covariance / np.outer(outside, outside),
+        uses=uses,
+        **more,
     )
 
 

@@ -370,8 +370,7 @@ class LoadProblem:
 
     def in_X(self, fit: LoadFit) -> FloatArray:
         """Return what the load adds to X, (p,)."""
-        out: FloatArray = self.G @ (self.given + UNITS * (self.V @ fit.a))
-        return out
+        return self.G @ (self.given + UNITS * (self.V @ fit.a))
 
     def estimate(self, fit: LoadFit, covariance: FloatArray) -> LoadEstimate:
         """Return the load of a fit, with the covariance of its directions, (r, r)."""
@@ -519,7 +518,7 @@ def payload(
     loaded, bare = listed_logs(logs), listed_logs(without)
     require_logs(loaded)
     _require_options(parameters, bare, mass, gain, calibrate, model)
-    source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
+    source = read_robot(robot)
     if source.loaded:
         raise ParameterError(
             f"{source.name}: effects that hold the torque of the links are not separated from a "

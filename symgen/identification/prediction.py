@@ -104,7 +104,7 @@ def predict(
         LogError: the log cannot be read or belongs to another robot.
         ParameterError: the parameters are not this robot's.
     """
-    source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
+    source = read_robot(robot)
     samples, repairs = open_samples(log, source, reading)
     model = derive(source, (*JUDGING, "energy"))
     given = read_given(parameters, model)

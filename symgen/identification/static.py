@@ -45,9 +45,7 @@ from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.identification.estimate import (
     Consistency,
     Estimate,
-    ParameterEstimate,
     Use,
-    joints_of,
 )
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
@@ -259,11 +257,7 @@ def _judged(found: Standstill, label: str) -> Estimate:
     size = np.sqrt(np.maximum(np.diag(C), 0))
     known = [*found.columns.known, *coulomb.values()]
     std[known] = size[known]
-    outside = np.where(size > 0, size, 1)
-    parameters = tuple(
-        ParameterEstimate(b.name, b.expression, float(x), float(s), b.unit)
-        for b, x, s in zip(base.parameters, X, std, strict=True)
-    )
+    parameters = verdicts.parameter_estimates(evaluator, X, std)
     shown = tuple(p for p in parameters if math.isfinite(p.std))
     parts = (("train", found.train), ("validation", found.held))
     own, seen = (_fit(evaluator, tables, X, kind) for kind, tables in parts)
@@ -278,32 +272,26 @@ def _judged(found: Standstill, label: str) -> Estimate:
     trusted = (
         f"trusted for torque at standstill, within friction; {'; '.join([*beside, *use.reasons])}"
     )
-    return Estimate(
-        robot=robot.name,
-        joints=joints_of(robot),
+    return verdicts.make_estimate(
+        evaluator,
+        parameters,
+        C,
+        (own, seen),
+        (Use("prediction", reasons), use, Use("simulation", ("standstill shows no inertia",))),
         model=STATIC,
         method=label,
-        parameters=parameters,
         condition_number=solution.condition_number,
         train=own.residual,
         validation=seen.residual,
-        torque_train=own.residual,
-        torque_validation=seen.residual,
         cutoff_hz=None,
         window_s=None,
-        verdict="doubtful" if reasons else "trusted",
-        reasons=reasons,
         notes=(*(n for s in (*found.train, *found.held) for n in s.notes), *_notes(found),
                *costly_angles(robot), *solution.notes),
-        correlation=C / np.outer(outside, outside),
         traces=own.traces + seen.traces,
         provenance=verdicts.provenance(evaluator, [(kind, s) for kind, tables in parts
                                                    for s in tables]),
         physical=Consistency(None, None, "not checked: standstill shows no inertia"),
         excludes=_EXCLUDES,
-        uses=(
-            Use("prediction", reasons), use, Use("simulation", ("standstill shows no inertia",))
-        ),
         headline=f"doubtful: {'; '.join(reasons)}" if reasons else trusted,
     )  # fmt: skip
 

@@ -106,7 +106,7 @@ def identify(
     sources, given = listed_logs(logs), listed_logs(validation)
     shares, motions = asked.shares(len(sources), by.name), asked.motions(len(sources), by.name)
     require_logs(sources)
-    source = _robot(robot)
+    source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
     with told_of_angles(source):
         if model == STATIC:
             return _identify_poses(source, sources, given, by, asked, reading, progress)
@@ -155,12 +155,6 @@ def _identify_poses(
         method = replace(method, prior=read_prior(asked.prior, evaluator.model))
     estimator = method.estimator(evaluator)
     return identify_poses(evaluator, tables, validation, estimator, method.label, reading, progress)
-
-
-def _robot(robot: Robot | str | Path | Evaluator) -> Robot:
-    if isinstance(robot, Evaluator):
-        return robot.model.robot
-    return read_robot(robot) if isinstance(robot, (str, Path)) else robot
 
 
 def _equation_models(

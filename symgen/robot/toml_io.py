@@ -63,11 +63,12 @@ _MAX_TURN = 4 * math.pi
 _MAX_CONDITION = 1e6
 
 
-def read_robot(source: str | Path) -> Robot:
+def read_robot(source: Robot | str | Path) -> Robot:
     """Read a robot from a file, a generated package, or the built-in library.
 
     Args:
-        source: path of a robot.toml, of a folder that holds one, or the name of a library robot.
+        source: path of a robot.toml, of a folder that holds one, or the name of a library robot; a
+            robot is returned as it is.
 
     Returns:
         The robot, with exact geometry.
@@ -75,6 +76,8 @@ def read_robot(source: str | Path) -> Robot:
     Raises:
         RobotError: there is no such robot, or the file is not a valid one.
     """
+    if isinstance(source, Robot):
+        return source
     accepted = (
         f"accepted: a path to robot.toml, a .urdf, a .par, an MJCF (.xml), a generated package, or "
         f"{', '.join(library())}"
