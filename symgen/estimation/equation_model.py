@@ -12,9 +12,8 @@ from symgen.errors import IdentificationError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.system import (
     Equations,
-    energy_equations,
-    momentum_equations,
     torque_equations,
+    window_equations,
 )
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
@@ -70,9 +69,7 @@ class EquationModel:
 
     def equations(self, evaluator: Evaluator, log: FilteredLog) -> tuple[Equations, ...]:
         """Build the equations of one log."""
-        if self.name == "energy":
-            return (energy_equations(evaluator, log, self.window),)
-        if self.name == "momentum":
-            return momentum_equations(evaluator, log, self.window)
+        if self.name != "torque":
+            return window_equations(evaluator, log, self.name, self.window)
         at = None if self.at is None else np.array(self.at)
         return torque_equations(evaluator, log, at)

@@ -22,7 +22,7 @@ from symgen.errors import IdentificationError
 from symgen.estimation.estimators import solve
 from symgen.estimation.filtered_log import unfiltered
 from symgen.estimation.integrals import cumulative_integral
-from symgen.estimation.system import LinearSystem, energy_equations
+from symgen.estimation.system import LinearSystem, window_equations
 from symgen.experiment.integrator import integrate
 from symgen.experiment.plant import KERNELS, plant
 from symgen.experiment.reference import SAMPLES, STEP, as_csv, paper_motion
@@ -244,8 +244,8 @@ def _recursive(rows: FloatArray) -> FloatArray:
 def _returned(evaluator: Evaluator, exact: Runs) -> tuple[float, float]:
     """Return the largest relative errors without noise: spline integrals, and on line."""
     log = make_log("exact", exact.t, exact.q[0], exact.tau[0], exact.qd[0])
-    equations = energy_equations(evaluator, unfiltered(sampled(log)), 10 * STEP)
-    spline = solve(LinearSystem(evaluator.model.base.names, (equations,))).X
+    equations = window_equations(evaluator, unfiltered(sampled(log)), "energy", 10 * STEP)
+    spline = solve(LinearSystem(evaluator.model.base.names, equations)).X
     online = _recursive(_rows(evaluator, exact))[0, -1]
     return _worst(spline), _worst(online)
 

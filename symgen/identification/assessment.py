@@ -166,7 +166,10 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
     """
     run, model, train, held = chosen.run, chosen.model, chosen.train, chosen.held
     evaluator, own, seen = run.evaluator, found.own, found.seen
-    solution, bias = _compared(chosen, method, found.solution)
+    solution, bias = found.solution, ""
+    if method.name not in UNBIASED:
+        system = system_of(evaluator, train)
+        solution, bias = bias_of_least_squares(system, solution, chosen.plain)
     X, std = solution.X, solution.std
     names = evaluator.model.base.names
     parameters = parameter_estimates(evaluator, X, std)
@@ -181,7 +184,7 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
     elsewhere = error_elsewhere(evaluator, run.train, solution.covariance)
     uses = (
         prediction_use(own, seen, elsewhere, faults, (*coarse, *seldom_moving(run.train))),
-        parameters_use(parameters, physical, (*bias, *disagreement(chosen.found))),
+        parameters_use(parameters, physical, (*filter(None, [bias]), *disagreement(chosen.found))),
         simulation_use(evaluator, run.train, X, parameters),
     )
     consistent = physical.feasible is not False and not negative_parameters(parameters)
@@ -215,7 +218,18 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
         whiteness=whiteness(traces),
         band=run.band,
         repairs=found.repairs,
-        alternatives=tuple(_of_all(a, found) if method.is_wls else a for a in chosen.found),
+        alternatives=tuple(
+            # the chosen one with the fit of all logs, of which it was chosen on a sample
+            replace(
+                a,
+                condition_number=solution.condition_number,
+                train=own.residual,
+                validation=seen.residual,
+            )
+            if a.chosen and method.is_wls
+            else a
+            for a in chosen.found
+        ),
         headline=headline(*uses, len(parameters), seen.told_apart, consistent),
     )
 
@@ -263,26 +277,6 @@ def make_estimate(
         uses=uses,
         **more,
     )
-
-
-def _compared(
-    chosen: ChosenModel, method: Method, solution: Solution
-) -> tuple[Solution, tuple[str, ...]]:
-    """Compare a solution with instrumental variables; say what bias its intervals do not hold."""
-    if method.name in UNBIASED:
-        return solution, ()
-    system = system_of(chosen.run.evaluator, chosen.train)
-    solution, bias = bias_of_least_squares(system, solution, chosen.plain)
-    return solution, (bias,) if bias else ()
-
-
-def _of_all(model: Alternative, found: Outcome) -> Alternative:
-    """Return the chosen model with the fit of all logs, of which it was chosen on a sample."""
-    if not model.chosen:
-        return model
-    number = found.solution.condition_number
-    train, held = found.own.residual, found.seen.residual
-    return replace(model, condition_number=number, train=train, validation=held)
 
 
 def _notes(

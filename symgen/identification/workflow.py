@@ -15,7 +15,7 @@ from symgen.codegen.model import derive
 from symgen.data.raw import Reading
 from symgen.distributed import Say, Workers, silent
 from symgen.errors import IdentificationError
-from symgen.estimation.equation_model import JUDGING, NEEDED, EquationModel
+from symgen.estimation.equation_model import NEEDED, EquationModel
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.logs import (
     Source,
@@ -39,7 +39,6 @@ from symgen.identification.model_choice import (
 from symgen.identification.out_of_core import ChunkedLogs, is_long, open_data_set
 from symgen.identification.parameters import read_prior
 from symgen.identification.solving import FOLDED, Fit, Method, solve, system_of
-from symgen.identification.static import METHODS as POSE_METHODS
 from symgen.identification.static import STATIC, identify_poses
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -109,7 +108,7 @@ def identify(
     source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
     with told_of_angles(source):
         if model == STATIC:
-            return _identify_poses(source, sources, given, by, asked, reading, progress)
+            return identify_poses(source, (sources, given), by, asked, reading, progress)
         models = _equation_models(source, model, window, by)
         data: AbstractContextManager[LogsInMemory | ChunkedLogs]
         whole = _whole(source, by, asked)
@@ -133,28 +132,6 @@ def identify(
             require_condition(found.solution, chosen.fault)
             progress("judging")
             return assess(chosen, by, found)
-
-
-def _identify_poses(
-    robot: Robot,
-    tables: Sequence[Source],
-    validation: Sequence[Source],
-    method: Method,
-    asked: Fit,
-    reading: Reading | None,
-    progress: Say,
-) -> Estimate:
-    """Identify from still poses; refuse what has no meaning for them."""
-    if method.name not in POSE_METHODS or any(s != 1.0 for s in asked.weights or ()):
-        raise IdentificationError(
-            f"model static with method {method.name} or weights; accepted: "
-            f"{', '.join(POSE_METHODS)}, without --weights"
-        )
-    evaluator = load(derive(robot, JUDGING))
-    if asked.prior is not None:
-        method = replace(method, prior=read_prior(asked.prior, evaluator.model))
-    estimator = method.estimator(evaluator)
-    return identify_poses(evaluator, tables, validation, estimator, method.label, reading, progress)
 
 
 def _equation_models(
@@ -214,16 +191,10 @@ def _open_in_memory(
     if not given:
         train, held = hold_out(train, _FEWEST)
     progress("deriving and compiling the model")
-    yield LogsInMemory(_loaded(robot, source, models), train, held, repairs, given, progress)
-
-
-def _loaded(
-    robot: Robot | str | Path | Evaluator, source: Robot, models: Sequence[EquationModel]
-) -> Evaluator:
-    """Load the kernels that the models need."""
-    if isinstance(robot, Evaluator):
-        needed = {k for model in models for k in model.kernels(robot.model)}
-        if all(robot.has(name) for name in needed):
-            return robot
     kernels = dict.fromkeys(k for model in models for k in model.all_kernels)
-    return load(derive(source, tuple(kernels)))
+    evaluator = robot if isinstance(robot, Evaluator) else None
+    if evaluator is None or not all(
+        evaluator.has(k) for model in models for k in model.kernels(evaluator.model)
+    ):
+        evaluator = load(derive(source, tuple(kernels)))
+    yield LogsInMemory(evaluator, train, held, repairs, given, progress)
