@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -62,7 +63,13 @@ def stages(shares: Mapping[str, float]) -> Iterator[Callable[[str], None]]:
 def _bar() -> Iterator[tuple[Any, Any, Callable[[float], None]]]:
     """Yield a bar with the time left, its task, and what sets the part that is done."""
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
     from rich.table import Column
 
     console = Console(stderr=True)
@@ -71,23 +78,18 @@ def _bar() -> Iterator[tuple[Any, Any, Callable[[float], None]]]:
         TextColumn("{task.description}", table_column=Column(ratio=1, no_wrap=True)),
         BarColumn(bar_width=20),
         TimeElapsedColumn(),
-        TextColumn("{task.fields[left]}"),
+        TimeRemainingColumn(),
     )
     with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
+        *columns,
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+        speed_estimate_period=math.inf,  # parts of a job are done seldom
     ) as bar:
-        task = bar.add_task("", total=1.0, visible=False, left="")
+        task = bar.add_task("", total=1.0, visible=False)
 
         def advance(part: float) -> None:
-            now = time.monotonic() - begun
-            bar.update(task, completed=part, visible=now > _LONG, left=_left(now, part))
+            bar.update(task, completed=part, visible=time.monotonic() - begun > _LONG)
 
         yield bar, task, advance
-
-
-def _left(elapsed: float, part: float) -> str:
-    """Return how long a job still takes whose `part` was done in `elapsed` s; at first nothing."""
-    if not 0.02 < part < 1:
-        return ""
-    left = elapsed * (1 - part) / part
-    return f"about {left:.0f} s left" if left < 90 else f"about {left / 60:.0f} min left"
