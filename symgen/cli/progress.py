@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -63,13 +62,7 @@ def stages(shares: Mapping[str, float]) -> Iterator[Callable[[str], None]]:
 def _bar() -> Iterator[tuple[Any, Any, Callable[[float], None]]]:
     """Yield a bar with the time left, its task, and what sets the part that is done."""
     from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
     from rich.table import Column
 
     console = Console(stderr=True)
@@ -78,18 +71,23 @@ def _bar() -> Iterator[tuple[Any, Any, Callable[[float], None]]]:
         TextColumn("{task.description}", table_column=Column(ratio=1, no_wrap=True)),
         BarColumn(bar_width=20),
         TimeElapsedColumn(),
-        TimeRemainingColumn(),
+        TextColumn("{task.fields[left]}"),
     )
     with Progress(
-        *columns,
-        console=console,
-        transient=True,
-        disable=not console.is_terminal,
-        speed_estimate_period=math.inf,  # parts of a job are done seldom
+        *columns, console=console, transient=True, disable=not console.is_terminal
     ) as bar:
-        task = bar.add_task("", total=1.0, visible=False)
+        task = bar.add_task("", total=1.0, visible=False, left="")
 
         def advance(part: float) -> None:
-            bar.update(task, completed=part, visible=time.monotonic() - begun > _LONG)
+            now = time.monotonic() - begun
+            bar.update(task, completed=part, visible=now > _LONG, left=_left(now, part))
 
         yield bar, task, advance
+
+
+def _left(elapsed: float, part: float) -> str:
+    """Return how long a job still takes whose `part` was done in `elapsed` s; at first nothing."""
+    if not 0.02 < part < 1:
+        return ""
+    left = elapsed * (1 - part) / part
+    return f"about {left:.0f} s left" if left < 90 else f"about {left / 60:.0f} min left"
