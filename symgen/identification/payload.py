@@ -265,7 +265,7 @@ class Seen:
     repairs: tuple[Fault, ...] = ()
 
 
-def torques(
+def read_equations(
     evaluator: Evaluator,
     logs: Sequence[Source],
     reading: Reading | None,
@@ -284,24 +284,6 @@ def torques(
     equations = [torque_equations(evaluator, filter_log(s, band)) for s in samples]
     notes = (*(n for s in samples for n in s.notes), f"band: {band.in_words()}")
     return Seen(equations, band, notes, (*repairs, *mended))
-
-
-def still_poses(
-    evaluator: Evaluator,
-    logs: Sequence[Source],
-    reading: Reading | None,
-    cutoff: float | None,
-    _band: Band | None,
-    progress: Say,
-) -> Seen:
-    """Read tables of still poses."""
-    if cutoff is not None:
-        raise IdentificationError("--cutoff: still poses pass no filter; accepted: none")
-    progress(f"reading {', '.join(str(getattr(log, 'name', log)) for log in logs)}")
-    poses = [open_poses(log, evaluator.model.robot, reading) for log in logs]
-    require_other_data(poses, [])
-    equations = [pose_equations(evaluator, s) for s in poses]
-    return Seen(equations, None, tuple(n for s in poses for n in s.notes))
 
 
 @dataclass(frozen=True, eq=False)
@@ -452,31 +434,6 @@ def _known_covariance(
     return np.where(known, estimate.covariance, 0.0), doubt  # 0: seen in no pose
 
 
-def _require_options(
-    parameters: str | Path | None,
-    bare: Sequence[Source],
-    mass: float | None,
-    gain: float | None,
-    calibrate: bool,
-    model: str,
-) -> None:
-    """Refuse options of `payload` that do not go together."""
-    if parameters is None and not bare:
-        raise IdentificationError(
-            "what the robot is without its load is not known; accepted: --parameters, or --without "
-            "with logs of the robot alone"
-        )
-    if calibrate and (mass is None or not bare):
-        raise IdentificationError("--calibrate: accepted: with --mass and --without")
-    if calibrate and model == STATIC:
-        raise IdentificationError("--calibrate with --model static: accepted: logs of motions")
-    if model not in MODELS:
-        raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
-    for name, value in (("--mass", mass), ("--gain", gain)):
-        if value is not None and not 0 < value < 1e6:
-            raise ParameterError(f"{name} {value:g}; accepted: a number above 0")
-
-
 def payload(
     robot: Robot | str | Path,
     logs: Sequence[Source] | Source,
@@ -517,7 +474,22 @@ def payload(
     """
     loaded, bare = listed_logs(logs), listed_logs(without)
     require_logs(loaded)
-    _require_options(parameters, bare, mass, gain, calibrate, model)
+    if parameters is None and not bare:
+        raise IdentificationError(
+            "what the robot is without its load is not known; accepted: --parameters, or --without "
+            "with logs of the robot alone"
+        )
+    if calibrate and (mass is None or not bare):
+        raise IdentificationError("--calibrate: accepted: with --mass and --without")
+    if cutoff is not None and model == STATIC:
+        raise IdentificationError("--cutoff: still poses pass no filter; accepted: none")
+    if calibrate and model == STATIC:
+        raise IdentificationError("--calibrate with --model static: accepted: logs of motions")
+    if model not in MODELS:
+        raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
+    for name, value in (("--mass", mass), ("--gain", gain)):
+        if value is not None and not 0 < value < 1e6:
+            raise ParameterError(f"{name} {value:g}; accepted: a number above 0")
     source = read_robot(robot)
     if source.loaded:
         raise ParameterError(
@@ -532,9 +504,16 @@ def payload(
     spread, doubts = (
         (None, ()) if given is None else _known_covariance(given, derived, model == STATIC)
     )
-    read = still_poses if model == STATIC else torques
-    band = None if given is None else given.band
-    seen = read(load(derived), [*loaded, *bare], reading, cutoff, band, progress)
+    evaluator, every = load(derived), [*loaded, *bare]
+    if model == STATIC:
+        progress(f"reading {', '.join(str(getattr(log, 'name', log)) for log in every)}")
+        poses = [open_poses(log, source, reading) for log in every]
+        require_other_data(poses, [])
+        said = tuple(n for s in poses for n in s.notes)
+        seen = Seen([pose_equations(evaluator, s) for s in poses], None, said)
+    else:
+        band = None if given is None else given.band
+        seen = read_equations(evaluator, every, reading, cutoff, band, progress)
     with_load, alone = (
         [e for own in part for e in own]
         for part in (seen.equations[: len(loaded)], seen.equations[len(loaded) :])
@@ -576,12 +555,12 @@ def payload(
             f"the logs do not determine the mass of a load on link {link}; accepted: logs in which "
             "it is turned against gravity, or --mass"
         )
-    quantities, said = _quantities(found, identifiable, mass, (gain or 0.0) / 100)
+    quantities, told = _quantities(found, identifiable, mass, (gain or 0.0) / 100)
     own_mass, x, y, z, xx, xy, xz, yy, yz, zz = quantities
     return Payload(
         source.name, link, own_mass, (x, y, z), (xx, xy, xz, yy, yz, zz), identifiable, gain,
         Left(before, after), f"weighted least squares {what}: {how}", seen.band, seen.repairs,
-        notes + said, gains,
+        notes + told, gains,
     )  # fmt: skip
 
 
