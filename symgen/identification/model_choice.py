@@ -247,6 +247,11 @@ def choose_model(
             best, found = _alternatives(run, models, shares)
         plain = best.solution if isinstance(best.solution, Solution) else None
         chosen = ChosenModel(run, best.model, best.train, [], found, fault, plain, best.torques)
+    try:
+        held = [equate(evaluator, log, chosen.model, kind="validation") for log in run.held]
+    except IdentificationError as error:
+        what = "; accepted: a longer log, or a second one for validation"
+        raise LogError(f"{error}{what}") from error
     return replace(
         chosen,
         train=[
@@ -255,7 +260,7 @@ def choose_model(
             else part
             for k, part in enumerate(chosen.train)
         ],
-        held=_enough(_held(run, chosen.model)),
+        held=_enough(held),
     )
 
 
@@ -270,15 +275,6 @@ def _enough(logs: list[EquatedLog]) -> list[EquatedLog]:
     for part in logs:
         require_left(part.log, part.equations)
     return logs
-
-
-def _held(run: Run, model: EquationModel) -> list[EquatedLog]:
-    """Return the validation logs with equations."""
-    try:
-        return [equate(run.evaluator, log, model, kind="validation") for log in run.held]
-    except IdentificationError as error:
-        what = "; accepted: a longer log, or a second one for validation"
-        raise LogError(f"{error}{what}") from error
 
 
 def _summary(logs: Sequence[EquatedLog], model: EquationModel) -> Blocks:
@@ -306,7 +302,13 @@ def _alternatives(
             continue
         blocks = _summary(train, model)
         left = held_out_error(block_errors(blocks, torques))
-        fitted.append(Candidate(model, train, blocks, left, *_solve(run, train)))
+        own: tuple[Solution | Exception, tuple[TorqueFit, ...]]
+        try:
+            solution = Wls().solve(system_of(run.evaluator, train))
+            own = solution, run.torques(solution.X)
+        except (IdentificationError, np.linalg.LinAlgError) as singular:
+            own = singular, ()
+        fitted.append(Candidate(model, train, blocks, left, *own))
     if not fitted:
         raise next(iter(lost.values()))
     best = min(fitted, key=lambda f: f.held_out)
@@ -317,17 +319,6 @@ def _alternatives(
         for model, error in lost.items()
     ]
     return best, tuple(found)
-
-
-def _solve(
-    run: Run, train: Sequence[EquatedLog]
-) -> tuple[Solution | Exception, tuple[TorqueFit, ...]]:
-    """Solve by weighted least squares, and compare torques on all logs."""
-    try:
-        solution = Wls().solve(system_of(run.evaluator, train))
-    except (IdentificationError, np.linalg.LinAlgError) as lost:
-        return lost, ()
-    return solution, run.torques(solution.X)
 
 
 def _alternative(own: Candidate, best: Candidate, names: Sequence[str]) -> Alternative:
