@@ -27,7 +27,7 @@ from pydantic import (
 )
 from pydantic_core import core_schema
 
-from symgen.errors import ParameterError
+from symgen.errors import ParameterError, told_by
 from symgen.files import load_json
 
 Result = TypeVar("Result")
@@ -187,9 +187,8 @@ def read_json(file: Path, *schemas: str) -> dict[str, Any]:
     try:
         content = load_json(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:100]
         raise ParameterError(
-            f"{file}: cannot be read ({reason}); accepted: schema {schemas[0]}"
+            f"{file}: cannot be read ({told_by(error)}); accepted: schema {schemas[0]}"
         ) from error
     found = content.get("schema") if isinstance(content, dict) else None
     if found not in schemas:

@@ -434,7 +434,7 @@ class _Writer:
                 **({"tex": True} if self.tex else {}),
             },
             "joints": robot.n,
-            "joint_numbers": [j.number for j in robot.movable],
+            "joint_numbers": robot.numbers,
             "standard_parameters": len(base.standard),
             "base_parameters": [
                 {"name": b.name, "expression": b.expression, "unit": b.unit}

@@ -81,7 +81,7 @@ class Subject:
             return [entry for part in found for entry in self.entries(part)]
         if not isinstance(found, dict):
             return list(found)
-        numbers = [joint.number for joint in self.robot.movable]
+        numbers = self.robot.numbers
         rows = [found[j] for j in numbers]
         if not isinstance(rows[0], dict):
             return rows

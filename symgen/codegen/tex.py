@@ -338,7 +338,7 @@ class _Document:
 
     def outputs(self, kernel: Kernel, forms: tuple[Formula, ...]) -> list[str]:
         (output,) = kernel.outputs
-        numbers = [j.number for j in self.robot.movable]
+        numbers = self.robot.numbers
         if output.columns:
             lefts = [f"h_{{{self.words[f'X_{name}']}}}" for name in output.columns]
         elif len(output.shape) == 1:

@@ -27,7 +27,6 @@ BESIDE = ("temp", "qs")
 #: What a table has, and what an NPZ.
 COLUMNS = "t, q1.., optional qd1.., tau1.."
 KEYS = "t (N,), q (N, n), tau (N, n), optional qd (N, n)"
-BATCH = 1 << 15  # rows of a table that are read at once
 #: What a file may unpack to: bytes, and times its size on the disk.
 _UNPACKED, _PACKING = 256 << 20, 20
 MASKS = ("rest", "saturation")

@@ -84,6 +84,8 @@ def whole(table: Table) -> Raw:
     """Read all rows of a table, as arrays in rows."""
     (raw,) = table.spans([(0, table.rows)])
     arrays = {role: np.ascontiguousarray(x) for role, x in raw.arrays.items()}
+    for x in arrays.values():
+        x.setflags(write=False)
     return replace(raw, arrays=arrays)
 
 

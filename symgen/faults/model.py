@@ -34,7 +34,6 @@ from symgen.estimation.system import Equations, torque_equations
 from symgen.faults.fault import EVERYWHERE, Fault
 from symgen.faults.samples import step, steps
 from symgen.faults.undo import earlier, exchanged, geared, levelled, multiplied, unlimited
-from symgen.names import REVOLUTE
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
@@ -450,7 +449,7 @@ def _hypotheses(evaluator: Evaluator) -> Iterator[Fault]:
             names = ", ".join(f"{key}{j + 1}" for key in keys)
             undo = partial(multiplied, joints=(j,), factor=-1.0, keys=keys)
             yield _fault("sign", names, f"{names} have the other sign", (j,), -1.0, undo)
-    turning = [j for j, joint in enumerate(joints) if joint.sigma == REVOLUTE]
+    turning = [j for j, joint in enumerate(joints) if joint.turns]
     factor = np.pi / 180
     for group in ([turning] if len(turning) > 1 else []) + [[j] for j in turning]:
         names = "q, qd" if len(group) > 1 else f"q{group[0] + 1}, qd{group[0] + 1}"

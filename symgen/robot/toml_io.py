@@ -16,7 +16,7 @@ import numpy as np
 import sympy as sp
 
 from symgen import names
-from symgen.errors import RobotError, SymgenWarning, located
+from symgen.errors import RobotError, SymgenWarning, located, told_by
 from symgen.files import load_toml
 from symgen.robot import exact_numbers, expressions
 from symgen.robot.builtin import library, library_text
@@ -130,8 +130,7 @@ def parse_robot(text: str, where: str = "robot.toml") -> Robot:
         try:
             data = load_toml(text.removeprefix("\ufeff"), parse_float=Decimal)
         except (RecursionError, ArithmeticError, ValueError) as error:
-            reason = shortened(" ".join(str(error).split()), 300)
-            raise RobotError(f"not valid TOML: {reason}") from error
+            raise RobotError(f"not valid TOML: {told_by(error)}") from error
         return _Reader(where).robot(validated(data))
 
 
@@ -290,7 +289,7 @@ class _Reader:
 
     def linear(self, joint: Joint, text: str, movable: list[Joint], place: str) -> Joint:
         """Return a joint that moves as an expression in the variables of others says."""
-        if joint.sigma == names.FIXED:
+        if joint.fixed:
             raise RobotError("a fixed joint (sigma 2) follows none")
         variables = {f"q{j.number}": j for j in movable}
         expr = sp.expand(self.expression(text, (*self.geometry, *variables)))
@@ -299,7 +298,7 @@ class _Reader:
         accepted = "a sum of numbers times variables of movable joints, such as 'pi/2 + q7 - q2'"
         if not joint.shares or sp.expand(linear - expr) != 0:
             raise RobotError(f"{shortened(text)!r}; accepted: {accepted}")
-        turns, shares = joint.sigma == names.REVOLUTE, sp.S.Zero
+        turns, shares = joint.turns, sp.S.Zero
         for k, c in joint.shares:
             factor, written = self.at_values(c), f"the factor of q{k} is {expressions.text(c)}"
             shares += factor * joint_variable(k)
@@ -307,7 +306,7 @@ class _Reader:
                 raise RobotError(f"not linear in q{k}; accepted: {accepted}")
             if factor.is_zero:
                 raise RobotError(f"the factor of q{k} is 0 at the file's values")
-            if turns and not (variables[f"q{k}"].sigma == names.REVOLUTE and factor.is_Rational):
+            if turns and not (variables[f"q{k}"].turns and factor.is_Rational):
                 raise RobotError(
                     f"{written}; accepted for a revolute joint: fractions, of the variables of "
                     "revolute joints"

@@ -45,8 +45,29 @@ def joint_variable(number: int) -> sp.Symbol:
     return sp.Symbol(f"q{number}", real=True)
 
 
+class Typed:
+    """What has the type of a joint: `sigma` 0 revolute, 1 prismatic, 2 fixed."""
+
+    sigma: int
+
+    @property
+    def turns(self) -> bool:
+        """Whether the joint is revolute."""
+        return self.sigma == names.REVOLUTE
+
+    @property
+    def slides(self) -> bool:
+        """Whether the joint is prismatic."""
+        return self.sigma == names.PRISMATIC
+
+    @property
+    def fixed(self) -> bool:
+        """Whether the joint is fixed."""
+        return self.sigma == names.FIXED
+
+
 @dataclass(frozen=True)
-class Joint:
+class Joint(Typed):
     """One joint and the link behind it; lengths in m, angles in rad, exact or in named symbols.
 
     `follows` is None, or q_j as a linear expression in the symbols q1, q2, ... of other joints.
@@ -71,7 +92,7 @@ class Joint:
     @property
     def movable(self) -> bool:
         """Whether the joint has a variable q of its own."""
-        return self.sigma != names.FIXED and self.follows is None
+        return not self.fixed and self.follows is None
 
     @property
     def shares(self) -> tuple[tuple[int, sp.Expr], ...]:
@@ -251,6 +272,11 @@ class Robot:
         return tuple(joint for joint in self.joints if joint.movable)
 
     @property
+    def numbers(self) -> tuple[int, ...]:
+        """Numbers of the movable joints."""
+        return tuple(joint.number for joint in self.movable)
+
+    @property
     def joint_names(self) -> list[str]:
         """What another format called the movable joints, "" where it did not."""
         return [joint.name for joint in self.movable]
@@ -268,7 +294,7 @@ class Robot:
     @property
     def moving(self) -> tuple[Joint, ...]:
         """The joints that move, those included that follow others."""
-        return tuple(joint for joint in self.joints if joint.sigma != names.FIXED)
+        return tuple(joint for joint in self.joints if not joint.fixed)
 
     @property
     def n(self) -> int:

@@ -20,7 +20,6 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from symgen import names
 from symgen.symbolic.bodies import Inertia
 from symgen.symbolic.constraints import ByJoint
 from symgen.symbolic.dynamics import Plant, rotors
@@ -170,7 +169,7 @@ def linear_solution(p: Plant, right: ByJoint) -> tuple[ByJoint, list[sp.Expr]]:
     pivots = []
     for step in reversed(p.way):
         j, a, body = step.joint.number, step.joint.antecedent, bodies[step.joint.number]
-        if step.joint.sigma != names.FIXED:
+        if not step.joint.fixed:
             pivot, joints[j], body = _released(p, step, body, rotor[j][j], right[j])
             pivots.append(pivot)
         if a != 0:
@@ -185,7 +184,7 @@ def _released(
 ) -> tuple[sp.Expr, _Joint, Articulated]:
     """Let a joint go: the pivot, what it takes, and what is left of its body."""
     tape, j = p.tape, step.joint.number
-    turns = step.joint.sigma == names.REVOLUTE
+    turns = step.joint.turns
     n, f = (body.J[2], body.H[2]) if turns else (transposed(body.H)[2], body.M[2])
     pivot = (n[2] if turns else f[2]) + rotor
     inverse = tape.name(f"d{j}", 1 / pivot)
@@ -216,7 +215,7 @@ def _accelerated(p: Plant, joints: Mapping[int, _Joint]) -> ByJoint:
         if j in joints:
             own, (w, v) = joints[j], twist
             out[j] = tape.name(f"o{j}", own.driven - dot(own.n, w) - dot(own.f, v))
-            if step.joint.sigma == names.REVOLUTE:
+            if step.joint.turns:
                 twist = replaced(w, {2: tape.name(f"ow{j}", w[2] + out[j])}), v
             else:
                 twist = w, replaced(v, {2: tape.name(f"ov{j}", v[2] + out[j])})

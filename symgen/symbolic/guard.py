@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from symgen import names
 from symgen.errors import SymgenError
 from symgen.robot.types import Robot
 from symgen.symbolic.elimination import ExactRow
@@ -48,7 +47,7 @@ def require_floats_agree(
     values = robot.values()
     count = len(parameters) + _MARGIN
     draw = np.random.default_rng(len(parameters))
-    span = [np.pi if j.sigma == names.REVOLUTE else 1.0 for j in robot.movable]
+    span = [np.pi if j.turns else 1.0 for j in robot.movable]
     q = [draw.uniform(-s, s, count) for s in span]
     qd = [draw.uniform(-2, 2, count) for _ in span]
     functions = {"sin": np.sin, "cos": np.cos}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen import names
 from symgen.errors import RobotError
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters
@@ -29,7 +28,7 @@ _NEW = 1e-9  # share of a column that the others do not give
 def random_states(robot: Robot, count: int, seed: int = 0) -> list[NDArray[np.float64]]:
     """Return q, qd, qdd, (count, n), of a robot in any posture: what parameters can show at all."""
     draw = np.random.default_rng(seed)
-    span = np.array([np.pi if j.sigma == names.REVOLUTE else 1.0 for j in robot.movable])
+    span = np.array([np.pi if j.turns else 1.0 for j in robot.movable])
     return [size * span * draw.uniform(-1, 1, (count, robot.n)) for size in (1.0, 1.0, 2.0)]
 
 

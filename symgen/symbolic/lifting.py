@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 
-from symgen import names
 from symgen.errors import SymgenError
 from symgen.robot.types import Robot
 from symgen.symbolic.elimination import NeedsValuesError
@@ -174,7 +173,7 @@ def _point(robot: Robot, draw: random.Random) -> _Point:
         t = sp.Rational(draw.randrange(-3, 4), draw.randrange(1, 4))
         number.append(sp.Integer(draw.randrange(-9, 10)))
         circle = _Circle((1 - t**2) / (1 + t**2), 2 * t / (1 + t**2))
-        q.append(circle if joint.sigma == names.REVOLUTE else number[-1])
+        q.append(circle if joint.turns else number[-1])
     return _Point(q, [sp.Integer(draw.randrange(-3, 4)) for _ in robot.movable], number)
 
 

@@ -13,7 +13,6 @@ from dataclasses import replace
 
 import sympy as sp
 
-from symgen import names
 from symgen.errors import IdentificationError
 from symgen.robot import exact_numbers
 from symgen.robot.expressions import shortened, text
@@ -65,7 +64,7 @@ def told_of_angles(robot: Robot) -> Iterator[None]:
 
 def _fraction(joint: Joint, key: str) -> sp.Expr | None:
     """Return the multiple of pi/24 that a constant angle is near and is not."""
-    if key == "theta" and joint.sigma == names.REVOLUTE:  # where q is counted from
+    if key == "theta" and joint.turns:  # where q is counted from
         return None
     angle = getattr(joint, key)
     k = round(float(angle) * exact_numbers.PARTS / math.pi)

@@ -92,18 +92,18 @@ def _variables(model: Model, starts: list[float], dry: bool) -> list[dict[str, A
 
     n = len(joints)
     for j in joints:
-        unit = "N" if j.sigma == 1 else "N m"
+        unit = "N" if j.slides else "N m"
         add(f"tau{j.number}", "input", f"torque of the motor of joint {j.number}", unit, start=0.0)
     for symbol, text, per in (("q", "position", ""), ("qd", "speed", "/s")):
         for j in joints:
-            unit = ("m" if j.sigma == 1 else "rad") + per
+            unit = ("m" if j.slides else "rad") + per
             text_j = f"{text} of joint {j.number}"
             add(f"{symbol}{j.number}", "output", text_j, unit, initial="exact", start=0.0)
     for i, j in enumerate(joints, n + 1):
-        unit, text = ("m" if j.sigma == 1 else "rad") + "/s", f"derivative of q{j.number}"
+        unit, text = ("m" if j.slides else "rad") + "/s", f"derivative of q{j.number}"
         add(f"der(q{j.number})", "local", text, unit, initial="calculated", derivative=i)
     for i, j in enumerate(joints, 2 * n + 1):
-        unit, text = ("m" if j.sigma == 1 else "rad") + "/s2", f"acceleration of joint {j.number}"
+        unit, text = ("m" if j.slides else "rad") + "/s2", f"acceleration of joint {j.number}"
         add(f"qdd{j.number}", "output", text, unit, initial="calculated", derivative=i)
     tunable = {"variability": "tunable", "initial": "exact"}
     for parameter, start in zip(model.base.parameters, starts, strict=True):

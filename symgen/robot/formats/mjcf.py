@@ -21,7 +21,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.errors import ParameterError, RobotError, located, plain
+from symgen.errors import ParameterError, RobotError, located, plain, told_by
 from symgen.robot import expressions
 from symgen.robot.body import Body
 from symgen.robot.dh import turned_by
@@ -39,12 +39,13 @@ _SIGMA = {"slide": names.PRISMATIC, "hinge": names.REVOLUTE}
 _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # fullinertia
 
 
-def import_mjcf(_: str, where: str = "robot.xml") -> Imported:
+def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
     """Read an MJCF as a robot, with the inertias of its bodies as standard parameters.
 
     armature becomes IA, damping FV and frictionloss FS.
 
     Args:
+        text: the file's text.
         where: path of the file, which MuJoCo reads with those that it includes.
 
     Raises:
@@ -52,7 +53,7 @@ def import_mjcf(_: str, where: str = "robot.xml") -> Imported:
             have; one line names the fault.
     """
     with located(where):
-        tree = _Tree(Path(where))
+        tree = _Tree(Path(where), parse_xml(text))
         chain = Chain(tree.urdf)
         found = chain.imported()
         gravity = tuple(map(_exact, tree.model.opt.gravity))
@@ -81,8 +82,9 @@ def updated_mjcf(path: Path, bodies: Iterable[Body]) -> str:
     text, _ = read_text(path, _ACCEPTED)
     edits: list[tuple[Element, list[str]]] = []
     with located(path):
-        tree = _Tree(path)
-        places = {e.attributes.get("name"): e for e in parse_xml(text).walk("body")}
+        root = parse_xml(text)
+        tree = _Tree(path, root)
+        places = {e.attributes.get("name"): e for e in root.walk("body")}
         found = written_bodies(Chain(tree.urdf), bodies)
     for link, body in found.items():
         if link not in places:
@@ -109,7 +111,7 @@ class _Tree:
         notes: what was left out.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, root: Element) -> None:
         self.model = _compiled(path)
         self.shift: dict[str, FloatArray] = {}
         self.armature: dict[str, float] = {}
@@ -122,8 +124,7 @@ class _Tree:
             self._add(b)
         if m.neq:
             self.notes.append(f"{m.neq} equality constraints of the file are not read")
-        text, _ = read_text(path, _ACCEPTED)
-        title = parse_xml(text).attributes.get("model", "") or path.stem
+        title = root.attributes.get("model", "") or path.stem
         self.urdf = Urdf(title, self._body_names[0], self._links, self._joints)
 
     def _add(self, b: int) -> None:
@@ -210,8 +211,7 @@ def _compiled(path: Path) -> Any:
     try:
         return mujoco.MjModel.from_xml_path(str(path))
     except (ValueError, OSError) as error:
-        said = plain(" ".join(str(error).split()))[:300]
-        raise RobotError(f"MuJoCo refuses it: {said}; accepted: {_ACCEPTED}") from error
+        raise RobotError(f"MuJoCo refuses it: {told_by(error)}; accepted: {_ACCEPTED}") from error
     finally:
         mujoco.set_mju_user_warning(None)
 

@@ -21,7 +21,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.errors import ExpressionError, ParameterError, RobotError, located
+from symgen.errors import ExpressionError, ParameterError, RobotError, first_of, located
 from symgen.robot import dh, expressions
 from symgen.robot.body import Body
 from symgen.robot.expressions import shortened
@@ -239,11 +239,9 @@ def _root(links: Collection[str], joints: dict[str, UrdfJoint]) -> str:
         above[joint.child] = joint
     roots = [name for name in links if name not in above]
     if len(roots) > 1:
-        shown = ", ".join(repr(shortened(name)) for name in roots[:3])
-        more = ", ..." if len(roots) > 3 else ""
+        shown = first_of([repr(shortened(name)) for name in roots], 3)
         raise RobotError(
-            f"{len(roots)} links have no parent ({shown}{more}); accepted: one tree, with one root "
-            "link"
+            f"{len(roots)} links have no parent ({shown}); accepted: one tree, with one root link"
         )
     for name in links:
         top = name
@@ -280,7 +278,7 @@ def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
         with located(f"joint {shortened(name)!r}"):
             _require_finite(body)
         while link != urdf.root and urdf.links[link] is None:
-            if chain.above[link].sigma != names.FIXED:
+            if not chain.above[link].fixed:
                 break
             link = chain.above[link].parent
         empty = urdf.links[link] is None and not body.mass and not np.any(body.inertia)
