@@ -53,7 +53,7 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
             have; one line names the fault.
     """
     with located(where):
-        tree = _Tree(Path(where), parse_xml(text))
+        tree = _Tree(Path(where), text)
         chain = Chain(tree.urdf)
         found = chain.imported()
         gravity = tuple(map(_exact, tree.model.opt.gravity))
@@ -82,9 +82,8 @@ def updated_mjcf(path: Path, bodies: Iterable[Body]) -> str:
     text, _ = read_text(path, _ACCEPTED)
     edits: list[tuple[Element, list[str]]] = []
     with located(path):
-        root = parse_xml(text)
-        tree = _Tree(path, root)
-        places = {e.attributes.get("name"): e for e in root.walk("body")}
+        tree = _Tree(path, text)
+        places = {e.attributes.get("name"): e for e in tree.root.walk("body")}
         found = written_bodies(Chain(tree.urdf), bodies)
     for link, body in found.items():
         if link not in places:
@@ -105,13 +104,14 @@ class _Tree:
 
     Attributes:
         model: MuJoCo's.
+        root: of the file's own text.
         urdf: the tree.
         shift: where a link's frame stands in its body's, (3,) m.
         armature: IA of the joints.
         notes: what was left out.
     """
 
-    def __init__(self, path: Path, root: Element) -> None:
+    def __init__(self, path: Path, text: str) -> None:
         self.model = _compiled(path)
         self.shift: dict[str, FloatArray] = {}
         self.armature: dict[str, float] = {}
@@ -124,7 +124,8 @@ class _Tree:
             self._add(b)
         if m.neq:
             self.notes.append(f"{m.neq} equality constraints of the file are not read")
-        title = root.attributes.get("model", "") or path.stem
+        self.root = parse_xml(text)
+        title = self.root.attributes.get("model", "") or path.stem
         self.urdf = Urdf(title, self._body_names[0], self._links, self._joints)
 
     def _add(self, b: int) -> None:
