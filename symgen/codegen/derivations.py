@@ -12,7 +12,6 @@ operation of SymPy.
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
@@ -24,6 +23,7 @@ import sympy as sp
 
 from symgen.cache import keep_text, kept_text, private_folder
 from symgen.codegen.kernels import Kernel, Output
+from symgen.distributed import digest
 from symgen.errors import BuildError
 from symgen.files import templates
 from symgen.robot.toml_text import robot_toml
@@ -66,8 +66,7 @@ class Derivations:
             folder = private_folder()
         except BuildError:  # said where it matters: when a module is compiled
             folder = None
-        digest = hashlib.sha256(f"{_code()}\n{robot_toml(robot)}".encode())
-        return cls(folder, f"derived-{digest.hexdigest()[:32]}")
+        return cls(folder, f"derived-{digest(_code(), robot_toml(robot))[:32]}")
 
     def have(self, name: str, derive: Callable[[], Derived]) -> Derived:
         """Return what was kept under a name, or derive it and keep it.
@@ -95,11 +94,11 @@ class Derivations:
     ) -> Mapping[str, bytes]:
         """Return the C sources of some kernels as they were kept, or write and keep them."""
         try:
-            digest = hashlib.sha256(json.dumps(written(kernels)).encode())
+            text = json.dumps(written(kernels))
         except KeyError:  # a number or a function that the grammar lacks
             return write()
         files = self.have(
-            f"sources-{digest.hexdigest()[:32]}",
+            f"sources-{digest(text)[:32]}",
             lambda: tuple((name, content.decode()) for name, content in write().items()),
         )
         return {name: content.encode() for name, content in files}
@@ -108,13 +107,11 @@ class Derivations:
 @cache
 def _code() -> str:
     """Return the digest of all that derives and prints."""
-    digest = hashlib.sha256(sp.__version__.encode())
     package = Path(__file__).resolve().parents[1]
     folders = [*(package / name for name in ("robot", "symbolic", "codegen")), templates() / "c"]
     files = [package / "names.py", *(p for folder in folders for p in sorted(folder.rglob("*")))]
-    for file in (p for p in files if p.suffix not in ("", ".pyc")):
-        digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
-    return digest.hexdigest()
+    code = [file for file in files if file.suffix not in ("", ".pyc")]
+    return digest(sp.__version__, *(f.name for f in code), *(f.read_bytes() for f in code))
 
 
 def written(value: Any) -> Any:

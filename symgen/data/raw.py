@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from symgen.robot.types import Drive
 
 FloatArray = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+#: Numbers of samples.
+Places = npt.NDArray[np.int64]
 
 #: Names of columns: t, q1.., qd1.., tau1.., i1..; and those that some joints alone may have.
 NUMBERED = re.compile(r"(qd|qs|q|tau|i|temp)(0|[1-9][0-9]*)")

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
 from symgen.data.bandwidth import HIGHEST, motion_bandwidth
 from symgen.data.convolution import (
@@ -336,7 +335,7 @@ def can_filter(cutoff: float, step: float) -> bool:
 
 
 def white_noise(
-    high: FloatArray, step: float, band: float, free: npt.NDArray[np.bool_] | None = None
+    high: FloatArray, step: float, band: float, free: Bools | None = None
 ) -> FloatArray:
     """Return the standard deviation of the white noise that has a given part above a band.
 

@@ -30,6 +30,7 @@ from symgen.data.raw import (
     NUMBERED,
     ROLES,
     FloatArray,
+    Places,
     Raw,
     Wanted,
     listed,
@@ -104,7 +105,7 @@ class ColumnTable:
         batches: yields some columns of some groups of rows, as record batches of Arrow.
     """
 
-    ends: NDArray[np.int64]
+    ends: Places
     groups: Mapping[str, Mapping[int, str]]
     stored: Mapping[str, str]
     notes: tuple[str, ...]

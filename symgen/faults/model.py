@@ -17,9 +17,9 @@ from functools import cached_property, partial
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.mask import Bools, at_rest, moving_joints, touched
+from symgen.data.raw import FloatArray
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.summary import (
     BLOCKS,
@@ -36,7 +36,6 @@ from symgen.faults.samples import step, steps
 from symgen.faults.undo import earlier, exchanged, geared, levelled, multiplied, unlimited
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 Rows = Sequence[tuple[Equations, ...]]
 #: A fault is named where undoing it leaves so much of the error on folds left out, at most.
 _CLEARER = 0.9

@@ -40,6 +40,7 @@ from symgen.robot.identifiers import (
 from symgen.robot.imported import FORMATS, Imported, read_text
 from symgen.robot.loop_check import require_closed
 from symgen.robot.types import (
+    ANGLES,
     GRAVITY_INPUT,
     LENGTHS,
     MAX_RATIO,
@@ -56,7 +57,6 @@ from symgen.robot.types import (
 if TYPE_CHECKING:
     from symgen.robot.schema import EffectTable, JointTable, RobotFile
 
-_ANGLES = ("gamma", "alpha", "theta")
 _MAX_DENOMINATOR = 10_000
 _MAX_TURN = 4 * math.pi
 #: Largest condition number of a matrix of gears, its rows scaled to unit length.
@@ -264,7 +264,7 @@ class _Reader:
         for key in LENGTHS:
             with located(place := f"joint {number}, key {key!r}"):
                 exact = self.expression(getattr(table, key), self.geometry)
-                values[key] = self.angle(exact, place) if key in _ANGLES else exact
+                values[key] = self.angle(exact, place) if key in ANGLES else exact
         return Joint(
             number=number,
             sigma=table.sigma,

@@ -31,6 +31,7 @@ GRAVITY_INPUT = (
     sp.Symbol("X_g3", real=True),
 )
 #: The constants of a joint's transform in the order of a table.
+ANGLES = ("gamma", "alpha", "theta")
 LENGTHS = ("gamma", "b", "alpha", "d", "theta", "r")
 #: The limits that have an entry for each movable joint.
 OF_JOINTS = ("position", "velocity", "acceleration", "jerk", "torque")

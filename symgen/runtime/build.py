@@ -10,7 +10,6 @@ Loading a module runs it: `symgen.cache` says what is taken from there.
 
 from __future__ import annotations
 
-import hashlib
 import importlib.machinery
 import importlib.util
 import os
@@ -26,6 +25,7 @@ from pathlib import Path
 from types import ModuleType
 
 from symgen.cache import kept_files, kept_name, private_folder
+from symgen.distributed import digest
 from symgen.errors import BuildError, SymgenWarning
 from symgen.runtime.turns import sweep, turn
 
@@ -149,23 +149,13 @@ def build_module(
     """
     import cffi
 
-    digest = hashlib.sha256()
     suffix = sysconfig.get_config_var("EXT_SUFFIX") or ".so"
-    _, processor = native(compiler)
-    for part in (
-        *compiler.command,
-        compiler.version,
-        *_FLAGS,
-        *flags,
-        processor,
-        cffi.__version__,
-        suffix,
-        declarations,
-    ):
-        digest.update(os.fsencode(part) + b"\0")
-    for name in sorted(sources):
-        digest.update(name.encode() + b"\0" + sources[name] + b"\0")
-    module = f"_symgen_{digest.hexdigest()[:32]}"
+    built_by = (*compiler.command, compiler.version, *_FLAGS, *flags, native(compiler)[1])
+    names = sorted(sources)
+    key = digest(
+        *built_by, cffi.__version__, suffix, declarations, *names, *map(sources.__getitem__, names)
+    )
+    module = f"_symgen_{key[:32]}"
     folder = private_folder()
     known = _kept(folder, module, suffix)
     if known is not None:

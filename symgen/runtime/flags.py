@@ -11,7 +11,6 @@ SYMGEN_FLAGS names a set instead ("plain" for code that every processor of the k
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import platform
@@ -31,6 +30,7 @@ from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import derive
 from symgen.codegen.package import library
 from symgen.codegen.panels import panel_sources
+from symgen.distributed import digest
 from symgen.errors import BuildError
 from symgen.places import written
 from symgen.robot.toml_io import read_robot
@@ -199,10 +199,8 @@ _measured = cache(fastest)
 
 def _memory(name: str, sets: Sequence[FlagSet], compiler: Compiler, macros: str) -> Path:
     """Return the file for this processor, compiler and sets."""
-    digest = hashlib.sha256()
-    for part in (*compiler.command, compiler.version, macros, _processor(), *_FLAGS, repr(sets)):
-        digest.update(part.encode() + b"\0")
-    return cache_folder() / f"flags-{name}-{digest.hexdigest()[:32]}.json"
+    key = digest(*compiler.command, compiler.version, macros, _processor(), *_FLAGS, repr(sets))
+    return cache_folder() / f"flags-{name}-{key[:32]}.json"
 
 
 @cache

@@ -92,13 +92,13 @@ class Articulated:
         (b, c), length, M = around(motion.axis), motion.length, self.M
         H = [list(row) for row in self.H]
         for k in range(3):
-            H[b][k] = tape.name(f"aH{b + 1}{k + 1}{motion.tag}", H[b][k] - length * M[c][k])
-            H[c][k] = tape.name(f"aH{c + 1}{k + 1}{motion.tag}", H[c][k] + length * M[b][k])
+            H[b][k] = tape.entry(H[b][k] - length * M[c][k], "aH", motion.tag, b, k)
+            H[c][k] = tape.entry(H[c][k] + length * M[b][k], "aH", motion.tag, c, k)
         J = {}
         for i, k in UPPER:
             value = self.J[i][k] + length * {b: -self.H[i][c], c: self.H[i][b]}.get(k, sp.S.Zero)
             value += length * {b: -H[k][c], c: H[k][b]}.get(i, sp.S.Zero)
-            J[i, k] = tape.name(f"aJ{i + 1}{k + 1}{motion.tag}", value)
+            J[i, k] = tape.entry(value, "aJ", motion.tag, i, k)
         n = shifted(self.n, self.f, motion.back, "an", tape)
         return Articulated(symmetric(J), matrix(lambda i, k: H[i][k]), M, n, self.f)
 
@@ -109,7 +109,7 @@ def _named(
     """Name the entries of a matrix; of one that is `alike` on both sides, those of one side."""
 
     def named_entry(i: int, k: int) -> sp.Expr:
-        return tape.name(f"{name}{i + 1}{k + 1}", entry(i, k))
+        return tape.entry(entry(i, k), name, "", i, k)
 
     return symmetric({at: named_entry(*at) for at in UPPER}) if alike else matrix(named_entry)
 
@@ -127,7 +127,7 @@ def _symmetric(a: Matrix, motion: Turn, letter: str, tape: TapeBuilder) -> Matri
     k, (i, h), c, s = motion.axis, around(motion.axis), motion.c, motion.s
 
     def name(row: int, column: int, value: sp.Expr) -> sp.Expr:
-        return tape.name(f"{letter}{row + 1}{column + 1}{motion.tag}", value)
+        return tape.entry(value, letter, motion.tag, row, column)
 
     first = name(6, i, c * a[i][i] - s * a[i][h])
     second = name(6, h, c * a[i][h] - s * a[h][h])

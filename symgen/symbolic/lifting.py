@@ -205,7 +205,7 @@ class _Columns:
         return [[a - b for a, b in zip(row, rows[0], strict=True)] for row in rows[1:]]
 
 
-class _Exact:
+class _Exact(Arithmetic):
     """Exact arithmetic of SymPy expressions, for a few columns at a time."""
 
     def __init__(self, halves: dict[sp.Expr, sp.Symbol], following: bool) -> None:
@@ -226,11 +226,6 @@ class _Exact:
         if isinstance(a, _Circle) or isinstance(b, _Circle):
             return self._turned(a, b)
         return sp.cancel(a + b) if self.halves else a + b
-
-    def sub(self, a: Any, b: Any) -> Any:
-        if isinstance(a, _Circle) or isinstance(b, _Circle):
-            return self._turned(a, self.neg(b))
-        return sp.cancel(a - b) if self.halves else a - b
 
     def mul(self, a: Any, b: Any) -> Any:
         if isinstance(a, _Circle) or isinstance(b, _Circle):

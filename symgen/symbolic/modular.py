@@ -26,6 +26,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from symgen.errors import SymgenError
+from symgen.symbolic.tape import Arithmetic
 
 Residues = NDArray[np.int64]
 _BITS = 31  # products of two residues fit in 64 bits
@@ -57,7 +58,7 @@ class JointAngle:
     parts: int = 1
 
 
-class PrimeField:
+class PrimeField(Arithmetic):
     """Integers modulo p, with a fixed random value for every geometric symbol and angle.
 
     Args:
@@ -112,11 +113,6 @@ class PrimeField:
         if isinstance(b, JointAngle):
             return self._turned(b, a)
         return (a + b) % self.p
-
-    def sub(self, a: Any, b: Any) -> Any:
-        if isinstance(a, JointAngle) or isinstance(b, JointAngle):
-            return self.add(a, self.neg(b))
-        return (a - b) % self.p
 
     def mul(self, a: Any, b: Any) -> Any:
         if isinstance(b, JointAngle):

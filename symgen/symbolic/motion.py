@@ -178,7 +178,7 @@ def _carried(now: Motion, shift: Shift, letter: str, tape: TapeBuilder) -> Vecto
 
     def sum_of(axis: int, value: sp.Expr) -> sp.Expr:
         # The wrench of the body needs the same sums: with names there is one of each.
-        return tape.name(f"{letter}A{axis + 1}{shift.tag}", value)
+        return tape.entry(value, f"{letter}A", shift.tag, axis)
 
     column = {
         i: sum_of(i, product(k, i) + now.dw[h]),
@@ -186,7 +186,7 @@ def _carried(now: Motion, shift: Shift, letter: str, tape: TapeBuilder) -> Vecto
         k: -sum_of(k, product(i, i) + product(h, h)),
     }
     new = {axis: now.a[axis] + shift.length * value for axis, value in column.items()}
-    named = {axis: tape.name(f"{letter}{axis + 1}{shift.tag}", x) for axis, x in new.items()}
+    named = {axis: tape.entry(x, letter, shift.tag, axis) for axis, x in new.items()}
     return replaced(now.a, named)
 
 

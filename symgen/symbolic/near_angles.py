@@ -16,10 +16,9 @@ import sympy as sp
 from symgen.errors import IdentificationError
 from symgen.robot import exact_numbers
 from symgen.robot.expressions import shortened, text
-from symgen.robot.types import Joint, Robot
+from symgen.robot.types import ANGLES, Joint, Robot
 from symgen.symbolic.base_parameters import count_base
 
-_ANGLES = ("gamma", "alpha", "theta")
 _NEAR = 0.01  # rad: what is farther off is meant so
 
 
@@ -32,7 +31,7 @@ def costly_angles(robot: Robot) -> tuple[str, ...]:
     near = [
         (joint.number, key, fraction)
         for joint in plain.joints
-        for key in _ANGLES
+        for key in ANGLES
         if (fraction := _fraction(joint, key)) is not None
     ]
     least = count_base(_with(plain, near)) if near else 0

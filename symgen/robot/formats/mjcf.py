@@ -18,12 +18,11 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.errors import ParameterError, RobotError, located, plain, told_by
 from symgen.robot import expressions
-from symgen.robot.body import Body
+from symgen.robot.body import Body, FloatArray
 from symgen.robot.dh import turned_by
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import Chain, Inertial, Triple, Urdf, UrdfJoint
@@ -31,7 +30,6 @@ from symgen.robot.formats.urdf import CAVEAT, replaced_inertials, written_bodies
 from symgen.robot.formats.xml import Element, parse_xml
 from symgen.robot.imported import Imported, read_text
 
-FloatArray = NDArray[np.float64]
 _ACCEPTED = "an MJCF of an arm on a fixed base"
 _DIGITS = 14
 _ZERO: Triple = (sp.S.Zero, sp.S.Zero, sp.S.Zero)

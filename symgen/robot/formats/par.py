@@ -19,15 +19,13 @@ from symgen.robot import exact_numbers, expressions
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import is_geometry_name, robot_name
 from symgen.robot.imported import Imported
-from symgen.robot.types import Joint, Robot
+from symgen.robot.types import ANGLES, LENGTHS, Joint, Robot
 
 _COMMENT = re.compile(r"\(\*.*?\*\)", re.DOTALL)
 _TITLE = re.compile(r"\(\*\s*Robotname\s*=\s*'([^']*)'\s*\*\)", re.IGNORECASE)
 _ENTRY = re.compile(r"([A-Za-z_]\w*)[ \t]*=[ \t]*(\{[^{}]*\}|[^\s{}]+)", re.ASCII)
 _NUMBER = re.compile(r"[0-9]{1,4}")  # not what else is a digit to Unicode
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
-_ANGLES = ("gamma", "alpha", "theta")
-_LENGTHS = ("b", "d", "r")
 _VARIABLE = {
     names.REVOLUTE: re.compile(r"(?:th|theta|t|q)([0-9]+)", re.IGNORECASE),
     names.PRISMATIC: re.compile(r"(?:r|q)([0-9]+)", re.IGNORECASE),
@@ -60,7 +58,7 @@ class _Reader:
         self.entries: dict[str, str] = {}
         for key, value in _ENTRY.findall(_COMMENT.sub(" ", text)):
             # Ant and ant, B and b are one key; G is gravity, g none.
-            key = key.lower() if key.lower() in ("ant", "sigma", *_ANGLES, *_LENGTHS) else key
+            key = key.lower() if key.lower() in ("ant", "sigma", *LENGTHS) else key
             if key in self.entries:
                 raise RobotError(f"{key}: the key stands twice")
             self.entries[key] = value
@@ -121,7 +119,7 @@ class _Reader:
                 )
         if set(sigma) == {names.FIXED}:
             raise RobotError("sigma: no joint is movable; accepted: at least one 0 or 1")
-        table = {key: self.column(key, sigma) for key in (*_ANGLES, *_LENGTHS)}
+        table = {key: self.column(key, sigma) for key in (*ANGLES, "b", "d", "r")}
         declared = {key: self.declared(key) for key in ("FS", "FV", names.ROTOR)}
         joints = tuple(
             Joint(
@@ -167,8 +165,8 @@ class _Reader:
                     f"{shortened(item)!r}: {symbol.name} cannot name a length or an angle; "
                     "accepted: names that are no variable, no parameter and no word of C"
                 )
-            self.geometry.setdefault(symbol.name, key in _ANGLES)
-        if key not in _ANGLES:
+            self.geometry.setdefault(symbol.name, key in ANGLES)
+        if key not in ANGLES:
             return expr
         terms = []
         for term in sp.Add.make_args(expr):

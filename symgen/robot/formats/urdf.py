@@ -18,7 +18,6 @@ from typing import TypeVar
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.errors import ExpressionError, ParameterError, RobotError, first_of, located
@@ -30,7 +29,6 @@ from symgen.robot.formats.xml import Element, parse_xml
 from symgen.robot.imported import Imported
 
 Value = TypeVar("Value")
-FloatArray = NDArray[np.float64]
 KINDS = {
     "revolute": names.REVOLUTE,
     "continuous": names.REVOLUTE,
