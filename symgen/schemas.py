@@ -34,6 +34,7 @@ Result = TypeVar("Result")
 #: Numbers that stand in a file as null where they are NaN, or infinite.
 OrNan = Annotated[float, BeforeValidator(lambda value: math.nan if value is None else value)]
 OrInf = Annotated[float, BeforeValidator(lambda value: math.inf if value is None else value)]
+_adapter = cache(TypeAdapter)  # to make one takes longer than to read a file
 #: Of a field that does not stand in the file.
 BESIDE = GetPydanticSchema(lambda *_: core_schema.any_schema())
 #: Of a field that has no key there where it is None.
@@ -159,12 +160,6 @@ def _unknown(given: Any, written: Any) -> str:
         pairs += [(str(k), *both) for k, both in enumerate(zip(given, written, strict=False))]
     inner = ((key, _unknown(value, other)) for key, value, other in pairs)
     return next((f"{key}.{where}" for key, where in inner if where), "")
-
-
-@cache
-def _adapter(kind: type[Any]) -> TypeAdapter[Any]:
-    """Return what reads a dataclass; to make it takes longer than to read a file."""
-    return TypeAdapter(kind)
 
 
 def result_file(path: str | Path, name: str) -> Path:

@@ -30,7 +30,7 @@ from symgen.codegen.verification import (
     POINTS,
     SEED,
     TOLERANCE,
-    check_program,
+    checked_kernel,
     verification,
 )
 from symgen.errors import PackageError
@@ -313,7 +313,9 @@ class _Writer:
         headers = [p for p in out if p.endswith((".h", ".hpp")) and p != private]
         out[f"{self.name}_check.c"] = self.render(
             "check.c",
-            kernels=check_program(self.name, self.kernels, verified, self.dtype),
+            kernels=[
+                checked_kernel(self.name, k, verified[k.name], self.dtype) for k in self.kernels
+            ],
             points=POINTS,
             digits=DIGITS,
             tolerance=repr(TOLERANCE[self.dtype]),

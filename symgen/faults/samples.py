@@ -470,6 +470,10 @@ def _moving(log: Log, samples: Samples) -> Bools:
     qd = samples.qd
     if len(samples.t) != len(log.t):
         qd = np.column_stack([np.interp(log.t, samples.t, v) for v in qd.T])
+    return _fast(qd)
+
+
+def _fast(qd: FloatArray) -> Bools:
     return np.asarray(np.abs(qd) > _MOVES * np.sqrt(np.mean(qd**2, axis=0)))
 
 
@@ -581,11 +585,10 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
     still = at_standstill(samples.q, positions, step, band)
     noise = white_noise(samples.qd - smooth, step, band) * math.sqrt(2 * band * step)
     for j in map(int, np.flatnonzero(~still)):  # the rest have no motion that a speed could follow
-        v, w = np.ascontiguousarray(slopes[:, j]), np.ascontiguousarray(smooth[:, j])
+        v, w = slopes[:, j], smooth[:, j]
         if not np.any(v[seen]):
             continue
-        a = np.ascontiguousarray(bends[:, j])
-        speed = _speed(j, v, a, w, step, 0.25 / comparison_hz, seen)
+        speed = _speed(j, v, bends[:, j], w, step, 0.25 / comparison_hz, seen)
         if speed is None and float(np.std((w - v)[seen])) <= _NOISY * noise[j]:
             continue  # the joint is slower than the noise of its sensor
         if speed is None:
@@ -736,7 +739,7 @@ def unmended_faults(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
 
 def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
     """Find positions and torques that keep one value for most of a log while their joint moves."""
-    moves = np.abs(samples.qd) > _MOVES * np.sqrt(np.mean(samples.qd**2, axis=0))
+    moves = _fast(samples.qd)
     for key in ("tau",) if samples.velocity_derived else ("q", "tau"):
         for j in moving_joints([samples.qd], sigma):
             first, lengths = runs(np.ascontiguousarray(getattr(samples, key)[:, j]))

@@ -308,15 +308,15 @@ def of_library(
     if set(constants) != set(definition.nonlinear):
         accepted = ", ".join(definition.nonlinear) or "none"
         raise RobotError(f"constants {', '.join(constants) or 'none'}; accepted: {accepted}")
-    own = (*OWN, *definition.linear, *definition.nonlinear)
-    generic = _torque(definition.torque, (*OWN, *definition.linear), constants, geometry or {})
-    numbered = {sp.Symbol(n, real=True): sp.Symbol(f"{n}{joint}", real=True) for n in own}
+    own = {f"{n}{joint}": constants[n] for n in definition.nonlinear}
+    variables = [f"{n}{joint}" for n in (*OWN, *definition.linear)]
+    torque = _torque(numbered(definition, joint), variables, own, geometry or {})
     return Effect(
         name=definition.name,
         joints=(joint,),
         linear=definition.coefficients(joint, sigma),
-        nonlinear=tuple((f"{n}{joint}", constants[n]) for n in definition.nonlinear),
-        torque=((joint, generic.subs(numbered, simultaneous=True)),),
+        nonlinear=tuple(own.items()),
+        torque=((joint, torque),),
     )
 
 

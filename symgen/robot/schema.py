@@ -20,8 +20,8 @@ from pydantic import (
 )
 
 from symgen.errors import RobotError
+from symgen.robot.types import MAX_JOINTS
 
-_MAX_JOINTS = 200
 _LARGEST = 100  # decimal exponent of the largest number
 _GEARS = (1e-6, 1e6)
 _SMALLEST_WIDTH = 1e-12
@@ -197,7 +197,7 @@ class DriveTable(_Table):
 class RobotFile(_Table):
     robot: RobotTable
     geometry: dict[str, Scalar] = Field(default_factory=dict)
-    joint: Annotated[list[JointTable], Field(min_length=1, max_length=_MAX_JOINTS)]
+    joint: Annotated[list[JointTable], Field(min_length=1, max_length=MAX_JOINTS)]
     coupling: list[CouplingTable] = Field(default_factory=list)
     payload: PayloadTable | None = None
     limits: LimitsTable | None = None

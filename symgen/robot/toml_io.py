@@ -58,6 +58,10 @@ if TYPE_CHECKING:
     from symgen.robot.schema import EffectTable, JointTable, RobotFile
 
 _MAX_DENOMINATOR = 10_000
+_FOLLOWS = (
+    "a joint that follows others has none of its own; accepted: on the joints that it follows, or "
+    "as [[coupling]]"
+)
 _MAX_TURN = 4 * math.pi
 #: Largest condition number of a matrix of gears, its rows scaled to unit length.
 _MAX_CONDITION = 1e6
@@ -253,10 +257,11 @@ class _Reader:
             )
         fixed = table.sigma == names.FIXED
         rotor = rotors if table.rotor_inertia is None else table.rotor_inertia
-        for key in ("friction", "rotor_inertia", "coulomb_width"):
-            if fixed and getattr(table, key):
-                raise RobotError(f"joint {number}, key {key!r}: a fixed joint (sigma 2) has none")
         plain = fixed or table.follows is not None
+        for key in (k for k in ("friction", "rotor_inertia", "coulomb_width") if plain):
+            if getattr(table, key):
+                what = "a fixed joint (sigma 2) has none" if fixed else _FOLLOWS
+                raise RobotError(f"joint {number}, key {key!r}: {what}")
         friction = table.friction if table.friction is not None else ["coulomb", "viscous"]
         if len(set(friction)) != len(friction):
             raise RobotError(f"joint {number}, key 'friction': a word stands twice")
@@ -278,12 +283,6 @@ class _Reader:
 
     def following(self, joint: Joint, table: JointTable, movable: list[Joint]) -> Joint:
         """Return a joint that follows others: q_j linear in their variables."""
-        for key in ("friction", "rotor_inertia", "coulomb_width"):
-            if getattr(table, key):
-                raise RobotError(
-                    f"joint {joint.number}, key {key!r}: a joint that follows others has none of "
-                    "its own; accepted: on the joints that it follows, or as [[coupling]]"
-                )
         with located(place := f"joint {joint.number}, key 'follows'"):
             return self.linear(joint, table.follows or "", movable, place)
 

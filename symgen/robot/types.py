@@ -37,6 +37,8 @@ LENGTHS = ("gamma", "b", "alpha", "d", "theta", "r")
 OF_JOINTS = ("position", "velocity", "acceleration", "jerk", "torque")
 #: What the columns of a robot's table are, see `Robot.table`.
 HEADER = ("joint", "name", "sigma", "antecedent", *LENGTHS, "follows")
+#: Of joints in a file.
+MAX_JOINTS = 200
 #: Largest factor by which a revolute joint follows another: it makes rounding as much larger.
 MAX_RATIO = 200
 

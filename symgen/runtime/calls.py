@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from symgen.codegen.kernels import LINK, Argument, Kernel
+from symgen.data.raw import FloatArray as FloatArray
 from symgen.errors import ParameterError
 from symgen.robot.expressions import shortened
 
-FloatArray = NDArray[np.float64]
 NOT_POSITIVE_DEFINITE = 1  # as NAME.h numbers them; a batch has the bits of all its samples
 NOT_FINITE = 2
 

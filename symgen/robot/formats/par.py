@@ -19,7 +19,7 @@ from symgen.robot import exact_numbers, expressions
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import is_geometry_name, robot_name
 from symgen.robot.imported import Imported
-from symgen.robot.types import ANGLES, LENGTHS, Joint, Robot
+from symgen.robot.types import ANGLES, LENGTHS, MAX_JOINTS, Joint, Robot
 
 _COMMENT = re.compile(r"\(\*.*?\*\)", re.DOTALL)
 _TITLE = re.compile(r"\(\*\s*Robotname\s*=\s*'([^']*)'\s*\*\)", re.IGNORECASE)
@@ -32,7 +32,6 @@ _VARIABLE = {
 }
 _TYPES = ("0 (simple chain)", "1 (tree)")
 _GRAVITY = sp.Rational(-981, 100)
-_MAX_JOINTS = 200
 
 
 def import_par(text: str, where: str = "robot.par") -> Imported:
@@ -69,9 +68,9 @@ class _Reader:
 
     def count(self, key: str) -> int:
         value = self.entries.get(key)
-        if value is None or not _NUMBER.fullmatch(value) or not 1 <= int(value) <= _MAX_JOINTS:
+        if value is None or not _NUMBER.fullmatch(value) or not 1 <= int(value) <= MAX_JOINTS:
             found = "is missing" if value is None else f"is {shortened(value)!r}"
-            raise RobotError(f"{key} {found}; accepted: a number from 1 to {_MAX_JOINTS}")
+            raise RobotError(f"{key} {found}; accepted: a number from 1 to {MAX_JOINTS}")
         return int(value)
 
     def require_open(self) -> None:

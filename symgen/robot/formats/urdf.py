@@ -27,6 +27,7 @@ from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import Chain, Inertial, Triple, Urdf, UrdfJoint
 from symgen.robot.formats.xml import Element, parse_xml
 from symgen.robot.imported import Imported
+from symgen.robot.types import MAX_JOINTS
 
 Value = TypeVar("Value")
 KINDS = {
@@ -41,7 +42,6 @@ CAVEAT = (
     "one robot that has them -->"
 )
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-_MAX_JOINTS = 200
 _MAX_TITLE = 200
 _ZERO: Triple = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
 
@@ -105,8 +105,8 @@ def _tree(root: Element) -> Urdf:
     if not links:
         raise RobotError("there is no <link>; accepted: at least two and a joint")
     joints = _named("joint", root, _joint)
-    if len(joints) > _MAX_JOINTS:
-        raise RobotError(f"{len(joints)} joints; accepted: at most {_MAX_JOINTS}")
+    if len(joints) > MAX_JOINTS:
+        raise RobotError(f"{len(joints)} joints; accepted: at most {MAX_JOINTS}")
     return Urdf(root.attributes.get("name", ""), _root(links, joints), links, joints)
 
 
