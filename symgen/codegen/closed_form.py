@@ -78,16 +78,11 @@ class _Writer:
             turns.setdefault(((phase, sine),) if phase else (), {})[m] = c
         merged = _paired(turns)
         shared = common({m: 0 for motion in merged.values() for m in motion})
-        monomial = self.arithmetic.powers(shared)
-        parts = [
-            self.product(motion, turning, shared if len(merged) > 1 else 0)
-            for turning, motion in merged.items()
-        ]
-        if len(parts) == 1 or not any(g in self.parameters for g, _ in monomial):
-            if len(parts) > 1:
-                parts = [self.product(motion, turning, 0) for turning, motion in merged.items()]
-                return _flat(parts)
-            return parts
+        behind = any(g in self.parameters for g, _ in self.arithmetic.powers(shared))
+        taken = shared if behind and len(merged) > 1 else 0
+        parts = [self.product(motion, turn, taken) for turn, motion in merged.items()]
+        if not taken:
+            return _flat(parts) if len(parts) > 1 else parts
         content = _content([sp.Rational(p.number) for p in parts])
         inner = Formula(tuple(_flat([Product(p.number / content, p.factors) for p in parts])))
         return [Product(content, (*self.factors(shared), Factor(inner)))]
@@ -132,9 +127,7 @@ class _Writer:
         return content * number, [f for _, f in sorted(factors, key=lambda pair: pair[0])]
 
     def sum(self, motion: dict[int, sp.Expr]) -> Formula:
-        return Formula(
-            tuple(Product(c, self.factors(m)) for m, c in self.ordered(motion).items())
-        )  # fmt: skip
+        return Formula(tuple(Product(c, self.factors(m)) for m, c in self.ordered(motion).items()))
 
     def ordered(self, motion: dict[int, sp.Expr]) -> dict[int, sp.Expr]:
         """Sort by the places of the generators, positive terms before negative ones."""

@@ -41,6 +41,11 @@ class Mask:
         return np.column_stack([touched(column, reach) for column in self.joint.T])
 
 
+def rms(x: FloatArray) -> FloatArray:
+    """Return the root mean square of every column."""
+    return np.asarray(np.sqrt(np.mean(x**2, axis=0)))
+
+
 def touched(masked: Bools, reach: int) -> Bools:
     """Return (N,) whether a masked sample is at most `reach` samples away."""
     count = np.concatenate([[0], np.cumsum(masked)])

@@ -18,7 +18,7 @@ from itertools import combinations
 
 import numpy as np
 
-from symgen.data.mask import Bools, at_rest, moving_joints, touched
+from symgen.data.mask import Bools, at_rest, moving_joints, rms, touched
 from symgen.data.raw import FloatArray
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.summary import (
@@ -674,14 +674,14 @@ def _saturation(trial: Trial, j: int) -> Fault | None:
         X = left.base.fit()
     asked = np.abs(model) > limit + _AT_LIMIT * noise
     over, excess = np.abs(tau[asked]) - limit, np.abs(model[asked]) - limit
-    if len(over) < _FEW or float(np.sqrt(np.mean(over**2))) > _FLAT * noise:
+    if len(over) < _FEW or float(rms(over)) > _FLAT * noise:
         return None
     if np.mean(np.abs(tau) > limit + _SIGMAS * noise) > _BEYOND or not _gains(tau, model, limit):
         return None
     # Noise in the band is taken as one value in each half period.
     log = trial.logs[0]
     independent = max(1.0, len(over) * min(1.0, 2 * log.step * log.band.comparison_hz))
-    error = float(np.sqrt(np.mean((tau - model)[~asked] ** 2)))
+    error = float(rms((tau - model)[~asked]))
     if math.erfc(float(np.mean(excess)) / error * math.sqrt(independent / 2)) * trial.n > _RISK:
         return None
     says = (

@@ -19,7 +19,7 @@ import numpy as np
 
 from symgen import names
 from symgen.data.log import Log, rows
-from symgen.data.mask import Bools, moving_joints, on_grid, spans, touched
+from symgen.data.mask import Bools, moving_joints, on_grid, rms, spans, touched
 from symgen.data.raw import FloatArray, Places, read_only
 from symgen.data.signals import (
     NORMAL,
@@ -474,7 +474,7 @@ def _moving(log: Log, samples: Samples) -> Bools:
 
 
 def _fast(qd: FloatArray) -> Bools:
-    return np.asarray(np.abs(qd) > _MOVES * np.sqrt(np.mean(qd**2, axis=0)))
+    return np.asarray(np.abs(qd) > _MOVES * rms(qd))
 
 
 def _others_tell(moving: Bools, key: str, j: int) -> Bools:

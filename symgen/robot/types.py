@@ -21,7 +21,7 @@ from symgen import names
 from symgen.errors import RobotError
 from symgen.files import html_table
 from symgen.robot import expressions
-from symgen.robot.effect import Effect, LogEffect, Sought
+from symgen.robot.effect import Effect, LogEffect, Named, Sought
 
 _VARIABLE = re.compile(r"q\d+")
 #: Gravity in frame 0 where it is an input of the kernels; no length of a file can have such a name.
@@ -238,7 +238,7 @@ class Robot:
     name: str
     gravity: tuple[sp.Expr, sp.Expr, sp.Expr]
     joints: tuple[Joint, ...]
-    geometry: tuple[tuple[str, sp.Expr], ...] = ()
+    geometry: Named = ()
     couplings: tuple[Coupling, ...] = ()
     payload: int | None = None
     limits: Limits | None = None

@@ -204,8 +204,7 @@ def _compile(
     import cffi
     from cffi import recompiler
 
-    for name, content in sources.items():
-        (work / name).write_bytes(content)
+    files = [f"{module}.c", *unpacked(sources, work)]
     ffi = cffi.FFI()
     ffi.cdef(declarations)
     headers = sorted(name for name in sources if name.endswith(".h"))
@@ -215,7 +214,6 @@ def _compile(
     if not (Path(include) / "Python.h").is_file():
         raise BuildError(f"{include}/Python.h is missing: install the headers of this Python")
     built = work / f"{module}{suffix}"
-    files = [f"{module}.c", *sorted(n for n in sources if n.endswith(".c"))]
     command = [
         *compiler.command,
         *_FLAGS,
@@ -247,6 +245,13 @@ def _compile(
         )
         raise BuildError(f"{compiler.command[0]} failed on the generated C: {reason}")
     return built
+
+
+def unpacked(sources: Mapping[str, bytes], folder: Path) -> list[str]:
+    """Write sources into a folder; return the names of those that are compiled."""
+    for name, content in sources.items():
+        (folder / name).write_bytes(content)
+    return sorted(name for name in sources if name.endswith(".c"))
 
 
 def _platform_flags() -> list[str]:

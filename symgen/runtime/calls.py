@@ -61,12 +61,10 @@ def checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArra
             array = np.ascontiguousarray(given, dtype=np.float64)
         except (TypeError, ValueError) as error:
             raise _not_accepted(kernel, a, f"is {shortened(repr(given))}") from error
+        if a.link and (array.size != 1 or array.flat[0] not in range(1, a.size + 1)):
+            raise _not_accepted(kernel, a, f"is {shortened(repr(given))}")
         if a.plain and array.size == 1:
             array = array.reshape(1)
-            if a.link and array[0] not in range(1, a.size + 1):
-                raise _not_accepted(kernel, a, f"is {shortened(repr(given))}")
-        elif a.link:
-            raise _not_accepted(kernel, a, f"is {shortened(repr(given))}")
         elif a.name == "X" and array.ndim == 1 and len(array) >= a.size:
             array = array[: a.size]
         else:

@@ -35,7 +35,7 @@ from symgen.errors import BuildError
 from symgen.places import written
 from symgen.robot.toml_io import read_robot
 from symgen.runtime import race
-from symgen.runtime.build import _FLAGS, Compiler, native
+from symgen.runtime.build import _FLAGS, Compiler, native, unpacked
 from symgen.runtime.turns import turn
 
 _TIMEOUT_SECONDS = 60
@@ -228,9 +228,7 @@ def _race(sets: Sequence[FlagSet], compiler: Compiler, contest: Contest) -> dict
     files, functions = contest
     with tempfile.TemporaryDirectory(prefix="symgen-", ignore_cleanup_errors=True) as folder:
         work = Path(folder)
-        for file, content in files.items():
-            (work / file).write_bytes(content)
-        sources = [file for file in sorted(files) if file.endswith(".c")]
+        sources = unpacked(files, work)
 
         def compiled(one: FlagSet) -> bool:
             command = [*compiler.command, *_FLAGS, *one.flags, *sources]

@@ -18,6 +18,8 @@ import sympy as sp
 from symgen.errors import SymgenError
 
 Symbols = tuple[sp.Symbol, ...]
+#: Symbols, and what each stands for.
+Steps = tuple[tuple[sp.Symbol, sp.Expr], ...]
 #: What symbols stand for: numbers for named lengths, or expressions.
 Values = Mapping[sp.Symbol, sp.Expr]
 
@@ -78,8 +80,8 @@ class Tape:
     """
 
     inputs: tuple[tuple[str, Symbols], ...]
-    constants: tuple[tuple[sp.Symbol, sp.Expr], ...]
-    steps: tuple[tuple[sp.Symbol, sp.Expr], ...]
+    constants: Steps
+    steps: Steps
     outputs: tuple[sp.Expr, ...]
 
     @cached_property

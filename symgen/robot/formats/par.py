@@ -16,6 +16,7 @@ import sympy as sp
 from symgen import names
 from symgen.errors import RobotError, located
 from symgen.robot import exact_numbers, expressions
+from symgen.robot.effect import Named
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import is_geometry_name, robot_name
 from symgen.robot.imported import Imported
@@ -181,7 +182,7 @@ class _Reader:
             return [True] * self.joints
         return [item not in ("0", "0.0") for item in self.items(key, self.joints)]
 
-    def values(self) -> tuple[tuple[tuple[str, sp.Expr], ...], list[str]]:
+    def values(self) -> tuple[Named, list[str]]:
         """Return the named quantities with distinct values to stand in for the unknown ones."""
         primes = sp.primerange(29, 10_000)
         geometry = tuple((name, sp.Rational(next(primes), 100)) for name in self.geometry)
