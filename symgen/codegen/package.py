@@ -357,8 +357,8 @@ class _Writer:
             "guarded": bool(kernel.guards),
             "links": kernel.links,
             "batch": kernel.batch,
-            "parameters": ", ".join(a.declared(self.dtype) for a in listed),
-            "batch_parameters": ", ".join(a.declared(self.dtype, batch=True) for a in listed),
+            "parameters": kernel.listed(self.dtype),
+            "batch_parameters": kernel.listed(self.dtype, batch=True),
             "strides": ", ".join(
                 a.name if a.shared else f"&{a.name}[k * {a.size}u]" for a in listed
             ),
@@ -455,12 +455,7 @@ class _Writer:
                 for k in self.kernels
             ],
             "proof": {
-                "rank": base.proof.rank,
-                "primes": base.proof.primes,
-                "seeds": base.proof.seeds,
-                "points": base.proof.points,
-                "structural_relations": base.proof.structural,
-                "lifted_relations": base.proof.lifted,
+                **vars(base.proof),
                 "bound": bound(robot),
                 "method": base.proof.method,
             },

@@ -43,7 +43,7 @@ def panel_sources(model: Model, kernel: Kernel) -> dict[str, bytes]:
         "outputs": written,
         "largest": max(o.size for o in written),
         "parameters": ", ".join([*lanes, *(f"lanes *{o.name}" for o in written)]),
-        "plain": ", ".join(a.declared("double", batch=True) for a in kernel.arguments),
+        "plain": kernel.listed("double", batch=True),
         "call": ", ".join([*passed, *(f"lanes_{o.name}" for o in written)]),
         "body": body,
         "names": ", ".join(a.name for a in kernel.arguments),

@@ -242,7 +242,7 @@ class _Document:
             "proof": {
                 "rank": base.proof.rank,
                 "primes": " and ".join(map(str, base.proof.primes)),
-                "relations": base.proof.structural + base.proof.lifted,
+                "relations": base.proof.structural_relations + base.proof.lifted_relations,
                 "bound": bound(robot),
             },
             "friction": self.friction(),

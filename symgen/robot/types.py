@@ -37,6 +37,8 @@ LENGTHS = ("gamma", "b", "alpha", "d", "theta", "r")
 OF_JOINTS = ("position", "velocity", "acceleration", "jerk", "torque")
 #: What the columns of a robot's table are, see `Robot.table`.
 HEADER = ("joint", "name", "sigma", "antecedent", *LENGTHS, "follows")
+#: Of the earth along -z, as files of other programs have it, m/s2.
+EARTH = sp.Rational(-981, 100)
 #: Of joints in a file.
 MAX_JOINTS = 200
 #: Largest factor by which a revolute joint follows another: it makes rounding as much larger.

@@ -95,8 +95,8 @@ class Proof:
     primes: tuple[int, ...]
     seeds: tuple[int, ...]
     points: int
-    structural: int
-    lifted: int
+    structural_relations: int
+    lifted_relations: int
 
     @property
     def method(self) -> str:
@@ -207,8 +207,8 @@ def find_base(
         primes=tuple(s.field.p for s in fields),
         seeds=_SEEDS,
         points=fields[0].matrix.shape[0],
-        structural=structural,
-        lifted=len(rows.rows) - structural,
+        structural_relations=structural,
+        lifted_relations=len(rows.rows) - structural,
     )
     return _regrouped(standard, rows.rows, proof)
 

@@ -22,7 +22,7 @@ from symgen.symbolic.parameters import standard_parameters
 from symgen.symbolic.tape import Numbers, Tape, real_symbol
 
 _LENGTHS = ("d", "r", "b")
-_UNPROVED = Proof(rank=0, primes=(), seeds=(), points=0, structural=0, lifted=0)
+_UNPROVED = Proof(0, (), (), 0, 0, 0)
 
 
 @dataclass(frozen=True)

@@ -21,12 +21,12 @@ from symgen.robot.exact_numbers import context
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import robot_name
 from symgen.robot.imported import Imported
-from symgen.robot.types import MAX_RATIO, Joint, Limits, Robot, Typed, joint_variable
+from symgen.robot.types import EARTH, MAX_RATIO, Joint, Limits, Robot, Typed, joint_variable
 
 _FAR = 10  # m
 _WRITTEN = 1e-14  # rad: an angle with all digits is not rounded
-_GRAVITY = (sp.S.Zero, sp.S.Zero, sp.Rational(-981, 100))
 Triple = tuple[sp.Rational, sp.Rational, sp.Rational]
+ORIGIN: Triple = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
 
 
 @dataclass(frozen=True)
@@ -213,7 +213,9 @@ class Chain:
         name = robot_name(self.urdf.name)
         if name != self.urdf.name:
             self.notes.append(f"the robot {shortened(self.urdf.name)!r} is called {name}")
-        robot = Robot(name=name, gravity=_GRAVITY, joints=joints, limits=self._limits(joints))
+        robot = Robot(
+            name=name, gravity=(*ORIGIN[:2], EARTH), joints=joints, limits=self._limits(joints)
+        )
         return Imported(robot, tuple(self._parameters()), tuple(self.notes))
 
     def _joint(self, joint: UrdfJoint) -> Joint:

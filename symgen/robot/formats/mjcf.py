@@ -25,14 +25,13 @@ from symgen.robot import expressions
 from symgen.robot.body import Body, FloatArray
 from symgen.robot.dh import turned_by
 from symgen.robot.expressions import shortened
-from symgen.robot.formats.chain import Chain, Inertial, Triple, Urdf, UrdfJoint
+from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
 from symgen.robot.formats.urdf import CAVEAT, replaced_inertials, written_bodies
 from symgen.robot.formats.xml import Element, parse_xml
 from symgen.robot.imported import Imported, read_text
 
 _ACCEPTED = "an MJCF of an arm on a fixed base"
 _DIGITS = 14
-_ZERO: Triple = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
 _SIGMA = {"slide": names.PRISMATIC, "hinge": names.REVOLUTE}
 _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # fullinertia
 
@@ -148,7 +147,7 @@ class _Tree:
             self._joints[joint.name] = joint
             if not last:
                 self._links[link] = None
-            before, rpy, previous = link, _ZERO, anchor
+            before, rpy, previous = link, ORIGIN, anchor
         if count == 0:
             joint = UrdfJoint(f"{name}_fixed", names.FIXED, parent, name, _triple(xyz), rpy)
             self._joints[joint.name] = joint
@@ -191,7 +190,7 @@ class _Tree:
         tensor = R @ np.diag(m.body_inertia[b]) @ R.T
         values = tuple(_exact(tensor[i, k]) for i in range(3) for k in range(i, 3))
         centre = np.array(m.body_ipos[b]) - shift
-        return Inertial(_triple(centre), _ZERO, _exact(m.body_mass[b]), values)
+        return Inertial(_triple(centre), ORIGIN, _exact(m.body_mass[b]), values)
 
 
 def _compiled(path: Path) -> Any:

@@ -20,7 +20,7 @@ from symgen.robot.effect import Named
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import is_geometry_name, robot_name
 from symgen.robot.imported import Imported
-from symgen.robot.types import ANGLES, LENGTHS, MAX_JOINTS, Joint, Robot
+from symgen.robot.types import ANGLES, EARTH, LENGTHS, MAX_JOINTS, Joint, Robot
 
 _COMMENT = re.compile(r"\(\*.*?\*\)", re.DOTALL)
 _TITLE = re.compile(r"\(\*\s*Robotname\s*=\s*'([^']*)'\s*\*\)", re.IGNORECASE)
@@ -32,7 +32,6 @@ _VARIABLE = {
     names.PRISMATIC: re.compile(r"(?:r|q)([0-9]+)", re.IGNORECASE),
 }
 _TYPES = ("0 (simple chain)", "1 (tree)")
-_GRAVITY = sp.Rational(-981, 100)
 
 
 def import_par(text: str, where: str = "robot.par") -> Imported:
@@ -205,7 +204,7 @@ class _Reader:
         if named:
             axis = "xyz"[named[0]]
             line = f"gravity {items[named[0]]} has no value in the file: -9.81 m/s2 along {axis}0"
-            values[named[0]] = _GRAVITY
+            values[named[0]] = EARTH
         return (values[0], values[1], values[2]), [line] if named else []
 
     def parameters(self, robot: Robot) -> tuple[tuple[str, float], ...]:

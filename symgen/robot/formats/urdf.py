@@ -24,7 +24,7 @@ from symgen.errors import ExpressionError, ParameterError, RobotError, first_of,
 from symgen.robot import dh, expressions
 from symgen.robot.body import Body
 from symgen.robot.expressions import shortened
-from symgen.robot.formats.chain import Chain, Inertial, Triple, Urdf, UrdfJoint
+from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
 from symgen.robot.formats.xml import Element, parse_xml
 from symgen.robot.imported import Imported
 from symgen.robot.types import MAX_JOINTS
@@ -43,7 +43,6 @@ CAVEAT = (
 )
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _MAX_TITLE = 200
-_ZERO: Triple = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
 
 
 def import_urdf(text: str, where: str = "robot.urdf") -> Imported:
@@ -145,7 +144,7 @@ def _number(element: Element, key: str, default: str | None = None) -> sp.Ration
     return _numbers(text, 1, key)[0]
 
 
-def _triple(element: Element | None, key: str, default: Triple = _ZERO) -> Triple:
+def _triple(element: Element | None, key: str, default: Triple = ORIGIN) -> Triple:
     if element is None or key not in element.attributes:
         return default
     x, y, z = _numbers(element.attributes[key], 3, key)
@@ -181,7 +180,7 @@ def _joint(element: Element) -> UrdfJoint:
     parent, child = (_end(element, key) for key in ("parent", "child"))
     xyz, rpy = _origin(element)
     axis = _triple(element.first("axis"), "xyz", (sp.S.One, sp.S.Zero, sp.S.Zero))
-    if KINDS[kind] != names.FIXED and axis == _ZERO:
+    if KINDS[kind] != names.FIXED and axis == ORIGIN:
         raise RobotError("the axis is zero; accepted: any direction")
     limit, given = {}, element.first("limit")
     if given is not None:  # the format says what holds where one of the two is absent
