@@ -93,7 +93,8 @@ class _Writer:
         rest = {m - shared: c for m, c in motion.items()}
         number, sums = self.factored(rest)
         outside = self.factors(shared - without)
-        return Product(number, (*outside, *sums, *(self.turn(t) for t in _powers(turning))))
+        turns = (self.turn(*turn, turning.count(turn)) for turn in dict.fromkeys(turning))
+        return Product(number, (*outside, *sums, *turns))
 
     def factored(self, motion: Motion) -> tuple[sp.Expr, list[Factor]]:
         """Return number and factors of a polynomial that no monomial divides."""
@@ -158,9 +159,8 @@ class _Writer:
             out.append(Factor(factor.base, factor.power * exponent))
         return tuple(out)
 
-    def turn(self, turn: tuple[int, bool, int]) -> Factor:
+    def turn(self, phase: int, sine: bool, power: int) -> Factor:
         """Return a power of a sine or cosine."""
-        phase, sine, power = turn
         angle = sorted(self.arithmetic.multiples(phase), key=lambda part: part[1] < 0)
         argument = Formula(tuple(p for y, k in angle for p in geometric(k * y).products))
         return Factor(Call("sin" if sine else "cos", argument), power)
@@ -212,10 +212,6 @@ def _joined(first: Turning, second: Turning, sign: int) -> tuple[int, Turning] |
             number = -number
         out.append((abs(phase), kind))
     return number, tuple(sorted(out, key=lambda t: (t[1], t[0])))
-
-
-def _powers(turning: Turning) -> list[tuple[int, bool, int]]:
-    return [(*t, turning.count(t)) for t in dict.fromkeys(turning)]
 
 
 def _content(values: list[sp.Rational]) -> sp.Rational:

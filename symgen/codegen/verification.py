@@ -23,6 +23,8 @@ TOLERANCE = {"double": 1e-13, "float": 2e-5}
 
 def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
     """Return points (name of each input: values) and expected outputs of each kernel."""
+    import mpmath
+
     draw = random.Random(SEED)
     X = [round(x, 6) for x in physical_parameters(model, draw)]
     out: dict[str, Any] = {}
@@ -41,7 +43,7 @@ def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
         expected = [evaluate(kernel, model, point, DIGITS) for point in points]
         out[kernel.name] = {
             "points": points,
-            "expected": [[_digits(v) for v in row] for row in expected],
+            "expected": [[str(mpmath.nstr(v, 30)) for v in row] for row in expected],
         }
     return out
 
@@ -150,9 +152,3 @@ def _arithmetic(robot: Robot, digits: int) -> tuple[Numbers, Callable[[str], Any
     functions["abs"] = abs
     number = context.mpf
     return Numbers(robot.values(), functions, lambda e: number(str(e)), digits + 10), number
-
-
-def _digits(value: Any) -> str:
-    import mpmath
-
-    return str(mpmath.nstr(value, 30))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import platform
-import sys
 from dataclasses import dataclass
 from importlib import metadata, util
 
@@ -41,18 +40,12 @@ class Finding:
 def examine() -> tuple[Finding, ...]:
     """Look at everything that symgen uses; only what it cannot do without is not well."""
     return (
-        _python(),
+        Finding("Python", True, f"{platform.python_version()}, {platform.machine()}"),
         *map(_library, _NEEDED),
         _compiler(),
         _cache(),
         *(_library(*entry) for entry in _OPTIONAL),
     )
-
-
-def _python() -> Finding:
-    own = ".".join(map(str, sys.version_info[:3]))
-    well = sys.version_info >= (3, 11)
-    return Finding("Python", well, f"{own}, {platform.machine()}", "" if well else "3.11 or newer")
 
 
 def _library(name: str, use: str = "", source: str = "") -> Finding:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -250,13 +250,9 @@ def load(robot: Robot | Model | str | Path, *, backend: str = "auto") -> Evaluat
     return Evaluator(model, [_CasadiKernel(k, model) for k in model.kernels], None)
 
 
-_said: set[str] = set()
-
-
+@cache
 def _say_once(message: str) -> None:
-    if message not in _said:
-        _said.add(message)
-        warnings.warn(message, SymgenWarning, stacklevel=3)
+    warnings.warn(message, SymgenWarning, stacklevel=3)
 
 
 def _compiled(model: Model, compiler: Compiler) -> Evaluator:
