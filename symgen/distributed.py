@@ -257,7 +257,7 @@ def digest(*parts: str | bytes) -> str:
     """Return the SHA-256 of some texts, each with its length, in hexadecimal."""
     sha = hashlib.sha256()
     for part in parts:
-        content = part.encode() if isinstance(part, str) else part
+        content = os.fsencode(part)
         sha.update(f"{len(content)}:".encode())
         sha.update(content)
     return sha.hexdigest()

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from symgen.errors import IdentificationError
+from symgen.errors import IdentificationError, first_of
 from symgen.estimation.covariance import robust_covariance, scores
 from symgen.estimation.summary import Summary, triangle
 from symgen.estimation.system import LinearSystem
@@ -243,9 +243,9 @@ def undetermined(R: FloatArray, names: tuple[str, ...]) -> str:
         return ""
     share = np.linalg.norm(null, axis=0)
     involved = [name for name, s in zip(names, share, strict=True) if s > 1e-3]
-    what = ", ".join(involved[:8]) + (", ..." if len(involved) > 8 else "")
     return (
-        f"the information matrix is singular: these data do not determine {what} "
+        "the information matrix is singular: these data do not determine "
+        f"{first_of(involved, 8)} "
         f"({len(null)} of {len(names)} combinations of parameters have no effect on them)"
     )
 

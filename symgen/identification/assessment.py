@@ -28,7 +28,7 @@ import numpy as np
 from symgen import names
 from symgen.data.mask import moving_joints
 from symgen.data.signals import Samples
-from symgen.errors import IdentificationError, shortened
+from symgen.errors import IdentificationError, first_of
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Wls, bias_of_least_squares
@@ -453,7 +453,7 @@ def parameters_use(
     weak = [p.name for p in parameters if p.name not in known]
     if weak:
         told = f"{len(weak)} of {len(parameters)} are weak (std above {KNOWN:g} %)"
-        reasons.append(f"{told}: {shortened(weak, 8)}")
+        reasons.append(f"{told}: {first_of(weak, 8)}")
     negative = negative_parameters(parameters)
     if negative:
         reasons.append(f"{', '.join(negative)} must be positive and came out negative")

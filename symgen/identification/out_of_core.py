@@ -45,7 +45,7 @@ from symgen.distributed import (
     keep,
     kept,
 )
-from symgen.errors import LogError, shortened
+from symgen.errors import LogError, first_of
 from symgen.estimation.chunks import (
     Chunk,
     ChunkData,
@@ -146,7 +146,7 @@ def parts_of(
             raise LogError(f"{listed}: too short a {kind} log; accepted: longer ones, without gaps")
     if not short:
         return parts, ()
-    return parts, (f"{len(short)} stretches are too short and left out: {shortened(short, 3)}",)
+    return parts, (f"{len(short)} stretches are too short and left out: {first_of(short, 3)}",)
 
 
 def _split(s: Stretch) -> list[Stretch]:
