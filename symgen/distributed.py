@@ -257,7 +257,7 @@ def digest(*parts: str | bytes) -> str:
     """Return the SHA-256 of some texts, each with its length, in hexadecimal."""
     sha = hashlib.sha256()
     for part in parts:
-        content = part.encode() if isinstance(part, str) else part
+        content = os.fsencode(part)
         sha.update(f"{len(content)}:".encode())
         sha.update(content)
     return sha.hexdigest()
@@ -332,7 +332,7 @@ def finished(
     keys: Sequence[str],
     folder: WorkFolder,
     sizes: Sequence[int],
-    progress: Callable[[str], None] = lambda _: None,
+    progress: Say = silent,
     what: str = "",
     unit: str = "samples",
 ) -> None:

@@ -34,9 +34,15 @@ def message(text: str) -> str:
     return line if len(line) <= _START + _END else f"{line[:_START]} ... {line[-_END:]}"
 
 
-def shortened(items: Sequence[str], most: int) -> str:
+def first_of(items: Sequence[str], most: int) -> str:
     """Return the first of some items in one line, with dots where there are more."""
     return ", ".join(items[:most]) + (", ..." if len(items) > most else "")
+
+
+def told_by(error: Exception) -> str:
+    """Return what the system or a library says of an error, in one line of 300 characters."""
+    line = " ".join(str(getattr(error, "strerror", None) or error).split())
+    return line if len(line) <= 300 else f"{line[:297]}..."
 
 
 class SymgenError(Exception):

@@ -21,6 +21,17 @@ FRICTION = {"coulomb": "FS", "viscous": "FV", "offset": "OF"}
 COUPLING_INERTIA = "IAM"
 COUPLING_FRICTION = ("FVM", "FSM")
 
+_UNITS = {
+    **dict.fromkeys((*INERTIA, ROTOR, COUPLING_INERTIA), "kg m2"),
+    **dict.fromkeys(MOMENT, "kg m"),
+    MASS: "kg",
+    **dict.fromkeys(("FS", "OF", "FSM"), "N m"),
+    **dict.fromkeys(("FV", "FVM"), "N m s/rad"),
+}
+#: Those that are others where the joint slides.
+_SLIDING = {ROTOR: "kg", COUPLING_INERTIA: "kg", "FV": "N s/m", "FVM": "N s/m"}
+_SLIDING |= dict.fromkeys(("FS", "OF", "FSM"), "N")
+
 
 def unit(prefix: str, sigma: int) -> str:
     """Return the SI unit of a standard parameter.
@@ -29,17 +40,4 @@ def unit(prefix: str, sigma: int) -> str:
         prefix: the parameter's name without its joint number, for example "XX" or "FS".
         sigma: type of the joint that carries it (0 revolute, 1 prismatic, 2 fixed).
     """
-    linear = sigma == PRISMATIC
-    if prefix in INERTIA:
-        return "kg m2"
-    if prefix in MOMENT:
-        return "kg m"
-    if prefix == MASS:
-        return "kg"
-    if prefix in (ROTOR, COUPLING_INERTIA):
-        return "kg" if linear else "kg m2"
-    if prefix in ("FS", "OF", "FSM"):
-        return "N" if linear else "N m"
-    if prefix in ("FV", "FVM"):
-        return "N s/m" if linear else "N m s/rad"
-    raise ValueError(f"no unit is known for {prefix!r}")
+    return (_UNITS | _SLIDING if sigma == PRISMATIC else _UNITS)[prefix]

@@ -27,13 +27,14 @@ from pydantic import (
 )
 from pydantic_core import core_schema
 
-from symgen.errors import ParameterError
+from symgen.errors import ParameterError, told_by
 from symgen.files import load_json
 
 Result = TypeVar("Result")
 #: Numbers that stand in a file as null where they are NaN, or infinite.
 OrNan = Annotated[float, BeforeValidator(lambda value: math.nan if value is None else value)]
 OrInf = Annotated[float, BeforeValidator(lambda value: math.inf if value is None else value)]
+_adapter = cache(TypeAdapter)  # to make one takes longer than to read a file
 #: Of a field that does not stand in the file.
 BESIDE = GetPydanticSchema(lambda *_: core_schema.any_schema())
 #: Of a field that has no key there where it is None.
@@ -161,12 +162,6 @@ def _unknown(given: Any, written: Any) -> str:
     return next((f"{key}.{where}" for key, where in inner if where), "")
 
 
-@cache
-def _adapter(kind: type[Any]) -> TypeAdapter[Any]:
-    """Return what reads a dataclass; to make it takes longer than to read a file."""
-    return TypeAdapter(kind)
-
-
 def result_file(path: str | Path, name: str) -> Path:
     """Return the JSON file of a result: the path itself, or of this name in that folder."""
     path = Path(path)
@@ -187,9 +182,8 @@ def read_json(file: Path, *schemas: str) -> dict[str, Any]:
     try:
         content = load_json(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:100]
         raise ParameterError(
-            f"{file}: cannot be read ({reason}); accepted: schema {schemas[0]}"
+            f"{file}: cannot be read ({told_by(error)}); accepted: schema {schemas[0]}"
         ) from error
     found = content.get("schema") if isinstance(content, dict) else None
     if found not in schemas:

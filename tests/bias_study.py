@@ -18,6 +18,7 @@ from scipy.interpolate import CubicSpline
 import symgen
 from symgen.estimation.integrals import cumulative_integral
 from symgen.experiment import paper
+from symgen.experiment.integrator import Motion
 from symgen.experiment.reference import SAMPLES, STEP, paper_motion
 
 SEED = 1988
@@ -56,7 +57,7 @@ def measured(
     seed: int,
     tachometer: float,
     mirrored: bool,
-) -> paper.Runs:
+) -> Motion:
     """Return runs of a set-up."""
     simulate, stream = SETUPS[setup]
     draw: Any = np.random.default_rng([seed, stream])

@@ -19,10 +19,9 @@ _MARKER, _PAGE = "demo.json", "demo.html"
     _MARKER,
     required=False,
     default=Path("symgen-demo"),
-    show_default=True,
     help="Folder of the page.",
 )
-@click.option("--runs", default=1000, show_default=True, type=click.IntRange(10, 100_000))
+@click.option("--runs", default=1000, type=click.IntRange(10, 100_000))
 def demo(into: Path, runs: int) -> None:
     """Run the example of Gautier and Khalil (1988) end to end."""
     from symgen.experiment.paper import reproduce

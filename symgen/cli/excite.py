@@ -14,7 +14,7 @@ from symgen.report.terminal import print_plan
 
 @click.command()
 @ROBOT
-@click.option("--model", default="momentum", show_default=True, help="energy, momentum or torque.")
+@click.option("--model", default="momentum", help="energy, momentum or torque.")
 @click.option(
     "--for",
     "wanted",
@@ -34,25 +34,23 @@ from symgen.report.terminal import print_plan
 @click.option(
     "--runs",
     default=1,
-    show_default=True,
     type=click.IntRange(1, 100),
     help="How many runs, all different.",
 )
 @click.option(
     "--kind",
     default="fourier",
-    show_default=True,
     help="fourier, bspline, cubic or cosine; one a joint is possible.",
 )
 @click.option("--terms", type=int, help="Harmonics, coefficients or strokes of a joint.")
 @WINDOW
-@click.option("--criterion", default="condition", show_default=True, help="condition or logdet.")
-@click.option("--rate", default=200.0, show_default=True, help="Of the references, Hz.")
-@click.option("--budget", default=60.0, show_default=True, help="Time for the search, s.")
-@click.option("--searches", default=4, show_default=True, help="Random starts to improve.")
-@click.option("--iterations", default=500, show_default=True, help="Of IPOPT, for each start.")
-@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="Of the starts.")
-@click.option("--to", default="csv", show_default=True, help="Beside the CSV: ros or urscript.")
+@click.option("--criterion", default="condition", help="condition or logdet.")
+@click.option("--rate", default=200.0, help="Of the references, Hz.")
+@click.option("--budget", default=60.0, help="Time for the search, s.")
+@click.option("--searches", default=4, help="Random starts to improve.")
+@click.option("--iterations", default=500, help="Of IPOPT, for each start.")
+@click.option("--seed", default=0, type=click.IntRange(0), help="Of the starts.")
+@click.option("--to", default="csv", help="Beside the CSV: ros or urscript.")
 @click.option("--into", type=PATH, required=True, help="The CSV to write.")
 def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: Any) -> int:
     """Find runs within limits from which the parameters of ROBOT can be identified.

@@ -19,7 +19,7 @@ _DAYS = {"choosing": 0.02, "days": 0.1, "diagnosing": 0.85}
 @click.argument("logs", nargs=-1, required=True)
 @click.option("--by", help="Column that names the robot; by default folders and files do.")
 @click.option("--reference", help="What every robot should be: estimate.json or TOML.")
-@click.option("--model", default="momentum", show_default=True, help="energy, momentum or torque.")
+@click.option("--model", default="momentum", help="energy, momentum or torque.")
 @click.option("--cutoff", type=float, help="Of the filter of q and qd, Hz; by default chosen.")
 @worker_options
 @click.option("--work", type=PATH, help="Keeps the days that are finished.")

@@ -18,8 +18,8 @@ _DERIVING = 0.6
 @click.command()
 @ROBOT
 @click.option("--into", type=PATH, help="Folder; default generated/NAME.")
-@click.option("--target", default="all", show_default=True, help="c, casadi, fmu, mex or all.")
-@click.option("--dtype", default="double", show_default=True, help="double or float, of the C.")
+@click.option("--target", default="all", help="c, casadi, fmu, mex or all.")
+@click.option("--dtype", default="double", help="double or float, of the C.")
 @click.option("--kernels", help="Comma-separated names; default all.")
 @click.option("--prefix", help="Of files and names; default the robot's, in float with an f.")
 @click.option("--standard", is_flag=True, help="Regressors over standard parameters too.")

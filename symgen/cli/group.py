@@ -33,11 +33,16 @@ from symgen.cli.simulate import simulate
 from symgen.cli.study import study
 from symgen.errors import SymgenError, SymgenWarning
 
+_SETTINGS = {
+    "help_option_names": ["-h", "--help"],
+    "max_content_width": 100,
+    "show_default": True,
+}
 #: What a shell sets to ask for completion.
 COMPLETE = "_SYMGEN_COMPLETE"
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.group(context_settings=_SETTINGS)
 @click.option("--debug", is_flag=True, help="Show tracebacks of errors.")
 @click.version_option(None, "-V", "--version", package_name="symgen")
 def cli(debug: bool) -> None:

@@ -42,14 +42,12 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
 @click.option(
     "--model",
     default="auto",
-    show_default=True,
     help="auto, energy, momentum or torque; or static: rows are still poses.",
     shell_complete=one_of("auto", *MODELS, "static"),
 )
 @click.option(
     "--method",
     default="wls",
-    show_default=True,
     help="wls, ols, huber, tls, iv, ridge, essential, consistent or recursive.",
     shell_complete=one_of(*METHODS),
 )

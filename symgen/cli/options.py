@@ -91,11 +91,9 @@ PARAMETERS = click.option(
 CUTOFF = click.option(
     "--cutoff", type=float, help="Of the filter of q and qd, Hz; by default it is chosen."
 )
-WINDOW = click.option("--window", default=0.2, show_default=True, help="Length of the windows, s.")
-DURATION = click.option(
-    "--duration", default=20.0, show_default=True, help="Of the Fourier series, s."
-)
-SEED = click.option("--seed", default=0, show_default=True, help="Of noise and Fourier series.")
+WINDOW = click.option("--window", default=0.2, help="Length of the windows, s.")
+DURATION = click.option("--duration", default=20.0, help="Of the Fourier series, s.")
+SEED = click.option("--seed", default=0, help="Of noise and Fourier series.")
 MODELS = ("energy", "momentum", "torque")
 METHODS = ("wls", "ols", "huber", "tls", "iv", "ridge", "essential", "consistent", "recursive")
 
@@ -116,21 +114,19 @@ def into(marker: str, **options: Any) -> Command:
 _READING = (
     click.option("--columns", help="Names of columns in the file: t=time,q1=..; or a .toml file."),
     click.option("--joints", help="Names of the joints in a bag, in the robot's order: a,b,.."),
-    click.option("--topic", default="", help="Topic of the joint states in a bag."),
+    click.option(
+        "--topic", default="", show_default=False, help="Topic of the joint states in a bag."
+    ),
     click.option("--mask", help="What no equation may touch: rest, saturation, rest,saturation."),
     click.option("--from", "start", type=float, help="Use each log from this t on, s."),
     click.option("--until", type=float, help="Use each log up to this t, s."),
 )
 
 _RECORDING = (
-    click.option(
-        "--controller", "kind", default="computed-torque", show_default=True, help="Or pd."
-    ),
-    click.option("--bandwidth", default=40.0, show_default=True, help="Of the controller, rad/s."),
-    click.option(
-        "--scale", default=1.0, show_default=True, help="Its parameters over the robot's."
-    ),
-    click.option("--feedback", default="true", show_default=True, help="Or measured, at stamps."),
+    click.option("--controller", "kind", default="computed-torque", help="Or pd."),
+    click.option("--bandwidth", default=40.0, help="Of the controller, rad/s."),
+    click.option("--scale", default=1.0, help="Its parameters over the robot's."),
+    click.option("--feedback", default="true", help="Or measured, at stamps."),
     click.option("--encoder", "encoder_step", default=0.0, help="Step of the encoders, rad or m."),
     click.option("--position-noise", default=0.0, help="Standard deviation of q, rad or m."),
     click.option("--velocity-noise", default=0.0, help="Of qd, rad/s or m/s."),

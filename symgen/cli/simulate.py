@@ -31,7 +31,7 @@ from symgen.report.terminal import print_simulation
 )
 @recording_options
 @DURATION
-@click.option("--runs", default=1, show_default=True, help="Logs: LOG_1.csv and so on.")
+@click.option("--runs", default=1, help="Logs: LOG_1.csv and so on.")
 @SEED
 @click.option("--into", type=PATH, required=True, help="log.csv or log.npz.")
 def simulate(temperature: str | None, runs: int, into: Path, **options: Any) -> None:

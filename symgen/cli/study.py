@@ -47,10 +47,8 @@ from symgen.cli.progress import meter, say
 @WINDOW
 @click.option("--cutoff", type=float, help="Of the filter, Hz; by default that of the first run.")
 @DURATION
-@click.option("--runs", default=100, show_default=True, help="Simulated and identified.")
-@click.option(
-    "--target", default=2.0, show_default=True, callback=share, help="To know a parameter to, %."
-)
+@click.option("--runs", default=100, help="Simulated and identified.")
+@click.option("--target", default=2.0, callback=share, help="To know a parameter to, %.")
 @SEED
 @worker_options
 @into("study.json")

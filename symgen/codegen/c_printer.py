@@ -17,7 +17,7 @@ import sympy as sp
 from symgen.codegen.kernels import LINK, SCALARS, Kernel
 from symgen.codegen.schedule import scheduled
 from symgen.errors import SymgenError
-from symgen.symbolic.tape import Values, terms
+from symgen.symbolic.tape import Steps, Values, terms
 
 DTYPES = ("double", "float")
 _ANGLES = (4, 2, 1)  # how many the package's own sincos takes at once
@@ -104,14 +104,14 @@ class Printer:
             if symbol not in self.geometry
         ]
         own = self.prefix if self.dtype == "double" else None
-        first, calls = self.angles(own) if own else ([], [])
+        first, calls = self.angles(own) if own else ((), [])
         stores = self.stores()
         lines += stores.pop(None, [])
         done = {symbol for symbol, _ in first}
         for symbol, expr in first:
             lines += [self.step(symbol, expr), *stores.pop(symbol, [])]
         lines += calls
-        for symbol, expr in scheduled([s for s in self.tape.steps if s[0] not in done]):
+        for symbol, expr in scheduled(tuple(s for s in self.tape.steps if s[0] not in done)):
             lines += [self.step(symbol, expr), *stores.pop(symbol, [])]
         lines += self.verdict()
         needs_math = any(
@@ -186,7 +186,7 @@ class Printer:
                 yield "}"
             yield from (f"{name}[{i}] = {zero};" for i in run[whole:])
 
-    def angles(self, own: str) -> tuple[list[tuple[sp.Symbol, sp.Expr]], list[str]]:
+    def angles(self, own: str) -> tuple[Steps, list[str]]:
         """Return the steps that lead to joint angles, and the calls that turn all of them.
 
         Angles that are neighbours in an input array are read from there; others are gathered.
@@ -220,7 +220,7 @@ class Printer:
             gathered = ", ".join(self.expression(a) for a in others)
             lines.append(f"const {self.value} angle[{len(others)}] = {{ {gathered} }};")
             lines += self.turned(own, others, "angle", 0)
-        return first[::-1], lines
+        return tuple(reversed(first)), lines
 
     def turned(self, own: str, angles: Sequence[sp.Expr], name: str, start: int) -> Iterator[str]:
         """Yield the calls for angles that follow one another in an array."""

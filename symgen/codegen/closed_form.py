@@ -78,16 +78,11 @@ class _Writer:
             turns.setdefault(((phase, sine),) if phase else (), {})[m] = c
         merged = _paired(turns)
         shared = common({m: 0 for motion in merged.values() for m in motion})
-        monomial = self.arithmetic.powers(shared)
-        parts = [
-            self.product(motion, turning, shared if len(merged) > 1 else 0)
-            for turning, motion in merged.items()
-        ]
-        if len(parts) == 1 or not any(g in self.parameters for g, _ in monomial):
-            if len(parts) > 1:
-                parts = [self.product(motion, turning, 0) for turning, motion in merged.items()]
-                return _flat(parts)
-            return parts
+        behind = any(g in self.parameters for g, _ in self.arithmetic.powers(shared))
+        taken = shared if behind and len(merged) > 1 else 0
+        parts = [self.product(motion, turn, taken) for turn, motion in merged.items()]
+        if not taken:
+            return _flat(parts) if len(parts) > 1 else parts
         content = _content([sp.Rational(p.number) for p in parts])
         inner = Formula(tuple(_flat([Product(p.number / content, p.factors) for p in parts])))
         return [Product(content, (*self.factors(shared), Factor(inner)))]
@@ -98,7 +93,8 @@ class _Writer:
         rest = {m - shared: c for m, c in motion.items()}
         number, sums = self.factored(rest)
         outside = self.factors(shared - without)
-        return Product(number, (*outside, *sums, *(self.turn(t) for t in _powers(turning))))
+        turns = (self.turn(*turn, turning.count(turn)) for turn in dict.fromkeys(turning))
+        return Product(number, (*outside, *sums, *turns))
 
     def factored(self, motion: Motion) -> tuple[sp.Expr, list[Factor]]:
         """Return number and factors of a polynomial that no monomial divides."""
@@ -132,9 +128,7 @@ class _Writer:
         return content * number, [f for _, f in sorted(factors, key=lambda pair: pair[0])]
 
     def sum(self, motion: dict[int, sp.Expr]) -> Formula:
-        return Formula(
-            tuple(Product(c, self.factors(m)) for m, c in self.ordered(motion).items())
-        )  # fmt: skip
+        return Formula(tuple(Product(c, self.factors(m)) for m, c in self.ordered(motion).items()))
 
     def ordered(self, motion: dict[int, sp.Expr]) -> dict[int, sp.Expr]:
         """Sort by the places of the generators, positive terms before negative ones."""
@@ -165,9 +159,8 @@ class _Writer:
             out.append(Factor(factor.base, factor.power * exponent))
         return tuple(out)
 
-    def turn(self, turn: tuple[int, bool, int]) -> Factor:
+    def turn(self, phase: int, sine: bool, power: int) -> Factor:
         """Return a power of a sine or cosine."""
-        phase, sine, power = turn
         angle = sorted(self.arithmetic.multiples(phase), key=lambda part: part[1] < 0)
         argument = Formula(tuple(p for y, k in angle for p in geometric(k * y).products))
         return Factor(Call("sin" if sine else "cos", argument), power)
@@ -219,10 +212,6 @@ def _joined(first: Turning, second: Turning, sign: int) -> tuple[int, Turning] |
             number = -number
         out.append((abs(phase), kind))
     return number, tuple(sorted(out, key=lambda t: (t[1], t[0])))
-
-
-def _powers(turning: Turning) -> list[tuple[int, bool, int]]:
-    return [(*t, turning.count(t)) for t in dict.fromkeys(turning)]
 
 
 def _content(values: list[sp.Rational]) -> sp.Rational:

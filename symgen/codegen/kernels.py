@@ -126,6 +126,10 @@ class Kernel:
         """Whether a call can fail: in C the kernel returns a status then."""
         return bool(self.guards or self.links)
 
+    def listed(self, real: str, *, batch: bool = False) -> str:
+        """Return how C declares its arguments."""
+        return ", ".join(a.declared(real, batch=batch) for a in self.arguments)
+
     def prototypes(self, prefix: str, real: str) -> tuple[str, ...]:
         """Return how C declares it: for one sample, and for N where it has such a form.
 
@@ -134,10 +138,9 @@ class Kernel:
             real: the floating type.
         """
         returns = "int" if self.fallible else "void"
-        single = ", ".join(a.declared(real) for a in self.arguments)
-        several = ", ".join(a.declared(real, batch=True) for a in self.arguments)
-        batch = f"{returns} {prefix}_{self.name}_batch(size_t N, {several});"
-        return (f"{returns} {prefix}_{self.name}({single});", *([batch] if self.batch else []))
+        batch = f"{returns} {prefix}_{self.name}_batch(size_t N, {self.listed(real, batch=True)});"
+        single = f"{returns} {prefix}_{self.name}({self.listed(real)});"
+        return (single, batch) if self.batch else (single,)
 
     @cached_property
     def filled(self) -> tuple[tuple[int, ...], ...]:

@@ -7,13 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from symgen.codegen.derivations import (
-    Derivations,
-    read_base,
-    read_kernel,
-    write_base,
-    write_kernel,
-)
+from symgen.codegen.derivations import Derivations
 from symgen.codegen.kernels import ENERGY, Kernel
 from symgen.codegen.recipes import ALL, RECIPES, Subject
 from symgen.errors import ParameterError
@@ -89,16 +83,11 @@ def derive(
             raise ParameterError(f"kernel {name!r}; accepted: all, or some of {known}")
     require_constants(robot.sought)
     before = Derivations.of(robot)
-    base, at_values = before.have(
-        "base",
-        lambda: _proved(robot),
-        lambda found: [write_base(found[0]), found[1]],
-        lambda text: (read_base(text[0]), text[1]),
-    )
+    base, at_values = before.have("base", partial(_proved, robot))
     source = Subject(robot.with_values() if at_values else robot, base)
     derived = []
     for name in (name for name in RECIPES if name in chosen):
-        kernel = before.have(name, partial(RECIPES[name], name, source), write_kernel, read_kernel)
+        kernel = before.have(name, partial(RECIPES[name], name, source))
         derived += [] if kernel is None else [kernel]
         meter(len(derived) / len(chosen))
     return Model(robot, base, tuple(derived))

@@ -30,7 +30,7 @@ from symgen.codegen.verification import (
     POINTS,
     SEED,
     TOLERANCE,
-    check_program,
+    checked_kernel,
     verification,
 )
 from symgen.errors import PackageError
@@ -313,7 +313,9 @@ class _Writer:
         headers = [p for p in out if p.endswith((".h", ".hpp")) and p != private]
         out[f"{self.name}_check.c"] = self.render(
             "check.c",
-            kernels=check_program(self.name, self.kernels, verified, self.dtype),
+            kernels=[
+                checked_kernel(self.name, k, verified[k.name], self.dtype) for k in self.kernels
+            ],
             points=POINTS,
             digits=DIGITS,
             tolerance=repr(TOLERANCE[self.dtype]),
@@ -355,8 +357,8 @@ class _Writer:
             "guarded": bool(kernel.guards),
             "links": kernel.links,
             "batch": kernel.batch,
-            "parameters": ", ".join(a.declared(self.dtype) for a in listed),
-            "batch_parameters": ", ".join(a.declared(self.dtype, batch=True) for a in listed),
+            "parameters": kernel.listed(self.dtype),
+            "batch_parameters": kernel.listed(self.dtype, batch=True),
             "strides": ", ".join(
                 a.name if a.shared else f"&{a.name}[k * {a.size}u]" for a in listed
             ),
@@ -434,7 +436,7 @@ class _Writer:
                 **({"tex": True} if self.tex else {}),
             },
             "joints": robot.n,
-            "joint_numbers": [j.number for j in robot.movable],
+            "joint_numbers": robot.numbers,
             "standard_parameters": len(base.standard),
             "base_parameters": [
                 {"name": b.name, "expression": b.expression, "unit": b.unit}
@@ -453,12 +455,7 @@ class _Writer:
                 for k in self.kernels
             ],
             "proof": {
-                "rank": base.proof.rank,
-                "primes": base.proof.primes,
-                "seeds": base.proof.seeds,
-                "points": base.proof.points,
-                "structural_relations": base.proof.structural,
-                "lifted_relations": base.proof.lifted,
+                **vars(base.proof),
                 "bound": bound(robot),
                 "method": base.proof.method,
             },

@@ -16,7 +16,7 @@ from symgen.codegen.c_printer import Printer
 from symgen.codegen.kernels import SHARED, Kernel
 from symgen.codegen.model import Model
 from symgen.files import rendered, templates
-from symgen.symbolic.tape import Values, real_symbol
+from symgen.symbolic.tape import Steps, Values, real_symbol
 
 #: Entries of a sample's outputs beyond which panels would take too much of a thread's stack.
 LARGEST = 1024
@@ -43,7 +43,7 @@ def panel_sources(model: Model, kernel: Kernel) -> dict[str, bytes]:
         "outputs": written,
         "largest": max(o.size for o in written),
         "parameters": ", ".join([*lanes, *(f"lanes *{o.name}" for o in written)]),
-        "plain": ", ".join(a.declared("double", batch=True) for a in kernel.arguments),
+        "plain": kernel.listed("double", batch=True),
         "call": ", ".join([*passed, *(f"lanes_{o.name}" for o in written)]),
         "body": body,
         "names": ", ".join(a.name for a in kernel.arguments),
@@ -110,7 +110,7 @@ class _PanelPrinter(Printer):
             f"    | (lanes_any(({' | '.join(odd)}) & ~({singular})) ? 2 : 0);",
         ]
 
-    def angles(self, own: str) -> tuple[list[tuple[sp.Symbol, sp.Expr]], list[str]]:
+    def angles(self, own: str) -> tuple[Steps, list[str]]:
         self.turns: list[tuple[str, str]] = []
         first, lines = super().angles(own)
         if self.turns:

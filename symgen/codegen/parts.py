@@ -26,21 +26,20 @@ class Parts:
     handed: int
 
 
-def in_parts(body: Sequence[str], arguments: Sequence[str], limit: int = LIMIT) -> Parts:
-    """Cut a body into functions of at most `limit` statements; no parts where it is short enough.
+def in_parts(body: Sequence[str], arguments: Sequence[str]) -> Parts:
+    """Cut a body into functions of at most LIMIT statements; no parts where it is short enough.
 
     Args:
         body: the lines of a kernel, one statement each.
         arguments: the names of its inputs and outputs.
-        limit: statements of one function.
     """
-    if len(body) <= limit:
+    if len(body) <= LIMIT:
         return Parts((), 0)
-    lines, size = [line for line in body if not line.startswith("(void)")], limit
+    lines, size = [line for line in body if not line.startswith("(void)")], LIMIT
     while True:
         size = size * 3 // 4
         found = _cut(lines, arguments, size)
-        if all(len(part) <= limit for part in found.parts):
+        if all(len(part) <= LIMIT for part in found.parts):
             return found
 
 

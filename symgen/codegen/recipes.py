@@ -63,6 +63,11 @@ class Subject:
         return sum(p.inertial for p in self.base.standard)
 
     @property
+    def friction(self) -> list[int]:
+        """Positions of those of friction and effects among the standard ones of these."""
+        return [i - self.own for i in self.linear if i >= self.own]
+
+    @property
     def rubbing(self) -> tuple[str, ...]:
         """Names of the base parameters of friction and effects."""
         return self.names[self.base.inertial :]
@@ -81,7 +86,7 @@ class Subject:
             return [entry for part in found for entry in self.entries(part)]
         if not isinstance(found, dict):
             return list(found)
-        numbers = [joint.number for joint in self.robot.movable]
+        numbers = self.robot.numbers
         rows = [found[j] for j in numbers]
         if not isinstance(rows[0], dict):
             return rows
@@ -142,19 +147,17 @@ def _columns(
 
 
 def _friction_power(name: str, s: Subject) -> Kernel | None:
-    kept = [i - s.own for i in s.linear if i >= s.own]
+    kept = s.friction
     doc = f"columns of the power that friction takes: P = out . {_slice(s)}"
     return _columns(name, doc, friction.power_tape(s.robot).keep(kept), s.rubbing) if kept else None
 
 
 def _friction_torque(name: str, s: Subject) -> Kernel | None:
-    kept = [i - s.own for i in s.linear if i >= s.own]
+    kept, doc = s.friction, f"columns of friction torque: out {_slice(s)}"
     if not kept:
         return None
     tape = friction.torque_tape(s.robot).keep(s.rows(len(s.all_names) - s.own, kept))
-    return _columns(
-        name, f"columns of friction torque: out {_slice(s)}", tape, s.rubbing, s.robot.n
-    )
+    return _columns(name, doc, tape, s.rubbing, s.robot.n)
 
 
 def _slice(s: Subject) -> str:

@@ -7,15 +7,12 @@ order of the derivation (Goodman and Hsu 1988, with one threshold).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from heapq import heappop, heappush
 
-import sympy as sp
-
-Steps = Sequence[tuple[sp.Symbol, sp.Expr]]
+from symgen.symbolic.tape import Steps
 
 
-def scheduled(steps: Steps) -> list[tuple[sp.Symbol, sp.Expr]]:
+def scheduled(steps: Steps) -> Steps:
     """Return the steps in an order in which each still follows what it needs."""
     place = {symbol: i for i, (symbol, _) in enumerate(steps)}
     needs = [{place[s] for s in expr.free_symbols if s in place} for _, expr in steps]
@@ -52,4 +49,4 @@ def scheduled(steps: Steps) -> list[tuple[sp.Symbol, sp.Expr]]:
             if missing[k] == 0:
                 heappush(ready, k)
                 weigh(k)
-    return order
+    return tuple(order)

@@ -242,7 +242,7 @@ class _Document:
             "proof": {
                 "rank": base.proof.rank,
                 "primes": " and ".join(map(str, base.proof.primes)),
-                "relations": base.proof.structural + base.proof.lifted,
+                "relations": base.proof.structural_relations + base.proof.lifted_relations,
                 "bound": bound(robot),
             },
             "friction": self.friction(),
@@ -338,7 +338,7 @@ class _Document:
 
     def outputs(self, kernel: Kernel, forms: tuple[Formula, ...]) -> list[str]:
         (output,) = kernel.outputs
-        numbers = [j.number for j in self.robot.movable]
+        numbers = self.robot.numbers
         if output.columns:
             lefts = [f"h_{{{self.words[f'X_{name}']}}}" for name in output.columns]
         elif len(output.shape) == 1:

@@ -11,6 +11,7 @@ from symgen import names
 from symgen.codegen.kernels import LINK, Kernel, regrouped
 from symgen.codegen.model import Model
 from symgen.robot.types import Robot
+from symgen.symbolic.spatial import UPPER
 from symgen.symbolic.tape import Numbers
 
 DIGITS = 50
@@ -22,6 +23,8 @@ TOLERANCE = {"double": 1e-13, "float": 2e-5}
 
 def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
     """Return points (name of each input: values) and expected outputs of each kernel."""
+    import mpmath
+
     draw = random.Random(SEED)
     X = [round(x, 6) for x in physical_parameters(model, draw)]
     out: dict[str, Any] = {}
@@ -40,26 +43,22 @@ def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
         expected = [evaluate(kernel, model, point, DIGITS) for point in points]
         out[kernel.name] = {
             "points": points,
-            "expected": [[_digits(v) for v in row] for row in expected],
+            "expected": [[str(mpmath.nstr(v, 30)) for v in row] for row in expected],
         }
     return out
 
 
-def check_program(
-    prefix: str, kernels: Sequence[Kernel], verified: Mapping[str, Any], dtype: str
-) -> list[dict[str, Any]]:
-    """Return what the template of NAME_check.c prints of each kernel.
+def checked_kernel(
+    prefix: str, kernel: Kernel, entry: Mapping[str, Any], dtype: str
+) -> dict[str, Any]:
+    """Return what the template of NAME_check.c prints of a kernel.
 
     Args:
         prefix: of the package.
-        kernels: those of the package.
-        verified: points and expected values by kernel, from `verification`.
+        kernel: one of the package.
+        entry: its points and expected values, from `verification`.
         dtype: double or float.
     """
-    return [_check(prefix, kernel, verified[kernel.name], dtype) for kernel in kernels]
-
-
-def _check(prefix: str, kernel: Kernel, entry: Mapping[str, Any], dtype: str) -> dict[str, Any]:
     inputs, words = [], []
     for a in kernel.arguments:
         given = f"{a.name}_in" if a.written else a.name  # copied first, if it is changed in place
@@ -118,20 +117,10 @@ def physical_parameters(model: Model, draw: random.Random, error: float = 0.0) -
 def _solid(draw: random.Random) -> dict[str, float]:
     """Return a point-symmetric body with its centre off the origin."""
     mass = draw.uniform(1.0, 3.0)
-    x, y, z = (draw.uniform(-0.2, 0.2) for _ in range(3))
-    own = draw.uniform(0.05, 0.2)
-    return {
-        "XX": own + mass * (y * y + z * z),
-        "XY": -mass * x * y,
-        "XZ": -mass * x * z,
-        "YY": own + mass * (x * x + z * z),
-        "YZ": -mass * y * z,
-        "ZZ": own + mass * (x * x + y * y),
-        "MX": mass * x,
-        "MY": mass * y,
-        "MZ": mass * z,
-        "M": mass,
-    }
+    c = [draw.uniform(-0.2, 0.2) for _ in range(3)]
+    own = draw.uniform(0.05, 0.2) + mass * sum(x * x for x in c)
+    inertia = ((own if i == k else 0.0) - mass * c[i] * c[k] for i, k in UPPER)
+    return dict(zip(names.LINK, (*inertia, *(mass * x for x in c), mass), strict=True))
 
 
 def evaluate(
@@ -163,9 +152,3 @@ def _arithmetic(robot: Robot, digits: int) -> tuple[Numbers, Callable[[str], Any
     functions["abs"] = abs
     number = context.mpf
     return Numbers(robot.values(), functions, lambda e: number(str(e)), digits + 10), number
-
-
-def _digits(value: Any) -> str:
-    import mpmath
-
-    return str(mpmath.nstr(value, 30))

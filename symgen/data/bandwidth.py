@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from symgen.data.raw import FloatArray
+from symgen.data.raw import Bools, FloatArray
 
 #: Part of the velocity's energy that lies within the motion's bandwidth.
 ENERGY = 0.999
@@ -66,9 +65,7 @@ def motion_bandwidth(q: FloatArray, step: float) -> float:
     return min(MARGIN * bandwidth, highest)
 
 
-def _energy_above_noise(
-    power: FloatArray, gain: FloatArray, upper: npt.NDArray[np.bool_]
-) -> FloatArray:
+def _energy_above_noise(power: FloatArray, gain: FloatArray, upper: Bools) -> FloatArray:
     """Return the part of each spectral line that stands clearly above the noise floor."""
     floors = power[upper] / gain[upper]
     if len(floors) == 0:

@@ -10,6 +10,8 @@ import numpy.typing as npt
 
 from symgen.data.raw import FloatArray
 
+#: Transforms of weights.
+Spectrum = npt.NDArray[np.complex128]
 #: Samples after which a sample has no part in the interpolating spline: 0.43**64.
 CARDINAL = 64
 _CIRCLE = 4096  # samples that are transformed at once, at least
@@ -27,7 +29,7 @@ def circle(samples: int, length: int) -> int:
 
 
 def convolved(
-    x: FloatArray, gains: Sequence[npt.NDArray[np.complex128]], length: int, size: int
+    x: FloatArray, gains: Sequence[Spectrum], length: int, size: int
 ) -> Iterator[FloatArray]:
     """Yield the samples of convolutions that `length` samples of x on either side reach.
 
@@ -55,18 +57,18 @@ def convolved(
 
 
 @lru_cache(maxsize=32)
-def gain_of(step: float, cutoff: float, length: int, size: int) -> npt.NDArray[np.complex128]:
+def gain_of(step: float, cutoff: float, length: int, size: int) -> Spectrum:
     """Return the transform of the impulse response, of a circle of `size` samples."""
     return _transform(lowpass_weights(step, cutoff, length), size)
 
 
 @lru_cache(maxsize=32)
-def slope_gain(step: float, size: int) -> npt.NDArray[np.complex128]:
+def slope_gain(step: float, size: int) -> Spectrum:
     """Return the transform of the spline's slope, of a circle of `size` samples."""
     return _transform(cardinal_slope(), size) / step
 
 
-def _transform(weights: FloatArray, size: int) -> npt.NDArray[np.complex128]:
+def _transform(weights: FloatArray, size: int) -> Spectrum:
     circular = np.zeros(size)
     circular[: len(weights)] = weights
     return np.fft.rfft(np.roll(circular, -(len(weights) // 2)))

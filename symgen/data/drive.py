@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.data.mask import rms
 from symgen.data.raw import FloatArray, Log, read_only, refuse
 
 if TYPE_CHECKING:
@@ -104,7 +105,7 @@ def motor_side(log: Log, drive: Drive) -> Log:
 
 def _difference(told: FloatArray, tau: FloatArray) -> str:
     """Say how far torques (N, n) are apart, on the joint where this is most, by RMS."""
-    size = np.sqrt(np.mean(tau**2, axis=0))
-    apart = np.sqrt(np.mean((told - tau) ** 2, axis=0)) / np.where(size > 0, size, np.inf)
+    size = rms(tau)
+    apart = rms(told - tau) / np.where(size > 0, size, np.inf)
     j = int(np.argmax(apart))
     return f"differs from it by up to {100 * apart[j]:.2g} % (joint {j + 1})"

@@ -18,7 +18,18 @@ import numpy.typing as npt
 from symgen.data.bags import is_bag, read_bag
 from symgen.data.columns import another_number
 from symgen.data.drive import joint_side
-from symgen.data.raw import BESIDE, KEYS, FloatArray, Raw, Reading, Wanted, refuse, require_shapes
+from symgen.data.mask import rms
+from symgen.data.raw import (
+    BESIDE,
+    KEYS,
+    Bools,
+    FloatArray,
+    Raw,
+    Reading,
+    Wanted,
+    refuse,
+    require_shapes,
+)
 from symgen.data.raw import Log as Log
 from symgen.data.raw import read_only as read_only
 from symgen.data.tables import SUFFIXES, open_table, whole
@@ -161,7 +172,7 @@ def cut(log: Log, start: float | None, until: float | None) -> Log:
     return replace(out, notes=(*log.notes, note))
 
 
-def rows(log: Rows, chosen: slice | npt.NDArray[np.bool_]) -> Rows:
+def rows(log: Rows, chosen: slice | Bools) -> Rows:
     """Return some rows of a log, or of what else is a value with arrays of as many rows."""
     arrays = {key: x[chosen] for key, x in vars(log).items() if isinstance(x, np.ndarray)}
     for x in arrays.values():
@@ -262,7 +273,7 @@ def _require_radians(
     # at some tens of thousands of samples all over the log: the unit is that of all of it
     at = np.arange(0, len(t) - 2, max(1, len(t) // _LOOKED_AT))
     slope, qd = (q[at + 2] - q[at]) / (t[at + 2] - t[at])[:, None], qd[at + 1]
-    moved, told = (np.sqrt(np.mean(x**2, axis=0)) for x in (slope, qd))
+    moved, told = map(rms, (slope, qd))
     together = np.mean(slope * qd, axis=0)
     for j in revolute:
         # At rest both are noise, whose ratio can be anything: demand that they move together.

@@ -11,11 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from symgen.data.raw import FloatArray
-
-Bools = NDArray[np.bool_]
+from symgen.data.raw import Bools as Bools
+from symgen.data.raw import FloatArray, Places
 
 #: Below this part of its largest speed, for this long in s, a joint is at rest.
 SLOW, REST = 0.02, 0.1
@@ -43,6 +41,11 @@ class Mask:
         return np.column_stack([touched(column, reach) for column in self.joint.T])
 
 
+def rms(x: FloatArray) -> FloatArray:
+    """Return the root mean square of every column."""
+    return np.asarray(np.sqrt(np.mean(x**2, axis=0)))
+
+
 def touched(masked: Bools, reach: int) -> Bools:
     """Return (N,) whether a masked sample is at most `reach` samples away."""
     count = np.concatenate([[0], np.cumsum(masked)])
@@ -51,7 +54,7 @@ def touched(masked: Bools, reach: int) -> Bools:
     return count[high] > count[low]
 
 
-def untouched(masked: Bools, first: NDArray[np.int64], last: NDArray[np.int64]) -> Bools:
+def untouched(masked: Bools, first: Places, last: Places) -> Bools:
     """Return which windows from sample `first` to sample `last`, both included, have none masked.
 
     Args:
@@ -181,10 +184,10 @@ def _runs(flags: Bools, least: int) -> Bools:
     return out
 
 
-def spans(flags: Bools) -> NDArray[np.intp]:
+def spans(flags: Bools) -> Places:
     """Return where flags stand in a row: (k, 2) first, and behind the last."""
     if not flags.any():  # as of most channels
-        return np.zeros((0, 2), dtype=np.intp)
+        return np.zeros((0, 2), dtype=np.int64)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
     return edges.reshape(-1, 2)
 

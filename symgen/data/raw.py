@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from symgen.robot.types import Drive
 
 FloatArray = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+#: Numbers of samples.
+Places = npt.NDArray[np.int64]
 
 #: Names of columns: t, q1.., qd1.., tau1.., i1..; and those that some joints alone may have.
 NUMBERED = re.compile(r"(qd|qs|q|tau|i|temp)(0|[1-9][0-9]*)")
@@ -27,7 +30,6 @@ BESIDE = ("temp", "qs")
 #: What a table has, and what an NPZ.
 COLUMNS = "t, q1.., optional qd1.., tau1.."
 KEYS = "t (N,), q (N, n), tau (N, n), optional qd (N, n)"
-BATCH = 1 << 15  # rows of a table that are read at once
 #: What a file may unpack to: bytes, and times its size on the disk.
 _UNPACKED, _PACKING = 256 << 20, 20
 MASKS = ("rest", "saturation")

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
 from symgen.data.bandwidth import HIGHEST, motion_bandwidth
 from symgen.data.convolution import (
@@ -25,7 +24,7 @@ from symgen.data.convolution import (
     spline_slope,
 )
 from symgen.data.log import Log, rows
-from symgen.data.mask import Bools, Mask
+from symgen.data.mask import Bools, Mask, rms
 from symgen.data.raw import FloatArray, read_only
 from symgen.data.stretch import holes
 from symgen.errors import LogError
@@ -220,8 +219,8 @@ def _is_noise_free(q: FloatArray) -> bool:
     The sixth difference of white noise of standard deviation s has sqrt(924) s, its second
     difference sqrt(6) s; of a smooth motion the sixth leaves next to nothing.
     """
-    sixth = np.sqrt(np.mean(np.diff(q, 6, axis=0) ** 2, axis=0) / 924.0)
-    second = np.sqrt(np.mean(np.diff(q, 2, axis=0) ** 2, axis=0))
+    sixth = rms(np.diff(q, 6, axis=0)) / math.sqrt(924.0)
+    second = rms(np.diff(q, 2, axis=0))
     # Rounding of q itself is no noise: a joint at rest, or at constant speed, has no second one.
     rounding = 1e-14 * np.max(np.abs(q), axis=0)
     return bool(np.all(math.sqrt(6.0) * sixth <= 1e-3 * second + rounding))
@@ -336,7 +335,7 @@ def can_filter(cutoff: float, step: float) -> bool:
 
 
 def white_noise(
-    high: FloatArray, step: float, band: float, free: npt.NDArray[np.bool_] | None = None
+    high: FloatArray, step: float, band: float, free: Bools | None = None
 ) -> FloatArray:
     """Return the standard deviation of the white noise that has a given part above a band.
 
@@ -363,7 +362,7 @@ def white_noise(
 def _typical(x: FloatArray) -> float:
     if len(x) == 0:
         return 0.0
-    return NORMAL * float(np.median(np.abs(x))) or math.sqrt(float(np.mean(x**2)))
+    return NORMAL * float(np.median(np.abs(x))) or float(rms(x))
 
 
 def differentiate(x: FloatArray, step: float) -> FloatArray:

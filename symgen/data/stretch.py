@@ -6,16 +6,15 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from symgen.data.raw import FloatArray
+from symgen.data.raw import FloatArray, Places
 
 #: A step of this many medians is a hole in the log, which no interpolation may fill.
 GAP = 10.0
 _MADE_GOOD = 100  # samples after a wide step that are looked at
 
 
-def holes(t: FloatArray, step: float) -> NDArray[np.int64]:
+def holes(t: FloatArray, step: float) -> Places:
     """Return after which samples others are missing: those before a step of over GAP steps.
 
     Stamps of a busy host come late and then several at once: where the samples after a wide step

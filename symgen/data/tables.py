@@ -30,6 +30,7 @@ from symgen.data.raw import (
     NUMBERED,
     ROLES,
     FloatArray,
+    Places,
     Raw,
     Wanted,
     listed,
@@ -84,6 +85,8 @@ def whole(table: Table) -> Raw:
     """Read all rows of a table, as arrays in rows."""
     (raw,) = table.spans([(0, table.rows)])
     arrays = {role: np.ascontiguousarray(x) for role, x in raw.arrays.items()}
+    for x in arrays.values():
+        x.setflags(write=False)
     return replace(raw, arrays=arrays)
 
 
@@ -102,7 +105,7 @@ class ColumnTable:
         batches: yields some columns of some groups of rows, as record batches of Arrow.
     """
 
-    ends: NDArray[np.int64]
+    ends: Places
     groups: Mapping[str, Mapping[int, str]]
     stored: Mapping[str, str]
     notes: tuple[str, ...]

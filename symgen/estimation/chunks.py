@@ -33,14 +33,11 @@ from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.filtered_log import FilteredLog, stride_of
 from symgen.estimation.summary import LAGS
 from symgen.estimation.system import (
+    SIDES,
     Equations,
     Model,
     compared_torques,
-    energy_rows,
-    energy_sides,
     equated,
-    momentum_rows,
-    momentum_sides,
     torque_sides,
 )
 from symgen.estimation.torque_error import TorqueFit, modelled_torque, squares
@@ -100,15 +97,13 @@ class ChunkData:
         if self.windows is None:
             return equated(sides, compared_torques(evaluator, self.modelled).transpose(1, 0, 2))
         motion = (a.get("window_q", a["q"]), a.get("window_qd", a["qd"]))
-        built = energy_rows if model.name == "energy" else momentum_rows
-        return equated(sides, built(evaluator, *motion, self.windows, self.rows.step))
+        _, rows = SIDES[model.name]
+        return equated(sides, rows(evaluator, *motion, self.windows, self.rows.step))
 
     def modelled(self, model: Model) -> Iterator[tuple[slice, FloatArray]]:
         """Evaluate a model along the log, see `FilteredLog.modelled`."""
         motion = [self.arrays[key] for key in ("q", "qd", "qdd")]
-        return self.rows.chunks(
-            lambda first, last: np.asarray(model(*(x[first:last] for x in motion)))
-        )
+        return self.rows.chunks(lambda first, last: model(*(x[first:last] for x in motion)))
 
 
 def chunk_data(log: FilteredLog, model: EquationModel) -> ChunkData:
@@ -127,7 +122,7 @@ def chunk_data(log: FilteredLog, model: EquationModel) -> ChunkData:
         w, sides = None, torque_sides(log)
     else:
         w = place_windows(log, model.window)
-        sides = [energy_sides(log, w)] if model.name == "energy" else momentum_sides(log, w)
+        sides = SIDES[model.name][0](log, w)
         if w.stride != log.stride:
             arrays["window_q"], arrays["window_qd"] = log.nodes(w.stride)
     arrays |= {"end": sides[0].t, "y": np.stack([e.y for e in sides])}

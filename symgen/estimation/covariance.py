@@ -87,5 +87,4 @@ def sandwich(bread: FloatArray, meat: FloatArray, parts: Iterable[Summary]) -> F
     b = 1 / max(stretches, 1.0)
     wider = 1 + (2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
     factor = wider**2 * m / max(m - len(bread), 1.0)
-    out: FloatArray = factor * (bread @ meat @ bread.T)
-    return out
+    return factor * (bread @ meat @ bread.T)

@@ -13,12 +13,13 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.convolution import lowpass_weights
-from symgen.data.signals import TAIL, end_of_cubic, end_window
+from symgen.data.signals import TAIL, continued, end_window
 from symgen.estimation.band import OPEN
 from symgen.estimation.values import FloatArray
 
@@ -83,117 +84,44 @@ class Decimation:
                 part = slice(first, min(first + _CHUNK, len(kept)))
                 yield part, values(int(kept[part][0]), int(kept[part][-1]) + 1)
             return
-        if len(kept) == 0:
-            return
-        weights = _weights(self)
-        reach, period = weights.reach, self.every // math.gcd(self.every, self.stride)
+        apart, reach = self.stride * self.step, math.ceil(TAIL / (self.cutoff * self.step))
+        reach = min(reach, self.samples - 1)
+        beyond = min(reach // self.stride, self.nodes - 1)
+        alone = max(beyond + 1, end_window(apart, self.cutoff))  # nodes that continue an end
+        period = self.every // math.gcd(self.every, self.stride)
         block = period * max(1, together // period)  # that lies among the kept as the next one does
-        low = max(-(-(int(kept[0]) - reach) // self.stride), 0)
-        high = min((int(kept[-1]) + reach) // self.stride + 1, self.nodes)
-        begun, left = 0, np.zeros((0, 0))  # first of the kept that is not yet given, and its sums
-        shape: tuple[int, ...] = ()
-        for first in range(low, high, block):
-            last = min(first + block, high)
+        edges = range(block * -(-alone // block), self.nodes - alone, block)
+        begun, left = 0, np.zeros((0, 1))  # first of the kept that is not yet given, and its sums
+        for first, last in pairwise([0, *edges, self.nodes]):
             inside = values(first, last)
-            flat, shape = inside.reshape(len(inside), -1), inside.shape[1:]
-            rows = slice(
-                *np.searchsorted(
-                    kept, [first * self.stride - reach, (last - 1) * self.stride + reach + 1]
-                )
-            )
-            more = rows.stop - begun - len(left)
-            left = np.concatenate(
-                [left.reshape(len(left), flat.shape[1]), np.zeros((more, flat.shape[1]))]
-            )
-            left[rows.start - begun : rows.stop - begun] += weights(rows, first, last) @ flat
-            done = (
-                int(np.searchsorted(kept, last * self.stride - reach)) if last < high else len(kept)
-            )
+            if beyond and (first == 0 or last == self.nodes):
+                ends = slice(beyond if first else 0, -beyond if last < self.nodes else None)
+                inside = continued(inside, apart, self.cutoff, beyond)[ends]
+            low, until = first or -beyond, last * self.stride + reach
+            # The sums of the weights stand beside those of the values.
+            flat = np.column_stack([inside.reshape(len(inside), -1), np.ones(len(inside))])
+            end = done = len(kept)
+            if last < self.nodes:
+                end, done = np.searchsorted(kept, [until, until - 2 * reach]).tolist()
+            sums = np.zeros((end - begun, flat.shape[1]))
+            sums[: len(left)] = left
+            if end > begun:
+                offset = int(kept[begun]) - low * self.stride
+                sums += _weights(self, reach, offset, (end - begun, len(flat))) @ flat
             if done > begun:
-                yield slice(begun, done), left[: done - begun].reshape(done - begun, *shape)
-                left, begun = left[done - begun :], done
+                smooth = sums[: done - begun, :-1] / sums[: done - begun, -1:]
+                yield slice(begun, done), smooth.reshape(done - begun, *inside.shape[1:])
+            left, begun = sums[done - begun :], done
 
 
-class _Weights:
-    """What nodes weigh in the kept samples.
-
-    A signal is continued at its ends as `lowpass` does it, which is linear in its first and last
-    nodes: these weigh by so much more.
-    """
-
-    def __init__(self, d: Decimation) -> None:
-        assert d.cutoff is not None
-        self._d, self._kept = d, d.kept
-        self.reach = min(d.samples - 1, math.ceil(TAIL / (d.cutoff * d.step)))
-        self._response = lowpass_weights(d.step, d.cutoff, self.reach)[self.reach :]
-        self._known: dict[tuple[int, int, int, int], FloatArray] = {}
-        kept, last = self._kept, (d.nodes - 1) * d.stride
-        self._head = self._end(kept[kept < self.reach])
-        self._tail = self._end((last - kept)[last - kept < self.reach][::-1])
-
-    def __call__(self, rows: slice, first: int, last: int) -> FloatArray:
-        """Return the weights of nodes first .. last (exclusive) in some of the kept, (K, nodes)."""
-        kept, stride, nodes = self._kept[rows], self._d.stride, self._d.nodes
-        count, (heads, head), (tails, tail) = len(kept), self._head.shape, self._tail.shape
-        begins = rows.start < heads and first < head
-        ends = rows.stop > len(self._kept) - tails and last > nodes - tail
-        key = (int(kept[0]) - first * stride, count, last - first, first * (begins or ends))
-        if key in self._known:
-            return self._known[key]
-        out = self._at(kept[:, None] - stride * np.arange(first, last))
-        if begins:
-            more = self._head[rows, first:last]
-            out[: len(more), : more.shape[1]] += more
-        if ends:  # seen from the end
-            before = slice(len(self._kept) - rows.stop, len(self._kept) - rows.start)
-            more = self._tail[before, nodes - last : nodes - first][::-1, ::-1]
-            out[count - len(more) :, last - first - more.shape[1] :] += more
-        out /= self._sums(kept)[:, None]
-        self._known[key] = out
-        return out
-
-    def _at(self, away: NDArray[np.int64]) -> FloatArray:
-        """Return the impulse response some samples away."""
-        away = np.abs(away)
-        found = self._response[np.minimum(away, self.reach)]
-        return np.asarray(np.where(away <= self.reach, found, 0.0))
-
-    def _end(self, kept: NDArray[np.int64]) -> FloatArray:
-        """Return what the continuation before node 0 weighs: x(-s) = 2 x0 - x(s) + a0 s**2.
-
-        Args:
-            kept: (K,) samples after node 0, increasing.
-
-        Returns:
-            (K, nodes): of as many nodes as it is made of.
-        """
-        stride, nodes, cutoff = self._d.stride, self._d.nodes, self._d.cutoff
-        assert cutoff is not None
-        if len(kept) == 0:
-            return np.zeros((0, 0))
-        window = min(nodes, end_window(stride * self._d.step, cutoff))
-        s = np.arange(1, min((self.reach - int(kept[0])) // stride, nodes - 1) + 1)
-        before = self._at(kept[:, None] + stride * s)  # of node -s
-        out = np.zeros((len(kept), max(len(s) + 1, window)))
-        out[:, 1 : len(s) + 1] = -before
-        start, curvature = end_of_cubic(window)
-        out[:, :window] += np.outer(2 * before.sum(axis=1), start)
-        out[:, :window] += np.outer(before @ s.astype(float) ** 2, curvature)
-        return out
-
-    def _sums(self, kept: NDArray[np.int64]) -> FloatArray:
-        """Return the sum of the weights of all nodes, those of the continuation with them, (K,)."""
-        stride, d = self._d.stride, self._d
-        phases, where = np.unique(kept % stride, return_inverse=True)
-        span = self.reach // stride + 1
-        away = phases[:, None] + stride * np.arange(-span, span + 1)
-        sums = self._at(away).sum(axis=1)[where]
-        return np.asarray(sums - self._at((2 * d.nodes - 1) * stride - kept))  # that node is none
-
-
-@lru_cache(maxsize=4)
-def _weights(d: Decimation) -> _Weights:
-    return _Weights(d)
+@lru_cache(maxsize=12)
+def _weights(d: Decimation, reach: int, offset: int, shape: tuple[int, int]) -> FloatArray:
+    """Return what nodes weigh in kept samples, the first of which is `offset` after the first."""
+    assert d.cutoff is not None  # something is filtered
+    kept, nodes = offset + d.every * np.arange(shape[0]), d.stride * np.arange(shape[1])
+    away = np.abs(kept[:, None] - nodes)
+    response = lowpass_weights(d.step, d.cutoff, reach)[reach:]
+    return np.where(away <= reach, response[np.minimum(away, reach)], 0.0)
 
 
 def decimation(samples: int, step: float, stride: int, cutoff: float) -> Decimation:

@@ -12,16 +12,15 @@ from symgen.errors import IdentificationError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.system import (
     Equations,
-    energy_equations,
-    momentum_equations,
     torque_equations,
+    window_equations,
 )
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-#: The kernels that each model needs beside those of energy.
+#: The kernels that the equations of each model are made of.
 NEEDED: dict[str, tuple[str, ...]] = {
-    "energy": (),
+    "energy": ENERGY,
     "momentum": ("momentum_regressor", "friction_torque"),
     "torque": ("torque_regressor",),
 }
@@ -56,7 +55,7 @@ class EquationModel:
     @property
     def all_kernels(self) -> tuple[str, ...]:
         """Names of the kernels to derive: those of the model, and those that judge it."""
-        return (*ENERGY, *NEEDED[self.name], *JUDGING)
+        return tuple(dict.fromkeys((*ENERGY, *NEEDED[self.name], *JUDGING)))
 
     def kernels(self, model: Model) -> tuple[str, ...]:
         """Names of the kernels that exist for this robot: without friction some do not."""
@@ -70,9 +69,7 @@ class EquationModel:
 
     def equations(self, evaluator: Evaluator, log: FilteredLog) -> tuple[Equations, ...]:
         """Build the equations of one log."""
-        if self.name == "energy":
-            return (energy_equations(evaluator, log, self.window),)
-        if self.name == "momentum":
-            return momentum_equations(evaluator, log, self.window)
+        if self.name != "torque":
+            return window_equations(evaluator, log, self.name, self.window)
         at = None if self.at is None else np.array(self.at)
         return torque_equations(evaluator, log, at)

@@ -132,9 +132,14 @@ class FilteredLog:
         """(N, n) 0 at masked samples, 1 a quarter period of the comparison band away; or None."""
         if self.mask is None:
             return None
+        from scipy.ndimage import distance_transform_edt
+
         reach = max(1, round(0.25 / (self.band.comparison_hz * self.step)))
-        away = np.column_stack([_distance(column) for column in self.mask.joint.T])
-        return np.asarray(np.sin(np.pi / 2 * np.minimum(away / reach, 1.0)) ** 2)
+        away = [
+            distance_transform_edt(~masked) if masked.any() else np.full(len(masked), reach)
+            for masked in self.mask.joint.T
+        ]
+        return np.sin(np.pi / 2 * np.minimum(np.column_stack(away) / reach, 1.0)) ** 2
 
     def modelled(
         self, model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
@@ -170,8 +175,8 @@ class FilteredLog:
             return np.ones((len(self.kept), self.q.shape[1]), dtype=bool)
         left = self.weight
         if self.rows.cutoff is None:
-            return np.asarray(left[self.kept] > _HARDLY)
-        return np.asarray(lowpass(left, self.step, self.rows.cutoff)[self.kept] > _HARDLY)
+            return left[self.kept] > _HARDLY
+        return lowpass(left, self.step, self.rows.cutoff)[self.kept] > _HARDLY
 
 
 def stride_of(band: Band, step: float) -> int:
@@ -185,14 +190,6 @@ def stride_of(band: Band, step: float) -> int:
 def _weighed(x: FloatArray, weight: FloatArray) -> FloatArray:
     """Multiply (k, n, ...) by (k, n)."""
     return x * weight.reshape(*weight.shape, *[1] * (x.ndim - 2))
-
-
-def _distance(masked: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return how many samples away the nearest masked one is, (N,)."""
-    samples, far = np.arange(len(masked)), 4 * len(masked)
-    at = np.concatenate([[-far], np.flatnonzero(masked), [2 * far]])
-    after = np.searchsorted(at, samples)
-    return np.asarray(np.minimum(samples - at[after - 1], at[after] - samples))
 
 
 def filter_log(samples: Samples, band: Band, q: FloatArray | None = None) -> FilteredLog:

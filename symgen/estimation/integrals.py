@@ -35,7 +35,7 @@ def cumulative_integral(y: FloatArray, step: float) -> FloatArray:
     """
     until = _integral(y.reshape(len(y), -1))
     at = np.arange(len(y))
-    return np.asarray(step * (until(at) - until(at[:1]))).reshape(y.shape)
+    return (step * (until(at) - until(at[:1]))).reshape(y.shape)
 
 
 def over_windows(y: FloatArray, step: float, last: NDArray[np.int64], length: int) -> FloatArray:
@@ -53,7 +53,7 @@ def over_windows(y: FloatArray, step: float, last: NDArray[np.int64], length: in
         (K, n).
     """
     until = _integral(y)
-    return np.asarray(step * (until(last) - until(last - length)))
+    return step * (until(last) - until(last - length))
 
 
 def window_integrals(length: int, ends: slice, span: slice, y: FloatArray) -> FloatArray:

@@ -119,21 +119,19 @@ def hold_out(logs: Sequence[Samples], fewest: int) -> tuple[list[Samples], list[
 def require_other_data(train: Sequence[Samples], held: Sequence[Samples]) -> None:
     """Raise LogError where a log is given twice: it would judge nothing, or count double."""
     known: dict[str, str] = {}
-    for samples in train:
-        key = digest(samples)
-        if key in known:
-            raise LogError(
-                f"{samples.name}: the training log holds the same data as the training log "
-                f"{known[key]}; accepted: each log once, with --weights where it is to count more"
-            )
-        known[key] = samples.name
-    for samples in held:
-        same = known.get(digest(samples))
-        if same is not None:
-            raise LogError(
-                f"{samples.name}: the validation log holds the same data as the training log "
-                f"{same}; accepted: another log, or none (the last fifth is held out then)"
-            )
+    for kind, logs, accepted in (
+        ("training", train, "each log once, with --weights where it is to count more"),
+        ("validation", held, "another log, or none (the last fifth is held out then)"),
+    ):
+        for samples in logs:
+            key = digest(samples)
+            if key in known:
+                raise LogError(
+                    f"{samples.name}: the {kind} log holds the same data as the training log "
+                    f"{known[key]}; accepted: {accepted}"
+                )
+            if kind == "training":
+                known[key] = samples.name
 
 
 def digest(samples: Samples) -> str:

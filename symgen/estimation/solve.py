@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from symgen.errors import IdentificationError
+from symgen.errors import IdentificationError, first_of
 from symgen.estimation.covariance import robust_covariance, scores
 from symgen.estimation.summary import Summary, triangle
 from symgen.estimation.system import LinearSystem
@@ -144,7 +144,7 @@ def shortest(rows: FloatArray) -> FloatArray:
     scale = column_norms(R[:, :p])
     if p == 0:
         return np.zeros(0)
-    return np.asarray(np.linalg.lstsq(R[:p, :p] / scale, R[:p, p], rcond=_SHORTEST)[0] / scale)
+    return np.linalg.lstsq(R[:p, :p] / scale, R[:p, p], rcond=_SHORTEST)[0] / scale
 
 
 def residual_weights(parts: Sequence[Summary], X: FloatArray) -> FloatArray:
@@ -154,8 +154,7 @@ def residual_weights(parts: Sequence[Summary], X: FloatArray) -> FloatArray:
 
 def inverse_deviation(sigma: FloatArray) -> FloatArray:
     """Return 1/sigma, where no sigma counts as less than a millionth of the largest."""
-    out: FloatArray = 1 / np.maximum(sigma, max(1e-6 * sigma.max(), 1e-300))
-    return out
+    return 1 / np.maximum(sigma, max(1e-6 * sigma.max(), 1e-300))
 
 
 def inverse_information(scale: FloatArray, R: FloatArray) -> FloatArray:
@@ -229,7 +228,7 @@ def column_norms(R: FloatArray) -> FloatArray:
 def _null_space(R: FloatArray) -> FloatArray:
     """Return combinations of columns that have no effect, orthonormal, a row each."""
     _, singular, right = np.linalg.svd(R)
-    return np.asarray(right[np.count_nonzero(singular > SINGULAR * singular[0]) :])
+    return right[np.count_nonzero(singular > SINGULAR * singular[0]) :]
 
 
 def undetermined(R: FloatArray, names: tuple[str, ...]) -> str:
@@ -244,9 +243,9 @@ def undetermined(R: FloatArray, names: tuple[str, ...]) -> str:
         return ""
     share = np.linalg.norm(null, axis=0)
     involved = [name for name, s in zip(names, share, strict=True) if s > 1e-3]
-    what = ", ".join(involved[:8]) + (", ..." if len(involved) > 8 else "")
     return (
-        f"the information matrix is singular: these data do not determine {what} "
+        "the information matrix is singular: these data do not determine "
+        f"{first_of(involved, 8)} "
         f"({len(null)} of {len(names)} combinations of parameters have no effect on them)"
     )
 

@@ -151,7 +151,7 @@ class Blocks:
         """(m,) RMS of y."""
         squares = self.grams[:, :, -1, -1].sum(axis=0)
         rms: FloatArray = np.sqrt(squares / np.maximum(self.rows.sum(axis=0), 1.0))
-        return np.asarray(np.where(rms > 0, rms, 1.0))
+        return np.where(rms > 0, rms, 1.0)
 
     def fit(self, without: Sequence[int] | NDArray[np.intp] = ()) -> FloatArray:
         """Solve weighted least squares, joints weighed by their residual, without some blocks.

@@ -139,32 +139,10 @@ def equated(sides: Sequence[Equations], rows: FloatArray) -> tuple[Equations, ..
     return tuple(e.with_rows(np.ascontiguousarray(W)) for e, W in pairs)
 
 
-def energy_equations(evaluator: Evaluator, log: FilteredLog, window: float) -> Equations:
-    """Build the energy equations of one log, in sliding windows.
-
-    Args:
-        evaluator: the compiled model.
-        log: the log in the band of the run.
-        window: length of the windows, s.
-
-    Raises:
-        IdentificationError: the window does not fit the log.
-    """
-    w = place_windows(log, window)
-    (e,) = equated(
-        [energy_sides(log, w)], energy_rows(evaluator, *log.nodes(w.stride), w, log.step)
-    )
-    if log.mask is None:
-        return e
-    (touched,) = _touched(log.mask.robot[:, None], w)
-    return e.where(~touched, e.name)
-
-
-def energy_sides(log: FilteredLog, w: Windows) -> Equations:
+def energy_sides(log: FilteredLog, w: Windows) -> list[Equations]:
     """Return the energy equations of a log without W: the work done in every window."""
     power = np.einsum("ij,ij->i", log.qd, log.tau)
-    (side,) = _over(log, w, power[:, None])
-    return replace(side, name=log.name, joint=None)
+    return [replace(e, name=log.name, joint=None) for e in _over(log, w, power[:, None])]
 
 
 def _over(log: FilteredLog, w: Windows, x: FloatArray) -> list[Equations]:
@@ -208,23 +186,6 @@ def energy_rows(
         whole = np.column_stack([h, cumulative_integral(f, w.stride * step)])
         parts.append(whole[at] - whole[at - w.steps])
     return np.concatenate(parts)[None]
-
-
-def momentum_equations(
-    evaluator: Evaluator, log: FilteredLog, window: float
-) -> tuple[Equations, ...]:
-    """Build the momentum equations of one log, joint by joint, in sliding windows.
-
-    Raises:
-        IdentificationError: the window does not fit the log.
-    """
-    w = place_windows(log, window)
-    W = momentum_rows(evaluator, *log.nodes(w.stride), w, log.step)
-    found = equated(momentum_sides(log, w), W)
-    if log.mask is None:
-        return found
-    pairs = zip(found, _touched(log.mask.joint, w), strict=True)
-    return tuple(e.where(~touched, e.name) for e, touched in pairs)
 
 
 def momentum_sides(log: FilteredLog, w: Windows) -> list[Equations]:
@@ -281,10 +242,37 @@ def _friction_impulse(
         return integrated(np.zeros((*q.shape, 0)))
     kernel = evaluator["friction_torque"]
     filled = list(kernel.kernel.filled[0])
-    found = integrated(np.asarray(kernel(q, qd)).reshape(len(q), -1)[:, filled])
+    found = integrated((kernel(q, qd)).reshape(len(q), -1)[:, filled])
     out: FloatArray = np.zeros((len(found), q.shape[1], columns))
     out.reshape(len(found), -1)[:, filled] = found
     return out
+
+
+#: The two sides of equations over windows, y and W, by their model.
+SIDES = {"energy": (energy_sides, energy_rows), "momentum": (momentum_sides, momentum_rows)}
+
+
+def window_equations(
+    evaluator: Evaluator, log: FilteredLog, model: str, window: float
+) -> tuple[Equations, ...]:
+    """Build the equations of one log in sliding windows: one of energy, or those of every joint.
+
+    Args:
+        evaluator: the compiled model.
+        log: the log in the band of the run.
+        model: energy or momentum.
+        window: length of the windows, s.
+
+    Raises:
+        IdentificationError: the window does not fit the log.
+    """
+    w, (sides, rows) = place_windows(log, window), SIDES[model]
+    found = equated(sides(log, w), rows(evaluator, *log.nodes(w.stride), w, log.step))
+    if log.mask is None:
+        return found
+    flags = log.mask.robot[:, None] if model == "energy" else log.mask.joint
+    pairs = zip(found, _touched(flags, w), strict=True)
+    return tuple(e.where(~touched, e.name) for e, touched in pairs)
 
 
 def torque_columns(

@@ -45,7 +45,7 @@ _FAR = 1e8
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """What truly happened: t (N,) s; q, qd and the commanded torque tau, each (runs, N, n)."""
+    """What happened, or was measured: t (N,) s; q, qd and the torque tau, each (runs, N, n)."""
 
     t: FloatArray
     q: FloatArray

@@ -22,8 +22,8 @@ from symgen.errors import IdentificationError
 from symgen.estimation.estimators import solve
 from symgen.estimation.filtered_log import unfiltered
 from symgen.estimation.integrals import cumulative_integral
-from symgen.estimation.system import LinearSystem, energy_equations
-from symgen.experiment.integrator import integrate
+from symgen.estimation.system import LinearSystem, window_equations
+from symgen.experiment.integrator import Motion, integrate
 from symgen.experiment.plant import KERNELS, plant
 from symgen.experiment.reference import SAMPLES, STEP, as_csv, paper_motion
 from symgen.identification.workflow import identify
@@ -40,16 +40,6 @@ TORQUE_NOISE = 0.01
 _ACCURACY = 1e-8  # of a step of the simulation, rad and rad/s: far below the noise
 
 
-@dataclass(frozen=True, eq=False)
-class Runs:
-    """Measured runs: t (N,), q, qd, tau (runs, N, 2)."""
-
-    t: FloatArray
-    q: FloatArray
-    qd: FloatArray
-    tau: FloatArray
-
-
 def times() -> FloatArray:
     """Return the sampling times: 0 and the paper's 100 samples, s."""
     return np.arange(SAMPLES + 1) * np.float64(STEP)
@@ -60,16 +50,16 @@ def example() -> Evaluator:
     return load(derive("planar2r", ("energy_regressor", *KERNELS)))
 
 
-def exact_run(evaluator: Evaluator) -> Runs:
+def exact_run(evaluator: Evaluator) -> Motion:
     """Return the reference with its torque and no noise at all."""
     t = times()
     q, qd, qdd = paper_motion(t)
-    return Runs(t, q[None], qd[None], evaluator.inverse_dynamics(q, qd, qdd, X_TRUE)[None])
+    return Motion(t, q[None], qd[None], evaluator.inverse_dynamics(q, qd, qdd, X_TRUE)[None])
 
 
 def setup_a(
     evaluator: Evaluator, runs: int, draw: np.random.Generator, *, tachometer: float = 1.0
-) -> Runs:
+) -> Motion:
     """Return runs that follow the reference exactly, with noisy measurements.
 
     Args:
@@ -80,12 +70,12 @@ def setup_a(
     """
     clean = exact_run(evaluator)
     t, q, qd, tau = clean.t, *(np.repeat(x, runs, 0) for x in (clean.q, clean.qd, clean.tau))
-    return Runs(t, *_measured(draw, q, qd, tachometer), tau)
+    return Motion(t, *_measured(draw, q, qd, tachometer), tau)
 
 
 def setup_b(
     evaluator: Evaluator, runs: int, draw: np.random.Generator, *, tachometer: float = 1.0
-) -> Runs:
+) -> Motion:
     """Return runs of a simulated robot driven by wrong computed torques plus torque noise.
 
     The noise is constant over a sample. Arguments as those of `setup_a`.
@@ -100,17 +90,17 @@ def setup_b(
     noise = size * draw.normal(size=(runs, len(t), 2))
     start = (np.repeat(x, runs, axis=0) for x in paper_motion(t[:1])[:2])
     moved = integrate(plant(evaluator, X_TRUE), law, t, *start, unseen=noise, tolerance=_ACCURACY)
-    return Runs(t, *_measured(draw, moved.q, moved.qd, tachometer), moved.tau)
+    return Motion(t, *_measured(draw, moved.q, moved.qd, tachometer), moved.tau)
 
 
-def proportional_run(evaluator: Evaluator, seed: int | None = None) -> Runs:
+def proportional_run(evaluator: Evaluator, seed: int | None = None) -> Motion:
     """Return the motion the paper warns of: joint 2 moves as joint 1 does, at half its speed."""
     t = times()
     q, qd, qdd = (np.stack([x[:, 0], 0.5 * x[:, 0]], axis=-1) for x in paper_motion(t))
     tau = evaluator.inverse_dynamics(q, qd, qdd, X_TRUE)
     if seed is not None:
         (q,), (qd,) = _measured(np.random.default_rng([seed, 3]), q[None], qd[None])
-    return Runs(t, q[None], qd[None], tau[None])
+    return Motion(t, q[None], qd[None], tau[None])
 
 
 def _measured(
@@ -141,7 +131,7 @@ class Setup:
 
     letter: str
     words: str
-    runs: Runs
+    runs: Motion
     history: FloatArray
     final: FloatArray
 
@@ -225,7 +215,7 @@ def reproduce(runs: int, say: Say) -> Reproduction:
     return Reproduction(evaluator, runs, exact, tuple(setups), (next(refused), next(refused)))
 
 
-def _rows(evaluator: Evaluator, runs: Runs) -> FloatArray:
+def _rows(evaluator: Evaluator, runs: Motion) -> FloatArray:
     """Return [W y] of the energy equations of every run, (runs, N, 5).
 
     All windows begin with the first sample, as in the paper: each new sample adds an equation.
@@ -246,11 +236,11 @@ def _recursive(rows: FloatArray) -> FloatArray:
     return _solved(np.cumsum(rows[..., None] * rows[..., None, :], axis=1)[:, FIRST:])
 
 
-def _returned(evaluator: Evaluator, exact: Runs) -> tuple[float, float]:
+def _returned(evaluator: Evaluator, exact: Motion) -> tuple[float, float]:
     """Return the largest relative errors without noise: spline integrals, and on line."""
     log = make_log("exact", exact.t, exact.q[0], exact.tau[0], exact.qd[0])
-    equations = energy_equations(evaluator, unfiltered(sampled(log)), 10 * STEP)
-    spline = solve(LinearSystem(evaluator.model.base.names, (equations,))).X
+    equations = window_equations(evaluator, unfiltered(sampled(log)), "energy", 10 * STEP)
+    spline = solve(LinearSystem(evaluator.model.base.names, equations)).X
     online = _recursive(_rows(evaluator, exact))[0, -1]
     return _worst(spline), _worst(online)
 
@@ -259,7 +249,7 @@ def _worst(X: FloatArray) -> float:
     return float(np.abs(X / X_TRUE - 1).max())
 
 
-def _refused(evaluator: Evaluator, runs: Runs) -> str:
+def _refused(evaluator: Evaluator, runs: Motion) -> str:
     """Return why a run is refused; empty where it is not."""
     log = make_log("proportional", runs.t, runs.q[0], runs.tau[0], runs.qd[0])
     try:

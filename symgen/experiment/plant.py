@@ -18,6 +18,7 @@ kernels and no mode.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,6 @@ from symgen.codegen.model import Model
 from symgen.data.raw import FloatArray
 from symgen.errors import ParameterError
 from symgen.robot.types import Robot
-from symgen.runtime.calls import Bound
 from symgen.runtime.evaluator import Evaluator
 
 #: Sizes of batches that have buffers of their own.
@@ -43,9 +43,8 @@ class Repeated:
     """
 
     def __init__(self, evaluator: Evaluator, name: str, X: FloatArray) -> None:
-        self._function = evaluator[name]
         self._X = X
-        self._bound: dict[int, Bound] = {}
+        self._bound = lru_cache(_SIZES)(evaluator[name].bind)
 
     def __call__(self, *inputs: FloatArray) -> FloatArray:
         """Return the first output (runs, ...) for inputs (runs, n); of the last, (1, n) will do.
@@ -53,14 +52,10 @@ class Repeated:
         Raises:
             ParameterError: M is not positive definite.
         """
-        count = len(inputs[0])
-        bound = self._bound.get(count)
-        if bound is None:
-            if len(self._bound) >= _SIZES:
-                return np.asarray(self._function(*inputs, self._X))
-            bound = self._bound[count] = self._function.bind(count)
-            bound.inputs[-1][...] = self._X[: len(bound.inputs[-1])]
-        for buffer, array in zip(bound.inputs, inputs, strict=False):
+        bound = self._bound(len(inputs[0]))
+        *motion, X = bound.inputs
+        X[...] = self._X[: len(X)]
+        for buffer, array in zip(motion, inputs, strict=True):
             buffer[...] = array
         if bound.call():
             raise ParameterError("forward_dynamics: the mass matrix is not positive definite")

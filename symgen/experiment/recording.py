@@ -118,7 +118,7 @@ class Instruments:
 def unseen_torque(size: FloatArray, runs: range, seed: int, samples: int) -> FloatArray:
     """Return torques (runs, N, n) that act on the joints unseen, of standard deviations (n,)."""
     e = _normal(1.0, runs, seed, _DISTURBANCE, (samples, len(size)))
-    return np.asarray(size * e)
+    return size * e
 
 
 def _normal(
@@ -266,7 +266,7 @@ def replay(t: FloatArray, tau: FloatArray, hold: bool) -> Law:
 
     def law(at: FloatArray, q: FloatArray, qd: FloatArray) -> FloatArray:  # noqa: ARG001
         if hold:
-            return np.asarray(tau[np.maximum(np.searchsorted(t, at, side="right") - 1, 0)])
+            return tau[np.maximum(np.searchsorted(t, at, side="right") - 1, 0)]
         return np.stack([np.interp(at, t, column) for column in columns], axis=-1)
 
     return law

@@ -23,17 +23,12 @@ import numpy as np
 from symgen.codegen.casadi_model import casadi_function
 from symgen.codegen.model import Model, derive
 from symgen.data.raw import FloatArray
+from symgen.estimation.equation_model import NEEDED
 from symgen.estimation.integrals import cumulative_integral
 from symgen.experiment.bounds import Bounds, Space
 from symgen.robot.types import Robot
 
 CRITERIA = ("condition", "logdet")
-#: What the equations of each model are made of: kernels.
-KERNELS: dict[str, tuple[str, ...]] = {
-    "energy": ("energy_regressor", "friction_power"),
-    "momentum": ("momentum_regressor", "friction_torque"),
-    "torque": ("torque_regressor",),
-}
 _FLOOR = 1e-13  # added to the eigenvalues
 _SMALL = 1e-30  # of the square of a column's norm
 _LARGE = 0.05  # what columns e times as large are worth, in logs of the condition number
@@ -132,7 +127,7 @@ class Program:
         clock: Clock,
         iterations: int,
     ) -> None:
-        derived = derive(_smooth(robot, space.limits), (*KERNELS[model], "inverse_dynamics"))
+        derived = derive(_smooth(robot, space.limits), (*NEEDED[model], "inverse_dynamics"))
         z = casadi.MX.sym("z", space.size)
         G = sum(_gram(derived, space, run, z, model, window) for run in range(space.runs))
         self.loss = casadi.Function("loss", [z], [_loss(G, criterion)])
@@ -232,7 +227,7 @@ def _gram(derived: Model, space: Space, run: int, z: Any, model: str, window: fl
     B, c = _basis(space, run, np.arange(count) * np.float64(step))
     motion = _motion(casadi.mtimes(B, z) + c, n)
     samples: list[Any] = []
-    for kernel in filter(None, map(derived.kernel, KERNELS[model])):
+    for kernel in filter(None, map(derived.kernel, NEEDED[model])):
         function = casadi_function(derived, kernel, flat=True).map(count)
         found = function(*(motion[name] for name, _ in kernel.tape.inputs))
         samples += found if isinstance(found, tuple) else [found]

@@ -462,8 +462,7 @@ def _loaded(
     robot: Robot | str | Path | Evaluator, parameters: Parameters, progress: Say
 ) -> tuple[Evaluator, FloatArray]:
     """Return the evaluator with the kernels that are needed, and X (p,)."""
-    source = robot.model.robot if isinstance(robot, Evaluator) else robot
-    source = source if isinstance(source, Robot) else read_robot(source)
+    source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
     require_gravity(source, "a simulation")
     needed = [name for name in KERNELS if name != "friction_torque"]
     if isinstance(robot, Evaluator) and all(map(robot.has, needed)):

@@ -12,7 +12,6 @@ where the bias alone is larger.
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -28,6 +27,7 @@ from symgen.data.signals import Samples
 from symgen.distributed import Meter, Say, Workers, executor, silent
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
+from symgen.estimation.chunks import packed_arrays, unpacked_arrays
 from symgen.estimation.equation_model import NEEDED, EquationModel, require_model
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.filtered_log import FilteredLog, filter_log
@@ -135,9 +135,7 @@ class Trials:
                         error = np.sum((torque(q, qd, qdd, X) - true) ** 2, axis=0)
                         rows[i, j] = np.concatenate([X, std, error])
             out[str(size)] = rows
-        file = io.BytesIO()
-        np.savez(file, **out)  # type: ignore[arg-type]
-        return file.getvalue()
+        return packed_arrays(out)
 
     def _parts(self, evaluator: Evaluator, samples: Sequence[Samples]) -> list[list[EquatedLog]]:
         """Return the logs of a run with their equations, for every try."""
@@ -244,7 +242,7 @@ def study(
             f"study: {runs} runs, target {100 * target:g} %, seed {seed}; accepted: {_FEWEST} to "
             f"{_MOST} runs, above 0 to below 100 %, seed 0 or more"
         )
-    source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
+    source = read_robot(robot)
     require_gravity(source, "a study")
     made = recording or Recording()
     chosen = tuple(models) or (("torque",) if source.loaded else tuple(NEEDED))
@@ -282,7 +280,8 @@ def study(
         for k, content in by.results(trials, items):
             done[k] = content
             meter(_BEFORE + (1 - _BEFORE) * len(done) / len(items))
-    found = _collected([done[k] for k in range(len(items))])
+    parts = [unpacked_arrays(done[k]) for k in range(len(items))]
+    found = {m: np.concatenate([part[str(m)] for part in parts], axis=1) for m in LENGTHS}
     seconds = sum(float(a.t[-1] - a.t[0]) for a in aims)
     settings = Settings(
         runs, seed, seconds, LENGTHS, trials.tries[0].band.rate_hz, window, 100 * target,
@@ -321,16 +320,6 @@ def _with_tries(
         late |= undo_delay(run).delay != 0
     tries = tuple(Try(model, method, bands[method.name == "iv"]) for model, method in ways)
     return replace(trials, tries=tries, late=late)
-
-
-def _collected(contents: Sequence[bytes]) -> dict[int, FloatArray]:
-    """Put the results of all tasks together, (tries, groups, 2 p + n) by size of a group."""
-    parts = []
-    for content in contents:
-        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-            parts.append([archive[str(size)] for size in LENGTHS])
-    pairs = zip(LENGTHS, zip(*parts, strict=True), strict=True)
-    return {size: np.concatenate(own, axis=1) for size, own in pairs}
 
 
 def _tried(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from symgen.errors import first_of
 from symgen.estimation.band import Band
 from symgen.experiment.recording import Recording
 from symgen.files import html_table
@@ -235,8 +236,7 @@ def answer(study: Study, r: Tried) -> str:
         out += f"; {known} after {duration(slow.seconds)}, the slowest of them is {slow.name}"
     late = [p.name for p in r.parameters if p.known and p.seconds is None]
     if late:
-        shown = ", ".join(late[:6]) + (", ..." if len(late) > 6 else "")
-        out += f"; never {shown}: the bias alone is larger"
+        out += f"; never {first_of(late, 6)}: the bias alone is larger"
     weak = sum(not p.known for p in r.parameters)
     if weak:
         out += f"; {weak} not known to {KNOWN:g} %"

@@ -17,9 +17,9 @@ from functools import cached_property, partial
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from symgen.data.mask import Bools, at_rest, moving_joints, touched
+from symgen.data.mask import Bools, at_rest, moving_joints, rms, touched
+from symgen.data.raw import FloatArray
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.summary import (
     BLOCKS,
@@ -34,10 +34,8 @@ from symgen.estimation.system import Equations, torque_equations
 from symgen.faults.fault import EVERYWHERE, Fault
 from symgen.faults.samples import step, steps
 from symgen.faults.undo import earlier, exchanged, geared, levelled, multiplied, unlimited
-from symgen.names import REVOLUTE
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 Rows = Sequence[tuple[Equations, ...]]
 #: A fault is named where undoing it leaves so much of the error on folds left out, at most.
 _CLEARER = 0.9
@@ -450,7 +448,7 @@ def _hypotheses(evaluator: Evaluator) -> Iterator[Fault]:
             names = ", ".join(f"{key}{j + 1}" for key in keys)
             undo = partial(multiplied, joints=(j,), factor=-1.0, keys=keys)
             yield _fault("sign", names, f"{names} have the other sign", (j,), -1.0, undo)
-    turning = [j for j, joint in enumerate(joints) if joint.sigma == REVOLUTE]
+    turning = [j for j, joint in enumerate(joints) if joint.turns]
     factor = np.pi / 180
     for group in ([turning] if len(turning) > 1 else []) + [[j] for j in turning]:
         names = "q, qd" if len(group) > 1 else f"q{group[0] + 1}, qd{group[0] + 1}"
@@ -676,14 +674,14 @@ def _saturation(trial: Trial, j: int) -> Fault | None:
         X = left.base.fit()
     asked = np.abs(model) > limit + _AT_LIMIT * noise
     over, excess = np.abs(tau[asked]) - limit, np.abs(model[asked]) - limit
-    if len(over) < _FEW or float(np.sqrt(np.mean(over**2))) > _FLAT * noise:
+    if len(over) < _FEW or float(rms(over)) > _FLAT * noise:
         return None
     if np.mean(np.abs(tau) > limit + _SIGMAS * noise) > _BEYOND or not _gains(tau, model, limit):
         return None
     # Noise in the band is taken as one value in each half period.
     log = trial.logs[0]
     independent = max(1.0, len(over) * min(1.0, 2 * log.step * log.band.comparison_hz))
-    error = float(np.sqrt(np.mean((tau - model)[~asked] ** 2)))
+    error = float(rms((tau - model)[~asked]))
     if math.erfc(float(np.mean(excess)) / error * math.sqrt(independent / 2)) * trial.n > _RISK:
         return None
     says = (

@@ -16,12 +16,11 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.data.log import Log, rows
-from symgen.data.mask import Bools, moving_joints, on_grid, spans, touched
-from symgen.data.raw import read_only
+from symgen.data.mask import Bools, moving_joints, on_grid, rms, spans, touched
+from symgen.data.raw import FloatArray, Places, read_only
 from symgen.data.signals import (
     NORMAL,
     STEP_TOLERANCE,
@@ -38,7 +37,6 @@ from symgen.estimation.summary import solve_gram
 from symgen.faults.fault import Fault, fault_of, undo_faults
 from symgen.faults.undo import bridged, derived, masked, shifted, sloped, with_column
 
-FloatArray = NDArray[np.float64]
 #: A clock is taken where it leaves so much of the disagreement that the stamps leave, at most.
 _CLOCK = 0.8
 #: More repeated rows than chance would give, by this factor, and at least so many.
@@ -185,7 +183,7 @@ def _jumping(log: Log, *_: object) -> Iterator[Fault]:
             yield _mended(log, "jumps", key, j, without(x, at), *what)
 
 
-def jumps(x: FloatArray) -> NDArray[np.int64]:
+def jumps(x: FloatArray) -> Places:
     """Return the numbers of single samples that stand out of their neighbours.
 
     r_k = x_k - median(x_(k-3) .. x_(k+3)) of a jump is the jump, and next to nothing at a step, as
@@ -221,7 +219,7 @@ def least_step(x: FloatArray) -> float:
     return float(np.min(steps, where=steps > 0, initial=np.inf))
 
 
-def _outstanding(x: FloatArray, together: int, others: int) -> NDArray[np.int64]:
+def _outstanding(x: FloatArray, together: int, others: int) -> Places:
     """Return the samples that stand out of those around.
 
     Args:
@@ -276,7 +274,7 @@ def _there_and_back(x: FloatArray, k: int, together: int) -> float:
     return min(abs(left), abs(right)) if left * right > 0 else 0.0
 
 
-def without(x: FloatArray, at: NDArray[np.int64]) -> FloatArray:
+def without(x: FloatArray, at: Places) -> FloatArray:
     """Return a signal with some samples on the line between those around."""
     good = np.setdiff1d(np.arange(len(x)), at)
     out = x.copy()
@@ -297,7 +295,7 @@ def _held(log: Log, *_: object) -> Iterator[Fault]:
             yield _mended(log, "held", key, j, drawn, fault, len(x), "drawn through its readings")
 
 
-def runs(x: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def runs(x: FloatArray) -> tuple[Places, Places]:
     """Return where a signal takes a value, and for how many samples it keeps it."""
     first = np.flatnonzero(np.concatenate([[True], x[1:] != x[:-1]]))
     return first, np.diff(np.concatenate([first, [len(x)]]))
@@ -472,7 +470,11 @@ def _moving(log: Log, samples: Samples) -> Bools:
     qd = samples.qd
     if len(samples.t) != len(log.t):
         qd = np.column_stack([np.interp(log.t, samples.t, v) for v in qd.T])
-    return np.asarray(np.abs(qd) > _MOVES * np.sqrt(np.mean(qd**2, axis=0)))
+    return _fast(qd)
+
+
+def _fast(qd: FloatArray) -> Bools:
+    return np.asarray(np.abs(qd) > _MOVES * rms(qd))
 
 
 def _others_tell(moving: Bools, key: str, j: int) -> Bools:
@@ -583,11 +585,10 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
     still = at_standstill(samples.q, positions, step, band)
     noise = white_noise(samples.qd - smooth, step, band) * math.sqrt(2 * band * step)
     for j in map(int, np.flatnonzero(~still)):  # the rest have no motion that a speed could follow
-        v, w = np.ascontiguousarray(slopes[:, j]), np.ascontiguousarray(smooth[:, j])
+        v, w = slopes[:, j], smooth[:, j]
         if not np.any(v[seen]):
             continue
-        a = np.ascontiguousarray(bends[:, j])
-        speed = _speed(j, v, a, w, step, 0.25 / comparison_hz, seen)
+        speed = _speed(j, v, bends[:, j], w, step, 0.25 / comparison_hz, seen)
         if speed is None and float(np.std((w - v)[seen])) <= _NOISY * noise[j]:
             continue  # the joint is slower than the noise of its sensor
         if speed is None:
@@ -738,7 +739,7 @@ def unmended_faults(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
 
 def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
     """Find positions and torques that keep one value for most of a log while their joint moves."""
-    moves = np.abs(samples.qd) > _MOVES * np.sqrt(np.mean(samples.qd**2, axis=0))
+    moves = _fast(samples.qd)
     for key in ("tau",) if samples.velocity_derived else ("q", "tau"):
         for j in moving_joints([samples.qd], sigma):
             first, lengths = runs(np.ascontiguousarray(getattr(samples, key)[:, j]))
@@ -754,7 +755,7 @@ def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
             yield fault_of(samples.name, "stuck", key, j, says, int(lengths[k]))
 
 
-def steps(x: FloatArray) -> NDArray[np.intp]:
+def steps(x: FloatArray) -> Places:
     """Return the samples after which x steps by several times its largest usual difference."""
     d = np.diff(x)
     around = np.median([np.roll(d, k) for k in (-3, -2, -1, 1, 2, 3)], axis=0)
@@ -766,7 +767,7 @@ def step(
     samples: Samples,
     key: str,
     j: int,
-    at: NDArray[np.intp],
+    at: Places,
     undo: Callable[[FilteredLog], FilteredLog] | None,
 ) -> Fault:
     """Return the fault that a channel of a joint steps after some samples."""

@@ -7,26 +7,25 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from symgen.data.log import Log
+from symgen.data.log import Rows
 from symgen.data.mask import Bools, touched
-from symgen.data.raw import read_only
-from symgen.data.signals import Samples, differentiate, interpolated, lowpass
+from symgen.data.raw import FloatArray, read_only
+from symgen.data.signals import Samples, can_filter, differentiate, interpolated, lowpass
 from symgen.estimation.filtered_log import FilteredLog
 
-FloatArray = NDArray[np.float64]
 _SMOOTH = 10.0  # Hz: band in which a speed is drawn from positions
 
 
 # Logs as they were recorded, and samples.
 
 
-def with_column(log: Log, key: str, j: int, x: FloatArray) -> Log:
-    """Return a log with another column (N,) of a channel."""
+def with_column(log: Rows, key: str, j: int, x: FloatArray) -> Rows:
+    """Return a log, or what was made of one, with another column (N,) of a channel."""
     columns = getattr(log, key).copy()
     columns[:, j] = x
-    changed: dict[str, Any] = {key: read_only(columns)}
+    columns.setflags(write=False)
+    changed: dict[str, Any] = {key: columns}
     return replace(log, **changed)
 
 
@@ -47,10 +46,9 @@ def bridged(samples: Samples, at: Bools, joints: Sequence[int]) -> Samples:
 
 def sloped(samples: Samples, at: Bools, j: int) -> Samples:
     """Return samples with the speed of a joint replaced by dq/dt at some of them."""
-    qd, q, step = samples.qd.copy(), samples.q[:, j], samples.step
-    q = lowpass(q, step, _SMOOTH) if 0.4 / step > _SMOOTH else q
-    qd[at, j] = differentiate(q, step)[at]
-    return replace(samples, qd=read_only(qd))
+    q, step = samples.q[:, j], samples.step
+    q = lowpass(q, step, _SMOOTH) if can_filter(_SMOOTH, step) else q
+    return with_column(samples, "qd", j, np.where(at, differentiate(q, step), samples.qd[:, j]))
 
 
 def shifted(x: FloatArray, delay: float, step: float) -> FloatArray:
@@ -106,9 +104,7 @@ def geared(log: FilteredLog, j: int, ratio: float) -> FilteredLog:
 
 def derived(log: FilteredLog, j: int) -> FilteredLog:
     """Return a log with the speed of a joint replaced by dq/dt, in the same band."""
-    qd = log.qd.copy()
-    qd[:, j] = differentiate(log.q[:, j], log.step)
-    return replace(log, qd=qd)
+    return with_column(log, "qd", j, differentiate(log.q[:, j], log.step))
 
 
 def levelled(log: FilteredLog, name: str, j: int, steps: Mapping[int, float]) -> FilteredLog:
@@ -118,10 +114,10 @@ def levelled(log: FilteredLog, name: str, j: int, steps: Mapping[int, float]) ->
     """
     if log.name != name:
         return log
-    tau = log.tau.copy()
+    tau = log.tau[:, j].copy()
     for i, height in steps.items():
-        tau[i + 1 :, j] -= height
-    return replace(log, samples=replace(log.samples, tau=tau))
+        tau[i + 1 :] -= height
+    return replace(log, samples=with_column(log.samples, "tau", j, tau))
 
 
 def unlimited(log: FilteredLog, j: int, limit: float) -> FilteredLog:

@@ -21,13 +21,14 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import reduce
+from typing import Any
 
 import numpy as np
 
 from symgen import names
 from symgen.data.mask import moving_joints
 from symgen.data.signals import Samples
-from symgen.errors import IdentificationError, shortened
+from symgen.errors import IdentificationError, first_of
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Wls, bias_of_least_squares
@@ -36,7 +37,6 @@ from symgen.estimation.integrals import cumulative_integral
 from symgen.estimation.logs import digest
 from symgen.estimation.masking import seldom_moving
 from symgen.estimation.solve import Solution
-from symgen.estimation.statistics import chi2_tail
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
 from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual
@@ -166,17 +166,17 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
     """
     run, model, train, held = chosen.run, chosen.model, chosen.train, chosen.held
     evaluator, own, seen = run.evaluator, found.own, found.seen
-    solution, bias = _compared(chosen, method, found.solution)
+    solution, bias = found.solution, ""
+    if method.name not in UNBIASED:
+        system = system_of(evaluator, train)
+        solution, bias = bias_of_least_squares(system, solution, chosen.plain)
     X, std = solution.X, solution.std
-    robot, base = evaluator.model.robot, evaluator.model.base
-    parameters = tuple(
-        ParameterEstimate(b.name, b.expression, float(x), float(s), b.unit)
-        for b, x, s in zip(base.parameters, X, std, strict=True)
-    )
+    names = evaluator.model.base.names
+    parameters = parameter_estimates(evaluator, X, std)
     physical = consistency(evaluator.model, X, solution.covariance)
     faults = (
         *run.faults,
-        *hardly_moving(run.train, robot.sigma),
+        *hardly_moving(run.train, evaluator.model.robot.sigma),
         *driving_friction(parameters),
         *wrong_sign(evaluator, train, model, found.train.relative),
     )
@@ -184,69 +184,99 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
     elsewhere = error_elsewhere(evaluator, run.train, solution.covariance)
     uses = (
         prediction_use(own, seen, elsewhere, faults, (*coarse, *seldom_moving(run.train))),
-        parameters_use(parameters, physical, (*bias, *disagreement(chosen.found))),
+        parameters_use(parameters, physical, (*filter(None, [bias]), *disagreement(chosen.found))),
         simulation_use(evaluator, run.train, X, parameters),
     )
     consistent = physical.feasible is not False and not negative_parameters(parameters)
     traces = tuple(trace for p in (*train, *held) for trace in model_traces(p, model, X))
     traces += own.traces + seen.traces
-    outside, prior = np.where(std > 0, std, 1), method.prior
+    prior = method.prior
     data = [(p.kind, p.log.samples) for p in (*train, *held)]
-    return Estimate(
-        robot=robot.name,
-        joints=joints_of(robot),
+    return make_estimate(
+        evaluator,
+        parameters,
+        solution.covariance,
+        (own, seen),
+        uses,
         model=model.name,
         method=method.label,
-        parameters=parameters,
         condition_number=solution.condition_number,
         train=found.train,
         validation=found.held,
-        torque_train=own.residual,
-        torque_validation=seen.residual,
         cutoff_hz=run.band.cutoff_hz,
         window_s=None if model.name == "torque" else model.window,
-        verdict="trusted" if uses[0].ok else "doubtful",
-        reasons=uses[0].reasons,
         notes=(*_notes(chosen, method, solution, found), *found.notes),
-        correlation=solution.covariance / np.outer(outside, outside),
         traces=traces,
-        convergence=convergence(train, base.names),
+        convergence=convergence(train, names),
         provenance=(*provenance(evaluator, data, _settings(method)), *found.provenance),
         physical=physical,
         excludes=method.excludes,
         endogeneity=solution.endogeneity,
         comparison=solution.comparison,
-        prior=None
-        if prior is None
-        else OtherEstimate.by("prior", base.names, prior.mean, prior.std),
+        prior=prior and OtherEstimate.by("prior", names, prior.mean, prior.std),
         balances=energy_balances(evaluator, (*train, *held), X),
         whiteness=whiteness(traces),
         band=run.band,
         repairs=found.repairs,
-        alternatives=tuple(_of_all(a, found) if method.is_wls else a for a in chosen.found),
-        uses=uses,
+        alternatives=tuple(
+            # the chosen one with the fit of all logs, of which it was chosen on a sample
+            replace(
+                a,
+                condition_number=solution.condition_number,
+                train=own.residual,
+                validation=seen.residual,
+            )
+            if a.chosen and method.is_wls
+            else a
+            for a in chosen.found
+        ),
         headline=headline(*uses, len(parameters), seen.told_apart, consistent),
     )
 
 
-def _compared(
-    chosen: ChosenModel, method: Method, solution: Solution
-) -> tuple[Solution, tuple[str, ...]]:
-    """Compare a solution with instrumental variables; say what bias its intervals do not hold."""
-    if method.name in UNBIASED:
-        return solution, ()
-    system = system_of(chosen.run.evaluator, chosen.train)
-    solution, bias = bias_of_least_squares(system, solution, chosen.plain)
-    return solution, (bias,) if bias else ()
+def parameter_estimates(
+    evaluator: Evaluator, X: FloatArray, std: FloatArray
+) -> tuple[ParameterEstimate, ...]:
+    """Return the base parameters with values and standard deviations, (p,) each."""
+    return tuple(
+        ParameterEstimate(b.name, b.expression, float(x), float(s), b.unit)
+        for b, x, s in zip(evaluator.model.base.parameters, X, std, strict=True)
+    )
 
 
-def _of_all(model: Alternative, found: Outcome) -> Alternative:
-    """Return the chosen model with the fit of all logs, of which it was chosen on a sample."""
-    if not model.chosen:
-        return model
-    number = found.solution.condition_number
-    train, held = found.own.residual, found.seen.residual
-    return replace(model, condition_number=number, train=train, validation=held)
+def make_estimate(
+    evaluator: Evaluator,
+    parameters: tuple[ParameterEstimate, ...],
+    covariance: FloatArray,
+    torques: tuple[TorqueFit, TorqueFit],
+    uses: tuple[Use, ...],
+    **more: Any,
+) -> Estimate:
+    """Return the estimate of a robot, with the verdict that its use for prediction is.
+
+    Args:
+        evaluator: the compiled model.
+        parameters: identified ones.
+        covariance: of them, (p, p).
+        torques: of the training and of the validation logs.
+        uses: prediction first.
+        more: the other fields of the estimate.
+    """
+    robot, (own, seen) = evaluator.model.robot, torques
+    size = np.sqrt(np.maximum(np.diag(covariance), 0))
+    outside = np.where(size > 0, size, 1)
+    return Estimate(
+        robot=robot.name,
+        joints=joints_of(robot),
+        parameters=parameters,
+        torque_train=own.residual,
+        torque_validation=seen.residual,
+        verdict="trusted" if uses[0].ok else "doubtful",
+        reasons=uses[0].reasons,
+        correlation=covariance / np.outer(outside, outside),
+        uses=uses,
+        **more,
+    )
 
 
 def _notes(
@@ -423,7 +453,7 @@ def parameters_use(
     weak = [p.name for p in parameters if p.name not in known]
     if weak:
         told = f"{len(weak)} of {len(parameters)} are weak (std above {KNOWN:g} %)"
-        reasons.append(f"{told}: {shortened(weak, 8)}")
+        reasons.append(f"{told}: {first_of(weak, 8)}")
     negative = negative_parameters(parameters)
     if negative:
         reasons.append(f"{', '.join(negative)} must be positive and came out negative")
@@ -620,6 +650,8 @@ def whiteness(traces: Sequence[Trace]) -> tuple[Whiteness, ...]:
     Args:
         traces: of any quantities and kinds; those with no spacing are left out.
     """
+    from scipy.special import chdtrc
+
     groups: dict[tuple[str, str], list[Trace]] = {}
     for trace in (t for t in traces if t.spacing > 0 and len(t.t) > 1):
         groups.setdefault((trace.quantity, trace.kind), []).append(trace)
@@ -634,7 +666,7 @@ def whiteness(traces: Sequence[Trace]) -> tuple[Whiteness, ...]:
                 continue
             r, deviation = lag_correlations(series, lags)
             statistic = float(np.sum((r / deviation) ** 2))
-            bands, tail = tuple((_NORMAL * deviation).tolist()), chi2_tail(statistic, lags)
+            bands, tail = tuple((_NORMAL * deviation).tolist()), float(chdtrc(lags, statistic))
             about = (quantity, component, kind, rows, step)
             out.append(Whiteness(*about, tuple(r.tolist()), bands, statistic, tail))
     return tuple(out)

@@ -151,9 +151,8 @@ def export(
     beside = (path if path.is_dir() else path.parent) / "robot.toml"
     if robot is None and beside.is_file():
         robot = beside
-    if isinstance(robot, (str, Path)):
-        robot = read_robot(robot)
     if robot is not None:
+        robot = read_robot(robot)
         digest = hashlib.sha256(robot_toml(robot).encode()).hexdigest()
         if dict(known.provenance).get(ROBOT_DIGEST, digest) != digest:
             raise ParameterError(

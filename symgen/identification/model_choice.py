@@ -9,7 +9,7 @@ chance, the model of the robot misses something.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from statistics import NormalDist
@@ -17,6 +17,7 @@ from statistics import NormalDist
 import numpy as np
 
 from symgen.data.signals import Samples
+from symgen.distributed import Say, silent
 from symgen.errors import IdentificationError, LogError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
@@ -26,7 +27,6 @@ from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.logs import Source
 from symgen.estimation.masking import require_left
 from symgen.estimation.solve import Solution
-from symgen.estimation.statistics import student_quantile
 from symgen.estimation.summary import (
     BLOCKS,
     Blocks,
@@ -82,7 +82,7 @@ class OpenLogs:
     held: Sequence[Samples] = ()
     repairs: Sequence[Fault] = ()
     given: bool = True
-    progress: Callable[[str], None] = lambda _: None
+    progress: Say = silent
     threads: int = 1
 
 
@@ -215,7 +215,7 @@ def choose_model(
     method: Method,
     shares: Sequence[float],
     motions: Sequence[Source],
-    progress: Callable[[str], None],
+    progress: Say,
 ) -> ChosenModel:
     """Fit the models and take the one that predicts best.
 
@@ -247,6 +247,11 @@ def choose_model(
             best, found = _alternatives(run, models, shares)
         plain = best.solution if isinstance(best.solution, Solution) else None
         chosen = ChosenModel(run, best.model, best.train, [], found, fault, plain, best.torques)
+    try:
+        held = [equate(evaluator, log, chosen.model, kind="validation") for log in run.held]
+    except IdentificationError as error:
+        what = "; accepted: a longer log, or a second one for validation"
+        raise LogError(f"{error}{what}") from error
     return replace(
         chosen,
         train=[
@@ -255,7 +260,7 @@ def choose_model(
             else part
             for k, part in enumerate(chosen.train)
         ],
-        held=_enough(_held(run, chosen.model)),
+        held=_enough(held),
     )
 
 
@@ -270,15 +275,6 @@ def _enough(logs: list[EquatedLog]) -> list[EquatedLog]:
     for part in logs:
         require_left(part.log, part.equations)
     return logs
-
-
-def _held(run: Run, model: EquationModel) -> list[EquatedLog]:
-    """Return the validation logs with equations."""
-    try:
-        return [equate(run.evaluator, log, model, kind="validation") for log in run.held]
-    except IdentificationError as error:
-        what = "; accepted: a longer log, or a second one for validation"
-        raise LogError(f"{error}{what}") from error
 
 
 def _summary(logs: Sequence[EquatedLog], model: EquationModel) -> Blocks:
@@ -306,7 +302,13 @@ def _alternatives(
             continue
         blocks = _summary(train, model)
         left = held_out_error(block_errors(blocks, torques))
-        fitted.append(Candidate(model, train, blocks, left, *_solve(run, train)))
+        own: tuple[Solution | Exception, tuple[TorqueFit, ...]]
+        try:
+            solution = Wls().solve(system_of(run.evaluator, train))
+            own = solution, run.torques(solution.X)
+        except (IdentificationError, np.linalg.LinAlgError) as singular:
+            own = singular, ()
+        fitted.append(Candidate(model, train, blocks, left, *own))
     if not fitted:
         raise next(iter(lost.values()))
     best = min(fitted, key=lambda f: f.held_out)
@@ -317,17 +319,6 @@ def _alternatives(
         for model, error in lost.items()
     ]
     return best, tuple(found)
-
-
-def _solve(
-    run: Run, train: Sequence[EquatedLog]
-) -> tuple[Solution | Exception, tuple[TorqueFit, ...]]:
-    """Solve by weighted least squares, and compare torques on all logs."""
-    try:
-        solution = Wls().solve(system_of(run.evaluator, train))
-    except (IdentificationError, np.linalg.LinAlgError) as lost:
-        return lost, ()
-    return solution, run.torques(solution.X)
 
 
 def _alternative(own: Candidate, best: Candidate, names: Sequence[str]) -> Alternative:
@@ -354,9 +345,11 @@ def _apart(a: Blocks, b: Blocks, names: Sequence[str]) -> tuple[Apart, ...]:
     if len(filled) < BLOCKS // 2:
         return ()
     std = deviation_of_difference(a, b, filled)
+    from scipy.special import stdtrit
+
     # the level of 3 std for one comparison, shared by all of them, under Student's law
     tail = (1 - NormalDist().cdf(APART)) / max(len(names), 1)
-    level = student_quantile(tail, len(filled) - 1)
+    level = stdtrit(len(filled) - 1, 1 - tail)
     ratio = np.abs(a.fit() - b.fit()) / np.where(std > 0, std, np.inf)
     return tuple(Apart(name, float(r)) for name, r in zip(names, ratio, strict=True) if r > level)
 

@@ -34,6 +34,7 @@ from symgen.data.stretch import Stretch
 from symgen.data.tables import COUNTED
 from symgen.distributed import (
     Executor,
+    Say,
     Workers,
     WorkFolder,
     damaged_pieces,
@@ -44,7 +45,7 @@ from symgen.distributed import (
     keep,
     kept,
 )
-from symgen.errors import LogError, shortened
+from symgen.errors import LogError, first_of
 from symgen.estimation.chunks import (
     Chunk,
     ChunkData,
@@ -76,7 +77,6 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 from symgen.schemas import as_json
 
-Progress = Callable[[str], None]
 #: Samples, of all training and of all validation logs, that are looked at in memory; stretches.
 SAMPLE, HELD_SAMPLE, PIECES = 80_000, 20_000, 4
 #: Samples from which logs are read chunk by chunk, and bytes under which no file has so many.
@@ -122,7 +122,7 @@ def parts_of(
     logs: Sequence[Source],
     validation: Sequence[Source],
     window: float,
-    progress: Progress,
+    progress: Say,
 ) -> tuple[list[LogSpan], tuple[str, ...]]:
     """Find the stretches of all files and hold some of them out; say which are too short."""
     files, held_files = _files(logs), _files(validation)
@@ -146,7 +146,7 @@ def parts_of(
             raise LogError(f"{listed}: too short a {kind} log; accepted: longer ones, without gaps")
     if not short:
         return parts, ()
-    return parts, (f"{len(short)} stretches are too short and left out: {shortened(short, 3)}",)
+    return parts, (f"{len(short)} stretches are too short and left out: {first_of(short, 3)}",)
 
 
 def _split(s: Stretch) -> list[Stretch]:
@@ -388,7 +388,7 @@ def open_data_set(
     models: Sequence[EquationModel],
     reading: Reading | None,
     workers: Workers | None,
-    progress: Progress,
+    progress: Say,
 ) -> Iterator[ChunkedLogs]:
     """Look at a sample of logs of which a chunk at a time is in memory.
 
@@ -433,7 +433,7 @@ def _sample(
     parts: Sequence[LogSpan],
     budget: int,
     repairs: list[Fault],
-    progress: Progress,
+    progress: Say,
 ) -> list[Samples]:
     """Open what is looked at in memory of parts of a kind."""
     spans, out = sampled_spans(parts, budget), []

@@ -12,7 +12,7 @@ import numpy as np
 
 from symgen import names
 from symgen.codegen.model import Model
-from symgen.errors import ParameterError
+from symgen.errors import ParameterError, told_by
 from symgen.estimation.band import Band
 from symgen.estimation.estimators import Prior
 from symgen.estimation.values import FloatArray
@@ -90,9 +90,9 @@ def read_named(path: Path, model: Model) -> dict[str, tuple[Any, Any]]:
         text = path.read_text(encoding="utf-8-sig")
         content = load_json(text) if path.suffix == ".json" else load_toml(text)
     except (OSError, ValueError, RecursionError) as error:
-        reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:200]
         raise ParameterError(
-            f"{path}: cannot be read ({reason}); accepted: estimate.json, or TOML with [parameters]"
+            f"{path}: cannot be read ({told_by(error)}); accepted: estimate.json, or TOML with "
+            "[parameters]"
         ) from error
     table = content.get("parameters") if isinstance(content, dict) else None
     if path.suffix != ".json":
@@ -242,7 +242,7 @@ def base_values(
         raise ParameterError(
             f"{where}: {name} is missing, and {', '.join(missing[:5])} to regroup it from"
         )
-    return np.asarray(X)
+    return X
 
 
 #: Standard deviation of a prior value that has none, as a share of the value ...

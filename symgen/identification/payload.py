@@ -33,7 +33,7 @@ torque is to be multiplied with, is 1/k.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -43,6 +43,7 @@ import numpy as np
 from symgen import names
 from symgen.codegen.model import Model, derive
 from symgen.data.raw import Reading
+from symgen.distributed import Say, silent
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
@@ -264,13 +265,13 @@ class Seen:
     repairs: tuple[Fault, ...] = ()
 
 
-def torques(
+def read_equations(
     evaluator: Evaluator,
     logs: Sequence[Source],
     reading: Reading | None,
     cutoff: float | None,
     band: Band | None,
-    progress: Callable[[str], None],
+    progress: Say,
 ) -> Seen:
     """Read logs of motions: in one band, that of the parameters where they have one."""
     (samples,), repairs = open_logs((logs,), evaluator.model.robot, reading, progress)
@@ -283,24 +284,6 @@ def torques(
     equations = [torque_equations(evaluator, filter_log(s, band)) for s in samples]
     notes = (*(n for s in samples for n in s.notes), f"band: {band.in_words()}")
     return Seen(equations, band, notes, (*repairs, *mended))
-
-
-def still_poses(
-    evaluator: Evaluator,
-    logs: Sequence[Source],
-    reading: Reading | None,
-    cutoff: float | None,
-    _band: Band | None,
-    progress: Callable[[str], None],
-) -> Seen:
-    """Read tables of still poses."""
-    if cutoff is not None:
-        raise IdentificationError("--cutoff: still poses pass no filter; accepted: none")
-    progress(f"reading {', '.join(str(getattr(log, 'name', log)) for log in logs)}")
-    poses = [open_poses(log, evaluator.model.robot, reading) for log in logs]
-    require_other_data(poses, [])
-    equations = [pose_equations(evaluator, s) for s in poses]
-    return Seen(equations, None, tuple(n for s in poses for n in s.notes))
 
 
 @dataclass(frozen=True, eq=False)
@@ -369,8 +352,7 @@ class LoadProblem:
 
     def in_X(self, fit: LoadFit) -> FloatArray:
         """Return what the load adds to X, (p,)."""
-        out: FloatArray = self.G @ (self.given + UNITS * (self.V @ fit.a))
-        return out
+        return self.G @ (self.given + UNITS * (self.V @ fit.a))
 
     def estimate(self, fit: LoadFit, covariance: FloatArray) -> LoadEstimate:
         """Return the load of a fit, with the covariance of its directions, (r, r)."""
@@ -452,31 +434,6 @@ def _known_covariance(
     return np.where(known, estimate.covariance, 0.0), doubt  # 0: seen in no pose
 
 
-def _require_options(
-    parameters: str | Path | None,
-    bare: Sequence[Source],
-    mass: float | None,
-    gain: float | None,
-    calibrate: bool,
-    model: str,
-) -> None:
-    """Refuse options of `payload` that do not go together."""
-    if parameters is None and not bare:
-        raise IdentificationError(
-            "what the robot is without its load is not known; accepted: --parameters, or --without "
-            "with logs of the robot alone"
-        )
-    if calibrate and (mass is None or not bare):
-        raise IdentificationError("--calibrate: accepted: with --mass and --without")
-    if calibrate and model == STATIC:
-        raise IdentificationError("--calibrate with --model static: accepted: logs of motions")
-    if model not in MODELS:
-        raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
-    for name, value in (("--mass", mass), ("--gain", gain)):
-        if value is not None and not 0 < value < 1e6:
-            raise ParameterError(f"{name} {value:g}; accepted: a number above 0")
-
-
 def payload(
     robot: Robot | str | Path,
     logs: Sequence[Source] | Source,
@@ -489,7 +446,7 @@ def payload(
     model: str = "torque",
     cutoff: float | None = None,
     reading: Reading | None = None,
-    progress: Callable[[str], None] = lambda _: None,
+    progress: Say = silent,
 ) -> Payload:
     """Identify the load that a robot carries on its last moving link.
 
@@ -517,8 +474,23 @@ def payload(
     """
     loaded, bare = listed_logs(logs), listed_logs(without)
     require_logs(loaded)
-    _require_options(parameters, bare, mass, gain, calibrate, model)
-    source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
+    if parameters is None and not bare:
+        raise IdentificationError(
+            "what the robot is without its load is not known; accepted: --parameters, or --without "
+            "with logs of the robot alone"
+        )
+    if calibrate and (mass is None or not bare):
+        raise IdentificationError("--calibrate: accepted: with --mass and --without")
+    if cutoff is not None and model == STATIC:
+        raise IdentificationError("--cutoff: still poses pass no filter; accepted: none")
+    if calibrate and model == STATIC:
+        raise IdentificationError("--calibrate with --model static: accepted: logs of motions")
+    if model not in MODELS:
+        raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
+    for name, value in (("--mass", mass), ("--gain", gain)):
+        if value is not None and not 0 < value < 1e6:
+            raise ParameterError(f"{name} {value:g}; accepted: a number above 0")
+    source = read_robot(robot)
     if source.loaded:
         raise ParameterError(
             f"{source.name}: effects that hold the torque of the links are not separated from a "
@@ -532,9 +504,16 @@ def payload(
     spread, doubts = (
         (None, ()) if given is None else _known_covariance(given, derived, model == STATIC)
     )
-    read = still_poses if model == STATIC else torques
-    band = None if given is None else given.band
-    seen = read(load(derived), [*loaded, *bare], reading, cutoff, band, progress)
+    evaluator, every = load(derived), [*loaded, *bare]
+    if model == STATIC:
+        progress(f"reading {', '.join(str(getattr(log, 'name', log)) for log in every)}")
+        poses = [open_poses(log, source, reading) for log in every]
+        require_other_data(poses, [])
+        said = tuple(n for s in poses for n in s.notes)
+        seen = Seen([pose_equations(evaluator, s) for s in poses], None, said)
+    else:
+        band = None if given is None else given.band
+        seen = read_equations(evaluator, every, reading, cutoff, band, progress)
     with_load, alone = (
         [e for own in part for e in own]
         for part in (seen.equations[: len(loaded)], seen.equations[len(loaded) :])
@@ -576,12 +555,12 @@ def payload(
             f"the logs do not determine the mass of a load on link {link}; accepted: logs in which "
             "it is turned against gravity, or --mass"
         )
-    quantities, said = _quantities(found, identifiable, mass, (gain or 0.0) / 100)
+    quantities, told = _quantities(found, identifiable, mass, (gain or 0.0) / 100)
     own_mass, x, y, z, xx, xy, xz, yy, yz, zz = quantities
     return Payload(
         source.name, link, own_mass, (x, y, z), (xx, xy, xz, yy, yz, zz), identifiable, gain,
         Left(before, after), f"weighted least squares {what}: {how}", seen.band, seen.repairs,
-        notes + said, gains,
+        notes + told, gains,
     )  # fmt: skip
 
 

@@ -133,8 +133,7 @@ class Cone:
 def triangle_vector(matrix: FloatArray) -> FloatArray:
     """Return a symmetric matrix (m, m) as a vector (m (m + 1)/2,)."""
     columns, rows = np.tril_indices(len(matrix))  # the upper triangle, column by column
-    scaled: FloatArray = matrix[rows, columns] * np.where(rows == columns, 1.0, np.sqrt(2.0))
-    return scaled
+    return matrix[rows, columns] * np.where(rows == columns, 1.0, np.sqrt(2.0))
 
 
 def minimise(

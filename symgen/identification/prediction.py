@@ -104,7 +104,7 @@ def predict(
         LogError: the log cannot be read or belongs to another robot.
         ParameterError: the parameters are not this robot's.
     """
-    source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
+    source = read_robot(robot)
     samples, repairs = open_samples(log, source, reading)
     model = derive(source, (*JUDGING, "energy"))
     given = read_given(parameters, model)
@@ -116,7 +116,7 @@ def predict(
         band = replace(band, cutoff_hz=cutoff)
     seen = filter_log(samples, band)
     compared = fit(evaluator, [seen], X)
-    torque = np.asarray(evaluator["inverse_dynamics"](seen.q, seen.qd, seen.qdd, X))
+    torque = evaluator["inverse_dynamics"](seen.q, seen.qd, seen.qdd, X)
     beside = 0.0 if samples.beside is None else samples.beside
     measured, torque = seen.tau + beside, torque + beside
     if seen.rows.cutoff is not None:

@@ -25,32 +25,34 @@ Poses are no series: the friction that is left in one says nothing of that in th
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 import symgen.identification.assessment as verdicts
+from symgen.codegen.model import derive
 from symgen.data.raw import Reading, read_only
 from symgen.data.signals import Samples
+from symgen.distributed import Say
 from symgen.errors import IdentificationError
-from symgen.estimation.estimators import Estimator, Huber, Ols, Prior, Wls
+from symgen.estimation.equation_model import JUDGING
+from symgen.estimation.estimators import Huber, Ols, Prior, Wls
 from symgen.estimation.logs import Source, hold_out, open_log, require_other_data
 from symgen.estimation.solve import IdentifiableColumns, Solution, identifiable_columns
-from symgen.estimation.statistics import binomial_tail
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.torque_error import TorqueFit, squares
-from symgen.estimation.values import FloatArray, Residual, Trace
+from symgen.estimation.values import FloatArray, Trace
 from symgen.identification.estimate import (
     Consistency,
     Estimate,
-    ParameterEstimate,
     Use,
-    joints_of,
 )
+from symgen.identification.parameters import read_prior
+from symgen.identification.solving import Fit, Method
 from symgen.robot.types import Robot
-from symgen.runtime.evaluator import Evaluator
+from symgen.runtime.evaluator import Evaluator, load
 from symgen.symbolic.near_angles import costly_angles
 
 
@@ -138,31 +140,38 @@ _EXCLUDES = (
 
 
 def identify_poses(
-    evaluator: Evaluator,
-    tables: Sequence[Source],
-    validation: Sequence[Source],
-    estimator: Estimator,
-    label: str,
-    reading: Reading | None = None,
-    progress: Callable[[str], None] = lambda _: None,
+    robot: Robot,
+    logs: tuple[Sequence[Source], Sequence[Source]],
+    method: Method,
+    asked: Fit,
+    reading: Reading | None,
+    progress: Say,
 ) -> Estimate:
     """Identify what still poses show.
 
     Args:
-        evaluator: the compiled model, with `equation_model.JUDGING`.
-        tables: of poses, to identify from.
-        validation: to judge by; without any, the last fifth of each table is held out.
-        estimator: one of METHODS.
-        label: of the method.
+        robot: whose poses they are.
+        logs: tables of poses, to identify from and to judge by; without any of these, the last
+            fifth of each table is held out.
+        method: one of METHODS.
+        asked: a prior.
         reading: how tables are read.
         progress: is told what is being done.
 
     Raises:
         LogError: a table cannot be read, is another robot's, or too short.
-        IdentificationError: the robot has effects that standstill does not separate, or the poses
-            determine nothing.
+        IdentificationError: the robot has effects that standstill does not separate, the method or
+            weights have no meaning for poses, or these determine nothing.
     """
-    robot = evaluator.model.robot
+    if method.name not in METHODS or any(s != 1.0 for s in asked.weights or ()):
+        raise IdentificationError(
+            f"model static with method {method.name} or weights; accepted: "
+            f"{', '.join(METHODS)}, without --weights"
+        )
+    evaluator = load(derive(robot, JUDGING))
+    if asked.prior is not None:
+        method = replace(method, prior=read_prior(asked.prior, evaluator.model))
+    estimator, (tables, validation) = method.estimator(evaluator), logs
     if robot.loaded:
         raise IdentificationError(
             f"model static: {robot.name} has effects that hold the torque of its links; accepted: "
@@ -185,7 +194,9 @@ def identify_poses(
         estimator = Prior(prior.mean[kept], prior.std[kept])
     solution = estimator.solve(system)
     bounds = friction_bounds(evaluator, system, solution, columns)
-    return _judged(Standstill(evaluator, train, held, given, columns, solution, bounds), label)
+    return _judged(
+        Standstill(evaluator, train, held, given, columns, solution, bounds), method.label
+    )
 
 
 class FrictionBounds(NamedTuple):
@@ -259,18 +270,19 @@ def _judged(found: Standstill, label: str) -> Estimate:
     size = np.sqrt(np.maximum(np.diag(C), 0))
     known = [*found.columns.known, *coulomb.values()]
     std[known] = size[known]
-    outside = np.where(size > 0, size, 1)
-    parameters = tuple(
-        ParameterEstimate(b.name, b.expression, float(x), float(s), b.unit)
-        for b, x, s in zip(base.parameters, X, std, strict=True)
-    )
+    parameters = verdicts.parameter_estimates(evaluator, X, std)
     shown = tuple(p for p in parameters if math.isfinite(p.std))
     parts = (("train", found.train), ("validation", found.held))
     own, seen = (_fit(evaluator, tables, X, kind) for kind, tables in parts)
     use = verdicts.parameters_use(shown, Consistency(None, None, ""), ())
+    left = seen.residual.relative
+    hidden = (
+        f"{100 * left:.3g} % of the torque of poses held out is left to friction: what the model "
+        "misses would hide in it",
+    )
     reasons = (
         *_beyond_bounds(found),
-        *_unexplained(seen.residual),
+        *(hidden if left > verdicts.RESIDUAL else ()),
         *_elsewhere(found, C),
         *_turned(bounds),
     )
@@ -278,32 +290,26 @@ def _judged(found: Standstill, label: str) -> Estimate:
     trusted = (
         f"trusted for torque at standstill, within friction; {'; '.join([*beside, *use.reasons])}"
     )
-    return Estimate(
-        robot=robot.name,
-        joints=joints_of(robot),
+    return verdicts.make_estimate(
+        evaluator,
+        parameters,
+        C,
+        (own, seen),
+        (Use("prediction", reasons), use, Use("simulation", ("standstill shows no inertia",))),
         model=STATIC,
         method=label,
-        parameters=parameters,
         condition_number=solution.condition_number,
         train=own.residual,
         validation=seen.residual,
-        torque_train=own.residual,
-        torque_validation=seen.residual,
         cutoff_hz=None,
         window_s=None,
-        verdict="doubtful" if reasons else "trusted",
-        reasons=reasons,
         notes=(*(n for s in (*found.train, *found.held) for n in s.notes), *_notes(found),
                *costly_angles(robot), *solution.notes),
-        correlation=C / np.outer(outside, outside),
         traces=own.traces + seen.traces,
         provenance=verdicts.provenance(evaluator, [(kind, s) for kind, tables in parts
                                                    for s in tables]),
         physical=Consistency(None, None, "not checked: standstill shows no inertia"),
         excludes=_EXCLUDES,
-        uses=(
-            Use("prediction", reasons), use, Use("simulation", ("standstill shows no inertia",))
-        ),
         headline=f"doubtful: {'; '.join(reasons)}" if reasons else trusted,
     )  # fmt: skip
 
@@ -321,6 +327,8 @@ def _fit(evaluator: Evaluator, tables: Sequence[Samples], X: FloatArray, kind: s
 
 def _beyond_bounds(found: Standstill) -> tuple[str, ...]:
     """Say where torques held out lie outside the friction that was found, beyond chance."""
+    from scipy.special import bdtrc
+
     evaluator, solution, kept = found.evaluator, found.solution, found.columns.kept
     W = np.concatenate([pose_columns(evaluator, s.q, s.qd) for s in found.held])[:, :, kept]
     W[:, :, np.isin(kept, list(coulomb_columns(evaluator).values()))] = 0  # within the bound
@@ -333,16 +341,7 @@ def _beyond_bounds(found: Standstill) -> tuple[str, ...]:
         f"joint {joint.number}: {count} of {rows} torques held out lie outside the friction "
         f"bound of {bound:.3g}: the model misses something of position"
         for joint, count, bound in zip(movable, beyond, value, strict=True)
-        if binomial_tail(count, rows, _OUTSIDE) < _LEVEL / len(value)
-    )
-
-
-def _unexplained(seen: Residual) -> tuple[str, ...]:
-    if seen.relative <= verdicts.RESIDUAL:
-        return ()
-    return (
-        f"{100 * seen.relative:.3g} % of the torque of poses held out is left to friction: what "
-        "the model misses would hide in it",
+        if bdtrc(count - 1, rows, _OUTSIDE) < _LEVEL / len(value)
     )
 
 

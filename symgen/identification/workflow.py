@@ -6,16 +6,16 @@ open logs -> choose band -> undo delay -> equations -> choose model -> solve -> 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 from symgen.codegen.model import derive
 from symgen.data.raw import Reading
-from symgen.distributed import Workers
+from symgen.distributed import Say, Workers, silent
 from symgen.errors import IdentificationError
-from symgen.estimation.equation_model import JUDGING, NEEDED, EquationModel
+from symgen.estimation.equation_model import NEEDED, EquationModel
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.logs import (
     Source,
@@ -39,7 +39,6 @@ from symgen.identification.model_choice import (
 from symgen.identification.out_of_core import ChunkedLogs, is_long, open_data_set
 from symgen.identification.parameters import read_prior
 from symgen.identification.solving import FOLDED, Fit, Method, solve, system_of
-from symgen.identification.static import METHODS as POSE_METHODS
 from symgen.identification.static import STATIC, identify_poses
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -63,7 +62,7 @@ def identify(
     fit: Fit | None = None,
     reading: Reading | None = None,
     workers: Workers | None = None,
-    progress: Callable[[str], None] = lambda _: None,
+    progress: Say = silent,
 ) -> Estimate:
     """Identify a robot's base parameters from measured logs.
 
@@ -106,10 +105,10 @@ def identify(
     sources, given = listed_logs(logs), listed_logs(validation)
     shares, motions = asked.shares(len(sources), by.name), asked.motions(len(sources), by.name)
     require_logs(sources)
-    source = _robot(robot)
+    source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
     with told_of_angles(source):
         if model == STATIC:
-            return _identify_poses(source, sources, given, by, asked, reading, progress)
+            return identify_poses(source, (sources, given), by, asked, reading, progress)
         models = _equation_models(source, model, window, by)
         data: AbstractContextManager[LogsInMemory | ChunkedLogs]
         whole = _whole(source, by, asked)
@@ -133,34 +132,6 @@ def identify(
             require_condition(found.solution, chosen.fault)
             progress("judging")
             return assess(chosen, by, found)
-
-
-def _identify_poses(
-    robot: Robot,
-    tables: Sequence[Source],
-    validation: Sequence[Source],
-    method: Method,
-    asked: Fit,
-    reading: Reading | None,
-    progress: Callable[[str], None],
-) -> Estimate:
-    """Identify from still poses; refuse what has no meaning for them."""
-    if method.name not in POSE_METHODS or any(s != 1.0 for s in asked.weights or ()):
-        raise IdentificationError(
-            f"model static with method {method.name} or weights; accepted: "
-            f"{', '.join(POSE_METHODS)}, without --weights"
-        )
-    evaluator = load(derive(robot, JUDGING))
-    if asked.prior is not None:
-        method = replace(method, prior=read_prior(asked.prior, evaluator.model))
-    estimator = method.estimator(evaluator)
-    return identify_poses(evaluator, tables, validation, estimator, method.label, reading, progress)
-
-
-def _robot(robot: Robot | str | Path | Evaluator) -> Robot:
-    if isinstance(robot, Evaluator):
-        return robot.model.robot
-    return read_robot(robot) if isinstance(robot, (str, Path)) else robot
 
 
 def _equation_models(
@@ -211,7 +182,7 @@ def _open_in_memory(
     logs: tuple[Sequence[Source], Sequence[Source]],
     models: Sequence[EquationModel],
     reading: Reading | None,
-    progress: Callable[[str], None],
+    progress: Say,
 ) -> Iterator[LogsInMemory]:
     """Read and mend every log; without a validation log, hold out the end of each."""
     (train, held), repairs = open_logs(logs, source, reading, progress)
@@ -220,16 +191,10 @@ def _open_in_memory(
     if not given:
         train, held = hold_out(train, _FEWEST)
     progress("deriving and compiling the model")
-    yield LogsInMemory(_loaded(robot, source, models), train, held, repairs, given, progress)
-
-
-def _loaded(
-    robot: Robot | str | Path | Evaluator, source: Robot, models: Sequence[EquationModel]
-) -> Evaluator:
-    """Load the kernels that the models need."""
-    if isinstance(robot, Evaluator):
-        needed = {k for model in models for k in model.kernels(robot.model)}
-        if all(robot.has(name) for name in needed):
-            return robot
     kernels = dict.fromkeys(k for model in models for k in model.all_kernels)
-    return load(derive(source, tuple(kernels)))
+    evaluator = robot if isinstance(robot, Evaluator) else None
+    if evaluator is None or not all(
+        evaluator.has(k) for model in models for k in model.kernels(evaluator.model)
+    ):
+        evaluator = load(derive(source, tuple(kernels)))
+    yield LogsInMemory(evaluator, train, held, repairs, given, progress)

@@ -34,15 +34,15 @@ def folded(formula: str) -> str:
 
 def _terms(formula: str) -> list[tuple[str, str]]:
     """Return sign and text of the terms of a sum, as they stand outside parentheses."""
-    out, depth, at, sign = list[tuple[str, str]](), 0, 0, "+"
-    if formula.startswith("-"):
-        sign, at = "-", 1
-    for k, letter in enumerate(formula):
-        depth += (letter == "(") - (letter == ")")
-        if depth == 0 and formula[k : k + 3] in (" + ", " - "):
-            out.append((sign, formula[at:k]))
-            sign, at = formula[k + 1], k + 3
-    return [*out, (sign, formula[at:])]
+    first, *rest = re.split(r" ([+-]) ", formula.removeprefix("-"))
+    out = [("-" if formula.startswith("-") else "+", first)]
+    for sign, text in zip(rest[::2], rest[1::2], strict=True):
+        begun, term = out[-1]
+        if term.count("(") > term.count(")"):
+            out[-1] = (begun, f"{term} {sign} {text}")
+        else:
+            out.append((sign, text))
+    return out
 
 
 def _run(members: list[tuple[str, str]]) -> list[tuple[str, str]]:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+FloatArray = NDArray[np.float64]
+
 
 @dataclass(frozen=True, eq=False)
 class Body:
@@ -22,5 +24,5 @@ class Body:
 
     joint: int
     mass: float
-    com: NDArray[np.float64]
-    inertia: NDArray[np.float64]
+    com: FloatArray
+    inertia: FloatArray

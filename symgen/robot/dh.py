@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen import names
 from symgen.robot.exact_numbers import TOLERANCE, context
 from symgen.robot.types import Robot
 
@@ -53,7 +52,7 @@ def frames(robot: Robot, q: dict[int, float]) -> list[NDArray[np.float64]]:
     out = [np.eye(4)]
     for joint in robot.joints:
         at = sum((c * q[k] for k, c in joint.shares), joint.offset)
-        slides = joint.sigma == names.PRISMATIC
+        slides = joint.slides
         theta, r = joint.theta + (0 if slides else at), joint.r + (at if slides else 0)
         own = out[joint.antecedent]
         for axis, *lengths in ((2, joint.gamma, joint.b), (0, joint.alpha, joint.d), (2, theta, r)):

@@ -23,6 +23,8 @@ from symgen import names
 from symgen.errors import RobotError, located
 from symgen.robot import expressions
 
+#: Names with their exact values.
+Named = tuple[tuple[str, sp.Expr], ...]
 #: What a torque of the library may depend on, of its own joint.
 OWN = ("q", "qd", "qdd", "taur")
 #: And on columns of a log beside the motion, which no kernel takes; kind log then.
@@ -117,7 +119,7 @@ class Effect:
     name: str
     joints: tuple[int, ...]
     linear: tuple[tuple[str, str], ...]
-    nonlinear: tuple[tuple[str, sp.Expr], ...]
+    nonlinear: Named
     torque: tuple[tuple[int, sp.Expr], ...]
     own: bool = False
 
@@ -137,7 +139,7 @@ class Effect:
         return any(c.has(*loads) for c in self.columns(coefficient).values())
 
     @property
-    def constants(self) -> tuple[tuple[str, sp.Expr], ...]:
+    def constants(self) -> Named:
         """The constants by their names in the file; the library adds the joint's number."""
         digits = 0 if self.own else len(str(self.joints[0]))
         return tuple((name[: len(name) - digits], value) for name, value in self.nonlinear)
@@ -185,7 +187,7 @@ class LogEffect:
 
     name: str
     joint: int
-    values: tuple[tuple[str, sp.Expr], ...]
+    values: Named
 
     @property
     def definition(self) -> Definition:
@@ -310,15 +312,15 @@ def of_library(
     if set(constants) != set(definition.nonlinear):
         accepted = ", ".join(definition.nonlinear) or "none"
         raise RobotError(f"constants {', '.join(constants) or 'none'}; accepted: {accepted}")
-    own = (*OWN, *definition.linear, *definition.nonlinear)
-    generic = _torque(definition.torque, (*OWN, *definition.linear), constants, geometry or {})
-    numbered = {sp.Symbol(n, real=True): sp.Symbol(f"{n}{joint}", real=True) for n in own}
+    own = {f"{n}{joint}": constants[n] for n in definition.nonlinear}
+    variables = [f"{n}{joint}" for n in (*OWN, *definition.linear)]
+    torque = _torque(numbered(definition, joint), variables, own, geometry or {})
     return Effect(
         name=definition.name,
         joints=(joint,),
         linear=definition.coefficients(joint, sigma),
-        nonlinear=tuple((f"{n}{joint}", constants[n]) for n in definition.nonlinear),
-        torque=((joint, generic.subs(numbered, simultaneous=True)),),
+        nonlinear=tuple(own.items()),
+        torque=((joint, torque),),
     )
 
 

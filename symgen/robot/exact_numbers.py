@@ -63,12 +63,11 @@ def snapped(value: Any) -> Any:
 
 def angle(value: Any) -> sp.Expr:
     """Return an angle of 50 digits as k pi/24, as k pi/2 plus a short decimal, or as a decimal."""
-    digits = context()
-    k = int(digits.nint(value * PARTS / digits.pi))
-    if abs(value - k * digits.pi / PARTS) < _ANGLE:
-        return sp.Rational(k, PARTS) * sp.pi
+    k = fraction_of_pi(value, _ANGLE)
+    if k is not None:
+        return k * sp.pi
     for quarters in (0, 1, -1, 2, -2):
-        short = _short(value - quarters * digits.pi / 2)
+        short = _short(value - quarters * context().pi / 2)
         if short is not None:
             return short + sp.Rational(quarters, 2) * sp.pi
     return _rounded(value, _LONG)

@@ -197,10 +197,13 @@ class _Parser:
             raise self.error(repr(op))
         self.advance()
 
-    def sum(self) -> sp.Expr:
+    def deeper(self, what: str) -> None:
         self.depth += 1
         if self.depth > _MAX_DEPTH:
-            raise ExpressionError(f"more than {_MAX_DEPTH} nested parentheses")
+            raise ExpressionError(f"more than {_MAX_DEPTH} {what}")
+
+    def sum(self) -> sp.Expr:
+        self.deeper("nested parentheses")
         value: sp.Expr = sp.S.Zero
         while True:
             sign = -1 if self.kind == "op" and self.token == "-" else 1
@@ -228,9 +231,7 @@ class _Parser:
         if self.kind == "op" and self.token in ("+", "-"):
             sign = 1 if self.token == "+" else -1
             self.advance()
-            self.depth += 1
-            if self.depth > _MAX_DEPTH:
-                raise ExpressionError(f"more than {_MAX_DEPTH} signs in a row")
+            self.deeper("signs in a row")
             value = sign * self.power()
             self.depth -= 1
             return value

@@ -109,7 +109,7 @@ def _held(joint: Joint, held: dict[int, sp.Expr]) -> Joint:
         q = follows
     if q is None:
         return joint
-    key = "r" if joint.sigma == names.PRISMATIC else "theta"
+    key = "r" if joint.slides else "theta"
     return replace(
         joint,
         sigma=names.FIXED,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from symgen.errors import RobotError
+from symgen.errors import RobotError, told_by
 from symgen.robot.expressions import shortened
 from symgen.robot.types import Robot
 
@@ -59,8 +59,8 @@ def read_text(source: str | Path, accepted: str) -> tuple[str, Path]:
             content = file.read(limit + 1)
         text = content.decode("utf-8-sig")
     except (OSError, ValueError) as error:
-        reason = shortened(" ".join(str(getattr(error, "strerror", None) or error).split()), 300)
-        raise RobotError(f"{shown}: cannot be read as UTF-8 text ({reason}); {accepted}") from error
+        what = f"{shown}: cannot be read as UTF-8 text ({told_by(error)})"
+        raise RobotError(f"{what}; {accepted}") from error
     if len(content) > limit:
         raise RobotError(f"{shown}: larger than {limit} bytes; {accepted}")
     return text, path

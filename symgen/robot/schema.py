@@ -20,8 +20,8 @@ from pydantic import (
 )
 
 from symgen.errors import RobotError
+from symgen.robot.types import MAX_JOINTS
 
-_MAX_JOINTS = 200
 _LARGEST = 100  # decimal exponent of the largest number
 _GEARS = (1e-6, 1e6)
 _SMALLEST_WIDTH = 1e-12
@@ -68,10 +68,17 @@ def _constant(value: object) -> object:
     return tuple(_number_or_text(end) for end in value)
 
 
+def _title(value: object) -> str:
+    if not isinstance(value, str) or not value.isprintable() or len(value) > _MAX_TITLE:
+        raise ValueError(f"a text in quotes of at most {_MAX_TITLE} printable characters")
+    return value
+
+
 Scalar = Annotated[Any, PlainValidator(_number_or_text)]
 Constant = Annotated[Any, PlainValidator(_constant)]
 Finite = Annotated[float, PlainValidator(_number)]
-Integer = StrictInt
+Range = tuple[Finite, Finite]
+Title = Annotated[str, PlainValidator(_title)]
 Positive = Annotated[float, PlainValidator(_only(lambda x: x > 0, "a number above 0"))]
 Width = Annotated[
     float,
@@ -87,12 +94,6 @@ _factor = _only(
     f"a number other than 0, {_GEARS[0]:g} to {_GEARS[1]:g} in size",
 )
 Factor = Annotated[float, PlainValidator(_factor)]
-
-
-def _title(value: object) -> str:
-    if not isinstance(value, str) or not value.isprintable() or len(value) > _MAX_TITLE:
-        raise ValueError(f"a text in quotes of at most {_MAX_TITLE} printable characters")
-    return value
 
 
 def _unit(value: object) -> str:
@@ -133,8 +134,8 @@ class RobotTable(_Table):
 
 
 class JointTable(_Table):
-    sigma: Annotated[Integer, Field(ge=0, le=2)] = 0
-    antecedent: Annotated[Integer, Field(ge=0)] | None = None
+    sigma: Annotated[StrictInt, Field(ge=0, le=2)] = 0
+    antecedent: Annotated[StrictInt, Field(ge=0)] | None = None
     gamma: Scalar = 0
     b: Scalar = 0
     alpha: Scalar = 0
@@ -145,42 +146,39 @@ class JointTable(_Table):
     coulomb_width: Width = 0.0
     rotor_inertia: StrictBool | None = None
     follows: str | None = None
-    name: Annotated[str, PlainValidator(_title)] = ""
+    name: Title = ""
 
 
 class CouplingTable(_Table):
-    joints: tuple[Integer, Integer]
+    joints: tuple[StrictInt, StrictInt]
     ratio: Scalar = 1
 
 
 class PayloadTable(_Table):
-    joint: Annotated[Integer, Field(ge=1)]
+    joint: Annotated[StrictInt, Field(ge=1)]
 
 
 class LoopTable(_Table):
-    cut: tuple[Integer, Integer]
+    cut: tuple[StrictInt, StrictInt]
 
 
 class EffectTable(_Table):
-    name: Annotated[str, PlainValidator(_title), Field(min_length=1)]
-    joints: list[Integer]
+    name: Annotated[Title, Field(min_length=1)]
+    joints: list[StrictInt]
     torque: str | None = None
-    linear: dict[str, Annotated[str, PlainValidator(_unit)]] = Field(default_factory=dict)
-    nonlinear: dict[str, Constant] = Field(default_factory=dict)
-    values: dict[str, Scalar] = Field(default_factory=dict)
-
-
-Range = tuple[Finite, Finite]
+    linear: dict[str, Annotated[str, PlainValidator(_unit)]] = {}
+    nonlinear: dict[str, Constant] = {}
+    values: dict[str, Scalar] = {}
 
 
 class LimitsTable(_Table):
-    position: list[tuple[Finite, Finite]] | None = None
+    position: list[Range] | None = None
     velocity: list[Positive] | None = None
     acceleration: list[Positive] | None = None
     jerk: list[Positive] | None = None
     torque: list[Positive] | None = None
     floor: Finite | None = None
-    boxes: list[tuple[Range, Range, Range]] = Field(default_factory=list)
+    boxes: list[tuple[Range, Range, Range]] = []
     tool: tuple[Finite, Finite, Finite] | None = None
 
 
@@ -196,14 +194,14 @@ class DriveTable(_Table):
 
 class RobotFile(_Table):
     robot: RobotTable
-    geometry: dict[str, Scalar] = Field(default_factory=dict)
-    joint: Annotated[list[JointTable], Field(min_length=1, max_length=_MAX_JOINTS)]
-    coupling: list[CouplingTable] = Field(default_factory=list)
+    geometry: dict[str, Scalar] = {}
+    joint: Annotated[list[JointTable], Field(min_length=1, max_length=MAX_JOINTS)]
+    coupling: list[CouplingTable] = []
     payload: PayloadTable | None = None
     limits: LimitsTable | None = None
     drive: DriveTable | None = None
-    effect: list[EffectTable] = Field(default_factory=list)
-    loop: list[LoopTable] = Field(default_factory=list)
+    effect: list[EffectTable] = []
+    loop: list[LoopTable] = []
 
 
 _TABLES: dict[str, type[BaseModel]] = {

@@ -16,7 +16,7 @@ import numpy as np
 import sympy as sp
 
 from symgen import names
-from symgen.errors import RobotError, SymgenWarning, located
+from symgen.errors import RobotError, SymgenWarning, located, told_by
 from symgen.files import load_toml
 from symgen.robot import exact_numbers, expressions
 from symgen.robot.builtin import library, library_text
@@ -40,6 +40,7 @@ from symgen.robot.identifiers import (
 from symgen.robot.imported import FORMATS, Imported, read_text
 from symgen.robot.loop_check import require_closed
 from symgen.robot.types import (
+    ANGLES,
     GRAVITY_INPUT,
     LENGTHS,
     MAX_RATIO,
@@ -56,18 +57,22 @@ from symgen.robot.types import (
 if TYPE_CHECKING:
     from symgen.robot.schema import EffectTable, JointTable, RobotFile
 
-_ANGLES = ("gamma", "alpha", "theta")
 _MAX_DENOMINATOR = 10_000
+_FOLLOWS = (
+    "a joint that follows others has none of its own; accepted: on the joints that it follows, or "
+    "as [[coupling]]"
+)
 _MAX_TURN = 4 * math.pi
 #: Largest condition number of a matrix of gears, its rows scaled to unit length.
 _MAX_CONDITION = 1e6
 
 
-def read_robot(source: str | Path) -> Robot:
+def read_robot(source: Robot | str | Path) -> Robot:
     """Read a robot from a file, a generated package, or the built-in library.
 
     Args:
-        source: path of a robot.toml, of a folder that holds one, or the name of a library robot.
+        source: path of a robot.toml, of a folder that holds one, or the name of a library robot; a
+            robot is returned as it is.
 
     Returns:
         The robot, with exact geometry.
@@ -75,6 +80,8 @@ def read_robot(source: str | Path) -> Robot:
     Raises:
         RobotError: there is no such robot, or the file is not a valid one.
     """
+    if isinstance(source, Robot):
+        return source
     accepted = (
         f"accepted: a path to robot.toml, a .urdf, a .par, an MJCF (.xml), a generated package, or "
         f"{', '.join(library())}"
@@ -130,8 +137,7 @@ def parse_robot(text: str, where: str = "robot.toml") -> Robot:
         try:
             data = load_toml(text.removeprefix("\ufeff"), parse_float=Decimal)
         except (RecursionError, ArithmeticError, ValueError) as error:
-            reason = shortened(" ".join(str(error).split()), 300)
-            raise RobotError(f"not valid TOML: {reason}") from error
+            raise RobotError(f"not valid TOML: {told_by(error)}") from error
         return _Reader(where).robot(validated(data))
 
 
@@ -254,10 +260,11 @@ class _Reader:
             )
         fixed = table.sigma == names.FIXED
         rotor = rotors if table.rotor_inertia is None else table.rotor_inertia
-        for key in ("friction", "rotor_inertia", "coulomb_width"):
-            if fixed and getattr(table, key):
-                raise RobotError(f"joint {number}, key {key!r}: a fixed joint (sigma 2) has none")
         plain = fixed or table.follows is not None
+        for key in (k for k in ("friction", "rotor_inertia", "coulomb_width") if plain):
+            if getattr(table, key):
+                what = "a fixed joint (sigma 2) has none" if fixed else _FOLLOWS
+                raise RobotError(f"joint {number}, key {key!r}: {what}")
         friction = table.friction if table.friction is not None else ["coulomb", "viscous"]
         if len(set(friction)) != len(friction):
             raise RobotError(f"joint {number}, key 'friction': a word stands twice")
@@ -265,7 +272,7 @@ class _Reader:
         for key in LENGTHS:
             with located(place := f"joint {number}, key {key!r}"):
                 exact = self.expression(getattr(table, key), self.geometry)
-                values[key] = self.angle(exact, place) if key in _ANGLES else exact
+                values[key] = self.angle(exact, place) if key in ANGLES else exact
         return Joint(
             number=number,
             sigma=table.sigma,
@@ -279,18 +286,12 @@ class _Reader:
 
     def following(self, joint: Joint, table: JointTable, movable: list[Joint]) -> Joint:
         """Return a joint that follows others: q_j linear in their variables."""
-        for key in ("friction", "rotor_inertia", "coulomb_width"):
-            if getattr(table, key):
-                raise RobotError(
-                    f"joint {joint.number}, key {key!r}: a joint that follows others has none of "
-                    "its own; accepted: on the joints that it follows, or as [[coupling]]"
-                )
         with located(place := f"joint {joint.number}, key 'follows'"):
             return self.linear(joint, table.follows or "", movable, place)
 
     def linear(self, joint: Joint, text: str, movable: list[Joint], place: str) -> Joint:
         """Return a joint that moves as an expression in the variables of others says."""
-        if joint.sigma == names.FIXED:
+        if joint.fixed:
             raise RobotError("a fixed joint (sigma 2) follows none")
         variables = {f"q{j.number}": j for j in movable}
         expr = sp.expand(self.expression(text, (*self.geometry, *variables)))
@@ -299,7 +300,7 @@ class _Reader:
         accepted = "a sum of numbers times variables of movable joints, such as 'pi/2 + q7 - q2'"
         if not joint.shares or sp.expand(linear - expr) != 0:
             raise RobotError(f"{shortened(text)!r}; accepted: {accepted}")
-        turns, shares = joint.sigma == names.REVOLUTE, sp.S.Zero
+        turns, shares = joint.turns, sp.S.Zero
         for k, c in joint.shares:
             factor, written = self.at_values(c), f"the factor of q{k} is {expressions.text(c)}"
             shares += factor * joint_variable(k)
@@ -307,7 +308,7 @@ class _Reader:
                 raise RobotError(f"not linear in q{k}; accepted: {accepted}")
             if factor.is_zero:
                 raise RobotError(f"the factor of q{k} is 0 at the file's values")
-            if turns and not (variables[f"q{k}"].sigma == names.REVOLUTE and factor.is_Rational):
+            if turns and not (variables[f"q{k}"].turns and factor.is_Rational):
                 raise RobotError(
                     f"{written}; accepted for a revolute joint: fractions, of the variables of "
                     "revolute joints"

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from symgen import names
 from symgen.robot import expressions
 from symgen.robot.types import LENGTHS, Joint, Robot
 
@@ -65,7 +64,7 @@ def _joint(joint: Joint) -> dict[str, Any]:
     out["name"] = joint.name or None
     if joint.follows is not None:
         out["follows"] = expressions.text(joint.follows)
-    elif joint.sigma != names.FIXED:
+    elif not joint.fixed:
         out["friction"] = joint.friction
         out["coulomb_width"] = joint.coulomb_width or None
         out["rotor_inertia"] = joint.rotor_inertia

@@ -21,7 +21,7 @@ from symgen import names
 from symgen.errors import RobotError
 from symgen.files import html_table
 from symgen.robot import expressions
-from symgen.robot.effect import Effect, LogEffect, Sought
+from symgen.robot.effect import Effect, LogEffect, Named, Sought
 
 _VARIABLE = re.compile(r"q\d+")
 #: Gravity in frame 0 where it is an input of the kernels; no length of a file can have such a name.
@@ -31,11 +31,16 @@ GRAVITY_INPUT = (
     sp.Symbol("X_g3", real=True),
 )
 #: The constants of a joint's transform in the order of a table.
+ANGLES = ("gamma", "alpha", "theta")
 LENGTHS = ("gamma", "b", "alpha", "d", "theta", "r")
 #: The limits that have an entry for each movable joint.
 OF_JOINTS = ("position", "velocity", "acceleration", "jerk", "torque")
 #: What the columns of a robot's table are, see `Robot.table`.
 HEADER = ("joint", "name", "sigma", "antecedent", *LENGTHS, "follows")
+#: Of the earth along -z, as files of other programs have it, m/s2.
+EARTH = sp.Rational(-981, 100)
+#: Of joints in a file.
+MAX_JOINTS = 200
 #: Largest factor by which a revolute joint follows another: it makes rounding as much larger.
 MAX_RATIO = 200
 
@@ -45,8 +50,29 @@ def joint_variable(number: int) -> sp.Symbol:
     return sp.Symbol(f"q{number}", real=True)
 
 
+class Typed:
+    """What has the type of a joint: `sigma` 0 revolute, 1 prismatic, 2 fixed."""
+
+    sigma: int
+
+    @property
+    def turns(self) -> bool:
+        """Whether the joint is revolute."""
+        return self.sigma == names.REVOLUTE
+
+    @property
+    def slides(self) -> bool:
+        """Whether the joint is prismatic."""
+        return self.sigma == names.PRISMATIC
+
+    @property
+    def fixed(self) -> bool:
+        """Whether the joint is fixed."""
+        return self.sigma == names.FIXED
+
+
 @dataclass(frozen=True)
-class Joint:
+class Joint(Typed):
     """One joint and the link behind it; lengths in m, angles in rad, exact or in named symbols.
 
     `follows` is None, or q_j as a linear expression in the symbols q1, q2, ... of other joints.
@@ -71,7 +97,7 @@ class Joint:
     @property
     def movable(self) -> bool:
         """Whether the joint has a variable q of its own."""
-        return self.sigma != names.FIXED and self.follows is None
+        return not self.fixed and self.follows is None
 
     @property
     def shares(self) -> tuple[tuple[int, sp.Expr], ...]:
@@ -214,7 +240,7 @@ class Robot:
     name: str
     gravity: tuple[sp.Expr, sp.Expr, sp.Expr]
     joints: tuple[Joint, ...]
-    geometry: tuple[tuple[str, sp.Expr], ...] = ()
+    geometry: Named = ()
     couplings: tuple[Coupling, ...] = ()
     payload: int | None = None
     limits: Limits | None = None
@@ -251,6 +277,11 @@ class Robot:
         return tuple(joint for joint in self.joints if joint.movable)
 
     @property
+    def numbers(self) -> tuple[int, ...]:
+        """Numbers of the movable joints."""
+        return tuple(joint.number for joint in self.movable)
+
+    @property
     def joint_names(self) -> list[str]:
         """What another format called the movable joints, "" where it did not."""
         return [joint.name for joint in self.movable]
@@ -268,7 +299,7 @@ class Robot:
     @property
     def moving(self) -> tuple[Joint, ...]:
         """The joints that move, those included that follow others."""
-        return tuple(joint for joint in self.joints if joint.sigma != names.FIXED)
+        return tuple(joint for joint in self.joints if not joint.fixed)
 
     @property
     def n(self) -> int:

@@ -10,7 +10,6 @@ Loading a module runs it: `symgen.cache` says what is taken from there.
 
 from __future__ import annotations
 
-import hashlib
 import importlib.machinery
 import importlib.util
 import os
@@ -26,6 +25,7 @@ from pathlib import Path
 from types import ModuleType
 
 from symgen.cache import kept_files, kept_name, private_folder
+from symgen.distributed import digest
 from symgen.errors import BuildError, SymgenWarning
 from symgen.runtime.turns import sweep, turn
 
@@ -149,23 +149,13 @@ def build_module(
     """
     import cffi
 
-    digest = hashlib.sha256()
     suffix = sysconfig.get_config_var("EXT_SUFFIX") or ".so"
-    _, processor = native(compiler)
-    for part in (
-        *compiler.command,
-        compiler.version,
-        *_FLAGS,
-        *flags,
-        processor,
-        cffi.__version__,
-        suffix,
-        declarations,
-    ):
-        digest.update(os.fsencode(part) + b"\0")
-    for name in sorted(sources):
-        digest.update(name.encode() + b"\0" + sources[name] + b"\0")
-    module = f"_symgen_{digest.hexdigest()[:32]}"
+    built_by = (*compiler.command, compiler.version, *_FLAGS, *flags, native(compiler)[1])
+    names = sorted(sources)
+    key = digest(
+        *built_by, cffi.__version__, suffix, declarations, *names, *map(sources.__getitem__, names)
+    )
+    module = f"_symgen_{key[:32]}"
     folder = private_folder()
     known = _kept(folder, module, suffix)
     if known is not None:
@@ -214,8 +204,7 @@ def _compile(
     import cffi
     from cffi import recompiler
 
-    for name, content in sources.items():
-        (work / name).write_bytes(content)
+    files = [f"{module}.c", *unpacked(sources, work)]
     ffi = cffi.FFI()
     ffi.cdef(declarations)
     headers = sorted(name for name in sources if name.endswith(".h"))
@@ -225,7 +214,6 @@ def _compile(
     if not (Path(include) / "Python.h").is_file():
         raise BuildError(f"{include}/Python.h is missing: install the headers of this Python")
     built = work / f"{module}{suffix}"
-    files = [f"{module}.c", *sorted(n for n in sources if n.endswith(".c"))]
     command = [
         *compiler.command,
         *_FLAGS,
@@ -257,6 +245,13 @@ def _compile(
         )
         raise BuildError(f"{compiler.command[0]} failed on the generated C: {reason}")
     return built
+
+
+def unpacked(sources: Mapping[str, bytes], folder: Path) -> list[str]:
+    """Write sources into a folder; return the names of those that are compiled."""
+    for name, content in sources.items():
+        (folder / name).write_bytes(content)
+    return sorted(name for name in sources if name.endswith(".c"))
 
 
 def _platform_flags() -> list[str]:

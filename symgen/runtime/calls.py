@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from symgen.codegen.kernels import LINK, Argument, Kernel
+from symgen.data.raw import FloatArray as FloatArray
 from symgen.errors import ParameterError
 from symgen.robot.expressions import shortened
 
-FloatArray = NDArray[np.float64]
 NOT_POSITIVE_DEFINITE = 1  # as NAME.h numbers them; a batch has the bits of all its samples
 NOT_FINITE = 2
 
@@ -61,12 +61,10 @@ def checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArra
             array = np.ascontiguousarray(given, dtype=np.float64)
         except (TypeError, ValueError) as error:
             raise _not_accepted(kernel, a, f"is {shortened(repr(given))}") from error
+        if a.link and (array.size != 1 or array.flat[0] not in range(1, a.size + 1)):
+            raise _not_accepted(kernel, a, f"is {shortened(repr(given))}")
         if a.plain and array.size == 1:
             array = array.reshape(1)
-            if a.link and array[0] not in range(1, a.size + 1):
-                raise _not_accepted(kernel, a, f"is {shortened(repr(given))}")
-        elif a.link:
-            raise _not_accepted(kernel, a, f"is {shortened(repr(given))}")
         elif a.name == "X" and array.ndim == 1 and len(array) >= a.size:
             array = array[: a.size]
         else:

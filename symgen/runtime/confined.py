@@ -114,9 +114,9 @@ def _answer() -> None:
     function = casadi.StringDeserializer(
         bytes.fromhex(question["content"]).decode("ascii")
     ).unpack()
+    answers = (function.call([casadi.DM(v) for v in point]) for point in question["points"])
     rows = [
-        [v for out in function.call([casadi.DM(v) for v in point]) for v in _dense(out)]
-        for point in question["points"]
+        [float(v) for out in answer for v in casadi.densify(out).nonzeros()] for answer in answers
     ]
     sys.stdout.write(json.dumps([sizes(function), rows]))
     sys.stdout.flush()
@@ -130,12 +130,6 @@ def sizes(function: Any) -> list[list[int]]:
         [-1, -1],
         *(list(function.size_out(i)) for i in range(function.n_out())),
     ]
-
-
-def _dense(out: Any) -> list[float]:
-    import casadi
-
-    return [float(v) for v in casadi.densify(out).nonzeros()]
 
 
 if __name__ == "__main__":

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import platform
-import sys
 from dataclasses import dataclass
 from importlib import metadata, util
 
@@ -41,24 +40,22 @@ class Finding:
 def examine() -> tuple[Finding, ...]:
     """Look at everything that symgen uses; only what it cannot do without is not well."""
     return (
-        _python(),
-        *(_needed(name) for name in _NEEDED),
+        Finding("Python", True, f"{platform.python_version()}, {platform.machine()}"),
+        *map(_library, _NEEDED),
         _compiler(),
         _cache(),
-        *(_optional(*entry) for entry in _OPTIONAL),
+        *(_library(*entry) for entry in _OPTIONAL),
     )
 
 
-def _python() -> Finding:
-    own = ".".join(map(str, sys.version_info[:3]))
-    well = sys.version_info >= (3, 11)
-    return Finding("Python", well, f"{own}, {platform.machine()}", "" if well else "3.11 or newer")
-
-
-def _needed(name: str) -> Finding:
+def _library(name: str, use: str = "", source: str = "") -> Finding:
+    """Look for a library; one that has a use is optional."""
     if util.find_spec(name) is None:
-        return Finding(name, False, "is not installed", f"pip install {name}")
-    return Finding(name, True, _version(name))
+        found = f"not installed: {use}" if use else "is not installed"
+        return Finding(
+            name, bool(use), found, f"pip install '{source}'" if use else f"pip install {name}"
+        )
+    return Finding(name, True, _version(name) + (f": {use}" if use else ""))
 
 
 def _version(name: str) -> str:
@@ -98,9 +95,3 @@ def _cache() -> Finding:
     if os.access(place, os.W_OK):
         return Finding("cache", True, str(folder))
     return Finding("cache", True, f"{folder} cannot be written", "set SYMGEN_CACHE to a folder")
-
-
-def _optional(name: str, use: str, source: str) -> Finding:
-    if util.find_spec(name) is None:
-        return Finding(name, True, f"not installed: {use}", f"pip install '{source}'")
-    return Finding(name, True, f"{_version(name)}: {use}")

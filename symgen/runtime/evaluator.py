@@ -8,7 +8,7 @@ from __future__ import annotations
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -250,31 +250,28 @@ def load(robot: Robot | Model | str | Path, *, backend: str = "auto") -> Evaluat
     return Evaluator(model, [_CasadiKernel(k, model) for k in model.kernels], None)
 
 
-_said: set[str] = set()
-
-
+@cache
 def _say_once(message: str) -> None:
-    if message not in _said:
-        _said.add(message)
-        warnings.warn(message, SymgenWarning, stacklevel=3)
+    warnings.warn(message, SymgenWarning, stacklevel=3)
 
 
 def _compiled(model: Model, compiler: Compiler) -> Evaluator:
     sources = Derivations.of(model.robot).sources(model.kernels, lambda: library(model))
     name = model.robot.name
     declarations = "\n".join(line for k in model.kernels for line in k.prototypes(name, "double"))
-    apart = model.robot.gravity_input  # its identifier takes g: for C alone
-    if f"{name}_identifier.h" in sources and not apart:
-        declarations += _IDENTIFIER.replace("NAME", name)
-    if f"{name}_identifier_momentum.h" in sources and not apart:
-        declarations += _IDENTIFIER_MOMENTUM.replace("NAME", name)
+    for header, declared in _IDENTIFIERS.items():
+        # Where gravity is an input the identifier takes g: it is for C alone.
+        if f"{name}_{header}" in sources and not model.robot.gravity_input:
+            declarations += declared.replace("NAME", name)
     flags = chosen_flags(compiler).flags.flags
     module = build_module(sources, declarations, compiler, flags)
     functions = [_CKernel(k, model, module, compiler) for k in model.kernels]
     return Evaluator(model, functions, module)
 
 
-_IDENTIFIER = """
+#: What Python sees of the identifiers, by header.
+_IDENTIFIERS = {
+    "identifier.h": """
 size_t NAME_identifier_size(size_t window);
 int NAME_identifier_init(void *state, size_t bytes, size_t window, int mode, double forgetting);
 int NAME_identifier_step(void *state, const double *q, const double *qd, const double *tau,
@@ -292,12 +289,13 @@ int NAME_least_squares_init(NAME_least_squares *s, double forgetting);
 int NAME_least_squares_update(NAME_least_squares *s, const double *row, double y);
 void NAME_least_squares_merge(NAME_least_squares *s, const NAME_least_squares *other);
 int NAME_least_squares_solve(const NAME_least_squares *s, double *X, double *std, double *rss);
-"""
-_IDENTIFIER_MOMENTUM = """
+""",
+    "identifier_momentum.h": """
 size_t NAME_identifier_momentum_size(size_t window);
 int NAME_identifier_momentum_init(void *state, size_t bytes, size_t window, int mode,
                                   double forgetting);
-"""
+""",
+}
 
 
 class _CKernel(KernelFunction):

@@ -11,7 +11,6 @@ SYMGEN_FLAGS names a set instead ("plain" for code that every processor of the k
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import platform
@@ -31,11 +30,12 @@ from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import derive
 from symgen.codegen.package import library
 from symgen.codegen.panels import panel_sources
+from symgen.distributed import digest
 from symgen.errors import BuildError
 from symgen.places import written
 from symgen.robot.toml_io import read_robot
 from symgen.runtime import race
-from symgen.runtime.build import _FLAGS, Compiler, native
+from symgen.runtime.build import _FLAGS, Compiler, native, unpacked
 from symgen.runtime.turns import turn
 
 _TIMEOUT_SECONDS = 60
@@ -199,10 +199,8 @@ _measured = cache(fastest)
 
 def _memory(name: str, sets: Sequence[FlagSet], compiler: Compiler, macros: str) -> Path:
     """Return the file for this processor, compiler and sets."""
-    digest = hashlib.sha256()
-    for part in (*compiler.command, compiler.version, macros, _processor(), *_FLAGS, repr(sets)):
-        digest.update(part.encode() + b"\0")
-    return cache_folder() / f"flags-{name}-{digest.hexdigest()[:32]}.json"
+    key = digest(*compiler.command, compiler.version, macros, _processor(), *_FLAGS, repr(sets))
+    return cache_folder() / f"flags-{name}-{key[:32]}.json"
 
 
 @cache
@@ -230,9 +228,7 @@ def _race(sets: Sequence[FlagSet], compiler: Compiler, contest: Contest) -> dict
     files, functions = contest
     with tempfile.TemporaryDirectory(prefix="symgen-", ignore_cleanup_errors=True) as folder:
         work = Path(folder)
-        for file, content in files.items():
-            (work / file).write_bytes(content)
-        sources = [file for file in sorted(files) if file.endswith(".c")]
+        sources = unpacked(files, work)
 
         def compiled(one: FlagSet) -> bool:
             command = [*compiler.command, *_FLAGS, *one.flags, *sources]

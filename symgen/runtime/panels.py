@@ -21,7 +21,7 @@ from symgen.codegen.package import library
 from symgen.codegen.panels import panel_sources
 from symgen.errors import ParameterError
 from symgen.runtime.build import Compiler, build_module
-from symgen.runtime.calls import Bound, FloatArray, checked, result
+from symgen.runtime.calls import Bound, FloatArray, buffers, checked, result
 from symgen.runtime.flags import panel_flags
 
 _LINE = 64  # bytes of a cache line, to which outputs are aligned
@@ -44,7 +44,7 @@ class Panels:
             BuildError: the compiler fails.
         """
         name = f"{model.robot.name}_{kernel.name}"
-        listed = ", ".join(a.declared("double", batch=True) for a in kernel.arguments)
+        listed = kernel.listed("double", batch=True)
         declarations = (
             f"size_t {name}_width(void);\n"
             f"int {name}_rows(int stream, size_t N, {listed});\n"
@@ -87,9 +87,7 @@ class Panels:
             stream: whether to write outputs past the cache. By default where they are larger than
                 it and doing so is faster on these buffers: some machines gain half, some lose.
         """
-        inputs = tuple(
-            np.zeros(a.size if a.shared else (count, a.size)) for a in self.kernel.inputs
-        )
+        inputs, _ = buffers(self.kernel, count)
         blocks = -(-count // self.width)
         outputs = tuple(
             aligned((count, *o.shape) if rows else (blocks, o.size, self.width))

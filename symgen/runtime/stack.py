@@ -18,7 +18,7 @@ from collections.abc import Mapping
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
-from symgen.runtime.build import Compiler
+from symgen.runtime.build import Compiler, unpacked
 
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-S", "-fstack-usage")
 _TIMEOUT_SECONDS = 300
@@ -38,9 +38,7 @@ def worst_case_stack(sources: Mapping[str, bytes], compiler: Compiler) -> dict[s
     """
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
-        for name, content in sources.items():
-            (work / name).write_bytes(content)
-        files = sorted(name for name in sources if name.endswith(".c"))
+        files = unpacked(sources, work)
         try:
             # x86-64 lets a leaf use 128 bytes that no frame counts, unless told otherwise.
             machine = _run([*compiler.command, "-dumpmachine"], work)

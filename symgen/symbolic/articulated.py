@@ -20,7 +20,6 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from symgen import names
 from symgen.symbolic.bodies import Inertia
 from symgen.symbolic.constraints import ByJoint
 from symgen.symbolic.dynamics import Plant, rotors
@@ -93,13 +92,13 @@ class Articulated:
         (b, c), length, M = around(motion.axis), motion.length, self.M
         H = [list(row) for row in self.H]
         for k in range(3):
-            H[b][k] = tape.name(f"aH{b + 1}{k + 1}{motion.tag}", H[b][k] - length * M[c][k])
-            H[c][k] = tape.name(f"aH{c + 1}{k + 1}{motion.tag}", H[c][k] + length * M[b][k])
+            H[b][k] = tape.entry(H[b][k] - length * M[c][k], "aH", motion.tag, b, k)
+            H[c][k] = tape.entry(H[c][k] + length * M[b][k], "aH", motion.tag, c, k)
         J = {}
         for i, k in UPPER:
             value = self.J[i][k] + length * {b: -self.H[i][c], c: self.H[i][b]}.get(k, sp.S.Zero)
             value += length * {b: -H[k][c], c: H[k][b]}.get(i, sp.S.Zero)
-            J[i, k] = tape.name(f"aJ{i + 1}{k + 1}{motion.tag}", value)
+            J[i, k] = tape.entry(value, "aJ", motion.tag, i, k)
         n = shifted(self.n, self.f, motion.back, "an", tape)
         return Articulated(symmetric(J), matrix(lambda i, k: H[i][k]), M, n, self.f)
 
@@ -110,7 +109,7 @@ def _named(
     """Name the entries of a matrix; of one that is `alike` on both sides, those of one side."""
 
     def named_entry(i: int, k: int) -> sp.Expr:
-        return tape.name(f"{name}{i + 1}{k + 1}", entry(i, k))
+        return tape.entry(entry(i, k), name, "", i, k)
 
     return symmetric({at: named_entry(*at) for at in UPPER}) if alike else matrix(named_entry)
 
@@ -128,7 +127,7 @@ def _symmetric(a: Matrix, motion: Turn, letter: str, tape: TapeBuilder) -> Matri
     k, (i, h), c, s = motion.axis, around(motion.axis), motion.c, motion.s
 
     def name(row: int, column: int, value: sp.Expr) -> sp.Expr:
-        return tape.name(f"{letter}{row + 1}{column + 1}{motion.tag}", value)
+        return tape.entry(value, letter, motion.tag, row, column)
 
     first = name(6, i, c * a[i][i] - s * a[i][h])
     second = name(6, h, c * a[i][h] - s * a[h][h])
@@ -170,7 +169,7 @@ def linear_solution(p: Plant, right: ByJoint) -> tuple[ByJoint, list[sp.Expr]]:
     pivots = []
     for step in reversed(p.way):
         j, a, body = step.joint.number, step.joint.antecedent, bodies[step.joint.number]
-        if step.joint.sigma != names.FIXED:
+        if not step.joint.fixed:
             pivot, joints[j], body = _released(p, step, body, rotor[j][j], right[j])
             pivots.append(pivot)
         if a != 0:
@@ -185,7 +184,7 @@ def _released(
 ) -> tuple[sp.Expr, _Joint, Articulated]:
     """Let a joint go: the pivot, what it takes, and what is left of its body."""
     tape, j = p.tape, step.joint.number
-    turns = step.joint.sigma == names.REVOLUTE
+    turns = step.joint.turns
     n, f = (body.J[2], body.H[2]) if turns else (transposed(body.H)[2], body.M[2])
     pivot = (n[2] if turns else f[2]) + rotor
     inverse = tape.name(f"d{j}", 1 / pivot)
@@ -216,7 +215,7 @@ def _accelerated(p: Plant, joints: Mapping[int, _Joint]) -> ByJoint:
         if j in joints:
             own, (w, v) = joints[j], twist
             out[j] = tape.name(f"o{j}", own.driven - dot(own.n, w) - dot(own.f, v))
-            if step.joint.sigma == names.REVOLUTE:
+            if step.joint.turns:
                 twist = replaced(w, {2: tape.name(f"ow{j}", w[2] + out[j])}), v
             else:
                 twist = w, replaced(v, {2: tape.name(f"ov{j}", v[2] + out[j])})

@@ -95,8 +95,8 @@ class Proof:
     primes: tuple[int, ...]
     seeds: tuple[int, ...]
     points: int
-    structural: int
-    lifted: int
+    structural_relations: int
+    lifted_relations: int
 
     @property
     def method(self) -> str:
@@ -147,10 +147,10 @@ def bound(robot: Robot) -> int:
     It holds for the inertial parameters of a serial arm that stands on one joint: for each further
     joint on the base, the four parameters that joint 1 lacks are taken off for that root.
     """
-    revolute = sum(j.sigma == names.REVOLUTE for j in robot.joints)
-    prismatic = sum(j.sigma == names.PRISMATIC for j in robot.joints)
+    revolute = sum(j.turns for j in robot.joints)
+    prismatic = sum(j.slides for j in robot.joints)
     first = robot.movable[0]
-    return 8 * revolute + 5 * prismatic - 4 - (1 if first.sigma == names.REVOLUTE else 0)
+    return 8 * revolute + 5 * prismatic - 4 - (1 if first.turns else 0)
 
 
 def count_base(robot: Robot) -> int:
@@ -207,8 +207,8 @@ def find_base(
         primes=tuple(s.field.p for s in fields),
         seeds=_SEEDS,
         points=fields[0].matrix.shape[0],
-        structural=structural,
-        lifted=len(rows.rows) - structural,
+        structural_relations=structural,
+        lifted_relations=len(rows.rows) - structural,
     )
     return _regrouped(standard, rows.rows, proof)
 
@@ -275,9 +275,9 @@ class _Columns:
         self.state = [p for p in standard if p.inertial or p.prefix == "OF"]
         self.names = [p.name for p in self.state]
         self.path_only = sum(not p.load for p in standard) - len(self.state)
-        turned = [j.theta + j.offset for j in robot.joints if j.sigma == names.REVOLUTE]
+        turned = [j.theta + j.offset for j in robot.joints if j.turns]
         self.angles = [a for j in robot.joints for a in (j.gamma, j.alpha, j.theta)] + turned
-        ratios = [c for j in robot.joints for _, c in j.shares if j.sigma == names.REVOLUTE]
+        ratios = [c for j in robot.joints for _, c in j.shares if j.turns]
         self.parts = math.lcm(*(int(c.q) for c in ratios))
 
     def fields(self) -> list[_Sample]:
@@ -317,9 +317,7 @@ class _Columns:
     def _state(self, field: PrimeField, count: int) -> dict[str, list[Any]]:
         """Draw joint variables and speeds of some points."""
         q = [
-            field.joint_angle(count, self.parts)
-            if j.sigma == names.REVOLUTE
-            else field.numbers(count)
+            field.joint_angle(count, self.parts) if j.turns else field.numbers(count)
             for j in self.robot.movable
         ]
         return {"q": q, "qd": [field.numbers(count) for _ in self.robot.movable]}

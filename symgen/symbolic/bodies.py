@@ -54,7 +54,7 @@ _HALF = sp.Rational(1, 2)
 
 def products(w: Vector, j: int, tape: TapeBuilder) -> Matrix:
     """Name the products w_a w_b of a link: entry [a][b]."""
-    return symmetric({(a, b): tape.name(f"P{a + 1}{b + 1}{j}", w[a] * w[b]) for a, b in UPPER})
+    return symmetric({(a, b): tape.entry(w[a] * w[b], "P", j, a, b) for a, b in UPPER})
 
 
 def unit_wrench(prefix: str, motion: Motion, j: int, tape: TapeBuilder) -> Screw:
@@ -66,9 +66,9 @@ def unit_wrench(prefix: str, motion: Motion, j: int, tape: TapeBuilder) -> Screw
         k = names.MOMENT.index(prefix)
         i, h = around(k)
         f = {
-            k: -tape.name(f"Q{k + 1}{j}", p[i][i] + p[h][h]),
-            i: tape.name(f"A{i + 1}{k + 1}{j}", p[k][i] + dw[h]),
-            h: tape.name(f"A{h + 1}{k + 1}{j}", p[k][h] - dw[i]),
+            k: -tape.entry(p[i][i] + p[h][h], "Q", j, k),
+            i: tape.entry(p[k][i] + dw[h], "A", j, i, k),
+            h: tape.entry(p[k][h] - dw[i], "A", j, h, k),
         }
         return replaced(ZERO, f), replaced(ZERO, {i: -a[h], h: a[i]})
     b, c = UPPER[names.INERTIA.index(prefix)]
@@ -79,9 +79,9 @@ def unit_wrench(prefix: str, motion: Motion, j: int, tape: TapeBuilder) -> Screw
     k = 3 - b - c
     sign = 1 if (c - b) % 3 == 1 else -1
     n = {
-        b: tape.name(f"A{b + 1}{c + 1}{k + 1}{j}", dw[c] - sign * p[b][k]),
-        c: tape.name(f"A{c + 1}{b + 1}{k + 1}{j}", dw[b] + sign * p[c][k]),
-        k: tape.name(f"B{k + 1}{j}", sign * (p[b][b] - p[c][c])),
+        b: tape.entry(dw[c] - sign * p[b][k], "A", j, b, c, k),
+        c: tape.entry(dw[b] + sign * p[c][k], "A", j, c, b, k),
+        k: tape.entry(sign * (p[b][b] - p[c][c]), "B", j, k),
     }
     return ZERO, replaced(ZERO, n)
 
@@ -112,10 +112,9 @@ class Inertia:
     def plus(self, other: Inertia, tag: str, tape: TapeBuilder) -> Inertia:
         """Return both bodies as one."""
         J = {
-            (i, k): tape.name(f"J{i + 1}{k + 1}s{tag}", self.J[i][k] + other.J[i][k])
-            for i, k in UPPER
+            (i, k): tape.entry(self.J[i][k] + other.J[i][k], "J", f"s{tag}", i, k) for i, k in UPPER
         }
-        m = vector(lambda i: tape.name(f"m{i + 1}s{tag}", self.m[i] + other.m[i]))
+        m = vector(lambda i: tape.entry(self.m[i] + other.m[i], "m", f"s{tag}", i))
         return Inertia(symmetric(J), m, tape.name(f"ms{tag}", self.M + other.M))
 
     def before(self, motion: Turn | Shift, j: int, tape: TapeBuilder) -> Inertia:
@@ -151,14 +150,14 @@ class Inertia:
         }
         J = symmetric({**entries, (k, k): J[k][k]})
         if isinstance(motion, Shift):
-            return Inertia(J, replaced(m, {k: tape.name(f"m{k + 1}{tag}", m[k] + ml)}), self.M)
+            return Inertia(J, replaced(m, {k: tape.entry(m[k] + ml, "m", tag, k)}), self.M)
         return Inertia(J, turned(m, motion.back, f"m{j}_", tape), self.M)
 
     def less_half_trace(self, tag: str, tape: TapeBuilder) -> Matrix:
         """Return J - tr(J)/2."""
         trace = tape.name(f"t{tag}", self.J[0][0] + self.J[1][1] + self.J[2][2])
         half = tape.name(f"h{tag}", _HALF * trace)
-        diagonal = [tape.name(f"j{i + 1}{tag}", self.J[i][i] - half) for i in range(3)]
+        diagonal = [tape.entry(self.J[i][i] - half, "j", tag, i) for i in range(3)]
         return matrix(lambda i, k: diagonal[i] if i == k else self.J[i][k])
 
     def momentum(self, twist: Screw) -> Screw:
@@ -177,12 +176,12 @@ class Inertia:
         for a in range(3):
             b, c = around(a)
             turning = w[b] * J[a][c] - w[c] * J[a][b]
-            value = 2 * tape.name(f"r{a + 1}{j}", turning + m[b] * V[b] + m[c] * V[c])
-            R[a, a] = tape.name(f"R{a + 1}{a + 1}{j}", value)
-            pair = tape.name(f"J{a + 1}{b + 1}_{j}", J[b][b] - J[a][a])
+            value = 2 * tape.entry(turning + m[b] * V[b] + m[c] * V[c], "r", j, a)
+            R[a, a] = tape.entry(value, "R", j, a, a)
+            pair = tape.entry(J[b][b] - J[a][a], "J", f"_{j}", a, b)
             value = w[b] * J[b][c] - w[a] * J[a][c] - pair * w[c]
             value = value - V[a] * m[b] - V[b] * m[a]
-            R[a, b] = tape.name(f"R{a + 1}{b + 1}{j}", value)
+            R[a, b] = tape.entry(value, "R", j, a, b)
         return Inertia(symmetric(R), lin, sp.S.Zero)
 
     def wrench(self, motion: Motion, j: int, tape: TapeBuilder) -> Screw:
@@ -200,7 +199,7 @@ class Inertia:
         diagonal = []
         for b in range(3):
             i, h = around(b)
-            pair = tape.name(f"J{i + 1}{h + 1}_{j}", self.J[h][h] - self.J[i][i])
+            pair = tape.entry(self.J[h][h] - self.J[i][i], "J", f"_{j}", i, h)
             diagonal.append(self.J[b][b] * motion.dw[b] + pair * p[i][h])
             if self.J[i][h] != 0:
                 prefix = names.INERTIA[UPPER.index((min(i, h), max(i, h)))]

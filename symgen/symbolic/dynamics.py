@@ -54,7 +54,7 @@ class Plant:
     @property
     def numbers(self) -> tuple[int, ...]:
         """Numbers of the movable joints."""
-        return tuple(j.number for j in self.robot.movable)
+        return self.robot.numbers
 
     def value(self, name: str) -> sp.Expr:
         """Return the symbol of the base parameter led by a standard one; 0 where there is none."""

@@ -8,25 +8,49 @@ columns kept must be independent there, and every regrouping must reproduce its 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
-import sympy as sp
+from numpy.typing import NDArray
 
-from symgen import names
 from symgen.errors import SymgenError
 from symgen.robot.types import Robot
 from symgen.symbolic.elimination import ExactRow
 from symgen.symbolic.energy import stacked, state_columns
 from symgen.symbolic.kinematics import by_joint
 from symgen.symbolic.parameters import Parameter
-from symgen.symbolic.tape import Numbers, Tape, Values
+from symgen.symbolic.tape import Numbers, Tape
 
+#: Numpy's form of every function that a tape may hold.
+FUNCTIONS = {
+    "sin": np.sin,
+    "cos": np.cos,
+    "abs": np.abs,
+    "sign": np.sign,
+    "tanh": np.tanh,
+    "exp": np.exp,
+    "log": np.log,
+}
 _MARGIN = 10
 #: Singular values of the kept columns, scaled, below which floats would call them dependent; far
 #: below what any useful geometry has, far above rounding.
 _DEPENDENT = 1e-13
 _ERROR = 1e-6
+
+
+def random_states(robot: Robot, count: int, seed: int = 0) -> list[NDArray[np.float64]]:
+    """Return q, qd, qdd, (count, n), of a robot in any posture: what parameters can show at all."""
+    draw = np.random.default_rng(seed)
+    span = np.array([np.pi if j.turns else 1.0 for j in robot.movable])
+    return [size * span * draw.uniform(-1, 1, (count, robot.n)) for size in (1.0, 1.0, 2.0)]
+
+
+def random_inputs(robot: Robot, count: int, seed: int) -> dict[str, list[NDArray[np.float64]]]:
+    """Return such states as inputs of a tape, with a gravity for each where it is an input."""
+    states = random_states(robot, count, seed)
+    inputs = {name: list(x.T) for name, x in zip(("q", "qd", "qdd"), states, strict=True)}
+    if robot.gravity_input:
+        inputs["g"] = list(np.random.default_rng(count).uniform(-10, 10, (3, count)))
+    return inputs
 
 
 def require_floats_agree(
@@ -47,23 +71,16 @@ def require_floats_agree(
     """
     values = robot.values()
     count = len(parameters) + _MARGIN
-    draw = np.random.default_rng(len(parameters))
-    span = [np.pi if j.sigma == names.REVOLUTE else 1.0 for j in robot.movable]
-    q = [draw.uniform(-s, s, count) for s in span]
-    qd = [draw.uniform(-2, 2, count) for _ in span]
-    functions = {"sin": np.sin, "cos": np.cos}
-    state: dict[str, list[Any]] = {"q": q, "qd": qd}
+    state = random_inputs(robot, count, len(parameters))
     rest = {key: [x[:1] for x in entries] for key, entries in state.items()}
-    if robot.gravity_input:
-        state["g"] = [draw.uniform(-10, 10, count) for _ in range(3)]
-    arithmetic = Numbers(values, functions)
-    out = state_columns(energy, parameters, arithmetic, state, rest, by_joint(robot, q))
+    arithmetic, positions = Numbers(values, FUNCTIONS), by_joint(robot, state["q"])
+    out = state_columns(energy, parameters, arithmetic, state, rest, positions)
     W = stacked(out, count).astype(float)
     W = W[1:] - W[0]
     column = {p.name: W[:, i] for i, p in enumerate(parameters)}
     size = max(1.0, float(np.abs(W).max(initial=0.0)))
     for name, row in rows.items():
-        parts = [_float(c.value, values) * column[n] for n, c in row.items()]
+        parts = [float(c.value.subs(values).evalf(30)) * column[n] for n, c in row.items()]
         scale = max(size, max(float(np.abs(part).max()) for part in parts))
         if not float(np.abs(np.sum(parts, axis=0)).max()) <= _ERROR * scale:
             raise SymgenError(f"the regrouping of {name} contradicts its column in numbers")
@@ -76,7 +93,3 @@ def require_floats_agree(
             f"singular values range over {singular[0] / max(singular[-1], 1e-300):.0e}; "
             "accepted: lengths, and factors of 'follows', of like size"
         )
-
-
-def _float(expr: sp.Expr, values: Values) -> float:
-    return float(expr if expr.is_Rational else expr.subs(values).evalf(30))

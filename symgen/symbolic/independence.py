@@ -3,34 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from symgen import names
 from symgen.errors import RobotError
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.energy import stacked
+from symgen.symbolic.guard import FUNCTIONS as FUNCTIONS
+from symgen.symbolic.guard import random_inputs
+from symgen.symbolic.guard import random_states as random_states
 from symgen.symbolic.regressor import torque_tape
 from symgen.symbolic.tape import Numbers
 
-#: Numpy's form of every function that a tape may hold.
-FUNCTIONS = {
-    "sin": np.sin,
-    "cos": np.cos,
-    "abs": np.abs,
-    "sign": np.sign,
-    "tanh": np.tanh,
-    "exp": np.exp,
-    "log": np.log,
-}
 _NEW = 1e-9  # share of a column that the others do not give
-
-
-def random_states(robot: Robot, count: int, seed: int = 0) -> list[NDArray[np.float64]]:
-    """Return q, qd, qdd, (count, n), of a robot in any posture: what parameters can show at all."""
-    draw = np.random.default_rng(seed)
-    span = np.array([np.pi if j.sigma == names.REVOLUTE else 1.0 for j in robot.movable])
-    return [size * span * draw.uniform(-1, 1, (count, robot.n)) for size in (1.0, 1.0, 2.0)]
 
 
 def require_new_columns(robot: Robot, base: BaseParameters) -> None:
@@ -44,11 +28,9 @@ def require_new_columns(robot: Robot, base: BaseParameters) -> None:
             finite.
     """
     count = 4 * len(base.parameters) + 20
-    states = np.array(random_states(robot, count, len(base.parameters)))
-    states[:, 0] = 0.0  # where logarithms and quotients have their poles
-    inputs = {name: list(x.T) for name, x in zip(("q", "qd", "qdd"), states, strict=True)}
-    if robot.gravity_input:
-        inputs["g"] = list(np.random.default_rng(count).uniform(-10, 10, (3, count)))
+    inputs = random_inputs(robot, count, len(base.parameters))
+    for x in (x for name in ("q", "qd", "qdd") for x in inputs[name]):
+        x[0] = 0.0  # where logarithms and quotients have their poles
     with np.errstate(all="ignore"):  # log(0) of a power at rest; what is not finite is refused
         out = torque_tape(robot).run(Numbers(robot.values(), FUNCTIONS), inputs)
     total = sum(not p.load for p in base.standard)

@@ -21,7 +21,6 @@ from typing import Any
 
 import sympy as sp
 
-from symgen import names
 from symgen.robot.types import Joint, Robot
 from symgen.symbolic.constraints import followed
 from symgen.symbolic.spatial import ZERO, Screw, Shift, Turn, Vector, onward, replaced, turned
@@ -105,7 +104,7 @@ def variables(robot: Robot) -> Variables:
 
     No length of a robot file can begin with X_.
     """
-    numbers = [joint.number for joint in robot.movable]
+    numbers = robot.numbers
     return Variables(
         *(
             tuple(real_symbol(f"{letter}{j}") for j in numbers)
@@ -129,7 +128,7 @@ def builder(robot: Robot, symbols: Iterable[sp.Symbol] = ()) -> TapeBuilder:
 
 def by_joint(robot: Robot, values: Sequence[Any]) -> dict[int, Any]:
     """Return values of the movable joints by the number of the joint."""
-    return dict(zip((joint.number for joint in robot.movable), values, strict=True))
+    return dict(zip(robot.numbers, values, strict=True))
 
 
 def path(robot: Robot, number: int) -> list[int]:
@@ -157,14 +156,14 @@ def steps(robot: Robot, tape: TapeBuilder) -> Way:
 def _step(joint: Joint, q: sp.Expr, qd: sp.Expr, rate: sp.Expr, tape: TapeBuilder) -> Step:
     j = joint.number
     turn, slide = joint.theta, joint.r
-    if joint.sigma == names.REVOLUTE:
+    if joint.turns:
         turn += joint.offset
         c, s = _joint_angle(q, turn, j, tape)
     else:
         slide += joint.offset
         c, s = _angle(turn, f"theta{j}", tape)
     r = tape.constant(f"r{j}", slide)
-    if joint.sigma == names.PRISMATIC:
+    if joint.slides:
         r = tape.name(f"R{j}", q + r)
     return Step(joint, *elementary(joint, c, s, r, tape), qd, rate)
 
@@ -205,12 +204,12 @@ def frames(way: Way, base_gravity: Vector, tape: TapeBuilder) -> Mapping[int, Fr
         j, frame = step.joint.number, states[step.joint.antecedent]
         for motion in step.before:
             frame = _moved(frame, motion, tape)
-        if step.joint.sigma == names.REVOLUTE:
+        if step.joint.turns:
             w3 = tape.name(f"W3{j}", frame.w[2] + step.rate)
             frame = replace(frame, w=replaced(frame.w, {2: w3}))
         for shift in step.after:
             frame = _moved(frame, shift, tape)
-        if step.joint.sigma == names.PRISMATIC:
+        if step.joint.slides:
             V3 = tape.name(f"V3{j}", frame.V[2] + step.rate)
             frame = replace(frame, V=replaced(frame.V, {2: V3}))
         states[j] = frame

@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 
-from symgen import names
 from symgen.errors import SymgenError
 from symgen.robot.types import Robot
 from symgen.symbolic.elimination import NeedsValuesError
@@ -174,7 +173,7 @@ def _point(robot: Robot, draw: random.Random) -> _Point:
         t = sp.Rational(draw.randrange(-3, 4), draw.randrange(1, 4))
         number.append(sp.Integer(draw.randrange(-9, 10)))
         circle = _Circle((1 - t**2) / (1 + t**2), 2 * t / (1 + t**2))
-        q.append(circle if joint.sigma == names.REVOLUTE else number[-1])
+        q.append(circle if joint.turns else number[-1])
     return _Point(q, [sp.Integer(draw.randrange(-3, 4)) for _ in robot.movable], number)
 
 
@@ -206,7 +205,7 @@ class _Columns:
         return [[a - b for a, b in zip(row, rows[0], strict=True)] for row in rows[1:]]
 
 
-class _Exact:
+class _Exact(Arithmetic):
     """Exact arithmetic of SymPy expressions, for a few columns at a time."""
 
     def __init__(self, halves: dict[sp.Expr, sp.Symbol], following: bool) -> None:
@@ -227,11 +226,6 @@ class _Exact:
         if isinstance(a, _Circle) or isinstance(b, _Circle):
             return self._turned(a, b)
         return sp.cancel(a + b) if self.halves else a + b
-
-    def sub(self, a: Any, b: Any) -> Any:
-        if isinstance(a, _Circle) or isinstance(b, _Circle):
-            return self._turned(a, self.neg(b))
-        return sp.cancel(a - b) if self.halves else a - b
 
     def mul(self, a: Any, b: Any) -> Any:
         if isinstance(a, _Circle) or isinstance(b, _Circle):

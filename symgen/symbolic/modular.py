@@ -26,6 +26,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from symgen.errors import SymgenError
+from symgen.symbolic.tape import Arithmetic
 
 Residues = NDArray[np.int64]
 _BITS = 31  # products of two residues fit in 64 bits
@@ -57,7 +58,7 @@ class JointAngle:
     parts: int = 1
 
 
-class PrimeField:
+class PrimeField(Arithmetic):
     """Integers modulo p, with a fixed random value for every geometric symbol and angle.
 
     Args:
@@ -112,11 +113,6 @@ class PrimeField:
         if isinstance(b, JointAngle):
             return self._turned(b, a)
         return (a + b) % self.p
-
-    def sub(self, a: Any, b: Any) -> Any:
-        if isinstance(a, JointAngle) or isinstance(b, JointAngle):
-            return self.add(a, self.neg(b))
-        return (a - b) % self.p
 
     def mul(self, a: Any, b: Any) -> Any:
         if isinstance(b, JointAngle):
@@ -220,16 +216,12 @@ class PrimeField:
         if e.is_Add:
             return sum(self._evaluate(a) for a in e.args) % p
         if e.is_Mul:
-            out = 1
-            for a in e.args:
-                out = out * self._evaluate(a) % p
-            return out
-        if e.is_Pow and e.exp.is_Integer:
-            residue, exponent = self._evaluate(e.base), int(e.exp)
-            return pow(residue if exponent > 0 else self._inverse(residue), abs(exponent), p)
+            return math.prod(map(self._evaluate, e.args)) % p
         if e.is_Pow and (2 * e.exp).is_Integer:
-            root, exponent = self._square_root(e.base), int(2 * e.exp)
-            return pow(root if exponent > 0 else self._inverse(root), abs(exponent), p)
+            whole = e.exp.is_Integer
+            base = self._evaluate(e.base) if whole else self._square_root(e.base)
+            exponent = int(e.exp if whole else 2 * e.exp)
+            return pow(base if exponent > 0 else self._inverse(base), abs(exponent), p)
         if e.func in (sp.cos, sp.sin, sp.tan):
             c, s = self._cosine_sine(self._e_i(e.args[0]))
             return int(c if e.func is sp.cos else s if e.func is sp.sin else s * self._inverse(c))

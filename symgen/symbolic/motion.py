@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from symgen import names
 from symgen.symbolic.constraints import ByJoint
 from symgen.symbolic.kinematics import Step, Way
 from symgen.symbolic.spatial import (
@@ -134,7 +133,7 @@ def _passed(
     j, (rate, speed, faster) = step.joint.number, rates
     for motion in step.before:
         now = _moved(now, motion, letters, tape)
-    if step.joint.sigma == names.REVOLUTE:
+    if step.joint.turns:
         gained = plus(now.dw, cross(now.real, scaled(speed, Z)), scaled(faster, Z))
         dw = vector(lambda i: tape.name(letters.joint.format(letters.dw, i + 1, j), gained[i]))
         w = _faster(now.w, letters.joint.format(letters.w, 3, j), rate, tape)
@@ -142,7 +141,7 @@ def _passed(
         now = Motion(w, dw, now.a, real)
     for shift in step.after:
         now = _moved(now, shift, letters, tape)
-    if step.joint.sigma == names.PRISMATIC:
+    if step.joint.slides:
         if now.real is now.w:
             twice = tape.name(f"Y{j}", 2 * speed)
             turning = cross(now.w, scaled(twice, Z))
@@ -179,7 +178,7 @@ def _carried(now: Motion, shift: Shift, letter: str, tape: TapeBuilder) -> Vecto
 
     def sum_of(axis: int, value: sp.Expr) -> sp.Expr:
         # The wrench of the body needs the same sums: with names there is one of each.
-        return tape.name(f"{letter}A{axis + 1}{shift.tag}", value)
+        return tape.entry(value, f"{letter}A", shift.tag, axis)
 
     column = {
         i: sum_of(i, product(k, i) + now.dw[h]),
@@ -187,7 +186,7 @@ def _carried(now: Motion, shift: Shift, letter: str, tape: TapeBuilder) -> Vecto
         k: -sum_of(k, product(i, i) + product(h, h)),
     }
     new = {axis: now.a[axis] + shift.length * value for axis, value in column.items()}
-    named = {axis: tape.name(f"{letter}{axis + 1}{shift.tag}", x) for axis, x in new.items()}
+    named = {axis: tape.entry(x, letter, shift.tag, axis) for axis, x in new.items()}
     return replaced(now.a, named)
 
 
@@ -196,7 +195,7 @@ def screws(way: Way, tape: TapeBuilder) -> Mapping[int, Mapping[int, Screw]]:
 
     w_i = sum of e_ij qd_j and V_i = sum of v_ij qd_j.
     """
-    moving = (step.joint for step in way if step.joint.sigma != names.FIXED)
+    moving = (step.joint for step in way if not step.joint.fixed)
     return handed_on(way, {j.number: axis(j.sigma) for j in moving}, "EL", tape)
 
 

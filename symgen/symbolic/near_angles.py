@@ -13,14 +13,12 @@ from dataclasses import replace
 
 import sympy as sp
 
-from symgen import names
 from symgen.errors import IdentificationError
 from symgen.robot import exact_numbers
 from symgen.robot.expressions import shortened, text
-from symgen.robot.types import Joint, Robot
+from symgen.robot.types import ANGLES, Joint, Robot
 from symgen.symbolic.base_parameters import count_base
 
-_ANGLES = ("gamma", "alpha", "theta")
 _NEAR = 0.01  # rad: what is farther off is meant so
 
 
@@ -33,7 +31,7 @@ def costly_angles(robot: Robot) -> tuple[str, ...]:
     near = [
         (joint.number, key, fraction)
         for joint in plain.joints
-        for key in _ANGLES
+        for key in ANGLES
         if (fraction := _fraction(joint, key)) is not None
     ]
     least = count_base(_with(plain, near)) if near else 0
@@ -65,7 +63,7 @@ def told_of_angles(robot: Robot) -> Iterator[None]:
 
 def _fraction(joint: Joint, key: str) -> sp.Expr | None:
     """Return the multiple of pi/24 that a constant angle is near and is not."""
-    if key == "theta" and joint.sigma == names.REVOLUTE:  # where q is counted from
+    if key == "theta" and joint.turns:  # where q is counted from
         return None
     angle = getattr(joint, key)
     k = round(float(angle) * exact_numbers.PARTS / math.pi)

@@ -37,8 +37,8 @@ def add_body_tape(robot: Robot, base: BaseParameters) -> Tape:
     at, mass = links(robot), real_symbol("X_mass")
     c, own = coordinates("c"), coordinates("i", 6)
     tape = builder(robot, (*X, *at, mass, *c, *own))
-    moment = [tape.name(f"m{i + 1}", mass * c[i]) for i in range(3)]
-    squares = [tape.name(f"s{i + 1}", moment[i] * c[i]) for i in range(3)]
+    moment = [tape.entry(mass * c[i], "m", "", i) for i in range(3)]
+    squares = [tape.entry(moment[i] * c[i], "s", "", i) for i in range(3)]
     J = {}
     for (a, b), prefix, value in zip(UPPER, names.INERTIA, own, strict=True):
         steiner = sum(squares) - squares[a] if a == b else -moment[a] * c[b]

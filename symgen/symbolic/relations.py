@@ -47,7 +47,7 @@ def structural_relations(robot: Robot) -> list[Relation]:
         found += [_moved(joint, body, (*before, *after)) for body in _kept_bodies(joint)]
         here = _carried(joint, direction[joint.antecedent], before)
         direction[joint.number] = here
-        if here and joint.sigma == names.PRISMATIC:
+        if here and joint.slides:
             found.append(
                 {f"{m}{joint.number}": a for m, a in zip(names.MOMENT, here, strict=True) if a != 0}
             )
@@ -64,19 +64,19 @@ def _carried(joint: Joint, axis: Vector | None, way: _Way) -> Vector | None:
     if axis is None:
         return None
     if axis == ():
-        return Z if joint.sigma == names.REVOLUTE else ()
+        return Z if joint.turns else ()
     for motion in way:
         if isinstance(motion, Turn):
             axis = turned(axis, motion, "", _Formulas())
     parallel = axis[0] == 0 and axis[1] == 0
-    return axis if parallel or joint.sigma != names.REVOLUTE else None
+    return axis if parallel or not joint.turns else None
 
 
 def _kept_bodies(joint: Joint) -> list[dict[str, int]]:
     """Return the bodies on link j that a motion of joint j does not change."""
-    if joint.sigma == names.REVOLUTE:
+    if joint.turns:
         return [{"XX": 1, "YY": 1}, {"MZ": 1}, {"M": 1}]
-    if joint.sigma == names.PRISMATIC:
+    if joint.slides:
         return [{prefix: 1} for prefix in names.INERTIA]
     return [{prefix: 1} for prefix in names.LINK]
 

@@ -93,7 +93,7 @@ def transposed(a: Matrix) -> Matrix:
 
 def named(a: Vector, name: str, tape: TapeBuilder) -> Vector:
     """Name the components of a vector."""
-    return tuple(tape.name(f"{name}{i + 1}", x) for i, x in enumerate(a))
+    return tuple(tape.entry(x, name, "", i) for i, x in enumerate(a))
 
 
 def moved(screw: Screw, twist: Screw) -> Screw:
@@ -163,7 +163,7 @@ def shifted(moment: Vector, v: Vector, shift: Shift, letter: str, tape: TapeBuil
 
 def _renamed(a: Vector, new: ByJoint, letter: str, tag: str, tape: TapeBuilder) -> Vector:
     """Replace entries of a vector by steps with a name."""
-    return replaced(a, {i: tape.name(f"{letter}{i + 1}{tag}", x) for i, x in new.items()})
+    return replaced(a, {i: tape.entry(x, letter, tag, i) for i, x in new.items()})
 
 
 def onward(twist: Screw, motion: Turn | Shift, letters: Sequence[str], tape: TapeBuilder) -> Screw:

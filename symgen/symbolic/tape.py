@@ -7,16 +7,19 @@ NumPy, CasADi and arithmetic modulo a prime run it through `Tape.run`. Nothing i
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
-from typing import Any, Protocol
+from typing import Any
 
 import sympy as sp
 
 from symgen.errors import SymgenError
 
 Symbols = tuple[sp.Symbol, ...]
+#: Symbols, and what each stands for.
+Steps = tuple[tuple[sp.Symbol, sp.Expr], ...]
 #: What symbols stand for: numbers for named lengths, or expressions.
 Values = Mapping[sp.Symbol, sp.Expr]
 
@@ -26,24 +29,30 @@ def real_symbol(name: str) -> sp.Symbol:
     return sp.Symbol(name, real=True)
 
 
-class Arithmetic(Protocol):
+class Arithmetic(ABC):
     """The operations that running a tape needs, over any kind of number."""
 
+    @abstractmethod
     def constant(self, value: sp.Expr) -> Any:
         """Return the number that an exact geometric expression stands for."""
 
+    @abstractmethod
     def add(self, a: Any, b: Any) -> Any:
         """Return a + b."""
 
     def sub(self, a: Any, b: Any) -> Any:
         """Return a - b."""
+        return self.add(a, self.neg(b))
 
+    @abstractmethod
     def mul(self, a: Any, b: Any) -> Any:
         """Return a b."""
 
+    @abstractmethod
     def neg(self, a: Any) -> Any:
         """Return -a."""
 
+    @abstractmethod
     def function(self, name: str, argument: Any) -> Any:
         """Return sin, cos, abs, sign, tanh or the inverse of a number."""
 
@@ -71,8 +80,8 @@ class Tape:
     """
 
     inputs: tuple[tuple[str, Symbols], ...]
-    constants: tuple[tuple[sp.Symbol, sp.Expr], ...]
-    steps: tuple[tuple[sp.Symbol, sp.Expr], ...]
+    constants: Steps
+    steps: Steps
     outputs: tuple[sp.Expr, ...]
 
     @cached_property
@@ -293,6 +302,10 @@ class TapeBuilder:
         self._steps[expr] = symbol
         return symbol
 
+    def entry(self, expr: sp.Expr, letter: str, tag: object, *places: int) -> sp.Expr:
+        """Name an entry of an array by its letter, its places counted from 1, and a tag."""
+        return self.name(f"{letter}{''.join(str(k + 1) for k in places)}{tag}", expr)
+
     def definitions(self) -> dict[sp.Symbol, sp.Expr]:
         """Return the steps so far: what each symbol stands for."""
         return {symbol: expr for expr, symbol in self._steps.items()}
@@ -312,7 +325,7 @@ class TapeBuilder:
         return replace(tape, inputs=(*tape.inputs, *last))
 
 
-class Numbers:
+class Numbers(Arithmetic):
     """Arithmetic of floats, arrays and CasADi expressions: Python's operators.
 
     Args:

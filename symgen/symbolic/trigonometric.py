@@ -19,6 +19,7 @@ from fractions import Fraction
 import sympy as sp
 
 from symgen.symbolic.kinematics import cosine_sine
+from symgen.symbolic.tape import Arithmetic
 
 _BITS = 16  # of one exponent or multiple: both are packed into integers, which add like vectors
 _MASK, _HALF = (1 << _BITS) - 1, 1 << (_BITS - 1)
@@ -33,7 +34,7 @@ class TooLargeError(Exception):
 
 
 @dataclass
-class Trigonometric:
+class Trigonometric(Arithmetic):
     """Arithmetic of trigonometric polynomials, for `Tape.run`.
 
     Attributes:
@@ -77,9 +78,6 @@ class Trigonometric:
         for key, c in b.items():
             _put(out, key, c)
         return out
-
-    def sub(self, a: Polynomial, b: Polynomial) -> Polynomial:
-        return self.add(a, self.neg(b))
 
     def neg(self, a: Polynomial) -> Polynomial:
         return {key: -c for key, c in a.items()}

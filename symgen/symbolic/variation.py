@@ -12,8 +12,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from symgen.data.raw import FloatArray
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameter, BaseParameters, Proof
 from symgen.symbolic.dynamics import inverse_dynamics, plant
@@ -21,9 +21,8 @@ from symgen.symbolic.independence import FUNCTIONS
 from symgen.symbolic.parameters import standard_parameters
 from symgen.symbolic.tape import Numbers, Tape, real_symbol
 
-FloatArray = NDArray[np.float64]
 _LENGTHS = ("d", "r", "b")
-_UNPROVED = Proof(rank=0, primes=(), seeds=(), points=0, structural=0, lifted=0)
+_UNPROVED = Proof(0, (), (), 0, 0, 0)
 
 
 @dataclass(frozen=True)

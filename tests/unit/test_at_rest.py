@@ -19,10 +19,10 @@ from symgen.estimation.filtered_log import filter_log, unfiltered
 from symgen.estimation.masking import require_left, rests_in_words, seldom_moving
 from symgen.estimation.system import (
     Equations,
-    momentum_equations,
     momentum_sides,
     torque_equations,
     torque_sides,
+    window_equations,
 )
 from symgen.estimation.torque_error import fit
 from symgen.estimation.windows import place_windows
@@ -124,7 +124,7 @@ def test_rows_that_a_rest_concerns_are_multiplied_and_no_others(evaluator, make)
         seen = filter_log(samples, Band(250.0, 30.0, 4.0, "measured", rests))
         if make == "torque":
             return torque_equations(evaluator, seen)[0]
-        return momentum_equations(evaluator, seen, 0.2)[0]
+        return window_equations(evaluator, seen, "momentum", 0.2)[0]
 
     plain, weighed = rows(None), rows(Rests(slow, (0.01,)))
     assert plain.rest is None

@@ -42,7 +42,9 @@ def test_the_proof_counts_what_it_proves(name: str, friction: tuple[str, ...]) -
     base = _base(name, friction)
     proof = base.proof
     assert proof.rank == len(base.parameters)
-    assert proof.structural + proof.lifted == len(base.standard) - len(base.parameters)
+    assert proof.structural_relations + proof.lifted_relations == len(base.standard) - len(
+        base.parameters
+    )
     # ten points more than there are columns, and one of them is what all others are compared with
     columns = sum(p.inertial or p.prefix == "OF" for p in base.standard)
     assert proof.points == columns + 9

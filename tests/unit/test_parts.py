@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import symgen
-from symgen.codegen import package, parts
+from symgen.codegen import parts
 from symgen.codegen.verification import physical_parameters
 
 KERNELS = ("torque_regressor", "forward_dynamics", "energy_regressor")
@@ -34,8 +34,7 @@ def model():
 @pytest.fixture
 def short(monkeypatch):
     """Functions of 60 statements, as if that were the limit."""
-    whole = parts.in_parts
-    monkeypatch.setattr(package, "in_parts", lambda body, names: whole(body, names, limit=60))
+    monkeypatch.setattr(parts, "LIMIT", 60)
 
 
 @pytest.mark.usefixtures("short")

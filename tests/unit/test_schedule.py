@@ -44,6 +44,6 @@ def test_fewer_values_wait_than_in_the_order_of_the_derivation(robot):
 
 def test_steps_that_nothing_joins_keep_their_order():
     x = sp.Symbol("x", real=True)
-    steps = [(sp.Symbol(f"s{i}", real=True), i * x) for i in range(2, 9)]
+    steps = tuple((sp.Symbol(f"s{i}", real=True), i * x) for i in range(2, 9))
     assert scheduled(steps) == steps
-    assert scheduled([]) == []
+    assert scheduled(()) == ()

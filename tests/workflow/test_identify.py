@@ -16,7 +16,7 @@ from support import data_folder, sampled
 import symgen
 from symgen.estimation.estimators import solve
 from symgen.estimation.filtered_log import unfiltered
-from symgen.estimation.system import LinearSystem, energy_equations, momentum_equations
+from symgen.estimation.system import LinearSystem, window_equations
 from symgen.report.store import result_files, result_page
 
 X = np.array([1.702, 0.05644, 0.15, 0.075])
@@ -128,7 +128,7 @@ def test_momentum_on_line_agrees_with_the_batch(tmp_path) -> None:
     for noise, tolerance in ((0.0, 1e-7), (0.01, 0.05)):
         tau = torque @ true + noise * draw.normal(size=motion.q.shape)
         samples = replace(motion, tau=tau)
-        equations = momentum_equations(evaluator, unfiltered(samples), 0.05)
+        equations = window_equations(evaluator, unfiltered(samples), "momentum", 0.05)
         shared = {"correlation": 2, "t": motion.t[10:-7:5]}
         same = tuple(
             replace(e, W=_halves(e.W, 5, len(tau)), y=_halves(e.y, 5, len(tau)), **shared)
@@ -196,8 +196,8 @@ def test_standard_deviations_cover_the_truth() -> None:
     for _ in range(200):
         tau = clean.tau + 0.2 * draw.normal(size=clean.tau.shape)
         log = symgen.make_log("noisy", clean.t, clean.q, tau, clean.qd)
-        equations = energy_equations(evaluator, unfiltered(symgen.prepare(log)), 0.2)
-        solution = solve(LinearSystem(evaluator.model.base.names, (equations,)))
+        equations = window_equations(evaluator, unfiltered(symgen.prepare(log)), "energy", 0.2)
+        solution = solve(LinearSystem(evaluator.model.base.names, equations))
         std = np.sqrt(np.diag(solution.covariance))
         inside.append(np.abs(solution.X - X) < 1.96 * std)
     print("coverage of the 95 % interval:", np.mean(inside))

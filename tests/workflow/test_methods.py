@@ -18,7 +18,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import ESTIMATORS, bias_of_least_squares
 from symgen.estimation.filtered_log import FilteredLog, filter_log
-from symgen.estimation.system import Equations, LinearSystem, energy_equations
+from symgen.estimation.system import Equations, LinearSystem, window_equations
 from symgen.identification.estimate import Consistency
 from symgen.identification.instruments import instrumented
 from symgen.identification.solving import ALL_METHODS, equate
@@ -185,7 +185,7 @@ def _at_every_sample(evaluator: symgen.Evaluator, log: FilteredLog, window: floa
     for first in range(hop):
         span = slice(first, None)
         cut = FilteredLog(log.samples.cut(span), log.band, log.q[span], log.qd[span])
-        found.append(energy_equations(evaluator, cut, window))
+        found += window_equations(evaluator, cut, "energy", window)
     order = np.argsort(np.concatenate([e.t for e in found]))
     W, y, t = (np.concatenate([getattr(e, key) for e in found])[order] for key in ("W", "y", "t"))
     assert len(t) == len(log.t) - steps

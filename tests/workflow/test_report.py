@@ -261,7 +261,8 @@ def test_spectrum_has_the_amplitude_density_of_white_noise() -> None:
     t = np.arange(0.0, 60.0, 0.01)
     noise = np.random.default_rng(0).normal(scale=0.5, size=(len(t), 1))
     trace = Trace("a", "train", "energy", t, noise, np.zeros_like(noise))
-    figure = residual_plots.residual_spectrum(replace(synthetic(), traces=(trace,), cutoff_hz=None))
+    estimate = replace(synthetic(), traces=(trace,), cutoff_hz=None)
+    figure = residual_plots.residual_spectrum(estimate, "energy")
     assert figure is not None
     # one-sided density of white noise: sigma sqrt(2 dt)
     level = np.median(np.asarray(figure.data[0].y))

@@ -17,6 +17,7 @@ from symgen.codegen.backends import Package
 from symgen.codegen.model import Model
 from symgen.codegen.verification import SEED, physical_parameters
 from symgen.files import rendered, templates
+from symgen.robot.effect import unit
 
 NEEDS = frozenset({"forward_dynamics"})
 #: Longest step of the integrator of co-simulation, s.
@@ -84,27 +85,27 @@ def _variables(model: Model, starts: list[float], dry: bool) -> list[dict[str, A
     out: list[dict[str, Any]] = []
     joints = model.robot.movable
 
-    def add(name: str, causality: str, text: str, unit: str, **more: Any) -> None:
+    def add(name: str, causality: str, text: str, unit_of: str, **more: Any) -> None:
         known = {"variability": "continuous", "initial": None, "start": None, "derivative": None}
         known |= {"least": None, **more}
-        kind = {"name": name, "causality": causality, "description": text, "unit": unit}
+        kind = {"name": name, "causality": causality, "description": text, "unit": unit_of}
         out.append(kind | known)
 
     n = len(joints)
-    for j in joints:
-        unit = "N" if j.sigma == 1 else "N m"
-        add(f"tau{j.number}", "input", f"torque of the motor of joint {j.number}", unit, start=0.0)
-    for symbol, text, per in (("q", "position", ""), ("qd", "speed", "/s")):
+    state, derived = {"initial": "exact", "start": 0.0}, {"initial": "calculated"}
+    groups: tuple[tuple[str, str, str, str, dict[str, Any]], ...] = (
+        ("tau{}", "input", "torque of the motor of joint {}", "torque", {"start": 0.0}),
+        ("q{}", "output", "position of joint {}", "position", state),
+        ("qd{}", "output", "speed of joint {}", "speed", state),
+        ("der(q{})", "local", "derivative of q{}", "speed", derived),
+        ("qdd{}", "output", "acceleration of joint {}", "acceleration", derived),
+    )
+    for name, causality, text, kind, more in groups:
         for j in joints:
-            unit = ("m" if j.sigma == 1 else "rad") + per
-            text_j = f"{text} of joint {j.number}"
-            add(f"{symbol}{j.number}", "output", text_j, unit, initial="exact", start=0.0)
-    for i, j in enumerate(joints, n + 1):
-        unit, text = ("m" if j.sigma == 1 else "rad") + "/s", f"derivative of q{j.number}"
-        add(f"der(q{j.number})", "local", text, unit, initial="calculated", derivative=i)
-    for i, j in enumerate(joints, 2 * n + 1):
-        unit, text = ("m" if j.sigma == 1 else "rad") + "/s2", f"acceleration of joint {j.number}"
-        add(f"qdd{j.number}", "output", text, unit, initial="calculated", derivative=i)
+            # der(q) and qdd are derivatives of q and qd, which stand 2 n variables before them.
+            of = {"derivative": len(out) + 1 - 2 * n} if more is derived else {}
+            says = text.format(j.number)
+            add(name.format(j.number), causality, says, unit(kind, j.sigma), **more, **of)
     tunable = {"variability": "tunable", "initial": "exact"}
     for parameter, start in zip(model.base.parameters, starts, strict=True):
         text = f"X[{len(out) - 5 * n}] = {parameter.expression}"

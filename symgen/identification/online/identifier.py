@@ -8,14 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symgen.errors import BuildError, IdentificationError, LogError
+from symgen.estimation.equation_model import NEEDED
 from symgen.robot.types import require_gravity
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
-_KERNELS = {
-    "energy": ("energy_regressor", "friction_power"),
-    "momentum": ("momentum_regressor", "friction_torque"),
-}
+_MODELS = ("energy", "momentum")
 _MODES = ("start", "sliding", "consecutive")  # as identifier.h numbers them
 _OUTLIER, _NOT_EXCITED = 4, 8  # as NAME.h numbers them
 
@@ -49,15 +47,15 @@ class Identifier:
         forgetting: float = 1.0,
         model: str = "energy",
     ) -> None:
-        if model not in _KERNELS:
-            raise IdentificationError(f"model {model!r}; accepted: {', '.join(_KERNELS)}")
+        if model not in _MODELS:
+            raise IdentificationError(f"model {model!r}; accepted: {', '.join(_MODELS)}")
         if mode not in _MODES:
             raise IdentificationError(f"mode {mode!r}; accepted: {', '.join(_MODES)}")
         derived = evaluator.model
         require_gravity(derived.robot, "identification on line in Python")
         self._names = derived.base.names
         self._n, self._p = derived.robot.n, len(self._names)
-        for kernel in _KERNELS[model][: 2 if self._p > derived.inertial else 1]:
+        for kernel in NEEDED[model][: 2 if self._p > derived.inertial else 1]:
             if not evaluator.has(kernel):
                 raise IdentificationError(
                     f"model {model} needs the kernel {kernel}; accepted: a model derived with it"

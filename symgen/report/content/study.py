@@ -138,7 +138,7 @@ def _floor(p: Precision) -> float:
 
 
 def _error(p: Precision, times: FloatArray) -> FloatArray:
-    return np.asarray(np.hypot(p.std / np.sqrt(times), _floor(p)) / abs(p.value))
+    return np.hypot(p.std / np.sqrt(times), _floor(p)) / abs(p.value)
 
 
 def _needed(p: Precision) -> float:

@@ -135,17 +135,17 @@ def bars(
     return figure.update_layout(bargap=0.25, barmode="overlay")
 
 
-def measured_and_predicted(estimate: Estimate, quantity: str | None = None) -> Figure | None:
+def measured_and_predicted(estimate: Estimate, quantity: str) -> Figure | None:
     """Draw what was measured, what the model predicts, and their difference, log by log.
 
     One log is seen at a time, the first validation log to begin with; a list chooses another. Data
-    that the estimate never saw stand on a tinted ground. `quantity` is "energy" or "torque", by
-    default that of the first trace; None is returned where there is no such trace.
+    that the estimate never saw stand on a tinted ground. `quantity` is "energy" or "torque"; None
+    is returned where there is no such trace.
     """
     traces, panels = traces_of(estimate, quantity), list[Panel]()
     if not traces:
         return None
-    quantity, alone = traces[0].quantity, traces[0].measured.shape[1] == 1
+    alone = traces[0].measured.shape[1] == 1
     for t in traces:
         columns = zip(components(estimate, quantity), t.measured.T, t.predicted.T, strict=False)
         for (name, unit), measured, predicted in columns:
@@ -301,8 +301,8 @@ def line_grid(
     return figure.update_layout(margin={"t": figure.layout.margin.t + 26 * titled}, meta=meta)
 
 
-def thin(x: FloatArray, y: FloatArray, points: int = POINTS) -> tuple[Any, Any]:
-    """Return at most about `points` points that keep every peak, in single precision.
+def thin(x: FloatArray, y: FloatArray) -> tuple[Any, Any]:
+    """Return at most about POINTS points that keep every peak, in single precision.
 
     The abscissa is cut into equal buckets of which the lowest and the highest point stay; a pause
     of more than five steps breaks the line.
@@ -310,12 +310,11 @@ def thin(x: FloatArray, y: FloatArray, points: int = POINTS) -> tuple[Any, Any]:
     Args:
         x: abscissa, increasing, shape (K,).
         y: values, shape (K,).
-        points: the number of points to keep.
     """
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     keep = np.arange(len(y))
-    if len(y) > points:
-        width = -(-len(y) // (points // 2 - 1))
+    if len(y) > POINTS:
+        width = -(-len(y) // (POINTS // 2 - 1))
         rows = np.pad(y, (0, -len(y) % width), constant_values=np.nan).reshape(-1, width)
         start, bad = width * np.arange(len(rows)), ~np.isfinite(rows)
         low = start + np.where(bad, np.inf, rows).argmin(axis=1)
@@ -330,11 +329,9 @@ def thin(x: FloatArray, y: FloatArray, points: int = POINTS) -> tuple[Any, Any]:
     return xs.astype(np.float32), ys.astype(np.float32)
 
 
-def traces_of(estimate: Estimate, quantity: str | None = None) -> tuple[Trace, ...]:
-    """Return the non-empty traces of one quantity, by default that of the first."""
-    held = [t for t in estimate.traces if len(t.t)]
-    wanted = quantity or (held[0].quantity if held else None)
-    return tuple(t for t in held if t.quantity == wanted)
+def traces_of(estimate: Estimate, quantity: str) -> tuple[Trace, ...]:
+    """Return the non-empty traces of one quantity."""
+    return tuple(t for t in estimate.traces if len(t.t) and t.quantity == quantity)
 
 
 def choose_log(

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
 
-def residual_spectrum(estimate: Estimate, quantity: str | None = None) -> Figure | None:
+def residual_spectrum(estimate: Estimate, quantity: str) -> Figure | None:
     """Draw the amplitude spectral density of the residual, log by log, by Welch's method.
 
     A good fit leaves a flat line below the cutoff; a peak is a motion or vibration the model lacks.
@@ -31,8 +31,7 @@ def residual_spectrum(estimate: Estimate, quantity: str | None = None) -> Figure
     traces = tuple(t for t in traces_of(estimate, quantity) if len(t.t) >= 16)
     if not traces:
         return None
-    quantity, panels = traces[0].quantity, []
-    named = components(estimate, quantity)
+    panels, named = [], components(estimate, quantity)
     unit = " | ".join(dict.fromkeys(unit for _, unit in named))
     for t in traces:
         f, density = amplitude_density(t.t, t.measured - t.predicted)

@@ -14,19 +14,19 @@ import numpy as np
 import sympy as sp
 
 from symgen import names
-from symgen.errors import RobotError, located
+from symgen.errors import RobotError, first_of, located
 from symgen.robot import dh, exact_numbers
 from symgen.robot.dh import Array, Line
 from symgen.robot.exact_numbers import context
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import robot_name
 from symgen.robot.imported import Imported
-from symgen.robot.types import MAX_RATIO, Joint, Limits, Robot, joint_variable
+from symgen.robot.types import EARTH, MAX_RATIO, Joint, Limits, Robot, Typed, joint_variable
 
 _FAR = 10  # m
 _WRITTEN = 1e-14  # rad: an angle with all digits is not rounded
-_GRAVITY = (sp.S.Zero, sp.S.Zero, sp.Rational(-981, 100))
 Triple = tuple[sp.Rational, sp.Rational, sp.Rational]
+ORIGIN: Triple = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Inertial:
 
 
 @dataclass(frozen=True)
-class UrdfJoint:
+class UrdfJoint(Typed):
     """A joint between two links: its frame in the parent's, its axis in its own.
 
     Attributes:
@@ -90,9 +90,8 @@ class Chain:
         for name in self.order:
             self._place(urdf.joints[name])
         if self.snapped:
-            shown = ", ".join(list(self.snapped)[:4])
-            more = ", ..." if len(self.snapped) > 4 else ""
-            self.notes.insert(0, f"rounded angles read as multiples of pi/24: {shown}{more}")
+            shown = first_of(list(self.snapped), 4)
+            self.notes.insert(0, f"rounded angles read as multiples of pi/24: {shown}")
 
     # --- the tree -------------------------------------------------------------------------------
 
@@ -108,7 +107,7 @@ class Chain:
 
     def _carrier(self, link: str) -> str:
         """Return the moving joint that moves a link, or "" for what stands on the root."""
-        while link in self.above and self.above[link].sigma == names.FIXED:
+        while link in self.above and self.above[link].fixed:
             link = self.above[link].parent
         return self.above[link].name if link in self.above else ""
 
@@ -119,7 +118,7 @@ class Chain:
         """
 
         def kind(joint: UrdfJoint) -> int:
-            return 2 if joint.sigma == names.FIXED else int(joint.mimic is not None)
+            return 2 if joint.fixed else int(joint.mimic is not None)
 
         waiting, order = sorted(self.urdf.joints.values(), key=kind), [""]
         while waiting:
@@ -152,7 +151,7 @@ class Chain:
 
     def _line(self, joint: UrdfJoint) -> Line:
         frame = self.link[joint.child]
-        if joint.sigma == names.FIXED:
+        if joint.fixed:
             return frame[:3, 3], frame[:3, 2]
         axis = _many(joint.axis)
         axis = axis / dh.norm(axis)
@@ -186,13 +185,13 @@ class Chain:
     def _rest(self, joint: UrdfJoint, before: Array) -> tuple[Any, Any]:
         """Return theta and r, which choose x and the origin of the frame on its z axis."""
         z, at = before[:3, 2:].T
-        if joint.sigma == names.FIXED:
+        if joint.fixed:
             frame = self.link[joint.child]
             return dh.turn_of(frame[:3, 0], before), (frame[:3, 3] - at) @ z
         behind = (  # moving joints on this one's link
             name
             for name, on in ((name, self.urdf.joints[name]) for name in self.order)
-            if on.sigma != names.FIXED and self.carrier[on.parent] == joint.name
+            if not on.fixed and self.carrier[on.parent] == joint.name
         )
         found = next(behind, None)
         common = None if found is None else dh.normal((at, z), self.line[found])
@@ -214,12 +213,14 @@ class Chain:
         name = robot_name(self.urdf.name)
         if name != self.urdf.name:
             self.notes.append(f"the robot {shortened(self.urdf.name)!r} is called {name}")
-        robot = Robot(name=name, gravity=_GRAVITY, joints=joints, limits=self._limits(joints))
+        robot = Robot(
+            name=name, gravity=(*ORIGIN[:2], EARTH), joints=joints, limits=self._limits(joints)
+        )
         return Imported(robot, tuple(self._parameters()), tuple(self.notes))
 
     def _joint(self, joint: UrdfJoint) -> Joint:
         carrier = self.carrier[joint.parent]
-        moving = joint.sigma != names.FIXED
+        moving = not joint.fixed
         with located(f"joint {shortened(joint.name)!r}"):
             follows = self._follows(joint) if moving and joint.mimic else None
         own = moving and follows is None
@@ -239,7 +240,7 @@ class Chain:
         factor, offset, at, seen = sp.S.One, sp.S.Zero, joint, {joint.name}
         while at.mimic is not None:
             name, c, constant = at.mimic
-            k = exact_numbers.fraction_of_pi(constant) if joint.sigma != names.PRISMATIC else None
+            k = exact_numbers.fraction_of_pi(constant) if not joint.slides else None
             offset += factor * (constant if k is None else k * sp.pi)
             factor *= c
             if name not in self.urdf.joints:
@@ -248,13 +249,13 @@ class Chain:
                 raise RobotError("it mimics itself; accepted: a joint with a variable")
             seen.add(name)
             at = self.urdf.joints[name]
-            if at.sigma == names.FIXED:
+            if at.fixed:
                 raise RobotError(f"it mimics {shortened(name)!r}, which is fixed")
         if factor == 0:
             raise RobotError("its multiplier is 0; accepted: a fixed joint in its place")
-        if joint.sigma == names.REVOLUTE and abs(factor) > MAX_RATIO:
+        if joint.turns and abs(factor) > MAX_RATIO:
             raise RobotError(f"its multiplier is above {MAX_RATIO} in size")
-        if joint.sigma == names.REVOLUTE and at.sigma == names.PRISMATIC:
+        if joint.turns and at.slides:
             raise RobotError(
                 f"it turns as prismatic joint {shortened(at.name)!r} slides; accepted: revolute "
                 "joints that mimic revolute ones",
@@ -284,7 +285,7 @@ class Chain:
             joint, number = self.urdf.joints[name], self.number[name]
             values = self._standard(joint.child)
             out += [(f"{k}{number}", v) for k, v in zip(names.LINK, values, strict=True)]
-            if joint.sigma != names.FIXED and joint.mimic is None:
+            if not joint.fixed and joint.mimic is None:
                 out.append((f"{names.ROTOR}{number}", 0.0))
                 losses += [(f"FS{number}", joint.friction), (f"FV{number}", joint.damping)]
         return out + losses

@@ -18,33 +18,31 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from symgen import names
-from symgen.errors import ParameterError, RobotError, located, plain
+from symgen.errors import ParameterError, RobotError, located, plain, told_by
 from symgen.robot import expressions
-from symgen.robot.body import Body
+from symgen.robot.body import Body, FloatArray
 from symgen.robot.dh import turned_by
 from symgen.robot.expressions import shortened
-from symgen.robot.formats.chain import Chain, Inertial, Triple, Urdf, UrdfJoint
+from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
 from symgen.robot.formats.urdf import CAVEAT, replaced_inertials, written_bodies
 from symgen.robot.formats.xml import Element, parse_xml
 from symgen.robot.imported import Imported, read_text
 
-FloatArray = NDArray[np.float64]
 _ACCEPTED = "an MJCF of an arm on a fixed base"
 _DIGITS = 14
-_ZERO: Triple = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
 _SIGMA = {"slide": names.PRISMATIC, "hinge": names.REVOLUTE}
 _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # fullinertia
 
 
-def import_mjcf(_: str, where: str = "robot.xml") -> Imported:
+def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
     """Read an MJCF as a robot, with the inertias of its bodies as standard parameters.
 
     armature becomes IA, damping FV and frictionloss FS.
 
     Args:
+        text: the file's text.
         where: path of the file, which MuJoCo reads with those that it includes.
 
     Raises:
@@ -52,7 +50,7 @@ def import_mjcf(_: str, where: str = "robot.xml") -> Imported:
             have; one line names the fault.
     """
     with located(where):
-        tree = _Tree(Path(where))
+        tree = _Tree(Path(where), text)
         chain = Chain(tree.urdf)
         found = chain.imported()
         gravity = tuple(map(_exact, tree.model.opt.gravity))
@@ -81,8 +79,8 @@ def updated_mjcf(path: Path, bodies: Iterable[Body]) -> str:
     text, _ = read_text(path, _ACCEPTED)
     edits: list[tuple[Element, list[str]]] = []
     with located(path):
-        tree = _Tree(path)
-        places = {e.attributes.get("name"): e for e in parse_xml(text).walk("body")}
+        tree = _Tree(path, text)
+        places = {e.attributes.get("name"): e for e in tree.root.walk("body")}
         found = written_bodies(Chain(tree.urdf), bodies)
     for link, body in found.items():
         if link not in places:
@@ -103,13 +101,14 @@ class _Tree:
 
     Attributes:
         model: MuJoCo's.
+        root: of the file's own text.
         urdf: the tree.
         shift: where a link's frame stands in its body's, (3,) m.
         armature: IA of the joints.
         notes: what was left out.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, text: str) -> None:
         self.model = _compiled(path)
         self.shift: dict[str, FloatArray] = {}
         self.armature: dict[str, float] = {}
@@ -122,8 +121,8 @@ class _Tree:
             self._add(b)
         if m.neq:
             self.notes.append(f"{m.neq} equality constraints of the file are not read")
-        text, _ = read_text(path, _ACCEPTED)
-        title = parse_xml(text).attributes.get("model", "") or path.stem
+        self.root = parse_xml(text)
+        title = self.root.attributes.get("model", "") or path.stem
         self.urdf = Urdf(title, self._body_names[0], self._links, self._joints)
 
     def _add(self, b: int) -> None:
@@ -148,7 +147,7 @@ class _Tree:
             self._joints[joint.name] = joint
             if not last:
                 self._links[link] = None
-            before, rpy, previous = link, _ZERO, anchor
+            before, rpy, previous = link, ORIGIN, anchor
         if count == 0:
             joint = UrdfJoint(f"{name}_fixed", names.FIXED, parent, name, _triple(xyz), rpy)
             self._joints[joint.name] = joint
@@ -191,7 +190,7 @@ class _Tree:
         tensor = R @ np.diag(m.body_inertia[b]) @ R.T
         values = tuple(_exact(tensor[i, k]) for i in range(3) for k in range(i, 3))
         centre = np.array(m.body_ipos[b]) - shift
-        return Inertial(_triple(centre), _ZERO, _exact(m.body_mass[b]), values)
+        return Inertial(_triple(centre), ORIGIN, _exact(m.body_mass[b]), values)
 
 
 def _compiled(path: Path) -> Any:
@@ -210,8 +209,7 @@ def _compiled(path: Path) -> Any:
     try:
         return mujoco.MjModel.from_xml_path(str(path))
     except (ValueError, OSError) as error:
-        said = plain(" ".join(str(error).split()))[:300]
-        raise RobotError(f"MuJoCo refuses it: {said}; accepted: {_ACCEPTED}") from error
+        raise RobotError(f"MuJoCo refuses it: {told_by(error)}; accepted: {_ACCEPTED}") from error
     finally:
         mujoco.set_mju_user_warning(None)
 

@@ -16,25 +16,22 @@ import sympy as sp
 from symgen import names
 from symgen.errors import RobotError, located
 from symgen.robot import exact_numbers, expressions
+from symgen.robot.effect import Named
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import is_geometry_name, robot_name
 from symgen.robot.imported import Imported
-from symgen.robot.types import Joint, Robot
+from symgen.robot.types import ANGLES, EARTH, LENGTHS, MAX_JOINTS, Joint, Robot
 
 _COMMENT = re.compile(r"\(\*.*?\*\)", re.DOTALL)
 _TITLE = re.compile(r"\(\*\s*Robotname\s*=\s*'([^']*)'\s*\*\)", re.IGNORECASE)
 _ENTRY = re.compile(r"([A-Za-z_]\w*)[ \t]*=[ \t]*(\{[^{}]*\}|[^\s{}]+)", re.ASCII)
 _NUMBER = re.compile(r"[0-9]{1,4}")  # not what else is a digit to Unicode
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
-_ANGLES = ("gamma", "alpha", "theta")
-_LENGTHS = ("b", "d", "r")
 _VARIABLE = {
     names.REVOLUTE: re.compile(r"(?:th|theta|t|q)([0-9]+)", re.IGNORECASE),
     names.PRISMATIC: re.compile(r"(?:r|q)([0-9]+)", re.IGNORECASE),
 }
 _TYPES = ("0 (simple chain)", "1 (tree)")
-_GRAVITY = sp.Rational(-981, 100)
-_MAX_JOINTS = 200
 
 
 def import_par(text: str, where: str = "robot.par") -> Imported:
@@ -60,7 +57,7 @@ class _Reader:
         self.entries: dict[str, str] = {}
         for key, value in _ENTRY.findall(_COMMENT.sub(" ", text)):
             # Ant and ant, B and b are one key; G is gravity, g none.
-            key = key.lower() if key.lower() in ("ant", "sigma", *_ANGLES, *_LENGTHS) else key
+            key = key.lower() if key.lower() in ("ant", "sigma", *LENGTHS) else key
             if key in self.entries:
                 raise RobotError(f"{key}: the key stands twice")
             self.entries[key] = value
@@ -71,9 +68,9 @@ class _Reader:
 
     def count(self, key: str) -> int:
         value = self.entries.get(key)
-        if value is None or not _NUMBER.fullmatch(value) or not 1 <= int(value) <= _MAX_JOINTS:
+        if value is None or not _NUMBER.fullmatch(value) or not 1 <= int(value) <= MAX_JOINTS:
             found = "is missing" if value is None else f"is {shortened(value)!r}"
-            raise RobotError(f"{key} {found}; accepted: a number from 1 to {_MAX_JOINTS}")
+            raise RobotError(f"{key} {found}; accepted: a number from 1 to {MAX_JOINTS}")
         return int(value)
 
     def require_open(self) -> None:
@@ -121,7 +118,7 @@ class _Reader:
                 )
         if set(sigma) == {names.FIXED}:
             raise RobotError("sigma: no joint is movable; accepted: at least one 0 or 1")
-        table = {key: self.column(key, sigma) for key in (*_ANGLES, *_LENGTHS)}
+        table = {key: self.column(key, sigma) for key in (*ANGLES, "b", "d", "r")}
         declared = {key: self.declared(key) for key in ("FS", "FV", names.ROTOR)}
         joints = tuple(
             Joint(
@@ -167,8 +164,8 @@ class _Reader:
                     f"{shortened(item)!r}: {symbol.name} cannot name a length or an angle; "
                     "accepted: names that are no variable, no parameter and no word of C"
                 )
-            self.geometry.setdefault(symbol.name, key in _ANGLES)
-        if key not in _ANGLES:
+            self.geometry.setdefault(symbol.name, key in ANGLES)
+        if key not in ANGLES:
             return expr
         terms = []
         for term in sp.Add.make_args(expr):
@@ -184,7 +181,7 @@ class _Reader:
             return [True] * self.joints
         return [item not in ("0", "0.0") for item in self.items(key, self.joints)]
 
-    def values(self) -> tuple[tuple[tuple[str, sp.Expr], ...], list[str]]:
+    def values(self) -> tuple[Named, list[str]]:
         """Return the named quantities with distinct values to stand in for the unknown ones."""
         primes = sp.primerange(29, 10_000)
         geometry = tuple((name, sp.Rational(next(primes), 100)) for name in self.geometry)
@@ -207,7 +204,7 @@ class _Reader:
         if named:
             axis = "xyz"[named[0]]
             line = f"gravity {items[named[0]]} has no value in the file: -9.81 m/s2 along {axis}0"
-            values[named[0]] = _GRAVITY
+            values[named[0]] = EARTH
         return (values[0], values[1], values[2]), [line] if named else []
 
     def parameters(self, robot: Robot) -> tuple[tuple[str, float], ...]:

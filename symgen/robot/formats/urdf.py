@@ -18,19 +18,18 @@ from typing import TypeVar
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from symgen import names
-from symgen.errors import ExpressionError, ParameterError, RobotError, located
+from symgen.errors import ExpressionError, ParameterError, RobotError, first_of, located
 from symgen.robot import dh, expressions
 from symgen.robot.body import Body
 from symgen.robot.expressions import shortened
-from symgen.robot.formats.chain import Chain, Inertial, Triple, Urdf, UrdfJoint
+from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
 from symgen.robot.formats.xml import Element, parse_xml
 from symgen.robot.imported import Imported
+from symgen.robot.types import MAX_JOINTS
 
 Value = TypeVar("Value")
-FloatArray = NDArray[np.float64]
 KINDS = {
     "revolute": names.REVOLUTE,
     "continuous": names.REVOLUTE,
@@ -43,9 +42,7 @@ CAVEAT = (
     "one robot that has them -->"
 )
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-_MAX_JOINTS = 200
 _MAX_TITLE = 200
-_ZERO: Triple = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
 
 
 def import_urdf(text: str, where: str = "robot.urdf") -> Imported:
@@ -107,8 +104,8 @@ def _tree(root: Element) -> Urdf:
     if not links:
         raise RobotError("there is no <link>; accepted: at least two and a joint")
     joints = _named("joint", root, _joint)
-    if len(joints) > _MAX_JOINTS:
-        raise RobotError(f"{len(joints)} joints; accepted: at most {_MAX_JOINTS}")
+    if len(joints) > MAX_JOINTS:
+        raise RobotError(f"{len(joints)} joints; accepted: at most {MAX_JOINTS}")
     return Urdf(root.attributes.get("name", ""), _root(links, joints), links, joints)
 
 
@@ -147,7 +144,7 @@ def _number(element: Element, key: str, default: str | None = None) -> sp.Ration
     return _numbers(text, 1, key)[0]
 
 
-def _triple(element: Element | None, key: str, default: Triple = _ZERO) -> Triple:
+def _triple(element: Element | None, key: str, default: Triple = ORIGIN) -> Triple:
     if element is None or key not in element.attributes:
         return default
     x, y, z = _numbers(element.attributes[key], 3, key)
@@ -183,7 +180,7 @@ def _joint(element: Element) -> UrdfJoint:
     parent, child = (_end(element, key) for key in ("parent", "child"))
     xyz, rpy = _origin(element)
     axis = _triple(element.first("axis"), "xyz", (sp.S.One, sp.S.Zero, sp.S.Zero))
-    if KINDS[kind] != names.FIXED and axis == _ZERO:
+    if KINDS[kind] != names.FIXED and axis == ORIGIN:
         raise RobotError("the axis is zero; accepted: any direction")
     limit, given = {}, element.first("limit")
     if given is not None:  # the format says what holds where one of the two is absent
@@ -239,11 +236,9 @@ def _root(links: Collection[str], joints: dict[str, UrdfJoint]) -> str:
         above[joint.child] = joint
     roots = [name for name in links if name not in above]
     if len(roots) > 1:
-        shown = ", ".join(repr(shortened(name)) for name in roots[:3])
-        more = ", ..." if len(roots) > 3 else ""
+        shown = first_of([repr(shortened(name)) for name in roots], 3)
         raise RobotError(
-            f"{len(roots)} links have no parent ({shown}{more}); accepted: one tree, with one root "
-            "link"
+            f"{len(roots)} links have no parent ({shown}); accepted: one tree, with one root link"
         )
     for name in links:
         top = name
@@ -280,7 +275,7 @@ def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
         with located(f"joint {shortened(name)!r}"):
             _require_finite(body)
         while link != urdf.root and urdf.links[link] is None:
-            if chain.above[link].sigma != names.FIXED:
+            if not chain.above[link].fixed:
                 break
             link = chain.above[link].parent
         empty = urdf.links[link] is None and not body.mass and not np.any(body.inertia)
