@@ -15,9 +15,15 @@ import numpy as np
 from oracles.hidden.cases import Case, Log, Spec
 
 import symgen
+from symgen.diagnosis.diagnosis import Gap
 from symgen.diagnosis.workflow import diagnose
 
 Row = dict[str, Any]
+
+
+def whole_gap(per_joint: Sequence[float]) -> Gap:
+    """Return a gap of joints of equal torque."""
+    return Gap(tuple(per_joint), float(np.sqrt(np.mean(np.square(per_joint)))))
 
 
 def run(spec: Spec, case: Case | None = None) -> Row:

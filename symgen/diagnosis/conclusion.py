@@ -44,7 +44,7 @@ from symgen.estimation.estimators import solve
 from symgen.estimation.predictive_score import repeats_motion
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
-from symgen.estimation.torque_error import TorqueFit, squares
+from symgen.estimation.torque_error import TorqueFit, relative_error, squares
 from symgen.identification.parameters import base_values
 from symgen.robot.effect import numbered
 from symgen.robot.types import Robot
@@ -225,15 +225,17 @@ def _extended_model(baseline: Baseline, accepted: Sequence[Score], seen: Seen) -
         IdentificationError: the logs do not determine it.
         RobotError: an effect says nothing new with its constants.
     """
-    alone = _coefficients(baseline, accepted)
+    fitted = iter(baseline.coefficients(baseline.beside(accepted)))
     robot, declared = baseline.robot, []
-    for score, own in zip(accepted, alone, strict=True):
+    for score in accepted:
         c = score.candidate
-        values = {} if baseline.given else {p.name: p.value for p in own}
+        told, own = _told(baseline.robot, c), [*islice(fitted, c.size)]
+        values = {} if baseline.given else dict(zip((n for n, _ in told), own, strict=False))
         more = extended(robot, c.definition, c.joints, c.constants, values)
         if more is not None:
             robot = more
             declared.append(score)
+    alone = _coefficients(baseline, accepted)
     evaluator, system = baseline.evaluator, baseline.base
     if not baseline.given and robot is not baseline.robot:
         evaluator = model_of(robot)
@@ -280,12 +282,15 @@ def _coefficients(baseline: Baseline, accepted: Sequence[Score]) -> list[list[Fo
     solution = _solved((*names, *extra), baseline.beside(accepted))
     rows = zip(solution.X[len(names) :], solution.std[len(names) :], strict=True)
     out = []
-    for score in accepted:
-        c, suffix, sigma = score.candidate, *_place(baseline.robot, score.candidate)
-        told = c.coefficients or c.definition.coefficients(suffix, sigma)
-        pairs = zip(told, [*islice(rows, c.size)], strict=False)
+    for c in (s.candidate for s in accepted):
+        pairs = zip(_told(baseline.robot, c), [*islice(rows, c.size)], strict=False)
         out.append([FoundParameter(n, float(x), float(s), u) for (n, u), (x, s) in pairs])
     return out
+
+
+def _told(robot: Robot, candidate: Candidate) -> Sequence[tuple[str, str]]:
+    """Return name and unit of the coefficients of an effect that mean something."""
+    return candidate.coefficients or candidate.definition.coefficients(*_place(robot, candidate))
 
 
 def _p_value(parameters: Sequence[FoundParameter]) -> float:
@@ -433,12 +438,16 @@ def _gaps(baseline: Baseline, model: _Extended) -> tuple[Gap, Gap, Gap, tuple[Cu
         still = at_rest(log, measured - after, partial(torque_at, model.evaluator, X))
         count += free.sum(axis=0)
         variance += len(free) / instants * (noise**2 + still**2)
-    left = [np.sqrt(f.error / np.where(f.size > 0, f.size, np.inf)) for f in (was, now)]
-    floor = np.sqrt(variance * np.maximum(count, 1) / np.where(was.size > 0, was.size, np.inf))
-    least = np.minimum(*left)
     # Noise above the band is not always white: in the band there is no more than what is left.
-    gap, less, quiet = (Gap(tuple(map(float, x))) for x in (*left, np.minimum(floor, least)))
+    noise_square = np.minimum(variance * np.maximum(count, 1), np.minimum(was.error, now.error))
+    gap, less, quiet = (_gap(x, was.size) for x in (was.error, now.error, noise_square))
     return gap, less, quiet, tuple(curves)
+
+
+def _gap(error: FloatArray, size: FloatArray) -> Gap:
+    """Return the gap of sums of squares (n,) of error and measured torque."""
+    found = relative_error(error, size)
+    return Gap(found.per_joint or (), found.relative)
 
 
 def _without(selection: Selection, scores: Sequence[Score], fault: str) -> Selection:
@@ -477,7 +486,11 @@ def _solved(names: tuple[str, ...], system: WhitenedSystem) -> Solution:
 
 
 def _verdict(accepted: Sequence[Score], after: Gap, floor: Gap, least: float) -> str:
-    if any(s.candidate.name in MEASURING for s in accepted):
+    chain, physics = (
+        max((s.worth for s in accepted if (s.candidate.name in MEASURING) is of_chain), default=0.0)
+        for of_chain in (True, False)
+    )
+    if chain > physics:
         return "bad-measurement"
     quiet = _quiet(after, floor, least)
     if not accepted:

@@ -28,15 +28,11 @@ VERDICTS = ("consistent", "explained", "partly-explained", "unexplained", "bad-m
 class Gap:
     """RMS of measured minus modelled torque over RMS of measured torque, in the motion's band.
 
-    `total` is the root mean square of the joints' ratios.
+    The torque error of `identify`, per joint and over all joints stacked.
     """
 
-    total: OrNan = field(init=False, compare=False)
     per_joint: tuple[OrNan, ...]
-
-    def __post_init__(self) -> None:
-        total = float(np.sqrt(np.mean(np.square(self.per_joint)))) if self.per_joint else np.nan
-        object.__setattr__(self, "total", total)
+    total: OrNan
 
 
 @dataclass(frozen=True)
@@ -67,12 +63,12 @@ class FoundEffect:
         expression: the torque ON the joint.
         p_value: of its surest coefficient, the number of its coefficients counted.
         gap_reduction: share of the gap's square on its joints that it closes.
-        probability: that it, or one of those that the data cannot tell from it, is there.
-        torque_rms: RMS of its torque on its joint, N m or N.
-        confirmed: whether motion that it was not found on shows it; only then the robot has it.
         indistinguishable_from: (name, joints) of others that these data cannot tell from it.
         separate: the motion that would tell them apart.
         declared: whether the extended robot.toml and its C code hold it.
+        probability: that it, or one of those that the data cannot tell from it, is there.
+        torque_rms: RMS of its torque on its joint, N m or N.
+        confirmed: whether motion that it was not found on shows it; only then the robot has it.
     """
 
     name: str
@@ -81,12 +77,12 @@ class FoundEffect:
     expression: str
     p_value: OrNan
     gap_reduction: OrNan
-    probability: float = 1.0
-    torque_rms: OrNan = np.nan
-    confirmed: bool = True
     indistinguishable_from: tuple[Alike, ...] = ()
     separate: str = ""
     declared: Annotated[bool, at("in_robot_toml")] = True
+    probability: float = 1.0
+    torque_rms: OrNan = np.nan
+    confirmed: bool = True
 
 
 @dataclass(frozen=True)

@@ -46,8 +46,8 @@ def summary(diagnosis: Diagnosis) -> str:
     effects = "one effect" if count == 1 else f"{count} effects"
     named = f"{effects} of the measuring chain" if count else "the measuring chain"
     return {
-        "consistent": "The model explains these logs; no effect closes 5 % of the gap, which is "
-        f"{before}; noise alone is {noise}.",
+        "consistent": "The model explains these logs: no effect is probable that matters. The gap "
+        f"is {before}; noise alone is {noise}.",
         "explained": f"The model misses {effects}. {gap}",
         "partly-explained": f"The model misses {effects}, and a part of the gap has no name. {gap}",
         "bad-measurement": f"Not the model but the measurement is wrong: {named}. {gap}",

@@ -352,7 +352,7 @@ class Search:
         out = []
         for own in accepted:
             stage = self._stage([s for s in accepted if s is not own])
-            joints = frozenset(own.candidate.joints) or None
+            joints = frozenset(own.columns)
             taken = {s.candidate.key for s in accepted}
             options = [s for s in self._options(stage, joints) if s.candidate.key not in taken]
             again = self._again([s for s in accepted if s is not own], own)

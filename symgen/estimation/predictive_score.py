@@ -39,7 +39,7 @@ _REGIONS = 12  # of state, from which the folds are put together
 _APART = 0.5  # periods of the comparison band between rows of two folds
 _SEED = 1988
 #: Distance of two states of one motion, in spreads of all; part of the rows that repeat others.
-_SAME, _REPEATED = 0.1, 0.9
+_SAME, _REPEATED = 0.05, 0.9
 _DEPENDENT = 1e-9  # of a column: what is left of it beside the others
 
 
@@ -82,11 +82,11 @@ def motion_folds(logs: Sequence[FilteredLog], count: int = FOLDS) -> NDArray[np.
 
 
 def repeats_motion(logs: Sequence[FilteredLog], others: Sequence[FilteredLog]) -> bool:
-    """Whether other logs show hardly a state, position and speed, that some logs do not show."""
+    """Whether other logs hardly show a state that some logs do not: position, speed, acceleration."""
     from scipy.spatial import cKDTree
 
     def states(group: Sequence[FilteredLog]) -> FloatArray:
-        return np.concatenate([np.hstack([s.q[s.kept], s.qd[s.kept]]) for s in group])
+        return np.concatenate([np.hstack([s.q, s.qd, s.qdd])[s.kept] for s in group])
 
     known, asked = states(logs), states(others)
     spread = np.maximum(known.std(axis=0), 1e-300) * np.sqrt(known.shape[1])

@@ -31,6 +31,8 @@ OWN = ("q", "qd", "qdd", "taur")
 BESIDE = ("temp",)
 #: Values that are tried of each constant, by the number of ranges of an effect.
 COUNTS = {1: 20, 2: 12}
+#: Prior odds of an effect that a robot file asks for.
+_ASKED = 0.5
 _BY_RATIO = 10  # the ends' ratio above which the values are spaced by ratio
 _POSITION = {names.REVOLUTE: "rad", names.PRISMATIC: "m"}
 _TORQUE = {names.REVOLUTE: "N m", names.PRISMATIC: "N"}
@@ -69,6 +71,7 @@ class Definition:
     separate: str = ""
     formula: str = ""
     own: bool = False
+    # prior odds that a joint has it, and the part of its joint's torque that is expected of it
     odds: float = 0.02
     size: float = 0.3
 
@@ -232,6 +235,8 @@ class Sought:
             linear=dict(self.effect.linear),
             nonlinear=searches,
             own=True,
+            odds=_ASKED,
+            size=1.0,
         )
 
     def searches(self, lengths: Mapping[sp.Symbol, sp.Expr]) -> dict[str, Search]:

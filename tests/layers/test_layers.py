@@ -24,7 +24,7 @@ DOORS = {
     "mujoco": ("robot/formats/mjcf",),
     # Clarabel takes its matrices as SciPy's.
     "scipy": (
-        "diagnosis/select",
+        "estimation/predictive_score",
         "diagnosis/refine",
         "data/bandwidth",
         "data/convolution",

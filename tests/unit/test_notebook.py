@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support_diagnose import whole_gap
 
 import symgen
 from symgen.identification.estimate import Estimate, Joint, ParameterEstimate, Residual
@@ -104,15 +105,15 @@ def test_latex_has_a_formula_for_each_parameter_and_balanced_braces(model) -> No
 
 
 def test_a_diagnosis_shows_its_verdict_and_effects(model) -> None:
-    from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter, Gap
+    from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
 
     spring = FoundEffect(
         "gravity_spring", (2,), (FoundParameter("K2", 12.1, 0.4, "N m/rad"),), "-K2*(q2 - c)",
         1e-9, 0.8,
     )  # fmt: skip
     found = Diagnosis(
-        robot="arm", verdict="explained", cutoff_hz=8.0, before=Gap((0.31, 0.31)),
-        after=Gap((0.04, 0.04)), floor=Gap((0.03, 0.03)), where=(), effects=(spring,), rejected=(),
+        robot="arm", verdict="explained", cutoff_hz=8.0, before=whole_gap((0.31, 0.31)),
+        after=whole_gap((0.04, 0.04)), floor=whole_gap((0.03, 0.03)), where=(), effects=(spring,), rejected=(),
         advice=(), notes=(), extended=model.robot, joints=(1, 2),
     )  # fmt: skip
     assert repr(found) == "<Diagnosis of arm: explained, torque error 31 % to 4 %>"

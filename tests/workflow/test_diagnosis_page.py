@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from browser import BROWSER, HOSTILE, Page, clipped, visit
 from plotly.offline import get_plotlyjs
+from support_diagnose import whole_gap
 
 import symgen
 from symgen.diagnosis.diagnosis import (
@@ -20,7 +21,6 @@ from symgen.diagnosis.diagnosis import (
     Diagnosis,
     FoundEffect,
     FoundParameter,
-    Gap,
     Place,
     Rejected,
     read_diagnosis,
@@ -74,9 +74,9 @@ def synthetic(name: str = "test.csv", robot: str = "planar2r") -> Diagnosis:
         robot=robot,
         verdict="partly-explained",
         cutoff_hz=8.25,
-        before=Gap((0.031, 0.212)),
-        after=Gap((0.0299, 0.0131)),
-        floor=Gap((0.009, float("nan"))),
+        before=whole_gap((0.031, 0.212)),
+        after=whole_gap((0.0299, 0.0131)),
+        floor=whole_gap((0.009, float("nan"))),
         where=(Place(2, 0.97, "position"), Place(1, 0.03, "spectrum")),
         effects=(spring, ripple),
         rejected=(Rejected("time_delay", (), "it explains too little"),),
@@ -303,8 +303,8 @@ def test_hostile_names_add_no_element() -> None:
 def test_sparse_diagnosis_has_a_page() -> None:
     bare = replace(
         synthetic(), verdict="consistent", effects=(), where=(), rejected=(), advice=(), notes=(),
-        curves=(), parameters=(), cutoff_hz=None, before=Gap((0.0, 0.0)), after=Gap((0.0, 0.0)),
-        floor=Gap((0.0, 0.0)),
+        curves=(), parameters=(), cutoff_hz=None, before=whole_gap((0.0, 0.0)), after=whole_gap((0.0, 0.0)),
+        floor=whole_gap((0.0, 0.0)),
     )  # fmt: skip
     assert len(Page(diagnosis_page(bare)).figures) == 1
 

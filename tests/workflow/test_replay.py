@@ -10,11 +10,12 @@ import pytest
 from browser import Page
 from oracles.planar2r import torque_regressor
 from scipy.integrate import solve_ivp
+from support_diagnose import whole_gap
 
 import symgen
 from symgen.codegen.model import derive
 from symgen.diagnosis import replay
-from symgen.diagnosis.diagnosis import Curves, Diagnosis, FoundEffect, FoundParameter, Gap
+from symgen.diagnosis.diagnosis import Curves, Diagnosis, FoundEffect, FoundParameter
 from symgen.diagnosis.replay import driven, replayed, worst
 from symgen.errors import SymgenError
 from symgen.experiment.plant import KERNELS
@@ -52,8 +53,8 @@ def pushed(d: float, mass: float, end: float = 3.0) -> Diagnosis:
     effect = FoundEffect("torque_offset", (1,), (), "", 0.0, 1.0)
     parameters = (FoundParameter("M1", mass, 0.1, "kg"), FoundParameter("OF1", -d, 0.1, "N"))
     return Diagnosis(
-        robot="slider", verdict="explained", cutoff_hz=10.0, before=Gap((0.1,)), after=Gap((0.0,)),
-        floor=Gap((0.0,)), where=(), effects=(effect,), rejected=(), tried=1, advice=(), notes=(),
+        robot="slider", verdict="explained", cutoff_hz=10.0, before=whole_gap((0.1,)), after=whole_gap((0.0,)),
+        floor=whole_gap((0.0,)), where=(), effects=(effect,), rejected=(), tried=1, advice=(), notes=(),
         parameters=parameters, extended=slider('"offset"'), joints=(1,), curves=(seen,),
         declared=slider(), values=(mass,),
     )  # fmt: skip

@@ -176,12 +176,23 @@ def _effect_table(effects: Sequence[FoundEffect]) -> Table:
     rows = []
     for effect in effects:
         first = (effect.name, ", ".join(map(str, effect.joints)) or "all")
-        last = (percent(effect.gap_reduction), f"{effect.p_value:.1g}", effect.expression)
+        sure = f"{effect.probability:.2f}" + ("" if effect.confirmed else ", not confirmed")
+        last = (percent(effect.gap_reduction), sure, effect.expression)
         found: Sequence[FoundParameter | None] = effect.parameters or (None,)
         for k, p in enumerate(found):
             cells = ("", "", "", "") if p is None else (p.name, number(p.value), _std(p), p.unit)
             rows.append((*(first if k == 0 else ("", "")), *cells, *(last if k == 0 else [""] * 3)))
-    header = ("effect", "joint", "parameter", "value", "std", "unit", "closes", "p", "torque")
+    header = (
+        "effect",
+        "joint",
+        "parameter",
+        "value",
+        "std",
+        "unit",
+        "closes",
+        "probability",
+        "torque",
+    )
     return Table(header, rows)
 
 
