@@ -37,6 +37,7 @@ _SAME, _ALIKE = 0.98, 0.8
 _FREEDOM = 3.0  # of Student's t of the sizes
 _WRONG_SIGN = 6.0  # nats that a size of the sign that no real thing has costs
 _PART = 0.3  # of an effect's largest column, from which the sign of another one tells
+_FINE = 8  # best effects of which constants between the grid's are tried
 _PAIRED = 7  # best effects of which pairs on a joint are tried
 _MOST = 12  # effects in all
 _SHOWN = 12
@@ -115,7 +116,7 @@ class Search:
         while len(accepted) < _MOST:
             self.progress(f"trying {len(self.pool)} candidates for effect {len(accepted) + 1}")
             stage = self._stage(accepted)
-            options = self._options(stage)
+            options = self._between(stage, self._options(stage))
             best = max(self._sets(stage, options), key=lambda s: s[0], default=(0.0, []))
             if best[0] <= 0:
                 break
@@ -202,6 +203,24 @@ class Search:
             best = found[int(np.argmax(odds))]
             whole = float(np.logaddexp.reduce(odds)) - np.log(count)
             out.append(replace(best, odds=whole))
+        return sorted(out, key=lambda s: -s.odds)
+
+    def _between(self, stage: _Stage, options: Sequence[Score]) -> list[Score]:
+        """Return options, the first of them with constants between the grid's where that is better.
+
+        A grid may miss a narrow peak; the best value alone costs the whole grid.
+        """
+        out = list(options)
+        for k, s in enumerate(out[:_FINE]):
+            own = self._refined(stage, s)
+            fit = None
+            if own.candidate is not s.candidate:
+                fit = self._fit(stage, own.candidate, own.columns)
+            if fit is not None:
+                found = self._judged(stage, own.candidate, own.columns, fit)
+                odds = found.odds - np.log(self._grid(s.candidate))
+                if odds > s.odds:
+                    out[k] = replace(found, odds=odds)
         return sorted(out, key=lambda s: -s.odds)
 
     def _candidates(
@@ -339,6 +358,7 @@ class Search:
             joints = frozenset(own.candidate.joints) or None
             options = [s for s in self._options(stage, joints) if s.worth >= self.least]
             if options and options[0].candidate.key != own.candidate.key:
+                options = self._between(stage, options)
                 best = self._refined(stage, self._plainest(stage, options[0], options))
                 if (
                     best.candidate.key != own.candidate.key

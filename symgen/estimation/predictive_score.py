@@ -82,7 +82,7 @@ def motion_folds(logs: Sequence[FilteredLog], count: int = FOLDS) -> NDArray[np.
 
 
 def repeats_motion(logs: Sequence[FilteredLog], others: Sequence[FilteredLog]) -> bool:
-    """Whether other logs hardly show a state that some logs do not: position, speed, acceleration."""
+    """Whether other logs hardly show a state (q, qd, qdd) that some logs do not show."""
     from scipy.spatial import cKDTree
 
     def states(group: Sequence[FilteredLog]) -> FloatArray:

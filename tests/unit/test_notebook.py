@@ -113,7 +113,8 @@ def test_a_diagnosis_shows_its_verdict_and_effects(model) -> None:
     )  # fmt: skip
     found = Diagnosis(
         robot="arm", verdict="explained", cutoff_hz=8.0, before=whole_gap((0.31, 0.31)),
-        after=whole_gap((0.04, 0.04)), floor=whole_gap((0.03, 0.03)), where=(), effects=(spring,), rejected=(),
+        after=whole_gap((0.04, 0.04)), floor=whole_gap((0.03, 0.03)), where=(),
+        effects=(spring,), rejected=(),
         advice=(), notes=(), extended=model.robot, joints=(1, 2),
     )  # fmt: skip
     assert repr(found) == "<Diagnosis of arm: explained, torque error 31 % to 4 %>"

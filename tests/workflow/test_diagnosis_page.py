@@ -183,7 +183,15 @@ def test_page_holds_verdict_gap_effects_and_what_was_rejected(html: str) -> None
     text = Page(html).text
     for words in (
         *("Diagnosis of planar2r", "Partly explained", "the gap falls", "15.2 %", "21.2 %"),
-        *("gravity_spring on joint 2", "0.81234", "0.012", "N m/rad", "-K2*q2", "93.2 %", "1e-12"),
+        *(
+            "gravity_spring on joint 2",
+            "0.81234",
+            "0.012",
+            "N m/rad",
+            "-K2*q2",
+            "93.2 %",
+            "probability",
+        ),
         *("cable_torque, torque_ripple on joint 1", "motion over the whole range", "searched"),
         *("time_delay", "the whole arm", "it explains too little", "321", "8.250 Hz", "97 %"),
         *("do not hold what samples alone show: torque_ripple",),
@@ -194,7 +202,8 @@ def test_page_holds_verdict_gap_effects_and_what_was_rejected(html: str) -> None
 
 @pytest.mark.parametrize(
     ("verdict", "words"),
-    [("consistent", "no effect closes 5 %"), ("explained", "The model misses one effect."),
+    [("consistent", "no effect is probable that matters"),
+     ("explained", "The model misses one effect."),
      ("unexplained", "no effect explains"), ("bad-measurement", "the measurement is wrong")],
 )  # fmt: skip
 def test_every_verdict_is_a_sentence(verdict: str, words: str) -> None:
@@ -303,7 +312,8 @@ def test_hostile_names_add_no_element() -> None:
 def test_sparse_diagnosis_has_a_page() -> None:
     bare = replace(
         synthetic(), verdict="consistent", effects=(), where=(), rejected=(), advice=(), notes=(),
-        curves=(), parameters=(), cutoff_hz=None, before=whole_gap((0.0, 0.0)), after=whole_gap((0.0, 0.0)),
+        curves=(), parameters=(), cutoff_hz=None, before=whole_gap((0.0, 0.0)),
+        after=whole_gap((0.0, 0.0)),
         floor=whole_gap((0.0, 0.0)),
     )  # fmt: skip
     assert len(Page(diagnosis_page(bare)).figures) == 1

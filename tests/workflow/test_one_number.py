@@ -69,5 +69,4 @@ def test_diagnose_says_what_identify_says(found: tuple[Path, Estimate, Path]) ->
     assert said is not None
     assert said.per_joint is not None
     np.testing.assert_allclose(diagnosis.before.per_joint, said.per_joint, rtol=0, atol=1e-9)
-    together = float(np.sqrt(np.mean(np.square(said.per_joint))))
-    assert diagnosis.before.total == pytest.approx(together, rel=0, abs=1e-9)
+    assert diagnosis.before.total == pytest.approx(said.relative, rel=0, abs=1e-9)

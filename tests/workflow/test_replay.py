@@ -53,8 +53,9 @@ def pushed(d: float, mass: float, end: float = 3.0) -> Diagnosis:
     effect = FoundEffect("torque_offset", (1,), (), "", 0.0, 1.0)
     parameters = (FoundParameter("M1", mass, 0.1, "kg"), FoundParameter("OF1", -d, 0.1, "N"))
     return Diagnosis(
-        robot="slider", verdict="explained", cutoff_hz=10.0, before=whole_gap((0.1,)), after=whole_gap((0.0,)),
-        floor=whole_gap((0.0,)), where=(), effects=(effect,), rejected=(), tried=1, advice=(), notes=(),
+        robot="slider", verdict="explained", cutoff_hz=10.0, before=whole_gap((0.1,)),
+        after=whole_gap((0.0,)), floor=whole_gap((0.0,)), where=(), effects=(effect,), rejected=(),
+        tried=1, advice=(), notes=(),
         parameters=parameters, extended=slider('"offset"'), joints=(1,), curves=(seen,),
         declared=slider(), values=(mass,),
     )  # fmt: skip

@@ -28,9 +28,12 @@ LIMITS = [
     ("power of speed", "-F*sign(qd1)*exp(-(qd1/v)**2)", "v = [0.1, 50]", "v"),
     ("spring", "-F*(q1-c)*exp(-((q1-c)/w)**2)", "c = [-5, 5], w = [0.06, 40]", "w"),
 ]
-# G is viscous friction once more; the root is not finite beyond the positions of these logs.
+# G is viscous friction once more, which no log tells from it; the root is not finite beyond the
+# positions of these logs.
 REFUSED = {
-    "G is nothing new": ("ripple", "-F*sin(k*q1) - G*qd1", 'F = "N m", G = ""', "k = [6, 9]"),
+    "do not determine FV1, own": (
+        *("ripple", "-F*sin(k*q1) - G*qd1", 'F = "N m", G = ""', "k = [6, 9]"),
+    ),
     "not a finite number": ("root", "-F*sqrt(q1-c)", 'F = "N m"', "c = [-8, -1.7]"),
 }
 
