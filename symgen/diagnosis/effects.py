@@ -87,12 +87,6 @@ class Candidate:
     scales: tuple[float, ...] | None = None
 
     @property
-    def complexity(self) -> int:
-        """How many numbers it brings; a mean of the logs is none."""
-        given = sum(s.scale == "mean temp" for s in self.definition.nonlinear.values())
-        return self.size + len(self.constants) - given
-
-    @property
     def smooth(self) -> bool:
         """Whether it has constants along which its columns have a slope: those of a formula."""
         return bool(self.constants) and self.refinable and self.definition.declarable

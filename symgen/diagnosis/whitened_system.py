@@ -63,8 +63,6 @@ class WhitenedSystem:
         sigma: (n,) standard deviation of each joint's residual.
         moves: (K, n) weight of the rows: 1.0 where the joint moves, 0.0 where it turns round and
             friction is undefined, and in between in its rests, see `symgen.estimation.cutoff`.
-        rest: (n,) sum of the squares that rows at rest leave, whitened, beyond what their weight
-            lets the residual have of it: the gap counts them whole.
     """
 
     logs: tuple[FilteredLog, ...]
@@ -73,7 +71,6 @@ class WhitenedSystem:
     X: FloatArray
     sigma: FloatArray
     moves: FloatArray
-    rest: FloatArray
 
     @property
     def n(self) -> int:
@@ -207,9 +204,7 @@ def whitened(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray) -> White
         X = shortest(rows)
         square = np.array([s.rss(X) for s in joints]) / np.maximum(moves.sum(axis=0), 1.0)
         sigma = np.maximum(np.sqrt(square), floor)
-    beyond = np.maximum(np.concatenate(moving) - moves**2, 0.0)
-    rest = np.sum(beyond * (y - W @ X) ** 2, axis=0) / sigma**2
-    return WhitenedSystem(tuple(logs), W, y, X, sigma, moves, rest)
+    return WhitenedSystem(tuple(logs), W, y, X, sigma, moves)
 
 
 def _moving(log: FilteredLog) -> FloatArray:
