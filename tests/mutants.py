@@ -69,7 +69,9 @@ GROUPS: dict[str, tuple[list[str], list[str]]] = {
          *(f"tests/workflow/test_{n}.py" for n in
            ("channel_faults", "logs", "methods", "out_of_core", "static"))],
     ),
-    "select": (["symgen/diagnosis/select.py"], ["tests/unit/test_select.py"]),
+    "score": (
+        ["symgen/estimation/predictive_score.py"], ["tests/unit/test_predictive_score.py"]
+    ),
 }  # fmt: skip
 
 _OTHER: dict[type[ast.AST], type[ast.AST]] = {

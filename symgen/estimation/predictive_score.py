@@ -64,7 +64,7 @@ def motion_folds(logs: Sequence[FilteredLog], count: int = FOLDS) -> NDArray[np.
         first += own
     number = np.concatenate(block)
     state = np.array([z[number == b].mean(axis=0) for b in range(first)])
-    regions = min(_REGIONS, first)
+    regions = min(_REGIONS, first, max(count, first // 2))  # a motion that comes again is in one
     _, region = kmeans2(state, regions, minit="++", seed=_SEED, iter=30)
     rows = np.bincount(number, minlength=first)
     sizes = np.array([rows[region == r].sum() for r in range(regions)])
@@ -85,10 +85,11 @@ def repeats_motion(logs: Sequence[FilteredLog], others: Sequence[FilteredLog]) -
     """Whether other logs hardly show a state (q, qd, qdd) that some logs do not show."""
     from scipy.spatial import cKDTree
 
-    def states(group: Sequence[FilteredLog]) -> FloatArray:
-        return np.concatenate([np.hstack([s.q, s.qd, s.qdd])[s.kept] for s in group])
+    def states(log: FilteredLog, at: NDArray[np.int64] | slice) -> FloatArray:
+        return np.hstack([log.q, log.qd, log.qdd])[at]
 
-    known, asked = states(logs), states(others)
+    known = np.concatenate([states(log, slice(None, None, log.stride)) for log in logs])
+    asked = np.concatenate([states(log, log.kept) for log in others])
     spread = np.maximum(known.std(axis=0), 1e-300) * np.sqrt(known.shape[1])
     far, _ = cKDTree(known / spread).query(asked / spread)
     return bool(np.mean(far < _SAME) > _REPEATED)

@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from symgen.estimation.predictive_score import FOLDS, TEMPERATURE, PredictiveScore
+from symgen.data.signals import Samples
+from symgen.estimation.filtered_log import FilteredLog, unfiltered
+from symgen.estimation.predictive_score import (
+    FOLDS,
+    TEMPERATURE,
+    PredictiveScore,
+    motion_folds,
+    repeats_motion,
+)
 
 K, N, P = 240, 2, 5
 
@@ -76,3 +84,66 @@ def test_a_column_of_noise_does_not_predict_other_folds() -> None:
         gains.append(score.beside({1: noise}).score - score.alone.score)
     assert np.mean(gains) < 0
     assert max(gains) < 3
+
+
+def moved(seed: int, start: float = 0.0) -> FilteredLog:
+    """Return 20 s of two sums of sines, of a period of 10 s, from some time on."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0, 20, 0.01)
+    w = 2 * np.pi * np.arange(1, 5) / 10
+    a, phase = rng.normal(size=(4, 2)), rng.uniform(0, 6, (4, 2))
+    angle = np.multiply.outer(t + start, w)[:, :, None] + phase
+    q, qd = np.sum(a * np.sin(angle), axis=1), np.sum(a * w[:, None] * np.cos(angle), axis=1)
+    return unfiltered(Samples(f"log{seed}", t, q, qd, 0 * q, 0.01, None, ()))
+
+
+def test_folds_are_blocks_of_time_of_like_size_that_do_not_touch() -> None:
+    logs = [moved(1), moved(2)]
+    fold = motion_folds(logs)
+    assert len(fold) == sum(len(log.kept) for log in logs)
+    sizes = np.bincount(fold[fold >= 0])
+    assert len(sizes) == FOLDS
+    assert sizes.min() > 0.4 * sizes.max()
+    assert np.mean(fold < 0) < 0.3
+    known = fold[fold >= 0]
+    assert np.count_nonzero(np.diff(known)) < 60
+    inside = np.diff(fold)[(fold[:-1] >= 0) & (fold[1:] >= 0)]
+    between = len(logs[0].kept) - 1
+    assert np.count_nonzero(inside) <= (fold[between] >= 0)  # where two logs meet
+
+
+def test_folds_of_one_place_are_one_fold() -> None:
+    """A state that comes again, a period later, is in the fold that it was in."""
+    log = moved(3)
+    fold, t = motion_folds([log]), log.compared_t
+    first = np.searchsorted(t, t[0] + 10)
+    pairs = fold[: len(fold) - first], fold[first:]
+    both = (pairs[0] >= 0) & (pairs[1] >= 0)
+    assert np.mean(pairs[0][both] == pairs[1][both]) > 0.8
+
+
+def test_a_motion_is_known_again_and_another_is_not() -> None:
+    assert repeats_motion([moved(1)], [moved(1, start=3.3)])
+    assert not repeats_motion([moved(1)], [moved(2)])
+    assert repeats_motion([moved(1), moved(2)], [moved(2, start=1.0)])
+
+
+def test_rows_that_count_less_weigh_less() -> None:
+    score, C, (_, _, _, weight, fold) = scored(0)
+    half = PredictiveScore(
+        score.W, score.residual, weight, score.sigma, fold, score.misfit, np.full(K, 0.5)
+    )
+    assert half.alone.score == pytest.approx(0.5 * score.alone.score, rel=1e-9)
+    gain = score.beside({0: C}).score - score.alone.score
+    assert half.beside({0: C}).score - half.alone.score == pytest.approx(0.5 * gain, rel=1e-9)
+    assert score.beside({0: C}).torque[1] == 0
+    found = score.beside({0: C})
+    size = np.sqrt(np.sum((weight[:, :1] * C @ found.coefficients[:, None])[fold >= 0] ** 2)
+                   / np.sum(weight[fold >= 0, 0] ** 2))  # fmt: skip
+    assert found.torque[0] == pytest.approx(size, rel=1e-6)
+
+
+def test_a_size_that_is_expected_draws_a_coefficient_to_zero() -> None:
+    score, C, _ = scored(0)
+    free, drawn = score.beside({0: C}), score.beside({0: C}, 1e-3)
+    assert np.linalg.norm(drawn.torque) < 0.1 * np.linalg.norm(free.torque)
