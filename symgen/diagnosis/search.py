@@ -297,22 +297,24 @@ class Search:
             yield odds, [a, b]
 
     def _plainest(self, stage: _Stage, best: Score, options: Sequence[Score]) -> Score:
-        """Return what has the largest prior of all that explain the same, but for what matters not.
+        """Return the plainest of all that explain the same, but for what does not matter.
 
-        Between sets whose held-out torque differs by less than what matters, the prior decides.
+        Between effects whose held-out torque differs by less than what matters, prior odds and the
+        count of numbers decide.
         """
         if best.left is None:
             return best
         own, base = explained(stage.system, best.columns), self.baseline.base.size
         near = [best]
         for s in options:
-            if s.prior <= best.prior or s.left is None or not set(s.columns) & set(best.columns):
+            plainer = _plainness(s) > _plainness(best)
+            if not plainer or s.left is None or not set(s.columns) & set(best.columns):
                 continue
             more = np.sqrt(np.maximum(s.left - best.left, 0)) / base
             equal = s.odds > 0 and bool((more < self.least).all())
             if equal and _correlation(own, explained(stage.system, s.columns)) > _SAME:
                 near.append(s)
-        return max(near, key=lambda s: s.prior)
+        return max(near, key=_plainness)
 
     def _refined(self, stage: _Stage, s: Score) -> Score:
         """Return an effect with constants between the grid's."""
@@ -398,6 +400,12 @@ class Search:
             )
             out.append(replace(again, probability=float(same), alike=others))
         return out
+
+
+def _plainness(s: Score) -> tuple[float, int]:
+    """Return prior odds, then minus the count of numbers, to compare by."""
+    c = s.candidate
+    return c.definition.odds, -(c.size + len(c.constants))
 
 
 def _correlation(a: FloatArray, b: FloatArray) -> float:

@@ -17,6 +17,7 @@ cost their own products with these. Products are those of the residual, so that 
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -33,11 +34,9 @@ Columns = Mapping[int, FloatArray]
 FOLDS = 6
 #: Rows at four a period of the band that count as one: the temperature of all scores.
 TEMPERATURE = 4.0
-_PERIODS = 6.0  # of the comparison band in a block of time that belongs to one fold
-_FEWEST, _MOST = 12, 60  # blocks in all
 _REGIONS = 12  # of state, from which the folds are put together
+_ROUNDS, _SEED = 30, 1988  # of Lloyd's algorithm
 _APART = 0.5  # periods of the comparison band between rows of two folds
-_SEED = 1988
 #: Distance of two states of one motion, in spreads of all; part of the rows that repeat others.
 _SAME, _REPEATED = 0.05, 0.9
 _DEPENDENT = 1e-9  # of a column: what is left of it beside the others
@@ -46,39 +45,37 @@ _DEPENDENT = 1e-9  # of a column: what is left of it beside the others
 def motion_folds(logs: Sequence[FilteredLog], count: int = FOLDS) -> NDArray[np.intp]:
     """Return the fold of each kept instant of some logs, (K,); -1 where two folds meet.
 
-    Blocks of time are put together by regions of state, mean position and speed of all joints, so
-    that each fold is motion that the others do not have, as far as there is such.
+    Folds are put together from regions of state, position and speed of all joints, so that each is
+    motion that the others do not have; what comes again is in the fold that it was in.
     """
     from scipy.cluster.vq import kmeans2
 
-    period = 1 / min(log.band.comparison_hz for log in logs)
-    total = sum(float(np.ptp(log.compared_t)) for log in logs)
-    length = min(max(_PERIODS * period, total / _MOST), total / _FEWEST)
-    block, first = [], 0
     q, qd = (np.concatenate([getattr(s, x)[s.kept] for s in logs]) for x in ("q", "qd"))
-    z = np.column_stack([(x - x.mean(0)) / np.maximum(x.std(0), 1e-300) for x in (q, qd)])
-    for log in logs:
-        t = log.compared_t - log.compared_t[0]
-        own = max(1, round(float(t[-1]) / length))
-        block.append(first + np.minimum((t * own / max(t[-1], 1e-300)).astype(int), own - 1))
-        first += own
-    number = np.concatenate(block)
-    state = np.array([z[number == b].mean(axis=0) for b in range(first)])
-    regions = min(_REGIONS, first, max(count, first // 2))  # a motion that comes again is in one
-    _, region = kmeans2(state, regions, minit="++", seed=_SEED, iter=30)
-    rows = np.bincount(number, minlength=first)
-    sizes = np.array([rows[region == r].sum() for r in range(regions)])
+    state = np.hstack([(x - x.mean(0)) / np.maximum(x.std(0), 1e-300) for x in (q, qd)])
+    regions = min(_REGIONS, len(state))
+    _, region = kmeans2(state, regions, minit="++", seed=_SEED, iter=_ROUNDS)
     filled, fold_of = np.zeros(count), np.zeros(regions, dtype=int)
+    sizes = np.bincount(region, minlength=regions)
     for r in np.argsort(-sizes, kind="stable"):
         fold_of[r] = int(np.argmin(filled))
         filled[fold_of[r]] += sizes[r]
-    fold = fold_of[region][number]
+    fold = fold_of[region]
     times = np.concatenate([log.compared_t for log in logs])
-    change = np.flatnonzero(np.diff(fold) != 0)
-    for k in change:
-        near = np.abs(times[max(0, k - 50) : k + 51] - (times[k] + times[k + 1]) / 2)
-        fold[max(0, k - 50) : k + 51][near < _APART * period / 2] = -1
-    return np.asarray(fold)
+    apart = _APART / min(log.band.comparison_hz for log in logs)
+    ends = np.cumsum([0, *(len(log.kept) for log in logs)])
+    out = fold.copy()
+    for first, last in itertools.pairwise(map(int, ends)):
+        t, own = times[first:last], fold[first:last]
+        meet = np.flatnonzero(np.diff(own) != 0)
+        between = np.sort((t[meet] + t[meet + 1]) / 2)
+        if len(between):
+            after = np.searchsorted(between, t)
+            near = np.minimum(
+                np.abs(t - between[np.minimum(after, len(between) - 1)]),
+                np.abs(t - between[np.maximum(after - 1, 0)]),
+            )
+            out[first:last][near < apart / 2] = -1
+    return np.asarray(out)
 
 
 def repeats_motion(logs: Sequence[FilteredLog], others: Sequence[FilteredLog]) -> bool:
