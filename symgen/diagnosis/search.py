@@ -35,6 +35,8 @@ LEAST, MISFIT = 0.008, 0.004
 #: Correlation of what two effects explain from which they are one class; and are alternatives.
 _SAME, _ALIKE = 0.98, 0.8
 _FREEDOM = 3.0  # of Student's t of the sizes
+#: Sizes that a fit draws to zero, over what is expected: what the rows do not determine.
+_LOOSE = 10.0
 _WRONG_SIGN = 6.0  # nats that a size of the sign that no real thing has costs
 _PART = 0.3  # of an effect's largest column, from which the sign of another one tells
 _FINE = 8  # best effects of which constants between the grid's are tried
@@ -242,7 +244,7 @@ class Search:
         if not all(np.isfinite(c).all() for c in columns.values()):
             return None
         size = self._sizes(candidate)
-        return stage.score.beside(columns, max(float(size[j]) for j in columns))
+        return stage.score.beside(columns, _LOOSE * max(float(size[j]) for j in columns))
 
     def _judged(self, stage: _Stage, candidate: Candidate, columns: Columns, fit: Fit) -> Score:
         alone, d = stage.score.alone, candidate.definition
@@ -284,7 +286,7 @@ class Search:
             ):
                 continue
             both = _beside(a, b, stage.system.y.shape)
-            fit = stage.score.beside(both, float(np.max(self._sizes(a.candidate))))
+            fit = stage.score.beside(both, _LOOSE * float(np.max(self._sizes(a.candidate))))
             fell = stage.score.alone.left - fit.left
             worth = float(np.max(np.sqrt(np.maximum(fell, 0)) / self.baseline.base.size))
             if worth < self.least * np.sqrt(2):
@@ -292,7 +294,9 @@ class Search:
             # priors and grids of each as they were judged alone
             odds = fit.score - stage.score.alone.score
             for s in (a, b):
-                alone = stage.score.beside(s.columns, float(np.max(self._sizes(s.candidate))))
+                alone = stage.score.beside(
+                    s.columns, _LOOSE * float(np.max(self._sizes(s.candidate)))
+                )
                 odds += s.odds - (alone.score - stage.score.alone.score)
             yield odds, [a, b]
 
