@@ -34,6 +34,7 @@ Key = tuple[str, tuple[int, ...]]
 LEAST, MISFIT = 0.008, 0.004
 #: Correlation of what two effects explain from which they are one class; and are alternatives.
 _SAME, _ALIKE = 0.98, 0.8
+_TIE = 3.0  # nats by which the data do not tell two effects of one class apart
 _FREEDOM = 3.0  # of Student's t of the sizes
 #: Sizes that a fit draws to zero, over what is expected: what the rows do not determine.
 _LOOSE = 10.0
@@ -315,7 +316,8 @@ class Search:
             if not plainer or s.left is None or not set(s.columns) & set(best.columns):
                 continue
             more = np.sqrt(np.maximum(s.left - best.left, 0)) / base
-            equal = s.odds > 0 and bool((more < self.least).all())
+            tied = s.odds > best.odds - _TIE or bool((more < self.least).all())
+            equal = s.odds > 0 and tied
             if equal and _correlation(own, explained(stage.system, s.columns)) > _SAME:
                 near.append(s)
         return max(near, key=_plainness)
