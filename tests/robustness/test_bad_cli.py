@@ -361,7 +361,7 @@ def test_without_a_compiler_casadi_serves_and_says_so_once(
     run, log, tmp_path, monkeypatch, compiler
 ):
     monkeypatch.setenv("SYMGEN_CC", compiler)
-    monkeypatch.setattr("symgen.runtime.evaluator._said", set())
+    symgen.runtime.evaluator._say_once.cache_clear()
     from symgen.runtime.build import forget_compilers
 
     forget_compilers()

@@ -62,7 +62,7 @@ def _reasons(figures: dict[str, Any], found: list[dict[str, Any]]) -> list[dict[
 @pytest.mark.slow
 @pytest.mark.parametrize("group", GROUPS)
 def test_few_faults_survive(group):
-    before = json.loads(FIGURES.read_text("utf-8"))[group] if FIGURES.exists() else {}
+    before = json.loads(FIGURES.read_text("utf-8")).get(group, {}) if FIGURES.exists() else {}
     found, alive = [], []
     for m in _tried(group, COUNT.get(group, MUTANTS), "--seed", SEED):
         found.append(m)

@@ -50,7 +50,7 @@ def machine(tmp_path, monkeypatch):
     monkeypatch.setenv("SYMGEN_FLAGS", "native")  # no race: each compiler here is a new one
     monkeypatch.delenv("SYMGEN_CC", raising=False)
     monkeypatch.delenv("CC", raising=False)
-    monkeypatch.setattr(evaluator, "_said", set())
+    evaluator._say_once.cache_clear()
     forget_compilers()
     yield
     forget_compilers()
