@@ -74,9 +74,7 @@ class Baseline:
 
     def system_of(self, logs: Sequence[FilteredLog]) -> WhitenedSystem:
         """Return the system of the declared model on some logs."""
-        if self.given:
-            return given_system(self.evaluator, logs, self.X)
-        return fitted_system(self.evaluator, logs)
+        return _system(self.evaluator, logs, self.X if self.given else None)
 
     def parameters(self, found: WhitenedSystem) -> FloatArray:
         """Return X beside what is found, (p,)."""
@@ -98,11 +96,18 @@ def baseline(
     given: FloatArray | None = None,
 ) -> Baseline:
     """Fit a model to the training logs, or take given parameters (p,)."""
-    if given is not None:
-        base = given_system(evaluator, train, given)
-        return Baseline(evaluator, base, tuple(held), given, True)
-    base = fitted_system(evaluator, train)
-    return Baseline(evaluator, base, tuple(held), base.X, False)
+    base = _system(evaluator, train, given)
+    X = base.X if given is None else given
+    return Baseline(evaluator, base, tuple(held), X, given is not None)
+
+
+def _system(
+    evaluator: Evaluator, logs: Sequence[FilteredLog], given: FloatArray | None
+) -> WhitenedSystem:
+    """Return the system of a model on some logs, fitted to them or of given parameters."""
+    if given is None:
+        return fitted_system(evaluator, logs)
+    return given_system(evaluator, logs, given)
 
 
 def torques_of(

@@ -133,7 +133,7 @@ def conclude(
     Effects with which the model cannot be identified are left out, the least one first; all are
     where they make the gap larger.
     """
-    accepted, seen = _settled(baseline, selection.accepted)
+    accepted, _ = _settled(baseline, selection.accepted)
     selection = confirmed(baseline, replace(selection, accepted=accepted), least)
     suspected = [s for s in selection.accepted if not s.confirmed]
     while True:

@@ -123,7 +123,7 @@ class Score:
         candidate: what it is, with its constants.
         columns: in the band at the kept instants, by joint.
         odds: log-odds that it is there, its grid marginalised.
-        prior: what of these odds is its prior.
+        evidence: what of these odds is the score with it less the score without.
         left: (n,) variance that it leaves of each joint on motion that it was not fitted on.
         worth: part of its joint's torque by which it lowers the held-out error, in squares.
         gain: share of its joints' held-out sum of squares that it explains.
@@ -137,7 +137,7 @@ class Score:
     candidate: Candidate
     columns: Columns
     odds: float = 0.0
-    prior: float = 0.0
+    evidence: float = 0.0
     left: FloatArray | None = None
     worth: float = 0.0
     gain: float = 0.0

@@ -147,7 +147,7 @@ class Search:
         for candidate, columns in sums:
             whole = [*rest, *(Score(c, x) for c, x in sums if c is not candidate)]
             own = [s for s in parts if s.candidate.joints == candidate.joints]
-            again = self._again(whole, Score(candidate, columns))
+            again = self._again(self._stage(whole), Score(candidate, columns))
             found = [
                 *[s for s in found if s not in own],
                 replace(again, probability=own[0].probability),
@@ -174,7 +174,6 @@ class Search:
             system.sigma,
             self._fold,
             self.misfit * self.baseline.base.size,
-            np.ones(len(self._fold)),
         )
         names = frozenset(name for name, _ in keys)
         return _Stage(system, score, self.baseline.seen(system), names, keys)
@@ -202,8 +201,8 @@ class Search:
         out = []
         for key, found in entries.items():
             odds = np.array([s.odds for s in found])
-            count = len(found) if key[0] != UNNAMED else self.expressions.count  # type: ignore
             best = found[int(np.argmax(odds))]
+            count = self._grid(best.candidate) if key[0] == UNNAMED else len(found)
             whole = float(np.logaddexp.reduce(odds)) - np.log(count)
             out.append(replace(best, odds=whole))
         return sorted(out, key=lambda s: -s.odds)
@@ -257,15 +256,20 @@ class Search:
             part = fit.torque / self._sizes(candidate)
         size = (_FREEDOM + 1) / 2 * float(np.log1p(np.max(part) ** 2 / _FREEDOM))
         prior -= size + _WRONG_SIGN * self._turned(candidate, columns, fit)
-        odds = fit.score - alone.score + prior
+        evidence = fit.score - alone.score
         base = self.baseline.base.size
         fell = alone.left - fit.left
         joints = list(candidate.joints) or list(columns)
-        worth = float(np.max(np.sqrt(np.maximum(fell, 0)) / base))
         was = float(np.sum((alone.left / base**2)[joints]))
         gain = float(np.sum((fell / base**2)[joints])) / max(was, 1e-300)
         torque = float(np.max(fit.torque))
-        return Score(candidate, columns, odds, prior, fit.left, worth, gain, torque)
+        worth = self._worth(stage, fit)
+        return Score(candidate, columns, evidence + prior, evidence, fit.left, worth, gain, torque)
+
+    def _worth(self, stage: _Stage, fit: Fit) -> float:
+        """Return the largest part of a joint's torque by which a fit lowers its error."""
+        fell = np.maximum(stage.score.alone.left - fit.left, 0)
+        return float(np.max(np.sqrt(fell) / self.baseline.base.size))
 
     def _turned(self, candidate: Candidate, columns: Columns, fit: Fit) -> bool:
         """Whether a coefficient has the sign that no real thing has."""
@@ -288,18 +292,11 @@ class Search:
                 continue
             both = _beside(a, b, stage.system.y.shape)
             fit = stage.score.beside(both, _LOOSE * float(np.max(self._sizes(a.candidate))))
-            fell = stage.score.alone.left - fit.left
-            worth = float(np.max(np.sqrt(np.maximum(fell, 0)) / self.baseline.base.size))
-            if worth < self.least * np.sqrt(2):
+            if self._worth(stage, fit) < self.least * np.sqrt(2):
                 continue
             # priors and grids of each as they were judged alone
-            odds = fit.score - stage.score.alone.score
-            for s in (a, b):
-                alone = stage.score.beside(
-                    s.columns, _LOOSE * float(np.max(self._sizes(s.candidate)))
-                )
-                odds += s.odds - (alone.score - stage.score.alone.score)
-            yield odds, [a, b]
+            priors = sum(s.odds - s.evidence for s in (a, b))
+            yield fit.score - stage.score.alone.score + priors, [a, b]
 
     def _plainest(self, stage: _Stage, best: Score, options: Sequence[Score]) -> Score:
         """Return the plainest of all that explain the same, but for what does not matter.
@@ -333,9 +330,8 @@ class Search:
         )
         return replace(s, candidate=candidate, columns=columns)
 
-    def _again(self, rest: Sequence[Score], own: Score) -> Score:
+    def _again(self, stage: _Stage, own: Score) -> Score:
         """Return an effect as it does beside others; the cost of its grid is kept."""
-        stage = self._stage(rest)
         columns = stage.seen(own.candidate) if own.candidate.uses_model else own.columns
         fit = self._fit(stage, own.candidate, columns)
         assert fit is not None  # it was finite
@@ -350,7 +346,9 @@ class Search:
     def _backward(self, accepted: list[Score]) -> list[Score]:
         """Drop what no longer holds beside all others, the least likely first."""
         while len(accepted) > 1:
-            again = [self._again([o for o in accepted if o is not s], s) for s in accepted]
+            again = [
+                self._again(self._stage([o for o in accepted if o is not s]), s) for s in accepted
+            ]
             failing = [k for k, s in enumerate(again) if s.odds <= 0 or s.worth < self.least]
             if not failing:
                 return again
@@ -370,7 +368,7 @@ class Search:
                 best = self._refined(stage, self._plainest(stage, options[0], options))
                 if (
                     best.candidate.key != own.candidate.key
-                    and best.odds > self._again(rest, own).odds
+                    and best.odds > self._again(stage, own).odds
                 ):
                     accepted = [*accepted[:at], best, *accepted[at + 1 :]]
         return accepted
@@ -383,7 +381,7 @@ class Search:
             joints = frozenset(own.columns)
             taken = {s.candidate.key for s in accepted}
             options = [s for s in self._options(stage, joints) if s.candidate.key not in taken]
-            again = self._again([s for s in accepted if s is not own], own)
+            again = self._again(stage, own)
             e = explained(stage.system, again.columns)
             rivals = []
             for s in options:

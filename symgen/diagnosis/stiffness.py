@@ -21,7 +21,7 @@ from symgen.data.signals import differentiate, lowpass, white_noise
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
 from symgen.diagnosis.floor import passband
 from symgen.diagnosis.whitened_system import WhitenedSystem, compared
-from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.solve import weighed
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.robot.effect import unit
@@ -88,7 +88,7 @@ def _stiffness(evidence: WhitenedSystem, j: int) -> Stiffness:
             fault=f"q - qs spans {percent:.2g} % of the motion: another ratio or unit, no bending",
         )
     parts = []
-    for s, at in zip(scenes, evidence.spans, strict=True):
+    for s, at in zip(scenes, kept_spans(scenes), strict=True):
         moving = moves[at]
         W, y = _columns(s, j)[moving], s.unmasked.measured[moving, j]
         parts.append(Equations(s.name, W, y, s.compared_t[moving], 2, j))

@@ -7,7 +7,6 @@ rows out; no sample is weighed before it passes the filter.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -15,7 +14,7 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.mask import Bools
+from symgen.data.mask import Bools, rms
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns
 from symgen.estimation.solve import SINGULAR, column_norms, shortest
@@ -77,12 +76,6 @@ class WhitenedSystem:
         """Number of joints."""
         return int(self.y.shape[1])
 
-    @property
-    def spans(self) -> list[slice]:
-        """The rows of each log."""
-        ends = np.cumsum([0, *(len(log.kept) for log in self.logs)])
-        return [slice(a, b) for a, b in itertools.pairwise(map(int, ends))]
-
     @cached_property
     def residual(self) -> FloatArray:
         """Whitened residual (K, n)."""
@@ -114,9 +107,8 @@ class WhitenedSystem:
     @cached_property
     def size(self) -> FloatArray:
         """RMS of the measured torque in the band, (n,); 1 where there is none."""
-        measured = np.concatenate([log.unmasked.measured for log in self.logs])
-        rms = np.sqrt(np.mean(measured**2, axis=0))
-        return np.asarray(np.where(rms > 0, rms, 1.0))
+        found = rms(np.concatenate([log.unmasked.measured for log in self.logs]))
+        return np.where(found > 0, found, 1.0)
 
     def with_columns(self, columns: Iterable[Columns]) -> WhitenedSystem:
         """Return the system of the model with more columns."""
@@ -196,7 +188,7 @@ def whitened(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray) -> White
         for j in range(y.shape[1])
     ]
     least = 1e-6 * float(np.sqrt(np.mean(y**2))) + _TINY  # a dead channel has no spread at all
-    floor = np.maximum(1e-6 * np.sqrt(np.mean(y**2, axis=0)), least * 1e-3)
+    floor = np.maximum(1e-6 * rms(y), least * 1e-3)
     sigma = np.maximum(np.std(y, axis=0), least)
     X = np.zeros(W.shape[2])
     for _ in range(_WHITENING):
@@ -209,8 +201,7 @@ def whitened(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray) -> White
 
 def _moving(log: FilteredLog) -> FloatArray:
     """Return 1.0 where a joint moves, (K, n): not masked, faster than 0.5 % of its RMS speed."""
-    speed = np.sqrt(np.mean(log.qd**2, axis=0))
-    moves = (np.abs(log.qd) > _REST * speed) & counted(log)
+    moves = (np.abs(log.qd) > _REST * rms(log.qd)) & counted(log)
     return np.asarray(moves[log.kept], dtype=float)
 
 

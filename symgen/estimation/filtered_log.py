@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import itertools
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -185,6 +186,12 @@ def stride_of(band: Band, step: float) -> int:
         return 1
     highest = max(band.cutoff_hz, band.comparison_hz)
     return max(1, int(1 / (_NODES * highest * step)))
+
+
+def kept_spans(logs: Sequence[FilteredLog]) -> list[slice]:
+    """Return which of the kept samples of all logs together are those of each."""
+    ends = np.cumsum([0, *(len(log.kept) for log in logs)])
+    return [slice(a, b) for a, b in itertools.pairwise(map(int, ends))]
 
 
 def _weighed(x: FloatArray, weight: FloatArray) -> FloatArray:

@@ -8,8 +8,7 @@ to all other folds,
 the log of a predictive density whose scale is integrated out: a fold that is predicted badly costs
 its logarithm alone. m is the number of rows over one temperature for all candidates, which stands
 for their correlation; s is what no model of the joint is righter than, so that differences below it
-decide nothing. A motion that is repeated is counted by what it adds: of k visits of one state with
-noise of variance v count k (v + s^2) / (v + k s^2).
+decide nothing.
 
 Candidates stream through: with the rows of the model kept as products by fold, columns on a joint
 cost their own products with these. Products are those of the residual, so that nothing cancels.
@@ -17,7 +16,7 @@ cost their own products with these. Products are those of the residual, so that 
 
 from __future__ import annotations
 
-import itertools
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -26,7 +25,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.estimation.filtered_log import FilteredLog
+from symgen.data.mask import touched
+from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.values import FloatArray
 
 #: Columns (K, m) on joints, by position of the movable joint.
@@ -60,22 +60,15 @@ def motion_folds(logs: Sequence[FilteredLog], count: int = FOLDS) -> NDArray[np.
         fold_of[r] = int(np.argmin(filled))
         filled[fold_of[r]] += sizes[r]
     fold = fold_of[region]
-    times = np.concatenate([log.compared_t for log in logs])
     apart = _APART / min(log.band.comparison_hz for log in logs)
-    ends = np.cumsum([0, *(len(log.kept) for log in logs)])
-    out = fold.copy()
-    for first, last in itertools.pairwise(map(int, ends)):
-        t, own = times[first:last], fold[first:last]
-        meet = np.flatnonzero(np.diff(own) != 0)
-        between = np.sort((t[meet] + t[meet + 1]) / 2)
-        if len(between):
-            after = np.searchsorted(between, t)
-            near = np.minimum(
-                np.abs(t - between[np.minimum(after, len(between) - 1)]),
-                np.abs(t - between[np.maximum(after - 1, 0)]),
-            )
-            out[first:last][near < apart / 2] = -1
-    return np.asarray(out)
+    for log, span in zip(logs, kept_spans(logs), strict=True):
+        own, t = fold[span], log.compared_t
+        changes = np.diff(own) != 0
+        meets = np.r_[changes, False] | np.r_[False, changes]
+        # of the rows on a side of a meeting, those less than half of it away
+        rows = math.ceil(apart / 2 / (t[1] - t[0]) - 0.5) if len(t) > 1 else 1
+        own[touched(meets, rows - 1)] = -1
+    return np.asarray(fold)
 
 
 def repeats_motion(logs: Sequence[FilteredLog], others: Sequence[FilteredLog]) -> bool:
@@ -100,14 +93,12 @@ class Fit(NamedTuple):
         left: (n,) held-out variance of each joint.
         coefficients: (m,) of the columns, fitted to all folds.
         torque: (n,) RMS of what the columns add to each joint.
-        free: the least part of a combination of the columns that the model cannot say.
     """
 
     score: float
     left: FloatArray
     coefficients: FloatArray
     torque: FloatArray
-    free: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +112,6 @@ class PredictiveScore:
         sigma: (n,) by which the joints are weighed in the fits.
         fold: (K,) from `motion_folds`.
         misfit: (n,) what no model is righter than, N m or N.
-        visits: (K,) how much a row counts, its motion repeated, 1 for motion that is new.
     """
 
     W: FloatArray
@@ -130,7 +120,6 @@ class PredictiveScore:
     sigma: FloatArray
     fold: NDArray[np.intp]
     misfit: FloatArray
-    visits: FloatArray
 
     @cached_property
     def _order(self) -> NDArray[np.intp]:
@@ -178,52 +167,47 @@ class PredictiveScore:
     @cached_property
     def _inverse(self) -> FloatArray:
         """(folds + 1, p, p) inverse of the products of the rows outside each fold; of all, last."""
-        by_fold = self._RR.sum(axis=0)
-        others = np.concatenate([by_fold.sum(axis=0) - by_fold, by_fold.sum(axis=0)[None]])
+        others = _of_others(self._RR)
         p = others.shape[-1]
         return np.asarray(np.linalg.inv(others + _DEPENDENT * np.eye(p))) if p else others
 
     @cached_property
     def _base(self) -> FloatArray:
         """(folds + 1, p) what the fit to the other folds adds to X; of all, last."""
-        by_fold = self._Rr.sum(axis=0)
-        others = np.concatenate([by_fold.sum(axis=0) - by_fold, by_fold.sum(axis=0)[None]])
-        return np.asarray((self._inverse @ others[..., None])[..., 0])
+        return np.asarray((self._inverse @ _of_others(self._Rr)[..., None])[..., 0])
 
     @cached_property
     def counts(self) -> FloatArray:
         """(n, folds) number of rows."""
         return np.asarray(np.moveaxis(self._folded(self.weight**2).sum(axis=1), 1, 0))
 
-    @cached_property
-    def _rows_that_count(self) -> FloatArray:
-        own = (self.weight**2) * self.visits[:, None]
-        return np.asarray(np.moveaxis(self._folded(own).sum(axis=1), 1, 0) / TEMPERATURE)
-
     def _scored(self, squares: FloatArray) -> tuple[float, FloatArray]:
         """Return the score and the held-out variance by joint of squares (n, folds), whitened."""
         squares = np.maximum(squares, 0.0) * self.sigma[:, None] ** 2
         count = np.maximum(self.counts, 1e-300)
         variance = squares / count + self.misfit[:, None] ** 2
-        score = -0.5 * float(np.sum(self._rows_that_count * np.log(np.maximum(variance, 1e-300))))
+        logs = np.log(np.maximum(variance, 1e-300))
+        score = -0.5 / TEMPERATURE * float(np.sum(self.counts * logs))
         return score, np.asarray(squares.sum(axis=1) / count.sum(axis=1))
+
+    def _squares(self, d: FloatArray) -> FloatArray:
+        """Return what parameters X + d (folds, p) leave of the joints on each fold, (n, folds)."""
+        squares = self._rr - 2 * np.einsum("jfp,fp->jf", self._Rr, d)
+        return np.asarray(squares + np.einsum("fp,jfpq,fq->jf", d, self._RR, d, optimize=True))
 
     @cached_property
     def alone(self) -> Fit:
         """The model without anything beside it."""
-        d = self._base[:-1]
-        squares = self._rr - 2 * np.einsum("jfp,fp->jf", self._Rr, d)
-        squares += np.einsum("fp,jfpq,fq->jf", d, self._RR, d, optimize=True)
-        score, left = self._scored(squares)
-        return Fit(score, left, np.zeros(0), np.zeros(len(self.sigma)), 1.0)
+        score, left = self._scored(self._squares(self._base[:-1]))
+        return Fit(score, left, np.zeros(0), np.zeros(len(self.sigma)))
 
-    def beside(self, columns: Columns, size: float | FloatArray = np.inf) -> Fit:
+    def beside(self, columns: Columns, size: float = np.inf) -> Fit:
         """Score the model with columns (K, m) beside it on some joints.
 
         Args:
             columns: by position of the joint.
-            size: (m,) RMS of the torque that a column is expected to have, N m or N: its
-                coefficient is drawn to zero as by a normal prior of that scale.
+            size: RMS of the torque that a column is expected to have, N m or N: its coefficient is
+                drawn to zero as by a normal prior of that scale.
         """
         n, m = len(self.sigma), next(iter(columns.values())).shape[1]
         joints = list(columns)
@@ -237,23 +221,16 @@ class PredictiveScore:
         CC = np.array([c.swapaxes(1, 2) @ c for c in C])  # (J, folds, m, m)
         RC = np.array([self._R[j].swapaxes(1, 2) @ c for j, c in zip(joints, C, strict=True)])
         Cr = np.array([(c * self._r[j][..., None]).sum(1) for j, c in zip(joints, C, strict=True)])
-
-        def others(x: FloatArray) -> FloatArray:
-            whole = x.sum(axis=0)
-            return np.concatenate([whole.sum(axis=0) - whole, whole.sum(axis=0)[None]])
-
-        B, H = others(RC), self._inverse
+        B, H = _of_others(RC), self._inverse
         rows = np.sqrt(self.counts.sum(axis=1))
-        expected = np.min(size) / max(self.sigma[j] / rows[j] for j in joints)
-        S = others(CC) - B.swapaxes(1, 2) @ (H @ B)
-        free = float(np.linalg.eigvalsh(S[-1])[0]) if m else 1.0
+        expected = size / max(self.sigma[j] / rows[j] for j in joints)
+        S = _of_others(CC) - B.swapaxes(1, 2) @ (H @ B)
         S = S + (_DEPENDENT + expected**-2) * np.eye(m)
-        h = others(Cr) - (B.swapaxes(1, 2) @ self._base[..., None])[..., 0]
+        h = _of_others(Cr) - (B.swapaxes(1, 2) @ self._base[..., None])[..., 0]
         b = np.linalg.solve(S, h[..., None])[..., 0]
         d = self._base - (H @ (B @ b[..., None]))[..., 0]
         d, own = d[:-1], b[:-1]
-        squares = self._rr - 2 * np.einsum("jfp,fp->jf", self._Rr, d)
-        squares += np.einsum("fp,jfpq,fq->jf", d, self._RR, d, optimize=True)
+        squares = self._squares(d)
         more = -2 * np.einsum("jfm,fm->jf", Cr, own)
         more += np.einsum("fm,jfmk,fk->jf", own, CC, own, optimize=True)
         more += 2 * np.einsum("fp,jfpm,fm->jf", d, RC, own, optimize=True)
@@ -263,4 +240,11 @@ class PredictiveScore:
         for j, cc in zip(joints, CC, strict=True):
             square = float(b[-1] @ cc.sum(axis=0) @ b[-1])
             torque[j] = self.sigma[j] * np.sqrt(max(square, 0.0)) / max(rows[j], 1e-300)
-        return Fit(score, left, b[-1] / norms, torque, free)
+        return Fit(score, left, b[-1] / norms, torque)
+
+
+def _of_others(products: FloatArray) -> FloatArray:
+    """Return products (J, folds, ...) of all joints, of rows outside each fold; of all, last."""
+    by_fold = products.sum(axis=0)
+    whole = by_fold.sum(axis=0)
+    return np.concatenate([whole - by_fold, whole[None]])

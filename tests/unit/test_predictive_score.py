@@ -35,7 +35,7 @@ def scored(seed: int) -> tuple[PredictiveScore, np.ndarray, tuple[np.ndarray, ..
     sigma, misfit = np.array([0.5, 2.5]), np.array([0.01, 0.02])
     A = (W * (weight / sigma)[:, :, None]).reshape(-1, P)
     X = np.linalg.lstsq(A, (y * weight / sigma).ravel(), rcond=None)[0]
-    score = PredictiveScore(W, y - W @ X, weight, sigma, fold, misfit, np.ones(K))
+    score = PredictiveScore(W, y - W @ X, weight, sigma, fold, misfit)
     return score, C, data
 
 
@@ -73,7 +73,7 @@ def test_what_the_model_says_already_predicts_nothing_more() -> None:
     score, _, (W, *_) = scored(0)
     same = score.beside({0: W[:, 0, :1], 1: W[:, 1, :1]}, 1.0)
     assert same.score == pytest.approx(score.alone.score, abs=1e-3)
-    assert same.free < 1e-8
+    assert same.torque == pytest.approx([0, 0], abs=1e-8)
 
 
 def test_a_column_of_noise_does_not_predict_other_folds() -> None:
@@ -128,14 +128,15 @@ def test_a_motion_is_known_again_and_another_is_not() -> None:
     assert repeats_motion([moved(1), moved(2)], [moved(2, start=1.0)])
 
 
-def test_rows_that_count_less_weigh_less() -> None:
-    score, C, (_, _, _, weight, fold) = scored(0)
-    half = PredictiveScore(
-        score.W, score.residual, weight, score.sigma, fold, score.misfit, np.full(K, 0.5)
-    )
-    assert half.alone.score == pytest.approx(0.5 * score.alone.score, rel=1e-9)
+def test_half_the_rows_weigh_half() -> None:
+    whole, C, (_, _, _, weight, fold) = scored(0)
+    twice = (np.repeat(x, 2, axis=0) for x in (whole.W, whole.residual, weight))
+    score = whole
+    double = PredictiveScore(*twice, whole.sigma, np.repeat(fold, 2), whole.misfit)
+    assert score.alone.score == pytest.approx(0.5 * double.alone.score, rel=1e-9)
     gain = score.beside({0: C}).score - score.alone.score
-    assert half.beside({0: C}).score - half.alone.score == pytest.approx(0.5 * gain, rel=1e-9)
+    both = double.beside({0: np.repeat(C, 2, axis=0)}).score - double.alone.score
+    assert gain == pytest.approx(0.5 * both, rel=1e-6)
     assert score.beside({0: C}).torque[1] == 0
     found = score.beside({0: C})
     size = np.sqrt(np.sum((weight[:, :1] * C @ found.coefficients[:, None])[fold >= 0] ** 2)
