@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,7 @@ from symgen.diagnosis.whitened_system import (
     fitted_system,
     model_torque,
     modelled,
+    static,
     torque_at,
 )
 from symgen.errors import IdentificationError, RobotError
@@ -102,8 +104,9 @@ def confirmed(baseline: Baseline, selection: Selection, least: float) -> Selecti
         torques = [torques_of(baseline.evaluator, X, log) for log in held.logs]
         more = [dense(s.candidate.seen(held.logs, torques), held.y.shape) for s in effects]
         left = held.y - np.concatenate([held.W, *more], axis=2) @ system.X
-        count = np.maximum(held.moves.sum(axis=0), 1.0)
-        return np.asarray(np.sum(held.moves * left**2, axis=0) / count / held.size**2)
+        weight = held.moves**2
+        count = np.maximum(weight.sum(axis=0), 1.0)
+        return np.asarray(np.sum(weight * left**2, axis=0) / count / held.size**2)
 
     kept, out = list(selection.accepted), selection
     while kept:
@@ -148,7 +151,8 @@ def conclude(
             culprit = _culprit(baseline, accepted)
             selection = _without(selection, [culprit], f"{fault}: {error}")
             continue
-        before, after, floor, curves = _gaps(baseline, model)
+        gaps = _gaps(baseline, model)
+        before, after = gaps.moving.before, gaps.moving.after
         if not accepted or after.total <= before.total:
             break
         # It was no improvement on data that the search never saw.
@@ -162,7 +166,16 @@ def conclude(
         notes = (*notes, _REPEAT)
         lone = _coefficients(baseline, (*accepted, *suspected))[len(accepted) :]
         found += tuple(map(partial(_suspected, baseline.robot), suspected, lone))
-    verdict = _verdict(accepted, after, floor, least)
+    told, moving = gaps.all, gaps.moving
+    if told.after != moving.after:
+        was, now, noise = (100 * gap.total for gap in moving[:3])
+        notes = (
+            *notes,
+            f"where joints move the gap is {was:.3g} % before and {now:.3g} % after, its noise "
+            f"{noise:.3g} %: by this it is judged, as friction at rest can be anything",
+        )
+    quiet = _quiet(moving.after, moving.floor, least)
+    verdict = _verdict(accepted, moving.after, quiet)
     if suspected and verdict != "bad-measurement":
         verdict = "partly-explained"
     robot = baseline.robot
@@ -170,20 +183,22 @@ def conclude(
         robot=robot.name,
         verdict=verdict,
         cutoff_hz=min((s.rows.cutoff for s in baseline.held if s.rows.cutoff), default=None),
-        before=before,
-        after=after,
-        floor=floor,
-        where=() if verdict == "consistent" else places(baseline, accepted, before, floor),
+        before=told.before,
+        after=told.after,
+        floor=told.floor,
+        where=()
+        if verdict == "consistent"
+        else places(baseline, accepted, moving.before, moving.floor),
         effects=found,
         rejected=tuple(
             Rejected(s.candidate.name, numbers(robot, s.candidate), s.fault)
             for s in selection.rejected[:_SHOWN]
         ),
-        advice=_advice(found, verdict, _quiet(after, floor, least)),
+        advice=_advice(found, verdict, quiet),
         notes=notes,
         extended=with_values(model.robot, found),
         joints=tuple(j.number for j in robot.movable),
-        curves=curves,
+        curves=gaps.curves,
         tried=selection.tried,
         parameters=_parameters(baseline, model, found),
         declared=robot,
@@ -406,8 +421,24 @@ def _changed(baseline: Baseline, whole: Model, added: Sequence[FoundParameter]) 
     return base_values(values, whole, "the extended model")
 
 
-def _gaps(baseline: Baseline, model: _Extended) -> tuple[Gap, Gap, Gap, tuple[Curves, ...]]:
-    """Return gap before, after, noise floor, and the curves, on the held-out data."""
+class _Judged(NamedTuple):
+    """Gap before and after, and noise floor."""
+
+    before: Gap
+    after: Gap
+    floor: Gap
+
+
+class _Gaps(NamedTuple):
+    """Gaps on the held-out data: of all rows, and where friction at rest has no say."""
+
+    all: _Judged
+    moving: _Judged
+    curves: tuple[Curves, ...]
+
+
+def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
+    """Compare the model before and after with the held-out data."""
     declared, p = baseline.evaluator, len(model.names)
     X = model.X[:p]
     if baseline.given or not model.accepted:  # nothing changes, not even the weights of the joints
@@ -417,7 +448,8 @@ def _gaps(baseline: Baseline, model: _Extended) -> tuple[Gap, Gap, Gap, tuple[Cu
     links, others = link_values(declared.model, inside), (*baseline.base.logs, *baseline.held)
     n, instants = baseline.robot.n, sum(len(log.kept) for log in baseline.held)
     was = now = TorqueFit.none(n)
-    curves, count, variance = [], np.zeros(n), np.zeros(n)
+    curves, variance, rests = [], np.zeros(n), np.zeros(n)
+    count, moved = np.zeros(n), np.zeros(n)
     for log in baseline.held:
         torques = torques_of(model.evaluator, X, log, links)
         whole, at = torques.model, p
@@ -429,19 +461,30 @@ def _gaps(baseline: Baseline, model: _Extended) -> tuple[Gap, Gap, Gap, tuple[Cu
         if model.accepted:
             after = before + compared(log, whole - model_torque(declared, baseline.X, log))
         measured, free = log.unmasked.measured, counted(log)[log.kept]
-        was, now = was + squares(free, measured, before), now + squares(free, measured, after)
+        held = static(log)
+        was += squares(free, measured, before, held)
+        now += squares(free, measured, after, held)
         motion = (log.t[log.kept], log.q[log.kept], log.qd[log.kept])
         mask = None if log.mask is None else free
         curves.append(Curves(log.name, *motion, measured, before, after, mask))
         after_torque = partial(model_torque, model.evaluator, X)
         noise = noise_floor(log, log.tau - whole, after_torque, others)
         still = at_rest(log, measured - after, partial(torque_at, model.evaluator, X))
-        count += free.sum(axis=0)
-        variance += len(free) / instants * (noise**2 + still**2)
-    # Noise above the band is not always white: in the band there is no more than what is left.
-    noise_square = np.minimum(variance * np.maximum(count, 1), np.minimum(was.error, now.error))
-    gap, less, quiet = (_gap(x, was.size) for x in (was.error, now.error, noise_square))
-    return gap, less, quiet, tuple(curves)
+        count, moved = count + free.sum(axis=0), moved + (free & ~held).sum(axis=0)
+        share = len(free) / instants
+        variance, rests = variance + share * noise**2, rests + share * still**2
+    told = _judged(was, now, (variance + rests) * np.maximum(count, 1))
+    moving = _judged(was.in_motion, now.in_motion, variance * np.maximum(moved, 1))
+    return _Gaps(told, moving, tuple(curves))
+
+
+def _judged(was: TorqueFit, now: TorqueFit, noise: FloatArray) -> _Judged:
+    """Return gaps and floor of sums of squares, (n,) of noise.
+
+    Noise above the band is not always white: in the band there is no more than what is left.
+    """
+    noise = np.minimum(noise, np.minimum(was.error, now.error))
+    return _Judged(*(_gap(x, was.size) for x in (was.error, now.error, noise)))
 
 
 def _gap(error: FloatArray, size: FloatArray) -> Gap:
@@ -485,14 +528,13 @@ def _solved(names: tuple[str, ...], system: WhitenedSystem) -> Solution:
     return solve(LinearSystem(names, tuple(out)), "wls")
 
 
-def _verdict(accepted: Sequence[Score], after: Gap, floor: Gap, least: float) -> str:
+def _verdict(accepted: Sequence[Score], after: Gap, quiet: bool) -> str:
     chain, physics = (
         max((s.worth for s in accepted if (s.candidate.name in MEASURING) is of_chain), default=0.0)
         for of_chain in (True, False)
     )
     if chain > physics:
         return "bad-measurement"
-    quiet = _quiet(after, floor, least)
     if not accepted:
         return "consistent" if quiet else "unexplained"
     return "explained" if quiet and after.total <= _EXPLAINED else "partly-explained"

@@ -77,8 +77,7 @@ def at_rest(
     q = np.ascontiguousarray(log.q[log.kept])
     slow, none = np.tile(np.abs(known.slow), (len(q), 1)), np.zeros_like(q)
     friction = np.abs(model(q, slow, none) - model(q, -slow, none)) / 2
-    worse = still[log.kept] & (np.array(known.weight) < 1)  # than joints in motion
-    left = np.where(worse, np.minimum(np.abs(error), friction), 0.0)
+    left = np.where(still[log.kept], np.minimum(np.abs(error), friction), 0.0)
     return np.asarray(np.sqrt(np.mean(left**2, axis=0)))
 
 

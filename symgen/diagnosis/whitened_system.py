@@ -8,13 +8,13 @@ rows out; no sample is weighed before it passes the filter.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.mask import Bools, rms
+from symgen.data.mask import Bools, rms, touched
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns
 from symgen.estimation.solve import SINGULAR, column_norms, shortest
@@ -34,8 +34,22 @@ def counted(log: FilteredLog) -> Bools:
     """Return where a torque has a say, (N, n): out of the reach of the log's mask."""
     if log.mask is None:
         return np.ones(log.tau.shape, dtype=bool)
-    reach = 0 if log.rows.cutoff is None else int(1 / (log.rows.cutoff * log.step))
-    return ~log.mask.near(reach)
+    return ~log.mask.near(_reach(log))
+
+
+def static(log: FilteredLog) -> Bools:
+    """Return the kept rows that static friction of a rest reaches, (K, n).
+
+    There it is anything between its limits, which no column says.
+    """
+    if log.at_rest is None:
+        return np.zeros((len(log.kept), log.tau.shape[1]), dtype=bool)
+    return np.column_stack([touched(joint, _reach(log))[log.kept] for joint in log.at_rest.T])
+
+
+def _reach(log: FilteredLog) -> int:
+    """Return the samples, before and after, that a sample has a say in: a period of the band."""
+    return 0 if log.rows.cutoff is None else int(1 / (log.rows.cutoff * log.step))
 
 
 def compared(log: FilteredLog, x: FloatArray) -> FloatArray:
@@ -114,7 +128,7 @@ class WhitenedSystem:
         """Return the system of the model with more columns."""
         more = [dense(c, self.y.shape) for c in columns]
         W = np.concatenate([self.W, *more], axis=2)
-        return whitened(self.logs, W, self.y) if more else self
+        return _solved(self.logs, W, self.y, self.moves) if more else self
 
 
 def explained(system: WhitenedSystem, columns: Columns) -> FloatArray:
@@ -180,9 +194,22 @@ def model_torque(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> Float
 
 
 def whitened(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray) -> WhitenedSystem:
-    """Solve y = W X, joints weighed by the standard deviation of their residual."""
-    moving = [_moving(log) for log in logs]
-    moves = np.concatenate([_weight(log, own) for log, own in zip(logs, moving, strict=True)])
+    """Solve y = W X, joints weighed by the standard deviation of their residual.
+
+    Rests have a say, with the weight of the band, where motion alone leaves something open.
+    """
+    moves = np.concatenate([_weight(log, rests=False) for log in logs])
+    found = _solved(logs, W, y, moves)
+    if not any(static(log).any() for log in logs):
+        return found
+    whole = replace(found, moves=np.concatenate([_weight(log, rests=True) for log in logs]))
+    return found if found.rank == whole.rank else _solved(logs, W, y, whole.moves)
+
+
+def _solved(
+    logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray, moves: FloatArray
+) -> WhitenedSystem:
+    """Solve y = W X with weights of rows (K, n)."""
     joints = [
         Summary(triangle(moves[:, [j]] * np.column_stack([W[:, j], y[:, j]])), len(y))
         for j in range(y.shape[1])
@@ -194,20 +221,19 @@ def whitened(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray) -> White
     for _ in range(_WHITENING):
         rows = np.concatenate([s.factor / size for s, size in zip(joints, sigma, strict=True)])
         X = shortest(rows)
-        square = np.array([s.rss(X) for s in joints]) / np.maximum(moves.sum(axis=0), 1.0)
+        square = np.array([s.rss(X) for s in joints]) / np.maximum((moves**2).sum(axis=0), 1.0)
         sigma = np.maximum(np.sqrt(square), floor)
     return WhitenedSystem(tuple(logs), W, y, X, sigma, moves)
 
 
-def _moving(log: FilteredLog) -> FloatArray:
-    """Return 1.0 where a joint moves, (K, n): not masked, faster than 0.5 % of its RMS speed."""
-    moves = (np.abs(log.qd) > _REST * rms(log.qd)) & counted(log)
-    return np.asarray(moves[log.kept], dtype=float)
+def _weight(log: FilteredLog, rests: bool) -> FloatArray:
+    """Return the weight of rows, (K, n).
 
-
-def _weight(log: FilteredLog, moving: FloatArray) -> FloatArray:
-    """Return the weight of rows, (K, n): that of rests where the joint rests, else `moving`."""
-    if log.resting is None or log.band.rests is None:
-        return moving
-    weight = np.where(log.resting, log.band.rests.weight, moving)
-    return np.asarray(weight * counted(log)[log.kept], dtype=float)
+    1.0 where a joint moves faster than 0.5 % of its RMS speed; 0.0 in its rests, or the band's
+    weight of them; 0.0 where it is masked.
+    """
+    moving = (np.abs(log.qd) > _REST * rms(log.qd))[log.kept]
+    known = log.band.rests
+    weight = np.array(known.weight) if known is not None and rests else 0.0
+    free = counted(log)[log.kept]
+    return np.asarray(np.where(static(log), weight, moving) * free, dtype=float)
