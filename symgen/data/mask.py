@@ -106,16 +106,17 @@ def moving_joints(speeds: Sequence[FloatArray], sigma: Sequence[int]) -> list[in
     return [int(j) for j in np.flatnonzero(~slow_speeds(largest, sigma)[1])]
 
 
-def mean_speeds(q: FloatArray, step: float) -> FloatArray:
-    """Return how fast joints move on the average of 0.1 s, (N, n), rad/s (m/s).
+def mean_speeds(q: FloatArray, step: float, span: float = REST) -> FloatArray:
+    """Return how fast joints move on the average of a span, 0.1 s, (N, n), rad/s (m/s).
 
     Encoders tell it better than tachometers, whose noise hides a rest.
 
     Args:
         q: (N, n) positions, rad (m).
         step: sampling step in s.
+        span: s.
     """
-    half, at = max(1, round(REST / step / 2)), np.arange(len(q))
+    half, at = max(1, round(span / step / 2)), np.arange(len(q))
     apart = np.minimum(at + half, len(q) - 1) - np.maximum(at - half, 0)
     held = np.pad(q, ((half, half), (0, 0)), mode="edge")  # slices of it are no copies
     change = held[2 * half :] - held[: -2 * half]
@@ -173,7 +174,12 @@ def _stuck(x: FloatArray) -> Bools:
 
 def _long(slow: Bools, step: float) -> Bools:
     """Return where joints (N, n) are slow for long enough to be at rest."""
-    return np.column_stack([_runs(column, max(2, round(REST / step))) for column in slow.T])
+    return in_rows(slow, max(2, round(REST / step)))
+
+
+def in_rows(flags: Bools, least: int) -> Bools:
+    """Return the flags (N, n) that stand in runs of at least `least` samples."""
+    return np.column_stack([_runs(column, least) for column in flags.T])
 
 
 def _runs(flags: Bools, least: int) -> Bools:

@@ -20,8 +20,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.data.mask import SLOW
 from symgen.data.signals import differentiate, lowpass, white_noise
-from symgen.diagnosis.whitened_system import compared, counted
+from symgen.diagnosis.whitened_system import compared, counted, static
 from symgen.estimation.filtered_log import FilteredLog
 
 FloatArray = NDArray[np.float64]
@@ -71,13 +72,10 @@ def at_rest(
         error: (K, n) measured minus modelled torque in the band, at the kept instants.
         model: torque from q, qd, qdd, (k, n) each.
     """
-    still, known = log.at_rest, log.band.rests
-    if still is None or known is None:
-        return np.zeros(error.shape[1])
-    q = np.ascontiguousarray(log.q[log.kept])
-    slow, none = np.tile(np.abs(known.slow), (len(q), 1)), np.zeros_like(q)
+    still, q = static(log), np.ascontiguousarray(log.q[log.kept])
+    slow, none = np.tile(SLOW * np.abs(log.qd).max(axis=0), (len(q), 1)), np.zeros_like(q)
     friction = np.abs(model(q, slow, none) - model(q, -slow, none)) / 2
-    left = np.where(still[log.kept], np.minimum(np.abs(error), friction), 0.0)
+    left = np.where(still, np.minimum(np.abs(error), friction), 0.0)
     return np.asarray(np.sqrt(np.mean(left**2, axis=0)))
 
 

@@ -14,7 +14,7 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.mask import Bools, rms, touched
+from symgen.data.mask import Bools, in_rows, mean_speeds, rms, touched
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns
 from symgen.estimation.solve import SINGULAR, column_norms, shortest
@@ -28,6 +28,8 @@ _TINY = 1e-300
 _FREE = 1e-5  # of a column of unit norm, from which the model does not say it
 _SETTLING = 5
 _REST = 0.005  # of the RMS speed
+#: s, and part of the largest speed: a joint that is slower for this long stands still.
+_STOP, _SLOW = 0.03, 0.002
 
 
 def counted(log: FilteredLog) -> Bools:
@@ -37,14 +39,24 @@ def counted(log: FilteredLog) -> Bools:
     return ~log.mask.near(_reach(log))
 
 
+def standing(log: FilteredLog) -> Bools:
+    """Return where joints stand still, however short, (N, n).
+
+    Their positions tell: 0.2 % of the largest speed, on the average of 0.03 s, for that long. A
+    reversal without a stop is over sooner.
+    """
+    speed = np.abs(mean_speeds(log.q, log.step, _STOP))
+    slow = speed <= _SLOW * speed.max(axis=0)
+    return in_rows(slow & (speed.max(axis=0) > 0), max(2, round(_STOP / log.step)))
+
+
 def static(log: FilteredLog) -> Bools:
-    """Return the kept rows that static friction of a rest reaches, (K, n).
+    """Return the kept rows that static friction of a standing joint reaches, (K, n).
 
     There it is anything between its limits, which no column says.
     """
-    if log.at_rest is None:
-        return np.zeros((len(log.kept), log.tau.shape[1]), dtype=bool)
-    return np.column_stack([touched(joint, _reach(log))[log.kept] for joint in log.at_rest.T])
+    still = standing(log)
+    return np.column_stack([touched(joint, _reach(log))[log.kept] for joint in still.T])
 
 
 def _reach(log: FilteredLog) -> int:
@@ -234,6 +246,6 @@ def _weight(log: FilteredLog, rests: bool) -> FloatArray:
     """
     moving = (np.abs(log.qd) > _REST * rms(log.qd))[log.kept]
     known = log.band.rests
-    weight = np.array(known.weight) if known is not None and rests else 0.0
+    weight = moving if known is None else np.array(known.weight)
     free = counted(log)[log.kept]
-    return np.asarray(np.where(static(log), weight, moving) * free, dtype=float)
+    return np.asarray(np.where(static(log), weight if rests else 0, moving) * free, dtype=float)
