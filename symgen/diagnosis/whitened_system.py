@@ -56,7 +56,7 @@ def static(log: FilteredLog) -> Bools:
     There it is anything between its limits, which no column says.
     """
     still = standing(log)
-    return np.column_stack([touched(joint, _reach(log))[log.kept] for joint in still.T])
+    return np.column_stack([touched(joint, _reach(log) // 2)[log.kept] for joint in still.T])
 
 
 def _reach(log: FilteredLog) -> int:
