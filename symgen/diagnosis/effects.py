@@ -128,6 +128,7 @@ class Score:
         worth: part of its joint's torque by which it lowers the held-out error, in squares.
         gain: share of its joints' held-out sum of squares that it explains.
         torque: RMS of its torque on its joints, N m or N.
+        turned: whether a coefficient has the sign that no real thing has.
         probability: that it or one of its class is there.
         confirmed: whether other motion than that which it was found on shows it, too.
         alike: others that explain the same, each with its own probability.
@@ -142,6 +143,7 @@ class Score:
     worth: float = 0.0
     gain: float = 0.0
     torque: float = 0.0
+    turned: bool = False
     probability: float = 1.0
     confirmed: bool = True
     alike: tuple[Score, ...] = ()
@@ -356,7 +358,7 @@ def _pulse(s: FilteredLog, _: Torques, j: int, constants: Constants) -> FloatArr
     return -_after_reversals(s, j, constants["width"])
 
 
-def _dahl(s: FilteredLog, _: Torques, j: int, constants: Constants) -> FloatArray:
+def _presliding(s: FilteredLog, _: Torques, j: int, constants: Constants) -> FloatArray:
     """Friction of one N m that turns over a way xs: z = sign + (z0 - sign) exp(-way/xs).
 
     The way since the last reversal counts, z0 is the state there; the joint comes from afar.
@@ -402,6 +404,6 @@ _SHAPES: dict[str, tuple[Shape, bool]] = {
     "drive_gain_error": (_gain, True),
     "thermal_drift": (_drift, True),
     "backlash": (_pulse, False),
-    "dahl_friction": (_dahl, False),
+    "presliding_friction": (_presliding, False),
     "external_contact": (_contact, False),
 }

@@ -37,7 +37,8 @@ def extended(
 ) -> Robot | None:
     """Return the robot with an effect declared; None for one that no file declares.
 
-    A base that is tilted gives another gravity, an error of a length another length.
+    A base that is tilted gives another gravity, an error of a length another length, a zero
+    another angle.
 
     Args:
         robot: the robot so far.
@@ -51,6 +52,10 @@ def extended(
         return _tilted(robot, coefficients)
     if definition.name == "geometry_error" and coefficients:
         return _lengthened(robot, numbers[0], coefficients)
+    if definition.name == "zero_offset" and coefficients:
+        joint = robot.joint(numbers[0])
+        turned = joint.theta + _rounded(coefficients[f"DZ{joint.number}"])
+        return _replaced(robot, replace(joint, theta=turned))
     if definition.native in names.FRICTION:
         return _with_friction(robot, numbers[0], definition.native)
     if definition.native == "rotor":

@@ -1,4 +1,4 @@
-"""Candidates that need the model itself: base_tilt, geometry_error, joint_elasticity, payload.
+"""Candidates that need the model itself: wrong geometry, what carries weight, elasticity, a load.
 
 Their columns are derivatives of the links' torque by what is not as the file says, taken at the
 link parameters of the current estimate. Base parameters do not determine those: what they leave
@@ -8,7 +8,8 @@ open has no torque in the file's own geometry and gravity, but may have one in a
   model itself can say. Only lengths that are not zero are tried, since others change the set.
 * Gravity: (dY/dg) Z is no torque of the model. Its columns, such as those of MX1 and MY1 of an
   upright first axis, stand beside those of the tilt, and get a coefficient each that means nothing.
-* Elasticity and load leave geometry and gravity alone.
+* Zeros: Y(q) Z = 0 in every posture, hence in those of another zero.
+* Elasticity, load and what carries weight leave geometry and gravity alone.
 """
 
 from __future__ import annotations
@@ -34,8 +35,9 @@ FloatArray = NDArray[np.float64]
 _STEP = 1e-2  # m; torque is a polynomial in the lengths, of degree two
 _SHIFT = 1e-4  # of the range of the motion, of the directional derivative of an elastic joint
 _STATES = 200
-#: Sizes that are expected: of a tilt, rad, and of the error of a length, as a part of it.
-_TILT, _LENGTH = 0.03, 0.03
+#: Sizes that are expected: of a tilt, rad, of the error of a length, as a part of it, of that of a
+#: zero, rad, and of the share of weight that is carried.
+_TILT, _LENGTH, _ZERO, _SHARE = 0.03, 0.03, 0.02, 0.5
 _DEPENDENT = 1e-8
 #: The load's parameters, those first that are told when several say the same.
 _LOAD = (names.MASS, *names.MOMENT, "ZZ", "XX", "YY", "XY", "XZ", "YZ")
@@ -60,6 +62,8 @@ def special_candidates(
     kinds: dict[str, Callable[[Robot, Sequence[Stiffness]], Iterator[Candidate]]] = {
         "base_tilt": _tilts,
         "joint_elasticity": _elastic,
+        "zero_offset": _zeros,
+        "gravity_compensation": _carried,
         ("payload" if given else "geometry_error"): _loads if given else _lengths,
     }
     for name, make in kinds.items():
@@ -191,6 +195,47 @@ def _lengthened(
     same = _inverse(v) @ slope(random_states(v.robot, _STATES)).ravel()
     along = slope(state) - v.torque(state, same.reshape(torques.links.shape))
     return _everywhere(along[:, :, None])
+
+
+def _zeros(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
+    """Each joint that turns, with another zero: q + DZ is where its link is."""
+    v = variation(robot)
+
+    def along(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
+        low, high = (
+            _moved(v, j, s, np.array([[h], [0.0], [0.0]]), torques.links) for h in (-_STEP, _STEP)
+        )
+        return _everywhere(((high - low) / (2 * _STEP))[:, :, None])
+
+    for j, joint in enumerate(robot.movable):
+        if joint.sigma == names.REVOLUTE and joint.follows is None:
+            yield Candidate(
+                definitions()["zero_offset"],
+                (j,),
+                partial(along, j),
+                1,
+                uses_model=True,
+                scales=(_ZERO,),
+            )
+
+
+def _carried(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
+    """Each joint, a share of whose weight something else carries: its motor lacks that."""
+    v = variation(robot)
+
+    def along(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
+        rest = np.zeros_like(s.q)
+        return {j: -v.torque((s.q, rest, rest), torques.links)[:, [j]]}
+
+    for j in range(robot.n if np.any(v.gravity) else 0):
+        yield Candidate(
+            definitions()["gravity_compensation"],
+            (j,),
+            partial(along, j),
+            1,
+            uses_model=True,
+            scales=(_SHARE,),
+        )
 
 
 @lru_cache(maxsize=4)

@@ -255,7 +255,8 @@ class Search:
         else:
             part = fit.torque / self._sizes(candidate)
         size = (_FREEDOM + 1) / 2 * float(np.log1p(np.max(part) ** 2 / _FREEDOM))
-        prior -= size + _WRONG_SIGN * self._turned(candidate, columns, fit)
+        turned = self._turned(candidate, columns, fit)
+        prior -= size + _WRONG_SIGN * turned
         evidence = fit.score - alone.score
         base = self.baseline.base.size
         fell = alone.left - fit.left
@@ -263,8 +264,8 @@ class Search:
         was = float(np.sum((alone.left / base**2)[joints]))
         gain = float(np.sum((fell / base**2)[joints])) / max(was, 1e-300)
         torque = float(np.max(fit.torque))
-        worth = self._worth(stage, fit)
-        return Score(candidate, columns, evidence + prior, evidence, fit.left, worth, gain, torque)
+        worth, odds = self._worth(stage, fit), evidence + prior
+        return Score(candidate, columns, odds, evidence, fit.left, worth, gain, torque, turned)
 
     def _worth(self, stage: _Stage, fit: Fit) -> float:
         """Return the largest part of a joint's torque by which a fit lowers its error."""
@@ -406,10 +407,10 @@ class Search:
         return out
 
 
-def _plainness(s: Score) -> tuple[float, int]:
-    """Return prior odds, then minus the count of numbers, to compare by."""
+def _plainness(s: Score) -> tuple[bool, float, int]:
+    """Return whether signs are right, prior odds, minus the count of numbers, to compare by."""
     c = s.candidate
-    return c.definition.odds, -(c.size + len(c.constants))
+    return not s.turned, c.definition.odds, -(c.size + len(c.constants))
 
 
 def _correlation(a: FloatArray, b: FloatArray) -> float:

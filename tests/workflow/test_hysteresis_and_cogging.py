@@ -79,7 +79,7 @@ def found(robot: str, hidden: str, **how: float) -> symgen.Diagnosis:
 
 def test_hysteresis_is_named_with_its_width() -> None:
     answer = found(ROBOT, "dahl")
-    assert [(e.name, e.joints) for e in answer.effects][:1] == [("dahl_friction", (2,))]
+    assert [(e.name, e.joints) for e in answer.effects][:1] == [("presliding_friction", (2,))]
     values = {p.name: p.value for p in answer.effects[0].parameters}
     assert values["FD2"] == pytest.approx(0.5, rel=0.15)
     assert values["xs2"] == pytest.approx(0.1, rel=0.4)
