@@ -13,6 +13,7 @@ from symgen.codegen.model import Model
 from symgen.diagnosis.effects import Candidate, Score, Torques
 from symgen.diagnosis.whitened_system import (
     WhitenedSystem,
+    estimated,
     fitted_system,
     given_system,
     model_torque,
@@ -97,7 +98,7 @@ def baseline(
 ) -> Baseline:
     """Fit a model to the training logs, or take given parameters (p,)."""
     base = _system(evaluator, train, given)
-    X = base.X if given is None else given
+    X = estimated(base) if given is None else given
     return Baseline(evaluator, base, tuple(held), X, given is not None)
 
 

@@ -23,7 +23,7 @@ from symgen.diagnosis.diagnosis import (
     Gap,
     Rejected,
 )
-from symgen.diagnosis.effects import Candidate, Score
+from symgen.diagnosis.effects import Candidate, Score, leave_out
 from symgen.diagnosis.extend import extended, with_values
 from symgen.diagnosis.floor import at_rest, noise_floor
 from symgen.diagnosis.messages import tie
@@ -38,6 +38,7 @@ from symgen.diagnosis.whitened_system import (
     fitted_system,
     model_torque,
     modelled,
+    rows_of,
     static,
     torque_at,
 )
@@ -112,7 +113,7 @@ def confirmed(baseline: Baseline, selection: Selection, least: float) -> Selecti
     while kept:
         whole = errors(kept)
         fell = [
-            float(np.max(np.sqrt(np.maximum(errors([o for o in kept if o is not s]) - whole, 0.0))))
+            float(np.max(np.sqrt(np.maximum(errors(leave_out(kept, s)) - whole, 0.0))))
             for s in kept
         ]
         asked = [k for k, s in enumerate(kept) if not s.candidate.measured]
@@ -515,11 +516,11 @@ def _solved(names: tuple[str, ...], system: WhitenedSystem) -> Solution:
     """Solve a final model; nothing is identified where all is given and nothing was found."""
     if not names:
         return Solution(np.zeros(0), np.zeros((0, 0)), 1.0, ())
-    out, first = [], 0
+    out, first, weights = [], 0, rows_of(system.logs)
     for log in system.logs:
         t = log.t[log.kept]
         for j in range(system.n):
-            weight = system.moves[first : first + len(t), j]
+            weight = weights[first : first + len(t), j]
             at = np.flatnonzero(weight)
             rows, weight = first + at, weight[at]
             W, y = weight[:, None] * system.W[rows, j], weight * system.y[rows, j]

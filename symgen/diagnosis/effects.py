@@ -8,7 +8,7 @@ model's, never the measured one. Constants that are searched give one candidate 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from typing import Any, NamedTuple
@@ -148,6 +148,18 @@ class Score:
     confirmed: bool = True
     alike: tuple[Score, ...] = ()
     fault: str = ""
+
+
+def leave_out(scores: Iterable[Score], own: Score) -> list[Score]:
+    """Return all effects but one and those that would not be there without it."""
+    c = own.candidate
+    return [
+        s
+        for s in scores
+        if s is not own
+        and (not c.definition.native or s.candidate.definition.presumes != c.definition.native
+             or s.candidate.joints != c.joints)
+    ]  # fmt: skip
 
 
 def candidates(

@@ -142,21 +142,27 @@ def closed(before: Gap, after: Gap) -> float:
     return 1 - (after.total / before.total) ** 2 if before.total else 0.0
 
 
+def matters(before: Gap, after: Gap, least: float) -> bool:
+    """Whether the gap falls, that of a joint by a part of its torque that matters, in squares."""
+    was, left = (np.square(gap.per_joint) for gap in (before, after))
+    return after.total < before.total and bool((was - left >= least**2).any())
+
+
 def mended(
     repairs: Sequence[Fault], robot: Robot, raw: Gap, now: Gap, least: float
 ) -> list[FoundEffect]:
-    """Name what was mended or masked in the logs, where that closes a part of the gap.
+    """Name what was mended or masked in the logs, where that matters.
 
     Args:
         repairs: what was done.
         robot: whose joints they are.
         raw, now: gap of the logs as they were recorded, and as they are mended.
-        least: share of the square of the gap that has to be closed.
+        least: part of a joint's torque that matters.
     """
     share = closed(raw, now)
     groups: dict[tuple[str, tuple[int, ...]], list[Fault]] = {}
     common = any(r.kind == "speed" and not r.joints for r in repairs)
-    for r in repairs if share >= least else ():
+    for r in repairs if matters(raw, now, least) else ():
         if r.kind == "stuck" and r.channel.startswith("qd"):
             r = replace(r, kind="unrelated")
         if r.kind == "speed" and r.joints and common:

@@ -18,8 +18,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from symgen import names
 from symgen.diagnosis.baseline import Baseline, Seen
-from symgen.diagnosis.effects import Candidate, Score
+from symgen.diagnosis.effects import Candidate, Score, leave_out
 from symgen.diagnosis.refine import refined
 from symgen.diagnosis.terms import NAME as UNNAMED
 from symgen.diagnosis.terms import Expressions
@@ -110,6 +111,12 @@ class Search:
         self.expressions = Expressions(baseline) if expressions else None
         self._fold = motion_folds(baseline.base.logs)
         self._fixed: dict[Candidate, Columns] = {}
+        #: By friction word and joints: what is not declared, and presumed by others.
+        self._plain = {
+            (c.definition.native, c.joints): c.key
+            for c in self.pool
+            if c.definition.native in names.FRICTION and not c.change
+        }
 
     def run(self) -> Selection:
         """Add, take away and exchange effects while the odds rise."""
@@ -231,6 +238,9 @@ class Search:
         for candidate in self.pool:
             if candidate.key in stage.keys and candidate.name not in _REPEATED:
                 continue
+            before = self._plain.get((candidate.definition.presumes, candidate.joints))
+            if before is not None and before not in stage.keys:
+                continue
             if joints is None or not candidate.joints or joints & {*candidate.joints}:
                 yield candidate, self._columns(candidate, stage)
         if self.expressions is not None:
@@ -347,20 +357,20 @@ class Search:
     def _backward(self, accepted: list[Score]) -> list[Score]:
         """Drop what no longer holds beside all others, the least likely first."""
         while len(accepted) > 1:
-            again = [
-                self._again(self._stage([o for o in accepted if o is not s]), s) for s in accepted
-            ]
+            again = [self._again(self._stage(leave_out(accepted, s)), s) for s in accepted]
             failing = [k for k, s in enumerate(again) if s.odds <= 0 or s.worth < self.least]
             if not failing:
                 return again
             worst = min(failing, key=lambda k: (again[k].odds, again[k].worth))
-            accepted = accepted[:worst] + accepted[worst + 1 :]
+            accepted = leave_out(accepted, accepted[worst])
         return accepted
 
     def _exchanged(self, accepted: list[Score]) -> list[Score]:
         """Choose each effect again among all on its joints, now that the others stand beside it."""
         for at in range(len(accepted) if len(accepted) > 1 else 0):
             rest, own = accepted[:at] + accepted[at + 1 :], accepted[at]
+            if len(leave_out(accepted, own)) < len(rest):
+                continue  # others would not be there without it
             stage = self._stage(rest)
             joints = frozenset(own.candidate.joints) or None
             options = [s for s in self._options(stage, joints) if s.worth >= self.least]
@@ -378,7 +388,7 @@ class Search:
         """Return the effects with their probabilities and with what explains the same."""
         out = []
         for own in accepted:
-            stage = self._stage([s for s in accepted if s is not own])
+            stage = self._stage(leave_out(accepted, own))
             joints = frozenset(own.columns)
             taken = {s.candidate.key for s in accepted}
             options = [s for s in self._options(stage, joints) if s.candidate.key not in taken]

@@ -86,8 +86,8 @@ class WhitenedSystem:
         y: (K, n) torque.
         X: (p,) least-squares parameters.
         sigma: (n,) standard deviation of each joint's residual.
-        moves: (K, n) weight of the rows: 1.0 where the joint moves, 0.0 where it turns round and
-            friction is undefined, and in between in its rests, see `symgen.estimation.cutoff`.
+        moves: (K, n) weight of the rows: 1.0 where the joint moves, 0.0 where it turns round or
+            stands and friction is undefined.
     """
 
     logs: tuple[FilteredLog, ...]
@@ -208,14 +208,19 @@ def model_torque(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> Float
 def whitened(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray) -> WhitenedSystem:
     """Solve y = W X, joints weighed by the standard deviation of their residual.
 
-    Rests have a say, with the weight of the band, where motion alone leaves something open.
+    Rows that static friction reaches have no say, but where motion alone leaves something open.
     """
-    moves = np.concatenate([_weight(log, rests=False) for log in logs])
-    found = _solved(logs, W, y, moves)
-    if not any(static(log).any() for log in logs):
+    rows, still = rows_of(logs), np.concatenate([static(log) for log in logs])
+    found = _solved(logs, W, y, np.where(still, 0.0, rows))
+    if not still.any():
         return found
-    whole = replace(found, moves=np.concatenate([_weight(log, rests=True) for log in logs]))
-    return found if found.rank == whole.rank else _solved(logs, W, y, whole.moves)
+    whole = replace(found, moves=rows)
+    return found if found.rank == whole.rank else _solved(logs, W, y, rows)
+
+
+def estimated(system: WhitenedSystem) -> FloatArray:
+    """Return the parameters (p,) that all rows give, rests weighed as by identify."""
+    return _solved(system.logs, system.W, system.y, rows_of(system.logs)).X
 
 
 def _solved(
@@ -238,14 +243,16 @@ def _solved(
     return WhitenedSystem(tuple(logs), W, y, X, sigma, moves)
 
 
-def _weight(log: FilteredLog, rests: bool) -> FloatArray:
-    """Return the weight of rows, (K, n).
+def rows_of(logs: Sequence[FilteredLog]) -> FloatArray:
+    """Return the weight of rows in an estimate, (K, n).
 
-    1.0 where a joint moves faster than 0.5 % of its RMS speed; 0.0 in its rests, or the band's
-    weight of them; 0.0 where it is masked.
+    1.0 where a joint moves faster than 0.5 % of its RMS speed; the band's weight in its rests; 0.0
+    where it is masked.
     """
-    moving = (np.abs(log.qd) > _REST * rms(log.qd))[log.kept]
-    known = log.band.rests
-    weight = moving if known is None else np.array(known.weight)
-    free = counted(log)[log.kept]
-    return np.asarray(np.where(static(log), weight if rests else 0, moving) * free, dtype=float)
+    out = []
+    for log in logs:
+        weight = (np.abs(log.qd) > _REST * rms(log.qd))[log.kept].astype(float)
+        if log.resting is not None and log.band.rests is not None:
+            weight = np.where(log.resting, log.band.rests.weight, weight)
+        out.append(weight * counted(log)[log.kept])
+    return np.concatenate(out)

@@ -23,6 +23,7 @@ from symgen.diagnosis.measuring_chain import (
     closed,
     is_effect,
     judged,
+    matters,
     mended,
     name_of,
     rejected,
@@ -58,10 +59,6 @@ from symgen.runtime.evaluator import Evaluator
 FloatArray = NDArray[np.float64]
 Groups = tuple[Sequence[Samples], Sequence[Samples]]
 _FEWEST = 10  # samples held out
-#: Share of the square of the gap that undoing a fault of the measuring chain has to close.
-_CLOSES = 0.1
-#: Gaps that are as good as equal.
-_ALIKE = 1.05
 
 
 def diagnose(
@@ -129,7 +126,7 @@ def diagnose(
     rivals = [f for f in faults if rivals_physics(f)]
     if rivals:
         sure = [f for f in faults if not rivals_physics(f)]
-        whole = _of_rivals(whole, asked.answer(sure), rivals, source)
+        whole = _of_rivals(whole, asked.answer(sure), rivals, source, least)
     pairs = zip(opened.recorded, (*opened.train, *opened.held), strict=True)
     drawn = (*whole.mended, *mended_channels(pairs, opened.repairs, source.sigma))
     whole = replace(whole, repairs=opened.repairs, mended=largest(drawn))
@@ -137,7 +134,7 @@ def diagnose(
 
 
 def _of_rivals(
-    undone: Diagnosis, physics: Diagnosis, faults: Sequence[Fault], robot: Robot
+    undone: Diagnosis, physics: Diagnosis, faults: Sequence[Fault], robot: Robot, least: float
 ) -> Diagnosis:
     """Return what leaves the smaller gap: the faults undone, or what physics makes of them.
 
@@ -145,7 +142,7 @@ def _of_rivals(
     names one of the faults itself, that is undone.
     """
     same = {*map(name_of, faults)} & {e.name for e in physics.effects}
-    if same or physics.after.total > _ALIKE * undone.after.total:
+    if same or matters(physics.after, undone.after, least):
         return undone
     names = ", ".join(dict.fromkeys(e.name for e in physics.effects)) or "the model alone"
     so = (
@@ -269,11 +266,17 @@ class _Question:
 
     @cached_property
     def raw(self) -> Gap | None:
-        """The gap on the logs as they were recorded, where anything was mended."""
+        """The gap on the logs as they were recorded, where anything was mended.
+
+        None where nothing was, or where these logs determine no model at all.
+        """
         if self.opened.unmended is None:
             return None
         logs = _in_band(self.opened.unmended, replace(self.band, velocity="measured"))
-        return plain(self.fitted(logs), self.notes).before
+        try:
+            return plain(self.fitted(logs), self.notes).before
+        except IdentificationError:
+            return None
 
     @cached_property
     def rests(self) -> tuple[str, ...]:
@@ -313,8 +316,8 @@ class _Question:
             train, held = ([undo_faults(log, faults)[0] for log in group] for group in self.logs)
             fixed = self.fitted((train, held))
             repaired = judged(faults, self.declared, plain(fixed, self.notes))
-            share = closed(repaired.before, repaired.after)
-            if share >= _CLOSES:
+            if matters(repaired.before, repaired.after, self.least):
+                share = closed(repaired.before, repaired.after)
                 named = list(repaired.effects)
                 says = tuple(f.fault for f in faults if not is_effect(f))
                 closes = share if says else 0.0
@@ -325,7 +328,7 @@ class _Question:
         before = self.declared.before
         if self.raw is not None:
             repairs = self.opened.repairs
-            named += mended(repairs, self.robot, self.raw, before, _CLOSES)
+            named += mended(repairs, self.robot, self.raw, before, self.least)
             before = self.raw
         if named or says:
             before = before if self.given is None else whole.before

@@ -37,6 +37,7 @@ TEMPERATURE = 4.0
 _REGIONS = 12  # of state, from which the folds are put together
 _ROUNDS, _SEED = 30, 1988  # of Lloyd's algorithm
 _APART = 0.5  # periods of the comparison band between rows of two folds
+_LOST = 0.5  # part of the rows that may be lost where folds meet
 #: Distance of two states of one motion, in spreads of all; part of the rows that repeat others.
 _SAME, _REPEATED = 0.05, 0.9
 _DEPENDENT = 1e-9  # of a column: what is left of it beside the others
@@ -46,7 +47,8 @@ def motion_folds(logs: Sequence[FilteredLog], count: int = FOLDS) -> NDArray[np.
     """Return the fold of each kept instant of some logs, (K,); -1 where two folds meet.
 
     Folds are put together from regions of state, position and speed of all joints, so that each is
-    motion that the others do not have; what comes again is in the fold that it was in.
+    motion that the others do not have; what comes again is in the fold that it was in. A motion
+    that runs through the regions too fast to be told apart is cut into spans of time.
     """
     from scipy.cluster.vq import kmeans2
 
@@ -54,12 +56,26 @@ def motion_folds(logs: Sequence[FilteredLog], count: int = FOLDS) -> NDArray[np.
     state = np.hstack([(x - x.mean(0)) / np.maximum(x.std(0), 1e-300) for x in (q, qd)])
     regions = min(_REGIONS, len(state))
     _, region = kmeans2(state, regions, minit="++", seed=_SEED, iter=_ROUNDS)
-    filled, fold_of = np.zeros(count), np.zeros(regions, dtype=int)
-    sizes = np.bincount(region, minlength=regions)
+    fold = _set_apart(logs, _filled(region, count))
+    if np.mean(fold < 0) > _LOST:
+        spans = np.arange(len(state)) * regions // len(state)
+        fold = _set_apart(logs, spans % count)
+    return fold
+
+
+def _filled(region: NDArray[np.int32], count: int) -> NDArray[np.intp]:
+    """Return folds of about equal size, put together from regions, the largest first."""
+    sizes = np.bincount(region)
+    filled, fold_of = np.zeros(count), np.zeros(len(sizes), dtype=int)
     for r in np.argsort(-sizes, kind="stable"):
         fold_of[r] = int(np.argmin(filled))
         filled[fold_of[r]] += sizes[r]
-    fold = fold_of[region]
+    return np.asarray(fold_of[region])
+
+
+def _set_apart(logs: Sequence[FilteredLog], fold: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return folds with -1 for the rows where two of them meet."""
+    out = fold.copy()
     apart = _APART / min(log.band.comparison_hz for log in logs)
     for log, span in zip(logs, kept_spans(logs), strict=True):
         own, t = fold[span], log.compared_t
@@ -67,8 +83,8 @@ def motion_folds(logs: Sequence[FilteredLog], count: int = FOLDS) -> NDArray[np.
         meets = np.r_[changes, False] | np.r_[False, changes]
         # of the rows on a side of a meeting, those less than half of it away
         rows = math.ceil(apart / 2 / (t[1] - t[0]) - 0.5) if len(t) > 1 else 1
-        own[touched(meets, rows - 1)] = -1
-    return np.asarray(fold)
+        out[span][touched(meets, rows - 1)] = -1
+    return out
 
 
 def repeats_motion(logs: Sequence[FilteredLog], others: Sequence[FilteredLog]) -> bool:

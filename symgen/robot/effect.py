@@ -74,6 +74,7 @@ class Definition:
     # prior odds that a joint has it, and the part of its joint's torque that is expected of it
     odds: float = 0.02
     size: float = 0.3
+    presumes: str = ""  # the friction word that a joint has to have before
 
     @property
     def reads(self) -> tuple[str, ...]:
