@@ -98,7 +98,7 @@ def baseline(
 ) -> Baseline:
     """Fit a model to the training logs, or take given parameters (p,)."""
     base = _system(evaluator, train, given)
-    X = estimated(base) if given is None else given
+    X = estimated(base).X if given is None else given
     return Baseline(evaluator, base, tuple(held), X, given is not None)
 
 

@@ -35,10 +35,10 @@ from symgen.diagnosis.whitened_system import (
     compared,
     counted,
     dense,
+    estimated,
     fitted_system,
     model_torque,
     modelled,
-    rows_of,
     static,
     torque_at,
 )
@@ -204,6 +204,7 @@ def conclude(
         parameters=_parameters(baseline, model, found),
         declared=robot,
         values=tuple(map(float, baseline.X)),
+        moving=moving,
     )
 
 
@@ -516,7 +517,7 @@ def _solved(names: tuple[str, ...], system: WhitenedSystem) -> Solution:
     """Solve a final model; nothing is identified where all is given and nothing was found."""
     if not names:
         return Solution(np.zeros(0), np.zeros((0, 0)), 1.0, ())
-    out, first, weights = [], 0, rows_of(system.logs)
+    out, first, weights = [], 0, estimated(system).moves
     for log in system.logs:
         t = log.t[log.kept]
         for j in range(system.n):

@@ -184,6 +184,7 @@ class Diagnosis:
         replay: RMS distances of the motion under the measured torques, of a folder that was read.
         digests: SHA-256 of the other files of that folder.
         mended: the channels that this changed most, for drawing.
+        moving: the gap before and after, and its floor, where friction at rest has no say.
     """
 
     robot: str
@@ -210,6 +211,7 @@ class Diagnosis:
     declared: Annotated[Robot | None, BESIDE] = None
     values: Annotated[tuple[float, ...], BESIDE] = ()
     mended: Annotated[tuple[MendedChannel, ...], BESIDE] = ()
+    moving: Annotated[tuple[Gap, ...], BESIDE] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "energy", work(self.curves))

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from symgen.data.mask import rms
 from symgen.diagnosis.diagnosis import (
     Diagnosis,
     FoundEffect,
@@ -143,26 +144,38 @@ def closed(before: Gap, after: Gap) -> float:
 
 
 def matters(before: Gap, after: Gap, least: float) -> bool:
-    """Whether the gap falls, that of a joint by a part of its torque that matters, in squares."""
+    """Whether a gap falls, that of a joint by a part of its torque that matters, in squares."""
     was, left = (np.square(gap.per_joint) for gap in (before, after))
     return after.total < before.total and bool((was - left >= least**2).any())
 
 
 def mended(
-    repairs: Sequence[Fault], robot: Robot, raw: Gap, now: Gap, least: float
+    repairs: Sequence[Fault],
+    logs: Sequence[FilteredLog],
+    robot: Robot,
+    raw: Diagnosis,
+    now: Diagnosis,
+    least: float,
 ) -> list[FoundEffect]:
     """Name what was mended or masked in the logs, where that matters.
 
+    It does where it lowers the error of a joint's torque by what matters; of a speed also where it
+    changes that by as large a part, and closes any of the gap.
+
     Args:
         repairs: what was done.
+        logs: as they are mended, in the band of the run.
         robot: whose joints they are.
-        raw, now: gap of the logs as they were recorded, and as they are mended.
+        raw, now: the model on the logs as they were recorded, and as they are mended.
         least: part of a joint's torque that matters.
     """
-    share = closed(raw, now)
+    share, told = closed(raw.before, now.before), matters(raw.moving[0], now.moving[0], least)
+    named = {log.name: log for log in logs}
     groups: dict[tuple[str, tuple[int, ...]], list[Fault]] = {}
     common = any(r.kind == "speed" and not r.joints for r in repairs)
-    for r in repairs if matters(raw, now, least) else ():
+    for r in repairs:
+        if not told and (share <= 0 or _speed_error(r, named[r.log]) < least):
+            continue
         if r.kind == "stuck" and r.channel.startswith("qd"):
             r = replace(r, kind="unrelated")
         if r.kind == "speed" and r.joints and common:
@@ -170,6 +183,19 @@ def mended(
         if is_effect(r):
             groups.setdefault((name_of(r), r.joints), []).append(r)
     return [_effect(same, robot, share) for same in groups.values()]
+
+
+def _speed_error(fault: Fault, log: FilteredLog) -> float:
+    """Return the error of a measured speed as a part of it; 0 of another fault."""
+    if fault.kind == "unrelated":
+        return math.inf
+    if fault.kind != "speed":
+        return 0.0
+    value = {name: x for name, x, _ in fault.values}
+    joints = list(fault.joints) or slice(None)
+    speed, change = (np.maximum(rms(x[:, joints]), 1e-300) for x in (log.qd, log.qdd))
+    parts = np.array([value.get("LV", 0.0) * change / speed, value.get("OV", 0.0) / speed])
+    return float(np.sqrt(value.get("GV", 0.0) ** 2 + np.sum(parts**2, axis=0)).max())
 
 
 def _closing(fault: Fault, robot: Robot, before: Gap, after: Gap) -> FoundEffect:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.mask import Bools, in_rows, mean_speeds, rms, touched
+from symgen.estimation.cutoff import rest_weight
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns
 from symgen.estimation.solve import SINGULAR, column_norms, shortest
@@ -108,7 +109,7 @@ class WhitenedSystem:
         return self.moves * (self.y - self.W @ self.X) / self.sigma
 
     @property
-    def _rows(self) -> FloatArray:
+    def _whitened(self) -> FloatArray:
         """Whitened regressor, (K n, p)."""
         weight = (self.moves / self.sigma)[:, :, None]
         return (self.W * weight).reshape(self.y.size, self.W.shape[2])
@@ -116,7 +117,7 @@ class WhitenedSystem:
     @cached_property
     def basis(self) -> FloatArray:
         """Orthonormal basis (K, n, r) of what the whitened model can say."""
-        rows = self._rows
+        rows = self._whitened
         if rows.shape[1] == 0:
             return np.zeros((*self.y.shape, 0))
         left, values, _ = np.linalg.svd(rows / column_norms(rows), full_matrices=False)
@@ -126,7 +127,7 @@ class WhitenedSystem:
     @cached_property
     def rank(self) -> int:
         """Number of columns, of combinations of them, that the rows tell apart."""
-        R = triangle(self._rows)
+        R = triangle(self._whitened)
         values = np.linalg.svd(R / column_norms(R), compute_uv=False)
         return int(np.count_nonzero(values > SINGULAR * values[:1]))
 
@@ -210,7 +211,7 @@ def whitened(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray) -> White
 
     Rows that static friction reaches have no say, but where motion alone leaves something open.
     """
-    rows, still = rows_of(logs), np.concatenate([static(log) for log in logs])
+    rows, still = _rows(logs), np.concatenate([static(log) for log in logs])
     found = _solved(logs, W, y, np.where(still, 0.0, rows))
     if not still.any():
         return found
@@ -218,9 +219,22 @@ def whitened(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray) -> White
     return found if found.rank == whole.rank else _solved(logs, W, y, rows)
 
 
-def estimated(system: WhitenedSystem) -> FloatArray:
-    """Return the parameters (p,) that all rows give, rests weighed as by identify."""
-    return _solved(system.logs, system.W, system.y, rows_of(system.logs)).X
+def estimated(system: WhitenedSystem) -> WhitenedSystem:
+    """Return the system that all rows give: rests weigh what they are worth beside its columns.
+
+    That is the deviation of a joint in motion over that at rest, as identify weighs them.
+    """
+    logs, W, y = system.logs, system.W, system.y
+    still = np.concatenate([_resting(log) for log in logs])
+    found = _solved(logs, W, y, _rows(logs))
+    for _ in range(_WHITENING if still.any() else 0):
+        left, free = y - W @ found.X, found.moves > 0
+        weight = [
+            rest_weight(left[free[:, j] & ~still[:, j], j], left[free[:, j] & still[:, j], j])
+            for j in range(system.n)
+        ]
+        found = _solved(logs, W, y, np.where(still & free, weight, found.moves))
+    return found
 
 
 def _solved(
@@ -243,8 +257,15 @@ def _solved(
     return WhitenedSystem(tuple(logs), W, y, X, sigma, moves)
 
 
-def rows_of(logs: Sequence[FilteredLog]) -> FloatArray:
-    """Return the weight of rows in an estimate, (K, n).
+def _resting(log: FilteredLog) -> Bools:
+    """Return the kept rows that rests concern, (K, n), as identify has them."""
+    if log.resting is None:
+        return np.zeros((len(log.kept), log.tau.shape[1]), dtype=bool)
+    return log.resting
+
+
+def _rows(logs: Sequence[FilteredLog]) -> FloatArray:
+    """Return the weight of rows, (K, n).
 
     1.0 where a joint moves faster than 0.5 % of its RMS speed; the band's weight in its rests; 0.0
     where it is masked.
@@ -252,7 +273,7 @@ def rows_of(logs: Sequence[FilteredLog]) -> FloatArray:
     out = []
     for log in logs:
         weight = (np.abs(log.qd) > _REST * rms(log.qd))[log.kept].astype(float)
-        if log.resting is not None and log.band.rests is not None:
-            weight = np.where(log.resting, log.band.rests.weight, weight)
+        if log.band.rests is not None:
+            weight = np.where(_resting(log), log.band.rests.weight, weight)
         out.append(weight * counted(log)[log.kept])
     return np.concatenate(out)

@@ -16,7 +16,7 @@ from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.diagnosis.baseline import Baseline, baseline, model_of
 from symgen.diagnosis.conclusion import conclude, plain
-from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap
+from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect
 from symgen.diagnosis.effects import candidates
 from symgen.diagnosis.measuring_chain import (
     check,
@@ -30,7 +30,7 @@ from symgen.diagnosis.measuring_chain import (
     rivals_physics,
     with_chain,
 )
-from symgen.diagnosis.mended import largest, mended_channels, undone_channels
+from symgen.diagnosis.mended import MendedChannel, largest, mended_channels, undone_channels
 from symgen.diagnosis.model_based_effects import special_candidates
 from symgen.diagnosis.search import LEAST, MISFIT, Search
 from symgen.diagnosis.stiffness import NAME as STIFFNESS
@@ -127,8 +127,7 @@ def diagnose(
     if rivals:
         sure = [f for f in faults if not rivals_physics(f)]
         whole = _of_rivals(whole, asked.answer(sure), rivals, source, least)
-    pairs = zip(opened.recorded, (*opened.train, *opened.held), strict=True)
-    drawn = (*whole.mended, *mended_channels(pairs, opened.repairs, source.sigma))
+    drawn = (*whole.mended, *opened.changed)
     whole = replace(whole, repairs=opened.repairs, mended=largest(drawn))
     return _with_left_out(whole, source)
 
@@ -142,7 +141,7 @@ def _of_rivals(
     names one of the faults itself, that is undone.
     """
     same = {*map(name_of, faults)} & {e.name for e in physics.effects}
-    if same or matters(physics.after, undone.after, least):
+    if same or matters(physics.moving[1], undone.moving[1], least):
         return undone
     names = ", ".join(dict.fromkeys(e.name for e in physics.effects)) or "the model alone"
     so = (
@@ -169,17 +168,17 @@ class _Opened:
     """The logs of a diagnosis.
 
     Attributes:
-        recorded: as they were recorded, on the joint side.
         train, held: as they were repaired.
         repairs: what was done.
+        changed: the channels that this changed.
         unmended: both without masks of faults and with speeds as they are; None where that is the
             same.
     """
 
-    recorded: Sequence[Log]
     train: Sequence[Samples]
     held: Sequence[Samples]
     repairs: tuple[Fault, ...]
+    changed: tuple[MendedChannel, ...]
     unmended: Groups | None
 
 
@@ -210,7 +209,9 @@ def _opened(
         plain = next(as_read), next(as_read)
     train, held, more = join_bands(train, held)
     unmended = plain if masked or more else None
-    return _Opened([*chain(*recorded)], train, held, (*repairs, *more), unmended)
+    logs, done = [*chain(*recorded)], (*repairs, *more)
+    changed = mended_channels(zip(logs, (*train, *held), strict=True), done, robot.sigma)
+    return _Opened(train, held, done, changed, unmended)
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,8 +266,8 @@ class _Question:
         return plain(self.baseline, self.notes, self.least)
 
     @cached_property
-    def raw(self) -> Gap | None:
-        """The gap on the logs as they were recorded, where anything was mended.
+    def raw(self) -> Diagnosis | None:
+        """The model as it is declared on the logs as they were recorded, where anything was mended.
 
         None where nothing was, or where these logs determine no model at all.
         """
@@ -274,7 +275,7 @@ class _Question:
             return None
         logs = _in_band(self.opened.unmended, replace(self.band, velocity="measured"))
         try:
-            return plain(self.fitted(logs), self.notes).before
+            return plain(self.fitted(logs), self.notes)
         except IdentificationError:
             return None
 
@@ -315,8 +316,9 @@ class _Question:
         if faults:
             train, held = ([undo_faults(log, faults)[0] for log in group] for group in self.logs)
             fixed = self.fitted((train, held))
-            repaired = judged(faults, self.declared, plain(fixed, self.notes))
-            if matters(repaired.before, repaired.after, self.least):
+            undone = plain(fixed, self.notes)
+            repaired = judged(faults, self.declared, undone)
+            if matters(self.declared.moving[0], undone.moving[0], self.least):
                 share = closed(repaired.before, repaired.after)
                 named = list(repaired.effects)
                 says = tuple(f.fault for f in faults if not is_effect(f))
@@ -328,8 +330,9 @@ class _Question:
         before = self.declared.before
         if self.raw is not None:
             repairs = self.opened.repairs
-            named += mended(repairs, self.robot, self.raw, before, self.least)
-            before = self.raw
+            logs = [*chain(*self.logs)]
+            named += mended(repairs, logs, self.robot, self.raw, self.declared, self.least)
+            before = self.raw.before
         if named or says:
             before = before if self.given is None else whole.before
             whole = with_chain(whole, named, before, closes, says)

@@ -74,7 +74,7 @@ def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Ba
             left = np.concatenate([(e.y - e.W @ X) / e.scale for e in own])
             rest = [np.zeros(len(e.y), bool) if e.rest is None else e.rest for e in own]
             at_rest = np.concatenate(rest)
-            weight[j] = _ratio(left[~at_rest], left[at_rest])
+            weight[j] = rest_weight(left[~at_rest], left[at_rest])
         equations = [
             tuple(e.with_rest_weight(w) for e, w in zip(log, weight, strict=True))
             for log in equations
@@ -82,7 +82,7 @@ def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Ba
     return replace(band, rests=replace(band.rests, weight=tuple(weight)))
 
 
-def _ratio(moving: FloatArray, at_rest: FloatArray) -> float:
+def rest_weight(moving: FloatArray, at_rest: FloatArray) -> float:
     """Return the deviation of what is left in motion over that at rest; 1 where they are alike."""
     if min(len(moving), len(at_rest)) < _FEWEST:
         return 1.0
