@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import Model
-from symgen.diagnosis.effects import Candidate, Score, Torques
+from symgen.diagnosis.effects import Score, Seen, Torques
 from symgen.diagnosis.whitened_system import (
     WhitenedSystem,
     estimated,
@@ -19,15 +19,12 @@ from symgen.diagnosis.whitened_system import (
     model_torque,
 )
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.predictive_score import Columns
 from symgen.identification.out_of_core import load_model
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 FloatArray = NDArray[np.float64]
-#: What gives the columns of a candidate on all training logs.
-Seen = Callable[[Candidate], Columns]
 KERNELS = ("torque_regressor", "inverse_dynamics")
 
 
@@ -69,9 +66,8 @@ class Baseline:
         return [torques_of(self.evaluator, X, log) for log in self.base.logs]
 
     def seen(self, found: WhitenedSystem) -> Seen:
-        """Return what gives the columns of a candidate beside what is found, see `torques`."""
-        torques = self.torques(found)
-        return lambda candidate: candidate.seen(self.base.logs, torques)
+        """Return what candidates show on the training logs beside what is found, see `torques`."""
+        return Seen(self.base.logs, self.torques(found))
 
     def system_of(self, logs: Sequence[FilteredLog]) -> WhitenedSystem:
         """Return the system of the declared model on some logs."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.codegen.model import Model, derive
-from symgen.diagnosis.baseline import Baseline, Seen, link_values, model_of, torques_of
+from symgen.diagnosis.baseline import Baseline, link_values, model_of, torques_of
 from symgen.diagnosis.diagnosis import (
     Alike,
     Curves,
@@ -23,7 +23,7 @@ from symgen.diagnosis.diagnosis import (
     Gap,
     Rejected,
 )
-from symgen.diagnosis.effects import Candidate, Score, leave_out
+from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out
 from symgen.diagnosis.extend import extended, with_values
 from symgen.diagnosis.floor import at_rest, noise_floor
 from symgen.diagnosis.messages import tie
@@ -103,7 +103,8 @@ def confirmed(baseline: Baseline, selection: Selection, least: float) -> Selecti
         system = baseline.beside(effects)
         X = baseline.parameters(system)
         torques = [torques_of(baseline.evaluator, X, log) for log in held.logs]
-        more = [dense(s.candidate.seen(held.logs, torques), held.y.shape) for s in effects]
+        seen = Seen(held.logs, torques).each(s.candidate for s in effects)
+        more = [dense(columns, held.y.shape) for columns in seen]
         left = held.y - np.concatenate([held.W, *more], axis=2) @ system.X
         weight = held.moves**2
         count = np.maximum(weight.sum(axis=0), 1.0)
@@ -293,11 +294,21 @@ def _settled(baseline: Baseline, accepted: Sequence[Score]) -> tuple[tuple[Score
 
 
 def _coefficients(baseline: Baseline, accepted: Sequence[Score]) -> list[list[FoundParameter]]:
-    """Return the coefficients of each effect, all beside the declared model."""
+    """Return the coefficients of each effect, all beside the declared model.
+
+    One that the model says as well, as the inertia of a drive that turns two parallel joints, has
+    no std of its own: then these are the shortest of all that fit.
+    """
     names = () if baseline.given else baseline.evaluator.model.base.names
     extra = [f"{s.candidate.name} {i}" for s in accepted for i in range(s.candidate.size)]
-    solution = _solved((*names, *extra), baseline.beside(accepted))
-    rows = zip(solution.X[len(names) :], solution.std[len(names) :], strict=True)
+    system = baseline.beside(accepted)
+    try:
+        solution = _solved((*names, *extra), system)
+        X, std = solution.X, solution.std
+    except IdentificationError:
+        X = estimated(system).X
+        std = np.full(len(X), np.nan)
+    rows = zip(X[len(names) :], std[len(names) :], strict=True)
     out = []
     for c in (s.candidate for s in accepted):
         pairs = zip(_told(baseline.robot, c), [*islice(rows, c.size)], strict=False)

@@ -29,6 +29,7 @@ from symgen.symbolic.tape import Numbers, Tape
 
 FloatArray = NDArray[np.float64]
 Logs = Sequence[FilteredLog]
+_TOGETHER = 32  # columns that pass the filter at once
 Constants = Mapping[str, float]
 
 
@@ -109,10 +110,49 @@ class Candidate:
         """Return the columns (N, m) at full rate."""
         return self.torque(log, torques, self.constants)
 
-    def seen(self, logs: Logs, torques: Sequence[Torques]) -> Columns:
-        """Return the columns (K, m) in the band at the kept instants of all logs."""
-        pairs = [(s, self.columns(s, t)) for s, t in zip(logs, torques, strict=True)]
-        return {j: np.concatenate([compared(s, c[j]) for s, c in pairs]) for j in pairs[0][1]}
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What candidates show on some logs, beside a model.
+
+    Attributes:
+        logs: in the band of the run.
+        torques: of the model on each.
+    """
+
+    logs: Logs
+    torques: Sequence[Torques]
+
+    def __call__(self, candidate: Candidate) -> Columns:
+        """Return the columns (K, m) of a candidate in the band at the kept instants of all logs."""
+        return next(self.each([candidate]))
+
+    def each(self, candidates: Iterable[Candidate]) -> Iterator[Columns]:
+        """Yield those of several: a filter that many columns pass at once costs them less."""
+        waiting: list[list[Columns]] = []
+        for candidate in candidates:
+            pairs = zip(self.logs, self.torques, strict=True)
+            waiting.append([candidate.columns(s, t) for s, t in pairs])
+            if sum(c.shape[1] for parts in waiting for c in parts[0].values()) >= _TOGETHER:
+                yield from self._compared(waiting)
+                waiting = []
+        yield from self._compared(waiting)
+
+    def _compared(self, waiting: Sequence[Sequence[Columns]]) -> Iterator[Columns]:
+        """Yield columns (N, m) of several candidates, by log, as columns in the band."""
+        if not waiting:
+            return
+        by_log = [
+            compared(s, np.concatenate([c for parts in waiting for c in parts[k].values()], axis=1))
+            for k, s in enumerate(self.logs)
+        ]
+        whole, at = np.concatenate(by_log), 0
+        for first, *_ in waiting:
+            out = {}
+            for j, c in first.items():
+                out[j] = np.ascontiguousarray(whole[:, at : at + c.shape[1]])
+                at += c.shape[1]
+            yield out
 
 
 @dataclass(frozen=True, eq=False)

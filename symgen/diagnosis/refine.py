@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.diagnosis.baseline import Baseline, Seen
-from symgen.diagnosis.effects import Candidate, Score
+from symgen.diagnosis.baseline import Baseline
+from symgen.diagnosis.effects import Candidate, Score, Seen
 from symgen.diagnosis.whitened_system import WhitenedSystem
 from symgen.errors import RobotError
 from symgen.estimation.predictive_score import Columns

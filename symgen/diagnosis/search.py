@@ -19,8 +19,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symgen import names
-from symgen.diagnosis.baseline import Baseline, Seen
-from symgen.diagnosis.effects import Candidate, Score, leave_out
+from symgen.diagnosis.baseline import Baseline
+from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out
 from symgen.diagnosis.refine import refined
 from symgen.diagnosis.terms import NAME as UNNAMED
 from symgen.diagnosis.terms import Expressions
@@ -185,13 +185,6 @@ class Search:
         names = frozenset(name for name, _ in keys)
         return _Stage(system, score, self.baseline.seen(system), names, keys)
 
-    def _columns(self, candidate: Candidate, stage: _Stage) -> Columns:
-        if candidate.uses_model:
-            return stage.seen(candidate)
-        if candidate not in self._fixed:
-            self._fixed[candidate] = stage.seen(candidate)
-        return self._fixed[candidate]
-
     def _options(self, stage: _Stage, joints: frozenset[int] | None = None) -> list[Score]:
         """Return every effect that may stand beside a stage, the likeliest first.
 
@@ -235,16 +228,24 @@ class Search:
     def _candidates(
         self, stage: _Stage, joints: frozenset[int] | None
     ) -> Iterator[tuple[Candidate, Columns]]:
-        for candidate in self.pool:
-            if candidate.key in stage.keys and candidate.name not in _REPEATED:
-                continue
-            before = self._plain.get((candidate.definition.presumes, candidate.joints))
-            if before is not None and before not in stage.keys:
-                continue
-            if joints is None or not candidate.joints or joints & {*candidate.joints}:
-                yield candidate, self._columns(candidate, stage)
+        """Yield what may stand beside a stage, with its columns; those without the model once."""
+        asked = [c for c in self.pool if self._admitted(c, stage, joints)]
+        new = [c for c in asked if not c.uses_model and c not in self._fixed]
+        self._fixed.update(zip(new, stage.seen.each(new), strict=True))
+        yield from ((c, self._fixed[c]) for c in asked if not c.uses_model)
+        moving = [c for c in asked if c.uses_model]
+        yield from zip(moving, stage.seen.each(moving), strict=True)
         if self.expressions is not None:
             yield from self.expressions.best(stage.system, joints)
+
+    def _admitted(self, candidate: Candidate, stage: _Stage, joints: frozenset[int] | None) -> bool:
+        """Whether a candidate is new, acts on one of some joints, and has what it presumes."""
+        if candidate.key in stage.keys and candidate.name not in _REPEATED:
+            return False
+        before = self._plain.get((candidate.definition.presumes, candidate.joints))
+        if before is not None and before not in stage.keys:
+            return False
+        return joints is None or not candidate.joints or bool(joints & {*candidate.joints})
 
     def _sizes(self, candidate: Candidate) -> FloatArray:
         """Return the RMS torque that an effect is expected to have on its joints, (n,)."""

@@ -168,6 +168,19 @@ def test_small_backlash_is_not_a_part_of_the_whole_gap() -> None:
     assert {j for _, joints in named(answer) for j in joints} == set(run.truth[0][1])
 
 
+def test_a_coupling_whose_inertia_the_links_have_as_well_is_named() -> None:
+    from oracles.hidden.cases import case
+
+    run = case("arm3r", "coupled_transmission", "moderate", 40073)
+    answer = symgen.diagnose(
+        symgen.parse_robot(run.robot_toml),
+        [log_of("train", run.train)],
+        validation=[log_of("v", run.validation)],
+    )
+    assert named(answer) == [("coupled_transmission", (2, 3))]
+    assert answer.after.total < 1.3 * answer.floor.total
+
+
 def turned(*joints: int) -> Edit:
     def edit(log: Log) -> Log:
         tau = log["tau"].copy()
