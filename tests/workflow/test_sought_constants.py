@@ -31,7 +31,7 @@ LIMITS = [
 # G is viscous friction once more, which no log tells from it; the root is not finite beyond the
 # positions of these logs.
 REFUSED = {
-    "do not determine FV1, own": (
+    "a combination of the model's other columns": (
         *("ripple", "-F*sin(k*q1) - G*qd1", 'F = "N m", G = ""', "k = [6, 9]"),
     ),
     "not a finite number": ("root", "-F*sqrt(q1-c)", 'F = "N m"', "c = [-8, -1.7]"),
