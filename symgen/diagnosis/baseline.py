@@ -57,13 +57,34 @@ class Baseline:
         return self.evaluator.model.robot
 
     def torques(self, found: WhitenedSystem) -> Sequence[Torques]:
-        """Return the model's torque and its friction on every training log, beside what is found.
+        """Return the model's torques on every training log, beside what is found.
 
         Args:
             found: the system with the columns of what was accepted so far.
         """
         X = self.parameters(found)
-        return [torques_of(self.evaluator, X, log) for log in self.base.logs]
+        return [self.torques_along(log, X) for log in self.base.logs]
+
+    def torques_along(
+        self,
+        log: FilteredLog,
+        X: FloatArray,
+        extended: Evaluator | None = None,
+        links: FloatArray | None = None,
+    ) -> Torques:
+        """Return a model's torques along a log.
+
+        Args:
+            log: in the band of the run.
+            X: (p,) parameters of the declared model, or of an extended one.
+            extended: that one, compiled.
+            links: parameters of the links, where they are others.
+        """
+        evaluator = extended or self.evaluator
+        whole, load = _split(evaluator, X, log)
+        declared, rigid = _split(self.evaluator, self.X, log)
+        known = link_values(evaluator.model, X) if links is None else links
+        return Torques(whole, load, declared - rigid, known)
 
     def seen(self, found: WhitenedSystem) -> Seen:
         """Return what candidates show on the training logs beside what is found, see `torques`."""
@@ -107,22 +128,10 @@ def _system(
     return given_system(evaluator, logs, given)
 
 
-def torques_of(
-    evaluator: Evaluator, X: FloatArray, log: FilteredLog, links: FloatArray | None = None
-) -> Torques:
-    """Return a model's torque and its friction along a log, beside its links' parameters.
-
-    Args:
-        evaluator: the compiled model.
-        X: (p,) parameters.
-        log: in the band of the run.
-        links: parameters of the links, where they are others.
-    """
-    model = evaluator.model
-    rigid = np.where(np.arange(len(X)) < model.inertial, X, 0.0)
-    whole = model_torque(evaluator, X, log)
-    friction = whole - model_torque(evaluator, rigid, log)
-    return Torques(whole, friction, link_values(model, X) if links is None else links)
+def _split(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> tuple[FloatArray, FloatArray]:
+    """Return the torque of a model along a log, and what of it the rigid body asks, (N, n)."""
+    rigid = np.where(np.arange(len(X)) < evaluator.model.inertial, X, 0.0)
+    return model_torque(evaluator, X, log), model_torque(evaluator, rigid, log)
 
 
 def link_values(model: Model, X: FloatArray) -> FloatArray:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.codegen.model import Model, derive
-from symgen.diagnosis.baseline import Baseline, link_values, model_of, torques_of
+from symgen.diagnosis.baseline import Baseline, link_values, model_of
 from symgen.diagnosis.diagnosis import (
     Alike,
     Curves,
@@ -102,7 +102,7 @@ def confirmed(baseline: Baseline, selection: Selection, least: float) -> Selecti
     def errors(effects: Sequence[Score]) -> FloatArray:
         system = baseline.beside(effects)
         X = baseline.parameters(system)
-        torques = [torques_of(baseline.evaluator, X, log) for log in held.logs]
+        torques = [baseline.torques_along(log, X) for log in held.logs]
         seen = Seen(held.logs, torques).each(s.candidate for s in effects)
         more = [dense(columns, held.y.shape) for columns in seen]
         left = held.y - np.concatenate([held.W, *more], axis=2) @ system.X
@@ -135,7 +135,7 @@ def conclude(
     """Add what was found, identify again, and measure the gap on the held-out data.
 
     What the held-out data do not confirm is not added.
-    Effects with which the model cannot be identified are left out, the least one first; all are
+    Effects with which the model cannot be identified are left out, the least one first; so they are
     where they make the gap larger.
     """
     accepted, _ = _settled(baseline, selection.accepted)
@@ -157,12 +157,12 @@ def conclude(
         before, after = gaps.moving.before, gaps.moving.after
         if not accepted or after.total <= before.total:
             break
-        # It was no improvement on data that the search never saw.
+        # It was no improvement on data that the search never saw: the least one goes.
         fault = (
-            "accepted on the training log, but with what was accepted the gap on the validation "
-            f"data grows from {100 * before.total:.2g} to {100 * after.total:.2g} %"
+            "accepted on the training log, but with it the gap on the validation data grows from "
+            f"{100 * before.total:.2g} to {100 * after.total:.2g} %"
         )
-        selection = _without(selection, accepted, fault)
+        selection = _without(selection, accepted[-1:], fault)
     found = _found_effects(baseline, model)
     if suspected:
         notes = (*notes, _REPEAT)
@@ -464,7 +464,7 @@ def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
     curves, variance, rests = [], np.zeros(n), np.zeros(n)
     count, moved = np.zeros(n), np.zeros(n)
     for log in baseline.held:
-        torques = torques_of(model.evaluator, X, log, links)
+        torques = baseline.torques_along(log, X, model.evaluator, links)
         whole, at = torques.model, p
         for c in (s.candidate for s in model.corrected):
             columns = dense(c.columns(log, torques), log.tau.shape)

@@ -38,18 +38,15 @@ class Torques(NamedTuple):
 
     Attributes:
         model: its torque (N, n).
-        friction: the part of it that is friction.
+        load: what the rigid body asks of the joints, (N, n): taur of effects.
+        friction: of the model as it is declared, without what is found, (N, n).
         links: (links, 10) parameters of the links that give it, one of many sets.
     """
 
     model: FloatArray
+    load: FloatArray
     friction: FloatArray
     links: FloatArray
-
-    @property
-    def load(self) -> FloatArray:
-        """What the rigid body asks of the joints, (N, n): taur of effects."""
-        return self.model - self.friction
 
 
 #: Columns at full rate on a log, by the model's torques there and the constants.
