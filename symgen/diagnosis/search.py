@@ -111,6 +111,7 @@ class Search:
         self.expressions = Expressions(baseline) if expressions else None
         self._fold = motion_folds(baseline.base.logs)
         self._fixed: dict[Candidate, Columns] = {}
+        self._moving: dict[Candidate, Columns] = {}
         #: By friction word and joints: what is not declared, and presumed by others.
         self._plain = {
             (c.definition.native, c.joints): c.key
@@ -228,13 +229,21 @@ class Search:
     def _candidates(
         self, stage: _Stage, joints: frozenset[int] | None
     ) -> Iterator[tuple[Candidate, Columns]]:
-        """Yield what may stand beside a stage, with its columns; those without the model once."""
+        """Yield what may stand beside a stage, with its columns.
+
+        Those without the model are made once; those with it for all joints, whenever one more
+        effect is looked for: what is exchanged beside it in the meantime moves them little.
+        """
         asked = [c for c in self.pool if self._admitted(c, stage, joints)]
         new = [c for c in asked if not c.uses_model and c not in self._fixed]
         self._fixed.update(zip(new, stage.seen.each(new), strict=True))
         yield from ((c, self._fixed[c]) for c in asked if not c.uses_model)
         moving = [c for c in asked if c.uses_model]
-        yield from zip(moving, stage.seen.each(moving), strict=True)
+        if joints is None:
+            self._moving.clear()
+        new = [c for c in moving if c not in self._moving]
+        self._moving.update(zip(new, stage.seen.each(new), strict=True))
+        yield from ((c, self._moving[c]) for c in moving)
         if self.expressions is not None:
             yield from self.expressions.best(stage.system, joints)
 
