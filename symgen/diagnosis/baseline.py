@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,6 +66,15 @@ class Baseline:
         X = self.parameters(found)
         return [self.torques_along(log, X) for log in self.base.logs]
 
+    @cached_property
+    def _friction(self) -> dict[FilteredLog, FloatArray]:
+        """Friction of the declared model along each log, (N, n)."""
+        out = {}
+        for log in (*self.base.logs, *self.held):
+            whole, load = _split(self.evaluator, self.X, log)
+            out[log] = whole - load
+        return out
+
     def torques_along(
         self,
         log: FilteredLog,
@@ -75,16 +85,15 @@ class Baseline:
         """Return a model's torques along a log.
 
         Args:
-            log: in the band of the run.
+            log: one of those of the baseline.
             X: (p,) parameters of the declared model, or of an extended one.
             extended: that one, compiled.
             links: parameters of the links, where they are others.
         """
         evaluator = extended or self.evaluator
         whole, load = _split(evaluator, X, log)
-        declared, rigid = _split(self.evaluator, self.X, log)
         known = link_values(evaluator.model, X) if links is None else links
-        return Torques(whole, load, declared - rigid, known)
+        return Torques(whole, load, self._friction[log], known)
 
     def seen(self, found: WhitenedSystem) -> Seen:
         """Return what candidates show on the training logs beside what is found, see `torques`."""

@@ -482,7 +482,7 @@ def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
         curves.append(Curves(log.name, *motion, measured, before, after, mask))
         after_torque = partial(model_torque, model.evaluator, X)
         noise = noise_floor(log, log.tau - whole, after_torque, others)
-        still = at_rest(log, measured - after, partial(torque_at, model.evaluator, X))
+        still = at_rest(log, held, measured - after, partial(torque_at, model.evaluator, X))
         count, moved = count + free.sum(axis=0), moved + (free & ~held).sum(axis=0)
         share = len(free) / instants
         variance, rests = variance + share * noise**2, rests + share * still**2

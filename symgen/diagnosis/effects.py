@@ -103,6 +103,11 @@ class Candidate:
         """What it is apart from its constants."""
         return self.name, self.joints
 
+    def presumes(self, other: Candidate) -> bool:
+        """Whether it is not there without another one: friction that builds on it."""
+        word = self.definition.presumes
+        return bool(word) and word == other.definition.native and self.joints == other.joints
+
     def columns(self, log: FilteredLog, torques: Torques) -> Columns:
         """Return the columns (N, m) at full rate."""
         return self.torque(log, torques, self.constants)
@@ -190,13 +195,7 @@ class Score:
 def leave_out(scores: Iterable[Score], own: Score) -> list[Score]:
     """Return all effects but one and those that would not be there without it."""
     c = own.candidate
-    return [
-        s
-        for s in scores
-        if s is not own
-        and (not c.definition.native or s.candidate.definition.presumes != c.definition.native
-             or s.candidate.joints != c.joints)
-    ]  # fmt: skip
+    return [s for s in scores if s is not own and not s.candidate.presumes(c)]
 
 
 def candidates(

@@ -20,9 +20,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.mask import SLOW
+from symgen.data.mask import SLOW, Bools
 from symgen.data.signals import differentiate, lowpass, white_noise
-from symgen.diagnosis.whitened_system import compared, counted, static
+from symgen.diagnosis.whitened_system import compared, counted
 from symgen.estimation.filtered_log import FilteredLog
 
 FloatArray = NDArray[np.float64]
@@ -62,6 +62,7 @@ def noise_floor(
 
 def at_rest(
     log: FilteredLog,
+    still: Bools,
     error: FloatArray,
     model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray],
 ) -> FloatArray:
@@ -69,10 +70,11 @@ def at_rest(
 
     Args:
         log: in the band of the run.
+        still: (K, n) rows that it reaches.
         error: (K, n) measured minus modelled torque in the band, at the kept instants.
         model: torque from q, qd, qdd, (k, n) each.
     """
-    still, q = static(log), np.ascontiguousarray(log.q[log.kept])
+    q = np.ascontiguousarray(log.q[log.kept])
     slow, none = np.tile(SLOW * np.abs(log.qd).max(axis=0), (len(q), 1)), np.zeros_like(q)
     friction = np.abs(model(q, slow, none) - model(q, -slow, none)) / 2
     left = np.where(still, np.minimum(np.abs(error), friction), 0.0)

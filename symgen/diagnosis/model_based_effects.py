@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from symgen import names
 from symgen.data.signals import differentiate, lowpass
-from symgen.diagnosis.effects import Candidate, Constants, Torques
+from symgen.diagnosis.effects import Candidate, Constants, Torque, Torques
 from symgen.diagnosis.stiffness import Stiffness, deflection
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns
@@ -209,14 +209,7 @@ def _zeros(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
 
     for j, joint in enumerate(robot.movable):
         if joint.sigma == names.REVOLUTE and joint.follows is None:
-            yield Candidate(
-                definitions()["zero_offset"],
-                (j,),
-                partial(along, j),
-                1,
-                uses_model=True,
-                scales=(_ZERO,),
-            )
+            yield _scaled("zero_offset", j, partial(along, j), _ZERO)
 
 
 def _carried(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
@@ -228,14 +221,12 @@ def _carried(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
         return {j: -v.torque((s.q, rest, rest), torques.links)[:, [j]]}
 
     for j in range(robot.n if np.any(v.gravity) else 0):
-        yield Candidate(
-            definitions()["gravity_compensation"],
-            (j,),
-            partial(along, j),
-            1,
-            uses_model=True,
-            scales=(_SHARE,),
-        )
+        yield _scaled("gravity_compensation", j, partial(along, j), _SHARE)
+
+
+def _scaled(name: str, j: int, torque: Torque, scale: float) -> Candidate:
+    """Return an effect on a joint with one coefficient, of which the size is known."""
+    return Candidate(definitions()[name], (j,), torque, 1, uses_model=True, scales=(scale,))
 
 
 @lru_cache(maxsize=4)

@@ -112,12 +112,10 @@ class Search:
         self._fold = motion_folds(baseline.base.logs)
         self._fixed: dict[Candidate, Columns] = {}
         self._moving: dict[Candidate, Columns] = {}
-        #: By friction word and joints: what is not declared, and presumed by others.
-        self._plain = {
-            (c.definition.native, c.joints): c.key
-            for c in self.pool
-            if c.definition.native in names.FRICTION and not c.change
-        }
+        #: Friction that is not declared: others may presume it.
+        self._plain = [
+            c for c in self.pool if c.definition.native in names.FRICTION and not c.change
+        ]
 
     def run(self) -> Selection:
         """Add, take away and exchange effects while the odds rise."""
@@ -251,8 +249,7 @@ class Search:
         """Whether a candidate is new, acts on one of some joints, and has what it presumes."""
         if candidate.key in stage.keys and candidate.name not in _REPEATED:
             return False
-        before = self._plain.get((candidate.definition.presumes, candidate.joints))
-        if before is not None and before not in stage.keys:
+        if any(candidate.presumes(c) and c.key not in stage.keys for c in self._plain):
             return False
         return joints is None or not candidate.joints or bool(joints & {*candidate.joints})
 

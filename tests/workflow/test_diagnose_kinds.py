@@ -16,6 +16,7 @@ except ImportError as missing:
     pytest.skip(f"needs Pinocchio: {missing}", allow_module_level=True)
 
 from oracles import stiction
+from oracles.hidden.cases import Case, case
 from oracles.hidden.engines import PinocchioEngine
 from oracles.hidden.machines import MACHINES, Machine
 from oracles.hidden.motion import STEP, generator
@@ -155,28 +156,22 @@ def test_friction_that_turns_over_a_range_of_speeds_is_named() -> None:
     assert value(answer, "w2") == pytest.approx(0.15, rel=0.05)
 
 
-def test_small_backlash_is_not_a_part_of_the_whole_gap() -> None:
-    from oracles.hidden.cases import case
+def _case(effect: str, size: str, seed: int) -> tuple[Case, symgen.Diagnosis]:
+    """Return a hidden case and what is said of it."""
+    run = case("arm3r", effect, size, seed)
+    train, validation = log_of("train", run.train), log_of("v", run.validation)
+    robot = symgen.parse_robot(run.robot_toml)
+    return run, symgen.diagnose(robot, [train], validation=[validation])
 
-    run = case("arm3r", "backlash", "moderate", 7)
-    answer = symgen.diagnose(
-        symgen.parse_robot(run.robot_toml),
-        [log_of("train", run.train)],
-        validation=[log_of("v", run.validation)],
-    )
+
+def test_small_backlash_is_not_a_part_of_the_whole_gap() -> None:
+    run, answer = _case("backlash", "moderate", 7)
     assert answer.verdict != "consistent"
     assert {j for _, joints in named(answer) for j in joints} == set(run.truth[0][1])
 
 
 def test_a_coupling_whose_inertia_the_links_have_as_well_is_named() -> None:
-    from oracles.hidden.cases import case
-
-    run = case("arm3r", "coupled_transmission", "moderate", 40073)
-    answer = symgen.diagnose(
-        symgen.parse_robot(run.robot_toml),
-        [log_of("train", run.train)],
-        validation=[log_of("v", run.validation)],
-    )
+    run, answer = _case("coupled_transmission", "moderate", 40073)
     assert named(answer) == [("coupled_transmission", (2, 3))]
     assert (np.array(answer.after.per_joint) < 1.3 * run.floor).all()
 
