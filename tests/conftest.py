@@ -1,6 +1,8 @@
-"""Fixtures of all tests, and the order of their files: the long ones first.
+"""Fixtures of all tests, the order of their files, and what of long families waits for -m slow.
 
-`SYMGEN_DURATIONS=1 pytest FILE...`, without -n, writes what files take into durations.json.
+`SYMGEN_DURATIONS=1 pytest -m "slow or not slow" -n auto` writes what tests take into
+durations.json. Cases of one test that take more than FAMILY seconds together are drawn by the seed
+SAMPLE, as many as fit, at least one; the others run with -m slow.
 """
 
 from __future__ import annotations
@@ -8,17 +10,22 @@ from __future__ import annotations
 import json
 import math
 import os
+import random
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from support import SAMPLE
 
 from symgen import cli
 
-#: Seconds of processor time, of this process and those that it starts, by file.
+#: Seconds of processor time, of this process and those that it starts, by file and test.
 DURATIONS = Path(__file__).with_name("durations.json")
+#: Seconds for the cases of one test, and from which a case's own are kept.
+FAMILY, KEPT = 4.0, 0.2
 _TAKEN: Counter[str] = Counter()
 
 
@@ -43,29 +50,62 @@ def pytest_configure(config: pytest.Config) -> None:
         config.option.loadscopereorder = False
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put long files first, and new ones: no worker is left with one when the others have ended."""
+    """Put long files first, so that no worker is left with one; draw the cases of long families."""
     known = json.loads(DURATIONS.read_text("utf-8"))
+    families: dict[str, dict[str, list[pytest.Item]]] = {}
+    for item in items:
+        if item.get_closest_marker("slow") is None and "[" in item.name:
+            family = families.setdefault(_named(item).split("[")[0], {})
+            family.setdefault(_named(item), []).append(item)
+    for family in families.values():
+        left = FAMILY
+        cases = random.Random(SAMPLE).sample(sorted(family), len(family))
+        for place, case in enumerate(cases):
+            left -= known.get(case, 0.0)
+            if place and left < 0:
+                for item in family[case]:
+                    item.add_marker(pytest.mark.slow)
     items.sort(key=lambda item: -known.get(_file(item), math.inf))
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
-    """Add what a test takes, with its fixtures, to its file."""
+    """Add what a test takes, with its fixtures, to its file and its own."""
     begun = sum(os.times()[:4])
     found = yield
-    _TAKEN[_file(item)] += sum(os.times()[:4]) - begun
+    taken = sum(os.times()[:4]) - begun
+    _TAKEN[_file(item)] += taken
+    _TAKEN[_named(item)] += taken
     return found
 
 
-def pytest_sessionfinish() -> None:
-    """Keep what the files of this run took."""
-    if os.environ.get("SYMGEN_DURATIONS"):
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Keep what the tests of this run took; a worker hands it to the one who gave it work."""
+    if hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["taken"] = dict(_TAKEN)
+    elif os.environ.get("SYMGEN_DURATIONS"):
         known = json.loads(DURATIONS.read_text("utf-8"))
-        known |= {file: round(seconds, 1) for file, seconds in _TAKEN.items()}
+        known |= {
+            name: round(seconds, 1)
+            for name, seconds in _TAKEN.items()
+            if "::" not in name or ("[" in name and seconds >= KEPT)
+        }
         DURATIONS.write_text(json.dumps(dict(sorted(known.items())), indent=1) + "\n", "utf-8")
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    """Add what the tests of a worker took."""
+    _TAKEN.update(getattr(node, "workeroutput", {}).get("taken", {}))
 
 
 def _file(item: pytest.Item) -> str:
     """Return the file of a test, as seen from the folder of tests."""
     return item.path.relative_to(DURATIONS.parent).as_posix()
+
+
+def _named(item: pytest.Item) -> str:
+    """Return a test by file and name."""
+    return f"{_file(item)}::{item.name}"

@@ -29,12 +29,11 @@ from symgen.diagnosis.floor import at_rest, noise_floor
 from symgen.diagnosis.messages import tie
 from symgen.diagnosis.refine import settled_constants, slopes
 from symgen.diagnosis.residual_patterns import places
-from symgen.diagnosis.search import LEAST, MEASURING, Selection
+from symgen.diagnosis.search import MEASURING, Selection
 from symgen.diagnosis.whitened_system import (
     WhitenedSystem,
     compared,
     counted,
-    dense,
     estimated,
     fitted_system,
     model_torque,
@@ -44,7 +43,7 @@ from symgen.diagnosis.whitened_system import (
 )
 from symgen.errors import IdentificationError, RobotError
 from symgen.estimation.estimators import solve
-from symgen.estimation.predictive_score import repeats_motion
+from symgen.estimation.predictive_score import LEAST, dense, repeats_motion
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.torque_error import TorqueFit, relative_error, squares

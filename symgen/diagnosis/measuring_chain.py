@@ -22,6 +22,7 @@ from symgen.diagnosis.diagnosis import (
     Rejected,
 )
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.faults.causes import exact_fault, find_cause
 from symgen.faults.fault import Fault, undo_faults
 from symgen.faults.model import (
     Trial,
@@ -39,6 +40,7 @@ from symgen.runtime.evaluator import Evaluator
 #: A factor of a torque from which it is of another unit; below, a spring may do as much, and it is
 #: a candidate beside the physics.
 _ANOTHER = 100.0
+_MOST = 3  # faults that are undone, one after the other
 _SENSOR = "velocity_sensor_error"
 #: Kinds of faults that are effects of the library.
 _EFFECTS = {
@@ -78,11 +80,19 @@ def check(
 def _channels(trial: Trial) -> list[Fault]:
     """Return what identify sees of the channels, too; a mild gain may be physics."""
     found: list[Fault] = []
-    if not trial.evaluator.model.robot.loaded:
-        for f in channel_faults(trial.evaluator, trial.logs, trial.held):
-            if f.kind == "gain" and 1 / _ANOTHER < f.value < _ANOTHER:
-                break
-            found.append(f)
+    if trial.evaluator.model.robot.loaded:
+        return found
+    logs, held = trial.logs, trial.held
+    for _ in range(_MOST):
+        faults = channel_faults(trial.evaluator, logs, held)
+        cause = find_cause(trial.evaluator, logs, held, faults)
+        if cause is not None and cause.fault is not None:
+            faults = (exact_fault(trial.evaluator, [*logs, *held], cause),)
+        new = [f for f in faults if (f.kind, f.joints) not in {(o.kind, o.joints) for o in found}]
+        if not new or (new[0].kind == "gain" and 1 / _ANOTHER < new[0].value < _ANOTHER):
+            break
+        found += new
+        logs, held = ([undo_faults(log, new)[0] for log in group] for group in (logs, held))
     return found
 
 

@@ -26,13 +26,18 @@ from symgen.diagnosis.terms import NAME as UNNAMED
 from symgen.diagnosis.terms import Expressions
 from symgen.diagnosis.whitened_system import WhitenedSystem, explained, gain_of
 from symgen.distributed import Say, silent
-from symgen.estimation.predictive_score import Columns, Fit, PredictiveScore, motion_folds
+from symgen.estimation.predictive_score import (
+    LEAST,
+    MISFIT,
+    Columns,
+    Fit,
+    PredictiveScore,
+    motion_folds,
+)
 from symgen.estimation.values import FloatArray
 
 #: Name and joints of a candidate.
 Key = tuple[str, tuple[int, ...]]
-#: Of its joint's torque: what matters to anybody, and what no model is righter than.
-LEAST, MISFIT = 0.008, 0.004
 #: Correlation of what two effects explain from which they are one class; and are alternatives.
 _SAME, _ALIKE = 0.98, 0.8
 _TIE = 3.0  # nats by which the data do not tell two effects of one class apart

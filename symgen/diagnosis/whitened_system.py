@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from symgen.data.mask import Bools, in_rows, mean_speeds, rms, touched
 from symgen.estimation.cutoff import rest_weight
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.predictive_score import Columns
+from symgen.estimation.predictive_score import Columns, dense
 from symgen.estimation.solve import SINGULAR, column_norms, shortest
 from symgen.estimation.summary import Summary, triangle
 from symgen.estimation.system import torque_rows
@@ -159,15 +159,6 @@ def gain_of(system: WhitenedSystem, columns: Columns) -> float:
     """Return the share of the sum of squares of its joints that columns explain."""
     whole = float(np.sum(system.residual[:, list(columns)] ** 2))
     return float(np.sum(explained(system, columns) ** 2)) / whole if whole else 0.0
-
-
-def dense(columns: Columns, shape: tuple[int, ...]) -> FloatArray:
-    """Return the columns of all joints, (K, n, m), for the shape (K, n)."""
-    m = next(iter(columns.values())).shape[1]
-    out = np.zeros((*shape, m))
-    for j, c in columns.items():
-        out[:, j] = c
-    return out
 
 
 def fitted_system(evaluator: Evaluator, logs: Sequence[FilteredLog]) -> WhitenedSystem:

@@ -32,7 +32,7 @@ from symgen.diagnosis.measuring_chain import (
 )
 from symgen.diagnosis.mended import MendedChannel, largest, mended_channels, undone_channels
 from symgen.diagnosis.model_based_effects import special_candidates
-from symgen.diagnosis.search import LEAST, MISFIT, Search
+from symgen.diagnosis.search import Search
 from symgen.diagnosis.stiffness import NAME as STIFFNESS
 from symgen.diagnosis.stiffness import stiffnesses, with_stiffness
 from symgen.errors import IdentificationError, ParameterError
@@ -48,6 +48,7 @@ from symgen.estimation.logs import (
     require_other_data,
 )
 from symgen.estimation.masking import rests_in_words
+from symgen.estimation.predictive_score import LEAST, MISFIT
 from symgen.faults.fault import MASKED, Fault, undo_faults
 from symgen.faults.logs import join_bands, open_logs, open_samples
 from symgen.identification.parameters import read_given

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,6 +17,7 @@ from symgen.data.log import Log, cut, read_log
 from symgen.data.raw import Reading, refuse
 from symgen.data.signals import Samples
 from symgen.errors import LogError, located
+from symgen.estimation.shared_samples import shared_span
 from symgen.robot.types import Robot
 
 _TORQUES = (1e-9, 1e9)  # N m or N
@@ -117,7 +119,10 @@ def hold_out(logs: Sequence[Samples], fewest: int) -> tuple[list[Samples], list[
 
 
 def require_other_data(train: Sequence[Samples], held: Sequence[Samples]) -> None:
-    """Raise LogError where a log is given twice: it would judge nothing, or count double."""
+    """Raise LogError where a log is given twice: it would judge nothing, or count double.
+
+    So it is where a validation log holds a piece of a training log, see `shared_span`.
+    """
     known: dict[str, str] = {}
     for kind, logs, accepted in (
         ("training", train, "each log once, with --weights where it is to count more"),
@@ -132,6 +137,15 @@ def require_other_data(train: Sequence[Samples], held: Sequence[Samples]) -> Non
                 )
             if kind == "training":
                 known[key] = samples.name
+    for samples, other in itertools.product(held, train):
+        shared = shared_span(other, samples)
+        if shared is not None:
+            (a, b), (c, d) = shared
+            raise LogError(
+                f"{samples.name}: from {c:.4g} to {d:.4g} s the validation log holds samples of "
+                f"the training log {other.name}, from {a:.4g} to {b:.4g} s; accepted: another "
+                "recording, or none (the last fifth is held out then)"
+            )
 
 
 def digest(samples: Samples) -> str:

@@ -32,6 +32,8 @@ from symgen.estimation.values import FloatArray
 #: Columns (K, m) on joints, by position of the movable joint.
 Columns = Mapping[int, FloatArray]
 FOLDS = 6
+#: Of its joint's torque: what matters to anybody, and what no model is righter than.
+LEAST, MISFIT = 0.008, 0.004
 #: Rows at four a period of the band that count as one: the temperature of all scores.
 TEMPERATURE = 4.0
 _REGIONS = 12  # of state, from which the folds are put together
@@ -99,6 +101,15 @@ def repeats_motion(logs: Sequence[FilteredLog], others: Sequence[FilteredLog]) -
     spread = np.maximum(known.std(axis=0), 1e-300) * np.sqrt(known.shape[1])
     far, _ = cKDTree(known / spread).query(asked / spread)
     return bool(np.mean(far < _SAME) > _REPEATED)
+
+
+def dense(columns: Columns, shape: tuple[int, ...]) -> FloatArray:
+    """Return the columns of all joints, (K, n, m), for the shape (K, n)."""
+    m = next(iter(columns.values())).shape[1]
+    out = np.zeros((*shape, m))
+    for j, c in columns.items():
+        out[:, j] = c
+    return out
 
 
 class Fit(NamedTuple):
@@ -216,6 +227,16 @@ class PredictiveScore:
         """The model without anything beside it."""
         score, left = self._scored(self._squares(self._base[:-1]))
         return Fit(score, left, np.zeros(0), np.zeros(len(self.sigma)))
+
+    def left_outside(self, inside: NDArray[np.bool_]) -> FloatArray:
+        """Return the held-out variance by joint of rows outside some, (K,), that the fits hold."""
+        square, count = np.zeros((2, len(self.sigma)))
+        for f, d in enumerate(self._base[:-1]):
+            at = (self.fold == f) & ~inside
+            left = self.residual[at] - self.W[at] @ (d / self._norms)
+            square += np.sum((self.weight[at] * left) ** 2, axis=0)
+            count += np.sum(self.weight[at] ** 2, axis=0)
+        return np.asarray(square / np.maximum(count, 1e-300))
 
     def beside(self, columns: Columns, size: float = np.inf) -> Fit:
         """Score the model with columns (K, m) beside it on some joints.

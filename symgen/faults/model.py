@@ -1,8 +1,8 @@
 """Faults of channels that the model shows: what fits the logs better when it is undone.
 
-The torque of a joint that fits with another factor or sign, torques that are late, and, where the
-model leaves much, channels of two joints in each other's place, joints that are counted the other
-way round, positions in degrees; a joint that was recorded through another gear ratio. A fault
+Torques that are late, and, where the model leaves much, channels of two joints in each other's
+place, joints that are counted the other way round, positions in degrees. (Torques of another factor
+or sign, and gear ratios, are among `symgen.faults.causes`.) A fault
 counts where undoing it leaves, on some joint, at most nine tenths of the error on folds that the
 fit did not see, and of the error on logs that it never saw. One is looked for at a time, the
 largest first: a wrong torque of one joint is felt in the fit of others.
@@ -27,13 +27,12 @@ from symgen.estimation.summary import (
     block_errors,
     block_summary,
     held_out_error,
-    residual_squares,
     solve_gram,
 )
 from symgen.estimation.system import Equations, torque_equations
 from symgen.faults.fault import EVERYWHERE, Fault
 from symgen.faults.samples import step, steps
-from symgen.faults.undo import earlier, exchanged, geared, levelled, multiplied, unlimited
+from symgen.faults.undo import earlier, exchanged, levelled, multiplied, unlimited
 from symgen.runtime.evaluator import Evaluator
 
 Rows = Sequence[tuple[Equations, ...]]
@@ -41,19 +40,11 @@ Rows = Sequence[tuple[Equations, ...]]
 _CLEARER = 0.9
 _STD = 3.0
 _AT_REST = 1e-3  # weight of rows at rest: they are kept for what no motion determines
-#: Factors of a torque that are looked at are at least so far from 1.
-_GAIN = 0.03
 #: Exchanges of torques are tried where the error is above this, faults of the motion above that,
 #: and they leave so much of it, at most.
 _LOUD, _LOUDER, _EXCHANGED = 0.1, 0.2, 0.7
-_ALIKE = 1.05  # errors that are left
-_NONE = 1e-6  # of a factor: nothing
 _STATES = 200
 _MOST = 3  # faults that are undone, one after the other
-#: Logarithms of gear ratios that are tried first, and how near they are found.
-_LOGARITHMS, _NEAR = tuple(0.27 * k for k in range(-3, 4)), 0.01
-_RATIO = 0.03  # of a gear ratio: what is nearer to 1 is not told from what models miss
-_SLIGHT = 1e-4  # of a gear ratio, for its derivative
 _NODES = 8_000  # of all logs together, at which faults of the motion are tried
 _MOTION = ("q", "qd")
 _SIGMAS = 5.0
@@ -199,15 +190,8 @@ def _largest(trial: Trial) -> Fault | None:
     found = [fault for find in FINDERS.values() for fault in find(trial)]
     for fault in sorted(found, key=lambda f: f.share):
         if fault.kind != "sign" or _inertia_is_positive(trial, fault):
-            return _with_others(fault, found)
+            return fault
     return None
-
-
-def _with_others(fault: Fault, found: Sequence[Fault]) -> Fault:
-    """Name gains of other joints that explain as much: of two joints, either can be meant."""
-    same = (f for f in found if f is not fault and f.kind == fault.kind == "gain")
-    others = [f"{f.channel} {f.value:.3g} times" for f in same if f.share <= _ALIKE * fault.share]
-    return replace(fault, fault=f"{fault.fault}, or {' or '.join(others)}") if others else fault
 
 
 def _inertia_is_positive(trial: Trial, fault: Fault) -> bool:
@@ -273,64 +257,6 @@ def _with_delay(logs: Sequence[FilteredLog], equations: Rows) -> Blocks:
     return block_summary(extended)
 
 
-def _factors(trial: Trial) -> Iterator[Fault]:
-    """Find torques that fit better with another factor, beside those of the other joints."""
-    base, other = trial.base, trial.other
-    for j in range(trial.n) if trial.n > 1 else ():
-        best = min(_fitted_factors(base, j), key=lambda g: _error(_scaled(base, j, g)))
-        if not _NONE < abs(best) < 1 / _NONE:
-            continue
-        held = partial(_scaled, other or base, j, best)
-        share, _ = trial.share(_scaled(base, j, best), held)
-        if share > _CLEARER or abs(best - 1) < _GAIN:
-            continue
-        kind, undone, says = "sign", -1.0, f"tau{j + 1} has the other sign"
-        if best > 0:
-            kind, undone = "gain", 1 / best
-            says = (
-                f"tau{j + 1} is {best:.3g} times what the other joints ask for (torque constant, "
-                "gear ratio or unit)"
-            )
-        undo = partial(multiplied, joints=(j,), factor=undone, keys=("tau",))
-        yield _fault(kind, f"tau{j + 1}", says, (j,), best, undo, share)
-
-
-def _error(blocks: Blocks) -> float:
-    """Return the share of the torques that a fit leaves, all joints together."""
-    left = residual_squares(blocks.grams.sum(axis=0), blocks.fit())
-    return float(np.sum(left / np.maximum(blocks.size**2 * blocks.rows.sum(axis=0), 1e-300)))
-
-
-def _fitted_factors(base: Blocks, j: int) -> Iterator[float]:
-    """Yield g with tau_j / g = W_j X, where the other joints say what X is.
-
-    Weighted least squares of X and 1/g together: y_j stands on the side of the unknowns. Joints
-    weigh by what a fit leaves of them, or, as a wrong torque can spoil that of another joint, by
-    the size of their torques.
-    """
-    grams, rows = base.grams.sum(axis=0), np.maximum(base.rows.sum(axis=0), 1.0)
-    left = residual_squares(grams, base.fit()) / rows
-    p = grams.shape[-1] - 1
-    for variance in (np.maximum(left, 1e-12 * base.size**2), base.size**2):
-        weight = 1 / variance
-        weight[j] = 1 / base.size[j] ** 2
-        whole = np.zeros((p + 2, p + 2))  # X, 1/g, and what the other joints measured
-        for i, (gram, w) in enumerate(zip(grams, weight, strict=True)):
-            own = np.arange(p + 2) != (p + 1 if i == j else p)
-            signs = np.ones(p + 1)
-            signs[-1] = -1.0 if i == j else 1.0
-            whole[np.ix_(own, own)] += w * gram * np.outer(signs, signs)
-        inverse = float(solve_gram(whole)[-1])
-        yield 1 / inverse if abs(inverse) > _NONE else 1 / _NONE
-
-
-def _scaled(base: Blocks, j: int, g: float) -> Blocks:
-    grams = base.grams.copy()
-    grams[:, j, -1, :] /= g
-    grams[:, j, :, -1] /= g
-    return Blocks(grams, base.rows)
-
-
 def _exchanged(trial: Trial) -> Iterator[Fault]:
     """Find two joints whose torques stand in each other's channel."""
     if held_out_error(trial.own) <= _LOUD:
@@ -363,31 +289,6 @@ def _turned(equations: Rows, j: int, k: int) -> Blocks:
     return block_summary(turned)
 
 
-def _geared(trial: Trial) -> Iterator[Fault]:
-    """Find joints that were recorded through another gear ratio."""
-    trial = trial.short
-    X = trial.base.fit()
-    as_recorded = [_modelled(trial, log, X) for log in trial.logs]
-    found = (
-        _fitted_ratio(trial, j)
-        for j in range(trial.n)
-        if _another_ratio_helps(trial, j, X, as_recorded)
-    )
-    # An error that falls to the end of what is tried is that of a joint of which little is known.
-    yield from trial.judged(f for f in found if _RATIO < abs(math.log(f.value)) < _LOGARITHMS[-1])
-
-
-def _gear_ratio(j: int, ratio: float) -> Fault:
-    """Return the fault that a joint was recorded through another gear ratio."""
-    number = j + 1
-    names = f"q{number}, qd{number}, tau{number}"
-    says = (
-        f"{names}: the gear ratio of joint {number} is off by a factor {ratio:.3g} (positions "
-        "times it, torque over it)"
-    )
-    return _fault("ratio", names, says, (j,), ratio, partial(geared, j=j, ratio=ratio))
-
-
 def _modelled(trial: Trial, log: FilteredLog, X: FloatArray) -> FloatArray:
     """Return the torque of a model along a log in the comparison band, (K, n)."""
     regressor = trial.evaluator["torque_regressor"]
@@ -396,39 +297,6 @@ def _modelled(trial: Trial, log: FilteredLog, X: FloatArray) -> FloatArray:
         return np.asarray(regressor(q, qd, qdd))[:, :, : len(X)] @ X
 
     return np.concatenate([x for _, x in log.modelled(torque)])
-
-
-def _another_ratio_helps(
-    trial: Trial, j: int, X: FloatArray, as_recorded: Sequence[FloatArray]
-) -> bool:
-    """Whether the error falls where the gear ratio of a joint changes from 1, to first order.
-
-    tau = W X + delta (d/dr tau(r q, r qd, r qdd) + tau_j e_j), differences for d/dr.
-    """
-    extended = []
-    for log, rows, torque in zip(trial.logs, trial.rows, as_recorded, strict=True):
-        turned = multiplied(log, (j,), 1 + _SLIGHT, _MOTION)
-        slope = (_modelled(trial, turned, X) - torque) / _SLIGHT
-        slope[:, j] += log.measured[:, j]
-        extended.append(_with_column(log, rows, slope))
-    blocks = block_summary(extended)
-    return _what_is_left(trial.own, block_errors(blocks, blocks))[0] <= _CLEARER
-
-
-def _fitted_ratio(trial: Trial, j: int) -> Fault:
-    """Return the gear ratio of a joint that leaves the smallest error on folds left out."""
-
-    def error(x: float) -> float:
-        blocks = trial.right(_gear_ratio(j, math.exp(x)), trial.logs)
-        return held_out_error(block_errors(blocks, blocks))
-
-    tried = {x: error(x) for x in _LOGARITHMS}
-    apart = _LOGARITHMS[1] - _LOGARITHMS[0]
-    while apart > _NEAR:
-        apart /= 2
-        best = min(tried, key=lambda x: tried[x])
-        tried |= {x: error(x) for x in (best - apart, best + apart)}
-    return _gear_ratio(j, math.exp(min(tried, key=lambda x: tried[x])))
 
 
 def _moved(trial: Trial) -> Iterator[Fault]:
@@ -457,12 +325,10 @@ def _hypotheses(evaluator: Evaluator) -> Iterator[Fault]:
         yield _fault("units", names, says, group, 1 / factor, undo)
 
 
-#: What the equations are searched for: finders of delays, of gains and signs of torques, and so on.
+#: What the equations are searched for: finders of delays, of channels exchanged, and so on.
 FINDERS: Mapping[str, Callable[[Trial], Iterator[Fault]]] = {
     "delay": _late,
-    "gain": _factors,
     "exchange": _exchanged,
-    "ratio": _geared,
     "units": _moved,
 }
 

@@ -90,7 +90,6 @@ WINDOWS = 3.0
 SIGNIFICANT = 3.0
 #: Relative standard deviation up to which a parameter is known, in percent.
 KNOWN = 30.0
-_BEYOND_DOUBT = 7.0  # standard deviations
 _SHARE = 1e-4  # of the squared torque of all joints that one needs to count
 #: States that are drawn to look at a model elsewhere, and their seed.
 STATES, SEED = 500, 1988
@@ -175,9 +174,9 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
     parameters = parameter_estimates(evaluator, X, std)
     physical = consistency(evaluator.model, X, solution.covariance)
     faults = (
-        *run.faults,
+        *run.causes,
         *hardly_moving(run.train, evaluator.model.robot.sigma),
-        *driving_friction(parameters),
+        *driving_friction(evaluator, run.train, X, solution.covariance),
         *wrong_sign(evaluator, train, model, found.train.relative),
     )
     coarse = (f"{r.log}: {r.channel} {r.fault}" for r in found.repairs if r.kind == "coarse")
@@ -473,25 +472,36 @@ def below_zero(
     ]
 
 
-def driving_friction(parameters: Sequence[ParameterEstimate]) -> tuple[str, ...]:
-    """Name joints whose friction would drive them beyond doubt: a sign of a channel, or of time.
+def driving_friction(
+    evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray, covariance: FloatArray
+) -> tuple[str, ...]:
+    """Name joints whose friction gives energy over the motion: no real one does.
 
-    Coulomb friction that is surely positive beside it speaks for the joint, and viscous friction.
+        mean of qd_j (W_j X), W_j the columns of friction, below -3 of its standard deviations
+
+    Args:
+        evaluator: the compiled model, with torque_regressor.
+        logs: the training logs.
+        X, covariance: of the parameters, (p,) and (p, p).
     """
-    sure = {p.name for p in parameters if p.value > SIGNIFICANT * p.std}
-    rival = {"FS": "FV", "FV": "FS"}
-    out = [
-        name
-        for name in below_zero(parameters, tuple(rival), _BEYOND_DOUBT)
-        if rival[name[:2]] + name[2:] not in sure
-    ]
-    if not out:
+    q, qd = (np.concatenate([getattr(log, key)[log.kept] for log in logs]) for key in ("q", "qd"))
+    every = slice(None, None, max(1, len(q) // STATES))
+    q, qd = (np.ascontiguousarray(x[every]) for x in (q, qd))
+    W = np.array(evaluator["torque_regressor"](q, qd, np.zeros_like(q)))
+    W[:, :, : evaluator.model.inertial] = 0.0
+    offsets = [b.name.startswith("FO") for b in evaluator.model.base.parameters][: W.shape[2]]
+    W[:, :, offsets] = 0.0  # an offset is no friction: it gives and takes
+    mean = np.mean(W * qd[:, :, None], axis=0)
+    count = W.shape[2]
+    power = mean @ X[:count]
+    std = np.sqrt(np.maximum(np.einsum("ja,ab,jb->j", mean, covariance[:count, :count], mean), 0))
+    out = np.flatnonzero(power < -SIGNIFICANT * std)
+    if not len(out):
         return ()
-    numbers = list(dict.fromkeys(name[2:] for name in out))
-    joints = f"joint{'s' if len(numbers) > 1 else ''} {', '.join(numbers)}"
+    numbers = ", ".join(str(evaluator.model.robot.movable[j].number) for j in out)
     return (
-        f"friction would drive the robot at {joints}: {', '.join(out)} negative beyond "
-        "doubt; the sign of tau or of q of these joints, or time itself, runs the other way",
+        f"friction would drive the robot at joint{'s' * (len(out) > 1)} {numbers}: the sign of "
+        "tau or of q of these joints, or time itself, runs the other way, or an effect is missing",
     )
 
 

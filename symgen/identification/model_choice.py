@@ -37,6 +37,7 @@ from symgen.estimation.summary import (
 )
 from symgen.estimation.torque_error import TorqueFit, fit
 from symgen.estimation.values import FloatArray
+from symgen.faults.causes import exact_fault, find_cause
 from symgen.faults.fault import Fault, undo_faults
 from symgen.faults.logs import join_bands
 from symgen.faults.model import channel_faults
@@ -96,7 +97,8 @@ class Run:
         train, held: the logs.
         repairs: what was mended in them.
         given: whether validation logs were given.
-        faults: of the torques, in words, that are left.
+        faults: of the channels, that are left.
+        causes: what is wrong with the logs or the robot file, in words.
         delay: by which torques were late, s.
     """
 
@@ -106,7 +108,8 @@ class Run:
     held: tuple[FilteredLog, ...] = ()
     repairs: tuple[Fault, ...] = ()
     given: bool = True
-    faults: tuple[str, ...] = ()
+    faults: tuple[Fault, ...] = ()
+    causes: tuple[str, ...] = ()
     delay: float = 0.0
 
     @property
@@ -140,7 +143,7 @@ def filter_in_band(opened: OpenLogs, cutoff: float | None, *, own_speeds: bool =
 
 
 def undo_delay(run: Run) -> Run:
-    """Look at the torques by the model; shift them where they are late, say what is left."""
+    """Shift torques that are late by the model; keep what else is wrong with the channels."""
     if run.evaluator.model.robot.loaded:
         return run
     for _ in range(_SHIFTS):
@@ -154,13 +157,18 @@ def undo_delay(run: Run) -> Run:
         )
         repairs, delay = (*run.repairs, told), run.delay + late.value
         run = replace(run, train=train, held=held, repairs=repairs, delay=delay)
-    return replace(run, faults=tuple(_in_words(f) for f in faults if f.kind != "delay"))
+    return replace(run, faults=tuple(f for f in faults if f.kind != "delay"))
 
 
-def _in_words(fault: Fault) -> str:
-    """Say a fault, and where physics of the joint may be taken for it that it may be that."""
-    rivals = "; or an effect that the model lacks: symgen diagnose"
-    return f"{fault.fault}{rivals if fault.kind in ('gain', 'ratio') else ''}"
+def name_cause(run: Run) -> Run:
+    """Name what is wrong with the logs or the robot file, where the data do."""
+    if run.evaluator.model.robot.loaded:
+        return run
+    cause = find_cause(run.evaluator, run.train, run.held, run.faults)
+    if cause is None:
+        return run
+    fault = exact_fault(run.evaluator, run.logs, cause) if cause.fault else None
+    return replace(run, causes=(fault.fault if fault else cause.says,))
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,6 +33,7 @@ from symgen.identification.model_choice import (
     blame_motion,
     choose_model,
     filter_in_band,
+    name_cause,
     require_condition,
     undo_delay,
 )
@@ -126,6 +127,8 @@ def identify(
                 by = replace(by, prior=read_prior(asked.prior, opened.evaluator.model))
             own_speeds = by.name == "iv" and not motions
             run = undo_delay(filter_in_band(opened, cutoff, own_speeds=own_speeds))
+            progress("asking what else could be wrong")
+            run = name_cause(run)
             chosen = choose_model(run, models, by, shares, motions, progress)
             with blame_motion(chosen.fault):
                 found = opened.solve(chosen, by)

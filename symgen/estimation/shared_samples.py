@@ -1,0 +1,88 @@
+"""Whether a log holds a piece of another one: noise does not come twice.
+
+Torques above the band of the motion are correlated at every shift at once. Where the logs were
+sampled at different rates, both are brought to four times the higher one first.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from symgen.data.raw import FloatArray
+from symgen.data.signals import Samples
+
+#: Seconds that two logs may share, and the correlation from which they do.
+_SHORT, _SAME = 2.0, 0.99
+_QUIET = 0.01  # of the mean square of the noise: less says nothing
+_ABOVE = 10.0  # Hz: motion is below, noise above
+_PART = 0.25  # of the rate: the cutoff where the rate is low
+_OVER = 4  # times the rate, where rates differ
+_RATES = 1e-3  # by which steps of one rate differ
+_LONG = 1 << 18  # samples, above which every log is judged by its first part
+
+
+def shared_span(known: Samples, asked: Samples) -> tuple[tuple[float, float], ...] | None:
+    """Return when a log holds what another one holds: spans in s of `known` and `asked`; or None.
+
+    A span counts where two seconds and more of high-passed torque correlate above 0.99.
+    """
+    step = known.step
+    a, b = (_noise(s) for s in (known, asked))
+    if abs(asked.step / known.step - 1) > _RATES:
+        step = min(known.step, asked.step) / _OVER
+        a, b = _sampled(a, known.step, step), _sampled(b, asked.step, step)
+    a, b = (x / np.maximum(np.sqrt(np.mean(x**2, axis=0)), 1e-300) for x in (a, b))
+    width = round(_SHORT / step)
+    if min(len(a), len(b)) <= width or not (np.any(a) and np.any(b)):
+        return None
+    at = _shift(a, b)
+    first, last = max(at, 0), min(len(a), at + len(b))
+    if last - first <= width:
+        return None
+    x, y = a[first:last], b[first - at : last - at]
+    sums = [_moving(np.sum(z, axis=1), width) for z in (x * y, x * x, y * y)]
+    loud = np.minimum(sums[1], sums[2]) > _QUIET * width * a.shape[1]
+    alike = loud & (sums[0] > _SAME * np.sqrt(sums[1] * sums[2]))
+    if not alike.any():
+        return None
+    where = np.flatnonzero(alike)
+    begin, end = int(where[0]), int(where[-1]) + width
+    return tuple(
+        (
+            float(s.t[0] + (begin + first - shift) * step),
+            float(s.t[0] + (end + first - shift) * step),
+        )
+        for s, shift in ((known, 0), (asked, at))
+    )
+
+
+def _noise(s: Samples) -> FloatArray:
+    """Return the torques above the motion, (N, n)."""
+    from scipy.signal import butter, sosfiltfilt
+
+    rate = 1 / s.step
+    passband = butter(2, min(_ABOVE, _PART * rate), "highpass", fs=rate, output="sos")
+    return np.asarray(sosfiltfilt(passband, s.tau[:_LONG], axis=0))
+
+
+def _sampled(x: FloatArray, step: float, other: float) -> FloatArray:
+    """Return a signal (N, n) at another step, band-limited."""
+    from scipy.signal import resample
+
+    return np.asarray(resample(x, math.ceil(len(x) * step / other), axis=0))
+
+
+def _shift(a: FloatArray, b: FloatArray) -> int:
+    """Return the sample of `a` at which `b` begins, where they are most alike."""
+    from scipy.signal import correlate
+
+    whole = sum(correlate(x, y, "full", "fft") for x, y in zip(a.T, b.T, strict=True))
+    return int(np.argmax(whole)) - (len(b) - 1)
+
+
+def _moving(x: FloatArray, width: int) -> FloatArray:
+    """Return sums over `width` samples, (N - width + 1,)."""
+    total = np.concatenate([[0.0], np.cumsum(x)])
+    return np.asarray(total[width:] - total[:-width])

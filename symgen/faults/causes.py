@@ -1,0 +1,466 @@
+"""What else than the model's parameters could be wrong: causes that compete in one score.
+
+All compete by how well they predict motion that they were not fitted on, in training and validation
+logs together (`symgen.estimation.predictive_score`): what `symgen.faults.shapes` has beside the
+model, gravity of another direction or missing, signs of torques in sets, and channels that another
+finder would mend. So does physics that the model may lack, which has no name here. What stands only
+for a moment, as a collision, is no motion that other motion predicts: it counts by how much better
+the fit without it is elsewhere.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from symgen import names
+from symgen.data.mask import moving_joints
+from symgen.estimation.filtered_log import FilteredLog, kept_spans
+from symgen.estimation.predictive_score import LEAST, MISFIT, TEMPERATURE, Columns
+from symgen.estimation.values import FloatArray
+from symgen.faults.fault import EVERYWHERE, Fault
+from symgen.faults.scene import Rows, Scene, State
+from symgen.faults.shapes import KINDS, LAWS, Shape
+from symgen.faults.undo import multiplied
+from symgen.runtime.evaluator import Evaluator
+
+#: What is named leaves so much of the error that is there without it, at most.
+_CLEARER = 0.85
+#: Odds to the next cause, and to physics without a name, from which one is named.
+_SURE = math.log(9.0)
+#: Prior odds of one fault against physics that a model lacks, which most robots have.
+_RARE = math.log(1000.0)
+TILT = math.radians(1.0)  # that bases have without being wrong
+_TIMES = tuple(k / 6 for k in range(1, 6))  # of a log, at which something may begin
+_NEAR = 8  # likeliest causes that are tried again beside each set of physics
+_MOST = 3  # sets of columns of physics without a name, for each joint
+_TURNED, _STATES = 12, 200  # joints whose signs are tried in sets, and states of their inertia
+_ROUNDS, _FAR = 4, 0.5  # of Gauss and Newton's method, and part of gravity that one may turn it
+_WILD = 0.1  # of a joint's torque: an error from which other axes of gravity are tried
+_MOMENTS = (0.25, 0.5, 1.0, 2.0, 4.0)  # s, of what stands for a moment only
+_LOUD = 5.0  # times the residual elsewhere, in a moment
+_AWAY = 1.0  # s, from what is masked
+_SHORT = 0.1  # of a log: a moment
+_EXACT, _TRIES = 0.005, 5  # of a factor, and rounds until it is found as exactly
+
+
+@dataclass(frozen=True, eq=False)
+class Cause:
+    """Something that would explain what a model leaves.
+
+    Attributes:
+        kind: of its shape, or what has none; "" where nothing is wrong.
+        joints: positions; empty for all.
+        says: what would be wrong, and what helps; "" where it is no larger than in every robot.
+        score: log-odds, of prediction and prior.
+        left: (n,) held-out variance of the joints with it.
+        shape: whose columns it has; None where it has none.
+        value: its first coefficient.
+        fault: of channels, that can be undone; None where nothing in the logs can.
+    """
+
+    kind: str
+    joints: tuple[int, ...]
+    says: str
+    score: float
+    left: FloatArray
+    shape: Shape | None = None
+    value: float = math.nan
+    fault: Fault | None = None
+
+    @property
+    def physics(self) -> bool:
+        """Whether it is physics without a name."""
+        return self.shape is not None and self.shape.physics
+
+
+def _begun(scene: Scene) -> Iterator[tuple[str, FloatArray]]:
+    """Yield from when on something may be, in words, with its weight (K,)."""
+    several = len(scene.rows.logs) > 1
+    for k, (log, span) in enumerate(zip(scene.rows.logs, kept_spans(scene.rows.logs), strict=True)):
+        own = np.zeros(len(scene.rows.y))
+        own[span] = 1.0
+        if several and k:
+            yield f" in {log.name}", own
+        length = log.compared_t[-1] - log.compared_t[0]
+        for part in _TIMES:
+            at = log.compared_t[0] + part * length
+            yield f" in {log.name} from about {at:.3g} s on", own * (scene.rows.t > part)
+        yield f" along {log.name}", own * scene.rows.t
+
+
+def causes(rows: Rows, faults: Sequence[Fault] = ()) -> tuple[Scene, list[Cause]]:
+    """Return what could be wrong, the likeliest first, beside the physics that is likelier.
+
+    Args:
+        rows: the equations.
+        faults: of channels, each with what undoes it: they compete as well.
+    """
+    scene = Scene(rows)
+    shapes = [shape for make in KINDS.values() for shape in make(scene)]
+    found = _all(scene, shapes, faults)
+    while found and found[0].physics and len(scene.physics) < _MOST * scene.n:
+        assert found[0].shape
+        scene = replace(scene, physics=(*scene.physics, found[0].shape.columns))
+        # Others change little with it: the first of them tell whether one is likelier.
+        near = [s for s in shapes if s.physics or s in [c.shape for c in found[:_NEAR]]]
+        found = _ordered(_linear(scene, near)) or found[1:]
+    return scene, _all(scene, shapes, faults) if scene.physics else found
+
+
+def _all(scene: Scene, shapes: Sequence[Shape], faults: Sequence[Fault]) -> list[Cause]:
+    """Return what could be wrong beside a scene, the likeliest first, and that nothing is."""
+    alone = scene.score.alone
+    nothing = Cause("", (), "", 0.0, alone.left)
+    found = [nothing, *_linear(scene, shapes), *_other_weights(scene), *_moments(scene)]
+    found += [cause for fault in faults for cause in _undone(scene, fault)]
+    return _ordered(found)
+
+
+def _ordered(found: Iterable[Cause]) -> list[Cause]:
+    """Return causes with their prior odds, the likeliest first."""
+    odds = {True: math.log(len(LAWS)), False: _RARE}
+    whole = [replace(c, score=c.score - odds[c.physics]) if c.kind else c for c in found]
+    return sorted(whole, key=lambda c: -c.score)
+
+
+def _linear(scene: Scene, shapes: Sequence[Shape]) -> list[Cause]:
+    """Return the shapes that predict, each from when on it is likeliest."""
+    begun = list(_begun(scene))
+    found: dict[tuple[str, tuple[int, ...], Shape | None], list[Cause]] = {}
+    for shape in shapes:
+        tried = [_tried(scene, shape, shape.columns, "", 0.0)] if shape.always else []
+        for when, weight in begun if shape.changes else ():
+            columns = {j: c * weight[:, None] for j, c in shape.columns.items()}
+            # The time is one of many: it has its price.
+            tried.append(_tried(scene, shape, columns, when, math.log(len(begun))))
+        for cause in tried:
+            if cause is not None and cause.score > 0:
+                own = shape if shape.physics else None
+                found.setdefault((cause.kind, cause.joints, own), []).append(cause)
+    return [max(same, key=lambda c: c.score) for same in found.values()]
+
+
+def _tried(scene: Scene, shape: Shape, columns: Columns, when: str, price: float) -> Cause | None:
+    """Return a shape with what its columns explain; None where that is no number, or nothing."""
+    whole = np.concatenate([c.ravel() for c in columns.values()])
+    if not np.isfinite(whole).all() or not whole.any():
+        return None
+    fit = scene.score.beside(columns)
+    x = float(fit.coefficients[0])
+    if not shape.within[0] < x < shape.within[1]:
+        return None
+    return Cause(
+        f"{shape.kind} changes" if when else shape.kind,
+        shape.joints,
+        shape.says(x, when),
+        fit.score - scene.score.alone.score - price,
+        fit.left,
+        shape,
+        x,
+        None if when else _mendable(shape, x),
+    )
+
+
+def _mendable(shape: Shape, x: float) -> Fault | None:
+    """Return the fault that a shape is in the logs, with what undoes it."""
+    if shape.undo is None:
+        return None
+    return Fault(
+        EVERYWHERE, shape.channel, shape.says(x),
+        kind=shape.kind, joints=shape.joints, value=1 + x, undo=shape.undo(x),
+    )  # fmt: skip
+
+
+def _undone(scene: Scene, fault: Fault) -> Iterator[Cause]:
+    """Yield a fault of channels, in the units of the torque as it was recorded."""
+    rows = scene.rows
+    turned = fault.kind == "sign" and fault.channel.startswith("tau")
+    if fault.undo is None or fault.kind in KINDS or turned:  # tried in other ways
+        return
+    logs = tuple(map(fault.undo, rows.logs))
+    if [len(a.kept) for a in logs] != [len(b.kept) for b in rows.logs]:
+        return
+    undone = replace(rows, logs=logs)
+    undone.__dict__["fold"] = rows.fold  # the cached property: the same rows against the same
+    score = replace(scene, rows=undone).score
+    gain = rows.size / undone.size if len(fault.joints) == 1 else np.ones(scene.n)
+    more = float(score.counts.sum(axis=1) @ np.log(gain)) / TEMPERATURE
+    alone = score.alone
+    told = alone.score - more - scene.score.alone.score
+    yield Cause(fault.kind, fault.joints, fault.fault, told, alone.left * gain**2, fault=fault)
+
+
+def _other_weights(scene: Scene) -> Iterator[Cause]:
+    """Yield gravity upside down, and torques from which the weight of all joints is missing."""
+    if not np.any(scene.rows.at_rest):
+        return
+    for part, kind, says in (
+        (-1.0, "gravity", "gravity points the other way: change the sign of gravity in the robot "
+         "file, or turn the base"),
+        (0.0, "weightless", "the torques hold no weight: a controller's gravity compensation is "
+         "not in them; log the whole torque of the motors"),
+    ):  # fmt: skip
+        fit = scene.scored(scene.rows.W + (part - 1.0) * scene.rows.at_rest).alone
+        yield Cause(kind, (), says, fit.score - scene.score.alone.score, fit.left)
+    yield from _directions(scene)
+    yield from _signs(scene)
+
+
+def _directions(scene: Scene) -> Iterator[Cause]:
+    """Yield gravity in the direction that fits best, where it is not the file's.
+
+    What links weigh is free of what they resist to acceleration, for both directions alike.
+    """
+    v = scene.rows.variation
+    own, loud = (
+        v.gravity,
+        math.sqrt(float(np.max(scene.score.alone.left / scene.rows.size**2))) > _WILD,
+    )
+    size = float(np.linalg.norm(own))
+    if not size or scene.n < 2:
+        return
+    fields = _fields(scene)
+    moving = scene.rows.W - scene.rows.at_rest
+
+    def model(g: FloatArray) -> FloatArray:
+        return np.concatenate([moving, np.tensordot(g, fields, axes=1)], axis=2)
+
+    def left(g: FloatArray) -> float:
+        return float(np.sum(np.log(scene.fitted(model(g), scene.rows.weight)[1])))
+
+    starts = [own]
+    if loud:
+        axes = [sign * size * e for e in np.eye(3) for sign in (1.0, -1.0)]
+        starts = [own, min(axes, key=left)]
+    best = min((_turned(scene, model, fields, g) for g in starts), key=left)
+    best = best if best @ own >= 0 else -best  # free weights fit both ways alike
+    angle = math.acos(float(np.clip(best @ own / size**2, -1.0, 1.0)))
+    before, after = (scene.scored(model(g)).alone for g in (own, best))
+    written = ", ".join(f"{x:.3g}" for x in best)
+    says = (
+        ""
+        if angle <= TILT
+        else (
+            f"gravity points {math.degrees(angle):.2g} degrees away from where the robot file "
+            f"says: write gravity = [{written}], or check the base and the zeros of the joints"
+        )
+    )
+    share = after.left / np.maximum(before.left, 1e-300)
+    told = after.score - before.score
+    yield Cause("gravity", (), says, told, scene.score.alone.left * share)
+
+
+def _signs(scene: Scene) -> Iterator[Cause]:
+    """Yield the set of torques that have the other sign, where another set than none fits best.
+
+    With y_j = s_j W_j X and joints weighed by their torque, what the best X leaves of all joints is
+    a constant less s' B s, B_jk = b_j' A^-1 b_k. Of a set and all others, which fit alike, the one
+    counts whose inertia is positive.
+    """
+    rows, n = scene.rows, scene.n
+    if not 1 < n <= _TURNED:
+        return
+    weighed = rows.W * (rows.weight / rows.size)[:, :, None]
+    scale = np.maximum(np.sqrt(np.sum(weighed**2, axis=(0, 1))), 1e-300)
+    weighed = weighed / scale
+    y = rows.y * rows.weight / rows.size
+    A = np.einsum("kjp,kjq->pq", weighed, weighed, optimize=True)
+    b = np.einsum("kjp,kj->jp", weighed, y)
+    x = b @ np.linalg.pinv(A, hermitian=True)
+    sets = np.array(list(itertools.product((1.0, -1.0), repeat=n - 1)))
+    sets = np.column_stack([np.ones(len(sets)), sets])
+    best = sets[np.argmax(np.einsum("sj,jk,sk->s", sets, b @ x.T, sets))]
+    best = best if _inertia(rows) @ (best @ x / scale) > 0 else -best
+    joints = [j for j in range(n) if best[j] < 0]
+    if not joints:
+        return
+    told = ", ".join(f"tau{j + 1}" for j in joints)
+    fit = replace(scene, rows=rows.turned(best)).score.alone
+    says = f"{told} {'has' if len(joints) == 1 else 'have'} the other sign, or q and qd beside"
+    undo = partial(multiplied, joints=tuple(joints), factor=-1.0, keys=("tau",))
+    fault = Fault(EVERYWHERE, told, says, kind="sign", joints=tuple(joints), value=-1.0, undo=undo)
+    better = fit.score - scene.score.alone.score
+    yield Cause("sign", tuple(joints), says, better, fit.left, fault=fault)
+
+
+def _inertia(rows: Rows) -> FloatArray:
+    """Return what base parameters add to the inertia about the joints, in their own units, (p,)."""
+    q = np.concatenate([log.q[log.kept] for log in rows.logs])
+    q = np.ascontiguousarray(q[:: max(1, len(q) // _STATES)])
+    regressor, zero, out = rows.evaluator["torque_regressor"], np.zeros_like(q), 0.0
+    for j in range(q.shape[1]):
+        one = zero.copy()
+        one[:, j] = 1.0
+        own = np.mean((regressor(q, zero, one) - regressor(q, zero, zero))[:, j], axis=0)
+        out = out + own / rows.size[j]
+    return np.asarray(out)
+
+
+def _fields(scene: Scene) -> FloatArray:
+    """Return what each link's mass and moments weigh in gravity along each axis, (3, K, n, m)."""
+    count = len(scene.rows.evaluator.model.robot.joints)
+    heavy = [names.LINK.index(prefix) for prefix in (names.MASS, *names.MOMENT)]
+    every = np.eye(count * len(names.LINK)).reshape(count, len(names.LINK), count, -1)
+    units = every[:, heavy].reshape(-1, count, len(names.LINK))
+
+    def weights(axis: FloatArray) -> State:
+        def torque(q: FloatArray, _: FloatArray, __: FloatArray) -> FloatArray:
+            rest = np.zeros_like(q)
+            state = [x[:, None, :] for x in (q, rest, rest)]
+            return (
+                scene.rows.variation.torque(state, units, axis)
+                .transpose(0, 2, 1)
+                .reshape(len(q), -1)
+            )
+
+        return torque
+
+    found = [scene.rows.along(weights(axis)).reshape(*scene.rows.y.shape, -1) for axis in np.eye(3)]
+    kept = np.any(found, axis=(0, 1, 2))
+    return np.stack([x[:, :, kept] for x in found])
+
+
+def _turned(
+    scene: Scene, model: Callable[[FloatArray], FloatArray], fields: FloatArray, g: FloatArray
+) -> FloatArray:
+    """Return the direction of gravity that fits best near one: Gauss and Newton's."""
+    size = float(np.linalg.norm(g))
+    for _ in range(_ROUNDS):
+        about = np.linalg.svd(g[None])[2][1:]  # two directions across
+        W = model(g)
+        X, _ = scene.fitted(W, scene.rows.weight)
+        weighs = np.tensordot(fields, X[-fields.shape[3] :], axes=1)  # (3, K, n)
+        slopes = np.moveaxis(np.tensordot(about, weighs, axes=1), 0, -1)
+        step = scene.fitted(np.concatenate([W, slopes], axis=2), scene.rows.weight)[0][-2:]
+        step *= min(1.0, _FAR * size / max(float(np.linalg.norm(step)), 1e-300))
+        g = g + step @ about
+        g = g * size / np.linalg.norm(g)
+    return g
+
+
+def _moments(scene: Scene) -> Iterator[Cause]:
+    """Yield moments in which the residual is loud, without which the fit is better elsewhere."""
+    residual = (scene.rows.y - scene.model) * scene.rows.weight
+    typical = (
+        np.median(np.abs(residual[:, :]), axis=0) / 0.6745 + scene.rows.misfit * scene.rows.size
+    )
+    loud = np.sqrt(np.mean(np.minimum(residual / typical, 1e3) ** 2, axis=1))
+    for log, span in list(zip(scene.rows.logs, kept_spans(scene.rows.logs), strict=True))[
+        : scene.rows.train
+    ]:
+        t, own = log.compared_t, loud[span]
+        length = t[-1] - t[0]
+        best: tuple[float, float, float] = (0.0, 0.0, 0.0)
+        for seconds in _MOMENTS:
+            if seconds > _SHORT * length:
+                break
+            width = max(2, round(seconds / (t[1] - t[0])))
+            power = np.convolve(own**2, np.ones(width) / width, mode="same")
+            at = int(np.argmax(power))
+            if power[at] * math.sqrt(width) > best[0] and math.sqrt(power[at]) > _LOUD:
+                best = power[at] * math.sqrt(width), t[at] - seconds, t[at] + seconds
+        if not best[0]:
+            continue
+        near = (log.t >= best[1] - _AWAY) & (log.t <= best[2] + _AWAY)
+        if log.mask is not None and log.mask.joint[near].any():
+            continue  # a channel was wrong there
+        inside = np.zeros(len(scene.rows.y), dtype=bool)
+        inside[span] = (t >= best[1]) & (t <= best[2])
+        without = scene.scored(scene.rows.W, scene.rows.weight * ~inside[:, None])
+        left = without.alone.left
+        before = scene.score.left_outside(inside)
+        rows = (without.weight**2).sum(axis=0)
+        gained = 0.5 * float(
+            np.sum(rows * np.log((before + without.misfit**2) / (left + without.misfit**2)))
+        )
+        cause = Cause(
+            "moment",
+            (),
+            f"something was touched or hit in {log.name} between {best[1]:.3g} and {best[2]:.3g} "
+            "s: the torque there is none of the robot's own; leave this time out",
+            gained / 4.0,
+            scene.score.alone.left * np.minimum(left / np.maximum(before, 1e-300), 1.0),
+        )
+        yield cause
+
+
+def find_cause(
+    evaluator: Evaluator,
+    train: Sequence[FilteredLog],
+    held: Sequence[FilteredLog],
+    faults: Sequence[Fault] = (),
+    least: float = LEAST,
+    misfit: float = MISFIT,
+) -> Cause | None:
+    """Return what is wrong where the data name one cause; None where nothing, or nothing sure.
+
+    A cause is named where it lowers the error of a joint's torque on motion that it was not fitted
+    on by what matters and by 15 % of what is left, is larger than in every robot, and is nine times
+    as probable as the next, physics without a name among them.
+
+    Args:
+        evaluator: the compiled model, with torque_regressor.
+        train, held: the logs in the band of the run.
+        faults: of channels that were found before.
+        least: part of a joint's torque that matters.
+        misfit: part of a joint's torque that no model is righter than.
+    """
+    rows = Rows(evaluator, (*train, *held), len(train), misfit)
+    still = [
+        j
+        for j in moving_joints([log.qd for log in train], evaluator.model.robot.sigma)
+        if all(np.ptp(log.tau[:, j]) == 0 for log in train)
+    ]
+    if still:
+        told = ", ".join(f"tau{j + 1}" for j in still)
+        says = f"{told} never changes although the joint moves: nothing was recorded"
+        return Cause("constant", tuple(still), says, math.inf, rows.size)
+    alone = Scene(rows).score.alone.left
+    if not (np.sqrt(alone) / rows.size > least).any():
+        return None
+    scene, found = causes(rows, faults)
+    best, alone = found[0], scene.score.alone.left
+    fell = np.sqrt(np.maximum(alone - best.left, 0.0)) / rows.size
+    clear = (fell >= least) & (best.left <= _CLEARER**2 * alone)
+    if best.physics or not clear.any() or not best.says:
+        return None
+    near = [c for c in found[1:] if best.score - c.score < _SURE]
+    same = [c for c in near if best.kind == c.kind or (best.joints and best.joints == c.joints)]
+    if len(same) < len(near) or any(c.physics for c in near):
+        return None
+    # Of what the data do not tell apart, all is named.
+    told = "".join(f"; or {c.says.split(':')[0]}" for c in near)
+    joints = tuple(sorted({j for c in (best, *near) for j in c.joints}))
+    return replace(best, joints=joints, says=f"{best.says}{told}")
+
+
+def exact_fault(evaluator: Evaluator, logs: Sequence[FilteredLog], cause: Cause) -> Fault:
+    """Return the fault that a cause is, its size found to half a percent by undoing it.
+
+    Args:
+        evaluator: the compiled model.
+        logs: those that it was found in.
+        cause: with a fault.
+    """
+    fault, x = cause.fault, cause.value
+    assert fault is not None
+    if cause.shape is None:
+        return fault
+    for _ in range(_TRIES):
+        undone = [fault.undo(log) for log in logs]  # type: ignore[misc]
+        scene = Scene(Rows(evaluator, tuple(undone), len(undone), MISFIT))
+        left = next(s for s in KINDS[cause.kind](scene) if s.joints == cause.joints)
+        more = float(scene.score.beside(left.columns).coefficients[0])
+        x = (1 + x) * (1 + more) - 1
+        found = _mendable(cause.shape, x)
+        assert found is not None
+        fault = found
+        if abs(more) < _EXACT:
+            break
+    return fault

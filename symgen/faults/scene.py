@@ -1,0 +1,161 @@
+"""The torque equations of all logs, and the model fitted to them: where causes compete."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.data.mask import rms
+from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.predictive_score import Columns, PredictiveScore, dense, motion_folds
+from symgen.estimation.solve import shortest
+from symgen.estimation.summary import triangle
+from symgen.estimation.system import torque_rows
+from symgen.estimation.values import FloatArray
+from symgen.runtime.evaluator import Evaluator
+from symgen.symbolic.variation import Variation, variation
+
+#: Values (k, ...) of q, qd, qdd, (k, n) each.
+State = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+_WEIGHING = 3  # rounds
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """The torque equations of all logs, in the comparison band.
+
+    Attributes:
+        evaluator: the compiled model.
+        logs: training logs, then validation logs.
+        train: number of the training logs.
+        misfit: part of a joint's torque that no model is righter than.
+    """
+
+    evaluator: Evaluator
+    logs: tuple[FilteredLog, ...]
+    train: int
+    misfit: float
+
+    @cached_property
+    def W(self) -> FloatArray:
+        """(K, n, p) regressor of the model."""
+        return np.concatenate([torque_rows(self.evaluator, log.unmasked) for log in self.logs])
+
+    @cached_property
+    def y(self) -> FloatArray:
+        """(K, n) measured torque."""
+        return np.concatenate([log.unmasked.measured for log in self.logs])
+
+    @cached_property
+    def weight(self) -> FloatArray:
+        """(K, n) 1.0 for rows that count: not masked, and not at rest."""
+        counts = [log.free if log.resting is None else log.free & ~log.resting for log in self.logs]
+        return np.concatenate(counts).astype(float)
+
+    @cached_property
+    def size(self) -> FloatArray:
+        """(n,) RMS of the measured torque."""
+        found = rms(self.y)
+        return np.where(found > 0, found, 1.0)
+
+    @cached_property
+    def fold(self) -> NDArray[np.intp]:
+        """(K,) fold of each row."""
+        return motion_folds(self.logs)
+
+    @cached_property
+    def t(self) -> FloatArray:
+        """(K,) time in the own log of each row, 0 .. 1."""
+        parts = [log.compared_t for log in self.logs]
+        return np.concatenate([(t - t[0]) / max(t[-1] - t[0], 1e-300) for t in parts])
+
+    def along(self, state: State) -> FloatArray:
+        """Return values (k, ...) of q, qd, qdd in the comparison band, (K, ...)."""
+        return np.concatenate([x for log in self.logs for _, x in log.unmasked.modelled(state)])
+
+    @cached_property
+    def at_rest(self) -> FloatArray:
+        """(K, n, p) regressor of weight alone: inertial columns with nothing moving."""
+        regressor, inertial = self.evaluator["torque_regressor"], self.evaluator.model.inertial
+
+        def weight(q: FloatArray, qd: FloatArray, _: FloatArray) -> FloatArray:
+            out = np.array(regressor(q, 0 * qd, 0 * qd))
+            out[:, :, inertial:] = 0.0
+            return out.reshape(len(q), -1)
+
+        return self.along(weight).reshape(self.W.shape)
+
+    def turned(self, signs: FloatArray) -> Rows:
+        """Return the rows with torques of other signs, (n,)."""
+        out = replace(self)
+        out.__dict__.update(W=self.W, y=self.y * signs, weight=self.weight, fold=self.fold)
+        return out
+
+    @cached_property
+    def variation(self) -> Variation:
+        """The links with gravity and lengths free."""
+        return variation(replace(self.evaluator.model.robot, sought=()))
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """The model fitted to its rows, beside physics that it lacks.
+
+    Attributes:
+        rows: the torque equations.
+        physics: columns without a name.
+    """
+
+    rows: Rows
+    physics: tuple[Columns, ...] = ()
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return self.rows.evaluator.model.robot.n
+
+    def fitted(self, W: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Solve least squares, joints weighed by their residual: X (p,) and sigma (n,)."""
+        y, size = self.rows.y, self.rows.size
+        sigma, X = size, np.zeros(W.shape[2])
+        count = np.maximum(weight.sum(axis=0), 1.0)
+        triangles = [
+            triangle(weight[:, [j]] * np.column_stack([W[:, j], y[:, j]])) for j in range(self.n)
+        ]
+        for _ in range(_WEIGHING):
+            X = shortest(np.concatenate([R / s for R, s in zip(triangles, sigma, strict=True)]))
+            left = [float(np.sum((R[:, -1] - R[:, :-1] @ X) ** 2)) for R in triangles]
+            sigma = np.maximum(np.sqrt(np.array(left) / count), 1e-6 * size)
+        return X, sigma
+
+    def scored(self, W: FloatArray, weight: FloatArray | None = None) -> PredictiveScore:
+        """Fit a model with a regressor (K, n, p) and return what scores columns beside it."""
+        rows = self.rows
+        weight = rows.weight if weight is None else weight
+        W = np.concatenate([W, *(dense(c, rows.y.shape) for c in self.physics)], axis=2)
+        X, sigma = self.fitted(W, weight)
+        return PredictiveScore(W, rows.y - W @ X, weight, sigma, rows.fold, rows.misfit * rows.size)
+
+    @cached_property
+    def score(self) -> PredictiveScore:
+        """What scores columns beside the model as it is."""
+        return self.scored(self.rows.W)
+
+    @cached_property
+    def model(self) -> FloatArray:
+        """(K, n) what the model says."""
+        return self.rows.y - self.score.residual
+
+    @cached_property
+    def X(self) -> FloatArray:
+        """(p,) least-squares parameters of the model, all logs together."""
+        return self.fitted(self.rows.W, self.rows.weight)[0]
+
+    def torque(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+        """Return the model's torque, (k, n)."""
+        W = np.asarray(self.rows.evaluator["torque_regressor"](q, qd, qdd))
+        return W[:, :, : len(self.X)] @ self.X

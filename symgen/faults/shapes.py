@@ -1,0 +1,306 @@
+"""What may be wrong beside a model, to first order: columns C with tau = W X + C theta.
+
+    zero of a joint                  d tau / d q_j
+    gain of a torque                 tau_j
+    gear ratio of a joint            tau_j + d tau / d(scale of q_j and its derivatives)
+    clock                            d tau / d(scale of speeds, and its square of accelerations)
+    a torque that is late            - d tau_j / dt
+    weight that something carries    - tau_j at rest
+    a load on the last link          tau of its mass and its moments
+    friction of a joint              sign(qd_j), qd_j
+    a torque beside the motor's      1
+
+Zeros, gains and the last three may begin within a log, or grow along it; these last three are no
+fault where they are always there. Physics that the model may lack has columns, too, without a name.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from symgen import names
+from symgen.data.mask import rms
+from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.predictive_score import Columns
+from symgen.estimation.values import FloatArray
+from symgen.faults.scene import Scene
+from symgen.faults.undo import geared, multiplied
+
+#: Gives a log without a fault.
+Undo = Callable[[FilteredLog], FilteredLog]
+#: Sizes that robots have without being wrong: zeros 0.5 degrees, factors 5 %.
+ZERO, FACTOR = math.radians(0.5), 0.05
+_FAR = 0.7  # rad: of a zero farther off the first order tells nothing
+_WHOLE = 1.5  # of a weight: no more than all of it, and what an estimate misses, is carried
+_STEP = 1e-4  # rad or part, of differences
+_PHYSICS = "physics"
+#: Sets of columns that stand for physics without a name, of each joint.
+LAWS = (slice(0, 4), slice(4, 6), slice(6, 12), slice(12, 13))
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """Columns beside the model, and what their first coefficient would say.
+
+    Attributes:
+        kind: a key of KINDS.
+        joints: positions; empty for all.
+        columns: (K, m) by joint.
+        words: what would be wrong, with {x} for the coefficient and {when} for its time.
+        channel: of the logs; "" where none is wrong.
+        least: what is smaller is in every robot.
+        within: nothing of the kind is smaller, or larger.
+        shown: gives {x} of the coefficient.
+        changes: whether it may begin within a log.
+        always: whether it may be there all the time.
+        undo: of the coefficient: gives a log without it; None where no log can be mended.
+    """
+
+    kind: str
+    joints: tuple[int, ...]
+    columns: Columns
+    words: str = ""
+    channel: str = ""
+    least: float = 0.0
+    within: tuple[float, float] = (-math.inf, math.inf)
+    shown: Callable[[float], float] = float
+    changes: bool = False
+    always: bool = True
+    undo: Callable[[float], Undo] | None = None
+
+    @property
+    def physics(self) -> bool:
+        """Whether it is physics without a name."""
+        return self.kind == _PHYSICS
+
+    def says(self, x: float, when: str = "") -> str:
+        """Return what a coefficient would say; "" where it is no larger than in every robot."""
+        told = self.words.format(x=self.shown(x), when=when)
+        return told if abs(x) > self.least else ""
+
+
+def _numbered(scene: Scene, j: int) -> str:
+    return str(scene.rows.evaluator.model.robot.movable[j].number)
+
+
+def everywhere(torque: FloatArray) -> Columns:
+    """Return columns (K, n, m) by joint."""
+    return {j: torque[:, j] for j in range(torque.shape[1])}
+
+
+def _slope(scene: Scene, moved: Callable[[float], Callable[..., FloatArray]]) -> FloatArray:
+    """Return d tau / dx at 0 of a model that moves with x, (K, n)."""
+
+    def difference(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+        low, high = (moved(h)(q, qd, qdd) for h in (-_STEP, _STEP))
+        return np.asarray((high - low) / (2 * _STEP))
+
+    return scene.rows.along(difference)
+
+
+def _zeros(scene: Scene) -> Iterator[Shape]:
+    """Yield zeros of joints that turn."""
+    for j, joint in enumerate(scene.rows.evaluator.model.robot.movable):
+        if joint.sigma != names.REVOLUTE or joint.follows is not None:
+            continue
+        unit = np.eye(scene.n)[j]
+
+        def moved(h: float, unit: FloatArray = unit) -> Callable[..., FloatArray]:
+            return lambda q, qd, qdd: scene.torque(q + h * unit, qd, qdd)
+
+        number = _numbered(scene, j)
+        yield Shape(
+            "zero",
+            (j,),
+            everywhere(_slope(scene, moved)[:, :, None]),
+            f"the zero of joint {number} is off by about {{x:.2g}} degrees{{when}}: correct theta "
+            f"of joint {number}; symgen diagnose --effects zero_offset gives the value",
+            least=ZERO,
+            within=(-_FAR, _FAR),
+            shown=lambda x: abs(math.degrees(x)),
+            changes=True,
+        )
+
+
+def _divided(j: int, x: float) -> Undo:
+    return partial(multiplied, joints=(j,), factor=1 / (1 + x), keys=("tau",))
+
+
+def _regeared(j: int, x: float) -> Undo:
+    return partial(geared, j=j, ratio=1 + x)
+
+
+def _gains(scene: Scene) -> Iterator[Shape]:
+    """Yield torques with another factor than those of the other joints."""
+    for j in range(scene.n if scene.n > 1 else 0):
+        yield Shape(
+            "gain",
+            (j,),
+            {j: scene.model[:, [j]]},
+            f"tau{j + 1} is {{x:.3g}} times what the other joints ask for{{when}} (torque "
+            "constant, gear ratio or unit)",
+            f"tau{j + 1}",
+            least=FACTOR,
+            shown=lambda x: 1 + x,
+            changes=True,
+            undo=partial(_divided, j),
+        )
+
+
+def _clock(scene: Scene) -> Iterator[Shape]:
+    """Yield stamps that run too fast or too slow: speeds and accelerations scale with them."""
+
+    def moved(h: float) -> Callable[..., FloatArray]:
+        return lambda q, qd, qdd: scene.torque(q, (1 + h) * qd, (1 + h) ** 2 * qdd)
+
+    yield Shape(
+        "clock",
+        (),
+        everywhere(_slope(scene, moved)[:, :, None]),
+        "t: the stamps run about {x:.3g} times as fast as the robot moves: check the unit and the "
+        "clock of t",
+        least=FACTOR,
+        shown=lambda x: 1 / max(1 + x, _STEP),
+    )
+
+
+def _ratios(scene: Scene) -> Iterator[Shape]:
+    """Yield joints that were recorded through another gear ratio."""
+    for j in range(scene.n if scene.n > 1 else 0):
+        unit = np.eye(scene.n)[j]
+
+        def moved(h: float, unit: FloatArray = unit) -> Callable[..., FloatArray]:
+            by = 1 + h * unit
+            return lambda q, qd, qdd: scene.torque(by * q, by * qd, by * qdd)
+
+        columns = _slope(scene, moved)
+        columns[:, j] += scene.model[:, j]
+        channel = f"q{j + 1}, qd{j + 1}, tau{j + 1}"
+        yield Shape(
+            "ratio",
+            (j,),
+            everywhere(columns[:, :, None]),
+            f"{channel}: the gear ratio of joint {_numbered(scene, j)} is off by a factor "
+            "{x:.3g} (positions times it, torque over it)",
+            channel,
+            least=FACTOR,
+            within=(_STEP - 1, math.inf),
+            shown=lambda x: 1 + x,
+            undo=partial(_regeared, j),
+        )
+
+
+def _lates(scene: Scene) -> Iterator[Shape]:
+    """Yield torques of one joint that come late, or through a slow filter; nothing is early."""
+    rate = np.concatenate(
+        [log.unmasked.compared(np.gradient(log.tau, log.step, axis=0)) for log in scene.rows.logs]
+    )
+    for j in range(scene.n if scene.n > 1 else 0):
+        yield Shape(
+            "late",
+            (j,),
+            {j: -rate[:, [j]]},
+            f"tau{j + 1} is about {{x:.2g}} ms late against the other joints, or passes a slow "
+            "filter",
+            within=(0.0, math.inf),
+            shown=lambda x: 1e3 * x,
+        )
+
+
+def _weights(scene: Scene) -> Iterator[Shape]:
+    """Yield torques of one joint that lack its weight, or a part of it."""
+    weight = scene.rows.at_rest @ scene.X
+    for j in range(scene.n):
+        if np.any(weight[:, j]):
+            yield Shape(
+                "weight",
+                (j,),
+                {j: -weight[:, [j]]},
+                f"tau{j + 1} lacks about {{x:.2g}} % of the weight that joint "
+                f"{_numbered(scene, j)} holds: something else carries it (a spring, a "
+                "counterweight, a controller's gravity compensation); symgen diagnose --effects "
+                "gravity_compensation",
+                least=FACTOR,
+                within=(0.0, _WHOLE),
+                shown=lambda x: 100 * x,
+            )
+
+
+def _loads(scene: Scene) -> Iterator[Shape]:
+    """Yield a load on the last link, from some time on: always, it is that link's own."""
+    robot = scene.rows.evaluator.model.robot
+    links = np.zeros((4, len(robot.joints), len(names.LINK)))
+    for i, prefix in enumerate((names.MASS, *names.MOMENT)):
+        links[i, robot.movable[-1].number - 1, names.LINK.index(prefix)] = 1.0
+
+    def loaded(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+        torque = scene.rows.variation.torque([x[:, None, :] for x in (q, qd, qdd)], links)
+        return torque.transpose(0, 2, 1).reshape(len(q), -1)
+
+    columns = scene.rows.along(loaded).reshape(*scene.rows.y.shape, -1)
+    words = (
+        "another load is carried on the last link{when}: identify from logs with one load; symgen "
+        "payload tells its mass"
+    )
+    yield Shape("load", (), everywhere(columns), words, changes=True, always=False)
+
+
+def _frictions(scene: Scene) -> Iterator[Shape]:
+    """Yield friction of one joint that changes: always, it is the joint's own."""
+    speeds = scene.rows.along(lambda _, qd, __: np.hstack([np.sign(qd), qd]))
+    for j in range(scene.n):
+        words = (
+            f"the friction of joint {_numbered(scene, j)} is another one{{when}}: a brake, or a "
+            "joint that warms up; identify from logs in one state"
+        )
+        columns = {j: speeds[:, [j, scene.n + j]]}
+        yield Shape("friction", (j,), columns, words, changes=True, always=False)
+
+
+def _offsets(scene: Scene) -> Iterator[Shape]:
+    """Yield a torque of one joint beside the motor's that begins, or grows."""
+    for j in range(scene.n):
+        words = (
+            f"tau{j + 1} drifts or is loaded from outside{{when}}: zero the sensor, and leave the "
+            "time of contact out"
+        )
+        columns = {j: np.ones((len(scene.rows.y), 1))}
+        yield Shape("offset", (j,), columns, words, changes=True, always=False)
+
+
+def _rivals(scene: Scene) -> Iterator[Shape]:
+    """Yield physics of one joint that a model may lack: friction, load, position and inertia."""
+    typical = rms(np.concatenate([log.qd for log in scene.rows.logs]))
+    typical = np.where(typical > 0, typical, 1.0)
+
+    def laws(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+        sign, load, v = np.sign(qd), np.abs(scene.torque(q, qd, qdd)), qd / typical
+        rubs = [sign, v, v * np.abs(v), sign * np.exp(-((v / 0.3) ** 2))]
+        holds = [sign * load, v * load]
+        placed = [np.ones_like(q), q, np.sin(q), np.cos(q), np.sin(2 * q), np.cos(2 * q)]
+        return np.stack([*rubs, *holds, *placed, qdd], axis=2).reshape(len(q), -1)
+
+    columns = scene.rows.along(laws).reshape(*scene.rows.y.shape, -1)
+    for j in range(scene.n):
+        for law in LAWS:
+            yield Shape(_PHYSICS, (j,), {j: columns[:, j, law]})
+
+
+#: What is tried beside a model.
+KINDS: Mapping[str, Callable[[Scene], Iterator[Shape]]] = {
+    "zero": _zeros,
+    "gain": _gains,
+    "clock": _clock,
+    "ratio": _ratios,
+    "late": _lates,
+    "weight": _weights,
+    "load": _loads,
+    "friction": _frictions,
+    "offset": _offsets,
+    _PHYSICS: _rivals,
+}
