@@ -219,8 +219,7 @@ class PredictiveScore:
 
     def _squares(self, d: FloatArray) -> FloatArray:
         """Return what parameters X + d (folds, p) leave of the joints on each fold, (n, folds)."""
-        squares = self._rr - 2 * np.einsum("jfp,fp->jf", self._Rr, d)
-        return np.asarray(squares + np.einsum("fp,jfpq,fq->jf", d, self._RR, d, optimize=True))
+        return np.asarray(self._rr + np.sum(d * (_times(self._RR, d) - 2 * self._Rr), axis=2))
 
     @cached_property
     def alone(self) -> Fit:
@@ -268,16 +267,19 @@ class PredictiveScore:
         d = self._base - (H @ (B @ b[..., None]))[..., 0]
         d, own = d[:-1], b[:-1]
         squares = self._squares(d)
-        more = -2 * np.einsum("jfm,fm->jf", Cr, own)
-        more += np.einsum("fm,jfmk,fk->jf", own, CC, own, optimize=True)
-        more += 2 * np.einsum("fp,jfpm,fm->jf", d, RC, own, optimize=True)
-        squares[joints] += more
+        squares[joints] += np.sum(own * (_times(CC, own) - 2 * Cr), axis=2)
+        squares[joints] += 2 * np.sum(d * _times(RC, own), axis=2)
         score, left = self._scored(squares)
         torque = np.zeros(n)
         for j, cc in zip(joints, CC, strict=True):
             square = float(b[-1] @ cc.sum(axis=0) @ b[-1])
             torque[j] = self.sigma[j] * np.sqrt(max(square, 0.0)) / max(rows[j], 1e-300)
         return Fit(score, left, b[-1] / norms, torque)
+
+
+def _times(products: FloatArray, x: FloatArray) -> FloatArray:
+    """Return products (J, folds, p, m) times the vector (folds, m) of each fold, (J, folds, p)."""
+    return np.asarray((products @ x[:, :, None])[..., 0])
 
 
 def _of_others(products: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -103,28 +103,43 @@ def causes(rows: Rows, faults: Sequence[Fault] = ()) -> tuple[Scene, list[Cause]
     """
     scene = Scene(rows)
     shapes = [shape for make in KINDS.values() for shape in make(scene)]
-    found = _all(scene, shapes, faults)
+    found = first = _all(scene, shapes, faults, SPECIAL)
     while found and found[0].physics and len(scene.physics) < _MOST * scene.n:
         assert found[0].shape
         scene = replace(scene, physics=(*scene.physics, found[0].shape.columns))
         # Others change little with it: the first of them tell whether one is likelier.
         near = [s for s in shapes if s.physics or s in [c.shape for c in found[:_NEAR]]]
-        found = _ordered(_linear(scene, near)) or found[1:]
-    return scene, _all(scene, shapes, faults) if scene.physics else found
+        found = _ordered(_linear(scene, near), scene.n) or found[1:]
+    if not scene.physics:
+        return scene, found
+    # Beside more physics none of the others is likelier than it was.
+    likely = {c.kind for c in first if c.score > 0}
+    return scene, _all(
+        scene,
+        shapes,
+        [f for f in faults if f.kind in likely],
+        {kind: find for kind, find in SPECIAL.items() if kind in likely},
+    )
 
 
-def _all(scene: Scene, shapes: Sequence[Shape], faults: Sequence[Fault]) -> list[Cause]:
+def _all(
+    scene: Scene,
+    shapes: Sequence[Shape],
+    faults: Sequence[Fault],
+    special: Mapping[str, Callable[[Scene], Iterator[Cause]]],
+) -> list[Cause]:
     """Return what could be wrong beside a scene, the likeliest first, and that nothing is."""
     alone = scene.score.alone
     nothing = Cause("", (), "", 0.0, alone.left)
-    found = [nothing, *_linear(scene, shapes), *_other_weights(scene), *_moments(scene)]
+    found = [nothing, *_linear(scene, shapes)]
+    found += [cause for find in special.values() for cause in find(scene)]
     found += [cause for fault in faults for cause in _undone(scene, fault)]
-    return _ordered(found)
+    return _ordered(found, scene.n)
 
 
-def _ordered(found: Iterable[Cause]) -> list[Cause]:
-    """Return causes with their prior odds, the likeliest first."""
-    odds = {True: math.log(len(LAWS)), False: _RARE}
+def _ordered(found: Iterable[Cause], n: int) -> list[Cause]:
+    """Return causes with their prior odds, the likeliest first: n joints have laws to try."""
+    odds = {True: math.log(len(LAWS) * n), False: _RARE}
     whole = [replace(c, score=c.score - odds[c.physics]) if c.kind else c for c in found]
     return sorted(whole, key=lambda c: -c.score)
 
@@ -196,20 +211,29 @@ def _undone(scene: Scene, fault: Fault) -> Iterator[Cause]:
     yield Cause(fault.kind, fault.joints, fault.fault, told, alone.left * gain**2, fault=fault)
 
 
-def _other_weights(scene: Scene) -> Iterator[Cause]:
-    """Yield gravity upside down, and torques from which the weight of all joints is missing."""
-    if not np.any(scene.rows.at_rest):
-        return
-    for part, kind, says in (
-        (-1.0, "gravity", "gravity points the other way: change the sign of gravity in the robot "
-         "file, or turn the base"),
-        (0.0, "weightless", "the torques hold no weight: a controller's gravity compensation is "
-         "not in them; log the whole torque of the motors"),
-    ):  # fmt: skip
-        fit = scene.scored(scene.rows.W + (part - 1.0) * scene.rows.at_rest).alone
+def _upside_down(scene: Scene) -> Iterator[Cause]:
+    """Yield gravity that points the other way."""
+    yield from _weighing(
+        scene, -1.0, "gravity points the other way: change the sign of gravity in the robot file, "
+        "or turn the base"
+    )  # fmt: skip
+
+
+def _weightless(scene: Scene) -> Iterator[Cause]:
+    """Yield torques from which the weight of all joints is missing."""
+    yield from _weighing(
+        scene, 0.0, "the torques hold no weight: a controller's gravity compensation is not in "
+        "them; log the whole torque of the motors"
+    )  # fmt: skip
+
+
+def _weighing(scene: Scene, share: float, says: str) -> Iterator[Cause]:
+    """Yield a model whose links weigh a share of what they do."""
+    rest = scene.rows.at_rest
+    if np.any(rest):
+        fit = scene.scored(scene.rows.W + (share - 1.0) * rest).alone
+        kind = "weightless" if share == 0 else "upside down"
         yield Cause(kind, (), says, fit.score - scene.score.alone.score, fit.left)
-    yield from _directions(scene)
-    yield from _signs(scene)
 
 
 def _directions(scene: Scene) -> Iterator[Cause]:
@@ -225,21 +249,18 @@ def _directions(scene: Scene) -> Iterator[Cause]:
     size = float(np.linalg.norm(own))
     if not size or scene.n < 2:
         return
-    fields = _fields(scene)
-    moving = scene.rows.W - scene.rows.at_rest
+    fields, moving = _fields(scene), scene.rows.W - scene.rows.at_rest
+    field = _Field(scene, moving, fields)
+    starts = [own]
+    if loud:
+        axes = [sign * size * e for e in np.eye(3) for sign in (1.0, -1.0)]
+        starts = [own, min(axes, key=field.left)]
+    best = min(map(field.turned, starts), key=field.left)
+    best = best if best @ own >= 0 else -best  # free weights fit both ways alike
 
     def model(g: FloatArray) -> FloatArray:
         return np.concatenate([moving, np.tensordot(g, fields, axes=1)], axis=2)
 
-    def left(g: FloatArray) -> float:
-        return float(np.sum(np.log(scene.fitted(model(g), scene.rows.weight)[1])))
-
-    starts = [own]
-    if loud:
-        axes = [sign * size * e for e in np.eye(3) for sign in (1.0, -1.0)]
-        starts = [own, min(axes, key=left)]
-    best = min((_turned(scene, model, fields, g) for g in starts), key=left)
-    best = best if best @ own >= 0 else -best  # free weights fit both ways alike
     angle = math.acos(float(np.clip(best @ own / size**2, -1.0, 1.0)))
     before, after = (scene.scored(model(g)).alone for g in (own, best))
     written = ", ".join(f"{x:.3g}" for x in best)
@@ -326,22 +347,47 @@ def _fields(scene: Scene) -> FloatArray:
     return np.stack([x[:, :, kept] for x in found])
 
 
-def _turned(
-    scene: Scene, model: Callable[[FloatArray], FloatArray], fields: FloatArray, g: FloatArray
-) -> FloatArray:
-    """Return the direction of gravity that fits best near one: Gauss and Newton's."""
-    size = float(np.linalg.norm(g))
-    for _ in range(_ROUNDS):
-        about = np.linalg.svd(g[None])[2][1:]  # two directions across
-        W = model(g)
-        X, _ = scene.fitted(W, scene.rows.weight)
-        weighs = np.tensordot(fields, X[-fields.shape[3] :], axes=1)  # (3, K, n)
-        slopes = np.moveaxis(np.tensordot(about, weighs, axes=1), 0, -1)
-        step = scene.fitted(np.concatenate([W, slopes], axis=2), scene.rows.weight)[0][-2:]
-        step *= min(1.0, _FAR * size / max(float(np.linalg.norm(step)), 1e-300))
-        g = g + step @ about
-        g = g * size / np.linalg.norm(g)
-    return g
+class _Field:
+    """Fits of a model whose weights are free, in gravity of any direction.
+
+    Args:
+        scene: the model.
+        moving: (K, n, p) what it says without weight.
+        fields: what `_fields` returns.
+    """
+
+    def __init__(self, scene: Scene, moving: FloatArray, fields: FloatArray) -> None:
+        whole = np.concatenate([moving, *fields], axis=2)
+        self.scene, self.blocks = scene, scene.blocks(whole, scene.rows.weight)
+        self.moving, self.weights = moving.shape[2], fields.shape[3]
+
+    def fitted(
+        self, g: FloatArray, more: Sequence[FloatArray] = ()
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the parameters and deviations for gravity g, with more columns of weights."""
+        p, m = self.moving, self.weights
+        T = np.zeros((p + 3 * m + 1, p + m + len(more) + 1))
+        T[:p, :p], T[-1, -1] = np.eye(p), 1.0
+        T[p:-1, p : p + m] = np.kron(g[:, None], np.eye(m))
+        for i, column in enumerate(more):
+            T[p:-1, p + m + i] = column
+        return self.scene.fitted(replace(self.blocks, grams=T.T @ self.blocks.grams @ T))
+
+    def left(self, g: FloatArray) -> float:
+        """Return the logarithms of what is left of the joints in gravity g."""
+        return float(np.sum(np.log(self.fitted(g)[1])))
+
+    def turned(self, g: FloatArray) -> FloatArray:
+        """Return the direction of gravity that fits best near one: Gauss and Newton's."""
+        size = float(np.linalg.norm(g))
+        for _ in range(_ROUNDS):
+            across = np.linalg.svd(g[None])[2][1:]
+            weights = self.fitted(g)[0][self.moving :]
+            step = self.fitted(g, [np.kron(a, weights) for a in across])[0][-2:]
+            step *= min(1.0, _FAR * size / max(float(np.linalg.norm(step)), 1e-300))
+            g = g + step @ across
+            g = g * size / np.linalg.norm(g)
+        return g
 
 
 def _moments(scene: Scene) -> Iterator[Cause]:
@@ -388,6 +434,16 @@ def _moments(scene: Scene) -> Iterator[Cause]:
             scene.score.alone.left * np.minimum(left / np.maximum(before, 1e-300), 1.0),
         )
         yield cause
+
+
+#: What has fits of its own.
+SPECIAL: Mapping[str, Callable[[Scene], Iterator[Cause]]] = {
+    "upside down": _upside_down,
+    "weightless": _weightless,
+    "gravity": _directions,
+    "sign": _signs,
+    "moment": _moments,
+}
 
 
 def find_cause(

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from symgen.data.mask import rms
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns, PredictiveScore, dense, motion_folds
-from symgen.estimation.solve import shortest
-from symgen.estimation.summary import triangle
+from symgen.estimation.summary import Blocks
 from symgen.estimation.system import torque_rows
 from symgen.estimation.values import FloatArray
 from symgen.runtime.evaluator import Evaluator
@@ -21,7 +20,6 @@ from symgen.symbolic.variation import Variation, variation
 
 #: Values (k, ...) of q, qd, qdd, (k, n) each.
 State = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
-_WEIGHING = 3  # rounds
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,26 +116,25 @@ class Scene:
         """Number of joints."""
         return self.rows.evaluator.model.robot.n
 
-    def fitted(self, W: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Solve least squares, joints weighed by their residual: X (p,) and sigma (n,)."""
-        y, size = self.rows.y, self.rows.size
-        sigma, X = size, np.zeros(W.shape[2])
-        count = np.maximum(weight.sum(axis=0), 1.0)
-        triangles = [
-            triangle(weight[:, [j]] * np.column_stack([W[:, j], y[:, j]])) for j in range(self.n)
-        ]
-        for _ in range(_WEIGHING):
-            X = shortest(np.concatenate([R / s for R, s in zip(triangles, sigma, strict=True)]))
-            left = [float(np.sum((R[:, -1] - R[:, :-1] @ X) ** 2)) for R in triangles]
-            sigma = np.maximum(np.sqrt(np.array(left) / count), 1e-6 * size)
-        return X, sigma
+    def blocks(self, W: FloatArray, weight: FloatArray) -> Blocks:
+        """Return the products of a regressor (K, n, p) and the torque, by joint."""
+        rows = np.concatenate([W, self.rows.y[:, :, None]], axis=2) * weight[:, :, None]
+        by_joint = np.ascontiguousarray(rows.transpose(1, 0, 2))
+        grams = by_joint.swapaxes(1, 2) @ by_joint
+        return Blocks(grams[None], (weight**2).sum(axis=0)[None])
+
+    def fitted(self, blocks: Blocks) -> tuple[FloatArray, FloatArray]:
+        """Return X (p,) and the standard deviation of each joint's residual, (n,)."""
+        X = blocks.fit()
+        left = blocks.errors([0], X) / np.maximum(blocks.rows[0], 1.0)
+        return X, np.maximum(np.sqrt(left), 1e-6 * self.rows.size)
 
     def scored(self, W: FloatArray, weight: FloatArray | None = None) -> PredictiveScore:
         """Fit a model with a regressor (K, n, p) and return what scores columns beside it."""
         rows = self.rows
         weight = rows.weight if weight is None else weight
         W = np.concatenate([W, *(dense(c, rows.y.shape) for c in self.physics)], axis=2)
-        X, sigma = self.fitted(W, weight)
+        X, sigma = self.fitted(self.blocks(W, weight))
         return PredictiveScore(W, rows.y - W @ X, weight, sigma, rows.fold, rows.misfit * rows.size)
 
     @cached_property
@@ -153,7 +150,7 @@ class Scene:
     @cached_property
     def X(self) -> FloatArray:
         """(p,) least-squares parameters of the model, all logs together."""
-        return self.fitted(self.rows.W, self.rows.weight)[0]
+        return self.fitted(self.blocks(self.rows.W, self.rows.weight))[0]
 
     def torque(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
         """Return the model's torque, (k, n)."""
