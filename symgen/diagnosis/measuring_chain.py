@@ -22,7 +22,7 @@ from symgen.diagnosis.diagnosis import (
     Rejected,
 )
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.faults.causes import exact_fault, find_cause
+from symgen.faults.causes import find_cause
 from symgen.faults.fault import Fault, undo_faults
 from symgen.faults.model import (
     Trial,
@@ -87,7 +87,7 @@ def _channels(trial: Trial) -> list[Fault]:
         faults = channel_faults(trial.evaluator, logs, held)
         cause = find_cause(trial.evaluator, logs, held, faults)
         if cause is not None and cause.fault is not None:
-            faults = (exact_fault(trial.evaluator, [*logs, *held], cause),)
+            faults = (cause.fault,)
         new = [f for f in faults if (f.kind, f.joints) not in {(o.kind, o.joints) for o in found}]
         if not new or (new[0].kind == "gain" and 1 / _ANOTHER < new[0].value < _ANOTHER):
             break

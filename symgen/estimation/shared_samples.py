@@ -13,9 +13,11 @@ import numpy as np
 from symgen.data.raw import FloatArray
 from symgen.data.signals import Samples
 
-#: Seconds that two logs may share, and the correlation from which they do.
-_SHORT, _SAME = 2.0, 0.99
+#: Seconds of noise that two logs share, and the correlation from which they do; seconds at the ends
+#: of a log in which its filter swings in.
+_SHORT, _SAME, _ENDS = 1.0, 0.99, 0.3
 _QUIET = 0.01  # of the mean square of the noise: less says nothing
+_NEAR = 0.01  # of the spread of positions
 _ABOVE = 10.0  # Hz: motion is below, noise above
 _PART = 0.25  # of the rate: the cutoff where the rate is low
 _OVER = 4  # times the rate, where rates differ
@@ -26,14 +28,16 @@ _LONG = 1 << 18  # samples, above which every log is judged by its first part
 def shared_span(known: Samples, asked: Samples) -> tuple[tuple[float, float], ...] | None:
     """Return when a log holds what another one holds: spans in s of `known` and `asked`; or None.
 
-    A span counts where two seconds and more of high-passed torque correlate above 0.99.
+    A span counts where a second and more of high-passed torque correlates above 0.99, and positions
+    are the same to a hundredth.
     """
     step = known.step
     a, b = (_noise(s) for s in (known, asked))
     if abs(asked.step / known.step - 1) > _RATES:
         step = min(known.step, asked.step) / _OVER
         a, b = _sampled(a, known.step, step), _sampled(b, asked.step, step)
-    a, b = (x / np.maximum(np.sqrt(np.mean(x**2, axis=0)), 1e-300) for x in (a, b))
+    size = np.maximum(np.sqrt(np.mean(a**2, axis=0)), 1e-300)
+    a, b = a / size, b / size
     width = round(_SHORT / step)
     if min(len(a), len(b)) <= width or not (np.any(a) and np.any(b)):
         return None
@@ -49,13 +53,24 @@ def shared_span(known: Samples, asked: Samples) -> tuple[tuple[float, float], ..
         return None
     where = np.flatnonzero(alike)
     begin, end = int(where[0]), int(where[-1]) + width
-    return tuple(
+    spans = tuple(
         (
             float(s.t[0] + (begin + first - shift) * step),
             float(s.t[0] + (end + first - shift) * step),
         )
         for s, shift in ((known, 0), (asked, at))
     )
+    return spans if _same_motion(known, asked, *spans) else None
+
+
+def _same_motion(
+    known: Samples, asked: Samples, there: tuple[float, float], here: tuple[float, float]
+) -> bool:
+    """Whether positions agree: without noise, the torques of other motion may look alike."""
+    at = (asked.t >= here[0]) & (asked.t <= here[1])
+    t = asked.t[at] - here[0] + there[0]
+    apart = [np.interp(t, known.t, a) - b for a, b in zip(known.q.T, asked.q[at].T, strict=True)]
+    return bool((np.std(apart, axis=1) < _NEAR * known.q.std(axis=0)).all())
 
 
 def _noise(s: Samples) -> FloatArray:
@@ -64,7 +79,10 @@ def _noise(s: Samples) -> FloatArray:
 
     rate = 1 / s.step
     passband = butter(2, min(_ABOVE, _PART * rate), "highpass", fs=rate, output="sos")
-    return np.asarray(sosfiltfilt(passband, s.tau[:_LONG], axis=0))
+    out = np.array(sosfiltfilt(passband, s.tau[:_LONG], axis=0))
+    ends = math.ceil(_ENDS * rate)
+    out[:ends] = out[-ends:] = 0.0
+    return out
 
 
 def _sampled(x: FloatArray, step: float, other: float) -> FloatArray:

@@ -46,6 +46,7 @@ _MOMENTS = (0.25, 0.5, 1.0, 2.0, 4.0)  # s, of what stands for a moment only
 _LOUD = 5.0  # times the residual elsewhere, in a moment
 _AWAY = 1.0  # s, from what is masked
 _SHORT = 0.1  # of a log: a moment
+_CLOSE = 20.0  # nats, to the likeliest cause: of these the size is found exactly
 _EXACT, _TRIES = 0.005, 5  # of a factor, and rounds until it is found as exactly
 
 
@@ -133,7 +134,9 @@ def _all(
     nothing = Cause("", (), "", 0.0, alone.left)
     found = [nothing, *_linear(scene, shapes)]
     found += [cause for find in special.values() for cause in find(scene)]
-    found += [cause for fault in faults for cause in _undone(scene, fault)]
+    for fault in faults:
+        if not (fault.kind == "sign" and fault.channel.startswith("tau")):  # tried in sets
+            found += _undone(scene, fault)
     return _ordered(found, scene.n)
 
 
@@ -193,22 +196,37 @@ def _mendable(shape: Shape, x: float) -> Fault | None:
 
 
 def _undone(scene: Scene, fault: Fault) -> Iterator[Cause]:
-    """Yield a fault of channels, in the units of the torque as it was recorded."""
+    """Yield what a fault of channels explains, in the units of the torque as it was recorded."""
     rows = scene.rows
-    turned = fault.kind == "sign" and fault.channel.startswith("tau")
-    if fault.undo is None or fault.kind in KINDS or turned:  # tried in other ways
+    if fault.undo is None:
         return
     logs = tuple(map(fault.undo, rows.logs))
     if [len(a.kept) for a in logs] != [len(b.kept) for b in rows.logs]:
         return
     undone = replace(rows, logs=logs)
-    undone.__dict__["fold"] = rows.fold  # the cached property: the same rows against the same
+    # The cached properties: the same rows against the same.
+    undone.__dict__.update(fold=rows.fold, weight=rows.weight)
     score = replace(scene, rows=undone).score
     gain = rows.size / undone.size if len(fault.joints) == 1 else np.ones(scene.n)
     more = float(score.counts.sum(axis=1) @ np.log(gain)) / TEMPERATURE
     alone = score.alone
     told = alone.score - more - scene.score.alone.score
     yield Cause(fault.kind, fault.joints, fault.fault, told, alone.left * gain**2, fault=fault)
+
+
+def _exactly(scene: Scene, found: Sequence[Cause]) -> list[Cause]:
+    """Return causes, the likeliest first, those at the head that can be undone as that does it.
+
+    To first order two faults of one joint may look alike.
+    """
+    out = []
+    for c in found:
+        if c.shape and c.fault and found[0].score - c.score < _CLOSE:
+            fault = _exact_fault(scene.rows.evaluator, scene.rows.logs, c)
+            out += [replace(c, score=c.score - _RARE) for c in _undone(scene, fault)]
+        else:
+            out.append(c)
+    return sorted(out, key=lambda c: -c.score)
 
 
 def _upside_down(scene: Scene) -> Iterator[Cause]:
@@ -481,6 +499,7 @@ def find_cause(
     if not (np.sqrt(alone) / rows.size > least).any():
         return None
     scene, found = causes(rows, faults)
+    found = _exactly(scene, found)
     best, alone = found[0], scene.score.alone.left
     fell = np.sqrt(np.maximum(alone - best.left, 0.0)) / rows.size
     clear = (fell >= least) & (best.left <= _CLEARER**2 * alone)
@@ -496,7 +515,7 @@ def find_cause(
     return replace(best, joints=joints, says=f"{best.says}{told}")
 
 
-def exact_fault(evaluator: Evaluator, logs: Sequence[FilteredLog], cause: Cause) -> Fault:
+def _exact_fault(evaluator: Evaluator, logs: Sequence[FilteredLog], cause: Cause) -> Fault:
     """Return the fault that a cause is, its size found to half a percent by undoing it.
 
     Args:
@@ -506,7 +525,7 @@ def exact_fault(evaluator: Evaluator, logs: Sequence[FilteredLog], cause: Cause)
     """
     fault, x = cause.fault, cause.value
     assert fault is not None
-    if cause.shape is None:
+    if cause.shape is None:  # it is
         return fault
     for _ in range(_TRIES):
         undone = [fault.undo(log) for log in logs]  # type: ignore[misc]

@@ -36,11 +36,12 @@ Undo = Callable[[FilteredLog], FilteredLog]
 #: Sizes that robots have without being wrong: zeros 0.5 degrees, factors 5 %.
 ZERO, FACTOR = math.radians(0.5), 0.05
 _FAR = 0.7  # rad: of a zero farther off the first order tells nothing
+_FAST = 0.7  # of a clock, likewise
 _WHOLE = 1.5  # of a weight: no more than all of it, and what an estimate misses, is carried
 _STEP = 1e-4  # rad or part, of differences
 _PHYSICS = "physics"
 #: Sets of columns that stand for physics without a name, of each joint.
-LAWS = (slice(0, 4), slice(4, 6), slice(6, 12), slice(12, 13))
+LAWS = (slice(0, 4), slice(4, 7), slice(7, 9), slice(9, 15), slice(15, 16))
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +147,7 @@ def _gains(scene: Scene) -> Iterator[Shape]:
             "constant, gear ratio or unit)",
             f"tau{j + 1}",
             least=FACTOR,
+            within=(_STEP - 1, math.inf),  # signs are tried in sets
             shown=lambda x: 1 + x,
             changes=True,
             undo=partial(_divided, j),
@@ -165,7 +167,8 @@ def _clock(scene: Scene) -> Iterator[Shape]:
         "t: the stamps run about {x:.3g} times as fast as the robot moves: check the unit and the "
         "clock of t",
         least=FACTOR,
-        shown=lambda x: 1 / max(1 + x, _STEP),
+        within=(-_FAST, _FAST),
+        shown=lambda x: 1 / (1 + x),
     )
 
 
@@ -281,6 +284,7 @@ def _rivals(scene: Scene) -> Iterator[Shape]:
     def laws(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
         sign, load, v = np.sign(qd), np.abs(scene.torque(q, qd, qdd)), qd / typical
         rubs = [sign, v, v * np.abs(v), sign * np.exp(-((v / 0.3) ** 2))]
+        rubs += [sign * q, sign * np.sin(q), sign * np.cos(q)]
         holds = [sign * load, v * load]
         placed = [np.ones_like(q), q, np.sin(q), np.cos(q), np.sin(2 * q), np.cos(2 * q)]
         return np.stack([*rubs, *holds, *placed, qdd], axis=2).reshape(len(q), -1)

@@ -37,7 +37,7 @@ from symgen.estimation.summary import (
 )
 from symgen.estimation.torque_error import TorqueFit, fit
 from symgen.estimation.values import FloatArray
-from symgen.faults.causes import exact_fault, find_cause
+from symgen.faults.causes import find_cause
 from symgen.faults.fault import Fault, undo_faults
 from symgen.faults.logs import join_bands
 from symgen.faults.model import channel_faults
@@ -165,10 +165,7 @@ def name_cause(run: Run) -> Run:
     if run.evaluator.model.robot.loaded:
         return run
     cause = find_cause(run.evaluator, run.train, run.held, run.faults)
-    if cause is None:
-        return run
-    fault = exact_fault(run.evaluator, run.logs, cause) if cause.fault else None
-    return replace(run, causes=(fault.fault if fault else cause.says,))
+    return replace(run, causes=(cause.says,) if cause else ())
 
 
 @dataclass(frozen=True, eq=False)
