@@ -47,6 +47,7 @@ _LOUD = 5.0  # times the residual elsewhere, in a moment
 _AWAY = 1.0  # s, from what is masked
 _SHORT = 0.1  # of a log: a moment
 _CLOSE = 20.0  # nats, to the likeliest cause: of these the size is found exactly
+_FEW = 2  # causes beside the likeliest that are named with it
 _EXACT, _TRIES = 0.005, 5  # of a factor, and rounds until it is found as exactly
 
 
@@ -476,7 +477,8 @@ def find_cause(
 
     A cause is named where it lowers the error of a joint's torque on motion that it was not fitted
     on by what matters and by 15 % of what is left, is larger than in every robot, and is nine times
-    as probable as the next, physics without a name among them.
+    as probable as physics without a name. Of up to three causes that the data do not tell apart all
+    are named.
 
     Args:
         evaluator: the compiled model, with torque_regressor.
@@ -506,8 +508,7 @@ def find_cause(
     if best.physics or not clear.any() or not best.says:
         return None
     near = [c for c in found[1:] if best.score - c.score < _SURE]
-    same = [c for c in near if best.kind == c.kind or (best.joints and best.joints == c.joints)]
-    if len(same) < len(near) or any(c.physics for c in near):
+    if len(near) > _FEW or any(c.physics or not c.says for c in near):
         return None
     # Of what the data do not tell apart, all is named.
     told = "".join(f"; or {c.says.split(':')[0]}" for c in near)

@@ -36,6 +36,7 @@ Undo = Callable[[FilteredLog], FilteredLog]
 #: Sizes that robots have without being wrong: zeros 0.5 degrees, factors 5 %.
 ZERO, FACTOR = math.radians(0.5), 0.05
 _FAR = 0.7  # rad: of a zero farther off the first order tells nothing
+_SLOW = 0.02  # s: filters that drives have
 _FAST = 0.7  # of a clock, likewise
 _WHOLE = 1.5  # of a weight: no more than all of it, and what an estimate misses, is carried
 _STEP = 1e-4  # rad or part, of differences
@@ -215,6 +216,24 @@ def _lates(scene: Scene) -> Iterator[Shape]:
         )
 
 
+def _filtered(scene: Scene) -> Iterator[Shape]:
+    """Yield torques that all pass a slow filter of T s: T^2/2 d2 tau / dt2, its delay undone."""
+    rate = [np.gradient(log.tau, log.step, axis=0) for log in scene.rows.logs]
+    bent = [
+        log.unmasked.compared(np.gradient(x, log.step, axis=0))
+        for log, x in zip(scene.rows.logs, rate, strict=True)
+    ]
+    yield Shape(
+        "filter",
+        (),
+        everywhere(np.concatenate(bent)[:, :, None]),
+        "tau: all torques pass a slow filter of about {x:.2g} ms: log them without it",
+        least=_SLOW**2 / 2,
+        within=(0.0, math.inf),
+        shown=lambda x: 1e3 * math.sqrt(2 * x),
+    )
+
+
 def _weights(scene: Scene) -> Iterator[Shape]:
     """Yield torques of one joint that lack its weight, or a part of it."""
     weight = scene.rows.at_rest @ scene.X
@@ -302,6 +321,7 @@ KINDS: Mapping[str, Callable[[Scene], Iterator[Shape]]] = {
     "clock": _clock,
     "ratio": _ratios,
     "late": _lates,
+    "filter": _filtered,
     "weight": _weights,
     "load": _loads,
     "friction": _frictions,

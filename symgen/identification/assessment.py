@@ -384,6 +384,7 @@ def prediction_use(
     if said > RESIDUAL:
         reasons.append(
             f"the model leaves {100 * said:.3g} % of the torque of held-out motion unexplained"
+            f"{'' if faults else ', cause unknown'}"
         )
     each = np.array(held.residual.per_joint)
     counts = held.size > _SHARE * held.size.sum()
