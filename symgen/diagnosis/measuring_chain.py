@@ -23,7 +23,7 @@ from symgen.diagnosis.diagnosis import (
 )
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.faults.causes import find_cause
-from symgen.faults.fault import Fault, undo_faults
+from symgen.faults.fault import EVERYWHERE, Fault, undo_faults
 from symgen.faults.model import (
     Trial,
     against_physics,
@@ -41,6 +41,8 @@ from symgen.runtime.evaluator import Evaluator
 #: a candidate beside the physics.
 _ANOTHER = 100.0
 _MOST = 3  # faults that are undone, one after the other
+#: Causes that leave nothing to look for physics in.
+_FATAL = ("upside down", "weightless", "clock", "constant")
 _SENSOR = "velocity_sensor_error"
 #: Kinds of faults that are effects of the library.
 _EFFECTS = {
@@ -88,6 +90,8 @@ def _channels(trial: Trial) -> list[Fault]:
         cause = find_cause(trial.evaluator, logs, held, faults)
         if cause is not None and cause.fault is not None:
             faults = (cause.fault,)
+        elif cause is not None and cause.kind in _FATAL:
+            return [Fault(EVERYWHERE, "all", cause.says, kind=cause.kind, joints=cause.joints)]
         new = [f for f in faults if (f.kind, f.joints) not in {(o.kind, o.joints) for o in found}]
         if not new or (new[0].kind == "gain" and 1 / _ANOTHER < new[0].value < _ANOTHER):
             break

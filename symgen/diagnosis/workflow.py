@@ -49,6 +49,7 @@ from symgen.estimation.logs import (
 )
 from symgen.estimation.masking import rests_in_words
 from symgen.estimation.predictive_score import LEAST, MISFIT
+from symgen.faults.causes import find_cause
 from symgen.faults.fault import MASKED, Fault, undo_faults
 from symgen.faults.logs import join_bands, open_logs, open_samples
 from symgen.identification.parameters import read_given
@@ -128,6 +129,10 @@ def diagnose(
     if rivals:
         sure = [f for f in faults if not rivals_physics(f)]
         whole = _of_rivals(whole, asked.answer(sure), rivals, source, least)
+    if whole.verdict in ("unexplained", "partly-explained"):
+        cause = find_cause(evaluator, *asked.logs)
+        if cause is not None:
+            whole = replace(whole, advice=(cause.says, *whole.advice))
     drawn = (*whole.mended, *opened.changed)
     whole = replace(whole, repairs=opened.repairs, mended=largest(drawn))
     return _with_left_out(whole, source)
