@@ -92,6 +92,7 @@ _TIED = 1e-7  # singular value, of scaled columns, of a direction that the logs 
 _SEEN = 1e-6  # share of a parameter in directions that the logs do not determine
 _MARGIN = 1e-6  # smallest eigenvalue of the pseudo-inertia of the nearest body, in its units
 _FAINT = 1e-9
+_FITS, _SEEN_MASS = 0.8, 3.0  # of the torque that is left; standard deviations of a mass
 _STEPS, _SETTLED = 30, 1e-3  # of the standard deviation
 #: Places in s that mass, centre and inertia about it depend on: XX on MY, MZ and M, and so on.
 _NEEDED = (
@@ -556,12 +557,61 @@ def payload(
             "it is turned against gravity, or --mass"
         )
     quantities, told = _quantities(found, identifiable, mass, (gain or 0.0) / 100)
+    if not calibrate:
+        _require_load(derived, problem, start, link, after, quantities[0] if mass is None else None)
     own_mass, x, y, z, xx, xy, xz, yy, yz, zz = quantities
     return Payload(
         source.name, link, own_mass, (x, y, z), (xx, xy, xz, yy, yz, zz), identifiable, gain,
         Left(before, after), f"weighted least squares {what}: {how}", seen.band, seen.repairs,
         notes + told, gains,
     )  # fmt: skip
+
+
+def _require_load(
+    model: Model,
+    problem: LoadProblem,
+    start: LoadFit,
+    link: int,
+    after: float,
+    mass: Quantity | None,
+) -> None:
+    """Refuse a load that is not seen, or that another link carries.
+
+    Args:
+        model: of the robot.
+        problem: of a load on its link.
+        start: where its solution began.
+        link: its number.
+        after: what it leaves of the torque.
+        mass: of the load; None where it is given.
+
+    Raises:
+        IdentificationError: its mass is within 3 standard deviations of none, or a load on another
+            link leaves less than 0.8 times as much.
+    """
+    left = {link: after}
+    for joint in model.robot.movable:
+        if joint.number == link:
+            continue
+        G = regrouping(model)[:, link_columns(model, joint.number)]
+        V = _directions(problem.loaded, G, 10 if mass is not None else 9)
+        if V.shape[1] == 0:
+            continue
+        other = replace(problem, G=G, V=V)
+        fit, *_ = other.step(replace(start, a=np.zeros(V.shape[1])))
+        left[joint.number] = _error(problem.loaded, fit.X + other.in_X(fit), fit.k)
+    best = min(left, key=lambda number: left[number])
+    if left[best] < _FITS * after:
+        raise IdentificationError(
+            f"a load on another link fits better: link {best} leaves {100 * left[best]:.3g} % of "
+            f"the torque, link {link} {100 * after:.3g} %; accepted: joint = {best} in [payload] "
+            "of the robot file"
+        )
+    if mass is not None and (mass.value or 0.0) < _SEEN_MASS * (mass.std or 0.0):
+        raise IdentificationError(
+            f"the logs show no load on link {link}: its mass is {mass.value:.3g} kg with a "
+            f"standard deviation of {mass.std:.2g} kg; accepted: logs that were recorded with the load"
+        )
 
 
 def _quantities(

@@ -62,13 +62,13 @@ def robot(tmp_path_factory):
 
 
 @cache
-def moved(motion: int, carries: bool, seconds: float):
+def moved(motion: int, carries: bool, seconds: float, link: int = N):
     """Stamps, true motion (a sum of sines) and torque of links and rotors without friction."""
     from oracles.pinocchio_arm import PinocchioArm
     from oracles.transforms import Arm
 
     links = LINKS.copy()
-    links[-1] += carries * standard(MASS, COM, INERTIA)
+    links[link - 1] += carries * standard(MASS, COM, INERTIA)
     arm = PinocchioArm(Arm.from_table(TABLE), links)
     t = np.arange(0, seconds, STEP)
     own = np.random.default_rng(100 + motion)
@@ -80,9 +80,9 @@ def moved(motion: int, carries: bool, seconds: float):
     return t, q, qd, np.array([arm.inverse_dynamics(*x) for x in zip(q, qd, qdd, strict=True)])
 
 
-def recorded(seed: int, carries: bool, motion: int = 0, seconds: float = 16.0):
+def recorded(seed: int, carries: bool, motion: int = 0, seconds: float = 16.0, link: int = N):
     """A log of the arm: q with the noise of encoders, torque with friction and its own noise."""
-    t, q, qd, tau = moved(motion, carries, seconds)
+    t, q, qd, tau = moved(motion, carries, seconds, link)
     rng = np.random.default_rng(seed)
     q = q + 1e-5 * rng.standard_normal(q.shape)
     tau = tau + FS * np.sign(qd) + FV * qd + NOISE * rng.standard_normal(tau.shape)
@@ -293,6 +293,17 @@ def test_what_cannot_be_answered_is_refused(robot, case) -> None:
         symgen.payload(robot, recorded(41, True, seconds=4.0), **options)
     assert says in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("link", [2, 3])
+def test_a_load_on_another_link_is_no_load_of_the_last(robot, parameters, link) -> None:
+    with pytest.raises(symgen.IdentificationError, match=r"another link.*\[payload\]"):
+        symgen.payload(robot, recorded(51, True, link=link), parameters=parameters)
+
+
+def test_no_load_is_none(robot, parameters) -> None:
+    with pytest.raises(symgen.IdentificationError, match=r"no load on link 6"):
+        symgen.payload(robot, recorded(52, False), parameters=parameters)
 
 
 GAINS = np.array([1.06, 0.95, 1.02, 0.97, 1.08, 0.94])
