@@ -610,7 +610,7 @@ def _require_load(
     if mass is not None and (mass.value or 0.0) < _SEEN_MASS * (mass.std or 0.0):
         raise IdentificationError(
             f"the logs show no load on link {link}: its mass is {mass.value:.3g} kg with a "
-            f"standard deviation of {mass.std:.2g} kg; accepted: logs that were recorded with the load"
+            f"standard deviation of {mass.std:.2g} kg; accepted: logs recorded with the load"
         )
 
 
