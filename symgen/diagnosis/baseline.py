@@ -9,8 +9,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen import names
-from symgen.codegen.model import Model
 from symgen.diagnosis.effects import Score, Seen, Torques
 from symgen.diagnosis.whitened_system import (
     WhitenedSystem,
@@ -24,6 +22,7 @@ from symgen.identification.out_of_core import load_model
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
+from symgen.symbolic.variation import link_values
 
 FloatArray = NDArray[np.float64]
 KERNELS = ("torque_regressor", "inverse_dynamics")
@@ -92,7 +91,8 @@ class Baseline:
         """
         evaluator = extended or self.evaluator
         whole, load = _split(evaluator, X, log)
-        known = link_values(evaluator.model, X) if links is None else links
+        robot, base = evaluator.model.robot, evaluator.model.base
+        known = link_values(robot, base, X) if links is None else links
         return Torques(whole, load, self._friction[log], known)
 
     def seen(self, found: WhitenedSystem) -> Seen:
@@ -141,17 +141,3 @@ def _split(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> tuple[Float
     """Return the torque of a model along a log, and what of it the rigid body asks, (N, n)."""
     rigid = np.where(np.arange(len(X)) < evaluator.model.inertial, X, 0.0)
     return model_torque(evaluator, X, log), model_torque(evaluator, rigid, log)
-
-
-def link_values(model: Model, X: FloatArray) -> FloatArray:
-    """Return link parameters (links, 10) that give X (p,): those that lead a base parameter.
-
-    All others are zero: of the many sets, this one differs from the true one by what has no
-    torque in the model's own geometry and gravity.
-    """
-    out = np.zeros((len(model.robot.joints), len(names.LINK)))
-    for value, p in zip(X, model.base.parameters, strict=True):
-        standard = model.base.standard[p.index]
-        if standard.prefix in names.LINK:
-            out[standard.joint - 1, names.LINK.index(standard.prefix)] += value
-    return out

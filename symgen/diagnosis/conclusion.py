@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.codegen.model import Model, derive
-from symgen.diagnosis.baseline import Baseline, link_values, model_of
+from symgen.diagnosis.baseline import Baseline, model_of
 from symgen.diagnosis.diagnosis import (
     Alike,
     Curves,
@@ -51,6 +51,7 @@ from symgen.identification.parameters import base_values
 from symgen.robot.effect import numbered
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
+from symgen.symbolic.variation import link_values
 
 FloatArray = NDArray[np.float64]
 #: Gap of a joint over its noise floor, and over what matters, from which something is missing.
@@ -457,7 +458,8 @@ def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
         X = baseline.X
     # What stands in the effects' columns.
     inside = baseline.parameters(baseline.beside(model.accepted))
-    links, others = link_values(declared.model, inside), (*baseline.base.logs, *baseline.held)
+    links = link_values(declared.model.robot, declared.model.base, inside)
+    others = (*baseline.base.logs, *baseline.held)
     n, instants = baseline.robot.n, sum(len(log.kept) for log in baseline.held)
     was = now = TorqueFit.none(n)
     curves, variance, rests = [], np.zeros(n), np.zeros(n)

@@ -17,7 +17,7 @@ from symgen.data.signals import Samples
 #: of a log in which its filter swings in.
 _SHORT, _SAME, _ENDS = 1.0, 0.99, 0.3
 _QUIET = 0.01  # of the mean square of the noise: less says nothing
-_NEAR = 0.01  # of the spread of positions
+_NEAR = 0.01  # of the spread of positions in the span
 _ABOVE = 10.0  # Hz: motion is below, noise above
 _PART = 0.25  # of the rate: the cutoff where the rate is low
 _OVER = 4  # times the rate, where rates differ
@@ -69,8 +69,9 @@ def _same_motion(
     """Whether positions agree: without noise, the torques of other motion may look alike."""
     at = (asked.t >= here[0]) & (asked.t <= here[1])
     t = asked.t[at] - here[0] + there[0]
-    apart = [np.interp(t, known.t, a) - b for a, b in zip(known.q.T, asked.q[at].T, strict=True)]
-    return bool((np.std(apart, axis=1) < _NEAR * known.q.std(axis=0)).all())
+    q = asked.q[at]
+    apart = [np.interp(t, known.t, a) - b for a, b in zip(known.q.T, q.T, strict=True)]
+    return bool((np.std(apart, axis=1) < _NEAR * q.std(axis=0)).all())
 
 
 def _noise(s: Samples) -> FloatArray:

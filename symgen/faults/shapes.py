@@ -3,6 +3,7 @@
     zero of a joint                  d tau / d q_j
     gain of a torque                 tau_j
     gear ratio of a joint            tau_j + d tau / d(scale of q_j and its derivatives)
+    length of the geometry           d tau / d length
     clock                            d tau / d(scale of speeds, and its square of accelerations)
     a torque that is late            - d tau_j / dt
     weight that something carries    - tau_j at rest
@@ -30,6 +31,7 @@ from symgen.estimation.predictive_score import Columns
 from symgen.estimation.values import FloatArray
 from symgen.faults.scene import Scene
 from symgen.faults.undo import geared, multiplied
+from symgen.symbolic.variation import link_values
 
 #: Gives a log without a fault.
 Undo = Callable[[FilteredLog], FilteredLog]
@@ -37,6 +39,7 @@ Undo = Callable[[FilteredLog], FilteredLog]
 ZERO, FACTOR = math.radians(0.5), 0.05
 _FAR = 0.7  # rad: of a zero farther off the first order tells nothing
 _SLOW = 0.02  # s: filters that drives have
+_LONG = 0.5  # of a length, likewise
 _FAST = 0.7  # of a clock, likewise
 _WHOLE = 1.5  # of a weight: no more than all of it, and what an estimate misses, is carried
 _STEP = 1e-4  # rad or part, of differences
@@ -253,6 +256,30 @@ def _weights(scene: Scene) -> Iterator[Shape]:
             )
 
 
+def _lengths(scene: Scene) -> Iterator[Shape]:
+    """Yield lengths of the geometry that are not zero, of robots without loops."""
+    model, v = scene.rows.evaluator.model, scene.rows.variation
+    if model.robot.loops or any(j.follows is not None for j in model.robot.joints):
+        return
+    links = link_values(model.robot, model.base, scene.X)
+    for number, key in v.lengths:
+
+        def moved(h: float, at: tuple[int, str] = (number, key)) -> Callable[..., FloatArray]:
+            return lambda q, qd, qdd: v.torque((q, qd, qdd), links, changes={at: h})
+
+        length = abs(float(getattr(model.robot.with_values().joint(number), key)))
+        yield Shape(
+            f"length {key}{number}",
+            (),
+            everywhere(_slope(scene, moved)[:, :, None]),
+            f"the length {key} of joint {number} is off by about {{x:.2g}} mm: correct it; symgen "
+            "diagnose --effects geometry_error gives the value",
+            least=0.01 * length,
+            within=(-_LONG * length, _LONG * length),
+            shown=lambda x: 1e3 * abs(x),
+        )
+
+
 def _loads(scene: Scene) -> Iterator[Shape]:
     """Yield a load on the last link, from some time on: always, it is that link's own."""
     robot = scene.rows.evaluator.model.robot
@@ -323,6 +350,7 @@ KINDS: Mapping[str, Callable[[Scene], Iterator[Shape]]] = {
     "late": _lates,
     "filter": _filtered,
     "weight": _weights,
+    "length": _lengths,
     "load": _loads,
     "friction": _frictions,
     "offset": _offsets,

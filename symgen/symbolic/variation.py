@@ -13,6 +13,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 import sympy as sp
 
+from symgen import names
 from symgen.data.raw import FloatArray
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameter, BaseParameters, Proof
@@ -124,6 +125,20 @@ def _arithmetic(
     for axis, g in zip("xyz", gravity, strict=True):
         values[_gravity(axis)] = sp.Float(g, 20)
     return Numbers(values, FUNCTIONS, digits=17)
+
+
+def link_values(robot: Robot, base: BaseParameters, X: FloatArray) -> FloatArray:
+    """Return link parameters (links, 10) that give X (p,): those that lead a base parameter.
+
+    All others are zero: of the many sets, this one differs from the true one by what has no
+    torque in the model's own geometry and gravity.
+    """
+    out = np.zeros((len(robot.joints), len(names.LINK)))
+    for value, p in zip(X, base.parameters, strict=False):
+        standard = base.standard[p.index]
+        if standard.prefix in names.LINK:
+            out[standard.joint - 1, names.LINK.index(standard.prefix)] += value
+    return out
 
 
 @lru_cache(maxsize=4)
