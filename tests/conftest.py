@@ -25,7 +25,7 @@ from symgen import cli
 #: Seconds of processor time, of this process and those that it starts, by file and test.
 DURATIONS = Path(__file__).with_name("durations.json")
 #: Seconds for the cases of one test, and from which a case's own are kept.
-FAMILY, KEPT = 4.0, 0.2
+FAMILY, KEPT = 2.0, 0.2
 _TAKEN: Counter[str] = Counter()
 
 

@@ -416,12 +416,12 @@ def test_a_module_of_another_user_is_not_loaded(counted, cache):
 
 
 @needs_cc
-@pytest.mark.parametrize("how", ["writable", "link"])
+@pytest.mark.parametrize("how", ["writable", "writable by the group", "link"])
 def test_a_module_that_others_may_write_or_a_link_is_not_loaded(how, counted, cache, tmp_path):
     compiler, _ = counted
     planted = plant(cache, compiler)
-    if how == "writable":
-        planted.chmod(0o666)
+    if how.startswith("writable"):
+        planted.chmod(0o666 if how == "writable" else 0o660)
     else:
         planted.rename(tmp_path / "elsewhere")
         planted.symlink_to(tmp_path / "elsewhere")
@@ -450,12 +450,17 @@ def test_the_cache_is_private_whatever_the_umask(counted, cache):
 
 
 @pytest.mark.parametrize(
-    ("fault", "words"), [("writable", "may be written by others"), ("link", "is a link")]
+    ("mode", "words"),
+    [
+        (0o777, "may be written by others"),
+        (0o770, "may be written by others"),
+        (None, "is a link"),
+    ],
 )
-def test_a_cache_that_others_may_write_or_a_link_is_refused(fault, words, cache, tmp_path):
+def test_a_cache_that_others_may_write_or_a_link_is_refused(mode, words, cache, tmp_path):
     (tmp_path / "real").mkdir(mode=0o700)
-    if fault == "writable":
-        (tmp_path / "real").chmod(0o777)
+    if mode is not None:
+        (tmp_path / "real").chmod(mode)
         (tmp_path / "real").rename(cache)
     else:
         cache.symlink_to(tmp_path / "real")

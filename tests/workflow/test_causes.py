@@ -36,7 +36,7 @@ DRAW = 7
 NAMED = (
     "gravity_down", "gravity_sideways", "tool_in_a_part", "tool_in_training", "collision",
     "brake_drags", "torque_drifts", "gravity_compensated", "two_signs", "constant",
-    "newton_millimetres", "gear_ratio", "clock_runs_fast",
+    "newton_millimetres", "gear_ratio", "clock_runs_fast", "time_reversed",
 )  # fmt: skip
 
 
