@@ -61,13 +61,17 @@ _WORDS = {
 
 
 def check(
-    evaluator: Evaluator, train: Sequence[FilteredLog], held: Sequence[FilteredLog] = ()
+    evaluator: Evaluator,
+    train: Sequence[FilteredLog],
+    held: Sequence[FilteredLog] = (),
+    repairs: Sequence[Fault] = (),
 ) -> tuple[Fault, ...]:
     """Return what is wrong with some logs that were repaired; nothing for a sound set.
 
     Args:
         evaluator: the compiled model.
         train, held: training and validation logs in the band of the run.
+        repairs: what was mended in them.
     """
     sigma = evaluator.model.robot.sigma
     found = tuple(f for log in (*train, *held) for f in unmended_faults(log.samples, sigma))
@@ -75,11 +79,11 @@ def check(
         return found
     train, held = ([undo_faults(log, found)[0] for log in group] for group in (train, held))
     trial = Trial(evaluator, train, held)
-    wrong = against_physics(trial) or _channels(trial) or [*torque_steps(trial)]
+    wrong = against_physics(trial) or _channels(trial, repairs) or [*torque_steps(trial)]
     return (*found, *(wrong or saturations(trial)))
 
 
-def _channels(trial: Trial) -> list[Fault]:
+def _channels(trial: Trial, repairs: Sequence[Fault]) -> list[Fault]:
     """Return what identify sees of the channels, too; a mild gain may be physics."""
     found: list[Fault] = []
     if trial.evaluator.model.robot.loaded:
@@ -87,7 +91,7 @@ def _channels(trial: Trial) -> list[Fault]:
     logs, held = trial.logs, trial.held
     for _ in range(_MOST):
         faults = channel_faults(trial.evaluator, logs, held)
-        cause = find_cause(trial.evaluator, logs, held, faults)
+        cause = find_cause(trial.evaluator, logs, held, faults, repairs)
         if cause is not None and cause.fault is not None:
             faults = (cause.fault,)
         elif cause is not None and cause.kind in _FATAL:

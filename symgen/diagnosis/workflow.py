@@ -117,7 +117,7 @@ def diagnose(
     given = None if known is None else known.X
     asked = _Question(source, evaluator, opened, band, given, effects, least, misfit, progress)
     progress("checking the logs")
-    faults = check(evaluator, *asked.logs)
+    faults = check(evaluator, *asked.logs, opened.repairs)
     if any(f.undo is None for f in faults):  # nothing can be said until it is recorded again
         try:
             found = judged(faults, asked.declared, asked.declared)
@@ -130,7 +130,7 @@ def diagnose(
         sure = [f for f in faults if not rivals_physics(f)]
         whole = _of_rivals(whole, asked.answer(sure), rivals, source, least)
     if whole.verdict in ("unexplained", "partly-explained"):
-        cause = find_cause(evaluator, *asked.logs)
+        cause = find_cause(evaluator, *asked.logs, repairs=opened.repairs)
         if cause is not None:
             whole = replace(whole, advice=(cause.says, *whole.advice))
     drawn = (*whole.mended, *opened.changed)

@@ -22,6 +22,7 @@ from symgen import names
 from symgen.data.mask import moving_joints
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.predictive_score import LEAST, MISFIT, TEMPERATURE, Columns
+from symgen.estimation.summary import solve_gram
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, Fault
 from symgen.faults.scene import Rows, Scene, State
@@ -46,6 +47,7 @@ _MOMENTS = (0.25, 0.5, 1.0, 2.0, 4.0)  # s, of what stands for a moment only
 _LOUD = 5.0  # times the residual elsewhere, in a moment
 _AWAY = 1.0  # s, from what is masked
 _SHORT = 0.1  # of a log: a moment
+_ANOTHER = 10.0  # a factor that is one of units
 _CLOSE = 20.0  # nats, to the likeliest cause: of these the size is found exactly
 _FEW = 2  # causes beside the likeliest that are named with it
 _EXACT, _TRIES = 0.005, 5  # of a factor, and rounds until it is found as exactly
@@ -96,15 +98,22 @@ def _begun(scene: Scene) -> Iterator[tuple[str, FloatArray]]:
         yield f" along {log.name}", own * scene.rows.t
 
 
-def causes(rows: Rows, faults: Sequence[Fault] = ()) -> tuple[Scene, list[Cause]]:
+def causes(
+    rows: Rows, faults: Sequence[Fault] = (), repairs: Sequence[Fault] = ()
+) -> tuple[Scene, list[Cause]]:
     """Return what could be wrong, the likeliest first, beside the physics that is likelier.
 
     Args:
         rows: the equations.
         faults: of channels, each with what undoes it: they compete as well.
+        repairs: what was mended in the logs.
     """
     scene = Scene(rows)
-    shapes = [shape for make in KINDS.values() for shape in make(scene)]
+    # Speeds that were measured, and right as they were, speak for the clock.
+    derived = any(log.samples.velocity_derived for log in rows.logs)
+    clock = derived or any(r.kind == "speed" for r in repairs)
+    kinds = [make for kind, make in KINDS.items() if clock or kind != "clock"]
+    shapes = [shape for make in kinds for shape in make(scene)]
     found = first = _all(scene, shapes, faults, SPECIAL)
     while found and found[0].physics and len(scene.physics) < _MOST * scene.n:
         assert found[0].shape
@@ -329,6 +338,31 @@ def _signs(scene: Scene) -> Iterator[Cause]:
     yield Cause("sign", tuple(joints), says, better, fit.left, fault=fault)
 
 
+def _units(scene: Scene) -> Iterator[Cause]:
+    """Yield torques of another unit: a factor so large that the first order does not hold.
+
+    Weighted least squares of X and 1/g together, y_j / g = W_j X: what joint j measured stands on
+    the side of the unknowns, and the other joints say what X is.
+    """
+    blocks = scene.blocks(scene.rows.W, scene.rows.weight)
+    grams, p = blocks.grams[0], blocks.grams.shape[-1] - 1
+    for j in range(scene.n if scene.n > 1 else 0):
+        whole = np.zeros((p + 2, p + 2))  # X, 1/g, and what the other joints measured
+        for i, (gram, size) in enumerate(zip(grams, blocks.size, strict=True)):
+            own = np.arange(p + 2) != (p + 1 if i == j else p)
+            signs = np.ones(p + 1)
+            signs[-1] = -1.0 if i == j else 1.0
+            whole[np.ix_(own, own)] += gram * np.outer(signs, signs) / size**2
+        inverse = float(solve_gram(whole)[-1])
+        if 1 / _ANOTHER <= inverse <= _ANOTHER or inverse <= 0:
+            continue
+        channel, factor = f"tau{j + 1}", 1 / inverse
+        says = f"{channel} is {factor:.3g} times what the other joints ask for (unit)"
+        undo = partial(multiplied, joints=(j,), factor=inverse, keys=("tau",))
+        fault = Fault(EVERYWHERE, channel, says, kind="gain", joints=(j,), value=factor, undo=undo)
+        yield from _undone(scene, fault)
+
+
 def _inertia(rows: Rows) -> FloatArray:
     """Return what base parameters add to the inertia about the joints, in their own units, (p,)."""
     q = np.concatenate([log.q[log.kept] for log in rows.logs])
@@ -461,6 +495,7 @@ SPECIAL: Mapping[str, Callable[[Scene], Iterator[Cause]]] = {
     "weightless": _weightless,
     "gravity": _directions,
     "sign": _signs,
+    "gain": _units,
     "moment": _moments,
 }
 
@@ -470,6 +505,7 @@ def find_cause(
     train: Sequence[FilteredLog],
     held: Sequence[FilteredLog],
     faults: Sequence[Fault] = (),
+    repairs: Sequence[Fault] = (),
     least: float = LEAST,
     misfit: float = MISFIT,
 ) -> Cause | None:
@@ -484,6 +520,7 @@ def find_cause(
         evaluator: the compiled model, with torque_regressor.
         train, held: the logs in the band of the run.
         faults: of channels that were found before.
+        repairs: what was mended in the logs.
         least: part of a joint's torque that matters.
         misfit: part of a joint's torque that no model is righter than.
     """
@@ -500,7 +537,7 @@ def find_cause(
     alone = Scene(rows).score.alone.left
     if not (np.sqrt(alone) / rows.size > least).any():
         return None
-    scene, found = causes(rows, faults)
+    scene, found = causes(rows, faults, repairs)
     found = _exactly(scene, found)
     best, alone = found[0], scene.score.alone.left
     fell = np.sqrt(np.maximum(alone - best.left, 0.0)) / rows.size

@@ -164,7 +164,7 @@ def name_cause(run: Run) -> Run:
     """Name what is wrong with the logs or the robot file, where the data do."""
     if run.evaluator.model.robot.loaded:
         return run
-    cause = find_cause(run.evaluator, run.train, run.held, run.faults)
+    cause = find_cause(run.evaluator, run.train, run.held, run.faults, run.repairs)
     return replace(run, causes=(cause.says,) if cause else ())
 
 
