@@ -25,7 +25,7 @@ from symgen.data.signals import differentiate, lowpass
 from symgen.diagnosis.effects import Candidate, Constants, Torque, Torques
 from symgen.diagnosis.stiffness import Stiffness, deflection
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.predictive_score import Columns
+from symgen.estimation.predictive_score import Columns, everywhere
 from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
 from symgen.symbolic.independence import random_states
@@ -71,18 +71,6 @@ def special_candidates(
             yield from make(robot, bent)
 
 
-def _everywhere(torque: FloatArray) -> Columns:
-    """Return columns (N, n, m) by joint."""
-    return {j: torque[:, j] for j in range(torque.shape[1])}
-
-
-def _regressor(
-    v: Variation, state: Sequence[FloatArray], links: FloatArray, gravity: FloatArray | None = None
-) -> FloatArray:
-    """Return the torque (N, n, m) of m sets of link parameters (m, links, 10)."""
-    return v.torque([x[:, None, :] for x in state], links, gravity).transpose(0, 2, 1)
-
-
 def _units(v: Variation) -> FloatArray:
     """Return a set of link parameters for each of them alone, (10 links, links, 10)."""
     count = len(v.robot.joints)
@@ -97,7 +85,7 @@ def _random(v: Variation, links: FloatArray, gravity: FloatArray | None = None) 
     q, qd, qdd = random_states(v.robot, _STATES)
     if gravity is not None:
         qd, qdd = np.zeros((2, *q.shape))
-    return _regressor(v, (q, qd, qdd), links, gravity).reshape(-1, len(links))
+    return v.regressor((q, qd, qdd), links, gravity).reshape(-1, len(links))
 
 
 def _tilts(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
@@ -124,7 +112,7 @@ def _tilts(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
 
         along = [weight(torques.links, g) for g in turned]
         along += [np.sum([*map(weight, blends, turned)], axis=0) for blends in hidden]
-        return _everywhere(np.stack(along, axis=-1))
+        return everywhere(np.stack(along, axis=-1))
 
     yield Candidate(
         definitions()["base_tilt"],
@@ -194,7 +182,7 @@ def _lengthened(
     state = (s.q, s.qd, s.qdd)
     same = _inverse(v) @ slope(random_states(v.robot, _STATES)).ravel()
     along = slope(state) - v.torque(state, same.reshape(torques.links.shape))
-    return _everywhere(along[:, :, None])
+    return everywhere(along[:, :, None])
 
 
 def _zeros(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
@@ -205,7 +193,7 @@ def _zeros(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
         low, high = (
             _moved(v, j, s, np.array([[h], [0.0], [0.0]]), torques.links) for h in (-_STEP, _STEP)
         )
-        return _everywhere(((high - low) / (2 * _STEP))[:, :, None])
+        return everywhere(((high - low) / (2 * _STEP))[:, :, None])
 
     for j, joint in enumerate(robot.movable):
         if joint.sigma == names.REVOLUTE and joint.follows is None:
@@ -292,7 +280,7 @@ def _behind(
     columns[:, :, 0] = stiffness * change
     if rotor:
         columns[:, j, 1] = along[2]
-    return _everywhere(columns)
+    return everywhere(columns)
 
 
 def _bent(v: Variation, j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
@@ -308,7 +296,7 @@ def _bent(v: Variation, j: int, s: FilteredLog, torques: Torques, _: Constants) 
     span = max(float(np.ptp(s.q[:, j])), 1e-9)
     step = _SHIFT * span / max(float(np.abs(R).max()), 1e-300)
     low, high = (_moved(v, j, s, h * along, torques.links) for h in (-step, step))
-    return _everywhere(((low - high) / (2 * step))[:, :, None])
+    return everywhere(((low - high) / (2 * step))[:, :, None])
 
 
 def _loads(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
@@ -331,7 +319,7 @@ def _loads(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
     ]  # fmt: skip
 
     def columns(s: FilteredLog, _: Torques, __: Constants) -> Columns:
-        return _everywhere(_regressor(v, (s.q, s.qd, s.qdd), units[kept]))
+        return everywhere(v.regressor((s.q, s.qd, s.qdd), units[kept]))
 
     definition, joints = definitions()["payload"], (robot.n - 1,)
     yield Candidate(definition, joints, columns, len(kept), coefficients=tuple(told))

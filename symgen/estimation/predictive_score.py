@@ -103,6 +103,11 @@ def repeats_motion(logs: Sequence[FilteredLog], others: Sequence[FilteredLog]) -
     return bool(np.mean(far < _SAME) > _REPEATED)
 
 
+def everywhere(torque: FloatArray) -> Columns:
+    """Return columns (K, n, m) by joint."""
+    return {j: torque[:, j] for j in range(torque.shape[1])}
+
+
 def dense(columns: Columns, shape: tuple[int, ...]) -> FloatArray:
     """Return the columns of all joints, (K, n, m), for the shape (K, n)."""
     m = next(iter(columns.values())).shape[1]

@@ -25,7 +25,7 @@ from symgen.estimation.predictive_score import LEAST, MISFIT, TEMPERATURE, Colum
 from symgen.estimation.summary import solve_gram
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, Fault
-from symgen.faults.scene import Rows, Scene, State
+from symgen.faults.scene import Rows, Scene, State, mean_inertia
 from symgen.faults.shapes import KINDS, LAWS, Shape
 from symgen.faults.undo import multiplied
 from symgen.runtime.evaluator import Evaluator
@@ -40,7 +40,7 @@ TILT = math.radians(1.0)  # that bases have without being wrong
 _TIMES = tuple(k / 6 for k in range(1, 6))  # of a log, at which something may begin
 _NEAR = 8  # likeliest causes that are tried again beside each set of physics
 _MOST = 3  # sets of columns of physics without a name, for each joint
-_TURNED, _STATES = 12, 200  # joints whose signs are tried in sets, and states of their inertia
+_TURNED = 12  # joints whose signs are tried in sets
 _ROUNDS, _FAR = 4, 0.5  # of Gauss and Newton's method, and part of gravity that one may turn it
 _WILD = 0.1  # of a joint's torque: an error from which other axes of gravity are tried
 _MOMENTS = (0.25, 0.5, 1.0, 2.0, 4.0)  # s, of what stands for a moment only
@@ -99,18 +99,17 @@ def _begun(scene: Scene) -> Iterator[tuple[str, FloatArray]]:
 
 
 def causes(
-    rows: Rows, faults: Sequence[Fault] = (), repairs: Sequence[Fault] = ()
+    scene: Scene, faults: Sequence[Fault] = (), repairs: Sequence[Fault] = ()
 ) -> tuple[Scene, list[Cause]]:
     """Return what could be wrong, the likeliest first, beside the physics that is likelier.
 
     Args:
-        rows: the equations.
+        scene: the model.
         faults: of channels, each with what undoes it: they compete as well.
         repairs: what was mended in the logs.
     """
-    scene = Scene(rows)
     # Speeds that were measured, and right as they were, speak for the clock.
-    derived = any(log.samples.velocity_derived for log in rows.logs)
+    derived = any(log.samples.velocity_derived for log in scene.rows.logs)
     clock = derived or any(r.kind == "speed" for r in repairs)
     kinds = [make for kind, make in KINDS.items() if clock or kind != "clock"]
     shapes = [shape for make in kinds for shape in make(scene)]
@@ -270,13 +269,11 @@ def _directions(scene: Scene) -> Iterator[Cause]:
     What links weigh is free of what they resist to acceleration, for both directions alike.
     """
     v = scene.rows.variation
-    own, loud = (
-        v.gravity,
-        math.sqrt(float(np.max(scene.score.alone.left / scene.rows.size**2))) > _WILD,
-    )
+    own = v.gravity
     size = float(np.linalg.norm(own))
     if not size or scene.n < 2:
         return
+    loud = bool((np.sqrt(scene.score.alone.left) / scene.rows.size > _WILD).any())
     fields, moving = _fields(scene), scene.rows.W - scene.rows.at_rest
     field = _Field(scene, moving, fields)
     starts = [own]
@@ -325,7 +322,9 @@ def _signs(scene: Scene) -> Iterator[Cause]:
     sets = np.array(list(itertools.product((1.0, -1.0), repeat=n - 1)))
     sets = np.column_stack([np.ones(len(sets)), sets])
     best = sets[np.argmax(np.einsum("sj,jk,sk->s", sets, b @ x.T, sets))]
-    best = best if _inertia(rows) @ (best @ x / scale) > 0 else -best
+    inertias = [mean_inertia(rows.evaluator, rows.logs, j) for j in range(n)]
+    inertia = np.sum([own / size for own, size in zip(inertias, rows.size, strict=True)], axis=0)
+    best = best if inertia @ (best @ x / scale) > 0 else -best
     joints = [j for j in range(n) if best[j] < 0]
     if not joints:
         return
@@ -363,19 +362,6 @@ def _units(scene: Scene) -> Iterator[Cause]:
         yield from _undone(scene, fault)
 
 
-def _inertia(rows: Rows) -> FloatArray:
-    """Return what base parameters add to the inertia about the joints, in their own units, (p,)."""
-    q = np.concatenate([log.q[log.kept] for log in rows.logs])
-    q = np.ascontiguousarray(q[:: max(1, len(q) // _STATES)])
-    regressor, zero, out = rows.evaluator["torque_regressor"], np.zeros_like(q), 0.0
-    for j in range(q.shape[1]):
-        one = zero.copy()
-        one[:, j] = 1.0
-        own = np.mean((regressor(q, zero, one) - regressor(q, zero, zero))[:, j], axis=0)
-        out = out + own / rows.size[j]
-    return np.asarray(out)
-
-
 def _fields(scene: Scene) -> FloatArray:
     """Return what each link's mass and moments weigh in gravity along each axis, (3, K, n, m)."""
     count = len(scene.rows.evaluator.model.robot.joints)
@@ -386,12 +372,8 @@ def _fields(scene: Scene) -> FloatArray:
     def weights(axis: FloatArray) -> State:
         def torque(q: FloatArray, _: FloatArray, __: FloatArray) -> FloatArray:
             rest = np.zeros_like(q)
-            state = [x[:, None, :] for x in (q, rest, rest)]
-            return (
-                scene.rows.variation.torque(state, units, axis)
-                .transpose(0, 2, 1)
-                .reshape(len(q), -1)
-            )
+            found = scene.rows.variation.regressor((q, rest, rest), units, axis)
+            return found.reshape(len(q), -1)
 
         return torque
 
@@ -446,13 +428,10 @@ class _Field:
 def _moments(scene: Scene) -> Iterator[Cause]:
     """Yield moments in which the residual is loud, without which the fit is better elsewhere."""
     residual = (scene.rows.y - scene.model) * scene.rows.weight
-    typical = (
-        np.median(np.abs(residual[:, :]), axis=0) / 0.6745 + scene.rows.misfit * scene.rows.size
-    )
+    typical = np.median(np.abs(residual), axis=0) / 0.6745 + scene.rows.misfit * scene.rows.size
     loud = np.sqrt(np.mean(np.minimum(residual / typical, 1e3) ** 2, axis=1))
-    for log, span in list(zip(scene.rows.logs, kept_spans(scene.rows.logs), strict=True))[
-        : scene.rows.train
-    ]:
+    spans = zip(scene.rows.logs, kept_spans(scene.rows.logs), strict=True)
+    for log, span in itertools.islice(spans, scene.rows.train):
         t, own = log.compared_t, loud[span]
         length = t[-1] - t[0]
         best: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -478,15 +457,14 @@ def _moments(scene: Scene) -> Iterator[Cause]:
         gained = 0.5 * float(
             np.sum(rows * np.log((before + without.misfit**2) / (left + without.misfit**2)))
         )
-        cause = Cause(
+        yield Cause(
             "moment",
             (),
             f"something was touched or hit in {log.name} between {best[1]:.3g} and {best[2]:.3g} "
             "s: the torque there is none of the robot's own; leave this time out",
-            gained / 4.0,
+            gained / TEMPERATURE,
             scene.score.alone.left * np.minimum(left / np.maximum(before, 1e-300), 1.0),
         )
-        yield cause
 
 
 #: What has fits of its own.
@@ -534,10 +512,10 @@ def find_cause(
         told = ", ".join(f"tau{j + 1}" for j in still)
         says = f"{told} never changes although the joint moves: nothing was recorded"
         return Cause("constant", tuple(still), says, math.inf, rows.size)
-    alone = Scene(rows).score.alone.left
-    if not (np.sqrt(alone) / rows.size > least).any():
+    scene = Scene(rows)
+    if not (np.sqrt(scene.score.alone.left) / rows.size > least).any():
         return None
-    scene, found = causes(rows, faults, repairs)
+    scene, found = causes(scene, faults, repairs)
     found = _exactly(scene, found)
     best, alone = found[0], scene.score.alone.left
     fell = np.sqrt(np.maximum(alone - best.left, 0.0)) / rows.size
@@ -559,12 +537,11 @@ def _exact_fault(evaluator: Evaluator, logs: Sequence[FilteredLog], cause: Cause
     Args:
         evaluator: the compiled model.
         logs: those that it was found in.
-        cause: with a fault.
+        cause: with a shape that is a fault.
     """
     fault, x = cause.fault, cause.value
     assert fault is not None
-    if cause.shape is None:  # it is
-        return fault
+    assert cause.shape is not None
     for _ in range(_TRIES):
         undone = [fault.undo(log) for log in logs]  # type: ignore[misc]
         scene = Scene(Rows(evaluator, tuple(undone), len(undone), MISFIT))

@@ -32,6 +32,7 @@ from symgen.estimation.summary import (
 from symgen.estimation.system import Equations, torque_equations
 from symgen.faults.fault import EVERYWHERE, Fault
 from symgen.faults.samples import step, steps
+from symgen.faults.scene import mean_inertia
 from symgen.faults.undo import earlier, exchanged, levelled, multiplied, unlimited
 from symgen.runtime.evaluator import Evaluator
 
@@ -43,7 +44,6 @@ _AT_REST = 1e-3  # weight of rows at rest: they are kept for what no motion dete
 #: Exchanges of torques are tried where the error is above this, faults of the motion above that,
 #: and they leave so much of it, at most.
 _LOUD, _LOUDER, _EXCHANGED = 0.1, 0.2, 0.7
-_STATES = 200
 _MOST = 3  # faults that are undone, one after the other
 _NODES = 8_000  # of all logs together, at which faults of the motion are tried
 _MOTION = ("q", "qd")
@@ -202,17 +202,9 @@ def _inertia_is_positive(trial: Trial, fault: Fault) -> bool:
     X = trial.right(fault, trial.logs).fit()
     assert fault.undo is not None
     logs = [fault.undo(log) for log in trial.logs]
-    return all(float(_inertia(trial.evaluator, logs, j)[: len(X)] @ X) >= 0 for j in fault.joints)
-
-
-def _inertia(evaluator: Evaluator, logs: Sequence[FilteredLog], j: int) -> FloatArray:
-    """Return the mean of what base parameters add to the inertia about a joint, (p,)."""
-    q = np.concatenate([log.q[log.kept] for log in logs])
-    q = np.ascontiguousarray(q[:: max(1, len(q) // _STATES)])
-    regressor, zero = evaluator["torque_regressor"], np.zeros_like(q)
-    one = zero.copy()
-    one[:, j] = 1.0
-    return np.asarray(np.mean((regressor(q, zero, one) - regressor(q, zero, zero))[:, j], axis=0))
+    return all(
+        float(mean_inertia(trial.evaluator, logs, j)[: len(X)] @ X) >= 0 for j in fault.joints
+    )
 
 
 # Finders.
@@ -423,7 +415,7 @@ def against_physics(trial: Trial) -> list[Fault]:
 
 def _negative_inertia(trial: Trial, j: int) -> bool:
     """Whether the equations of a joint alone give it a negative mean inertia."""
-    mean = _inertia(trial.evaluator, trial.logs, j)
+    mean = mean_inertia(trial.evaluator, trial.logs, j)
     return _surely_negative(trial.base.grams[:, j], mean[: trial.base.grams.shape[-1] - 1])
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -20,6 +20,7 @@ from symgen.symbolic.variation import Variation, variation
 
 #: Values (k, ...) of q, qd, qdd, (k, n) each.
 State = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+_STATES = 200  # at which an inertia is taken
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,3 +157,13 @@ class Scene:
         """Return the model's torque, (k, n)."""
         W = np.asarray(self.rows.evaluator["torque_regressor"](q, qd, qdd))
         return W[:, :, : len(self.X)] @ self.X
+
+
+def mean_inertia(evaluator: Evaluator, logs: Sequence[FilteredLog], j: int) -> FloatArray:
+    """Return the mean of what base parameters add to the inertia about a joint, (p,)."""
+    q = np.concatenate([log.q[log.kept] for log in logs])
+    q = np.ascontiguousarray(q[:: max(1, len(q) // _STATES)])
+    regressor, zero = evaluator["torque_regressor"], np.zeros_like(q)
+    one = zero.copy()
+    one[:, j] = 1.0
+    return np.asarray(np.mean((regressor(q, zero, one) - regressor(q, zero, zero))[:, j], axis=0))

@@ -27,7 +27,7 @@ import numpy as np
 from symgen import names
 from symgen.data.mask import rms
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.predictive_score import Columns
+from symgen.estimation.predictive_score import Columns, everywhere
 from symgen.estimation.values import FloatArray
 from symgen.faults.scene import Scene
 from symgen.faults.undo import geared, multiplied
@@ -91,11 +91,6 @@ class Shape:
 
 def _numbered(scene: Scene, j: int) -> str:
     return str(scene.rows.evaluator.model.robot.movable[j].number)
-
-
-def everywhere(torque: FloatArray) -> Columns:
-    """Return columns (K, n, m) by joint."""
-    return {j: torque[:, j] for j in range(torque.shape[1])}
 
 
 def _slope(scene: Scene, moved: Callable[[float], Callable[..., FloatArray]]) -> FloatArray:
@@ -261,7 +256,8 @@ def _lengths(scene: Scene) -> Iterator[Shape]:
     model, v = scene.rows.evaluator.model, scene.rows.variation
     if model.robot.loops or any(j.follows is not None for j in model.robot.joints):
         return
-    links = link_values(model.robot, model.base, scene.X)
+    X = np.pad(scene.X, (0, len(model.base.parameters) - len(scene.X)))
+    links = link_values(model.robot, model.base, X)
     for number, key in v.lengths:
 
         def moved(h: float, at: tuple[int, str] = (number, key)) -> Callable[..., FloatArray]:
@@ -288,8 +284,7 @@ def _loads(scene: Scene) -> Iterator[Shape]:
         links[i, robot.movable[-1].number - 1, names.LINK.index(prefix)] = 1.0
 
     def loaded(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
-        torque = scene.rows.variation.torque([x[:, None, :] for x in (q, qd, qdd)], links)
-        return torque.transpose(0, 2, 1).reshape(len(q), -1)
+        return scene.rows.variation.regressor((q, qd, qdd), links).reshape(len(q), -1)
 
     columns = scene.rows.along(loaded).reshape(*scene.rows.y.shape, -1)
     words = (

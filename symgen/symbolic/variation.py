@@ -78,6 +78,12 @@ class Variation:
         shape = np.broadcast_shapes(state[0].shape[:-1], flat.shape[:-1])
         return np.stack([np.broadcast_to(np.asarray(x, float), shape) for x in out], axis=-1)
 
+    def regressor(
+        self, state: Sequence[FloatArray], links: FloatArray, gravity: FloatArray | None = None
+    ) -> FloatArray:
+        """Return the torque (N, n, m) of m sets of link parameters (m, links, 10), see `torque`."""
+        return self.torque([x[:, None, :] for x in state], links, gravity).transpose(0, 2, 1)
+
     @cached_property
     def _values(self) -> dict[sp.Symbol, sp.Expr]:
         joints = self.robot.with_values().joints
@@ -134,7 +140,7 @@ def link_values(robot: Robot, base: BaseParameters, X: FloatArray) -> FloatArray
     torque in the model's own geometry and gravity.
     """
     out = np.zeros((len(robot.joints), len(names.LINK)))
-    for value, p in zip(X, base.parameters, strict=False):
+    for value, p in zip(X, base.parameters, strict=True):
         standard = base.standard[p.index]
         if standard.prefix in names.LINK:
             out[standard.joint - 1, names.LINK.index(standard.prefix)] += value

@@ -29,7 +29,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from oracles import clean_runs, engineer, faults
 from oracles.faults import Log
-from support import data_folder
+from support import data_folder, figures_text
 
 WRONG, TENTH, STD, BLOCKS = 0.05, 0.9, 3.0, 20
 #: What the figure file keeps of a row.
@@ -227,10 +227,7 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, int]:
 
 def text(rows: list[dict[str, Any]]) -> str:
     """JSON with a line for each fault; three digits."""
-    short = [{key: row[key] for key in KEPT} for row in rows]
-    short = json.loads(json.dumps(short), parse_float=lambda x: float(f"{float(x):.3g}"))
-    head = json.dumps({"summary": summary(rows)}, indent=1)[1:-2]
-    return "{" + head + ',\n "rows": [\n' + ",\n".join(json.dumps(r) for r in short) + "\n]}\n"
+    return figures_text({"summary": summary(rows)}, rows, KEPT)
 
 
 def main() -> int:

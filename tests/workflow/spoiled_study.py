@@ -35,7 +35,7 @@ from oracles import clean_runs, engineer, spoiled
 from oracles.faults import Log
 from oracles.spoiled import Case
 from oracles.transforms import Arm, world_transforms
-from support import data_folder
+from support import data_folder, figures_text
 
 LEAST, HARM = 0.008, 1.2
 #: What the figure file keeps of a row.
@@ -199,8 +199,6 @@ def harm_of(found: Any, estimate: Any, bad: Case, case: Case) -> float:
     """Harm, 0 of a refusal."""
     if isinstance(found, Exception) or isinstance(estimate, Exception):
         return 0.0
-    if bad.robot.count("[[joint]]") == 0:
-        return 0.0
     return _clean_error(found, bad.robot, case) / _clean_error(estimate, case.robot, case)
 
 
@@ -278,10 +276,7 @@ def study(
 
 def text(rows: list[dict[str, Any]]) -> str:
     """JSON with the counts and a line for each case; three digits."""
-    short = [{key: row[key] for key in KEPT if key in row} for row in rows]
-    short = json.loads(json.dumps(short), parse_float=lambda x: float(f"{float(x):.3g}"))
-    head = json.dumps({"summary": summary(rows)}, indent=1)[1:-2]
-    return "{" + head + ',\n "rows": [\n' + ",\n".join(json.dumps(r) for r in short) + "\n]}\n"
+    return figures_text({"summary": summary(rows)}, rows, KEPT)
 
 
 def main() -> int:
