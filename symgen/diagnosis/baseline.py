@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,22 +56,13 @@ class Baseline:
         return self.evaluator.model.robot
 
     def torques(self, found: WhitenedSystem) -> Sequence[Torques]:
-        """Return the model's torques on every training log, beside what is found.
+        """Return the model's torques along every training log, thinned, beside what is found.
 
         Args:
             found: the system with the columns of what was accepted so far.
         """
         X = self.parameters(found)
-        return [self.torques_along(log, X) for log in self.base.logs]
-
-    @cached_property
-    def _friction(self) -> dict[FilteredLog, FloatArray]:
-        """Friction of the declared model along each log, (N, n)."""
-        out = {}
-        for log in (*self.base.logs, *self.held):
-            whole, load = _split(self.evaluator, self.X, log)
-            out[log] = whole - load
-        return out
+        return [self.torques_along(log.thinned, X) for log in self.base.logs]
 
     def torques_along(
         self,
@@ -84,7 +74,7 @@ class Baseline:
         """Return a model's torques along a log.
 
         Args:
-            log: one of those of the baseline.
+            log: in the band of the run.
             X: (p,) parameters of the declared model, or of an extended one.
             extended: that one, compiled.
             links: parameters of the links, where they are others.
@@ -93,7 +83,8 @@ class Baseline:
         whole, load = _split(evaluator, X, log)
         robot, base = evaluator.model.robot, evaluator.model.base
         known = link_values(robot, base, X) if links is None else links
-        return Torques(whole, load, self._friction[log], known)
+        friction = np.subtract(*_split(self.evaluator, self.X, log))
+        return Torques(whole, load, friction, known)
 
     def seen(self, found: WhitenedSystem) -> Seen:
         """Return what candidates show on the training logs beside what is found, see `torques`."""

@@ -102,7 +102,7 @@ def confirmed(baseline: Baseline, selection: Selection, least: float) -> Selecti
     def errors(effects: Sequence[Score]) -> FloatArray:
         system = baseline.beside(effects)
         X = baseline.parameters(system)
-        torques = [baseline.torques_along(log, X) for log in held.logs]
+        torques = [baseline.torques_along(log.thinned, X) for log in held.logs]
         seen = Seen(held.logs, torques).each(s.candidate for s in effects)
         more = [dense(columns, held.y.shape) for columns in seen]
         left = held.y - np.concatenate([held.W, *more], axis=2) @ system.X

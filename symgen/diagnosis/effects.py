@@ -49,7 +49,7 @@ class Torques(NamedTuple):
     links: FloatArray
 
 
-#: Columns at full rate on a log, by the model's torques there and the constants.
+#: Columns at the rate of a log, by the model's torques there and the constants.
 Torque = Callable[[FilteredLog, Torques, Constants], Columns]
 
 
@@ -109,7 +109,7 @@ class Candidate:
         return bool(word) and word == other.definition.native and self.joints == other.joints
 
     def columns(self, log: FilteredLog, torques: Torques) -> Columns:
-        """Return the columns (N, m) at full rate."""
+        """Return the columns (N, m) at the rate of the log."""
         return self.torque(log, torques, self.constants)
 
 
@@ -119,7 +119,7 @@ class Seen:
 
     Attributes:
         logs: in the band of the run.
-        torques: of the model on each.
+        torques: of the model along each, thinned.
     """
 
     logs: Logs
@@ -133,9 +133,16 @@ class Seen:
         """Yield those of several: a filter that many columns pass at once costs them less."""
         waiting: list[list[Columns]] = []
         for candidate in candidates:
-            pairs = zip(self.logs, self.torques, strict=True)
+            if candidate.measured:  # by a channel with noise, which has to pass a filter first
+                logs = [*self.logs]
+                yield from self._compared(waiting)
+                waiting = []
+            else:
+                logs = [s.thinned for s in self.logs]
+            pairs = zip(logs, self.torques, strict=True)
             waiting.append([candidate.columns(s, t) for s, t in pairs])
-            if sum(c.shape[1] for parts in waiting for c in parts[0].values()) >= _TOGETHER:
+            whole = sum(c.shape[1] for parts in waiting for c in parts[0].values())
+            if candidate.measured or whole >= _TOGETHER:
                 yield from self._compared(waiting)
                 waiting = []
         yield from self._compared(waiting)

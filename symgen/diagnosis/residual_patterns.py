@@ -132,9 +132,10 @@ def _beside(s: _View, k: int) -> list[FloatArray]:
 def portrait(evidence: WhitenedSystem, torques: Sequence[Torques], j: int) -> dict[str, float]:
     """Return the score of every pattern on the joint at position `j`, the best first."""
     scores: dict[str, float] = {}
-    views = [_view(log, t, j) for log, t in zip(evidence.logs, torques, strict=True)]
+    views = [_view(log.thinned, t, j) for log, t in zip(evidence.logs, torques, strict=True)]
     for pattern, functions in _groups(evidence.n, j):
-        parts = [compared(s.log, np.stack(functions(s), axis=1)) for s in views]
+        pairs = zip(evidence.logs, views, strict=True)
+        parts = [compared(log, np.stack(functions(s), axis=1)) for log, s in pairs]
         columns = np.concatenate(parts)
         score = gain_of(evidence, {j: columns}) - _PRICE * columns.shape[1]
         scores[pattern] = max(score, scores.get(pattern, -1.0))

@@ -73,7 +73,7 @@ class Term:
 
     Attributes:
         text: in the variables q1, qd1, ...; {c} and {w} stand for the names of constants.
-        values: gives it at full rate, (N,), by its constants.
+        values: gives it along a log, (N,), by its constants.
         dimension: its unit.
         constants: centre and width of a bump.
     """
@@ -84,7 +84,7 @@ class Term:
     constants: Mapping[str, float] = field(default_factory=dict)
 
     def along(self, log: FilteredLog) -> FloatArray:
-        """Return the term along a log at full rate, (N,)."""
+        """Return the term along a log, (N,)."""
         return self.values(log, **self.constants)
 
 
@@ -184,7 +184,7 @@ def _seen(terms: Sequence[Term], scenes: Sequence[FilteredLog]) -> FloatArray:
     out = []
     for s in scenes:
         parts = [
-            compared(s, np.stack([t.along(s) for t in terms[i : i + _CHUNK]], axis=1))
+            compared(s, np.stack([t.along(s.thinned) for t in terms[i : i + _CHUNK]], axis=1))
             for i in range(0, len(terms), _CHUNK)
         ]
         out.append(np.concatenate(parts, axis=1))

@@ -28,7 +28,8 @@ PER_PERIOD = 4
 #: Seconds that are left out at either end of a log, where the filter runs in.
 ENDS = 0.3
 _CHUNK = 8192  # samples that are evaluated at once where nothing is filtered
-_BLOCK = 256  # nodes that are evaluated at once, about: what they give stays in a cache
+#: Nodes that are evaluated at once, about: what they give of many columns stays in a cache.
+BLOCK = 256
 #: Samples of a few channels that are filtered at once.
 CHANNELS = 2048
 
@@ -67,7 +68,7 @@ class Decimation:
         return -(-self.samples // self.stride)
 
     def chunks(
-        self, values: Callable[[int, int], FloatArray], together: int = _BLOCK
+        self, values: Callable[[int, int], FloatArray], together: int = BLOCK
     ) -> Iterator[tuple[slice, FloatArray]]:
         """Evaluate nodes block by block, each once, filter them and keep some.
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from symgen.data.mask import Bools, Mask, resting, touched
 from symgen.data.signals import Samples, differentiate, lowpass, lowpass_and_slopes
 from symgen.estimation.band import Band, comparison_band
-from symgen.estimation.decimation import CHANNELS, Decimation, decimation
+from symgen.estimation.decimation import BLOCK, CHANNELS, Decimation, decimation
 from symgen.estimation.values import FloatArray
 
 #: Nodes at which models are evaluated, per period of the highest frequency of interest.
@@ -115,17 +115,32 @@ class FilteredLog:
         """Measured torque in the comparison band at the kept samples, (K, n)."""
         return self.compared(self.tau)
 
+    @cached_property
+    def thinned(self) -> FilteredLog:
+        """The log as if it had been sampled at its nodes alone: what is smooth needs no more."""
+        stride = self.rows.stride
+        if stride == 1:
+            return self
+        samples = self.samples.cut(slice(None, None, stride))
+        q, qd = self.nodes(stride)
+        thin = replace(self, samples=replace(samples, step=stride * self.step), q=q, qd=qd)
+        thin.__dict__["qdd"] = np.ascontiguousarray(self.qdd[::stride])
+        return thin
+
     def compared(self, x: FloatArray) -> FloatArray:
-        """Return a signal (N, n, ...) of the log's rate in the comparison band, (K, n, ...).
+        """Return a signal (N, n, ...) in the comparison band at the kept samples, (K, n, ...).
 
         Masked samples have no say: what passes the low-pass was multiplied by `weight`, and so was
         what it is compared with.
+
+        Args:
+            x: at all samples, or at the nodes alone.
         """
-        x = x if self.weight is None else _weighed(x, self.weight)
-        if self.rows.cutoff is None:
+        rows = self.rows if len(x) == self.rows.nodes else replace(self.rows, stride=1)
+        x = x if self.weight is None else _weighed(x, self.weight[:: rows.stride])
+        if rows.cutoff is None:
             return x[self.kept]
-        everywhere = replace(self.rows, stride=1)
-        chunks = everywhere.chunks(lambda first, last: x[first:last], CHANNELS)
+        chunks = rows.chunks(lambda first, last: x[first:last], CHANNELS)
         return np.concatenate([smooth for _, smooth in chunks])
 
     @cached_property
@@ -143,12 +158,15 @@ class FilteredLog:
         return np.sin(np.pi / 2 * np.minimum(np.column_stack(away) / reach, 1.0)) ** 2
 
     def modelled(
-        self, model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+        self,
+        model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray],
+        together: int = BLOCK,
     ) -> Iterator[tuple[slice, FloatArray]]:
         """Evaluate a model along the log, chunk by chunk, in the comparison band.
 
         Args:
             model: from q, qd, qdd, (k, n) each, to (k, ...).
+            together: nodes of a chunk, about.
 
         Yields:
             Which of the kept samples come now, and their values.
@@ -159,7 +177,26 @@ class FilteredLog:
             found = model(*(np.ascontiguousarray(x[nodes]) for x in (self.q, self.qd, self.qdd)))
             return found if self.weight is None else _weighed(found, self.weight[nodes])
 
-        return self.rows.chunks(at)
+        return self.rows.chunks(at, together)
+
+    def held(
+        self, model: Callable[[FloatArray], FloatArray], together: int = BLOCK
+    ) -> Iterator[tuple[slice, FloatArray]]:
+        """Evaluate a model of positions alone along the log, as `modelled` does.
+
+        At as few nodes as the comparison band needs: noise of positions counts less than that of
+        their slopes, of which the cutoff is.
+
+        Args:
+            model: from q (k, n) to (k, ...).
+            together: nodes of a chunk, about.
+        """
+        rows = self.rows
+        if rows.cutoff is not None:
+            stride = max(rows.stride, int(1 / (_NODES * rows.cutoff * self.step)))
+            rows = replace(rows, stride=stride)
+        q = self.q[:: rows.stride]
+        return rows.chunks(lambda a, b: model(np.ascontiguousarray(q[a:b])), together)
 
     @cached_property
     def resting(self) -> Bools | None:

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from symgen.data.raw import FloatArray
-from symgen.data.signals import Samples
+from symgen.data.signals import Samples, lowpass
 
 #: Seconds of noise that two logs share, and the correlation from which they do; seconds at the ends
 #: of a log in which its filter swings in.
@@ -76,11 +76,8 @@ def _same_motion(
 
 def _noise(s: Samples) -> FloatArray:
     """Return the torques above the motion, (N, n)."""
-    from scipy.signal import butter, sosfiltfilt
-
-    rate = 1 / s.step
-    passband = butter(2, min(_ABOVE, _PART * rate), "highpass", fs=rate, output="sos")
-    out = np.array(sosfiltfilt(passband, s.tau[:_LONG], axis=0))
+    rate, tau = 1 / s.step, s.tau[:_LONG]
+    out = tau - lowpass(tau, s.step, min(_ABOVE, _PART * rate))
     ends = math.ceil(_ENDS * rate)
     out[:ends] = out[-ends:] = 0.0
     return out
@@ -95,10 +92,12 @@ def _sampled(x: FloatArray, step: float, other: float) -> FloatArray:
 
 def _shift(a: FloatArray, b: FloatArray) -> int:
     """Return the sample of `a` at which `b` begins, where they are most alike."""
-    from scipy.signal import correlate
+    from scipy.fft import next_fast_len
 
-    whole = sum(correlate(x, y, "full", "fft") for x, y in zip(a.T, b.T, strict=True))
-    return int(np.argmax(whole)) - (len(b) - 1)
+    size = next_fast_len(len(a) + len(b), real=True)
+    A, B = (np.fft.rfft(x, size, axis=0) for x in (a, b))
+    at = int(np.argmax(np.fft.irfft(np.sum(A * B.conj(), axis=1), size)))
+    return at if at < len(a) else at - size
 
 
 def _moving(x: FloatArray, width: int) -> FloatArray:

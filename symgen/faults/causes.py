@@ -25,7 +25,7 @@ from symgen.estimation.predictive_score import LEAST, MISFIT, TEMPERATURE, Colum
 from symgen.estimation.summary import solve_gram
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, Fault
-from symgen.faults.scene import Rows, Scene, State, mean_inertia
+from symgen.faults.scene import Rows, Scene, mean_inertia
 from symgen.faults.shapes import KINDS, LAWS, Shape
 from symgen.faults.undo import multiplied
 from symgen.runtime.evaluator import Evaluator
@@ -369,15 +369,11 @@ def _fields(scene: Scene) -> FloatArray:
     every = np.eye(count * len(names.LINK)).reshape(count, len(names.LINK), count, -1)
     units = every[:, heavy].reshape(-1, count, len(names.LINK))
 
-    def weights(axis: FloatArray) -> State:
-        def torque(q: FloatArray, _: FloatArray, __: FloatArray) -> FloatArray:
-            rest = np.zeros_like(q)
-            found = scene.rows.variation.regressor((q, rest, rest), units, axis)
-            return found.reshape(len(q), -1)
+    def weights(axis: FloatArray, q: FloatArray) -> FloatArray:
+        rest = np.zeros((1, q.shape[1]))  # once for all states
+        return scene.rows.variation.regressor((q, rest, rest), units, axis)
 
-        return torque
-
-    found = [scene.rows.along(weights(axis)).reshape(*scene.rows.y.shape, -1) for axis in np.eye(3)]
+    found = [scene.rows.held(partial(weights, axis)) for axis in np.eye(3)]
     kept = np.any(found, axis=(0, 1, 2))
     return np.stack([x[:, :, kept] for x in found])
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.mask import rms
+from symgen.estimation.decimation import CHANNELS
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns, PredictiveScore, dense, motion_folds
 from symgen.estimation.summary import Blocks
@@ -72,21 +73,37 @@ class Rows:
         parts = [log.compared_t for log in self.logs]
         return np.concatenate([(t - t[0]) / max(t[-1] - t[0], 1e-300) for t in parts])
 
-    def along(self, state: State) -> FloatArray:
-        """Return values (k, ...) of q, qd, qdd in the comparison band, (K, ...)."""
-        return np.concatenate([x for log in self.logs for _, x in log.unmasked.modelled(state)])
+    def along(self, state: State, together: int = CHANNELS) -> FloatArray:
+        """Return values (k, ...) of q, qd, qdd in the comparison band, (K, ...).
+
+        Args:
+            state: gives them.
+            together: states that are evaluated at once, about.
+        """
+        parts = (log.unmasked.modelled(state, together) for log in self.logs)
+        return np.concatenate([x for part in parts for _, x in part])
+
+    def held(self, weight: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        """Return values (k, n, ...) of q alone in the comparison band, (K, n, ...)."""
+        shape = weight(self.logs[0].q[:1]).shape[1:]
+
+        def flat(q: FloatArray) -> FloatArray:
+            return weight(q).reshape(len(q), -1)
+
+        parts = [x for log in self.logs for _, x in log.unmasked.held(flat)]
+        return np.concatenate(parts).reshape(-1, *shape)
 
     @cached_property
     def at_rest(self) -> FloatArray:
         """(K, n, p) regressor of weight alone: inertial columns with nothing moving."""
         regressor, inertial = self.evaluator["torque_regressor"], self.evaluator.model.inertial
 
-        def weight(q: FloatArray, qd: FloatArray, _: FloatArray) -> FloatArray:
-            out = np.array(regressor(q, 0 * qd, 0 * qd))
+        def weight(q: FloatArray) -> FloatArray:
+            out = np.array(regressor(q, 0 * q, 0 * q))
             out[:, :, inertial:] = 0.0
-            return out.reshape(len(q), -1)
+            return out
 
-        return self.along(weight).reshape(self.W.shape)
+        return self.held(weight)
 
     def turned(self, signs: FloatArray) -> Rows:
         """Return the rows with torques of other signs, (n,)."""

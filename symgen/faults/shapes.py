@@ -26,6 +26,7 @@ import numpy as np
 
 from symgen import names
 from symgen.data.mask import rms
+from symgen.estimation.decimation import BLOCK
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns, everywhere
 from symgen.estimation.values import FloatArray
@@ -286,7 +287,7 @@ def _loads(scene: Scene) -> Iterator[Shape]:
     def loaded(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
         return scene.rows.variation.regressor((q, qd, qdd), links).reshape(len(q), -1)
 
-    columns = scene.rows.along(loaded).reshape(*scene.rows.y.shape, -1)
+    columns = scene.rows.along(loaded, BLOCK).reshape(*scene.rows.y.shape, -1)
     words = (
         "another load is carried on the last link{when}: identify from logs with one load; symgen "
         "payload tells its mass"
