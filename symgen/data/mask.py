@@ -17,6 +17,8 @@ from symgen.data.raw import FloatArray, Places
 
 #: Below this part of its largest speed, for this long in s, a joint is at rest.
 SLOW, REST = 0.02, 0.1
+#: Ten times slower, for a third of that time, it is as well: a stop between two moves.
+STOPPED, STOP = 0.1, 0.03
 #: A joint whose largest speed is below this part of the fastest one's of its kind never moves.
 STILL = 0.02
 #: So near to a declared limit, and so often in a row at its own extreme, a torque is saturated.
@@ -124,17 +126,25 @@ def mean_speeds(q: FloatArray, step: float, span: float = REST) -> FloatArray:
 
 
 def resting(q: FloatArray, step: float, slow: FloatArray) -> Bools:
-    """Find where joints are at rest: on the average of 0.1 s slower than some speed, that long.
+    """Find where joints are at rest: slower than some speed for 0.1 s, or stopped, see `stops`.
 
     Args:
         q: (N, n) positions, rad (m).
         step: sampling step in s.
-        slow: (n,) rad/s (m/s).
+        slow: (n,) rad/s (m/s), on the average of 0.1 s.
 
     Returns:
         (N, n) at rest.
     """
-    return _long(np.abs(mean_speeds(q, step)) <= slow, step)
+    return _long(np.abs(mean_speeds(q, step)) <= slow, step) | stops(q, step, STOPPED * slow)
+
+
+def stops(q: FloatArray, step: float, slow: FloatArray) -> Bools:
+    """Find where joints stop, however short: on the average of 0.03 s slower than a speed, so long.
+
+    A reversal without a stop is over sooner. Arguments and result as for `resting`.
+    """
+    return in_rows(np.abs(mean_speeds(q, step, STOP)) <= slow, max(2, round(STOP / step)))
 
 
 def saturated(

@@ -14,7 +14,7 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.mask import Bools, in_rows, mean_speeds, rms, touched
+from symgen.data.mask import SLOW, STOP, STOPPED, Bools, mean_speeds, rms, stops, touched
 from symgen.estimation.cutoff import rest_weight
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns, dense
@@ -29,8 +29,6 @@ _TINY = 1e-300
 _FREE = 1e-5  # of a column of unit norm, from which the model does not say it
 _SETTLING = 5
 _REST = 0.005  # of the RMS speed
-#: s, and part of the largest speed: a joint that is slower for this long stands still.
-_STOP, _SLOW = 0.03, 0.002
 
 
 def counted(log: FilteredLog) -> Bools:
@@ -41,14 +39,9 @@ def counted(log: FilteredLog) -> Bools:
 
 
 def standing(log: FilteredLog) -> Bools:
-    """Return where joints stand still, however short, (N, n).
-
-    Their positions tell: 0.2 % of the largest speed, on the average of 0.03 s, for that long. A
-    reversal without a stop is over sooner.
-    """
-    speed = np.abs(mean_speeds(log.q, log.step, _STOP))
-    slow = speed <= _SLOW * speed.max(axis=0)
-    return in_rows(slow & (speed.max(axis=0) > 0), max(2, round(_STOP / log.step)))
+    """Return where joints stop, however short, (N, n): at 0.2 % of their largest speed."""
+    largest = np.abs(mean_speeds(log.q, log.step, STOP)).max(axis=0)
+    return stops(log.q, log.step, np.where(largest > 0, SLOW * STOPPED * largest, -1.0))
 
 
 def static(log: FilteredLog) -> Bools:

@@ -163,11 +163,13 @@ class LogSpan:
         stretch: its rows alone.
         kind: "train" or "validation".
         number: in the run.
+        place: parts of all time of its kind at which it begins and ends.
     """
 
     stretch: Stretch
     kind: str
     number: int
+    place: tuple[float, float] = (0.0, 1.0)
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,13 @@ from typing import ClassVar, Protocol
 import numpy as np
 
 from symgen.errors import IdentificationError
-from symgen.estimation.covariance import bartlett, counts, robust_covariance, scores
+from symgen.estimation.covariance import (
+    bartlett,
+    counts,
+    long_run_covariance,
+    robust_covariance,
+    scores,
+)
 from symgen.estimation.solve import (
     SINGULAR,
     Solution,
@@ -156,7 +162,7 @@ class Huber:
         beyond = 1 - np.mean(np.concatenate(inside))
         return Solution(
             X,
-            robust_covariance(system, bread, own),
+            robust_covariance(system, bread, own, kept),
             condition(R),
             tuple(map(float, inverse)),
             (f"{100 * beyond:.3g} % of the equations lie beyond the threshold and weigh less",),
@@ -376,7 +382,8 @@ class TotalLeastSquares:
                 "total least squares has no solution here: the errors of the columns hide the "
                 "least excited parameters; accepted: a richer motion, or method wls or iv"
             )
-        covariance = robust_covariance(system, np.linalg.inv(information / unit) / unit, own)
+        bread = np.linalg.inv(information / unit) / unit
+        covariance = robust_covariance(system, bread, own, weights)
         root = float(np.sqrt(values[-1] / values[0]))
         return Solution(X, covariance, root, tuple(map(float, weights)))
 
@@ -458,7 +465,7 @@ class InstrumentalVariables:
             )
         return Solution(
             reduced.X,
-            robust_covariance(system, bread, rows),
+            robust_covariance(system, bread, rows, weights, instruments=True),
             float(np.linalg.cond(A)),
             tuple(map(float, weights)),
             notes,
@@ -561,10 +568,12 @@ def _wald(
         reduced = merged([s.factor for s in summaries(augmented)], weights, augmented.names)
     except IdentificationError:
         return None
-    found = least_squares_solution(augmented, *reduced, weights)
-    values, vectors = np.linalg.eigh(found.covariance[p:, p:])
+    X, scale, R = reduced
+    own = [scores(e, X, np.ones_like(X), w) for w, e in zip(weights, augmented.logs, strict=True)]
+    covariance = long_run_covariance(augmented, inverse_information(scale, R), own)
+    values, vectors = np.linalg.eigh(covariance[p:, p:])
     kept = values > 1e-12 * values[-1]
-    size = float(np.sum((vectors[:, kept].T @ found.X[p:]) ** 2 / values[kept]))
+    size = float(np.sum((vectors[:, kept].T @ X[p:]) ** 2 / values[kept]))
     count = int(kept.sum())
     statistic = size / count
     return Endogeneity(label, statistic, (count, freedom), f_tail(statistic, count, freedom))

@@ -20,7 +20,6 @@ SINGULAR = 1e-8
 _SHORTEST = 1e-9  # the same of a search, which asks for columns that may say the same
 _AT_ONCE = 64  # factors that are merged together
 _SHARE = 1e-6  # of a parameter in a combination that data leave open
-_FULL = 0.99  # leverage of a row that alone determines a parameter
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,9 +171,6 @@ def least_squares_solution(
 ) -> Solution:
     """Return the solution of weighted least squares with its precision.
 
-    Scores of rows that are no series, which are few, are divided by 1 - h, h the leverage: how much
-    of its own residual each row takes away (MacKinnon and White 1985, HC3).
-
     Args:
         system: the equations.
         X: the parameters.
@@ -184,11 +180,7 @@ def least_squares_solution(
     """
     bread = inverse_information(scale, R)
     rows = [scores(e, X, np.ones_like(X), w) for w, e in zip(weights, system.logs, strict=True)]
-    for s, w, e in zip(rows, weights, system.logs, strict=True):
-        if not e.correlation:
-            leverage = np.square(w) * np.einsum("ka,ab,kb->k", e.W, bread, e.W)
-            s /= 1 - np.minimum(leverage, _FULL)[:, None]
-    covariance = robust_covariance(system, bread, rows)
+    covariance = robust_covariance(system, bread, rows, weights)
     return Solution(X, covariance, condition(R), tuple(float(np.mean(w)) for w in weights))
 
 

@@ -33,6 +33,8 @@ from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import Windows, chunks, place_windows
 from symgen.runtime.evaluator import Evaluator
 
+#: Between the name of a log and the number of a joint.
+_OF = ", joint "
 #: From q, qd, qdd (k, n) to what it gives for each sample.
 Model = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
@@ -47,6 +49,7 @@ class Equations:
     `Z` are instruments, (K, p): the same rows along a motion that is free of the noise in W.
     `weight` is that of the log's squared residuals beside those of others. `rest` (K,) tells which
     rows the joint's rests concern, and `rest_weight` what their W and y were multiplied by.
+    `span` is when the log begins and ends, s; None for the rows' own.
     """
 
     name: str
@@ -59,6 +62,12 @@ class Equations:
     Z: FloatArray | None = None
     rest: Bools | None = None
     rest_weight: float = 1.0
+    span: tuple[float, float] | None = None
+
+    @property
+    def log(self) -> str:
+        """Name of the log, whose equations those of other joints are as well."""
+        return self.name.partition(_OF)[0]
 
     def with_rows(self, W: FloatArray) -> Equations:
         """Return the equations whose sides these are: with W (K, p), and rows at rest weighed.
@@ -156,7 +165,7 @@ def _by_joint(log: FilteredLog, y: FloatArray, t: FloatArray, rows: int) -> list
     """Return equations without W, of which some rows in a row share samples: y (K, n), t (K,)."""
     none: FloatArray = np.zeros((len(t), 0))
     return [
-        Equations(f"{log.name}, joint {j + 1}", none, y[:, j], t, rows, j)
+        Equations(f"{log.name}{_OF}{j + 1}", none, y[:, j], t, rows, j, span=(log.t[0], log.t[-1]))
         for j in range(y.shape[1])
     ]
 

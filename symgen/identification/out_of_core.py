@@ -3,7 +3,7 @@
     files --columns of time--> stretches without gaps --last fifth held out--> parts
     parts --a sample of them--> in memory: band, delay, faults, model, scans, tests, curves
     parts --chunks of rows--> EQUATIONS of each, folded where they are read --> triangle and rows of
-          every log and joint --merged--> weights, X
+          every log, joint and block of time --merged--> weights, X
     parts --chunks again--> sums of scores, squared errors of torque --added up--> covariance, fit
 
 What is read whole are summaries: their size does not depend on the number of samples. Where the
@@ -58,12 +58,20 @@ from symgen.estimation.chunks import (
     unpacked_arrays,
     unpacked_chunk,
 )
-from symgen.estimation.covariance import bartlett, sandwich, scores
+from symgen.estimation.covariance import (
+    bartlett,
+    blocks_at,
+    jackknife,
+    sandwich,
+    scores,
+    shares_of_time,
+    widened,
+)
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import PASSES, Wls
 from symgen.estimation.logs import Source, held_from
 from symgen.estimation.solve import Solution, condition, log_weights
-from symgen.estimation.summary import Summary, merge_summaries, summarise
+from symgen.estimation.summary import BLOCKS, Summary, merge_summaries, summarise
 from symgen.estimation.torque_error import TorqueFit
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, Fault, merged
@@ -144,6 +152,11 @@ def parts_of(
         if not any(p.kind == kind for p in parts):
             listed = ", ".join(short[:3])
             raise LogError(f"{listed}: too short a {kind} log; accepted: longer ones, without gaps")
+    for kind in KINDS:
+        same = [p for p in parts if p.kind == kind]
+        shares = shares_of_time(p.stretch.times for p in same)
+        for p, place in zip(same, shares, strict=True):
+            parts[p.number] = replace(p, place=place)
     if not short:
         return parts, ()
     return parts, (f"{len(short)} stretches are too short and left out: {first_of(short, 3)}",)
@@ -306,8 +319,15 @@ class EquationReduction(Reduction):
 
         def summaries(part: LogSpan, chunk: ChunkOfLog) -> list[tuple[str, Summary]]:
             equations = chunk.all_equations(self.evaluator, self.settings.model)
-            own = (summarise(chunk.equations(e)[0]) for e in equations)
-            return [(f"{part.number}.{j}", summary) for j, summary in enumerate(own)]
+            found = []
+            for j, e in enumerate(equations):
+                own, _ = chunk.equations(e)
+                block = blocks_at(own.t, part.stretch.times, part.place)
+                found += [
+                    (f"{part.number}.{j}.{b}", summarise(own.where(block == b, own.name)))
+                    for b in np.unique(block)
+                ]
+            return found
 
         for own, repairs in self.reduced(work, summaries, work.partition.chunks):
             mended += repairs
@@ -360,24 +380,44 @@ class Summaries(Sequence[Summary]):
 
     Attributes:
         folder: that holds the results.
-        places: number of the log, and of the joint, and the keys of the results that hold them.
+        places: number of the log, and of the joint, and the results, and arrays in them, that hold
+            them.
     """
 
     folder: WorkFolder
-    places: tuple[tuple[tuple[int, int], tuple[str, ...]], ...]
+    places: tuple[tuple[tuple[int, int], tuple[tuple[str, str], ...]], ...]
 
     def __len__(self) -> int:
         return len(self.places)
 
     def __getitem__(self, k: Any) -> Any:
-        (number, j), keys = self.places[k]
-        parts = []
-        for key in keys:
-            arrays = unpacked_arrays(self.folder.read(key))
-            rows, correlation, joint = map(int, arrays[f"{number}.{j}{_COUNTS}"])
+        return merge_summaries([summary for _, summary in self.blocks(k)])
+
+    def blocks(self, k: int) -> Iterator[tuple[int, Summary]]:
+        """Yield what a log and joint has in each block of time."""
+        read: dict[str, dict[str, Any]] = {}
+        for key, name in self.places[k][1]:
+            if key not in read:
+                read = {key: unpacked_arrays(self.folder.read(key))}
+            arrays = read[key]
+            rows, correlation, joint = map(int, arrays[f"{name}{_COUNTS}"])
             own = None if joint < 0 else joint
-            parts.append(Summary(arrays[f"{number}.{j}"], rows, correlation, joint=own))
-        return merge_summaries(parts)
+            summary = Summary(arrays[name], rows, correlation, joint=own)
+            yield int(name.rpartition(".")[2]), summary
+
+
+def _block_products(
+    parts: Summaries, X: FloatArray, weights: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return what each block of time adds to W'W and to the scores, (B, p, p) and (B, p)."""
+    p = len(X)
+    products, sums = np.zeros((BLOCKS, p, p)), np.zeros((BLOCKS, p))
+    for k, w in enumerate(weights):
+        for b, summary in parts.blocks(k):
+            W, y = w * summary.factor[:, :p], w * summary.factor[:, p]
+            products[b] += W.T @ W
+            sums[b] += W.T @ (y - W @ X)
+    return products, sums
 
 
 @contextmanager
@@ -489,7 +529,11 @@ class ChunkedLogs(OpenLogs):
         )
         total = self._added(errors)
         inverse = np.linalg.inv(R)
-        covariance = sandwich(inverse @ inverse.T, total["meat"], own) / np.outer(scale, scale)
+        bread = inverse @ inverse.T / np.outer(scale, scale)
+        meat = total["meat"] * np.outer(scale, scale)
+        covariance = sandwich(bread, meat, own)
+        blocks = _block_products(own, X, weights)
+        covariance = widened(covariance, jackknife(bread, *blocks, own))
         fits = (
             replace(fit, **{key: total[f"{kind}.{key}"] for key in FIT_SUMS})
             for kind, fit in zip(KINDS, run.torques(X), strict=True)
@@ -543,7 +587,7 @@ class ChunkedLogs(OpenLogs):
 
     def _merged(self, keys: Sequence[str]) -> tuple[Summaries, Summaries, list[Fault], list[bool]]:
         """Return summaries of training and validation logs, repairs, and where there were none."""
-        places: dict[tuple[int, int], tuple[str, ...]] = {}
+        places: dict[tuple[int, int], tuple[tuple[str, str], ...]] = {}
         repairs: list[Fault] = []
         clean = []
         for key in keys:
@@ -553,8 +597,8 @@ class ChunkedLogs(OpenLogs):
             clean.append(not mended)
             for name in arrays:
                 if not name.endswith(_COUNTS):
-                    number, j = map(int, name.split("."))
-                    places[number, j] = (*places.get((number, j), ()), key)
+                    number, j, _ = map(int, name.split("."))
+                    places[number, j] = (*places.get((number, j), ()), (key, name))
         train, held = (
             Summaries(
                 self.folder,

@@ -66,6 +66,7 @@ MISSING = (
     "torque_offset",
 )
 CLEAN_RATE = 250.0  # Hz, of the clean motion
+_WAVES = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +87,7 @@ class Run:
         robot_toml: what the user believes.
         train, validation: as the instruments gave them.
         clean, torque: a further motion, and its exact torque (N, n).
+    exact: gives the torque (N, n) of a motion, without what is missing.
         missing: (effect, joint, share of the joint's torque) that robot.toml leaves out.
         drawn: arm, kind and speed of the motion, instruments, faults.
     """
@@ -95,6 +97,7 @@ class Run:
     validation: Log
     clean: Motion
     torque: np.ndarray
+    exact: Callable[[Motion], np.ndarray]
     missing: tuple[tuple[str, int, float], ...]
     drawn: dict[str, Any]
 
@@ -108,6 +111,7 @@ def run(
     effects: bool | None = None,
     faulty: float = 0.0,
     torque_noise: tuple[float, float] = (0.002, 0.05),
+    misfit: float = 0.0,
 ) -> Run:
     """Draw a run.
 
@@ -119,6 +123,7 @@ def run(
         effects: whether robot.toml leaves effects out; None draws it, 4 in 10.
         faulty: share of the runs whose logs have some of the light faults of `faults`.
         torque_noise: smallest and largest noise of the torques, as shares of their RMS.
+        misfit: RMS of a smooth torque of the whole motion that no effect has, over the joint's.
     """
     rng = np.random.default_rng([seed, 2026])
     name = str(rng.choice(list(arms)))
@@ -141,6 +146,10 @@ def run(
     wanted = rng.random() < 0.4 if effects is None else effects
     missing = _missing(rng, machine, motions[0]) if wanted else ()
     torques = [machine.torque(motion, missing) for motion in motions]
+    if misfit:
+        apart = np.random.default_rng([seed, 2027])  # what else is drawn stays
+        smooth = _smooth(apart, motions[0], misfit * _rms(torques[0]))
+        torques = [tau + smooth(m) for tau, m in zip(torques, motions, strict=True)]
     instruments = _instruments(rng, speeds, torque_noise)
     logs = [_recorded(rng, m, tau, instruments) for m, tau in zip(motions, torques, strict=True)]
     faults: list[tuple[Fault, ...]] = [(), ()]
@@ -154,6 +163,7 @@ def run(
         validation=logs[1],
         clean=motions[2],
         torque=torques[2],
+        exact=machine.torque,
         missing=tuple((e.name, e.joint + 1, e.share) for e in missing),
         drawn={
             "arm": name,
@@ -300,6 +310,22 @@ def _missing(rng: np.random.Generator, machine: _Machine, motion: Motion) -> tup
         gain = share * float(size[j] / max(unit, 1e-12))
         out.append(_Effect(name, j, share, lambda q, v, r, f=law, g=gain: g * f(q, v, r)))
     return tuple(out)
+
+
+def _smooth(
+    rng: np.random.Generator, motion: Motion, size: np.ndarray
+) -> Callable[[Motion], np.ndarray]:
+    """A torque (N, n) of positions and speeds of all joints: waves over about their spread."""
+    state = np.hstack([motion.q, motion.qd])
+    middle, spread, n = state.mean(axis=0), state.std(axis=0), motion.q.shape[1]
+    ways = rng.normal(size=(_WAVES, 2 * n)) / np.sqrt(n)
+    phase = rng.uniform(0, 2 * np.pi, (_WAVES, n))
+
+    def torque(motion: Motion) -> np.ndarray:
+        at = (np.hstack([motion.q, motion.qd]) - middle) / spread @ ways.T
+        return np.asarray(size * np.sqrt(2 / _WAVES) * np.cos(at[..., None] + phase).sum(axis=1))
+
+    return torque
 
 
 def _law(

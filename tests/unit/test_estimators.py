@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.stats
+from oracles.precision import blocks, jackknifed, long_run, wider
 
 import symgen
 from symgen.estimation.estimators import (
@@ -37,24 +38,15 @@ def _system(*logs: Equations) -> LinearSystem:
 LOGS = (_log(1, 200, 0.1), _log(2, 120, 1.0))
 
 
-def _wider(*lagged: tuple[int, int]) -> float:
-    """Critical values of Kiefer and Vogelsang (2005), table 1, over that of the normal law."""
-    b = 1 / sum(rows / lag for rows, lag in lagged)
-    return (1.96 + 2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
-
-
-def _long_run(s: np.ndarray, lag: int) -> np.ndarray:
-    out = s.T @ s
-    for k in range(1, lag):
-        out += (1 - k / lag) * (s[k:].T @ s[:-k] + s[:-k].T @ s[k:])
-    return out
-
-
-def _sandwich(bread: np.ndarray, scores: list[np.ndarray]) -> np.ndarray:
-    """The robust covariance where no rows overlap: sums of scores over eight rows."""
-    meat = sum(_long_run(s, 8) for s in scores)
+def _covariance(
+    bread: np.ndarray, scores: list[np.ndarray], slopes: list[np.ndarray], p: int = 3
+) -> np.ndarray:
+    """The robust covariance where no rows overlap: sums of scores over eight rows, and blocks."""
+    meat = sum(long_run(s, 8) for s in scores)
     m = sum(map(len, scores))
-    return _wider(*((len(s), 8) for s in scores)) ** 2 * m / (m - 3) * bread @ meat @ bread.T
+    plain = wider(*((len(s), 8) for s in scores)) ** 2 * m / (m - p) * bread @ meat @ bread.T
+    numbers = blocks([0.01 * np.arange(len(s)) for s in scores])
+    return jackknifed(plain, bread, scores, [(x, x) for x in slopes], numbers)
 
 
 @pytest.mark.parametrize("passes", [0, 3])
@@ -70,9 +62,9 @@ def test_weighted_least_squares_and_its_precision(passes: int) -> None:
     np.testing.assert_allclose(found.X, X, rtol=1e-10)
     np.testing.assert_allclose(found.weights, w, rtol=1e-9)
     scores = [(v * v * (e.y - e.W @ X))[:, None] * e.W for v, e in zip(w, LOGS, strict=True)]
-    np.testing.assert_allclose(
-        found.covariance, _sandwich(np.linalg.inv(W.T @ W), scores), rtol=1e-8
-    )
+    slopes = [v * e.W for v, e in zip(w, LOGS, strict=True)]
+    expected = _covariance(np.linalg.inv(W.T @ W), scores, slopes)
+    np.testing.assert_allclose(found.covariance, expected, rtol=1e-8)
     assert found.condition_number == pytest.approx(
         np.linalg.cond(W / np.linalg.norm(W, axis=0)), rel=1e-9
     )
@@ -105,7 +97,11 @@ def test_huber_is_where_its_clipped_scores_are_zero_and_says_how_many_are() -> N
     )
     kept = [(e.W / v)[np.abs(x) <= threshold * v] for e, x, v in zip(logs, errors, s, strict=True)]
     bread = np.linalg.inv(sum(k.T @ k for k in kept))
-    np.testing.assert_allclose(found.covariance, _sandwich(bread, scores), rtol=1e-6)
+    slopes = [
+        (e.W / v) * (np.abs(x) <= threshold * v)[:, None]
+        for e, x, v in zip(logs, errors, s, strict=True)
+    ]
+    np.testing.assert_allclose(found.covariance, _covariance(bread, scores, slopes), rtol=1e-6)
     # rows weigh as they did when X was found
     root = [np.sqrt(np.minimum(1, threshold * v / np.abs(x))) / v
             for x, v in zip(errors, s, strict=True)]  # fmt: skip
@@ -150,12 +146,13 @@ def test_a_prior_and_its_precision_are_those_of_both_informations() -> None:
     np.testing.assert_allclose(found.weights, w, rtol=1e-6)
     bread = np.linalg.inv(whole)
     first = (w[0] ** 2 * (logs[0].y - logs[0].W @ found.X))[:, None] * logs[0].W
-    e, v = logs[1], w[1]
-    h = v * v * np.einsum("ka,ab,kb->k", e.W, bread, e.W)
-    second = (v * v * (e.y - e.W @ found.X) / (1 - h))[:, None] * e.W
-    meat = _long_run(first, 32) + second.T @ second
+    second = (w[1] ** 2 * (logs[1].y - logs[1].W @ found.X))[:, None] * logs[1].W
+    meat = long_run(first, 32) + second.T @ second
     m = 200 / 4 + 100
-    data = _wider((200, 32), (100, 1)) ** 2 * m / (m - 3) * bread @ meat @ bread
+    plain = wider((200, 32), (100, 1)) ** 2 * m / (m - 3) * bread @ meat @ bread
+    slopes = [(v * e.W, v * e.W) for v, e in zip(w, logs, strict=True)]
+    numbers = blocks([e.t for e in logs])
+    data = jackknifed(plain, bread, [first, second], slopes, numbers)
     np.testing.assert_allclose(found.covariance, data + bread @ information @ bread, rtol=1e-5)
 
 
@@ -194,7 +191,9 @@ def test_ridge_and_its_precision(strength: float | None) -> None:
     assert found.notes == (f"ridge strength {strength:.3g} on columns of unit norm",)
     np.testing.assert_allclose(found.weights, w, rtol=1e-12)
     scores = [(v * v * (e.y - e.W @ X))[:, None] * e.W for v, e in zip(w, LOGS, strict=True)]
-    np.testing.assert_allclose(found.covariance, _sandwich(np.linalg.inv(whole), scores), rtol=1e-8)
+    slopes = [v * e.W for v, e in zip(w, LOGS, strict=True)]
+    expected = _covariance(np.linalg.inv(whole), scores, slopes)
+    np.testing.assert_allclose(found.covariance, expected, rtol=1e-8)
     unit = np.sqrt(np.diag(whole))
     assert found.condition_number == pytest.approx(
         np.sqrt(np.linalg.cond(whole / np.outer(unit, unit))), rel=1e-6
@@ -240,9 +239,9 @@ def test_total_least_squares_and_its_precision(noise) -> None:
     ]
     rss = sum(float(x @ x) for x in errors)
     information = W.T @ W - rss / growth * np.diag(C)
-    np.testing.assert_allclose(
-        found.covariance, _sandwich(np.linalg.inv(information), scores), rtol=1e-6
-    )
+    slopes = [v * e.W for v, e in zip(w, LOGS, strict=True)]
+    expected = _covariance(np.linalg.inv(information), scores, slopes)
+    np.testing.assert_allclose(found.covariance, expected, rtol=1e-6)
     unit = np.linalg.norm(W, axis=0)
     assert found.condition_number == pytest.approx(
         np.sqrt(np.linalg.cond(information / np.outer(unit, unit))), rel=1e-6
@@ -275,7 +274,7 @@ def test_rows_are_whitened_by_their_deviation_and_their_correlation() -> None:
     for e, error in zip(logs, errors, strict=True):
         e.y[:] = e.W @ TRUE + error
     weights, m = whitening(_system(*logs), TRUE)
-    inflation = _long_run(steady[:, None], 8)[0, 0] / np.sum(steady**2)
+    inflation = long_run(steady[:, None], 8)[0, 0] / np.sum(steady**2)
     assert inflation > 2
     assert weights[0] == pytest.approx(np.sqrt(400 / np.sum(steady**2) / inflation))
     assert weights[1] == pytest.approx(1.0)  # never more than its rows
@@ -298,7 +297,7 @@ def test_what_is_left_out_is_named_and_the_rest_is_weighted_least_squares() -> N
     for rows, noise in ((300, 0.1), (200, 0.7)):
         W = draw.normal(size=(rows, 4)) * np.array([1.0, 10.0, 0.1, 3.0])
         y = W @ np.array([2.0, 0.0, 5.0, 0.0]) + noise * draw.normal(size=rows)
-        logs.append(Equations("a", W, y, np.arange(rows) * 0.01, 1))
+        logs.append(Equations(f"{rows} rows", W, y, np.arange(rows) * 0.01, 1))
     system = LinearSystem(("A", "B", "C", "D"), tuple(logs))
     found, full = Essential().solve(system), Wls().solve(system)
     assert found.notes == ("2 of 4 parameters are essential; taken as 0, F test at 0.05: B, D",)
@@ -311,9 +310,8 @@ def test_what_is_left_out_is_named_and_the_rest_is_weighted_least_squares() -> N
         (w * w * (e.y - e.W[:, [0, 2]] @ X))[:, None] * e.W[:, [0, 2]]
         for w, e in zip(weights, logs, strict=True)
     ]
-    meat = sum(_long_run(s, 8) for s in scores)
-    inverse = np.linalg.inv(W.T @ W)
-    expected = _wider((300, 8), (200, 8)) ** 2 * 500 / 498 * inverse @ meat @ inverse
+    slopes = [w * e.W[:, [0, 2]] for w, e in zip(weights, logs, strict=True)]
+    expected = _covariance(np.linalg.inv(W.T @ W), scores, slopes, 2)
     np.testing.assert_allclose(found.covariance[np.ix_([0, 2], [0, 2])], expected, rtol=1e-8)
     assert found.covariance[1].tolist() == found.covariance[:, 3].tolist() == [0.0] * 4
     (other,) = found.comparison

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.stats
+from oracles.precision import blocks, jackknifed, long_run, wider
 
 import symgen
 from symgen.estimation import estimators
@@ -63,17 +64,12 @@ def test_logs_are_weighed_by_their_own_residual_in_three_passes() -> None:
     Zs = [w * e.Z for w, e in zip(weights, logs, strict=True)]
     scores = [(w * (e.y - e.W @ X))[:, None] * Z for w, e, Z in zip(weights, logs, Zs, strict=True)]
     A = sum(Z.T @ (w * e.W) for Z, w, e in zip(Zs, weights, logs, strict=True))
-    meat = np.zeros((3, 3))
-    for s in scores:
-        meat += s.T @ s
-        for k in range(1, 8):
-            meat += (1 - k / 8) * (s[k:].T @ s[:-k] + s[:-k].T @ s[k:])
-    b = 8 / 600
-    wider = (1.96 + 2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
+    meat = sum(long_run(s, 8) for s in scores)
     inverse = np.linalg.inv(A)
-    np.testing.assert_allclose(
-        found.covariance, wider**2 * 600 / 597 * inverse @ meat @ inverse.T, rtol=1e-8
-    )
+    plain = wider((600, 8)) ** 2 * 600 / 597 * inverse @ meat @ inverse.T
+    slopes = [(Z, w * e.W) for Z, w, e in zip(Zs, weights, logs, strict=True)]
+    expected = jackknifed(plain, inverse, scores, slopes, blocks([e.t for e in logs]))
+    np.testing.assert_allclose(found.covariance, expected, rtol=1e-8)
     Z, W = np.concatenate(Zs), np.concatenate([w * e.W for w, e in zip(weights, logs, strict=True)])
     unit = Z / np.linalg.norm(Z, axis=0), W / np.linalg.norm(W, axis=0)
     assert found.condition_number == pytest.approx(np.linalg.cond(unit[0].T @ unit[1]), rel=1e-8)

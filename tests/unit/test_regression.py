@@ -7,17 +7,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy.stats
+from oracles.precision import blocks, jackknifed, long_run, wider
 
 import symgen
 from symgen.errors import IdentificationError
 from symgen.estimation.covariance import robust_covariance, sandwich
 from symgen.estimation.equation_model import require_model
+from symgen.estimation.estimators import Ols
 from symgen.estimation.solve import (
     column_norms,
     condition,
     factors,
     inverse_deviation,
-    least_squares_solution,
     log_weights,
     merged,
     require_rows,
@@ -142,64 +144,39 @@ def test_less_than_one_stretch_counts_as_one() -> None:
     assert few[0, 0] == pytest.approx(wider**2 * 3 / 1)
 
 
-def _long_run(s: np.ndarray, lag: int) -> np.ndarray:
-    out = s.T @ s
-    for k in range(1, lag):
-        out += (1 - k / lag) * (s[k:].T @ s[:-k] + s[:-k].T @ s[k:])
-    return out
-
-
 def test_scores_of_each_log_are_summed_over_its_own_lag() -> None:
     logs = [_log(10, 200, 0.1, 2), _log(11, 40, 0.1, 3)]
     draw = np.random.default_rng(12)
     scores = [draw.normal(size=(len(e.y), 3)) for e in logs]
     bread = draw.normal(size=(3, 3))
-    meat = _long_run(scores[0], 16) + _long_run(scores[1], 10)
-    b, m = 1 / (200 / 16 + 40 / 10), 200 / 2 + 40 / 3
-    wider = (1.96 + 2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
-    np.testing.assert_allclose(
-        robust_covariance(_system(*logs), bread, scores),
-        wider**2 * m / (m - 3) * bread @ meat @ bread.T,
-        rtol=1e-9,
-    )
+    meat = long_run(scores[0], 16) + long_run(scores[1], 10)
+    m = 200 / 2 + 40 / 3
+    plain = wider((200, 16), (40, 10)) ** 2 * m / (m - 3) * bread @ meat @ bread.T
+    # the jackknife has nothing to say where the derivative is that of other rows, without a weight
+    found = robust_covariance(_system(*logs), bread, [0.0 * s for s in scores], [0.0, 0.0])
+    assert not found.any()
+    found = robust_covariance(_system(*logs), bread, scores, [0.0, 0.0])
+    np.testing.assert_allclose(found, plain, rtol=1e-9)
 
 
-def test_rows_that_are_no_series_have_the_covariance_of_mackinnon_and_white() -> None:
-    """HC3 on weighted rows: scores over 1 - h, h the diagonal of W (W'W)^-1 W'."""
-    e = _log(13, 30, 0.4, correlation=0)
-    for w in (1.5, np.linspace(1, 2, 30)):
-        X, scale, R = merged(factors(_system(e), [w * np.ones(30)]), np.ones(1), NAMES)
-        found = least_squares_solution(_system(e), X, scale, R, [w])
-        W = w * np.ones(30)
-        W = W[:, None] * e.W
-        error = w * (e.y - e.W @ X)
-        inverse = np.linalg.inv(W.T @ W)
-        h = np.diag(W @ inverse @ W.T)
-        s = (error / (1 - h))[:, None] * W
-        b = 1 / 30
-        wider = (1.96 + 2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
-        np.testing.assert_allclose(
-            found.covariance, wider**2 * 30 / 27 * inverse @ (s.T @ s) @ inverse, rtol=1e-8
-        )
-        assert found.weights == (pytest.approx(float(np.mean(w))),)
-        assert found.condition_number == pytest.approx(
-            np.linalg.cond(W / np.linalg.norm(W, axis=0)), rel=1e-9
-        )
-
-
-def test_a_row_that_alone_determines_a_parameter_keeps_a_finite_score() -> None:
-    W = np.zeros((20, 2))
-    W[:-1, 0], W[-1, 1] = np.linspace(1, 2, 19), 3.0
-    y = W @ np.array([1.0, 2.0]) + 0.1 * np.cos(np.arange(20.0))
-    system = LinearSystem(("A", "B"), (Equations("a", W, y, np.arange(20.0), 0),))
-    root = np.linalg.norm(W, axis=0)  # its columns are orthogonal
-    found = least_squares_solution(system, np.array([1.0, 1.0]), np.ones(2), np.diag(root), [1.0])
-    error = y[-1] - 3.0  # the leverage of the last row counts as 0.99
-    b = 1 / 20
-    wider = (1.96 + 2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
-    assert found.covariance[1, 1] == pytest.approx(
-        wider**2 * 20 / 18 * (error / 0.01 * 3.0 / 9.0) ** 2, rel=1e-6
-    )
+@pytest.mark.parametrize("correlation", [1, 0])
+def test_an_estimate_is_at_least_as_uncertain_as_without_each_block_of_time(correlation) -> None:
+    """Solved again without each: a misfit that stands in one half of the time is seen."""
+    logs = [_log(13, 303, 0.05, correlation), _log(14, 108, 0.05, correlation)]
+    logs[0].y[:150] += 2.0 * np.sign(logs[0].W[:150, 0])
+    found = Ols().solve(_system(*logs))
+    times = [e.t for e in logs]
+    numbers = blocks(times) if correlation else [np.arange(303), 303 + np.arange(108)]
+    W, y, number = (np.concatenate(x) for x in ([e.W for e in logs], [e.y for e in logs], numbers))
+    without = [
+        np.linalg.lstsq(W[number != b], y[number != b], rcond=None)[0] for b in np.unique(number)
+    ]
+    B = len(without)
+    spread = np.sum((np.array(without) - np.mean(without, axis=0)) ** 2, axis=0)
+    std = scipy.stats.t.ppf(0.975, B - 1) / 1.96 * np.sqrt((B - 1) / B * spread)
+    assert np.all(found.std >= std * (1 - 1e-9))
+    if correlation:
+        np.testing.assert_allclose(found.std[0], std[0], rtol=1e-9)
 
 
 def test_rows_that_weigh_differently() -> None:
@@ -211,13 +188,14 @@ def test_rows_that_weigh_differently() -> None:
     X = np.linalg.lstsq(W, y[:, 0], rcond=None)[0]
     inverse = np.linalg.inv(W.T @ W)
     s = (y[:, 0] - W @ X)[:, None] * W
-    meat = _long_run(s[:200], 8) + _long_run(s[200:], 8)
-    b = 1 / (300 / 8)
-    wider = (1.96 + 2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
-    np.testing.assert_allclose(found.X, X, rtol=1e-12)
-    np.testing.assert_allclose(
-        found.covariance, wider**2 * 300 / 297 * inverse @ meat @ inverse, rtol=1e-8
+    meat = long_run(s[:200], 8) + long_run(s[200:], 8)
+    plain = wider((200, 8), (100, 8)) ** 2 * 300 / 297 * inverse @ meat @ inverse
+    parts = W[:200], W[200:]
+    expected = jackknifed(
+        plain, inverse, [s[:200], s[200:]], [(x, x) for x in parts], blocks([e.t for e in logs])
     )
+    np.testing.assert_allclose(found.X, X, rtol=1e-12)
+    np.testing.assert_allclose(found.covariance, expected, rtol=1e-8)
 
 
 def test_norms_of_columns_are_one_where_they_are_zero() -> None:

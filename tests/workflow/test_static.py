@@ -160,7 +160,7 @@ def test_a_spring_is_identified_as_a_column(tmp_path) -> None:
     log = symgen.make_log("sprung", np.arange(80), q, tau, direction)
     found = symgen.identify(path, log, model="static")
     spring = next(p for p in found.parameters if p.name.startswith("K"))
-    assert abs(spring.value - 25.0) < 3 * spring.std < 10
+    assert abs(spring.value - 25.0) < 3 * spring.std < 12
     plain = symgen.identify(_plain(tmp_path), log, model="static")
     assert plain.validation.relative > 1.5 * found.validation.relative
 
