@@ -76,7 +76,7 @@ def robust_covariance(
     """
     parts = [counts(e) for e in system.logs]
     numbers, p = _numbers(system.logs), len(bread)
-    count = 1 + max(int(own.max(initial=0)) for own in numbers)
+    count = max(BLOCKS, *(1 + int(own.max(initial=0)) for own in numbers))
     products, sums = np.zeros((count, p, p)), np.zeros((count, p))
     for e, s, w, own in zip(system.logs, scores, weights, numbers, strict=True):
         W = e.W * np.reshape(w, (-1, 1))

@@ -45,8 +45,9 @@ _FAST = 0.7  # of a clock, likewise
 _WHOLE = 1.5  # of a weight: no more than all of it, and what an estimate misses, is carried
 _STEP = 1e-4  # rad or part, of differences
 _PHYSICS = "physics"
-#: Sets of columns that stand for physics without a name, of each joint.
-LAWS = (slice(0, 4), slice(4, 7), slice(7, 9), slice(9, 15), slice(15, 16))
+#: Sets of columns that stand for physics of a joint's own motion; and how many there are in all.
+_LAWS = (slice(0, 4), slice(4, 7), slice(7, 9), slice(9, 15), slice(15, 16))
+LAWS = len(_LAWS) + 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -319,7 +320,10 @@ def _offsets(scene: Scene) -> Iterator[Shape]:
 
 
 def _rivals(scene: Scene) -> Iterator[Shape]:
-    """Yield physics of one joint that a model may lack: friction, load, position and inertia."""
+    """Yield physics of one joint that a model may lack.
+
+    Its friction, load, position and inertia, and what the motion of other joints does to it.
+    """
     typical = rms(np.concatenate([log.qd for log in scene.rows.logs]))
     typical = np.where(typical > 0, typical, 1.0)
 
@@ -333,8 +337,12 @@ def _rivals(scene: Scene) -> Iterator[Shape]:
 
     columns = scene.rows.along(laws).reshape(*scene.rows.y.shape, -1)
     for j in range(scene.n):
-        for law in LAWS:
+        for law in _LAWS:
             yield Shape(_PHYSICS, (j,), {j: columns[:, j, law]})
+    moved = scene.rows.along(lambda _, qd, qdd: np.hstack([qd, np.sign(qd), qdd]))
+    for j in range(scene.n if scene.n > 1 else 0):
+        others = np.arange(moved.shape[1]) % scene.n != j
+        yield Shape(_PHYSICS, (j,), {j: moved[:, others]})
 
 
 #: What is tried beside a model.

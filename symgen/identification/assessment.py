@@ -41,6 +41,7 @@ from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
 from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual
 from symgen.estimation.values import Balance, FloatArray, OtherEstimate, Residual, Trace, Whiteness
+from symgen.faults.causes import JOINT
 from symgen.faults.fault import Fault
 from symgen.faults.undo import multiplied
 from symgen.identification.estimate import (
@@ -73,8 +74,8 @@ _PLENTY = 10  # independent equations for each parameter
 _AT_ONCE = 8192  # samples whose energies are evaluated together
 _LOUD = 0.03  # relative residual above which signs are tried
 _BETTER = 0.5  # of the residual that another sign has to leave at most
-#: Largest torque error on held-out motion that counts as explained: in all, and of one joint.
-RESIDUAL, JOINT = 0.25, 0.6
+#: Largest torque error on held-out motion that counts as explained, of all joints; of one: JOINT.
+RESIDUAL = 0.25
 #: Held-out torque error over that of the training logs above which the log was learned by heart.
 OVERFIT = 3.0
 #: Error of torque on other motions in the same range, as the covariance of X has it, over what is
@@ -186,7 +187,6 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
         parameters_use(parameters, physical, (*filter(None, [bias]), *disagreement(chosen.found))),
         simulation_use(evaluator, run.train, X, parameters),
     )
-    consistent = physical.feasible is not False and not negative_parameters(parameters)
     traces = tuple(trace for p in (*train, *held) for trace in model_traces(p, model, X))
     traces += own.traces + seen.traces
     prior = method.prior
@@ -229,7 +229,12 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
             else a
             for a in chosen.found
         ),
-        headline=headline(*uses, len(parameters), seen.told_apart, consistent),
+        headline=headline(
+            uses,
+            len(parameters),
+            (seen.residual.relative, own.residual.relative),
+            seen.told_apart,
+        ),
     )
 
 
@@ -506,6 +511,35 @@ def driving_friction(
     )
 
 
+def negative_mass(
+    evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray, covariance: FloatArray
+) -> tuple[str, ...]:
+    """Say that the mass matrix is negative where the robot was: no real one is.
+
+        v' M(q) v < -3 of its standard deviations,    v the eigenvector of the least eigenvalue
+
+    Args:
+        evaluator: the compiled model, with torque_regressor and inverse_dynamics.
+        logs: the training logs.
+        X, covariance: of the parameters, (p,) and (p, p).
+    """
+    q = np.concatenate([log.q[log.kept] for log in logs])
+    q = np.ascontiguousarray(q[:: max(1, len(q) // STATES)])
+    values, vectors = np.linalg.eigh(mass_matrices(evaluator, q, X))
+    v, zero = np.ascontiguousarray(vectors[:, :, 0]), np.zeros_like(q)
+    regressor = evaluator["torque_regressor"]
+    rows = np.einsum("kj,kja->ka", v, regressor(q, zero, v) - regressor(q, zero, zero))
+    C = covariance[: rows.shape[1], : rows.shape[1]]
+    std = np.sqrt(np.maximum(np.einsum("ka,ab,kb->k", rows, C, rows), 0.0))
+    share = float(np.mean(values[:, 0] < -SIGNIFICANT * std))
+    if not share:
+        return ()
+    return (
+        f"the mass matrix has a negative eigenvalue, by more than {SIGNIFICANT:g} std, in "
+        f"{100 * share:.3g} % of the positions of the log",
+    )
+
+
 def negative_parameters(parameters: Sequence[ParameterEstimate]) -> list[str]:
     """Return what must be positive and is negative beyond doubt."""
     standard = [p for p in parameters if p.expression == p.name]
@@ -541,32 +575,31 @@ def simulation_use(
 
 
 def headline(
-    prediction: Use,
-    parameters: Use,
-    simulation: Use,
-    count: int,
-    rests: Sequence[str],
-    consistent: bool,
+    uses: Sequence[Use], count: int, errors: tuple[float, float], rests: Sequence[str] = ()
 ) -> str:
-    """Say in one line what an estimate is trusted for, and what stands beside that.
+    """Say in one line for each use what an estimate is good for, and what mends it where it is not.
 
     Args:
-        prediction, parameters, simulation: as judged.
+        uses: prediction, parameters and simulation, as judged.
         count: number of parameters.
+        errors: of torque on held-out motion and on the training logs.
         rests: what is said of joints at rest.
-        consistent: whether some robot can have the parameters.
     """
-    if not prediction.ok:
-        return f"doubtful: {'; '.join(prediction.reasons)}"
-    beside = [*rests, f"{len(parameters.known)} of {count} parameters known", *parameters.reasons]
-    beside += [f"not for simulation: {reason}" for reason in simulation.reasons]
-    mend = []
-    if not (consistent and simulation.ok):
-        mend.append("--method consistent")
-    if len(parameters.known) < count:
-        mend.append("a richer motion (symgen excite)")
-    said = f"; mended by {' and '.join(mend)}" if mend else ""
-    return f"trusted for prediction; {'; '.join(beside)}{said}"
+    prediction, parameters, simulation = uses
+    held, own = (f"{100 * e:.3g} %" for e in errors)
+    known = len(parameters.known)
+    first = ["Not good for torque prediction: ", *prediction.reasons]
+    if prediction.ok:
+        first = ["Good for torque prediction: ", f"{held} torque error on held-out data ({own} on "
+                 "the training logs)", *rests]  # fmt: skip
+    second = ["Parameters: ", f"{known} of {count} are known to {KNOWN:g} %", *parameters.reasons]
+    if known < count:
+        second.append("a richer motion determines more (symgen excite)")
+    third = ["Good for simulation"]
+    if not simulation.ok:
+        possible = "--method consistent gives parameters that a robot can have"
+        third = ["Not good for simulation: ", *simulation.reasons, possible]
+    return "\n".join(f"{line[0]}{'; '.join(line[1:])}." for line in (first, second, third))
 
 
 def hardly_moving(logs: Sequence[FilteredLog], sigma: Sequence[int]) -> tuple[str, ...]:

@@ -286,16 +286,16 @@ def _judged(found: Standstill, label: str) -> Estimate:
         *_elsewhere(found, C),
         *_turned(bounds),
     )
-    beside = [f"{len(use.known)} of the {len(shown)} parameters that standstill shows are known"]
-    trusted = (
-        f"trusted for torque at standstill, within friction; {'; '.join([*beside, *use.reasons])}"
-    )
+    prediction = Use("prediction", reasons)
+    uses = (prediction, use, Use("simulation", ("standstill shows no inertia",)))
+    errors = seen.residual.relative, own.residual.relative
+    standstill = ("This holds at standstill, within friction",)
     return verdicts.make_estimate(
         evaluator,
         parameters,
         C,
         (own, seen),
-        (Use("prediction", reasons), use, Use("simulation", ("standstill shows no inertia",))),
+        uses,
         model=STATIC,
         method=label,
         condition_number=solution.condition_number,
@@ -310,7 +310,7 @@ def _judged(found: Standstill, label: str) -> Estimate:
                                                    for s in tables]),
         physical=Consistency(None, None, "not checked: standstill shows no inertia"),
         excludes=_EXCLUDES,
-        headline=f"doubtful: {'; '.join(reasons)}" if reasons else trusted,
+        headline=verdicts.headline(uses, len(shown), errors, standstill),
     )  # fmt: skip
 
 

@@ -11,10 +11,12 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from symgen.codegen.model import derive
 from symgen.data.raw import Reading
 from symgen.distributed import Say, Workers, silent
-from symgen.errors import IdentificationError
+from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.equation_model import NEEDED, EquationModel
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.logs import (
@@ -24,8 +26,15 @@ from symgen.estimation.logs import (
     require_logs,
     require_other_data,
 )
+from symgen.estimation.predictive_score import LEAST
 from symgen.faults.logs import open_logs
-from symgen.identification.assessment import Outcome, assess, outcome
+from symgen.identification.assessment import (
+    Outcome,
+    assess,
+    driving_friction,
+    negative_mass,
+    outcome,
+)
 from symgen.identification.estimate import Estimate
 from symgen.identification.model_choice import (
     ChosenModel,
@@ -39,6 +48,7 @@ from symgen.identification.model_choice import (
 )
 from symgen.identification.out_of_core import ChunkedLogs, is_long, open_data_set
 from symgen.identification.parameters import read_prior
+from symgen.identification.physical import Consistent
 from symgen.identification.solving import FOLDED, Fit, Method, solve, system_of
 from symgen.identification.static import STATIC, identify_poses
 from symgen.robot.toml_io import read_robot
@@ -134,7 +144,41 @@ def identify(
                 found = opened.solve(chosen, by)
             require_condition(found.solution, chosen.fault)
             progress("judging")
-            return assess(chosen, by, found)
+            return assess(chosen, *_possible(opened, chosen, by, found))
+
+
+def _possible(
+    opened: LogsInMemory | ChunkedLogs, chosen: ChosenModel, by: Method, found: Outcome
+) -> tuple[Method, Outcome]:
+    """Return parameters that a robot can have, where least squares surely are none.
+
+    They are taken unless they leave more of the held-out torque of a joint, by what matters: then
+    an effect is missing, and least squares stays.
+    """
+    evaluator, logs = chosen.run.evaluator, chosen.run.train
+    if not by.is_wls or isinstance(opened, ChunkedLogs) or evaluator.model.robot.loaded:
+        return by, found
+    about = evaluator, logs, found.solution.X, found.solution.covariance
+    wrong = (*driving_friction(*about), *negative_mass(*about))
+    if not wrong:
+        return by, found
+    bounded = replace(by, name=Consistent.name)
+    try:
+        other = opened.solve(chosen, bounded)
+    except ParameterError as error:
+        return by, replace(found, notes=(*found.notes, *wrong, str(error)))
+    whole = [o.seen.residual for o in (found, other)]
+    before, after = (np.square(r.per_joint or (r.relative,)) for r in whole)
+    if np.max(after - before) > LEAST**2:
+        worse = (
+            "parameters that a robot can have leave more torque error "
+            f"({100 * other.seen.residual.relative:.3g} % on held-out data): an effect is missing; "
+            "symgen diagnose looks for it"
+        )
+        return by, replace(found, notes=(*found.notes, *wrong, worse))
+    told = "least squares alone is no possible robot"
+    notes = tuple(f"{told}: {reason}" for reason in wrong)
+    return bounded, replace(other, notes=(*other.notes, *notes))
 
 
 def _equation_models(

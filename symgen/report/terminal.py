@@ -129,7 +129,7 @@ def _print_verdict(banner: Banner) -> None:
         say(f"{label}: {value}")
     start = "" if banner.tone == "plain" else "verdict: "
     say(start + click.style(banner.verdict, fg=_COLOURS.get(banner.tone), bold=True))
-    for line in (*filter(None, [banner.text]), *(f"- {reason}" for reason in banner.reasons)):
+    for line in (*banner.text.splitlines(), *(f"- {reason}" for reason in banner.reasons)):
         say(f"  {line}")
 
 

@@ -37,7 +37,14 @@ def run(seed: int, arm_name: str, seconds: float = 40.0, dwell: float = 1.5) -> 
     toml = to_toml(arm, arm_name, friction)
     resting = float(np.mean(moves[0][0].qd == 0))
     return clean_runs.Run(
-        toml, logs[0], logs[1], clean, machine.torque(clean), (), {"resting": resting}
+        toml,
+        logs[0],
+        logs[1],
+        clean,
+        machine.torque(clean),
+        machine.torque,
+        (),
+        {"resting": resting},
     )
 
 

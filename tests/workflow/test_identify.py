@@ -245,7 +245,7 @@ class TestRealLogs:
         )
         print(f"tx40: residual {estimate.train} -> {estimate.validation}, {estimate.reasons}")
         assert estimate.verdict == "doubtful"
-        assert estimate.headline.startswith("doubtful: ")
+        assert estimate.headline.startswith("Not good for torque prediction: ")
         prediction = next(use for use in estimate.uses if use.name == "prediction")
         assert prediction.reasons == estimate.reasons
         # its wrist is coupled, which this robot file does not say

@@ -90,11 +90,10 @@ def _banner(e: Estimate) -> Banner:
     weak = f"{sum(map(_weak, e.parameters))} of {len(e.parameters)}"
     facts[f"parameters weak (std over {KNOWN:g} %)"] = weak
     facts["condition number, scaled"] = number(e.condition_number, 4)
-    text = e.headline or "No check speaks against this estimate."
-    if not trusted:
-        text = "Do not rely on this estimate before these points are settled:"
     tone = "good" if trusted else "warn"
-    return Banner(tone, e.verdict, text, e.reasons, tuple(facts.items()))
+    return Banner(
+        tone, e.verdict, e.headline, () if e.headline else e.reasons, tuple(facts.items())
+    )
 
 
 def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
