@@ -334,6 +334,15 @@ def can_filter(cutoff: float, step: float) -> bool:
     return cutoff < HIGHEST * 0.5 / step
 
 
+def noise_of_differences(x: FloatArray) -> FloatArray:
+    """Return the standard deviation of white noise on a smooth signal (N, ...), of each channel.
+
+    From the median size of sixth differences, in which motion and single jumps count little.
+    """
+    size = np.median(np.abs(np.diff(x, 6, axis=0)), axis=0)
+    return np.asarray(NORMAL * size / math.sqrt(math.comb(12, 6)))
+
+
 def white_noise(
     high: FloatArray, step: float, band: float, free: Bools | None = None
 ) -> FloatArray:

@@ -540,8 +540,8 @@ def find_cause(
 def _confirmed(rows: Rows, cause: Cause) -> bool:
     """Whether a cause that is always there, fitted to the training logs, lowers the held-out error.
 
-    By 15 % of a joint's, and on the whole, as identify would see it if the cause were undone. What has
-    neither columns nor an undo, or begins somewhere, is not asked.
+    By 15 % of a joint's, and on the whole, as identify would see it if the cause were undone. What
+    has neither columns nor an undo, or begins somewhere, is not asked.
     """
     shape, fault = cause.shape, cause.fault
     if fault is not None and fault.undo is not None:

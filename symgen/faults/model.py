@@ -20,6 +20,7 @@ import numpy as np
 
 from symgen.data.mask import Bools, at_rest, moving_joints, rms, touched
 from symgen.data.raw import FloatArray
+from symgen.data.signals import noise_of_differences
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.summary import (
     BLOCKS,
@@ -513,7 +514,7 @@ def _saturation(trial: Trial, j: int) -> Fault | None:
     tau = column(lambda log: log.tau)
     if len(tau) < _LEAST:
         return None
-    noise = float(np.median(np.abs(np.diff(tau, 6)))) / 0.6745 / math.sqrt(924)
+    noise = float(noise_of_differences(tau))
     noise += 1e-6 * float(np.abs(tau).max())
     X, limit, inverse = trial.base.fit(), math.inf, trial.evaluator["inverse_dynamics"]
     for _ in range(_ROUNDS):

@@ -26,8 +26,8 @@ from typing import Any
 import numpy as np
 
 from symgen import names
-from symgen.data.mask import moving_joints
-from symgen.data.signals import Samples
+from symgen.data.mask import moving_joints, rms
+from symgen.data.signals import Samples, noise_of_differences
 from symgen.errors import IdentificationError, first_of
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
@@ -100,6 +100,8 @@ LAGS, _LEAST, _ROWS = 20, 3, 5
 #: Probability from which a residual is called correlated.
 LEVEL = 0.01
 _NORMAL = 1.959963984540054
+#: Of a torque: sensors and currents have more noise than that; samples from which it is taken.
+_NOISE, _SIXTH = 1e-4, 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -291,6 +293,7 @@ def _notes(
     out = [note for log in run.logs for note in log.samples.notes]
     out += [f"band: {run.band.in_words()}", *_of_rests(run.band, found.seen)]
     out += costly_angles(run.evaluator.model.robot)
+    out += filter(None, (_silent(log.samples) for log in run.logs))
     if not run.given:
         out.append("no validation log is given: the last fifth of each log is held out")
     if found.windows < _PLENTY * count:
@@ -314,6 +317,19 @@ def _notes(
             "which std does not tell"
         )
     return tuple(filter(None, out))
+
+
+def _silent(samples: Samples) -> str:
+    """Say that no torque of a log has any noise, as sixth differences show it; "" where one has."""
+    tau = samples.tau[:, np.ptp(samples.tau, axis=0) > 0]
+    if not tau.size or len(tau) < _SIXTH:
+        return ""
+    if (noise_of_differences(tau) > _NOISE * rms(tau)).any():
+        return ""
+    return (
+        f"{samples.name}: the torques have no noise. They look computed (a command, a simulation), "
+        "not measured: log the measured torque or current, as a command is not what the motor gave"
+    )
 
 
 def _of_rests(band: Band, seen: TorqueFit) -> tuple[str, ...]:
