@@ -176,7 +176,7 @@ def _possible(
             "symgen diagnose looks for it"
         )
         return by, replace(found, notes=(*found.notes, *wrong, worse))
-    told = "least squares alone is no possible robot"
+    told = "least squares gives parameters that no robot has"
     notes = tuple(f"{told}: {reason}" for reason in wrong)
     return bounded, replace(other, notes=(*other.notes, *notes))
 

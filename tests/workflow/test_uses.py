@@ -1,0 +1,107 @@
+"""What an estimate may be used for: one line a use, and parameters that a robot can have."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from oracles import planar2r
+
+import symgen
+
+L1, X = 0.5, np.array([3.7, 0.8, 1.2, 0.3])
+SCALE = np.array([20.0, 5.0])  # N m s/rad: that of the joints' torques over their speeds, about
+ROBOT = """
+[robot]
+name = "rubbing"
+gravity = [0.0, 0.0, -9.81]
+[[joint]]
+friction = ["viscous"]
+rotor_inertia = false
+[[joint]]
+d = 0.5
+friction = ["viscous"]
+rotor_inertia = false
+"""
+
+
+def log(seed: int, viscous: float, noise: float = 1e-3, name: str = "log") -> symgen.Log:
+    """A motion with viscous friction of about a share of each joint's torque."""
+    rng = np.random.default_rng(seed)
+    t, q, qd, qdd = planar2r.harmonic_motion(rng, seed)
+    tau = np.array([planar2r.inverse_dynamics(*s, X, L1) for s in zip(q, qd, qdd, strict=True)])
+    size = tau.std(axis=0)
+    tau = tau + viscous * SCALE * qd + noise * size * rng.normal(size=tau.shape)
+    return symgen.make_log(name, t, q, tau, qd)
+
+
+def identified(viscous: float) -> symgen.Estimate:
+    robot = symgen.parse_robot(ROBOT, "rubbing.toml")
+    held = log(4, viscous, name="held")
+    return symgen.identify(robot, log(3, viscous), validation=held)
+
+
+def test_a_verdict_has_one_line_for_each_use() -> None:
+    found = identified(0.1)
+    first, second, third = found.headline.splitlines()
+    assert found.verdict == "trusted"
+    assert first.startswith("Good for torque prediction: 0.")
+    assert second == "Parameters: 6 of 6 are known to 30 %."
+    assert third == "Good for simulation."
+
+
+def test_friction_that_drives_the_robot_a_little_is_bounded() -> None:
+    found = identified(-0.004)
+    values = {p.name: p.value for p in found.parameters}
+    assert found.method == "consistent"
+    assert min(values["FV1"], values["FV2"]) >= 0
+    assert any("friction would drive the robot" in note for note in found.notes), found.notes
+    assert all(use.ok for use in found.uses if use.name != "parameters"), found.uses
+    sound = identified(0.004)
+    assert sound.method == "wls"
+
+
+def test_friction_that_drives_the_robot_much_is_an_effect_that_is_missing() -> None:
+    found = identified(-0.1)
+    assert found.method == "wls"
+    assert any("symgen diagnose" in note for note in found.notes), found.notes
+    uses = {use.name: use for use in found.uses}
+    assert not uses["simulation"].ok
+    assert not uses["prediction"].ok
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-3])
+def test_torques_without_noise_are_said_to_be_computed(noise: float) -> None:
+    robot = symgen.parse_robot(ROBOT, "rubbing.toml")
+    logs = [replace(log(seed, 0.1, noise), name=f"log {seed}") for seed in (3, 4)]
+    found = symgen.identify(robot, logs[:1], validation=logs[1:])
+    said = [note for note in found.notes if "the torques have no noise" in note]
+    assert len(said) == (0 if noise else 2), found.notes
+
+
+def test_a_stop_between_two_moves_is_a_rest() -> None:
+    """Moves of a fifth of a second with stops of 50 ms: friction at rest is none of the model's."""
+    t, friction = np.arange(0, 12, 0.002), np.array([1.0, 0.5])
+    robot = symgen.parse_robot(ROBOT.replace('"viscous"', '"coulomb", "viscous"'), "rubbing.toml")
+    logs = []
+    for seed in (5, 6):
+        rng = np.random.default_rng(seed)
+        q, qd, qdd = (np.zeros((len(t), 2)) for _ in range(3))
+        at, begin = rng.uniform(-1, 1, 2), 0.0
+        while begin < t[-1]:
+            to, length = rng.uniform(-1, 1, 2), rng.uniform(0.3, 0.5)
+            here = (t >= begin) & (t < begin + length + 0.05)
+            s, way = np.clip((t[here] - begin) / length, 0, 1)[:, None], to - at
+            q[here] = at + way * s**3 * (10 - 15 * s + 6 * s**2)
+            qd[here] = way / length * 30 * s**2 * (1 - s) ** 2
+            qdd[here] = way / length**2 * 60 * s * (1 - s) * (1 - 2 * s)
+            at, begin = to, begin + length + 0.05
+        tau = np.array([planar2r.inverse_dynamics(*x, X, L1) for x in zip(q, qd, qdd, strict=True)])
+        tau += friction * np.sign(qd) + 0.2 * qd + 0.02 * rng.normal(size=q.shape)
+        q += 1e-5 * rng.normal(size=q.shape)
+        logs.append(symgen.make_log(f"moves {seed}", t, q, tau))
+    found = symgen.identify(robot, logs[0], validation=logs[1])
+    values = {p.name: p for p in found.parameters}
+    for name, true in zip(("FS1", "FS2"), friction, strict=True):
+        assert abs(values[name].value - true) < max(3 * values[name].std, 0.01 * true)
