@@ -26,6 +26,7 @@ from symgen.diagnosis.terms import NAME as UNNAMED
 from symgen.diagnosis.terms import Expressions
 from symgen.diagnosis.whitened_system import WhitenedSystem, explained, gain_of
 from symgen.distributed import Say, silent
+from symgen.estimation.filtered_log import kept_spans
 from symgen.estimation.predictive_score import (
     LEAST,
     MISFIT,
@@ -50,8 +51,11 @@ _FINE = 8  # best effects of which constants between the grid's are tried
 _PAIRED = 7  # best effects of which pairs on a joint are tried
 _MOST = 12  # effects in all
 _SHOWN = 12
+#: What stands for a time only; shortest and longest part of a log, and how many are tried.
+CONTACT = "external_contact"
+_TIMES = (0.01, 0.2, 12)
 #: Effects of which there may be several on a joint.
-_REPEATED = ("external_contact", UNNAMED)
+_REPEATED = (CONTACT, UNNAMED)
 #: Effects of the measuring chain.
 MEASURING = ("time_delay", "velocity_sensor_error", "saturation", "drive_gain_error")
 
@@ -237,7 +241,10 @@ class Search:
         Those without the model are made once; those with it for all joints, whenever one more
         effect is looked for: what is exchanged beside it in the meantime moves them little.
         """
-        asked = [c for c in self.pool if self._admitted(c, stage, joints)]
+        admitted = [c for c in self.pool if self._admitted(c, stage, joints)]
+        asked = [c for c in admitted if c.name != CONTACT]
+        contacts = {c.key: self._contact(c, stage) for c in admitted if c.name == CONTACT}
+        yield from ((c, stage.seen(c)) for c in contacts.values())
         new = [c for c in asked if not c.uses_model and c not in self._fixed]
         self._fixed.update(zip(new, stage.seen.each(new), strict=True))
         yield from ((c, self._fixed[c]) for c in asked if not c.uses_model)
@@ -249,6 +256,22 @@ class Search:
         yield from ((c, self._moving[c]) for c in moving)
         if self.expressions is not None:
             yield from self.expressions.best(stage.system, joints)
+
+    def _contact(self, candidate: Candidate, stage: _Stage) -> Candidate:
+        """Return a torque for a time at the time that holds most of its joint's residual."""
+        (j,), logs = candidate.joints, self.baseline.base.logs
+        best = (0.0, candidate)
+        for log, span in zip(logs, kept_spans(logs), strict=True):
+            total, t = np.cumsum(np.append(0.0, stage.system.residual[span, j])), log.compared_t
+            duration, step = float(t[-1] - t[0]), float(np.median(np.diff(t)))
+            for length in duration * np.geomspace(*_TIMES):
+                rows = max(2, round(length / step))
+                sums = (total[rows:] - total[:-rows]) ** 2 / rows
+                if len(sums) and sums.max() > best[0]:
+                    start = float(t[int(np.argmax(sums))] - log.t[0])
+                    found = {"start": float(f"{start:.6g}"), "length": float(f"{length:.6g}")}
+                    best = float(sums.max()), candidate.moved(found)
+        return best[1]
 
     def _admitted(self, candidate: Candidate, stage: _Stage, joints: frozenset[int] | None) -> bool:
         """Whether a candidate is new, acts on one of some joints, and has what it presumes."""
@@ -265,6 +288,8 @@ class Search:
     def _fit(self, stage: _Stage, candidate: Candidate, columns: Columns) -> Fit | None:
         if not all(np.isfinite(c).all() for c in columns.values()):
             return None
+        if candidate.name == CONTACT:
+            return stage.score.within(columns)
         size = self._sizes(candidate)
         return stage.score.beside(columns, _LOOSE * max(float(size[j]) for j in columns))
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -42,6 +42,7 @@ _APART = 0.5  # periods of the comparison band between rows of two folds
 _LOST = 0.5  # part of the rows that may be lost where folds meet
 #: Distance of two states of one motion, in spreads of all; part of the rows that repeat others.
 _SAME, _REPEATED = 0.05, 0.9
+_THIRDS = 3  # of what stands for a time
 _DEPENDENT = 1e-9  # of a column: what is left of it beside the others
 
 
@@ -280,6 +281,53 @@ class PredictiveScore:
             square = float(b[-1] @ cc.sum(axis=0) @ b[-1])
             torque[j] = self.sigma[j] * np.sqrt(max(square, 0.0)) / max(rows[j], 1e-300)
         return Fit(score, left, b[-1] / norms, torque)
+
+    def within(self, columns: Columns) -> Fit:
+        """Score a torque on one joint that stands for a time only, one column (K, 1).
+
+        No other motion predicts it: each third of its rows is predicted from the others. Other
+        motion is predicted the better without it.
+
+        Args:
+            columns: by position of the joint.
+        """
+        ((j, whole),) = columns.items()
+        c, r = whole[:, 0] * self.weight[:, j], self.residual[:, j] * self.weight[:, j]
+        rows = np.flatnonzero(np.abs(c) > np.abs(c).max() / 2)
+        power, before, after = c[rows] @ c[rows], r[rows] @ r[rows], 0.0
+        for part in np.array_split(rows, _THIRDS):
+            own = c[part]
+            left = power - own @ own
+            size = (c[rows] @ r[rows] - own @ r[part]) / left if left > 0 else 0.0
+            after += float(np.sum((r[part] - size * own) ** 2))
+        count, floor = max(len(rows), 1), float(self.misfit[j]) ** 2
+        fell = math.log((before / count + floor) / (after / count + floor))
+        inside = np.zeros(self.weight.shape, dtype=bool)
+        inside[rows, j] = True
+        left_by = self.alone.left.copy()
+        left_by[j] -= (before - after) / max(float(self.counts[j].sum()), 1e-300)
+        x, torque = float(c @ r) / max(float(c @ c), 1e-300), np.zeros(len(self.sigma))
+        torque[j] = abs(x) * float(np.sqrt(np.mean(c**2)))
+        score = self.alone.score + self.gained_without(inside)[0]
+        score += 0.5 / TEMPERATURE * count * fell
+        return Fit(score, np.maximum(left_by, 0.0), np.array([x]), torque)
+
+    def gained_without(self, inside: NDArray[np.bool_]) -> tuple[float, FloatArray]:
+        """Return how much better other rows are predicted by fits in which some have no say.
+
+        Args:
+            inside: (K, n) these rows.
+
+        Returns:
+            What the score of the others gains, and (n,) what is left of them, as a part.
+        """
+        other = replace(self, weight=np.where(inside, 0.0, self.weight))
+        some = np.asarray(inside.any(axis=1))
+        before, left = self.left_outside(some), other.alone.left
+        count, floor = np.sum(other.weight**2, axis=0), self.misfit**2
+        gain = np.log(np.maximum(before + floor, 1e-300) / np.maximum(left + floor, 1e-300))
+        share = np.minimum(left / np.maximum(before, 1e-300), 1.0)
+        return 0.5 / TEMPERATURE * float(np.sum(count * gain)), share
 
 
 def _times(products: FloatArray, x: FloatArray) -> FloatArray:

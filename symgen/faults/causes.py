@@ -452,20 +452,15 @@ def _moments(scene: Scene) -> Iterator[Cause]:
             continue  # a channel was wrong there
         inside = np.zeros(len(scene.rows.y), dtype=bool)
         inside[span] = (t >= best[1]) & (t <= best[2])
-        without = scene.scored(scene.rows.W, scene.rows.weight * ~inside[:, None])
-        left = without.alone.left
-        before = scene.score.left_outside(inside)
-        rows = (without.weight**2).sum(axis=0)
-        gained = 0.5 * float(
-            np.sum(rows * np.log((before + without.misfit**2) / (left + without.misfit**2)))
-        )
+        everybody = np.repeat(inside[:, None], scene.n, axis=1)
+        gained, share = scene.score.gained_without(everybody)
         yield Cause(
             "moment",
             (),
             f"something was touched or hit in {log.name} between {best[1]:.3g} and {best[2]:.3g} "
             "s: the torque there is none of the robot's own; leave this time out",
-            gained / TEMPERATURE,
-            scene.score.alone.left * np.minimum(left / np.maximum(before, 1e-300), 1.0),
+            gained,
+            scene.score.alone.left * share,
         )
 
 
