@@ -52,6 +52,7 @@ from symgen.estimation.predictive_score import LEAST, MISFIT
 from symgen.faults.causes import find_cause
 from symgen.faults.fault import MASKED, Fault, undo_faults
 from symgen.faults.logs import join_bands, open_logs, open_samples
+from symgen.identification.out_of_core import is_long, sample_logs
 from symgen.identification.parameters import read_given
 from symgen.robot.effect import definitions
 from symgen.robot.toml_io import read_robot
@@ -86,7 +87,8 @@ def diagnose(
 
     Args:
         robot: a robot, a path or a library name.
-        logs: paths of logs, or logs, to diagnose.
+        logs: paths of logs, or logs, to diagnose. Of a data set (a pattern, a folder, a URL), and
+            of Parquet and NPZ files of many samples, pieces evenly over them are looked at.
         validation: logs that show the gap; without any, the last fifth of each log.
         effects: names of effects to try; None for the whole library and the robot's own.
         parameters: parameters that are not identified again: the folder that `identify` wrote, its
@@ -179,6 +181,7 @@ class _Opened:
         changed: the channels that this changed.
         unmended: both without masks of faults and with speeds as they are; None where that is the
             same.
+        notes: in words, on a sample of long logs.
     """
 
     train: Sequence[Samples]
@@ -186,6 +189,7 @@ class _Opened:
     repairs: tuple[Fault, ...]
     changed: tuple[MendedChannel, ...]
     unmended: Groups | None
+    notes: tuple[str, ...] = ()
 
 
 def _opened(
@@ -196,6 +200,12 @@ def _opened(
 ) -> _Opened:
     """Read the logs, once, and repair them."""
     require_logs(sources[0])
+    if is_long([*chain(*sources)], True):
+        sampled = sample_logs(robot, *sources, reading, 0.0, progress)
+        said = sampled.in_words("read; the diagnosis is that of", (*sampled.train, *sampled.held))
+        train, held, more = join_bands(sampled.train, sampled.held)
+        done = (*sampled.repairs, *more)
+        return _Opened(train, held, done, (), None, (*sampled.notes, *said))
 
     def opened(source: Source) -> Log:
         progress(f"reading {getattr(source, 'name', source)}")
@@ -254,6 +264,7 @@ class _Question:
         """What was done to the logs."""
         opened = self.opened
         notes = tuple(note for s in (*opened.train, *opened.held) for note in s.notes)
+        notes += opened.notes
         notes += (*(r.in_words for r in opened.repairs), f"band: {self.band.in_words()}")
         if opened.held:
             return notes

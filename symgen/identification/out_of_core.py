@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -68,7 +68,7 @@ from symgen.estimation.covariance import (
     widened,
 )
 from symgen.estimation.equation_model import EquationModel
-from symgen.estimation.estimators import PASSES, Wls
+from symgen.estimation.estimators import PASSES, Ols
 from symgen.estimation.logs import Source, held_from
 from symgen.estimation.solve import Solution, condition, log_weights
 from symgen.estimation.summary import BLOCKS, Summary, merge_summaries, summarise
@@ -77,7 +77,8 @@ from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, Fault, merged
 from symgen.faults.logs import open_samples, treat_chunk
 from symgen.identification.assessment import Outcome, outcome, own_version
-from symgen.identification.model_choice import ChosenModel, OpenLogs, Run
+from symgen.identification.model_choice import ChosenModel, OpenLogs
+from symgen.identification.physical import Consistent
 from symgen.identification.solving import Method
 from symgen.robot.toml_io import parse_robot
 from symgen.robot.toml_text import robot_toml
@@ -343,6 +344,7 @@ class EquationReduction(Reduction):
         return packed_arrays(arrays)
 
 
+_FOLDED = "folded; band, curves, scans of windows and tests of bias and whiteness are those of"
 _REPAIRS, _COUNTS = "repairs", " rows, correlation, joint"
 
 
@@ -445,27 +447,81 @@ def open_data_set(
     Raises:
         LogError: a file cannot be read, or nothing of it can be used.
     """
-    data = DataSet(robot, reading or Reading())
     window = max(model.gap for model in models)
-    parts, notes = parts_of(data, logs, validation, window, progress)
+    sampled = sample_logs(robot, logs, validation, reading, window, progress)
     kernels = tuple(dict.fromkeys(k for model in models for k in model.all_kernels))
     text = robot_toml(robot)
     prefix = "symgen-"
     with tempfile.TemporaryDirectory(prefix=prefix) as fresh, executor(workers) as by:
         by.prepare(partial(load_model, text, kernels))
         folder = WorkFolder(Path((workers and workers.work) or fresh))
-        repairs: list[Fault] = []
-        train, held = (
-            _sample(data, [p for p in parts if p.kind == kind], budget, repairs, progress)
-            for kind, budget in zip(KINDS, (SAMPLE, HELD_SAMPLE), strict=True)
-        )
         progress("deriving and compiling the model")
         evaluator, given = load_model(text, kernels), bool(validation)
-        seen = (evaluator, train, held, repairs, given, progress, by.threads)
-        about = (text, kernels)
+        seen = (evaluator, sampled.train, sampled.held, sampled.repairs, given, progress)
         yield ChunkedLogs(
-            *seen, data=data, parts=parts, notes=notes, about=about, by=by, folder=folder
+            *seen, by.threads, sampled=sampled, about=(text, kernels), by=by, folder=folder
         )
+
+
+@dataclass(frozen=True, eq=False)
+class SampledLogs:
+    """A data set, and what of it is looked at in memory.
+
+    Attributes:
+        data: how it is read.
+        parts: all logs.
+        notes: in words, on stretches that are left out.
+        train, held: pieces of the logs of both kinds.
+        repairs: what was mended in them.
+    """
+
+    data: DataSet
+    parts: Sequence[LogSpan]
+    notes: tuple[str, ...]
+    train: Sequence[Samples]
+    held: Sequence[Samples]
+    repairs: tuple[Fault, ...]
+
+    def in_words(self, what: str, logs: Iterable[Any]) -> tuple[str, ...]:
+        """Say what rests on the sample; nothing where it is all there is."""
+        total, own = sum(p.stretch.count for p in self.parts), [len(log.t) for log in logs]
+        if sum(own) >= total:
+            return ()
+        return (
+            f"{total:,} samples in {len(self.parts)} parts were {what} {sum(own):,} of them, in "
+            f"{len(own)} pieces",
+        )
+
+
+def sample_logs(
+    robot: Robot,
+    logs: Sequence[Source],
+    validation: Sequence[Source],
+    reading: Reading | None,
+    window: float,
+    progress: Say,
+) -> SampledLogs:
+    """Find the stretches of a data set, and open a sample of them.
+
+    Args:
+        robot: whose logs they are.
+        logs, validation: files, patterns, folders or URLs; without validation, the last fifth of
+            every stretch is held out.
+        reading: how files are read.
+        window: of the equations, s.
+        progress: is told what is being done.
+
+    Raises:
+        LogError: a file cannot be read, or nothing of it can be used.
+    """
+    data = DataSet(robot, reading or Reading())
+    parts, notes = parts_of(data, logs, validation, window, progress)
+    repairs: list[Fault] = []
+    train, held = (
+        _sample(data, [p for p in parts if p.kind == kind], budget, repairs, progress)
+        for kind, budget in zip(KINDS, (SAMPLE, HELD_SAMPLE), strict=True)
+    )
+    return SampledLogs(data, parts, notes, train, held, tuple(repairs))
 
 
 def _sample(
@@ -495,17 +551,13 @@ class ChunkedLogs(OpenLogs):
     """A sample of a data set, with who folds all of it, and where.
 
     Attributes:
-        data: how it is read.
-        parts: all logs.
-        notes: in words, on stretches that are left out.
+        sampled: the data set.
         about: text of the robot file, and the kernels of the model.
         by: who works on chunks.
         folder: where what is finished is kept.
     """
 
-    data: DataSet
-    parts: Sequence[LogSpan]
-    notes: tuple[str, ...]
+    sampled: SampledLogs
     about: tuple[str, tuple[str, ...]]
     by: Executor
     folder: WorkFolder
@@ -514,50 +566,40 @@ class ChunkedLogs(OpenLogs):
         """Solve least squares of all chunks: fold, solve, and fold what the solution leaves."""
         run = chosen.run
         settings = Settings(run.band, chosen.model, run.delay)
-        cover = partitions(self.parts, settings)
-        shared = (*self.about, self.data.reading, settings)
+        cover = partitions(self.sampled.parts, settings)
+        shared = (*self.about, self.sampled.data.reading, settings)
         keys = self._fold(EquationReduction(*shared), cover, "equations")
         own, held, repairs, clean = self._merged(keys)
         names = run.evaluator.model.base.names
         self.progress(f"solving for {len(names)} parameters")
-        weights, X, scale, R = log_weights(own, names, PASSES if method.name == Wls.name else 0)
+        weights, X, scale, R = log_weights(own, names, 0 if method.name == Ols.name else PASSES)
         weighed = {
             key: (float(w), s.lag) for (key, _), s, w in zip(own.places, own, weights, strict=True)
         }
-        errors = self._fold(
-            ErrorReduction(*shared, (X, scale)), cover, "errors", weighed, clean, keys
-        )
-        total = self._added(errors)
+        total = self._errors(ErrorReduction(*shared, (X, scale)), cover, weighed, clean, keys)
         inverse = np.linalg.inv(R)
         bread = inverse @ inverse.T / np.outer(scale, scale)
         meat = total["meat"] * np.outer(scale, scale)
         covariance = sandwich(bread, meat, own)
         blocks = _block_products(own, X, weights)
         covariance = widened(covariance, jackknife(bread, *blocks, own))
+        solution = Solution(X, covariance, condition(R), tuple(map(float, weights)))
+        if method.name == Consistent.name:
+            solution = Consistent(run.evaluator.model).bounded(solution, names)
+            bounded = ErrorReduction(*shared, (solution.X, scale))
+            total = self._errors(bounded, cover, weighed, clean, keys)
         fits = (
             replace(fit, **{key: total[f"{kind}.{key}"] for key in FIT_SUMS})
-            for kind, fit in zip(KINDS, run.torques(X), strict=True)
+            for kind, fit in zip(KINDS, run.torques(solution.X), strict=True)
         )
         return outcome(
-            Solution(X, covariance, condition(R), tuple(map(float, weights))),
+            solution,
             chosen.model,
             (own, held),
             tuple(fits),
             (*repairs, *(r for r in run.repairs if r.log == EVERYWHERE)),
-            (*self.notes, *self._said(run)),
+            (*self.sampled.notes, *self.sampled.in_words(_FOLDED, run.logs)),
             (("data set, sha256 of its files and settings", digest(*keys)),),
-        )
-
-    def _said(self, run: Run) -> tuple[str, ...]:
-        """Say what rests on a sample."""
-        total = sum(p.stretch.count for p in self.parts)
-        seen = sum(len(log.t) for log in run.logs)
-        if seen >= total:
-            return ()
-        return (
-            f"{total:,} samples in {len(self.parts)} parts were folded; band, curves, scans of "
-            f"windows and tests of bias and whiteness are those of {seen:,} of them, in "
-            f"{len(run.logs)} pieces",
         )
 
     def _fold(
@@ -602,16 +644,23 @@ class ChunkedLogs(OpenLogs):
         train, held = (
             Summaries(
                 self.folder,
-                tuple(p for p in places.items() if self.parts[p[0][0]].kind == kind),
+                tuple(p for p in places.items() if self.sampled.parts[p[0][0]].kind == kind),
             )
             for kind in KINDS
         )
         return train, held, merged(repairs), clean
 
-    def _added(self, keys: Sequence[str]) -> dict[str, Any]:
-        """Add up sums of scores and errors of torque."""
+    def _errors(
+        self,
+        task: ErrorReduction,
+        cover: Sequence[Partition],
+        weights: Mapping[tuple[int, int], tuple[float, int]],
+        clean: Sequence[bool],
+        kept: Sequence[str],
+    ) -> dict[str, Any]:
+        """Return the sums of scores and errors of torque that a solution leaves."""
         total: dict[str, Any] = {}
-        for key in keys:
+        for key in self._fold(task, cover, "errors", weights, clean, kept):
             for name, array in unpacked_arrays(self.folder.read(key)).items():
                 total[name] = total.get(name, 0.0) + array
         if total["damaged"]:

@@ -545,7 +545,10 @@ class Consistent:
         Raises:
             ParameterError: no consistent parameters are found.
         """
-        free = self.base.solve(system)
+        return self.bounded(self.base.solve(system), system.names)
+
+    def bounded(self, free: Solution, names: tuple[str, ...]) -> Solution:
+        """Return the solution nearest to one without constraints; raises as `solve`."""
         near, sigmas = nearest_consistent(self.model, free.X, free.covariance)
         moved = (
             f"parameters that a robot can have are {sigmas:.3g} sigmas from {self.base.name}"
@@ -557,7 +560,7 @@ class Consistent:
             X=near,
             notes=(*free.notes, moved),
             comparison=(
-                OtherEstimate.by(self.base.name, system.names, free.X, free.std),
+                OtherEstimate.by(self.base.name, names, free.X, free.std),
                 *free.comparison,
             ),
         )

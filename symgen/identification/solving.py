@@ -93,7 +93,7 @@ class Fit:
 
 ALL_METHODS = (*METHODS, Consistent.name, "recursive")
 #: Methods that need no more of the logs than sums over their parts.
-FOLDED = (Wls.name, Ols.name)
+FOLDED = (Wls.name, Ols.name, Consistent.name)
 _WITH_PRIOR = (Wls.name, Consistent.name)
 #: Methods that account for noise in the regressor.
 UNBIASED = (InstrumentalVariables.name, TotalLeastSquares.name)
@@ -171,7 +171,7 @@ class Method:
 
     @property
     def plain(self) -> bool:
-        """Whether it is least squares, which folds of chunks solve."""
+        """Whether it rests on least squares alone, which folds of chunks solve."""
         return self.name in FOLDED and self.prior is None and self.given is None
 
     @property

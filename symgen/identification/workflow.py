@@ -156,7 +156,7 @@ def _possible(
     an effect is missing, and least squares stays.
     """
     evaluator, logs = chosen.run.evaluator, chosen.run.train
-    if not by.is_wls or isinstance(opened, ChunkedLogs) or evaluator.model.robot.loaded:
+    if not by.is_wls or evaluator.model.robot.loaded:
         return by, found
     about = evaluator, logs, found.solution.X, found.solution.covariance
     wrong = (*driving_friction(*about), *negative_mass(*about))

@@ -87,8 +87,16 @@ def test_derived_speeds_masks_and_a_validation_log_too(logs: Path, tmp_path: Pat
     train = parquet(tmp_path / "derived.parquet", columns)
     held = logs / "b.parquet"
     given = {"model": "momentum", "cutoff": 8.0, "validation": [held]}
-    memory = symgen.identify(robot(), train, **given)
-    same(memory, symgen.identify(robot(), train, workers=symgen.Workers(1), **given), 1e-9)
+    workers = symgen.Workers(1)
+    memory = symgen.identify(robot(), train, method="ols", **given)
+    same(memory, symgen.identify(robot(), train, method="ols", workers=workers, **given), 1e-9)
+    # Torques that are cut off give no robot: parameters of one come from a conic solver.
+    memory, chunks = (
+        symgen.identify(robot(), train, **given, **more) for more in ({}, {"workers": workers})
+    )
+    assert memory.method == chunks.method == "consistent"
+    np.testing.assert_allclose(memory.X, chunks.X, atol=1e-7)
+    assert memory.torque_validation.relative == pytest.approx(chunks.torque_validation.relative)
 
 
 def test_no_window_straddles_a_gap_and_stretches_are_logs(tmp_path: Path) -> None:
@@ -322,3 +330,24 @@ def test_stretches_are_found_batch_by_batch(tmp_path: Path, monkeypatch) -> None
     for (first, last), log in zip(spans, whole, strict=True):
         assert np.array_equal(log.q[:, 1], columns["q2"][first:last])
         assert np.array_equal(log.t, columns["t"][first:last])
+
+
+def test_a_folder_is_diagnosed_as_its_logs_are(tmp_path, monkeypatch) -> None:
+    """Coulomb friction that the robot file leaves out, in two logs of a folder."""
+    folder, files = tmp_path / "logs", []
+    folder.mkdir()
+    for seed in (1, 2):
+        columns = motion(6000, seed)
+        columns["tau1"] = columns["tau1"] + 0.4 * np.sign(columns["qd1"])
+        files.append(parquet(folder / f"{seed}.parquet", columns))
+    found = symgen.diagnose(robot(), str(folder))
+    plain = symgen.diagnose(robot(), files)
+    named = [(e.name, e.joints) for e in found.effects]
+    assert named == [(e.name, e.joints) for e in plain.effects]
+    assert named[0] == ("coulomb_friction", (1,))
+    assert found.after.total < 0.3 * found.before.total
+    assert not any("the diagnosis is that of" in note for note in found.notes)
+    monkeypatch.setattr(out_of_core, "SAMPLE", 4000)  # of 9,600 that train
+    some = symgen.diagnose(robot(), str(folder))
+    assert some.effects[0].name == "coulomb_friction"
+    assert any("the diagnosis is that of" in note for note in some.notes), some.notes
