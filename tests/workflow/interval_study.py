@@ -29,12 +29,15 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from oracles import clean_runs
+from support import figures_text
 from trust_study import evaluator, identified
 
 GOALS = {"noise": 0.95, "misfit": 0.90, "effects": 0.90}
 MISFIT = 0.01
 _DRAWS, _SEED = 1000, 7
 _STATES = 300
+#: What the figure file keeps of a run.
+KEPT = ("seed", "family", "model", "verdict", "parameters", "held")
 #: Kinds of parameters by their first letters.
 KINDS = {"FS": "Coulomb", "FV": "viscous", "FO": "offset", "IA": "inertia", "M": "moment"}
 
@@ -104,6 +107,12 @@ def _coverage(runs: list[np.ndarray], goal: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def short(row: dict[str, Any]) -> dict[str, Any]:
+    """What the figure file keeps of a run: how many intervals, and how many hold the truth."""
+    errors = np.abs(list(row.get("errors", {}).values()))
+    return row | {"parameters": len(errors), "held": int(np.sum(errors <= 1.96))}
+
+
 def study(runs: int, seed: int, workers: int = 1) -> list[dict[str, Any]]:
     """Rows of so many runs of each family from a seed on."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -132,9 +141,8 @@ def main() -> None:
     sums = summary(rows)
     print(json.dumps(sums, indent=1))
     if options.out:
-        settings = {"runs": options.runs, "seed": options.seed, "summary": sums, "rows": rows}
-        whole = json.dumps(settings, indent=1)
-        options.out.write_text(whole + "\n", "utf-8")
+        head = {"runs": options.runs, "seed": options.seed, "summary": sums}
+        options.out.write_text(figures_text(head, map(short, rows), KEPT), "utf-8")
 
 
 if __name__ == "__main__":

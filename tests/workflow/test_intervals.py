@@ -1,0 +1,58 @@
+"""How often 95 % intervals hold the truth, on simulated arms with known parameters.
+
+The long study (-m slow -s) writes interval_figures.json; the default test takes a run of it again.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+from pathlib import Path
+from typing import Any
+
+import pytest
+from oracles.pinocchio_arm import load_pinocchio
+from support import SAMPLE, sampled
+
+try:
+    load_pinocchio()
+except ImportError as missing:
+    pytest.skip(f"needs Pinocchio: {missing}", allow_module_level=True)
+
+from support import figures_text
+from workflow import interval_study
+
+FIGURES = Path(__file__).with_name("interval_figures.json")
+RUNS, SEED = 60, 61_000
+#: Of the goals: with noise of instruments alone, 92 to 98 of 100 intervals hold the truth.
+LOW, HIGH = 0.92, 0.98
+
+
+def _figures() -> dict[str, Any]:
+    return dict(json.loads(FIGURES.read_text("utf-8")))
+
+
+@pytest.mark.slow
+def test_the_study() -> None:
+    """Takes about two minutes on two cores."""
+    rows = interval_study.study(RUNS, SEED, 2)
+    sums = interval_study.summary(rows)
+    print(json.dumps(sums, indent=1))
+    head = {"runs": RUNS, "seed": SEED, "summary": sums}
+    text = figures_text(head, map(interval_study.short, rows), interval_study.KEPT)
+    FIGURES.write_text(text, "utf-8")
+
+
+def test_with_noise_alone_as_many_intervals_hold_the_truth_as_they_say() -> None:
+    noise = _figures()["summary"]["noise"]["all"]
+    assert noise["parameters"] >= 500
+    assert LOW < noise["held"] < HIGH
+
+
+@pytest.mark.parametrize("family", sampled(tuple(interval_study.GOALS), 1))
+def test_a_run_of_the_study_comes_out_again(family: str) -> None:
+    rows = [r for r in _figures()["rows"] if r["family"] == family and "model" in r]
+    kept = random.Random(SAMPLE).choice(rows)
+    row = interval_study.short(interval_study.attempt((kept["seed"], family)))
+    assert (row["model"], row["parameters"]) == (kept["model"], kept["parameters"])
+    assert abs(row["held"] - kept["held"]) <= 1
