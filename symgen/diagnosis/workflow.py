@@ -18,6 +18,7 @@ from symgen.diagnosis.baseline import Baseline, baseline, model_of
 from symgen.diagnosis.conclusion import conclude, plain
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect
 from symgen.diagnosis.effects import candidates
+from symgen.diagnosis.free_functions import free_functions
 from symgen.diagnosis.measuring_chain import (
     check,
     closed,
@@ -323,7 +324,11 @@ class _Question:
                 f"{STIFFNESS}: without a second encoder (qs1.., on the link side) it shows near "
                 "its resonance alone",
             )
-        return with_stiffness(conclude(model, selection, notes, self.least), self.robot, bent)
+        found = conclude(model, selection, notes, self.least)
+        if found.verdict in ("unexplained", "partly-explained") and not given:
+            shapes = free_functions(model, selection.accepted, self.least, self.misfit)
+            found = replace(found, advice=(*shapes, *found.advice))
+        return with_stiffness(found, self.robot, bent)
 
     def answer(self, faults: Sequence[Fault]) -> Diagnosis:
         """Undo faults where that closes a part of the gap, and look for physics behind them."""
