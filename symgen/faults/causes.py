@@ -54,6 +54,7 @@ _CLOSE = 20.0  # nats, to the likeliest cause: of these the size is found exactl
 _SIZE = 0.3  # of its joint's torque: physics that a model lacks is expected to be so large
 _FEW = 2  # causes beside the likeliest that are named with it
 _EXACT, _TRIES = 0.005, 5  # of a factor, and rounds until it is found as exactly
+_STEPPED = 1e-4  # of a factor: its inverse is the largest
 
 
 @dataclass(frozen=True, eq=False)
@@ -580,6 +581,8 @@ def _exact_fault(evaluator: Evaluator, logs: Sequence[FilteredLog], cause: Cause
         left = next(s for s in KINDS[cause.kind](scene) if s.joints == cause.joints)
         more = float(scene.score.beside(left.columns).coefficients[0])
         x = (1 + x) * (1 + more) - 1
+        if not cause.shape.within[0] < x < 1 / _STEPPED:  # undone, it leads nowhere
+            break
         found = _mendable(cause.shape, x)
         assert found is not None
         fault = found
