@@ -22,6 +22,7 @@ from symgen.diagnosis.diagnosis import (
     Rejected,
 )
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.predictive_score import MISFIT
 from symgen.faults.causes import find_cause
 from symgen.faults.fault import EVERYWHERE, Fault, undo_faults
 from symgen.faults.model import (
@@ -32,6 +33,7 @@ from symgen.faults.model import (
     torque_steps,
 )
 from symgen.faults.samples import unmended_faults
+from symgen.faults.scene import Rows, Scene
 from symgen.names import REVOLUTE
 from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
@@ -91,7 +93,8 @@ def _channels(trial: Trial, repairs: Sequence[Fault]) -> list[Fault]:
     logs, held = trial.logs, trial.held
     for _ in range(_MOST):
         faults = channel_faults(trial.evaluator, logs, held)
-        cause = find_cause(trial.evaluator, logs, held, faults, repairs)
+        rows = Rows(trial.evaluator, (*logs, *held), len(logs), MISFIT)
+        cause = find_cause(Scene(rows), faults, repairs)
         if cause is not None and cause.fault is not None:
             faults = (cause.fault,)
         elif cause is not None and cause.kind in _FATAL:

@@ -53,6 +53,7 @@ from symgen.estimation.predictive_score import LEAST, MISFIT
 from symgen.faults.causes import find_cause
 from symgen.faults.fault import MASKED, Fault, undo_faults
 from symgen.faults.logs import join_bands, open_logs, open_samples
+from symgen.faults.scene import Rows, Scene
 from symgen.identification.out_of_core import is_long, sample_logs
 from symgen.identification.parameters import read_given
 from symgen.robot.effect import definitions
@@ -133,7 +134,9 @@ def diagnose(
         sure = [f for f in faults if not rivals_physics(f)]
         whole = _of_rivals(whole, asked.answer(sure), rivals, source, least)
     if whole.verdict in ("unexplained", "partly-explained"):
-        cause = find_cause(evaluator, *asked.logs, repairs=opened.repairs)
+        train, held = asked.logs
+        rows = Rows(evaluator, (*train, *held), len(train), misfit)
+        cause = find_cause(Scene(rows), repairs=opened.repairs, least=least)
         if cause is not None:
             whole = replace(whole, advice=(cause.says, *whole.advice))
     drawn = (*whole.mended, *opened.changed)

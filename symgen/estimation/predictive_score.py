@@ -228,6 +228,11 @@ class PredictiveScore:
         return np.asarray(self._rr + np.sum(d * (_times(self._RR, d) - 2 * self._Rr), axis=2))
 
     @cached_property
+    def squares(self) -> FloatArray:
+        """(n, folds) sums of squares that fits to the other folds leave of each fold."""
+        return np.asarray(self._squares(self._base[:-1]) * self.sigma[:, None] ** 2)
+
+    @cached_property
     def alone(self) -> Fit:
         """The model without anything beside it."""
         score, left = self._scored(self._squares(self._base[:-1]))

@@ -477,13 +477,10 @@ SPECIAL: Mapping[str, Callable[[Scene], Iterator[Cause]]] = {
 
 
 def find_cause(
-    evaluator: Evaluator,
-    train: Sequence[FilteredLog],
-    held: Sequence[FilteredLog],
+    scene: Scene,
     faults: Sequence[Fault] = (),
     repairs: Sequence[Fault] = (),
     least: float = LEAST,
-    misfit: float = MISFIT,
 ) -> Cause | None:
     """Return what is wrong where the data name one cause; None where nothing, or nothing sure.
 
@@ -494,24 +491,22 @@ def find_cause(
     are named.
 
     Args:
-        evaluator: the compiled model, with torque_regressor.
-        train, held: the logs in the band of the run.
+        scene: the model on the logs in the band of the run.
         faults: of channels that were found before.
         repairs: what was mended in the logs.
         least: part of a joint's torque that matters.
-        misfit: part of a joint's torque that no model is righter than.
     """
-    rows = Rows(evaluator, (*train, *held), len(train), misfit)
+    rows = scene.rows
+    train, sigma = rows.logs[: rows.train], rows.evaluator.model.robot.sigma
     still = [
         j
-        for j in moving_joints([log.qd for log in train], evaluator.model.robot.sigma)
+        for j in moving_joints([log.qd for log in train], sigma)
         if all(np.ptp(log.tau[:, j]) == 0 for log in train)
     ]
     if still:
         told = ", ".join(f"tau{j + 1}" for j in still)
         says = f"{told} never changes although the joint moves: nothing was recorded"
         return Cause("constant", tuple(still), says, math.inf, rows.size)
-    scene = Scene(rows)
     if not (np.sqrt(scene.score.alone.left) / rows.size > least).any():
         return None
     scene, found = causes(scene, faults, repairs)
@@ -522,7 +517,7 @@ def find_cause(
     lost = np.sqrt(alone) / rows.size > JOINT
     if best.physics or not clear.any() or not best.says or not clear[lost].all():
         return None
-    if held and not _confirmed(rows, best):
+    if len(rows.logs) > rows.train and not _confirmed(rows, best):
         return None
     near = [c for c in found[1:] if best.score - c.score < _SURE]
     if len(near) > _FEW or any(c.physics or not c.says for c in near):

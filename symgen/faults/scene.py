@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -159,6 +160,14 @@ class Scene:
     def score(self) -> PredictiveScore:
         """What scores columns beside the model as it is."""
         return self.scored(self.rows.W)
+
+    @property
+    def worst(self) -> float:
+        """Largest torque error on a fold of motion, of fits to the others; 0.0 without a torque."""
+        y, count = (self.rows.y * self.rows.weight) ** 2, self.score.squares.shape[1]
+        size = [float(y[self.rows.fold == f].sum()) for f in range(count)]
+        left = self.score.squares.sum(axis=0)
+        return max(math.sqrt(a / b) if b else 0.0 for a, b in zip(left, size, strict=True))
 
     @cached_property
     def model(self) -> FloatArray:

@@ -36,6 +36,7 @@ from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.integrals import cumulative_integral
 from symgen.estimation.logs import digest
 from symgen.estimation.masking import seldom_moving
+from symgen.estimation.predictive_score import LEAST
 from symgen.estimation.solve import Solution
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
@@ -81,6 +82,8 @@ OVERFIT = 3.0
 #: Error of torque on other motions in the same range, as the covariance of X has it, over what is
 #: said.
 ELSEWHERE = 1.0
+#: Torque error on one part of the motion over that on held-out data from which it depends on it.
+VARIES = 2.5
 #: Torque errors below this are not worth a doubt.
 NEGLIGIBLE = 0.01
 #: Condition number of the scaled regressor above which small errors of the data become large.
@@ -185,7 +188,9 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
     coarse = (f"{r.log}: {r.channel} {r.fault}" for r in found.repairs if r.kind == "coarse")
     elsewhere = error_elsewhere(evaluator, run.train, solution.covariance)
     uses = (
-        prediction_use(own, seen, elsewhere, faults, (*coarse, *seldom_moving(run.train))),
+        prediction_use(
+            own, seen, elsewhere, faults, (*coarse, *seldom_moving(run.train)), run.worst
+        ),
         parameters_use(parameters, physical, (*filter(None, [bias]), *disagreement(chosen.found))),
         simulation_use(evaluator, run.train, X, parameters),
     )
@@ -389,6 +394,7 @@ def prediction_use(
     elsewhere: float,
     faults: Sequence[str],
     suspects: Sequence[str] = (),
+    worst: float = 0.0,
 ) -> Use:
     """Judge the torque on held-out motion: of joints that move, where any does.
 
@@ -398,6 +404,7 @@ def prediction_use(
         elsewhere: torque error on other motions in the same range, from `error_elsewhere`.
         faults: of the logs that matter and could not be mended.
         suspects: what was seen in the logs and left; the reason, where the torque is unexplained.
+        worst: torque error on the fold of motion where it is largest, of fits to the others.
     """
     reasons = list(faults)
     train, held = (f.in_motion if f.in_motion.size.any() else f for f in (train, held))
@@ -420,6 +427,12 @@ def prediction_use(
         reasons.append(
             f"overfit: the torque error on held-out motion is {100 * said:.3g} %, "
             f"{said / max(own, 1e-300):.3g} times that on the training logs"
+        )
+    if worst > VARIES * said and worst**2 - said**2 > LEAST**2:
+        reasons.append(
+            f"the error depends on the motion: {100 * said:.3g} % on held-out data, and "
+            f"{100 * worst:.3g} % on another part of the motion that a fit did not see; symgen "
+            "diagnose looks for what is missing"
         )
     if elsewhere > max(ELSEWHERE * said, NEGLIGIBLE):
         reasons.append(

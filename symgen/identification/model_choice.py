@@ -26,6 +26,7 @@ from symgen.estimation.estimators import Wls
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.logs import Source
 from symgen.estimation.masking import require_left
+from symgen.estimation.predictive_score import MISFIT
 from symgen.estimation.solve import Solution
 from symgen.estimation.summary import (
     BLOCKS,
@@ -42,6 +43,7 @@ from symgen.faults.fault import Fault, undo_faults
 from symgen.faults.logs import join_bands
 from symgen.faults.model import channel_faults
 from symgen.faults.samples import at_standstill
+from symgen.faults.scene import Rows, Scene
 from symgen.identification.estimate import Alternative, Apart
 from symgen.identification.instruments import instrumented
 from symgen.identification.solving import (
@@ -100,6 +102,7 @@ class Run:
         faults: of the channels, that are left.
         causes: what is wrong with the logs or the robot file, in words.
         delay: by which torques were late, s.
+        worst: torque error on the fold of motion where it is largest, of fits to the others.
     """
 
     evaluator: Evaluator
@@ -111,6 +114,7 @@ class Run:
     faults: tuple[Fault, ...] = ()
     causes: tuple[str, ...] = ()
     delay: float = 0.0
+    worst: float = 0.0
 
     @property
     def logs(self) -> tuple[FilteredLog, ...]:
@@ -161,11 +165,15 @@ def undo_delay(run: Run) -> Run:
 
 
 def name_cause(run: Run) -> Run:
-    """Name what is wrong with the logs or the robot file, where the data do."""
+    """Name what is wrong with the logs or the robot file, where the data do.
+
+    Besides, it is found how large the error is on motion that a fit did not see.
+    """
     if run.evaluator.model.robot.loaded:
         return run
-    cause = find_cause(run.evaluator, run.train, run.held, run.faults, run.repairs)
-    return replace(run, causes=(cause.says,) if cause else ())
+    scene = Scene(Rows(run.evaluator, run.logs, len(run.train), MISFIT))
+    cause = find_cause(scene, run.faults, run.repairs)
+    return replace(run, causes=(cause.says,) if cause else (), worst=scene.worst)
 
 
 @dataclass(frozen=True, eq=False)
