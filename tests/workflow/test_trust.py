@@ -11,6 +11,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from oracles.pinocchio_arm import load_pinocchio
 
@@ -111,3 +112,14 @@ def test_runs_are_counted_as_the_goals_have_them() -> None:
 def test_an_error_that_falls_to_the_end_of_the_ratios_tried_is_no_gear_ratio() -> None:
     found = trust_study.identified(clean_runs.run(30_085, faulty=trust_study.FAULTY))
     assert not any("gear ratio" in reason for reason in found["reasons"]), found["reasons"]
+
+
+def test_an_error_that_depends_on_the_motion_is_a_doubt() -> None:
+    """What is said of one motion is two thirds of what is true of another one."""
+    run = clean_runs.run(30_181, faulty=trust_study.FAULTY)
+    found = trust_study.identified(run)
+    truth = trust_study.Truth(run, found["band"]["comparison_hz"])
+    true = truth.error(np.array([p["value"] for p in found["parameters"]]))
+    assert true > 1.5 * found["torque_residual"]["validation"]["relative"]
+    assert found["verdict"] == "doubtful"
+    assert any("the error depends on the motion" in reason for reason in found["reasons"])
