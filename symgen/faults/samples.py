@@ -244,17 +244,20 @@ def _outstanding(x: FloatArray, together: int, others: int) -> Places:
     if least == 0.0 or largest <= least / 2:
         return none
     windows = np.lib.stride_tricks.sliding_window_view
-    r: FloatArray = np.zeros(len(x))
-    r[3:-3] = np.abs(x[3:-3] - np.median(windows(x, 7), axis=1))
+    signed: FloatArray = np.zeros(len(x))
+    signed[3:-3] = x[3:-3] - np.median(windows(x, 7), axis=1)
+    r = np.abs(signed)
     out: list[int] = []
-    for k in np.flatnonzero(r > least):
+    for k in map(int, np.flatnonzero(r > least)):
         low, high = max(k - _NEAR, 0), min(k + _NEAR + 1, len(x))
         first, end = max(k - together + 1, 0), k + together
-        near = np.concatenate([r[low:first], r[end:high]])
-        if _there_and_back(x, int(k), together) < r[k] / 2:
+        around = [*range(low, first), *range(end, high)]
+        # What jumps to the other hand right beside it is another jump.
+        near = r[[i for i in around if abs(i - k) > 1 or signed[i] * signed[k] >= 0]]
+        if _there_and_back(x, k, together) < r[k] / 2:
             continue  # the corner of a signal that goes on elsewhere
         if r[k] > _AROUND * float(np.sort(near)[-1 - others]):
-            out.append(int(k))
+            out.append(k)
     return np.array(out, dtype=np.int64)
 
 

@@ -61,6 +61,14 @@ def test_jumps_are_found_also_where_they_are_many_and_a_clean_signal_has_none(se
         assert np.sqrt(np.mean(left**2)) < 0.35 * np.sqrt(np.mean((spoiled - x) ** 2))
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_jump_to_the_other_hand_right_beside_one_is_another(seed: int) -> None:
+    for x in _motion(seed)[:2]:
+        spoiled = x[:, 0].copy()
+        spoiled[200:202] += np.array([3.0, -2.5]) * x.std()
+        assert jumps(spoiled).tolist() == [200, 201]
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_the_end_of_braking_is_no_jump(seed: int) -> None:
     draw = np.random.default_rng(seed)
