@@ -33,7 +33,6 @@ from symgen.diagnosis.search import MEASURING, Selection
 from symgen.diagnosis.whitened_system import (
     WhitenedSystem,
     compared,
-    counted,
     estimated,
     fitted_system,
     model_torque,
@@ -474,7 +473,7 @@ def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
         before = after = modelled(log, partial(torque_at, declared, baseline.X))
         if model.accepted:
             after = before + compared(log, whole - model_torque(declared, baseline.X, log))
-        measured, free = log.unmasked.measured, counted(log)[log.kept]
+        measured, free = log.unmasked.measured, log.clear[log.kept]
         held = static(log)
         was += squares(free, measured, before, held)
         now += squares(free, measured, after, held)

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from symgen.data.mask import SLOW, Bools
 from symgen.data.signals import differentiate, lowpass, white_noise
-from symgen.diagnosis.whitened_system import compared, counted
+from symgen.diagnosis.whitened_system import compared
 from symgen.estimation.filtered_log import FilteredLog
 
 FloatArray = NDArray[np.float64]
@@ -53,7 +53,7 @@ def noise_floor(
             return np.asarray(np.sqrt(np.mean(difference**2, axis=0) / 2))
     above = edge or band  # below it the modelled torque has noise of its own
     high = error - lowpass(error, log.step, above)
-    variance = white_noise(high, log.step, above, counted(log)) ** 2 * band * 2 * log.step
+    variance = white_noise(high, log.step, above, log.clear) ** 2 * band * 2 * log.step
     if edge is not None:
         carried = compared(log, model(_shaken(log, edge)) - model(log))
         variance = variance + np.mean(carried**2, axis=0)

@@ -31,13 +31,6 @@ _SETTLING = 5
 _REST = 0.005  # of the RMS speed
 
 
-def counted(log: FilteredLog) -> Bools:
-    """Return where a torque has a say, (N, n): out of the reach of the log's mask."""
-    if log.mask is None:
-        return np.ones(log.tau.shape, dtype=bool)
-    return ~log.mask.near(_reach(log))
-
-
 def standing(log: FilteredLog) -> Bools:
     """Return where joints stop, however short, (N, n): at 0.2 % of their largest speed."""
     largest = np.abs(mean_speeds(log.q, log.step, STOP)).max(axis=0)
@@ -50,12 +43,7 @@ def static(log: FilteredLog) -> Bools:
     There it is anything between its limits, which no column says.
     """
     still = standing(log)
-    return np.column_stack([touched(joint, _reach(log) // 2)[log.kept] for joint in still.T])
-
-
-def _reach(log: FilteredLog) -> int:
-    """Return the samples, before and after, that a sample has a say in: a period of the band."""
-    return 0 if log.rows.cutoff is None else int(1 / (log.rows.cutoff * log.step))
+    return np.column_stack([touched(joint, log.reach // 2)[log.kept] for joint in still.T])
 
 
 def compared(log: FilteredLog, x: FloatArray) -> FloatArray:
@@ -259,5 +247,5 @@ def _rows(logs: Sequence[FilteredLog]) -> FloatArray:
         weight = (np.abs(log.qd) > _REST * rms(log.qd))[log.kept].astype(float)
         if log.band.rests is not None:
             weight = np.where(_resting(log), log.band.rests.weight, weight)
-        out.append(weight * counted(log)[log.kept])
+        out.append(weight * log.clear[log.kept])
     return np.concatenate(out)

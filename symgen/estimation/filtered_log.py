@@ -207,6 +207,18 @@ class FilteredLog:
         return np.column_stack([touched(joint, reach)[self.kept] for joint in self.at_rest.T])
 
     @cached_property
+    def clear(self) -> Bools:
+        """Whether a sample is a period of the comparison band away from the mask, (N, n)."""
+        if self.mask is None:
+            return np.ones(self.q.shape, dtype=bool)
+        return ~self.mask.near(self.reach)
+
+    @property
+    def reach(self) -> int:
+        """Samples, before and after, that a sample has a say in: a period of the band."""
+        return 0 if self.rows.cutoff is None else int(1 / (self.rows.cutoff * self.step))
+
+    @cached_property
     def free(self) -> NDArray[np.bool_]:
         """Whether a kept sample of a joint is out of the reach of the mask, (K, n)."""
         if self.weight is None:

@@ -53,8 +53,10 @@ class Rows:
 
     @cached_property
     def weight(self) -> FloatArray:
-        """(K, n) 1.0 for rows that count: not masked, and not at rest."""
-        counts = [log.free if log.resting is None else log.free & ~log.resting for log in self.logs]
+        """(K, n) 1.0 for rows that count: out of the mask's reach, and not at rest."""
+        clear = [log.clear[log.kept] for log in self.logs]
+        rests = [log.resting for log in self.logs]
+        counts = [c if r is None else c & ~r for c, r in zip(clear, rests, strict=True)]
         return np.concatenate(counts).astype(float)
 
     @cached_property

@@ -102,7 +102,8 @@ class Run:
         faults: of the channels, that are left.
         causes: what is wrong with the logs or the robot file, in words.
         delay: by which torques were late, s.
-        worst: torque error on the fold of motion where it is largest, of fits to the others.
+        worst: torque error on the fold of motion where it is largest, of fits to the others; 0.0
+            where something is masked.
     """
 
     evaluator: Evaluator
@@ -173,7 +174,9 @@ def name_cause(run: Run) -> Run:
         return run
     scene = Scene(Rows(run.evaluator, run.logs, len(run.train), MISFIT))
     cause = find_cause(scene, run.faults, run.repairs)
-    return replace(run, causes=(cause.says,) if cause else (), worst=scene.worst)
+    # What is masked is filtered into the rows around it, a little.
+    worst = 0.0 if any(log.mask is not None for log in run.logs) else scene.worst
+    return replace(run, causes=(cause.says,) if cause else (), worst=worst)
 
 
 @dataclass(frozen=True, eq=False)
