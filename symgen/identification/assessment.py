@@ -46,6 +46,7 @@ from symgen.faults.causes import JOINT
 from symgen.faults.fault import Fault
 from symgen.faults.undo import multiplied
 from symgen.identification.estimate import (
+    BETWEEN_USES,
     LOG_DIGEST,
     ROBOT_DIGEST,
     Alternative,
@@ -628,7 +629,7 @@ def headline(
     if not simulation.ok:
         possible = "--method consistent gives parameters that a robot can have"
         third = ["Not good for simulation: ", *simulation.reasons, possible]
-    return "\n".join(f"{line[0]}{'; '.join(line[1:])}." for line in (first, second, third))
+    return BETWEEN_USES.join(f"{line[0]}{'; '.join(line[1:])}." for line in (first, second, third))
 
 
 def hardly_moving(logs: Sequence[FilteredLog], sigma: Sequence[int]) -> tuple[str, ...]:

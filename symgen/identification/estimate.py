@@ -47,6 +47,8 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 SCHEMA = "symgen.estimate/2"
 MARKER = "estimate.json"
+#: Between the sentences of a headline: a file holds it in one line.
+BETWEEN_USES = " | "
 _PER_JOINT = ("torque", "momentum")  # residuals of one component a joint
 #: Schemas that are read.
 READ = (SCHEMA, "symgen.estimate/1")
@@ -207,7 +209,7 @@ class Estimate:
         repairs: what was mended in the logs before anything was estimated.
         alternatives: the models that were fitted, the chosen one first.
         uses: what the estimate may be used for.
-        headline: the verdict in one line, with what stands beside it.
+        headline: what it is good for, one sentence a use, with BETWEEN_USES between them.
     """
 
     robot: str

@@ -45,7 +45,7 @@ def identified(viscous: float) -> symgen.Estimate:
 
 def test_a_verdict_has_one_line_for_each_use() -> None:
     found = identified(0.1)
-    first, second, third = found.headline.splitlines()
+    first, second, third = found.headline.split(" | ")
     assert found.verdict == "trusted"
     assert first.startswith("Good for torque prediction: 0.")
     assert second == "Parameters: 6 of 6 are known to 30 %."

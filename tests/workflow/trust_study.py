@@ -35,7 +35,7 @@ from scipy.integrate import cumulative_simpson
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from oracles import clean_runs, engineer
 
-CHOSEN_ON, REPORTED_ON = 10_000, 70_000
+CHOSEN_ON, REPORTED_ON = 10_000, 80_000
 CUTOFFS = (2.0, 3.0, 5.0, 8.0, 15.0, 30.0)  # Hz
 WINDOWS = (0.1, 0.2, 0.5)  # s
 RATE = 250.0  # Hz, about, of filtered motion

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.identification.assessment import KNOWN, LEVEL, in_words
-from symgen.identification.estimate import Estimate, ParameterEstimate
+from symgen.identification.estimate import BETWEEN_USES, Estimate, ParameterEstimate
 from symgen.report.content.parts import (
     Banner,
     Content,
@@ -91,9 +91,8 @@ def _banner(e: Estimate) -> Banner:
     facts[f"parameters weak (std over {KNOWN:g} %)"] = weak
     facts["condition number, scaled"] = number(e.condition_number, 4)
     tone = "good" if trusted else "warn"
-    return Banner(
-        tone, e.verdict, e.headline, () if e.headline else e.reasons, tuple(facts.items())
-    )
+    text = "\n".join(e.headline.split(BETWEEN_USES))
+    return Banner(tone, e.verdict, text, () if text else e.reasons, tuple(facts.items()))
 
 
 def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
