@@ -281,7 +281,7 @@ def test_the_estimate_is_printed_again(run, logs, tmp_path) -> None:
         line for line in first[1].splitlines(keepends=True) if not line.startswith("written")
     )
     content = json.loads((into / "estimate.json").read_text())
-    content.update(verdict="doubtful", reasons=["because"])
+    content.update(verdict="doubtful", reasons=["because"], headline="")
     (into / "estimate.json").write_text(json.dumps(content))
     code, out, _ = run("report", into / "estimate.json")
     assert code == 1
