@@ -1,6 +1,6 @@
 """How far "trusted" can be trusted: simulated runs, with what an estimate says and what is true.
 
-    python tests/workflow/trust_study.py --runs 300 --seed 30000 --out figures.json --workers 2
+    python tests/workflow/trust_study.py --runs 300 --seed 80000 --out figures.json --workers 2
 
 Runs are drawn by tests/oracles/clean_runs.py: arms, motions, instruments; four in ten of the
 robots have effects that robot.toml leaves out, one in five of the logs light faults of instruments.
