@@ -30,8 +30,8 @@ import symgen
 
 FIGURES = Path(__file__).parent / "spoiled_figures.json"
 #: Robots of the study: simulated ones with the number of their run, and real ones.
-SIMULATED, REAL = ("elbow3r-11", "planar3r-16", "wrist6r-13", "offset6r-14"), ("ur10",)
-DRAW = 7
+SIMULATED, REAL = ("planar2r-31", "arm4r-35", "arm5r-33", "offset6r-34"), ("ur10e",)
+DRAW = 8
 #: What is always named on a small arm, as it costs much and nothing else looks like it.
 NAMED = (
     "gravity_down", "gravity_sideways", "tool_in_a_part", "tool_in_training", "collision",
@@ -87,7 +87,7 @@ def _rows() -> list[dict[str, Any]]:
     return [
         row
         for row in json.loads(FIGURES.read_text("utf-8"))["rows"]
-        if row["robot"] in ("elbow3r-11", "planar3r-16")
+        if row["robot"] in ("planar2r-31", "arm4r-35")
     ]
 
 
