@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from symgen.diagnosis.whitened_system import (
     model_torque,
 )
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.predictive_score import PredictiveScore, motion_folds
 from symgen.identification.out_of_core import load_model
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
@@ -105,6 +107,21 @@ class Baseline:
     def beside(self, accepted: Iterable[Score]) -> WhitenedSystem:
         """Return the system of the model with the columns of some effects."""
         return self.base.with_columns(s.columns for s in accepted)
+
+    def score(self, found: WhitenedSystem, misfit: float) -> PredictiveScore:
+        """Return what predicts the rows of a system: candidates beside it compete by it.
+
+        Args:
+            found: the system with the columns of what was accepted so far.
+            misfit: part of a joint's torque that no model is righter than.
+        """
+        left = found.y - found.W @ found.X
+        size = misfit * self.base.size
+        return PredictiveScore(found.W, left, found.moves, found.sigma, self._folds, size)
+
+    @cached_property
+    def _folds(self) -> NDArray[np.intp]:
+        return motion_folds(self.base.logs)
 
 
 def baseline(

@@ -16,7 +16,7 @@ import numpy as np
 from symgen.diagnosis.baseline import Baseline
 from symgen.diagnosis.effects import Score
 from symgen.diagnosis.whitened_system import compared
-from symgen.estimation.predictive_score import PredictiveScore, motion_folds
+from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
 
 _DEGREE = 4  # of a polynomial, in all its variables
@@ -36,22 +36,16 @@ def free_functions(
         least: part of a joint's torque that matters.
         misfit: part of a joint's torque that no model is righter than.
     """
-    system, base = baseline.beside(accepted), baseline.base
-    score = PredictiveScore(
-        system.W,
-        system.y - system.W @ system.X,
-        system.moves,
-        system.sigma,
-        motion_folds(base.logs),
-        misfit * base.size,
-    )
+    base = baseline.base
+    score = baseline.score(baseline.beside(accepted), misfit)
     alone, out = score.alone, []
+    states = _states(baseline)
     columns: dict[tuple[int, ...], FloatArray] = {}
     for j in map(int, np.flatnonzero(np.sqrt(alone.left) > least * base.size)):
         tried = []
         for variables in _sets(baseline.robot.n, j):
             if variables not in columns:
-                columns[variables] = _polynomials(baseline, variables)
+                columns[variables] = _polynomials(base.logs, states, variables)
             tried.append((score.beside({j: columns[variables]}), variables))
         best, variables = max(tried, key=lambda found: found[0].score)
         sure = best.score - alone.score > _SURE + math.log(len(tried))
@@ -82,14 +76,20 @@ def _sets(n: int, j: int) -> Iterator[tuple[int, ...]]:
             yield from ((v, k) for v in own[:2])
 
 
-def _polynomials(baseline: Baseline, variables: Sequence[int]) -> FloatArray:
-    """Return Legendre polynomials of some variables in the band, (K, m), without the constant."""
-    n, legendre = baseline.robot.n, np.polynomial.legendre.legvander
+def _states(baseline: Baseline) -> list[FloatArray]:
+    """Return q, qd and the load of all joints along each training log, thinned, (N, 3 n)."""
     logs = [log.thinned for log in baseline.base.logs]
-    parts = [np.hstack([s.q, s.qd, np.zeros_like(s.q)]) for s in logs]
-    for part, torques in zip(parts, baseline.torques(baseline.base), strict=True):
-        part[:, 2 * n :] = torques.load
-    whole = np.concatenate(parts)[:, list(variables)]
+    along = baseline.torques(baseline.base)
+    return [np.hstack([s.q, s.qd, t.load]) for s, t in zip(logs, along, strict=True)]
+
+
+def _polynomials(
+    logs: Sequence[FilteredLog], states: Sequence[FloatArray], variables: Sequence[int]
+) -> FloatArray:
+    """Return Legendre polynomials of some variables in the band, (K, m), without the constant."""
+    legendre = np.polynomial.legendre.legvander
+    parts = [part[:, list(variables)] for part in states]
+    whole = np.concatenate(parts)
     low, high = whole.min(axis=0), whole.max(axis=0)
     span = np.where(high > low, high - low, 1.0)
     powers = [
@@ -97,8 +97,8 @@ def _polynomials(baseline: Baseline, variables: Sequence[int]) -> FloatArray:
         if 0 < sum(p) <= _DEGREE
     ]  # fmt: skip
     out = []
-    for log, part in zip(baseline.base.logs, parts, strict=True):
-        x = 2 * (part[:, list(variables)] - low) / span - 1
+    for log, part in zip(logs, parts, strict=True):
+        x = 2 * (part - low) / span - 1
         values: list[FloatArray] = [legendre(column, _DEGREE) for column in x.T]
         products = [
             math.prod((v[:, k] for v, k in zip(values, p, strict=True)), start=np.ones(len(x)))

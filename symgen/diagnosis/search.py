@@ -33,7 +33,6 @@ from symgen.estimation.predictive_score import (
     Columns,
     Fit,
     PredictiveScore,
-    motion_folds,
 )
 from symgen.estimation.values import FloatArray
 
@@ -118,7 +117,6 @@ class Search:
         self.baseline, self.pool, self.progress = baseline, tuple(pool), progress
         self.least, self.misfit = least, misfit
         self.expressions = Expressions(baseline) if expressions else None
-        self._fold = motion_folds(baseline.base.logs)
         self._fixed: dict[Candidate, Columns] = {}
         self._moving: dict[Candidate, Columns] = {}
         #: Friction that is not declared: others may presume it.
@@ -182,14 +180,7 @@ class Search:
     def _stage(self, accepted: Sequence[Score]) -> _Stage:
         system = self.baseline.beside(accepted)
         keys = frozenset(s.candidate.key for s in accepted)
-        score = PredictiveScore(
-            system.W,
-            system.y - system.W @ system.X,
-            system.moves,
-            system.sigma,
-            self._fold,
-            self.misfit * self.baseline.base.size,
-        )
+        score = self.baseline.score(system, self.misfit)
         names = frozenset(name for name, _ in keys)
         return _Stage(system, score, self.baseline.seen(system), names, keys)
 

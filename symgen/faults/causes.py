@@ -487,8 +487,7 @@ def find_cause(
     A cause is named where it lowers the error of a joint's torque on motion that it was not fitted
     on by what matters and by 15 % of what is left, the error of every joint that is above 60 %
     among them; is larger than in every robot, and is nine times as probable as physics without a
-    name. Of up to three causes that the data do not tell apart all
-    are named.
+    name. Of up to three causes that the data do not tell apart all are named.
 
     Args:
         scene: the model on the logs in the band of the run.

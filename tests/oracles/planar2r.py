@@ -18,6 +18,20 @@ import numpy as np
 NAMES = ("ZZ1R", "ZZ2", "MX2", "MY2")
 
 
+def robot_toml(name: str, joint: str = 'friction = ["coulomb", "viscous"]') -> str:
+    """The arm as a robot.toml, L1 = 0.5 m; joint holds the lines of both joints."""
+    return f"""
+[robot]
+name = "{name}"
+gravity = [0.0, 0.0, -9.81]
+[[joint]]
+{joint}
+[[joint]]
+d = 0.5
+{joint}
+"""
+
+
 def harmonic_motion(
     rng: np.random.Generator, seed: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

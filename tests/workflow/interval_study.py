@@ -39,7 +39,7 @@ _STATES = 300
 #: What the figure file keeps of a run.
 KEPT = ("seed", "family", "model", "verdict", "parameters", "held")
 #: Kinds of parameters by their first letters.
-KINDS = {"FS": "Coulomb", "FV": "viscous", "FO": "offset", "IA": "inertia", "M": "moment"}
+KINDS = {"FS": "Coulomb", "FV": "viscous", "OF": "offset", "IA": "inertia", "M": "moment"}
 
 
 def kind(name: str) -> str:
@@ -113,6 +113,12 @@ def short(row: dict[str, Any]) -> dict[str, Any]:
     return row | {"parameters": len(errors), "held": int(np.sum(errors <= 1.96))}
 
 
+def text(rows: list[dict[str, Any]], runs: int, seed: int) -> str:
+    """The figure file of a study."""
+    head = {"runs": runs, "seed": seed, "summary": summary(rows)}
+    return figures_text(head, map(short, rows), KEPT)
+
+
 def study(runs: int, seed: int, workers: int = 1) -> list[dict[str, Any]]:
     """Rows of so many runs of each family from a seed on."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -138,11 +144,9 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args()
     rows = study(options.runs, options.seed, options.workers)
-    sums = summary(rows)
-    print(json.dumps(sums, indent=1))
+    print(json.dumps(summary(rows), indent=1))
     if options.out:
-        head = {"runs": options.runs, "seed": options.seed, "summary": sums}
-        options.out.write_text(figures_text(head, map(short, rows), KEPT), "utf-8")
+        options.out.write_text(text(rows, options.runs, options.seed), "utf-8")
 
 
 if __name__ == "__main__":

@@ -9,16 +9,7 @@ from oracles import planar2r
 import symgen
 
 L1, X = 0.5, np.array([3.7, 0.8, 1.2, 0.3])
-ROBOT = """
-[robot]
-name = "odd"
-gravity = [0.0, 0.0, -9.81]
-[[joint]]
-friction = ["coulomb", "viscous"]
-[[joint]]
-d = 0.5
-friction = ["coulomb", "viscous"]
-"""
+ROBOT = planar2r.robot_toml("odd")
 
 
 def log(seed: int, strength: float) -> symgen.Log:

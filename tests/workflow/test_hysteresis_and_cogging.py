@@ -15,16 +15,7 @@ import symgen
 X, L1, STEP = np.array([1.702, 0.05644, 0.15, 0.075]), 0.5, 0.002
 FS, FV = np.array([1.0, 0.4]), np.array([0.6, 0.25])
 RATIO, PERIODS = 60.0, 4
-ROBOT = """
-[robot]
-name = "hidden"
-gravity = [0.0, 0.0, -9.81]
-[[joint]]
-friction = ["coulomb", "viscous"]
-[[joint]]
-d = 0.5
-friction = ["coulomb", "viscous"]
-"""
+ROBOT = planar2r.robot_toml("hidden")
 DRIVE = f"""
 [drive]
 ratio = [{RATIO}, {RATIO}]

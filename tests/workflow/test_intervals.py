@@ -19,7 +19,6 @@ try:
 except ImportError as missing:
     pytest.skip(f"needs Pinocchio: {missing}", allow_module_level=True)
 
-from support import figures_text
 from workflow import interval_study
 
 FIGURES = Path(__file__).with_name("interval_figures.json")
@@ -36,11 +35,8 @@ def _figures() -> dict[str, Any]:
 def test_the_study() -> None:
     """Takes about two minutes on two cores."""
     rows = interval_study.study(RUNS, SEED, 2)
-    sums = interval_study.summary(rows)
-    print(json.dumps(sums, indent=1))
-    head = {"runs": RUNS, "seed": SEED, "summary": sums}
-    text = figures_text(head, map(interval_study.short, rows), interval_study.KEPT)
-    FIGURES.write_text(text, "utf-8")
+    print(json.dumps(interval_study.summary(rows), indent=1))
+    FIGURES.write_text(interval_study.text(rows, RUNS, SEED), "utf-8")
 
 
 def test_with_noise_alone_as_many_intervals_hold_the_truth_as_they_say() -> None:

@@ -16,16 +16,7 @@ from symgen.errors import LogError, ParameterError, RobotError
 X, L1, STEP = np.array([1.702, 0.05644, 0.15, 0.075]), 0.5, 0.002
 FS, FV = np.array([1.0, 0.4]), np.array([0.6, 0.25])
 FST, FVT = -0.012, -0.008  # of joint 2, N m/degC and N m s/rad/degC
-ROBOT = """
-[robot]
-name = "warm"
-gravity = [0.0, 0.0, -9.81]
-[[joint]]
-friction = ["coulomb", "viscous"]
-[[joint]]
-d = 0.5
-friction = ["coulomb", "viscous"]
-"""
+ROBOT = planar2r.robot_toml("warm")
 
 
 def log(

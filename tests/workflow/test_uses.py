@@ -13,18 +13,7 @@ import symgen
 L1, X = 0.5, np.array([3.7, 0.8, 1.2, 0.3])
 STOP = 0.054  # s
 SCALE = np.array([20.0, 5.0])  # N m s/rad: that of the joints' torques over their speeds, about
-ROBOT = """
-[robot]
-name = "rubbing"
-gravity = [0.0, 0.0, -9.81]
-[[joint]]
-friction = ["viscous"]
-rotor_inertia = false
-[[joint]]
-d = 0.5
-friction = ["viscous"]
-rotor_inertia = false
-"""
+ROBOT = planar2r.robot_toml("rubbing", 'friction = ["viscous"]\nrotor_inertia = false')
 
 
 def log(seed: int, viscous: float, noise: float = 1e-3, name: str = "log") -> symgen.Log:
