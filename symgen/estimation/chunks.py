@@ -143,10 +143,10 @@ def packed_arrays(arrays: Mapping[str, Any]) -> bytes:
     return file.getvalue()
 
 
-def unpacked_arrays(content: bytes) -> dict[str, NDArray[Any]]:
-    """Return the arrays of an NPZ file."""
+def unpacked_arrays(content: bytes, names: Sequence[str] = ()) -> dict[str, NDArray[Any]]:
+    """Return the arrays of an NPZ file, all of them or those of some names."""
     with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-        return {name: archive[name] for name in archive.files}
+        return {name: archive[name] for name in names or archive.files}
 
 
 #: Own rows of a chunk, about; those of a partition, the unit of work, that is kept when finished.

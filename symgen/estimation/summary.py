@@ -113,6 +113,12 @@ def triangle(rows: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.qr(rows, mode="r")) if found is None else found
 
 
+def square(factor: FloatArray) -> FloatArray:
+    """Return a factor with rows of zeros below it, so that it is as high as wide."""
+    rows, columns = factor.shape
+    return np.vstack([factor, np.zeros((columns - rows, columns))])
+
+
 def _cholesky_qr(A: FloatArray) -> FloatArray | None:
     """Return R by two rounds of Cholesky; None where the columns are too near to dependent."""
     products = A.T @ A

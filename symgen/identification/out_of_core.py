@@ -71,7 +71,7 @@ from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import PASSES, Ols
 from symgen.estimation.logs import Source, held_from
 from symgen.estimation.solve import Solution, condition, log_weights
-from symgen.estimation.summary import BLOCKS, Summary, merge_summaries, summarise
+from symgen.estimation.summary import BLOCKS, Summary, merge_summaries, square, summarise
 from symgen.estimation.torque_error import TorqueFit
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, Fault, merged
@@ -315,37 +315,40 @@ class EquationReduction(Reduction):
 
     def __call__(self, work: Work) -> bytes:
         """Return summaries by log and joint, and what was mended."""
-        found: dict[str, list[Summary]] = {}
+        found: dict[str, dict[int, list[Summary]]] = {}
         mended: list[Fault] = []
 
-        def summaries(part: LogSpan, chunk: ChunkOfLog) -> list[tuple[str, Summary]]:
+        def summaries(part: LogSpan, chunk: ChunkOfLog) -> list[tuple[str, int, Summary]]:
             equations = chunk.all_equations(self.evaluator, self.settings.model)
             found = []
             for j, e in enumerate(equations):
                 own, _ = chunk.equations(e)
                 block = blocks_at(own.t, part.stretch.times, part.place)
                 found += [
-                    (f"{part.number}.{j}.{b}", summarise(own.where(block == b, own.name)))
+                    (f"{part.number}.{j}", int(b), summarise(own.where(block == b, own.name)))
                     for b in np.unique(block)
                 ]
             return found
 
         for own, repairs in self.reduced(work, summaries, work.partition.chunks):
             mended += repairs
-            for key, summary in own:
-                found.setdefault(key, []).append(summary)
+            for key, b, summary in own:
+                found.setdefault(key, {}).setdefault(b, []).append(summary)
         told = [{**as_json(f), "kind": f.kind} for f in merged(mended)]
         arrays: dict[str, Any] = {_REPAIRS: np.array(json.dumps(told))}
         for key, parts in found.items():
-            whole = merge_summaries(parts)
-            joint = -1 if whole.joint is None else whole.joint
-            counts = [whole.rows, whole.correlation, joint]
-            arrays |= {key: whole.factor, f"{key}{_COUNTS}": np.array(counts)}
+            blocks = {b: merge_summaries(own) for b, own in parts.items()}
+            every = {_WHOLE: merge_summaries(list(blocks.values())), **blocks}
+            arrays[key] = np.stack([square(s.factor) for s in every.values()])
+            arrays[f"{key}{_COUNTS}"] = np.array([
+                (b, s.rows, s.correlation, -1 if s.joint is None else s.joint)
+                for b, s in every.items()
+            ])  # fmt: skip
         return packed_arrays(arrays)
 
 
 _FOLDED = "folded; band, curves, scans of windows and tests of bias and whiteness are those of"
-_REPAIRS, _COUNTS = "repairs", " rows, correlation, joint"
+_REPAIRS, _COUNTS, _WHOLE = "repairs", " block, rows, correlation, joint", -1
 
 
 class ErrorReduction(Reduction):
@@ -393,19 +396,21 @@ class Summaries(Sequence[Summary]):
         return len(self.places)
 
     def __getitem__(self, k: Any) -> Any:
-        return merge_summaries([summary for _, summary in self.blocks(k)])
+        return merge_summaries([s for _, s in self._read(k, slice(0, 1))])
 
     def blocks(self, k: int) -> Iterator[tuple[int, Summary]]:
         """Yield what a log and joint has in each block of time."""
-        read: dict[str, dict[str, Any]] = {}
+        return self._read(k, slice(1, None))
+
+    def _read(self, k: int, rows: slice) -> Iterator[tuple[int, Summary]]:
         for key, name in self.places[k][1]:
-            if key not in read:
-                read = {key: unpacked_arrays(self.folder.read(key))}
-            arrays = read[key]
-            rows, correlation, joint = map(int, arrays[f"{name}{_COUNTS}"])
-            own = None if joint < 0 else joint
-            summary = Summary(arrays[name], rows, correlation, joint=own)
-            yield int(name.rpartition(".")[2]), summary
+            arrays = unpacked_arrays(self.folder.read(key), (name, f"{name}{_COUNTS}"))
+            factors, counts = (array[rows] for array in arrays.values())
+            for factor, (b, count, correlation, joint) in zip(
+                factors, counts.tolist(), strict=True
+            ):
+                own = None if joint < 0 else joint
+                yield b, Summary(factor, count, correlation, joint=own)
 
 
 def _block_products(
@@ -639,7 +644,7 @@ class ChunkedLogs(OpenLogs):
             clean.append(not mended)
             for name in arrays:
                 if not name.endswith(_COUNTS):
-                    number, j, _ = map(int, name.split("."))
+                    number, j = map(int, name.split("."))
                     places[number, j] = (*places.get((number, j), ()), (key, name))
         train, held = (
             Summaries(
