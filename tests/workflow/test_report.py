@@ -339,7 +339,7 @@ def test_the_first_section_is_torque_and_the_robot_is_drawn() -> None:
     html = result_page(synthetic(), robot)
     headings = re.findall(r"<h2>(.*?)</h2>", html)
     assert headings[:2] == ["Torque error by joint", "Measured and modelled torque"]
-    assert headings.index("Models") < headings.index("The robot")
+    assert headings.index("Known parameters (5 of 6)") < headings.index("The robot")
     picture = html.split('<svg class="robot"')[1].split("</svg>")[0]
     assert picture.count("<circle") == robot.n
     text = Page(html).text
