@@ -1,4 +1,4 @@
-"""symgen demo on the command line."""
+"""The command `demo`: the example of the paper."""
 
 from __future__ import annotations
 
@@ -19,11 +19,16 @@ _MARKER, _PAGE = "demo.json", "demo.html"
     _MARKER,
     required=False,
     default=Path("symgen-demo"),
-    help="Folder of the page.",
+    help="Folder for the page.",
 )
-@click.option("--runs", default=1000, type=click.IntRange(10, 100_000))
+@click.option(
+    "--runs",
+    default=1000,
+    type=click.IntRange(10, 100_000),
+    help="Number of simulated experiments.",
+)
 def demo(into: Path, runs: int) -> None:
-    """Run the example of Gautier and Khalil (1988) end to end."""
+    """Reproduce the example of Gautier and Khalil (1988), and write a page."""
     from symgen.experiment.paper import reproduce
     from symgen.files import write_folder
     from symgen.report.content.demo import demo_content
