@@ -337,9 +337,7 @@ def _text(expr: sp.Expr, level: int) -> str:
         if (2 * exponent).is_Integer and base.func is not sp.Abs:
             whole = base ** (exponent - sp.S.Half)
             return _text(sp.Mul(whole, sp.sqrt(base), evaluate=False), level)
-        inner = (
-            base.args[0] if base.func is sp.Abs else base
-        )  # pow takes the absolute value of its base
+        inner = base.args[0] if base.func is sp.Abs else base  # pow takes abs() of its base
         return f"pow({_text(inner, 0)}, {_text(exponent, 0)})"
     if expr.func in (sp.sin, sp.cos, sp.tan, sp.Abs, sp.sign, sp.tanh, sp.exp):
         return f"{expr.func.__name__.lower()}({_text(expr.args[0], 0)})"
