@@ -1,4 +1,4 @@
-"""symgen demo: an arm with a hidden spring, and the paper's example; with and without a compiler."""
+"""symgen demo: an arm with a hidden spring, and the example of the paper, with no compiler too."""
 
 from __future__ import annotations
 
