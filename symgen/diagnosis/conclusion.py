@@ -20,13 +20,15 @@ from symgen.diagnosis.diagnosis import (
     Diagnosis,
     FoundEffect,
     FoundParameter,
+    FreeFunction,
     Gap,
     Rejected,
 )
 from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out
 from symgen.diagnosis.extend import extended, with_values
 from symgen.diagnosis.floor import at_rest, noise_floor
-from symgen.diagnosis.messages import tie
+from symgen.diagnosis.free_functions import free_functions
+from symgen.diagnosis.messages import shape, tie
 from symgen.diagnosis.refine import settled_constants, slopes
 from symgen.diagnosis.residual_patterns import places
 from symgen.diagnosis.search import MEASURING, Selection
@@ -129,13 +131,25 @@ def confirmed(baseline: Baseline, selection: Selection, least: float) -> Selecti
 
 
 def conclude(
-    baseline: Baseline, selection: Selection, notes: tuple[str, ...], least: float = LEAST
+    baseline: Baseline,
+    selection: Selection,
+    notes: tuple[str, ...],
+    least: float = LEAST,
+    misfit: float | None = None,
 ) -> Diagnosis:
     """Add what was found, identify again, and measure the gap on the held-out data.
 
     What the held-out data do not confirm is not added.
     Effects with which the model cannot be identified are left out, the least one first; so they are
     where they make the gap larger.
+
+    Args:
+        baseline: the model as it is declared, and its logs.
+        selection: what the search found.
+        notes: what was done to the logs.
+        least: part of a joint's torque that matters.
+        misfit: part of a joint's torque that no model is righter than; None: no free function is
+            compared with the laws that were found.
     """
     accepted, _ = _settled(baseline, selection.accepted)
     selection = confirmed(baseline, replace(selection, accepted=accepted), least)
@@ -180,6 +194,10 @@ def conclude(
     if suspected and verdict != "bad-measurement":
         verdict = "partly-explained"
     robot = baseline.robot
+    shapes: tuple[FreeFunction, ...] = ()
+    if misfit is not None and not baseline.given:
+        known = (*accepted, *suspected)
+        shapes = free_functions(baseline, known, least, misfit, left=verdict in _MISSING)
     return Diagnosis(
         robot=robot.name,
         verdict=verdict,
@@ -191,11 +209,12 @@ def conclude(
         if verdict == "consistent"
         else places(baseline, accepted, moving.before, moving.floor),
         effects=found,
+        free_functions=shapes or None,
         rejected=tuple(
             Rejected(s.candidate.name, numbers(robot, s.candidate), s.fault)
             for s in selection.rejected[:_SHOWN]
         ),
-        advice=_advice(found, verdict, quiet),
+        advice=(*map(shape, shapes), *_advice(found, verdict, quiet)),
         notes=notes,
         extended=with_values(model.robot, found),
         joints=tuple(j.number for j in robot.movable),

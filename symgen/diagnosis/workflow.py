@@ -18,7 +18,6 @@ from symgen.diagnosis.baseline import Baseline, baseline, model_of
 from symgen.diagnosis.conclusion import conclude, plain
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect
 from symgen.diagnosis.effects import candidates
-from symgen.diagnosis.free_functions import free_functions
 from symgen.diagnosis.measuring_chain import (
     check,
     closed,
@@ -327,10 +326,7 @@ class _Question:
                 f"{STIFFNESS}: without a second encoder (qs1.., on the link side) it shows near "
                 "its resonance alone",
             )
-        found = conclude(model, selection, notes, self.least)
-        if found.verdict in ("unexplained", "partly-explained") and not given:
-            shapes = free_functions(model, selection.accepted, self.least, self.misfit)
-            found = replace(found, advice=(*shapes, *found.advice))
+        found = conclude(model, selection, notes, self.least, self.misfit)
         return with_stiffness(found, self.robot, bent)
 
     def answer(self, faults: Sequence[Fault]) -> Diagnosis:
