@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from symgen.codegen.model import Model, derive
 from symgen.diagnosis.baseline import Baseline, model_of
 from symgen.diagnosis.diagnosis import (
+    NOISE,
     Alike,
     Curves,
     Diagnosis,
@@ -28,7 +29,8 @@ from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out
 from symgen.diagnosis.extend import extended, with_values
 from symgen.diagnosis.floor import at_rest, noise_floor
 from symgen.diagnosis.free_functions import free_functions
-from symgen.diagnosis.messages import shape, tie
+from symgen.diagnosis.messages import noisy, shape, tie
+from symgen.diagnosis.noise_of_positions import may_be_noise
 from symgen.diagnosis.refine import settled_constants, slopes
 from symgen.diagnosis.residual_patterns import places
 from symgen.diagnosis.search import MEASURING, Selection
@@ -181,6 +183,9 @@ def conclude(
         notes = (*notes, _REPEAT)
         lone = _coefficients(baseline, (*accepted, *suspected))[len(accepted) :]
         found += tuple(map(partial(_suspected, baseline.robot), suspected, lone))
+    doubts = may_be_noise(baseline, (*accepted, *suspected))
+    pairs = zip(found, doubts, strict=True)
+    found = tuple(replace(e, note=NOISE) if doubt else e for e, doubt in pairs)
     told, moving = gaps.all, gaps.moving
     if told.after != moving.after:
         was, now, noise = (100 * gap.total for gap in moving[:3])
@@ -579,7 +584,8 @@ def _quiet(gap: Gap, floor: Gap, least: float) -> bool:
 
 
 def _advice(found: Sequence[FoundEffect], verdict: str, quiet: bool) -> tuple[str, ...]:
-    out = [tie(e) for e in found if e.indistinguishable_from and e.separate]
+    out = [noisy(e) for e in found if e.note]
+    out += [tie(e) for e in found if e.indistinguishable_from and e.separate]
     if verdict not in _MISSING:
         return tuple(out)
     nothing = "what is left is noise and static friction at rest: no effect is missing in it"

@@ -21,6 +21,7 @@ from symgen.schemas import BESIDE, OPTIONAL, OrNan, at, from_json, read_json, re
 FloatArray = NDArray[np.float64]
 MARKER = "diagnosis.json"
 SCHEMA = "symgen.diagnosis/1"
+NOISE = "may be noise of q"
 VERDICTS = ("consistent", "explained", "partly-explained", "unexplained", "bad-measurement")
 
 
@@ -69,6 +70,7 @@ class FoundEffect:
         probability: that it, or one of those that the data cannot tell from it, is there.
         torque_rms: RMS of its torque on its joint, N m or N.
         confirmed: whether motion that it was not found on shows it; only then the robot has it.
+        note: a doubt about it, NOISE; None without any.
     """
 
     name: str
@@ -83,6 +85,7 @@ class FoundEffect:
     probability: float = 1.0
     torque_rms: OrNan = np.nan
     confirmed: bool = True
+    note: Annotated[str | None, OPTIONAL] = None
 
 
 @dataclass(frozen=True)

@@ -73,6 +73,14 @@ def tie(effect: FoundEffect) -> str:
     return f"{said} (symgen excite --for {effect.name}:{where} plans one)"
 
 
+def noisy(effect: FoundEffect) -> str:
+    """Return what is doubtful about an effect with a note, and what would tell."""
+    return (
+        f"{placed(effect)} {effect.note}: the even and the odd samples do not both show it; to "
+        "tell: positions of less noise, or speeds of a sensor of their own"
+    )
+
+
 _VARIABLES = {"q": "the position", "qd": "the speed", "taur": "the load"}
 
 

@@ -4,9 +4,8 @@
 
 The terms are texts of the effects' grammar in the positions and speeds of all joints: powers, sines
 and absolute values, products of two, and bumps exp(-((q - c)/w)**2) and their slopes, whose centre
-c and width w are searched on a grid and refined. One is taken after the other, each by the strict
-rule of `symgen.diagnosis.select` with every term that was looked at counted; named effects that
-the expression makes needless are dropped. A sum that leaves most of the residual is not reported.
+c and width w are searched on a grid and refined. Each term competes by the score that effects
+compete by (`symgen.diagnosis.search`), and pays for all that were looked at.
 """
 
 from __future__ import annotations

@@ -189,6 +189,7 @@ def _effect_table(effects: Sequence[FoundEffect]) -> Table:
     for effect in effects:
         first = (effect.name, ", ".join(map(str, effect.joints)) or "all")
         sure = f"{effect.probability:.2f}" + ("" if effect.confirmed else ", not confirmed")
+        sure += f", {effect.note}" if effect.note else ""
         last = (percent(effect.gap_reduction), sure, effect.expression)
         found: Sequence[FoundParameter | None] = effect.parameters or (None,)
         for k, p in enumerate(found):
