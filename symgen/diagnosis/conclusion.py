@@ -10,7 +10,6 @@ from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.codegen.model import Model, derive
 from symgen.diagnosis.baseline import Baseline, model_of
@@ -50,13 +49,13 @@ from symgen.estimation.predictive_score import LEAST, dense, repeats_motion
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.torque_error import TorqueFit, relative_error, squares
+from symgen.estimation.values import FloatArray
 from symgen.identification.parameters import base_values
 from symgen.robot.effect import numbered
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 from symgen.symbolic.variation import link_values
 
-FloatArray = NDArray[np.float64]
 #: Gap of a joint over its noise floor, and over what matters, from which something is missing.
 _LOUD, _VISIBLE = 3.0, 2.0
 _EXPLAINED = 0.15  # the largest gap that is called explained

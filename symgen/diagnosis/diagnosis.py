@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from symgen.diagnosis.mended import MendedChannel
 from symgen.errors import ParameterError
+from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
 from symgen.files import html_table
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.schemas import BESIDE, OPTIONAL, OrNan, at, from_json, read_json, result_file, to_json
 
-FloatArray = NDArray[np.float64]
 MARKER = "diagnosis.json"
 SCHEMA = "symgen.diagnosis/1"
 NOISE = "may be noise of q"

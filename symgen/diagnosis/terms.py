@@ -17,7 +17,6 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.diagnosis.baseline import Baseline
@@ -25,11 +24,11 @@ from symgen.diagnosis.effects import Candidate, Constants, Torques
 from symgen.diagnosis.whitened_system import WhitenedSystem, compared
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns
+from symgen.estimation.values import FloatArray
 from symgen.robot.effect import Search as Range
 from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
 
-FloatArray = NDArray[np.float64]
 NAME = "unnamed"
 _BEST = 12  # terms of a joint that are scored
 _FREE = 0.05

@@ -9,7 +9,6 @@ from itertools import chain
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.log import Log
 from symgen.data.raw import Reading
@@ -49,6 +48,7 @@ from symgen.estimation.logs import (
 )
 from symgen.estimation.masking import rests_in_words
 from symgen.estimation.predictive_score import LEAST, MISFIT
+from symgen.estimation.values import FloatArray
 from symgen.faults.causes import find_cause
 from symgen.faults.fault import MASKED, Fault, undo_faults
 from symgen.faults.logs import join_bands, open_logs, open_samples
@@ -60,7 +60,6 @@ from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 Groups = tuple[Sequence[Samples], Sequence[Samples]]
 _FEWEST = 10  # samples held out
 
