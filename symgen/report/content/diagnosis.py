@@ -13,6 +13,7 @@ from symgen.diagnosis.messages import (
     on_joints,
     percent,
     placed,
+    shape,
     summary,
     tie,
     told_once,
@@ -40,6 +41,11 @@ _OVER = (
     ", and on top of it what the found effects changed. Where black covers blue nothing is left."
 )
 _AGAINST = ", against speed and position: a shape in it is what no effect explains."
+_SHAPES = (
+    "The curve is a spline fitted to the training logs, with a band of two std; the declared "
+    "friction of the joint is part of it. The dashed line is what the named effects give in its "
+    "place. Nothing is added to the robot for the curve."
+)
 _MENDED = (
     "Around the place where the repair changed the channel most, the largest change first; a line "
     "that is missing is masked."
@@ -68,6 +74,7 @@ def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
     alikes = [(placed(e), alike(e), e.separate) for e in tied]
     rejected = [(r.name, on_joints(r.joints), r.reason) for r in d.rejected]
     found = [(p.name, number(p.value), _std(p), p.unit) for p in d.parameters]
+    shapes = tuple(map(shape, d.free_functions or ()))
     last = "with the effects that were found" if d.effects else "as it is"
     return [
         Section("What is left", (_LEFT,), figure=partial(diagnosis_plots.residuals, d)),
@@ -80,7 +87,12 @@ def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
             ("On these logs other effects would explain the same part of the gap as well.",),
             Table(("effect", "looks like", "motion that would tell them apart"), alikes),
         ),
-        _advice_section(d, {tie(effect) for effect in tied}),
+        Section(
+            "Torque of an unknown shape",
+            (*shapes, _SHAPES) if shapes else (),
+            figure=partial(diagnosis_plots.free_functions, d),
+        ),
+        _advice_section(d, {*map(tie, tied), *shapes}),
         Section(
             "Torque",
             (f"Measured, and by the model {last}; both in the motion's band.",),
@@ -177,6 +189,7 @@ def _effect_table(effects: Sequence[FoundEffect]) -> Table:
     for effect in effects:
         first = (effect.name, ", ".join(map(str, effect.joints)) or "all")
         sure = f"{effect.probability:.2f}" + ("" if effect.confirmed else ", not confirmed")
+        sure += f", {effect.note}" if effect.note else ""
         last = (percent(effect.gap_reduction), sure, effect.expression)
         found: Sequence[FoundParameter | None] = effect.parameters or (None,)
         for k, p in enumerate(found):

@@ -51,6 +51,8 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "residual": {"color": ORANGE, "width": 1.0, "dash": "dot"},
     "true value": LEVEL,
     "residual before": {"color": SKY, "size": 5, "opacity": 0.7},
+    "free function": {"color": BLUE, "width": 2.5},
+    "named law": {"color": INK, "width": 1.5, "dash": "dash"},
     "found effects": {"color": INK, "size": 3, "opacity": 0.7},
 }
 _KINDS = {"train": "training"}
