@@ -26,8 +26,8 @@ from typing import Any
 import numpy as np
 
 from symgen import names
-from symgen.data.mask import moving_joints, rms
-from symgen.data.signals import Samples, noise_of_differences
+from symgen.data.mask import moving_joints
+from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, first_of
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
@@ -44,6 +44,8 @@ from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual
 from symgen.estimation.values import Balance, FloatArray, OtherEstimate, Residual, Trace, Whiteness
 from symgen.faults.causes import JOINT
 from symgen.faults.fault import Fault
+from symgen.faults.samples import torques_look_computed
+from symgen.faults.scene import mean_friction_power
 from symgen.faults.undo import multiplied
 from symgen.identification.estimate import (
     BETWEEN_USES,
@@ -104,8 +106,6 @@ LAGS, _LEAST, _ROWS = 20, 3, 5
 #: Probability from which a residual is called correlated.
 LEVEL = 0.01
 _NORMAL = 1.959963984540054
-#: Of a torque: sensors and currents have more noise than that; samples from which it is taken.
-_NOISE, _SIXTH = 1e-4, 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -326,11 +326,8 @@ def _notes(
 
 
 def _silent(samples: Samples) -> str:
-    """Say that no torque of a log has any noise, as sixth differences show it; "" where one has."""
-    tau = samples.tau[:, np.ptp(samples.tau, axis=0) > 0]
-    if not tau.size or len(tau) < _SIXTH:
-        return ""
-    if (noise_of_differences(tau) > _NOISE * rms(tau)).any():
+    """Say that no torque of a log has any noise; "" where one has."""
+    if not torques_look_computed(samples):
         return ""
     return (
         f"{samples.name}: the torques have no noise. They look computed (a command, a simulation), "
@@ -520,15 +517,8 @@ def driving_friction(
         logs: the training logs.
         X, covariance: of the parameters, (p,) and (p, p).
     """
-    q, qd = (np.concatenate([getattr(log, key)[log.kept] for log in logs]) for key in ("q", "qd"))
-    every = slice(None, None, max(1, len(q) // STATES))
-    q, qd = (np.ascontiguousarray(x[every]) for x in (q, qd))
-    W = np.array(evaluator["torque_regressor"](q, qd, np.zeros_like(q)))
-    W[:, :, : evaluator.model.inertial] = 0.0
-    offsets = [b.name.startswith("FO") for b in evaluator.model.base.parameters][: W.shape[2]]
-    W[:, :, offsets] = 0.0  # an offset is no friction: it gives and takes
-    mean = np.mean(W * qd[:, :, None], axis=0)
-    count = W.shape[2]
+    mean, _ = mean_friction_power(evaluator, logs, STATES)
+    count = mean.shape[1]
     power = mean @ X[:count]
     std = np.sqrt(np.maximum(np.einsum("ja,ab,jb->j", mean, covariance[:count, :count], mean), 0))
     out = np.flatnonzero(power < -SIGNIFICANT * std)
