@@ -75,9 +75,13 @@ class Demonstration:
 
     def files(self) -> dict[str, bytes]:
         """Return the robot file, the logs and the folders of results, by path."""
-        from symgen.report.store import result_files
+        from symgen.report.store import Result, result_files
 
-        results = {"identified": self.before, "diagnosis": self.why, "better": self.after}
+        results: dict[str, Result] = {
+            "identified": self.before,
+            "diagnosis": self.why,
+            "better": self.after,
+        }
         inside = {
             f"{folder}/{name}": content
             for folder, result in results.items()
