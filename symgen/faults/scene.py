@@ -207,7 +207,7 @@ def mean_friction_power(
     q, qd = (np.ascontiguousarray(x[every]) for x in (q, qd))
     W = np.array(evaluator["torque_regressor"](q, qd, np.zeros_like(q)))
     W[:, :, : evaluator.model.inertial] = 0.0
-    offsets = [b.name.startswith("FO") for b in evaluator.model.base.parameters][: W.shape[2]]
+    offsets = [b.name.startswith("OF") for b in evaluator.model.base.parameters][: W.shape[2]]
     W[:, :, offsets] = 0.0  # an offset is no friction: it gives and takes
     return np.mean(W * qd[:, :, None], axis=0), rms(qd)
 

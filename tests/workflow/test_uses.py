@@ -82,6 +82,22 @@ def test_torques_without_noise_are_said_to_be_computed(noise: float) -> None:
     assert len(said) == (0 if noise else 2), found.notes
 
 
+def test_an_offset_that_a_joint_turns_with_is_no_friction_that_drives_it() -> None:
+    robot = ROBOT.replace('["viscous"]', '["viscous", "offset"]')
+    logs = []
+    for seed in (3, 4):
+        rng = np.random.default_rng(seed)
+        t, q, qd, qdd = planar2r.harmonic_motion(rng, seed)
+        q, qd = q + np.outer(t, [0.5, 0.0]), qd + [0.5, 0.0]
+        tau = np.array([planar2r.inverse_dynamics(*s, X, L1) for s in zip(q, qd, qdd, strict=True)])
+        tau = tau + 0.02 * SCALE * qd + [-8.0, 0.0]
+        tau += 1e-3 * tau.std(axis=0) * rng.normal(size=tau.shape)
+        logs.append(symgen.make_log(f"log {seed}", t, q, tau, qd))
+    found = symgen.identify(symgen.parse_robot(robot, "turning.toml"), logs[0], validation=logs[1])
+    assert {p.name: p.value for p in found.parameters}["OF1"] == pytest.approx(-8, abs=0.1)
+    assert (found.verdict, found.method) == ("trusted", "wls")
+
+
 def test_torques_without_friction_and_noise_are_a_command() -> None:
     robot, logs = commands(0.0, 0.0, 1e-4)
     found = symgen.identify(robot, logs[:1], validation=logs[1:])
