@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from symgen.experiment.simulate import Simulation
     from symgen.identification.estimate import Estimate
 
-MARKER = "demo.json"
+MARKER, LOGS = "demo.json", ("train.csv", "test.csv")
 #: What the robot file knows: the joints of the Panda, and how far and fast they may move.
 FILE = f"""{library_text("panda")}
 [limits]
@@ -87,7 +87,7 @@ class Demonstration:
             for folder, result in results.items()
             for name, content in result_files(result).items()
         }
-        logs = zip(("train.csv", "test.csv"), self.logs, strict=True)
+        logs = zip(LOGS, self.logs, strict=True)
         told = {"schema": "symgen.demo/2", "hidden": {"name": HIDDEN, "joint": JOINT}}
         told |= {"torque_error": {"before": self.why.before.total, "after": self.why.after.total}}
         return {
@@ -147,7 +147,9 @@ def demonstrate(told: Callable[[str], None]) -> Demonstration:
         )
         for seed in (1, 2)
     )
-    logs, held = [train.log()], [test.log()]
+    logs, held = (
+        [replace(run.log(), name=name)] for run, name in zip((train, test), LOGS, strict=True)
+    )
     told("identifying the arm that robot.toml describes")
     before = symgen.identify(known, logs, validation=held)
     told("diagnosing what robot.toml does not declare")

@@ -366,7 +366,8 @@ def choose_log(
 
 def add_menu(figure: Figure, buttons: Sequence[Mapping[str, Any]], **more: Any) -> None:
     """Put a list of choices above a figure."""
-    place = {"x": 0, "xanchor": "left", "y": 1, "yanchor": "bottom", "pad": {"b": 8}}
+    above = 26 if figure.layout.annotations else 8  # the title of the first panel
+    place = {"x": 0, "xanchor": "left", "y": 1, "yanchor": "bottom", "pad": {"b": above}}
     menu = {"buttons": buttons, "bgcolor": "#ffffff", **place, **more}
     figure.update_layout(updatemenus=[menu])
 
