@@ -194,8 +194,9 @@ class _Asked:
         self, j: int, variables: Variables, laws: Sequence[Score], least: float
     ) -> Iterator[FreeFunction]:
         """Yield the function of the laws' variables where it predicts much better than they do."""
+        # laws were chosen with a prior of their own: a spring may carry more than is missing
         law = np.hstack([s.columns[j] for s in laws])
-        alone, named = self.score.alone, self.score.beside({j: law}, self.missing(j))
+        alone, named = self.score.alone, self.score.beside({j: law})
         free = self._best(j, [variables])
         ratio = (named.score - alone.score) / max(free.fit.score - alone.score, 1e-300)
         better = math.sqrt(max(named.left[j] - free.fit.left[j], 0.0)) / self.baseline.base.size[j]
@@ -279,7 +280,7 @@ class _Asked:
         self, j: int, splines: _Splines, states: FloatArray, laws: Sequence[Score]
     ) -> FloatArray:
         """Return the torque of laws on joint j at states, with its declared friction, (N,)."""
-        d, b = self.score.fits({j: np.hstack([s.columns[j] for s in laws])}, self.missing(j))
+        d, b = self.score.fits({j: np.hstack([s.columns[j] for s in laws])})
         log, (torques, *_) = self.baseline.base.logs[0], self.baseline.torques(self.baseline.base)
         q, qd, load = np.hsplit(states, 3)
         samples = replace(log.samples, t=np.zeros(len(states)))

@@ -25,8 +25,7 @@ from symgen.estimation.values import (
 from symgen.faults.fault import Fault
 from symgen.files import html_table
 from symgen.identification.curves import FILE, read_curves
-from symgen.names import unit
-from symgen.robot.expressions import shortened
+from symgen.names import joint_label, unit
 from symgen.robot.types import Robot
 from symgen.schemas import (
     BESIDE,
@@ -66,13 +65,13 @@ class Joint(NamedTuple):
 
     @property
     def label(self) -> str:
-        """Return how results call the joint: by its name, where it has one, and by its number."""
-        return f"{self.name} ({self.number})" if self.name else f"joint {self.number}"
+        """Return how results call the joint."""
+        return joint_label(self.number, self.name)
 
 
 def joints_of(robot: Robot) -> tuple[Joint, ...]:
     """Return the movable joints of a robot."""
-    return tuple(Joint(j.number, unit("FS", j.sigma), shortened(j.name)) for j in robot.movable)
+    return tuple(Joint(j.number, unit("FS", j.sigma), j.name) for j in robot.movable)
 
 
 @dataclass(frozen=True)

@@ -282,6 +282,11 @@ class Robot:
         return tuple(joint.number for joint in self.movable)
 
     @property
+    def labels(self) -> dict[int, str]:
+        """How results call the movable joints, by number."""
+        return {j.number: names.joint_label(j.number, j.name) for j in self.movable}
+
+    @property
     def joint_names(self) -> list[str]:
         """Names of the movable joints from a file of another format, or ""."""
         return [joint.name for joint in self.movable]

@@ -11,6 +11,7 @@ from browser import Page
 from oracles import planar2r
 
 import symgen
+from symgen.cli.demonstration import demonstrate
 from symgen.diagnosis.diagnosis import read_diagnosis
 
 L1, X = 0.5, np.array([3.7, 0.8, 1.2, 0.3])
@@ -95,3 +96,11 @@ def test_a_law_of_the_right_shape_stands_alone() -> None:
     assert [e.name for e in found.effects] == ["stribeck_friction"]
     assert found.free_functions is None
     assert "free_functions" not in found.to_json()
+
+
+@pytest.mark.slow
+def test_a_spring_that_carries_much_of_the_weight_has_its_law() -> None:
+    """Gravity says most of the spring's torque: less is missing than the spring carries."""
+    done = demonstrate(lambda _: None)
+    assert [(e.name, e.joints) for e in done.why.effects] == [("gravity_spring", (2,))]
+    assert not done.why.free_functions

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Sequence
+from dataclasses import replace
 from functools import partial
 
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter, work
@@ -76,16 +77,13 @@ def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
     found = [(p.name, number(p.value), _std(p), p.unit) for p in d.parameters]
     shapes = tuple(map(shape, d.free_functions or ()))
     last = "with the effects that were found" if d.effects else "as it is"
-    return [
-        Section("What is left", (_LEFT,), figure=partial(diagnosis_plots.residuals, d)),
-        _gap_section(d),
-        repairs_section(d.repairs),
-        Section("Repaired channels", (_MENDED,), figure=partial(diagnosis_plots.mended, d)),
+    front = (
         Section("Effects", (_EFFECTS,), _effect_table(d.effects), told=()),
+        _gap_section(d),
         Section(
-            "Not told apart",
-            ("On these logs other effects would explain the same part of the gap as well.",),
-            Table(("effect", "looks like", "motion that would tell them apart"), alikes),
+            "Torque",
+            (f"Measured, and by the model {last}; both in the motion's band.",),
+            figure=partial(diagnosis_plots.torques, d),
         ),
         Section(
             "Torque of an unknown shape",
@@ -93,14 +91,19 @@ def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
             figure=partial(diagnosis_plots.free_functions, d),
         ),
         _advice_section(d, {*map(tie, tied), *shapes}),
+    )
+    details = (
+        Section("Residual", (_LEFT,), figure=partial(diagnosis_plots.residuals, d)),
+        repairs_section(d.repairs),
+        Section("Repaired channels", (_MENDED,), figure=partial(diagnosis_plots.mended, d)),
         Section(
-            "Torque",
-            (f"Measured, and by the model {last}; both in the motion's band.",),
-            figure=partial(diagnosis_plots.torques, d),
+            "Effects that these logs cannot distinguish",
+            ("Other effects would explain the same part of the gap as well.",),
+            Table(("effect", "looks like", "motion that would distinguish them"), alikes),
         ),
         *([] if motion is None else [_motion_section(d, motion)]),
         Section(
-            "Portraits of the residual",
+            "Residual against speed and position",
             (f"Measured minus modelled torque before{_OVER if d.effects else _AGAINST}",),
             figure=partial(diagnosis_plots.portraits, d),
         ),
@@ -117,7 +120,8 @@ def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
             Table(("name", "value", "std", "unit"), found),
         ),
         frames_section(d.extended),
-    ]
+    )
+    return [*front, *(replace(section, folded=True) for section in details)]
 
 
 def _advice_section(d: Diagnosis, told: Container[str]) -> Section:
@@ -167,7 +171,8 @@ def _motion_section(diagnosis: Diagnosis, motion: Replay) -> Section:
     if motion.left_out:
         text += f" No part in it has what robot.toml does not hold: {', '.join(motion.left_out)}."
     pairs = zip(diagnosis.joints, *motion.rms, motion.units, strict=True)
-    rows = [(f"joint {j}", number(a, 3), number(b, 3), unit) for j, a, b, unit in pairs]
+    labels = diagnosis.extended.labels
+    rows = [(labels[j], number(a, 3), number(b, 3), unit) for j, a, b, unit in pairs]
     table = Table(("RMS distance", "before", "after", "unit"), rows)
     figure = partial(diagnosis_plots.motion, diagnosis, motion)
     return Section("Motion under the measured torques", (text,), table, figure)
@@ -179,7 +184,7 @@ def _gap_table(d: Diagnosis) -> Table:
     for k, joint in enumerate(d.joints):
         place = where.get(joint)
         told = ("", "") if place is None else (f"{100 * place.share:.0f} %", place.pattern)
-        rows.append((f"joint {joint}", *(percent(gap.per_joint[k]) for gap in gaps), *told))
+        rows.append((d.extended.labels[joint], *(percent(gap.per_joint[k]) for gap in gaps), *told))
     rows.append(("all", *(percent(gap.total) for gap in gaps), "", ""))
     return Table(("", "before", "after", "noise floor", "share", "organised by"), rows)
 

@@ -34,7 +34,7 @@ def gaps(diagnosis: Diagnosis) -> Figure:
 
     The axis begins at zero; a button makes it logarithmic.
     """
-    labels = [*(f"joint {number}" for number in diagnosis.joints), "all"]
+    labels = [*(diagnosis.extended.labels[number] for number in diagnosis.joints), "all"]
     figure, seen = empty(), []
     for name, gap, colour, hatch in (
         ("before", diagnosis.before, ORANGE, "/"),
@@ -110,10 +110,11 @@ def mended(diagnosis: Diagnosis) -> Figure | None:
 
 def motion(diagnosis: Diagnosis, replay: Replay) -> Figure:
     """Draw simulated minus measured position of every joint under the measured torques."""
+    labels = diagnosis.extended.labels
     panels = [
         Panel(
             "", replay.t, {"before": replay.before[:, j], "after": replay.after[:, j]},
-            f"joint {number}, {unit}",
+            f"{labels[number]}, {unit}",
         )
         for j, (number, unit) in enumerate(zip(diagnosis.joints, replay.units, strict=True))
     ]  # fmt: skip
@@ -179,7 +180,8 @@ def _labels(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     """Return the label of each joint with the unit of its torque, and the unit of its position."""
     sigma = {j.number: j.sigma for j in diagnosis.extended.movable}
     units = ((number, *_UNITS[sigma[number]]) for number in diagnosis.joints)
-    return [(f"joint {number}, {torque}", position) for number, torque, position in units]
+    labels = diagnosis.extended.labels
+    return [(f"{labels[number]}, {torque}", position) for number, torque, position in units]
 
 
 def _log(c: Curves) -> tuple[str, str]:
