@@ -270,7 +270,7 @@ def choose_model(
     """
     evaluator = run.evaluator
     still = find_standing(run.train)
-    together = proportional_joints(run.train)
+    together = () if still else proportional_joints(run.train)  # slopes of rest are rounding
     fault = motion_fault(still, together)
     joints = evaluator.model.robot.movable
     if any(joints[j].friction or joints[j].rotor_inertia for j in still):
