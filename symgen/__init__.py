@@ -1,12 +1,12 @@
-"""symgen: dynamic models of robots in closed form, and their parameters from measured logs.
+"""symgen: dynamic models of robots, and their parameters from measured logs.
 
     robot = symgen.read_robot("planar2r")
     model = symgen.derive(robot)
     evaluator = symgen.load(model)
     estimate = symgen.identify(evaluator, ["train.csv"], validation=["test.csv"])
 
-Names are imported when they are first used, so that `import symgen` costs nothing; which there are
-stands once, in the stub beside this file that editors and type checkers read.
+A name is imported on first use, so `import symgen` is fast. The stub `__init__.pyi` lists all
+names, for this module and for editors and type checkers.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ _where: dict[str, str] = {}
 
 
 def _modules() -> dict[str, str]:
-    """Return the module of every name, as the stub has it."""
+    """Return name -> module, from the stub."""
     if not _where:
         import ast
         from pathlib import Path

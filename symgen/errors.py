@@ -1,4 +1,4 @@
-"""The errors that symgen raises: one tree, one line each, written for the person who reads them."""
+"""Errors and warnings of symgen. Each message is one line for the user."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import unicodedata
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-#: Of a message that quotes a long file: the characters kept at its start, and at its end.
+#: Characters to keep at the start and at the end of a long message.
 _START, _END = 1500, 300
-#: Categories of what a terminal obeys or cannot show: controls, marks of direction, lone
-#: surrogates, breaks of lines and paragraphs.
+#: Unicode categories that a terminal obeys or cannot show: control characters, marks of direction,
+#: lone surrogates, line and paragraph separators.
 _UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
 
 
 def plain(text: str) -> str:
-    """Return a text of unknown origin as one line that a terminal only shows.
+    """Return an untrusted text as one line that is safe to print.
 
-    Breaks of lines become spaces; other characters that are not seen are written as in Python.
+    Line breaks become spaces; other invisible characters become Python escapes.
     """
     if text.isascii() and text.isprintable():
         return text
@@ -27,7 +27,7 @@ def plain(text: str) -> str:
 
 
 def message(text: str) -> str:
-    """Return a message in one line of at most 2,000 characters."""
+    """Return a message as one line of bounded length."""
     if len(text) > 2 * (_START + _END):
         text = f"{text[: _START + _END]} ... {text[-_START - _END :]}"
     line = plain(text)
@@ -35,12 +35,12 @@ def message(text: str) -> str:
 
 
 def first_of(items: Sequence[str], most: int) -> str:
-    """Return the first of some items in one line, with dots where there are more."""
+    """List the first items; dots follow if there are more."""
     return ", ".join(items[:most]) + (", ..." if len(items) > most else "")
 
 
 def told_by(error: Exception) -> str:
-    """Return what the system or a library says of an error, in one line of 300 characters."""
+    """Return the message of an exception in one line of at most 300 characters."""
     line = " ".join(str(getattr(error, "strerror", None) or error).split())
     return line if len(line) <= 300 else f"{line[:297]}..."
 
@@ -48,7 +48,7 @@ def told_by(error: Exception) -> str:
 class SymgenError(Exception):
     """Root of every error that symgen raises on purpose.
 
-    The message says in one line what went wrong, where, and what is accepted.
+    The message says in one line what is wrong, where, and what is accepted.
     """
 
     def __init__(self, text: str = "") -> None:
@@ -57,7 +57,7 @@ class SymgenError(Exception):
 
 @contextmanager
 def located(place: object) -> Iterator[None]:
-    """Put a place, as a file or an entry of it, before what errors say that are raised inside."""
+    """Prefix the messages of errors raised inside with a place, such as a file or an entry."""
     try:
         yield
     except SymgenError as error:
@@ -69,7 +69,7 @@ class RobotError(SymgenError):
 
 
 class ExpressionError(RobotError):
-    """A text in a robot file is not an expression of the safe grammar."""
+    """A text in a robot file is not a valid expression."""
 
 
 class LogError(SymgenError):
@@ -81,7 +81,7 @@ class ParameterError(SymgenError):
 
 
 class PackageError(SymgenError):
-    """A generated package cannot be written, read, or is not what it should be."""
+    """A generated package cannot be written or read, or is not valid."""
 
 
 class BuildError(SymgenError):
@@ -89,11 +89,11 @@ class BuildError(SymgenError):
 
 
 class IdentificationError(SymgenError):
-    """The data cannot determine the parameters that were asked for."""
+    """The logs do not determine the requested parameters, or an option does not fit."""
 
 
 class SymgenWarning(UserWarning):
-    """Something in the input is allowed but probably not meant."""
+    """The input is allowed but probably not intended."""
 
     def __init__(self, text: str = "") -> None:
         super().__init__(message(text))

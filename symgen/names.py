@@ -15,6 +15,8 @@ LINK = (*INERTIA, *MOMENT, MASS)
 ROTOR = "IA"
 
 #: The parameter that each word of a joint's `friction` list declares, in the order of X.
+#: Letters of a joint's name that a result shows.
+NAME = 60
 FRICTION = {"coulomb": "FS", "viscous": "FV", "offset": "OF"}
 
 #: The parameters of a coupling: rotor inertia, then viscous and Coulomb friction of the drive.
@@ -41,3 +43,9 @@ def unit(prefix: str, sigma: int) -> str:
         sigma: type of the joint that carries it (0 revolute, 1 prismatic, 2 fixed).
     """
     return (_UNITS | _SLIDING if sigma == PRISMATIC else _UNITS)[prefix]
+
+
+def joint_label(number: int, name: str) -> str:
+    """Return how results call a joint: by its name, where the file has one, and by its number."""
+    short = name if len(name) <= NAME else f"{name[: NAME - 3]}..."
+    return f"{short} ({number})" if name else f"joint {number}"

@@ -1,4 +1,4 @@
-"""symgen check on the command line."""
+"""The command `check`: generated packages against symgen."""
 
 from __future__ import annotations
 
@@ -19,7 +19,11 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("folder", type=PATH)
 def check(folder: Path) -> int:
-    """Check generated packages: write them again, compare, prove again, measure error and stack."""
+    """Check the generated packages in FOLDER.
+
+    symgen generates each package again, compares the files, repeats the rank proof, and measures
+    numerical error and stack. Exit code 1: a file differs.
+    """
     import symgen
 
     say("deriving, compiling and comparing")
@@ -44,7 +48,7 @@ def check(folder: Path) -> int:
 
 
 def _stack_table(results: Sequence[Checked]) -> None:
-    """Write the worst-case stack of every function for one sample, a column for each package."""
+    """Print the worst-case stack of every function for one sample, one column for each package."""
     measured = {r.folder.name: r.stacks for r in results if r.stacks is not None}
     missing = [r.folder.name for r in results if r.stacks is None]
     functions = sorted({f for stacks in measured.values() for f in stacks if f[-6:] != "_batch"})
@@ -57,6 +61,6 @@ def _stack_table(results: Sequence[Checked]) -> None:
 
 
 def _worst(errors: Sequence[tuple[str, str, float]], backend: str) -> str:
-    """Write the largest measured relative error of a backend, and the kernel that shows it."""
+    """Return the largest relative error of a backend, and its kernel, as text."""
     found = [(error, kernel) for b, kernel, error in errors if b == backend]
     return "-" if not found else "{:.1e} ({})".format(*max(found))

@@ -2,36 +2,50 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import click
 
+from symgen.cli.demonstration import MARKER, demonstrate
 from symgen.cli.options import into
 from symgen.cli.progress import stages
-from symgen.report.terminal import print_content
+from symgen.report.terminal import print_content, say
 
-_SHOWING = {"compiling": 0.05, "(a)": 0.15, "(b)": 0.55}
-_MARKER, _PAGE = "demo.json", "demo.html"
+_STEPS = {"simulating": 0.05, "identifying": 0.2, "diagnosing": 0.4, "finishing": 0.8}
+_PAPER = {"compiling": 0.05, "(a)": 0.15, "(b)": 0.55}
 
 
 @click.command()
-@into(
-    _MARKER,
-    required=False,
-    default=Path("symgen-demo"),
-    help="Folder of the page.",
+@into(MARKER, required=False, default=Path("symgen-demo"), help="Folder of the results.")
+@click.option("--paper", is_flag=True, help="Run the example of Gautier and Khalil (1988).")
+@click.option(
+    "--runs", default=1000, type=click.IntRange(10, 100_000), help="Runs of the paper's example."
 )
-@click.option("--runs", default=1000, type=click.IntRange(10, 100_000))
-def demo(into: Path, runs: int) -> None:
-    """Run the example of Gautier and Khalil (1988) end to end."""
-    from symgen.experiment.paper import reproduce
+def demo(into: Path, paper: bool, runs: int) -> None:
+    """Identify a 7-axis arm, find the effect that its model lacks, and compile the better model."""
     from symgen.files import write_folder
-    from symgen.report.content.demo import demo_content
-    from symgen.report.html import page
 
-    with stages(_SHOWING) as told:
-        found = reproduce(runs, told)
-        said = demo_content(found)
-    write_folder(into, {_PAGE: page(said).encode(), **found.files(_MARKER)}, _MARKER)
-    print_content(said)
-    click.echo(f"written: {into / _PAGE}")
+    if paper:
+        from symgen.experiment.paper import reproduce
+        from symgen.report.content.demo import demo_content
+        from symgen.report.html import page
+
+        with stages(_PAPER) as told:
+            found = reproduce(runs, told)
+            content = demo_content(found)
+        files = {"demo.html": page(content).encode(), **found.files(MARKER)}
+    else:
+        with stages(_STEPS) as told:
+            done = demonstrate(told)
+            files = done.files()
+    write_folder(into, files, MARKER)
+    if paper:
+        print_content(content)
+    else:
+        for line in done.lines():
+            say(line)
+    place = into / ("demo.html" if paper else "diagnosis/report.html")
+    click.echo(f"written: {place}")
+    if sys.stdout.isatty():
+        click.launch(str(place.absolute()))

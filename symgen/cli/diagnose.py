@@ -1,4 +1,4 @@
-"""symgen diagnose on the command line."""
+"""The command `diagnose`: effects that the model lacks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from symgen.cli.progress import stages
 from symgen.report.terminal import print_result
 
 PERCENT = click.FloatRange(0, 100, min_open=True)
-#: First word of what a command says, and the part of its time that has passed then.
+#: First word of a progress message, and the share of the time that has passed by then.
 _DIAGNOSING = {"reading": 0.02, "deriving": 0.05, "checking": 0.12, "trying": 0.2,
                "looking": 0.6, "writing": 0.85}  # fmt: skip
 
@@ -20,16 +20,34 @@ _DIAGNOSING = {"reading": 0.02, "deriving": 0.05, "checking": 0.12, "trying": 0.
 @click.command()
 @ROBOT
 @LOGS
-@click.option("--validation", multiple=True, help="A log to show the gap on; may be repeated.")
-@click.option("--parameters", help="Given ones, not identified again: what has changed since?")
-@click.option("--effects", help="Comma-separated names to try; default all (symgen explain).")
+@click.option("--validation", multiple=True, help="Log on which to show the gap; repeatable.")
+@click.option(
+    "--parameters", help="Parameters to keep, not identified again: what has changed since?"
+)
+@click.option(
+    "--effects", help="Effects to try, comma-separated; default all (see symgen explain)."
+)
 @CUTOFF
-@click.option("--least", type=PERCENT, default=0.8, help="Percent of a torque that matters.")
-@click.option("--misfit", type=PERCENT, default=0.4, help="Percent no model is righter than.")
+@click.option(
+    "--least",
+    type=PERCENT,
+    default=0.8,
+    help="Smallest effect to report, percent of the joint's torque.",
+)
+@click.option(
+    "--misfit",
+    type=PERCENT,
+    default=0.4,
+    help="Smallest model error to expect, percent of the joint's torque.",
+)
 @reading_options
 @into("diagnosis.json")
 def diagnose(effects: str | None, into: Path, least: float, misfit: float, **options: Any) -> int:
-    """Find what the model of ROBOT misses in LOGS, name it, add it, and show the gap shrink."""
+    """Find the effects in LOGS that the model of ROBOT lacks.
+
+    symgen names the effects, adds them to the model, and shows the torque error before and after.
+    Exit code 1: no known effect explains the error, or the logs are faulty.
+    """
     import symgen
 
     tried = None if effects is None else listed(effects)

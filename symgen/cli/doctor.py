@@ -1,4 +1,4 @@
-"""symgen doctor on the command line."""
+"""The command `doctor`: the state of this machine."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from symgen.report.terminal import table
 
 @click.command()
 def doctor() -> int:
-    """Look at what symgen uses on this machine. Exit code 1: something that it needs is missing."""
+    """Check compiler, libraries and cache. Exit code 1: something that symgen needs is missing."""
     from symgen.runtime.doctor import examine
 
     found = examine()
     table(("", "found"), [(f.name if f.well else f"{f.name} !", f.found) for f in found])
     for f in found:
-        if f.advice:  # whole, to be copied: a table would break it in a narrow terminal
+        if f.advice:  # one line, to copy: a narrow table would break it
             click.echo(f"{f.name}: {f.advice}")
     return 0 if all(f.well for f in found) else 1

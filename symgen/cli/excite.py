@@ -1,4 +1,4 @@
-"""The subcommand excite: its options are limits, which are typed in a short form."""
+"""The command `excite`: identification motions within limits."""
 
 from __future__ import annotations
 
@@ -14,52 +14,60 @@ from symgen.report.terminal import print_plan
 
 @click.command()
 @ROBOT
-@click.option("--model", default="momentum", help="energy, momentum or torque.")
+@click.option(
+    "--model", default="momentum", help="Model to identify with: energy, momentum or torque."
+)
 @click.option(
     "--for",
     "wanted",
     multiple=True,
-    help="NAME:JOINT, an effect that the motion has to show too: gravity_spring:2.",
+    help="Effect that the motion must also show, NAME:JOINT (gravity_spring:2); repeatable.",
 )
-@click.option("--position", help="Limits LOW:HIGH or HALF (-HALF to HALF), rad or m.")
-@click.option("--velocity", help="Largest speeds, rad/s or m/s.")
-@click.option("--acceleration", help="Largest accelerations, rad/s2 or m/s2.")
-@click.option("--jerk", help="Largest jerks, rad/s3 or m/s3.")
-@click.option("--torque", help="Largest torques of the prior model, N m or N.")
+@click.option("--position", help="Position limits, LOW:HIGH or HALF (-HALF to HALF), rad or m.")
+@click.option("--velocity", help="Largest speed, rad/s or m/s.")
+@click.option("--acceleration", help="Largest acceleration, rad/s2 or m/s2.")
+@click.option("--jerk", help="Largest jerk, rad/s3 or m/s3.")
+@click.option("--torque", help="Largest torque of the prior model, N m or N.")
 @click.option(
-    "--parameters", help="Of the prior model: result folder, estimate.json or TOML [parameters]."
+    "--parameters",
+    help="Prior model: a result folder of identify, estimate.json or TOML with [parameters].",
 )
-@click.option("--start", help="Where every run begins, rad or m; default anywhere.")
-@click.option("--duration", help="Of each run, s; default what identify trusts, at least 10.")
+@click.option("--start", help="Start position of every run, rad or m; default free.")
+@click.option(
+    "--duration", help="Duration of each run, s; default long enough for identify, at least 10."
+)
 @click.option(
     "--runs",
     default=1,
     type=click.IntRange(1, 100),
-    help="How many runs, all different.",
+    help="Number of runs, all different.",
 )
 @click.option(
     "--kind",
     default="fourier",
-    help="fourier, bspline, cubic or cosine; one a joint is possible.",
+    help="fourier, bspline, cubic or cosine; one for all joints, or one for each.",
 )
-@click.option("--terms", type=int, help="Harmonics, coefficients or strokes of a joint.")
+@click.option(
+    "--terms", type=int, help="Number of harmonics, coefficients or strokes for each joint."
+)
 @WINDOW
-@click.option("--criterion", default="condition", help="condition or logdet.")
-@click.option("--rate", default=200.0, help="Of the references, Hz.")
-@click.option("--budget", default=60.0, help="Time for the search, s.")
-@click.option("--searches", default=4, help="Random starts to improve.")
-@click.option("--iterations", default=500, help="Of IPOPT, for each start.")
-@click.option("--seed", default=0, type=click.IntRange(0), help="Of the starts.")
-@click.option("--to", default="csv", help="Beside the CSV: ros or urscript.")
+@click.option("--criterion", default="condition", help="Quantity to optimize: condition or logdet.")
+@click.option("--rate", default=200.0, help="Sampling rate of the CSV, Hz.")
+@click.option("--budget", default=60.0, help="Time limit of the search, s.")
+@click.option("--searches", default=4, help="Number of random starts to optimize.")
+@click.option("--iterations", default=500, help="IPOPT iterations for each start.")
+@click.option("--seed", default=0, type=click.IntRange(0), help="Seed of the random starts.")
+@click.option("--to", default="csv", help="csv; or ros or urscript, to write that format too.")
 @click.option("--into", type=PATH, required=True, help="The CSV to write.")
 def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: Any) -> int:
-    """Find runs within limits from which the parameters of ROBOT can be identified.
+    """Find motions within limits from which the parameters of ROBOT can be identified.
 
-    Limits are one number for all joints or one for each, separated by commas; without them those
-    of the robot's [limits] hold, and its floor and boxes, from which the frames of the links and
-    the tool stay away. Runs start and end at rest. --to ros adds a JointTrajectory as YAML and as
-    a bag, --to urscript a program, each with a slow approach. Ctrl-C ends the search with the best
-    that it has.
+    A limit is one number for all joints, or one for each, separated by commas. Limits that you do
+    not give come from [limits] of the robot. Link frames and tool keep out of the boxes and above
+    the floor that [limits] declares. Each run starts and ends at rest.
+
+    --to ros adds a JointTrajectory as YAML and as a bag; --to urscript adds a program. Both begin
+    with a slow approach. Ctrl-C stops the search and keeps the best result.
     """
     import symgen
     from symgen import Limits, Motion, Search
@@ -100,6 +108,6 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
 
 
 def _range(text: str) -> tuple[float, float]:
-    """Return the ends of "LOW:HIGH", or of "HALF", which is -HALF to HALF."""
+    """Return the limits of "LOW:HIGH", or of "HALF" (-HALF to HALF)."""
     low, colon, high = text.partition(":")
     return (float(low), float(high)) if colon else (-float(low), float(low))

@@ -1,4 +1,4 @@
-"""symgen explain on the command line."""
+"""The command `explain`: an effect of the library."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from symgen.report.terminal import say, table
 @click.command()
 @click.argument("effect", required=False, shell_complete=effect_names)
 def explain(effect: str | None) -> None:
-    """Tell what EFFECT is, its formula, what it looks like and how to declare it."""
+    """Explain EFFECT: its formula, its picture, and how to declare it. Without EFFECT, list all."""
     from symgen.report.explain import explained, listed
 
     if effect is None:

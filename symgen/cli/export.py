@@ -1,4 +1,4 @@
-"""The command `export`: identified link parameters in the robot's own file."""
+"""The command `export`: identified link parameters in a copy of the robot file."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from symgen.errors import PackageError
 
 @click.command()
 @click.argument("estimate", type=PATH)
-@click.option("--to", type=PATH, required=True, help="The URDF or MJCF to write.")
-@click.option("--from", "source", type=PATH, help="The robot's file; by default that of --to.")
-@click.option("--robot", help="The robot that was identified; default robot.toml by the estimate.")
+@click.option("--to", type=PATH, required=True, help="URDF or MJCF to write.")
+@click.option("--from", "source", type=PATH, help="Robot file to copy; default the file of --to.")
+@click.option("--robot", help="Robot that was identified; default robot.toml beside ESTIMATE.")
 def export(estimate: Path, to: Path, source: Path | None, robot: str | None) -> None:
-    """Write the link parameters of ESTIMATE into the robot's URDF or MJCF, and nothing else.
+    """Write the link parameters of ESTIMATE into the URDF or MJCF of the robot.
 
-    Of all parameters that a robot can have and that give the identified ones, those nearest to the
-    file's own are taken.
+    Only link parameters change. Many sets of link parameters fit an estimate: symgen takes the
+    physically possible one that is nearest to the values in the file.
     """
     from symgen.files import replace_file
     from symgen.identification.export import export as exported

@@ -1,4 +1,4 @@
-"""The command `fleet`: what drifted, and which robot stands out."""
+"""The command `fleet`: drift and outliers among many robots."""
 
 from __future__ import annotations
 
@@ -10,25 +10,29 @@ import click
 from symgen.cli.options import PATH, finish, into, reading_options, worker_options
 from symgen.cli.progress import stages
 
-#: First word of what is said, and the part of the time that has passed then.
+#: First word of a progress message, and the share of the time that has passed by then.
 _DAYS = {"choosing": 0.02, "days": 0.1, "diagnosing": 0.85}
 
 
 @click.command()
 @click.argument("robot")
 @click.argument("logs", nargs=-1, required=True)
-@click.option("--by", help="Column that names the robot; by default folders and files do.")
-@click.option("--reference", help="What every robot should be: estimate.json or TOML.")
+@click.option("--by", help="Column with the name of the robot; default from folder and file names.")
+@click.option("--reference", help="Parameters that every robot should have: estimate.json or TOML.")
 @click.option("--model", default="momentum", help="energy, momentum or torque.")
-@click.option("--cutoff", type=float, help="Of the filter of q and qd, Hz; by default chosen.")
+@click.option(
+    "--cutoff", type=float, help="Cutoff of the filter for q and qd, Hz; chosen by default."
+)
 @worker_options
-@click.option("--work", type=PATH, help="Keeps the days that are finished.")
+@click.option(
+    "--work", type=PATH, help="Folder that keeps finished days, to continue an interrupted run."
+)
 @reading_options
 @into("fleet.json")
 def fleet(into: Path, **options: Any) -> int:
-    """Identify every robot and day of LOGS; say which drifted since when, and which stands out.
+    """Identify every robot and day in LOGS, and report drift and outliers.
 
-    LOGS are files, patterns, folders or URLs: robot=NAME/day=DAY/FILE, ROBOT/DAY.parquet, or
+    LOGS are files, patterns, folders or URLs, named robot=NAME/day=DAY/FILE, ROBOT/DAY.parquet or
     ROBOT_DAY.parquet.
     """
     import symgen

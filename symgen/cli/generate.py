@@ -1,4 +1,4 @@
-"""The command `generate`: a robot's model as a package."""
+"""The command `generate`: the model of a robot as a package."""
 
 from __future__ import annotations
 
@@ -11,19 +11,22 @@ from symgen.cli.options import PATH, ROBOT, listed
 from symgen.cli.progress import meter, say
 from symgen.report.terminal import print_model
 
-#: Part of the time that passes until kernels are derived, about; the rest proves and writes them.
+#: Approximate share of the time that derivation takes; proof and writing take the rest.
 _DERIVING = 0.6
 
 
 @click.command()
 @ROBOT
-@click.option("--into", type=PATH, help="Folder; default generated/NAME.")
+@click.option("--into", type=PATH, help="Folder of the package; default generated/NAME.")
 @click.option("--target", default="all", help="c, casadi, fmu, mex or all.")
-@click.option("--dtype", default="double", help="double or float, of the C.")
-@click.option("--kernels", help="Comma-separated names; default all.")
-@click.option("--prefix", help="Of files and names; default the robot's, in float with an f.")
-@click.option("--standard", is_flag=True, help="Regressors over standard parameters too.")
-@click.option("--tex", is_flag=True, help="Write the model as a LaTeX document too.")
+@click.option("--dtype", default="double", help="Precision of the C code: double or float.")
+@click.option("--kernels", help="Kernels to write, comma-separated; default all.")
+@click.option(
+    "--prefix",
+    help="Prefix of file and function names; default the robot's name (float: with an f).",
+)
+@click.option("--standard", is_flag=True, help="Add regressors of the standard parameters.")
+@click.option("--tex", is_flag=True, help="Add the model as a LaTeX document.")
 def generate(
     robot: str,
     into: Path | None,
@@ -33,7 +36,7 @@ def generate(
     standard: bool,
     **options: Any,
 ) -> None:
-    """Derive ROBOT's model and write it as a package of C, CasADi, FMU and MEX.
+    """Derive the model of ROBOT and write it as a package of C, CasADi, FMU and MEX.
 
     ROBOT is a robot.toml, a generated package, or the name of a built-in robot.
     """
@@ -47,7 +50,7 @@ def generate(
     check_replaceable(folder, "manifest.json")
     asked = () if kernels == "all" else listed(kernels)
     chosen = tuple(dict.fromkeys([*(asked or ALL), *(STANDARD if standard else ())]))
-    named = chosen if asked else None  # of "all", those that the robot has
+    named = chosen if asked else None  # "all" means the kernels that the robot has
     say(f"deriving {source.name}")
     with meter("deriving") as advance:
         model = symgen.derive(source, chosen, meter=lambda part: advance(_DERIVING * part))

@@ -1,7 +1,7 @@
 """The command line: parse, call one public function, print.
 
-Results go to stdout and files, progress and messages to stderr. Exit codes: 0 done, 1 done and the
-answer is "no", 2 could not.
+Results go to stdout and to files, progress and messages to stderr. Exit code 0: done. 1: done, and
+the answer is "no". 2: failed.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _SETTINGS = {
     "max_content_width": 100,
     "show_default": True,
 }
-#: What a shell sets to ask for completion.
+#: Environment variable with which a shell asks for completion.
 COMPLETE = "_SYMGEN_COMPLETE"
 
 
@@ -46,7 +46,7 @@ COMPLETE = "_SYMGEN_COMPLETE"
 @click.option("--debug", is_flag=True, help="Show tracebacks of errors.")
 @click.version_option(None, "-V", "--version", package_name="symgen")
 def cli(debug: bool) -> None:
-    """Dynamic models of robots in closed form, and their parameters from measured logs."""
+    """Derive dynamic models of robots, identify their parameters, and diagnose model errors."""
 
 
 for _command in (check, demo, diagnose, doctor, excite, explain, export, fleet, generate, identify,
@@ -55,15 +55,15 @@ for _command in (check, demo, diagnose, doctor, excite, explain, export, fleet, 
 
 
 def main() -> None:
-    """Run the command line and exit; every foreseen error is one line on stderr."""
-    # The matrices here are small: threads of a BLAS that wait for each other cost more than they
-    # do, tenfold where other programs run. Set before NumPy is imported, unless the user did.
+    """Run the command line and exit; each expected error prints one line to stderr."""
+    # The matrices are small, so BLAS threads spend their time waiting for each other: ten times
+    # slower on a busy machine. This must be set before NumPy is imported.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     arguments = sys.argv[1:]
     debug = "--debug" in arguments
     if debug:
         arguments = ["--debug", *(a for a in arguments if a != "--debug")]
-    if isinstance(sys.stdout, io.TextIOWrapper):  # a name that this terminal has no letters for
+    if isinstance(sys.stdout, io.TextIOWrapper):  # names may have letters that the terminal lacks
         sys.stdout.reconfigure(errors="backslashreplace")
     warnings.simplefilter("always", SymgenWarning)
     shown = warnings.showwarning
@@ -88,7 +88,7 @@ def main() -> None:
     except (KeyboardInterrupt, click.Abort):
         click.echo("symgen: interrupted", err=True)
         code = 130
-    except BrokenPipeError:  # the reader has gone; what it wanted it has
+    except BrokenPipeError:  # the reader closed the pipe: it has read enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = 0
     except OSError as error:
@@ -101,7 +101,7 @@ def main() -> None:
 
 
 def _run(arguments: list[str]) -> int:
-    """Run one subcommand and return its exit code; errors pass through as exceptions."""
+    """Run one command and return its exit code. Errors are exceptions."""
     if instruction := os.environ.get(COMPLETE):
         from click.shell_completion import shell_complete
 
@@ -117,5 +117,7 @@ def _run(arguments: list[str]) -> int:
 
 
 def _fail(message: str) -> int:
-    click.echo(f"symgen: error: {SymgenError(message)}", err=True)  # one line, and plain
+    click.echo(
+        f"symgen: error: {SymgenError(message)}", err=True
+    )  # one line without control characters
     return 2

@@ -30,7 +30,7 @@ from symgen.report.terminal import print_result
 if TYPE_CHECKING:
     from symgen import Workers
 
-#: First word of what is said, and the part of the time that has passed then.
+#: First word of a progress message, and the share of the time that has passed by then.
 _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0.5,
                 "solving": 0.7, "judging": 0.75, "writing": 0.85}  # fmt: skip
 
@@ -38,11 +38,15 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
 @click.command()
 @ROBOT
 @LOGS
-@click.option("--validation", multiple=True, help="A log to judge by; may be repeated.")
+@click.option(
+    "--validation",
+    multiple=True,
+    help="Held-out log that tests the model; repeatable. Default: the last fifth of each log.",
+)
 @click.option(
     "--model",
     default="auto",
-    help="auto, energy, momentum or torque; or static: rows are still poses.",
+    help="auto, energy, momentum or torque; or static: each row is a pose at rest.",
     shell_complete=one_of("auto", *MODELS, "static"),
 )
 @click.option(
@@ -53,14 +57,22 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
 )
 @WINDOW
 @CUTOFF
-@click.option("--prior", help="estimate.json, TOML or .urdf to pull wls and consistent towards.")
+@click.option("--prior", help="Prior values for wls and consistent: estimate.json, TOML or .urdf.")
 @click.option(
-    "--forgetting", default=1.0, help="Weight of the past for each new sample, of method recursive."
+    "--forgetting",
+    default=1.0,
+    help="Forgetting factor for each new sample, for method recursive.",
 )
-@click.option("--commanded", multiple=True, help="Commanded motion of each log, for method iv.")
-@click.option("--weights", help="Of the logs' squared residuals, one each: 1,0.5,..")
+@click.option(
+    "--commanded",
+    multiple=True,
+    help="Commanded motion of a log, for method iv; once for each log.",
+)
+@click.option("--weights", help="Weight of the squared residuals of each log: 1,0.5,..")
 @worker_options
-@click.option("--work", type=PATH, help="Where a run that breaks off is kept.")
+@click.option(
+    "--work", type=PATH, help="Folder that keeps an unfinished run; default beside --into."
+)
 @reading_options
 @into("estimate.json")
 def identify(
@@ -79,9 +91,9 @@ def identify(
 ) -> int:
     """Identify the parameters of ROBOT from LOGS (CSV, Parquet, NPZ, MCAP or ROS 2 bags).
 
-    Where LOGS is a pattern in quotes ('logs/*.parquet'), a folder or a URL, and with --workers,
-    --scheduler or --work, a chunk at a time is in memory. The same command again goes on with a run
-    that was interrupted.
+    symgen reads LOGS in chunks, so they need not fit into memory, if LOGS is a pattern in quotes
+    ('logs/*.parquet'), a folder or a URL, or with --workers or --scheduler. To continue an
+    interrupted run, give the same command again. Exit code 1: the verdict is doubtful.
     """
     import symgen
     from symgen.distributed import WorkFolder
@@ -95,7 +107,7 @@ def identify(
     if workers or is_long([*logs, *validation], plain and model != "static"):
         workers = workers or symgen.Workers()
         if workers.work is None:
-            # Beside the results: the same command again goes on from there.
+            # Beside the results: the same command continues from there.
             kept = into.absolute().with_name(f".{into.name}-work")
             workers = replace(workers, work=kept)
     with stages(_IDENTIFYING) as told:

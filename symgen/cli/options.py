@@ -1,4 +1,4 @@
-"""What commands share: their options, and what they say in the end."""
+"""Options that several commands share, and the end of a command."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from symgen.report.terminal import print_result
 
 
 def robot_names(_context: Any, _parameter: Any, incomplete: str) -> list[Any]:
-    """Complete ROBOT: built-in robots and robot files here, else what the shell knows of files."""
+    """Complete ROBOT: built-in robots and robot files in this folder, else any file."""
     from click.shell_completion import CompletionItem
 
     from symgen.robot.builtin import library
@@ -28,19 +28,19 @@ def robot_names(_context: Any, _parameter: Any, incomplete: str) -> list[Any]:
 
 
 def one_of(*words: str) -> Callable[..., list[str]]:
-    """Return what completes an option that takes one of these words."""
+    """Return the completion of an option that takes one of these words."""
     return lambda _context, _parameter, incomplete: [w for w in words if w.startswith(incomplete)]
 
 
 def effect_names(_context: Any, _parameter: Any, incomplete: str) -> list[str]:
-    """Complete EFFECT: those of the library."""
+    """Complete EFFECT with the effects of the library."""
     from symgen.robot.effect import definitions
 
     return [name for name in definitions() if name.startswith(incomplete)]
 
 
 def listed(text: str | None) -> tuple[str, ...]:
-    """Return the parts of a text between commas."""
+    """Split a text at commas."""
     return () if text is None else tuple(part.strip() for part in text.split(","))
 
 
@@ -51,17 +51,17 @@ def numbers(
     counts: Sequence[int] = (),
     read: Callable[[str], Any] = float,
 ) -> Any:
-    """Return the numbers of a text between commas, as a tuple; None for none.
+    """Return comma-separated numbers as a tuple; None if there is no text.
 
     Args:
-        option: for messages.
-        text: that was typed.
-        accepted: for messages.
-        counts: how many there may be; empty for any.
-        read: what makes a number of a part.
+        option: name of the option, for the error.
+        text: the typed text.
+        accepted: accepted input, for the error.
+        counts: accepted numbers of values; empty for any.
+        read: converts one part.
 
     Raises:
-        UsageError: one is not a number, or there are others than COUNTS.
+        UsageError: a part is not a number, or their number is not in `counts`.
     """
     if text is None:
         return None
@@ -77,7 +77,7 @@ PATH = click.Path(path_type=Path)
 
 
 def share(_context: Any, _option: Any, percent: float) -> float:
-    """Return what is typed in percent as a share."""
+    """Convert percent to a share."""
     return percent / 100
 
 
@@ -86,20 +86,20 @@ LOGS = click.argument("logs", nargs=-1, required=True, type=click.Path())
 PARAMETERS = click.option(
     "--parameters",
     required=True,
-    help="Result folder of identify, its estimate.json, or TOML with [parameters].",
+    help="Result folder of identify, its estimate.json, or a TOML file with [parameters].",
 )
 CUTOFF = click.option(
-    "--cutoff", type=float, help="Of the filter of q and qd, Hz; by default it is chosen."
+    "--cutoff", type=float, help="Cutoff of the filter for q and qd, Hz; chosen by default."
 )
-WINDOW = click.option("--window", default=0.2, help="Length of the windows, s.")
-DURATION = click.option("--duration", default=20.0, help="Of the Fourier series, s.")
-SEED = click.option("--seed", default=0, help="Of noise and Fourier series.")
+WINDOW = click.option("--window", default=0.2, help="Length of the sliding windows, s.")
+DURATION = click.option("--duration", default=20.0, help="Duration of the Fourier series, s.")
+SEED = click.option("--seed", default=0, help="Seed of noise and Fourier series.")
 MODELS = ("energy", "momentum", "torque")
 METHODS = ("wls", "ols", "huber", "tls", "iv", "ridge", "essential", "consistent", "recursive")
 
 
 def into(marker: str, **options: Any) -> Command:
-    """Return the option --into of a folder of results, new or of that marker: looked at at once."""
+    """Return the option --into of a result folder; it must be new or hold a file `marker`."""
 
     def replaceable(_context: Any, _option: Any, folder: Path) -> Path:
         from symgen.files import check_replaceable
@@ -107,60 +107,82 @@ def into(marker: str, **options: Any) -> Command:
         check_replaceable(folder, marker)
         return folder
 
-    told = {"required": True, "help": "Folder of results.", **options}
+    told = {"required": True, "help": "Result folder to write.", **options}
     return click.option("--into", type=PATH, callback=replaceable, **told)
 
 
 _READING = (
-    click.option("--columns", help="Names of columns in the file: t=time,q1=..; or a .toml file."),
-    click.option("--joints", help="Names of the joints in a bag, in the robot's order: a,b,.."),
+    click.option("--columns", help="Column names of the file: t=time,q1=..; or a .toml file."),
+    click.option("--joints", help="Joint names of a bag, in the order of the robot: a,b,.."),
     click.option(
         "--topic", default="", show_default=False, help="Topic of the joint states in a bag."
     ),
-    click.option("--mask", help="What no equation may touch: rest, saturation, rest,saturation."),
-    click.option("--from", "start", type=float, help="Use each log from this t on, s."),
-    click.option("--until", type=float, help="Use each log up to this t, s."),
+    click.option(
+        "--mask",
+        help="Samples to leave out of the equations: rest, saturation, or rest,saturation.",
+    ),
+    click.option("--from", "start", type=float, help="First time of each log to use, s."),
+    click.option("--until", type=float, help="Last time of each log to use, s."),
 )
 
 _RECORDING = (
-    click.option("--controller", "kind", default="computed-torque", help="Or pd."),
-    click.option("--bandwidth", default=40.0, help="Of the controller, rad/s."),
-    click.option("--scale", default=1.0, help="Its parameters over the robot's."),
-    click.option("--feedback", default="true", help="Or measured, at stamps."),
-    click.option("--encoder", "encoder_step", default=0.0, help="Step of the encoders, rad or m."),
-    click.option("--position-noise", default=0.0, help="Standard deviation of q, rad or m."),
-    click.option("--velocity-noise", default=0.0, help="Of qd, rad/s or m/s."),
-    click.option("--velocity-gain", default=1.0, help="Of the tachometers."),
+    click.option("--controller", "kind", default="computed-torque", help="computed-torque or pd."),
+    click.option("--bandwidth", default=40.0, help="Bandwidth of the controller, rad/s."),
+    click.option(
+        "--scale", default=1.0, help="Parameters of the controller divided by those of the robot."
+    ),
+    click.option(
+        "--feedback",
+        default="true",
+        help="Motion that the controller sees: true, or measured (at the time stamps).",
+    ),
+    click.option(
+        "--encoder", "encoder_step", default=0.0, help="Resolution of the encoders, rad or m."
+    ),
+    click.option(
+        "--position-noise", default=0.0, help="Standard deviation of the noise of q, rad or m."
+    ),
+    click.option(
+        "--velocity-noise", default=0.0, help="Standard deviation of the noise of qd, rad/s or m/s."
+    ),
+    click.option("--velocity-gain", default=1.0, help="Gain of the speed sensors."),
     click.option(
         "--no-velocity",
         "velocity",
         is_flag=True,
         callback=lambda _context, _option, out: not out,
-        help="Leave qd out of the log.",
+        help="Write no qd.",
     ),
-    click.option("--torque-noise", default=0.0, help="Of tau in the log, N m or N."),
+    click.option(
+        "--torque-noise", default=0.0, help="Standard deviation of the noise of tau, N m or N."
+    ),
     click.option(
         "--torque-noise-percent",
         "torque_noise_relative",
         default=0.0,
         callback=share,
-        help="Of tau in the log, of its RMS.",
+        help="Standard deviation of the noise of tau, % of its RMS.",
     ),
-    click.option("--delay", default=0.0, help="Of q and qd behind tau in the log, s."),
+    click.option("--delay", default=0.0, help="Delay of q and qd after tau, s."),
     click.option(
-        "--disturbance", default=0.0, help="Torques that the log does not show, N m or N."
+        "--disturbance", default=0.0, help="Size of torques that the log does not show, N m or N."
     ),
     click.option(
-        "--rate", type=float, help="Of the log, Hz; default from the trajectory, or 1000."
+        "--rate", type=float, help="Sampling rate, Hz; default from the trajectory, or 1000."
     ),
-    click.option("--clip", is_flag=True, help="Keep torques within [limits] instead of refusing."),
+    click.option(
+        "--clip", is_flag=True, help="Clip torques at [limits] instead of refusing the motion."
+    ),
 )
 
 _WORKERS = (
     click.option(
-        "--workers", "processes", type=click.IntRange(min=1), help="Processes that share the work."
+        "--workers",
+        "processes",
+        type=click.IntRange(min=1),
+        help="Number of processes (more than 1 need symgen[dask]); 1: one thread.",
     ),
-    click.option("--scheduler", help="Address of a Dask scheduler whose workers do it."),
+    click.option("--scheduler", help="Address of a Dask scheduler whose workers do the work."),
 )
 
 
@@ -169,12 +191,12 @@ def _with(options: Sequence[Command], command: Command) -> Command:
 
 
 def taken(kind: Any, options: dict[str, Any]) -> Any:
-    """Make an object of options, and take those off that it holds."""
+    """Build an object from options, and remove them from the dictionary."""
     return kind(**{f.name: options.pop(f.name) for f in fields(kind) if f.name in options})
 
 
 def reading_options(command: Command) -> Command:
-    """Give a command the options of reading logs, as one argument `reading`."""
+    """Add the options for reading logs to a command, as one argument `reading`."""
 
     @wraps(command)
     def with_reading(**options: Any) -> Any:
@@ -189,7 +211,7 @@ def reading_options(command: Command) -> Command:
         reading = taken(Reading, options)
         try:
             return command(reading=reading, **options)
-        except LogError as error:  # the file that the advice is about is known here
+        except LogError as error:  # only here is the robot file of the advice known
             text = str(error).replace(IMPORT, f"symgen import {shlex.quote(robot)} ")
             if robot.lower().endswith(tuple(FORMATS)) and text != str(error):
                 raise LogError(text) from error
@@ -199,7 +221,7 @@ def reading_options(command: Command) -> Command:
 
 
 def recording_options(command: Command) -> Command:
-    """Give a command the options of simulated logs, as one argument `recording`."""
+    """Add the options of simulated logs to a command, as one argument `recording`."""
 
     @wraps(command)
     def with_recording(**options: Any) -> Any:
@@ -213,7 +235,7 @@ def recording_options(command: Command) -> Command:
 
 
 def worker_options(command: Command) -> Command:
-    """Give a command the options of sharing its work, as one argument `workers`."""
+    """Add the options --workers and --scheduler to a command, as one argument `workers`."""
 
     @wraps(command)
     def with_workers(**options: Any) -> Any:
@@ -226,7 +248,7 @@ def worker_options(command: Command) -> Command:
 
 
 def finish(result: Any, into: Path, **more: Any) -> int:
-    """Write a result, print it, and return the exit code: 1 where its answer is "no"."""
+    """Write a result, print it, and return the exit code: 1 if its answer is "no"."""
     import symgen
 
     files = symgen.write(result, into, **more)
@@ -236,10 +258,10 @@ def finish(result: Any, into: Path, **more: Any) -> int:
 
 
 def again(**changed: str) -> str:
-    """Return the command that was given with some of its options changed, for the shell.
+    """Return the present command with changed options, for the shell.
 
     Args:
-        changed: options without their dashes, and what they are to be.
+        changed: options without dashes -> new values.
     """
     words = iter(sys.argv[1:])
     kept = ["symgen"]
@@ -253,6 +275,6 @@ def again(**changed: str) -> str:
 
 
 def diagnosing(robot: str, logs: Sequence[str], validation: Sequence[str], into: str) -> str:
-    """Return the command that tells why a model is doubtful, for the shell."""
+    """Return the `diagnose` command for the same logs, for the shell."""
     held = [part for log in validation for part in ("--validation", log)]
     return shlex.join(["symgen", "diagnose", robot, *logs, *held, "--into", into])

@@ -1,4 +1,4 @@
-"""The command `payload`: what the arm carries."""
+"""The command `payload`: mass, centre of mass and inertia of a load."""
 
 from __future__ import annotations
 
@@ -15,24 +15,31 @@ from symgen.cli.progress import stages
 @ROBOT
 @LOGS
 @click.option(
-    "--parameters", help="Of the robot alone: result folder, estimate.json or TOML [parameters]."
+    "--parameters",
+    help="The robot without load: a result folder, estimate.json or TOML with [parameters].",
 )
-@click.option("--without", multiple=True, help="A log without the load; may be repeated.")
-@click.option("--mass", type=float, help="Of the load, kg, where it was weighed.")
-@click.option("--gain", type=float, help="Std of the drives' gains, %; a part of every std.")
+@click.option("--without", multiple=True, help="Log without the load; repeatable.")
+@click.option("--mass", type=float, help="Mass of the load, kg, if you weighed it.")
 @click.option(
-    "--calibrate", is_flag=True, help="Find the drives' gains too, by --mass and --without."
+    "--gain",
+    type=float,
+    help="Uncertainty of the drive gains, % (std); included in every standard deviation.",
 )
-@click.option("--model", default="torque", help="torque; or static: rows are still poses.")
+@click.option(
+    "--calibrate",
+    is_flag=True,
+    help="Identify the drive gains too (needs --mass and --without).",
+)
+@click.option("--model", default="torque", help="torque; or static: each row is a pose at rest.")
 @CUTOFF
 @reading_options
 @into("payload.json")
 def payload(robot: str, calibrate: bool, into: Path, **options: Any) -> None:
-    """Identify mass, centre of mass and inertia of what ROBOT carries in LOGS.
+    """Identify mass, centre of mass and inertia of the load that ROBOT carries in LOGS.
 
-    The robot alone is known by --parameters, or by logs --without the load, best of the same
-    motions: what they have in common cancels. A load of known --mass calibrates the drives: their
-    gains are written into [drive] of a robot.toml beside the result, which later runs then use.
+    symgen needs the robot without load: --parameters, or logs --without the load. Logs of the same
+    motions are best, because their common errors cancel. With --calibrate, a load of known --mass
+    calibrates the drives: symgen writes their gains into a robot.toml beside the result.
     """
     import symgen
     from symgen.identification.payload import with_gains

@@ -1,4 +1,4 @@
-"""symgen predict on the command line."""
+"""The command `predict`: torque and energy of a log."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from symgen.cli.progress import say
 @reading_options
 @into("prediction.json")
 def predict(into: Path, **options: Any) -> None:
-    """Predict torque and energy of LOG with given parameters of ROBOT, and the error."""
+    """Predict torque and energy of LOG with known parameters of ROBOT, and report the error."""
     import symgen
 
     say("deriving and compiling the model")

@@ -1,4 +1,4 @@
-"""What the command line tells of a job while it runs: lines and a bar on stderr."""
+"""Progress of a command on stderr: lines and a bar."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from typing import Any
 import click
 
 _COUNT = re.compile(r"([\d,]+) of ([\d,]+)")
-#: A job shorter than this, s, shows no bar.
+#: Shorter jobs show no bar, s.
 _LONG = 2.0
 
 
 def say(message: str) -> None:
-    """Tell on stderr what is being done."""
+    """Print a progress message to stderr."""
     click.echo(click.style(f"  {message}", dim=True), err=True)
 
 
 @contextmanager
 def meter(label: str) -> Iterator[Callable[[float], None]]:
-    """Yield what shows the part of a long job that is done, as a bar on a terminal's stderr.
+    """Yield a function that takes the finished share of a job (0 to 1) and shows it as a bar.
 
-    The bar comes when the job has taken 2 s, and says how long it still takes.
+    The bar appears on a terminal after 2 s, with the estimated time that remains.
     """
     with _bar() as (bar, task, advance):
         bar.update(task, description=label)
@@ -33,13 +33,13 @@ def meter(label: str) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def stages(shares: Mapping[str, float]) -> Iterator[Callable[[str], None]]:
-    """Yield a `say` that moves a bar as well, by what has been done when each stage begins.
+    """Yield a `say` that also moves a bar when a stage begins.
 
-    A message that counts, "days: 3 of 12 days", moves the bar within its stage.
+    A message with a count, "days: 3 of 12 days", moves the bar within its stage.
 
     Args:
-        shares: the first word of a message, and the part of the time that passes before it, about;
-            a message that is not among them leaves the bar where it is.
+        shares: first word of a message -> approximate share of the time that passes before it. A
+            message that is not listed does not move the bar.
     """
     with _bar() as (bar, task, advance):
 
@@ -60,7 +60,7 @@ def stages(shares: Mapping[str, float]) -> Iterator[Callable[[str], None]]:
 
 @contextmanager
 def _bar() -> Iterator[tuple[Any, Any, Callable[[float], None]]]:
-    """Yield a bar with the time left, its task, and what sets the part that is done."""
+    """Yield a bar, its task, and a function that sets the finished share."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
     from rich.table import Column
@@ -86,7 +86,7 @@ def _bar() -> Iterator[tuple[Any, Any, Callable[[float], None]]]:
 
 
 def _left(elapsed: float, part: float) -> str:
-    """Return how long a job still takes whose `part` was done in `elapsed` s; at first nothing."""
+    """Return the estimated remaining time as text; "" while it is too early to tell."""
     if not 0.02 < part < 1:
         return ""
     left = elapsed * (1 - part) / part

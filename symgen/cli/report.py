@@ -1,4 +1,4 @@
-"""symgen report on the command line."""
+"""The command `report`: a result again, or a comparison of two estimates."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from symgen.report.terminal import print_result
 @click.command()
 @click.argument("folder", type=PATH)
 @click.argument("other", type=PATH, required=False)
-@click.option("--into", type=PATH, help="The page to write, FILE.html.")
+@click.option("--into", type=PATH, help="Page to write, FILE.html.")
 def report(folder: Path, other: Path | None, into: Path | None) -> int:
     """Print the result in FOLDER again, or compare the estimates in FOLDER and OTHER.
 
-    FOLDER is what identify, diagnose, predict, payload, study or fleet wrote; --into writes its
-    page anew. Exit codes are those of the command that wrote it; of a comparison 0 where the two
-    agree.
+    FOLDER is a result of identify, diagnose, predict, payload, study or fleet. --into writes its
+    page again. The exit code is that of the command that wrote the result. For a comparison, it is
+    0 if the two agree.
     """
     import symgen
     from symgen.files import check_new, write_files

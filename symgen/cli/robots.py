@@ -1,4 +1,4 @@
-"""symgen robots and symgen import on the command line."""
+"""The commands `robots` and `import`: built-in robots, and robots from other formats."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ def robots() -> None:
 
 @click.command("import")
 @click.argument("file", type=PATH)
-@click.option("--fix", multiple=True, help="A joint held still, NAME or NAME=VALUE; repeatable.")
-@click.option("--into", type=PATH, help="The robot.toml to write.")
+@click.option("--fix", multiple=True, help="Joint to fix, NAME or NAME=VALUE; repeatable.")
+@click.option("--into", type=PATH, help="robot.toml to write; default none.")
 def import_(file: Path, fix: tuple[str, ...], into: Path | None) -> None:
-    """Read FILE (.urdf, .par of SYMORO, .xml of MuJoCo), print its table, write it as robot.toml.
+    """Convert FILE (.urdf, .par of SYMORO, .xml of MuJoCo) to robot.toml and print its table.
 
-    Values of parameters that the file has go into NAME_parameters.toml beside it. Without --into
-    the table is printed alone.
+    If FILE has values of parameters, symgen writes them to NAME_parameters.toml beside robot.toml.
+    Without --into, symgen only prints the table.
     """
     import symgen
     from symgen.files import check_text_replaceable, write_text

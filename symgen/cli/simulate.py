@@ -1,4 +1,4 @@
-"""symgen simulate on the command line."""
+"""The command `simulate`: a log of a simulated robot."""
 
 from __future__ import annotations
 
@@ -23,19 +23,24 @@ from symgen.report.terminal import print_simulation
 @click.command()
 @ROBOT
 @PARAMETERS
-@click.option("--trajectory", help="CSV with t, q1.. to follow; default a Fourier series.")
-@click.option("--torque", help="CSV with t, tau1.. to play instead of a controller.")
-@click.option("--hold", is_flag=True, help="Hold each of these torques until the next stamp.")
 @click.option(
-    "--temperature", help="START,END,SECONDS: temp1.. in the log, deg C, and how fast they change."
+    "--trajectory", help="CSV with t, q1.. that the controller follows; default a Fourier series."
+)
+@click.option("--torque", help="CSV with t, tau1.. that replaces the controller.")
+@click.option(
+    "--hold", is_flag=True, help="Hold each torque of --torque until the next time stamp."
+)
+@click.option(
+    "--temperature",
+    help="START,END,SECONDS: joint temperature in deg C (columns temp1..), and its time constant.",
 )
 @recording_options
 @DURATION
-@click.option("--runs", default=1, help="Logs: LOG_1.csv and so on.")
+@click.option("--runs", default=1, help="Number of logs: LOG_1.csv and so on.")
 @SEED
-@click.option("--into", type=PATH, required=True, help="log.csv or log.npz.")
+@click.option("--into", type=PATH, required=True, help="Log to write, .csv or .npz.")
 def simulate(temperature: str | None, runs: int, into: Path, **options: Any) -> None:
-    """Simulate ROBOT with given parameters under a controller, and write the log that it leaves."""
+    """Simulate ROBOT under a controller, and write the log that its instruments record."""
     import symgen
     from symgen.experiment.simulate import log_paths
     from symgen.files import check_new, write_files

@@ -1,4 +1,4 @@
-"""The command `study`: bias and precision of an estimate, by simulation."""
+"""The command `study`: bias and precision of estimates, by simulation."""
 
 from __future__ import annotations
 
@@ -29,34 +29,43 @@ from symgen.cli.progress import meter, say
 @ROBOT
 @PARAMETERS
 @click.option(
-    "--trajectory", "trajectories", multiple=True, help="CSV of a motion, one log each; repeatable."
+    "--trajectory",
+    "trajectories",
+    multiple=True,
+    help="CSV of a motion; repeatable, one log for each.",
 )
-@click.option("--held-out", help="CSV of the motion along which torque is predicted.")
+@click.option("--held-out", help="CSV of the motion on which torque is predicted.")
 @recording_options
 @click.option(
     "--model",
     "models",
     multiple=True,
     shell_complete=one_of(*MODELS),
-    help="Repeatable; default all.",
+    help="Model to study; repeatable, default all.",
 )
 @click.option(
     "--method", "methods", multiple=True, shell_complete=one_of(*METHODS),
-    help="Repeatable; default ols, wls and iv.",
+    help="Method to study; repeatable, default ols, wls and iv.",
 )  # fmt: skip
 @WINDOW
-@click.option("--cutoff", type=float, help="Of the filter, Hz; by default that of the first run.")
+@click.option(
+    "--cutoff",
+    type=float,
+    help="Cutoff of the filter for q and qd, Hz; default from the first run.",
+)
 @DURATION
-@click.option("--runs", default=100, help="Simulated and identified.")
-@click.option("--target", default=2.0, callback=share, help="To know a parameter to, %.")
+@click.option("--runs", default=100, help="Number of simulated identifications.")
+@click.option(
+    "--target", default=2.0, callback=share, help="Relative standard deviation to reach, %."
+)
 @SEED
 @worker_options
 @into("study.json")
 def study(methods: tuple[str, ...], into: Path, **options: Any) -> int:
-    """Tell how well motions and sensors determine ROBOT, and how long must be recorded.
+    """Find out how well motions and sensors determine ROBOT, and how long you must record.
 
-    Runs are simulated with --parameters and the noise of the sensors, and identified; what is found
-    is compared with what they were made of.
+    symgen simulates runs with --parameters and sensor noise, identifies them, and compares the
+    estimates with the true parameters.
     """
     import symgen
 

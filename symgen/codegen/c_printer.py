@@ -1,8 +1,7 @@
-"""A tape as C99: one `const` for each step.
+"""Print a tape as C99: one `const` for each step.
 
-Terms and factors are written in the order in which the tape names them, literals by `repr`, so
-that the text depends on the robot alone. Outputs are stored as soon as they are known: kept to
-the end they fill the registers.
+Terms and factors keep the order of the tape, and literals come from `repr`, so the text depends
+only on the robot. Each output is stored as soon as it is known; waiting would fill the registers.
 """
 
 from __future__ import annotations
@@ -20,8 +19,8 @@ from symgen.errors import SymgenError
 from symgen.symbolic.tape import Steps, Values, terms
 
 DTYPES = ("double", "float")
-_ANGLES = (4, 2, 1)  # how many the package's own sincos takes at once
-_ZEROS = 4  # zeros that one turn of a loop stores
+_ANGLES = (4, 2, 1)  # numbers of angles that the package's sincos takes at once
+_ZEROS = 4  # zeros that one loop iteration stores
 _FUNCTIONS = {
     **{name: name for name in ("sin", "cos", "tanh", "sign", "exp", "log")},
     "Abs": "fabs",
@@ -30,7 +29,7 @@ _FUNCTIONS = {
 
 @dataclass(frozen=True)
 class CFunction:
-    """What a template needs to place one kernel: the lines of its body, and what they need."""
+    """The lines of a kernel's body, and what they need, for a template."""
 
     body: tuple[str, ...]
     needs_math: bool
@@ -38,7 +37,7 @@ class CFunction:
 
 
 def literal(value: sp.Expr, dtype: str) -> str:
-    """Return a number as a C literal of the type: the shortest text that reads back the same."""
+    """Return a number as the shortest C literal that reads back to the same value."""
     number = float(value.evalf(50))
     if not math.isfinite(number):
         raise SymgenError(f"the constant {value} does not fit a {dtype}")
@@ -54,15 +53,15 @@ def _decimal(digits: str) -> str:
 
 
 class Printer:
-    """Writes the body of one kernel; a subclass says what differs for another kind of value.
+    """Writes the body of one kernel. Subclasses write other kinds of values.
 
     Args:
-        kernel: what to write.
-        geometry: the macro that holds each named length.
-        values: exact value of each named length, for constants derived from them.
+        kernel: the kernel.
+        geometry: named length -> its macro.
+        values: named length -> exact value, for derived constants.
         dtype: double or float.
-        prefix: of the package's names; with it, in double, its own sincos takes several angles at
-            once, and libm's one where None.
+        prefix: prefix of the package's names. In double, its sincos then takes several angles at
+            once. With None, libm's functions take one angle.
     """
 
     def __init__(
@@ -76,7 +75,7 @@ class Printer:
         tape = kernel.tape
         self.prefix = prefix
         self.kernel, self.tape, self.values, self.dtype = kernel, tape, values, dtype
-        self.value = dtype  # the type of what depends on the sample
+        self.value = dtype  # type of values that depend on the sample
         self.word: dict[sp.Expr, str] = {s: s.name for s in tape.order}
         for name, symbols in tape.inputs:
             if name in SCALARS:
@@ -123,8 +122,8 @@ class Printer:
     def verdict(self) -> list[str]:
         """Return the status of a guarded kernel.
 
-        Guards come in the order of the elimination: behind the first that fails nothing has a
-        meaning. What is no number fails no comparison by `<=`, and x - x is 0 where x is finite.
+        Guards have the order of the elimination: after the first failure, nothing has a meaning.
+        NaN makes every comparison by `<=` false, and x - x is 0 if x is finite.
         """
         if not self.kernel.guards:
             return []
@@ -159,7 +158,7 @@ class Printer:
         return f"{place} = {self.expression(result)};"
 
     def stores(self) -> dict[sp.Symbol | None, list[str]]:
-        """Return the stores that follow each step, and (None) those that wait for none."""
+        """Return step -> stores that follow it; None -> stores that need no step."""
         steps = {s for s, _ in self.tape.steps}
         at: dict[sp.Symbol | None, list[str]] = {}
         for output, results in self.kernel.split(self.tape.outputs):
@@ -167,14 +166,14 @@ class Printer:
             at.setdefault(None, []).extend(self.cleared(output.name, zeros))
             for i, result in enumerate(results):
                 place = f"{output.name}[{i}]"
-                if result != 0 and self.expression(result) != place:  # not what stays as it is
+                if result != 0 and self.expression(result) != place:  # not unchanged entries
                     (symbol,) = result.free_symbols & steps or {None}
                     line = self.stored(place, result)
                     at.setdefault(symbol, []).append(line)
         return at
 
     def cleared(self, name: str, places: Sequence[int]) -> Iterator[str]:
-        """Yield the stores of zeros; a loop of four at a time is what compilers vectorise."""
+        """Yield stores of zeros, four in each loop iteration, which compilers vectorise."""
         zero = literal(sp.S.Zero, self.dtype)
         for _, group in groupby(enumerate(places), key=lambda pair: pair[1] - pair[0]):
             run = [place for _, place in group]
@@ -187,10 +186,10 @@ class Printer:
             yield from (f"{name}[{i}] = {zero};" for i in run[whole:])
 
     def angles(self, own: str) -> tuple[Steps, list[str]]:
-        """Return the steps that lead to joint angles, and the calls that turn all of them.
+        """Return the steps that lead to joint angles, and the sincos calls for all of them.
 
-        Angles that are neighbours in an input array are read from there; others are gathered.
-        Those that depend on another angle's cosine are left to libm.
+        Neighbours in an input array are read from there; other angles are gathered. libm computes
+        angles that depend on the cosine of another angle.
         """
         known = {s: (name, i) for name, group in self.tape.inputs for i, s in enumerate(group)}
         depends: dict[sp.Symbol, bool] = {}
@@ -223,7 +222,7 @@ class Printer:
         return tuple(reversed(first)), lines
 
     def turned(self, own: str, angles: Sequence[sp.Expr], name: str, start: int) -> Iterator[str]:
-        """Yield the calls for angles that follow one another in an array."""
+        """Yield the sincos calls for consecutive angles of an array."""
         at = 0
         while at < len(angles):
             count = next(c for c in _ANGLES if c <= len(angles) - at)
@@ -258,7 +257,7 @@ class Printer:
         return out
 
     def called(self, name: str, argument: sp.Expr) -> str:
-        """Return a function's value: libm's, and the sign."""
+        """Return the C text of a function call: a function of libm, or the sign."""
         v = self.expression(argument)
         if name == "sign":
             zero = literal(sp.S.Zero, self.dtype)

@@ -1,4 +1,4 @@
-"""A tape as a CasADi Function: the same steps, run on SX symbols."""
+"""Convert a tape to a CasADi Function by running its steps on SX symbols."""
 
 from __future__ import annotations
 
@@ -25,12 +25,11 @@ def casadi_function(model: Model, kernel: Kernel, *, flat: bool = False) -> Any:
     """Return a kernel as a casadi.Function of column vectors (q, qd, ...).
 
     Args:
-        model: the derived model; its robot gives the named lengths their values.
-        kernel: one of its kernels. Each output is a matrix of the kernel's shape, a vector a
-            column; 4x4 frames stand one below the other. It is NaN where a guard is not positive: a
-            mass matrix that is not positive definite, or a link that the robot does not have.
-        flat: whether every output is a column (size, 1), row-major, which is what maps over
-            samples want.
+        model: the derived model; its robot has the values of the named lengths.
+        kernel: one of its kernels. Each output is a matrix with the shape of the kernel; vectors
+            are columns, and 4x4 frames are stacked. An output is NaN if a guard is not positive:
+            the mass matrix is not positive definite, or the robot has no such link.
+        flat: whether every output is a column (size, 1) in row-major order, for maps over samples.
     """
     import casadi
 
@@ -67,12 +66,12 @@ def casadi_function(model: Model, kernel: Kernel, *, flat: bool = False) -> Any:
 
 
 def function_name(robot: str, kernel: str) -> str:
-    """Return a name that CasADi accepts: no double and no trailing underscores."""
+    """Return a name that CasADi accepts, without double or trailing underscores."""
     return re.sub("_+", "_", f"{robot}_{kernel}").strip("_")
 
 
 def serialized(function: Any) -> bytes:
-    """Return the content of a .casadi file: what `casadi.Function.load` reads."""
+    """Return the content of a .casadi file, for `casadi.Function.load`."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "function.casadi"
         function.save(str(path))

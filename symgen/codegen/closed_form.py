@@ -1,9 +1,9 @@
-"""Closed forms of small kernels, as a textbook prints them.
+"""Closed forms of small kernels, as in a textbook.
 
-A tape run on trigonometric polynomials gives each output in a canonical form. It is then collected
-by base parameters, within these by sines and cosines, and what is left is factored. Two sines or
-cosines with the same coefficient become a product: cos u + cos v = 2 cos((u+v)/2) cos((u-v)/2),
-hence 1 + cos(2 u) = 2 cos(u)^2.
+Running a tape on trigonometric polynomials gives each output in a canonical form. Its terms are
+collected by base parameters, then by sines and cosines, and the coefficients are factored. Two
+sines or cosines with equal coefficients become a product: cos u + cos v = 2 cos((u+v)/2)
+cos((u-v)/2), so 1 + cos(2 u) = 2 cos(u)^2.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ from symgen.codegen.formula import Call, Factor, Formula, Product, constant_fact
 from symgen.symbolic.tape import Symbols, Tape, real_symbol
 from symgen.symbolic.trigonometric import Polynomial, TooLargeError, Trigonometric, common, halves
 
-#: Longest closed form of a kernel, in products; what is longer is read as a recursion.
+#: Longest closed form of a kernel, in products; a longer one is printed as a recursion.
 LONGEST = 200
-_WORK = 12_000  # products of terms that a kernel may take: a bound of its time, about 0.1 s
-_PLAIN = 12  # largest integer that a common divisor or a factor may leave inside parentheses
-_PAIRED = 64  # most sines and cosines of one sum that are compared with each other
-_FACTORED = 24  # terms of the longest polynomial whose factors are looked for
+_WORK = 12_000  # products of terms for one kernel: limits the time to about 0.1 s
+_PLAIN = 12  # largest integer inside parentheses after a common divisor or factor
+_PAIRED = 64  # largest number of sines and cosines of a sum to pair
+_FACTORED = 24  # terms of the longest polynomial to factor
 
-Motion = dict[int, Fraction]  # a polynomial without sines: coefficient of each packed monomial
+Motion = dict[int, Fraction]  # a polynomial without sines: packed monomial -> coefficient
 Turning = tuple[tuple[int, bool], ...]  # factors cos(phase), or sin(phase) where True
 
 
 def closed_form(tape: Tape) -> tuple[Formula, ...] | None:
-    """Return the outputs of a tape as closed formulas, or None where these would be long."""
+    """Return the outputs of a tape as closed formulas, or None if these are too long."""
     arithmetic = Trigonometric(_WORK)
     inputs = dict(tape.inputs)
     parameters = inputs.get("X", ())
-    # Generators in the order in which they are printed: lengths, parameters, then motion.
+    # Generators in printing order: lengths, parameters, motion.
     lengths = sorted({s.name for _, value in tape.constants for s in value.free_symbols})
     motion = [s for name, group in tape.inputs if name != "X" for s in group]
     for name in lengths:
@@ -64,7 +64,7 @@ class _Writer:
     parameters: Symbols
 
     def formula(self, value: Polynomial) -> Formula:
-        """Collect by parameters."""
+        """Collect terms by parameters."""
         by: dict[sp.Expr, Polynomial] = {p: {} for p in (None, *self.parameters)}
         for key, c in value.items():
             behind = [g for g, _ in self.arithmetic.powers(key[0]) if g in self.parameters]
@@ -72,7 +72,7 @@ class _Writer:
         return Formula(tuple(p for group in by.values() if group for p in self.collected(group)))
 
     def collected(self, value: Polynomial) -> list[Product]:
-        """Collect one parameter's column by sines and cosines; one product where there is one."""
+        """Collect the column of one parameter by sines and cosines, as one product if possible."""
         turns: dict[Turning, Motion] = {}
         for (m, phase, sine), c in sorted(value.items(), key=lambda term: term[0][::-1]):
             turns.setdefault(((phase, sine),) if phase else (), {})[m] = c
@@ -97,7 +97,7 @@ class _Writer:
         return Product(number, (*outside, *sums, *turns))
 
     def factored(self, motion: Motion) -> tuple[sp.Expr, list[Factor]]:
-        """Return number and factors of a polynomial that no monomial divides."""
+        """Return number and factors of a polynomial that has no monomial divisor."""
         if len(motion) == 1:
             (c,) = motion.values()
             return sp.Rational(c.numerator, c.denominator), []
@@ -131,7 +131,7 @@ class _Writer:
         return Formula(tuple(Product(c, self.factors(m)) for m, c in self.ordered(motion).items()))
 
     def ordered(self, motion: dict[int, sp.Expr]) -> dict[int, sp.Expr]:
-        """Sort by the places of the generators, positive terms before negative ones."""
+        """Sort terms by their generators, positive terms before negative ones."""
 
         return {
             m: motion[m]
@@ -139,7 +139,7 @@ class _Writer:
         }
 
     def places(self, m: int) -> list[int]:
-        """Return the numbers of a monomial's generators, each as often as it occurs."""
+        """Return the numbers of the generators of a monomial, repeated by their powers."""
         index = self.arithmetic.generators.index
         return [index(g) for g, e in self.arithmetic.powers(m) for _ in range(e)]
 
@@ -151,7 +151,7 @@ class _Writer:
         return out
 
     def factors(self, m: int) -> tuple[Factor, ...]:
-        """Return the factors of a monomial: lengths, parameter, motion, as generators come."""
+        """Return the factors of a monomial in the order of the generators."""
         out = []
         powers = self.arithmetic.powers(m)
         for generator, exponent in sorted(powers, key=lambda power: not power[0].is_number):
@@ -167,7 +167,7 @@ class _Writer:
 
 
 def _paired(turns: dict[Turning, Motion]) -> dict[Turning, Motion]:
-    """Join pairs with equal or opposite coefficients into products, as long as there are any."""
+    """Join all pairs with equal or opposite coefficients into products."""
     out = dict(turns)
     while len(out) <= _PAIRED:
         for first, second in combinations(out, 2):
@@ -184,14 +184,14 @@ def _paired(turns: dict[Turning, Motion]) -> dict[Turning, Motion]:
 
 
 def _ratio(first: Motion, second: Motion) -> int:
-    """Return 1 where two polynomials are equal, -1 where they are opposite, else 0."""
+    """Return 1 if two polynomials are equal, -1 if they are opposite, else 0."""
     if first == second:
         return 1
     return -1 if first == {m: -c for m, c in second.items()} else 0
 
 
 def _joined(first: Turning, second: Turning, sign: int) -> tuple[int, Turning] | None:
-    """Return number and factors of first + sign second, or None where these are no product."""
+    """Return number and factors of first + sign second, or None if it is not a product."""
     shared = Counter(first) & Counter(second)
     one, other = (list((Counter(t) - shared).elements()) for t in (first, second))
     if len(one) > 1 or len(other) > 1:
@@ -201,9 +201,9 @@ def _joined(first: Turning, second: Turning, sign: int) -> tuple[int, Turning] |
     if both is None:
         return None
     number = 2
-    if sine:  # sin u + sin v = 2 sin(mean) cos(half difference); minus swaps the two
+    if sine:  # sin u + sin v = 2 sin(mean) cos(half difference); a minus swaps the two
         kinds = (True, False) if sign > 0 else (False, True)
-    else:  # cos u + cos v = 2 cos cos; minus gives -2 sin sin
+    else:  # cos u + cos v = 2 cos cos; a minus gives -2 sin sin
         kinds = (False, False) if sign > 0 else (True, True)
         number *= sign
     out = list(shared.elements())
@@ -215,7 +215,7 @@ def _joined(first: Turning, second: Turning, sign: int) -> tuple[int, Turning] |
 
 
 def _content(values: list[sp.Rational]) -> sp.Rational:
-    """Return the common divisor of numbers where it leaves plain ones; mostly positive ones."""
+    """Return the common divisor of numbers if the quotients are simple, mostly positive ones."""
     out = sp.Rational(gcd(*(int(v.p) for v in values)), lcm(*(int(v.q) for v in values)))
     if any(abs(v / out) > _PLAIN for v in values):
         out = sp.S.One
@@ -227,7 +227,7 @@ def _sign(values: list[sp.Rational]) -> int:
 
 
 def _flat(parts: list[Product]) -> list[Product]:
-    """Take sums that nothing but a number multiplies out of their parentheses."""
+    """Expand sums that only a number multiplies."""
     out = []
     for p in parts:
         base = p.factors[0].base if len(p.factors) == 1 and p.factors[0].power == 1 else None

@@ -1,12 +1,12 @@
-"""What was derived of a robot before, as text on disk: a second run of a robot derives nothing.
+"""A disk cache of derivations: a second run of a robot derives nothing.
 
-A text is found by the digest of the robot's file, of the sources that derive and print, and of
-SymPy's version; it is read by the grammar below and never run. Where it cannot be kept or read, the
-derivation is made again.
+The key is the digest of the robot file, of the sources that derive and print, and of SymPy's
+version. The grammar below reads a cached text; the text is never run. If the cache fails, symgen
+derives again.
 
     value = TEXT | INTEGER | null | [NAME, value, ...]
 
-where NAME is one of `_MADE`: a value of symgen by its fields, a tuple, a number, a symbol or an
+where NAME is a key of `_MADE`: a symgen value with its fields, a tuple, a number, a symbol or an
 operation of SymPy.
 """
 
@@ -35,7 +35,7 @@ from symgen.symbolic.tape import Tape, real_symbol
 Derived = TypeVar("Derived")
 _VALUES = (BaseParameter, BaseParameters, Kernel, Output, Parameter, Proof, Tape)
 _OPERATIONS = (sp.Add, sp.Mul, sp.Pow, sp.sin, sp.cos, sp.tanh, sp.exp, sp.log, sp.sign, sp.Abs)
-#: What is made of its parts, by name.
+#: NAME -> function that builds the value from its parts.
 _MADE: Mapping[str, Callable[..., Any]] = {
     "tuple": lambda *entries: entries,
     "Symbol": cache(real_symbol),
@@ -49,10 +49,10 @@ _MADE: Mapping[str, Callable[..., Any]] = {
 
 @dataclass(frozen=True)
 class Derivations:
-    """The kept derivations of a robot.
+    """The cached derivations of a robot.
 
     Attributes:
-        folder: in which they are kept; None where there is no such folder.
+        folder: folder of the cache, or None.
         key: digest of the robot, the sources and SymPy.
     """
 
@@ -64,16 +64,16 @@ class Derivations:
         """Return the derivations of a robot."""
         try:
             folder = private_folder()
-        except BuildError:  # said where it matters: when a module is compiled
+        except BuildError:  # reported later, when a module is compiled
             folder = None
         return cls(folder, f"derived-{digest(_code(), robot_toml(robot))[:32]}")
 
     def have(self, name: str, derive: Callable[[], Derived]) -> Derived:
-        """Return what was kept under a name, or derive it and keep it.
+        """Return a cached derivation, or derive and cache it.
 
         Args:
-            name: of the derivation.
-            derive: it.
+            name: name of the derivation.
+            derive: function that derives it.
         """
         if self.folder is None:
             return derive()
@@ -92,7 +92,7 @@ class Derivations:
     def sources(
         self, kernels: tuple[Kernel, ...], write: Callable[[], Mapping[str, bytes]]
     ) -> Mapping[str, bytes]:
-        """Return the C sources of some kernels as they were kept, or write and keep them."""
+        """Return the cached C sources of some kernels, or write and cache them."""
         try:
             text = json.dumps(written(kernels))
         except KeyError:  # a number or a function that the grammar lacks
@@ -106,7 +106,7 @@ class Derivations:
 
 @cache
 def _code() -> str:
-    """Return the digest of all that derives and prints."""
+    """Return the digest of all sources that derive and print."""
     package = Path(__file__).resolve().parents[1]
     folders = [*(package / name for name in ("robot", "symbolic", "codegen")), templates() / "c"]
     files = [package / "names.py", *(p for folder in folders for p in sorted(folder.rglob("*")))]
@@ -118,7 +118,7 @@ def written(value: Any) -> Any:
     """Return a value as JSON.
 
     Raises:
-        KeyError: it holds a number or a function that the grammar lacks.
+        KeyError: the grammar lacks a number or a function of the value.
     """
     if value is None or isinstance(value, (str, int)):
         return value
@@ -135,7 +135,7 @@ def written(value: Any) -> Any:
 
 
 def read(text: Any) -> Any:
-    """Return the value that `written` wrote."""
+    """Return the value of a text of `written`."""
     if not isinstance(text, list):
         return text
     name, *parts = text

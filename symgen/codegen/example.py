@@ -1,4 +1,4 @@
-"""The examples, in C and over CasADi: which there are, and the robot, which could exist."""
+"""The example programs of a package, in C and with CasADi, for a physically possible robot."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from symgen.codegen.model import Model
 from symgen.codegen.verification import SEED, physical_parameters
 from symgen.files import rendered
 
-#: The kernels that each program calls; the controller watches with the identifier, too.
+#: Program -> kernels that it calls. The controller also uses the identifier.
 PROGRAMS = {
     "controller": {"inverse_dynamics", "forward_dynamics", "mass_matrix"},
     "observer": {"inverse_dynamics", "forward_dynamics", "generalized_momentum", "friction"},
@@ -27,23 +27,23 @@ PROGRAMS = {
         "link_jacobian",
     },
 }
-#: How wrong every mass, inertia and friction of the programs is, in percent.
+#: Error of every mass, inertia and friction that the programs assume, percent.
 PERCENT = 5
-#: So many times better than PD must computed torque with these parameters track.
+#: Required ratio of the tracking errors of PD and of computed torque with these parameters.
 BETTER = 10
-#: Part of the friction that gravity compensation takes away.
+#: Share of the friction that gravity compensation removes.
 SHARE = 0.8
 
 
 def programs(model: Model, kernels: Sequence[Kernel], *, identifier: bool) -> tuple[str, ...]:
-    """Return the programs that a package with these kernels has.
+    """Return the programs of a package with these kernels.
 
-    Effects suit the controller alone.
+    A robot with effects has only the controller.
 
     Args:
         model: from `derive`.
-        kernels: those of the package.
-        identifier: whether it is in the package.
+        kernels: kernels of the package.
+        identifier: whether the package has the identifier.
     """
     written = {k.name for k in kernels}
     return tuple(
@@ -54,13 +54,13 @@ def programs(model: Model, kernels: Sequence[Kernel], *, identifier: bool) -> tu
 
 
 def facts(model: Model, kernels: Sequence[Kernel], dtype: str) -> dict[str, Any]:
-    """Return what programs are told of the robot: its links, what acts on it, and parameters.
+    """Return data of the robot for the templates: links, disturbances, and parameters.
 
-    Those are the C literals of X: `actual`, and `assumed` by the controller.
+    The parameters are C literals of X: `actual`, and `assumed` by the controller.
 
     Args:
         model: from `derive`.
-        kernels: those of the package.
+        kernels: kernels of the package.
         dtype: double or float.
     """
     weight = [k.tape.outputs for k in kernels if k.name == "gravity_torque"]
@@ -84,7 +84,7 @@ def facts(model: Model, kernels: Sequence[Kernel], dtype: str) -> dict[str, Any]
 
 
 def controllable(model: Model, kernels: Sequence[Kernel]) -> bool:
-    """Whether the example of optimal control finds its kernels, and a smooth model."""
+    """Whether the optimal-control example has its kernels and a smooth model."""
     robot = model.robot
     if robot.effects:
         return False
@@ -97,7 +97,7 @@ def optimal_control(name: str, model: Model) -> str:
 
     Args:
         name: prefix of the package.
-        model: gives the parameters of a robot that could exist, without dry friction.
+        model: model of the robot; its parameters are physically possible, without dry friction.
     """
     X = physical_parameters(model, random.Random(SEED))
     for i, parameter in enumerate(model.base.parameters):

@@ -1,4 +1,4 @@
-"""Formulas as they are printed: sums of products whose order is fixed here, not by SymPy."""
+"""Formulas for printing: sums of products in a fixed order that SymPy does not change."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Formula:
 
     @property
     def size(self) -> int:
-        """Number of products, those in parentheses included."""
+        """Number of products, including those in parentheses."""
         return sum(
             max(1, sum(f.base.size for f in p.factors if isinstance(f.base, Formula)))
             for p in self.products
@@ -52,14 +52,14 @@ class Formula:
 
     @property
     def depth(self) -> int:
-        """How deep parentheses are nested in the formula."""
+        """Nesting depth of parentheses."""
         inner = [f.base.depth + 1 for p in self.products for f in p.factors
                  if isinstance(f.base, Formula)]  # fmt: skip
         return max(inner, default=0)
 
 
 def step(expr: sp.Expr, order: Mapping[sp.Symbol, int]) -> Formula:
-    """Return an expression of a tape, in the order of the tape."""
+    """Convert an expression of a tape, in the order of the tape."""
     if expr.is_number:
         return geometric(expr)
     if expr.is_Pow and expr.exp == -1:
@@ -89,7 +89,7 @@ def _inner(expr: sp.Expr, order: Mapping[sp.Symbol, int]) -> sp.Symbol | Call | 
 
 
 def geometric(expr: sp.Expr) -> Formula:
-    """Return an expression of lengths and angles, in the order in which robot files write it."""
+    """Convert an expression of lengths and angles, in the order of robot files."""
     parts = sorted(sp.Add.make_args(expr), key=lambda e: _signed(text(e)))
     return Formula(tuple(_product(part) for part in parts if part != 0))
 
@@ -106,7 +106,7 @@ def _product(expr: sp.Expr) -> Product:
 
 
 def constant_factor(expr: sp.Expr) -> Factor:
-    """Return one factor of a geometric expression."""
+    """Convert one factor of a geometric expression."""
     if expr.is_Pow and expr.exp.is_Rational:
         power = expr.exp
         if power.q == 2:

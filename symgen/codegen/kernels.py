@@ -1,4 +1,4 @@
-"""What a kernel is: a named function of the model, its tape, and the arrays that it writes."""
+"""Kernels: named functions of the model, with a tape and output arrays."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ import sympy as sp
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.tape import Tape
 
-#: Input that is the number of a link; on the tape, one symbol for each link: 1 at its own, else 0.
+#: Input that chooses a link. On the tape it is one symbol for each link: 1 if chosen, else 0.
 LINK = "link"
-#: Inputs that are plain numbers.
+#: Inputs that are scalars.
 SCALARS = ("mass",)
-#: Arrays that all samples of a batch share.
+#: Inputs that all samples of a batch share.
 SHARED = ("X", "g")
 
 
 @dataclass(frozen=True)
 class Output:
-    """One array that a kernel writes: name, shape, and the parameter behind each column."""
+    """One output array of a kernel: name, shape, and the parameter of each column."""
 
     name: str
     shape: tuple[int, ...]
@@ -40,8 +40,8 @@ class Argument:
     """One argument of a kernel.
 
     Attributes:
-        name: as the contract has it.
-        size: number of entries; of `link`, the number of links.
+        name: name in the interface.
+        size: number of entries; for `link`, the number of links.
         read: whether the kernel reads it.
         written: whether the kernel writes it.
     """
@@ -53,23 +53,23 @@ class Argument:
 
     @property
     def link(self) -> bool:
-        """Whether it is the number of a link, in C a size_t."""
+        """Whether it chooses a link (a size_t in C)."""
         return self.name == LINK
 
     @property
     def plain(self) -> bool:
-        """Whether it is one number, passed by value."""
+        """Whether it is a scalar, passed by value."""
         return self.link or self.name in SCALARS
 
     @property
     def shared(self) -> bool:
-        """Whether all samples of a batch have it in common."""
+        """Whether all samples of a batch share it."""
         return self.plain or self.name in SHARED
 
     def declared(self, real: str, *, batch: bool = False) -> str:
-        """Return its declaration in C, an array of one sample with its length.
+        """Return its C declaration for one sample, with the length of the array.
 
-        Compilers then warn of a short one.
+        Compilers use the length to warn about short arrays.
         """
         if self.plain:
             return f"{'size_t' if self.link else real} {self.name}"
@@ -82,13 +82,13 @@ class Kernel:
     """One function of the model.
 
     Attributes:
-        name: the contract's name, for example energy_regressor.
-        doc: what it computes, in a line.
-        tape: the program; its outputs are those of all arrays, one after the other, then `guards`
-            numbers that must be positive for the result to have a meaning.
-        outputs: the arrays it writes.
-        guards: how many.
-        batch: whether there is a form for N samples at once.
+        name: name in the interface, for example energy_regressor.
+        doc: description in one line.
+        tape: the program. Its outputs are the entries of all arrays, then `guards` numbers; the
+            result is valid only if these are positive.
+        outputs: the arrays that it writes.
+        guards: number of guards.
+        batch: whether there is a version for N samples.
     """
 
     name: str
@@ -105,7 +105,7 @@ class Kernel:
 
     @cached_property
     def arguments(self) -> tuple[Argument, ...]:
-        """Its arguments in C: inputs, then outputs; what is changed in place is both."""
+        """Its arguments in C: inputs, then outputs. An argument changed in place is both."""
         written = {o.name: o.size for o in self.outputs}
         read = {name: len(symbols) for name, symbols in self.tape.inputs}
         sizes = read | {name: size for name, size in written.items() if name not in read}
@@ -113,28 +113,28 @@ class Kernel:
 
     @property
     def inputs(self) -> tuple[Argument, ...]:
-        """Those of its arguments that it reads."""
+        """The arguments that it reads."""
         return tuple(a for a in self.arguments if a.read)
 
     @property
     def links(self) -> int:
-        """Number of links that its input `link` chooses from; 0 where it has no such input."""
+        """Number of links for its input `link`; 0 if it has none."""
         return next((a.size for a in self.arguments if a.link), 0)
 
     @property
     def fallible(self) -> bool:
-        """Whether a call can fail: in C the kernel returns a status then."""
+        """Whether a call can fail; the C function then returns a status."""
         return bool(self.guards or self.links)
 
     def listed(self, real: str, *, batch: bool = False) -> str:
-        """Return how C declares its arguments."""
+        """Return the C declarations of its arguments."""
         return ", ".join(a.declared(real, batch=batch) for a in self.arguments)
 
     def prototypes(self, prefix: str, real: str) -> tuple[str, ...]:
-        """Return how C declares it: for one sample, and for N where it has such a form.
+        """Return its C prototypes, for one sample and, if available, for N samples.
 
         Args:
-            prefix: of the function's name.
+            prefix: prefix of the function name.
             real: the floating type.
         """
         returns = "int" if self.fallible else "void"
@@ -144,26 +144,26 @@ class Kernel:
 
     @cached_property
     def filled(self) -> tuple[tuple[int, ...], ...]:
-        """Entries of each output, counted through, that are not zero whatever comes in."""
+        """Indices of the entries of all outputs that are not always zero."""
         split = self.split(self.tape.outputs)
         return tuple(tuple(k for k, x in enumerate(part) if x != 0) for _, part in split)
 
     def split(self, entries: Sequence[Any]) -> Iterator[tuple[Output, Sequence[Any]]]:
-        """Yield each output with its share of entries that stand one after the other."""
+        """Yield each output with its part of a flat sequence of entries."""
         begin = 0
         for output in self.outputs:
             yield output, entries[begin : begin + output.size]
             begin += output.size
 
 
-#: What identification by energy needs.
+#: Kernels that identification with the energy model needs.
 ENERGY = ("energy_regressor", "friction_power")
 
 
 def regrouped(
     base: BaseParameters, standard: Sequence[float], numbers: dict[sp.Symbol, sp.Expr]
 ) -> list[float]:
-    """Return base parameters X from standard ones: X_b = X_head + sum of c X_d."""
+    """Return base parameters from standard ones: X_b = X_head + sum of c X_d."""
     value = dict(zip((p.name for p in base.standard), standard, strict=True))
     return [
         value[p.head] + sum(float(c.subs(numbers).evalf(30)) * value[name] for c, name in p.terms)

@@ -1,4 +1,4 @@
-"""derive: the whole compiler from a robot to its kernels, in the order of its stages."""
+"""The compiler from a robot to its kernels."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from symgen.symbolic.parameters import standard_parameters
 
 @dataclass(frozen=True)
 class Model:
-    """The derived model of a robot: base parameters with their proof, and kernels."""
+    """The model of a robot: base parameters with their proof, and kernels."""
 
     robot: Robot
     base: BaseParameters
     kernels: tuple[Kernel, ...]
 
     def __repr__(self) -> str:
-        """Return the robot's name, and how many joints and parameters there are."""
+        """Return the name of the robot and the numbers of joints and parameters."""
         count = len(self.base.parameters)
         return f"<Model {self.robot.name}: {self.robot.n} joints, {count} base parameters>"
 
@@ -43,11 +43,11 @@ class Model:
 
     @property
     def inertial(self) -> int:
-        """Number of inertial base parameters: the first entries of X."""
+        """Number of inertial base parameters, which come first in X."""
         return self.base.inertial
 
     def kernel(self, name: str) -> Kernel | None:
-        """Return the kernel of this name, or None where the model has none."""
+        """Return the kernel with this name, or None."""
         return next((k for k in self.kernels if k.name == name), None)
 
 
@@ -59,20 +59,20 @@ def derive(
 ) -> Model:
     """Derive the model of a robot in its base parameters.
 
-    Named lengths stay symbols, unless the file's values give another minimal set than generic
-    ones: then the file's decide, and the model has numbers in their place.
+    Named lengths stay symbols. If their values in the file give a different minimal set than
+    generic values, the model uses the values.
 
     Args:
-        robot: the mechanism, its path, or a library name.
-        kernels: names of the kernels to derive, or "all", but for those over standard parameters;
+        robot: the robot, its path, or a library name.
+        kernels: names of the kernels to derive, or "all" (without those of standard parameters);
             the energy model by default.
-        meter: is told which part is done, from 0 to 1.
+        meter: called with the finished share, from 0 to 1.
 
     Raises:
         SymgenError: the base parameters could not be proved.
         ParameterError: there is no such kernel.
         RobotError: there is no such robot, a constant of an effect is a range, or an effect is
-            nothing new.
+            a combination of others.
     """
     if isinstance(robot, (str, Path)):
         robot = read_robot(robot)
@@ -94,7 +94,7 @@ def derive(
 
 
 def _proved(robot: Robot) -> tuple[BaseParameters, bool]:
-    """Return the base parameters, and whether they hold at the values of the lengths alone."""
+    """Return the base parameters, and whether they hold only at the values of the lengths."""
     standard = standard_parameters(robot)
     base = find_base(robot, standard, energy_tape(robot))
     at_values = base is None

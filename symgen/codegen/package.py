@@ -1,6 +1,6 @@
-"""The generated package: C sources, build files, documents and the manifest, from a model.
+"""Generate a package from a model: C sources, build files, documents and the manifest.
 
-Same model, same bytes: no dates, no paths, no order of sets, nothing of the SymPy version.
+The same model gives the same bytes: no dates, no paths, no order of sets, no SymPy version.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ from symgen.symbolic.base_parameters import bound
 from symgen.symbolic.tape import real_symbol
 
 SCHEMA = "symgen.manifest/1"
-#: Of a package's interface, in C, CMake and pkg-config: the first number is that of its layout.
+#: Version of the interface in C, CMake and pkg-config; the first number is that of the layout.
 _VERSION = "1.1.0"
-_LINE = 100  # columns of a header
+_LINE = 100  # line length of a header
 _SINCOS = "math.h"
-#: The runtime in C: least squares, the identifier on line.
+#: The C runtime: least squares, and the online identifier.
 _RUNTIME = ("least_squares", "identifier", "identifier_momentum")
-#: What stands on the C: each of these comes with it.
+#: Targets that build on the C sources.
 BACKENDS: dict[str, Backend] = {"fmu": fmu, "mex": mex}
 TARGETS = ("c", "casadi", *BACKENDS, "all")
 
@@ -65,7 +65,7 @@ class SourceTree:
 
     @property
     def library(self) -> dict[str, bytes]:
-        """The sources and headers of the functions: without the check and the example."""
+        """Sources and headers of the functions, without check and examples."""
         return {
             path: content
             for path, content in self.files.items()
@@ -82,20 +82,20 @@ def generate(
     tex: bool = False,
     prefix: str | None = None,
 ) -> SourceTree:
-    """Write a model as a package of C, CasADi and what is built on the C.
+    """Generate a package of C, CasADi, FMU and MEX from a model.
 
     Args:
         model: from `derive`.
         target: "c", "casadi", "fmu" or "mex" (with their C), or "all" that the kernels allow.
-        dtype: "double" or "float", of the C sources.
+        dtype: "double" or "float", for the C sources.
         kernels: names of the kernels to write; all by default. The identifier in C comes with
-            energy_regressor (and friction_power, where the robot has friction).
-        tex: whether to write the model as a LaTeX document too, with the formulas of the kernels.
-        prefix: of every file and name; by default the robot's name, with an f behind it in float,
-            so that both packages of a robot link into one program.
+            energy_regressor (and with friction_power if the robot has friction).
+        tex: whether to add the model as a LaTeX document, with the formulas of the kernels.
+        prefix: prefix of file and function names; by default the name of the robot. In float, it
+            ends in f, so that one program can link both packages.
 
     Raises:
-        PackageError: an option is not one of these, or no kernel is left to write.
+        PackageError: an option is unknown, or there is no kernel to write.
     """
     if dtype not in DTYPES:
         raise PackageError(f"dtype {dtype!r}; accepted: {', '.join(DTYPES)}")
@@ -126,7 +126,7 @@ def _chosen(model: Model, names: Sequence[str] | None) -> tuple[Kernel, ...]:
 
 
 def _backends(target: str, kernels: Sequence[Kernel], robot: Robot) -> tuple[str, ...]:
-    """Return the names of the backends that a target asks for; "all", those that it can have."""
+    """Return the backends of a target; for "all", those whose kernels are written."""
     if target not in TARGETS:
         raise PackageError(f"target {target!r}; accepted: {', '.join(TARGETS)}")
     written = {k.name for k in kernels}
@@ -144,9 +144,9 @@ def _backends(target: str, kernels: Sequence[Kernel], robot: Robot) -> tuple[str
 
 
 def library(model: Model, kernels: Sequence[str] | None = None) -> dict[str, bytes]:
-    """Return the sources and headers of a model's functions in double: what an evaluator builds.
+    """Return the C sources and headers of a model in double, for an evaluator.
 
-    They are those of `generate` for target "c", without what goes beside them.
+    They are the functions of `generate` for target "c", without the other files.
     """
     chosen = tuple(k for k in model.kernels if kernels is None or k.name in kernels)
     writer = _Writer(model, "c", "double", chosen, False, model.robot.name, ())
@@ -154,12 +154,12 @@ def library(model: Model, kernels: Sequence[str] | None = None) -> dict[str, byt
 
 
 def default_prefix(robot: str, dtype: str) -> str:
-    """Return the prefix of a robot's package where none is asked for."""
+    """Return the default prefix of a package."""
     return f"{robot}f" if dtype == "float" else robot
 
 
 def model_digest(robot_file: str) -> str:
-    """Return what tells a model from another, as C writes it: 64 bits of a SHA-256.
+    """Return the digest of a model for C: 64 bits of a SHA-256.
 
     Args:
         robot_file: the SHA-256 of the canonical robot.toml, in hexadecimal digits.
@@ -168,27 +168,27 @@ def model_digest(robot_file: str) -> str:
 
 
 def write_package(tree: SourceTree, folder: str | Path) -> None:
-    """Write a package to a folder, whole or not at all; an older package there is replaced."""
+    """Write a package to a folder, completely or not at all; an older package is replaced."""
     write_folder(Path(folder), tree.files, "manifest.json")
 
 
 def robot_key(robot: Robot) -> str:
-    """Return what tells a robot from another: the first 64 bits of the SHA-256 of robot.toml."""
+    """Return the key of a robot: the first 64 bits of the SHA-256 of its robot.toml."""
     return hashlib.sha256(robot_toml(robot).encode()).hexdigest()[:16]
 
 
 @cache
 def _worst_case() -> Any:
-    """Return what calls take on a Cortex-M7, as tests/benchmarks/bench_instructions.py counted."""
+    """Return instructions and bytes on a Cortex-M7 (tests/benchmarks/bench_instructions.py)."""
     return tomllib.loads((resources.files("symgen.codegen") / "worst_case.toml").read_text("utf-8"))
 
 
 def runtime_source(path: str, gravity_input: bool) -> str:
-    """Return a file of the runtime in C, where NAME stands for the prefix.
+    """Return a file of the C runtime, with NAME in place of the prefix.
 
     Args:
-        path: in templates/c/runtime.
-        gravity_input: whether its functions take g as their last input.
+        path: path in templates/c/runtime.
+        gravity_input: whether its functions take g as the last input.
     """
     declared, given = (", const NAME_real *g", ", g") if gravity_input else ("", "")
     return rendered(f"c/runtime/{path}", gravity_input=gravity_input, G=declared, g=given)
@@ -234,7 +234,7 @@ class _Writer:
         return SourceTree(self.name, dict(sorted(files.items())))
 
     def render(self, template: str, **data: Any) -> str:
-        """Return a file: templates know the model, and what is given."""
+        """Render a template with the model and further values."""
         robot, base = self.model.robot, self.model.base
         return rendered(
             f"c/{template}",
@@ -255,7 +255,7 @@ class _Writer:
 
     @cached_property
     def runtime(self) -> tuple[str, ...]:
-        """The runtime's parts whose kernels are written: every column of their model."""
+        """Parts of the runtime whose kernels are written."""
         written = {k.name for k in self.kernels}
         model = self.model
         rubs = len(model.base.parameters) > model.inertial
@@ -299,7 +299,7 @@ class _Writer:
         out |= {f"{self.name}_{k['name']}.c": self.render("kernel.c", k=k) for k in kernels}
         plain = [f"{stem}{suffix}" for stem in self.runtime for suffix in (".h", ".c")]
         if any(k["needs_sincos"] for k in kernels):
-            plain.append(_SINCOS)  # private to the sources
+            plain.append(_SINCOS)  # not a public header
         for path in plain:
             source = runtime_source(path, robot.gravity_input)
             out[f"{self.name}_{path}"] = source.replace("NAME", self.name)
@@ -335,7 +335,7 @@ class _Writer:
         return out
 
     def describe(self, kernel: Kernel) -> dict[str, Any]:
-        """Return what the templates print of one kernel."""
+        """Return the data of a kernel for the templates."""
         robot, listed = self.model.robot, kernel.arguments
         macros = {real_symbol(g): f"{self.name}_geometry_{g}" for g, _ in robot.geometry}
         function = Printer(kernel, macros, robot.values(), self.dtype, self.name).function()
@@ -378,7 +378,7 @@ class _Writer:
         }
 
     def shape(self, name: str, size: int) -> str:
-        """Return what an input is, in words."""
+        """Describe an input."""
         if name == LINK:
             return (
                 f"number of a joint in robot.toml, 1 to {size}; with any other the function "
@@ -423,7 +423,7 @@ class _Writer:
         )
 
     def manifest(self, verified: Mapping[str, Any]) -> dict[str, Any]:
-        """Return what the package is, the proof of its parameters, and values to check it by."""
+        """Return the manifest: description, proof of the parameters, and check values."""
         robot, base = self.model.robot, self.model.base
         return {
             "schema": SCHEMA,
@@ -470,5 +470,5 @@ class _Writer:
 
 
 def _markdown(name: str) -> str:
-    """Return a free text as Markdown that shows it: no tag of HTML, no link, no cell of its own."""
+    """Escape a text for Markdown, so that it forms no HTML tag, link or table cell."""
     return re.sub(r"([\\`*\[\]|!])", r"\\\1", html.escape(name, quote=False))

@@ -1,8 +1,8 @@
-"""A kernel on panels: as many samples at once as a vector register holds, for the machine at hand.
+"""Kernels on panels: as many samples at once as a vector register of this machine holds.
 
-The same steps in the same order as the single call, on vectors instead of numbers; what depends on
-X alone stays a number. Compiled by gcc or clang with the flags of `runtime.flags`; a package keeps
-its plain loop.
+A panel has the steps of the single call in the same order, on vectors instead of numbers. Values
+that depend only on X stay numbers. gcc or clang compile panels with the flags of `runtime.flags`;
+packages use a plain loop.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from symgen.codegen.model import Model
 from symgen.files import rendered, templates
 from symgen.symbolic.tape import Steps, Values, real_symbol
 
-#: Entries of a sample's outputs beyond which panels would take too much of a thread's stack.
+#: Largest number of output entries of a sample; larger panels need too much stack.
 LARGEST = 1024
 
 
 def panelled(kernel: Kernel) -> bool:
-    """Whether a kernel has panels: arrays in, other arrays out, and not too many of them."""
+    """Whether a kernel has panels: array inputs, separate outputs, and not too many entries."""
     arrays = not any(a.plain or (a.read and a.written) for a in kernel.arguments)
     return arrays and kernel.batch and kernel.size <= LARGEST
 
 
 def panel_sources(model: Model, kernel: Kernel) -> dict[str, bytes]:
-    """Return the C of a kernel on panels, its header and what both need beside NAME.h."""
+    """Return C source and header of a kernel on panels, and other files that they need."""
     name = model.robot.name
     geometry = {real_symbol(g): f"{name}_geometry_{g}" for g, _ in model.robot.geometry}
     printer = _PanelPrinter(kernel, geometry, model.robot.values())
@@ -76,7 +76,7 @@ class _PanelPrinter(Printer):
         self.sampled = sampled
 
     def of_sample(self, expr: sp.Expr) -> bool:
-        """Whether a value differs from sample to sample."""
+        """Whether a value depends on the sample."""
         return bool(sp.sympify(expr).free_symbols & self.sampled)
 
     def step(self, symbol: sp.Symbol, expr: sp.Expr) -> str:
@@ -84,7 +84,7 @@ class _PanelPrinter(Printer):
         return f"const {kind} {symbol.name} = {self.expression(expr)};"
 
     def spread(self, expr: sp.Expr) -> str:
-        """Return a value as lanes."""
+        """Return a value as a vector."""
         written = self.expression(expr)
         return written if self.of_sample(expr) else f"lanes_all({written})"
 
@@ -92,11 +92,11 @@ class _PanelPrinter(Printer):
         return f"lanes_put(&{place}, {self.spread(result)}, stream);"
 
     def cleared(self, *_: Any) -> Iterator[str]:
-        """Store no zeros: buffers have them, and nobody else writes there."""
+        """Store no zeros: the buffers already contain them."""
         return iter(())
 
     def verdict(self) -> list[str]:
-        """Return the status: the bits of all samples, as NAME.h numbers them."""
+        """Return the status of all samples, as bits numbered by NAME.h."""
         if not self.kernel.guards:
             return []
         results = self.tape.outputs[: self.kernel.size]

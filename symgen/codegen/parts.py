@@ -1,7 +1,7 @@
-"""A long kernel in several functions: what compilers and code reviews bear in one piece.
+"""Split a long kernel into several functions, for compilers and code reviews.
 
-Statements keep their order. A value that a later part needs is stored in an array of the caller's
-and read there again, so that a part stays plain C with no state.
+Statements keep their order. A value that a later part needs is stored in an array of the caller, so
+parts have no state.
 """
 
 from __future__ import annotations
@@ -10,28 +10,28 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-#: Statements of one function at most.
+#: Largest number of statements of a function.
 LIMIT = 2000
 _WORD = re.compile(r"(?<![\w.])[A-Za-z_]\w*")
 _DEFINED = re.compile(r"const (\w+) (\w+) = ")
-_LOCAL = re.compile(r"(?:const )?\w+ (\w+)(?:\[\d+\])? = ")  # not handed on where no _DEFINED
+_LOCAL = re.compile(r"(?:const )?\w+ (\w+)(?:\[\d+\])? = ")  # local unless also _DEFINED
 _ANGLES = re.compile(r"\w+_angles(\d)")
 
 
 @dataclass(frozen=True)
 class Parts:
-    """The lines of a kernel's functions in order, and how many values they hand on."""
+    """The lines of the functions of a kernel, and the number of values passed between them."""
 
     parts: tuple[tuple[str, ...], ...]
     handed: int
 
 
 def in_parts(body: Sequence[str], arguments: Sequence[str]) -> Parts:
-    """Cut a body into functions of at most LIMIT statements; no parts where it is short enough.
+    """Split a body into functions of at most LIMIT statements; no parts if it is short enough.
 
     Args:
-        body: the lines of a kernel, one statement each.
-        arguments: the names of its inputs and outputs.
+        body: lines of a kernel, one statement each.
+        arguments: names of its inputs and outputs.
     """
     if len(body) <= LIMIT:
         return Parts((), 0)
@@ -47,7 +47,7 @@ def _cut(lines: Sequence[str], arguments: Sequence[str], size: int) -> Parts:
     groups: list[list[str]] = [[]]
     depth, held = 0, -1
     last = {word: at for at, line in enumerate(lines) for word in _WORD.findall(line)}
-    home: dict[str, tuple[int, str]] = {}  # in which part a value is defined, and its type
+    home: dict[str, tuple[int, str]] = {}  # value -> part that defines it, and type
     for at, line in enumerate(lines):
         if len(groups[-1]) >= size and depth == 0 and at > held:
             groups.append([])
@@ -58,7 +58,7 @@ def _cut(lines: Sequence[str], arguments: Sequence[str], size: int) -> Parts:
         elif (found := _LOCAL.match(line)) is not None:
             held = max(held, last[found[1]])
     used = [{word for line in group for word in _WORD.findall(line)} for group in groups]
-    place: dict[str, dict[str, str]] = {}  # where each number of a value that is handed on stands
+    place: dict[str, dict[str, str]] = {}  # value -> places of its numbers in the array
     handed = 0
     for name, (number, kind) in home.items():
         if any(name in words for words in used[number + 1 :]):
@@ -82,7 +82,7 @@ def _cut(lines: Sequence[str], arguments: Sequence[str], size: int) -> Parts:
 
 
 def _numbers(name: str, kind: str) -> list[str]:
-    """Return the numbers of a value: cosines, then sines, of several angles; else itself."""
+    """Return the numbers of a value: cosines, then sines, of several angles; else the value."""
     angles = _ANGLES.fullmatch(kind)
     if angles is None:
         return [name]

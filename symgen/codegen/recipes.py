@@ -1,6 +1,6 @@
-"""The kernels of a model: name, what it computes, and how its tape is derived.
+"""The table of kernels: name, description, and derivation of the tape.
 
-One table; a kernel is added by one entry here.
+A new kernel is one entry.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ from symgen.symbolic.tape import Tape
 
 @dataclass(frozen=True)
 class Subject:
-    """What a kernel is derived from."""
+    """Input of a derivation: robot and parameters."""
 
     robot: Robot
     base: BaseParameters
 
     @property
     def inertial(self) -> list[int]:
-        """Positions of the inertial base parameters among the standard ones."""
+        """Positions of the inertial base parameters among the standard parameters."""
         return [p.index for p in self.base.parameters if p.inertial]
 
     @property
     def linear(self) -> list[int]:
-        """Positions of the base parameters with a column among the standard ones."""
+        """Positions of the base parameters with a column among the standard parameters."""
         return [p.index for p in self.base.parameters[: self.base.linear]]
 
     @property
@@ -59,12 +59,12 @@ class Subject:
 
     @property
     def own(self) -> int:
-        """Number of inertial standard parameters: the first ones."""
+        """Number of inertial standard parameters, which come first."""
         return sum(p.inertial for p in self.base.standard)
 
     @property
     def friction(self) -> list[int]:
-        """Positions of those of friction and effects among the standard ones of these."""
+        """Positions of the base parameters of friction and effects among their standard ones."""
         return [i - self.own for i in self.linear if i >= self.own]
 
     @property
@@ -73,11 +73,11 @@ class Subject:
         return self.names[self.base.inertial :]
 
     def rows(self, count: int, kept: Sequence[int]) -> list[int]:
-        """Return the places of some columns of an (n, count) matrix, row-major."""
+        """Return the row-major indices of some columns of an (n, count) matrix."""
         return [j * count + i for j in range(self.robot.n) for i in kept]
 
     def entries(self, found: Any) -> list[sp.Expr]:
-        """Return the entries of what was derived, row-major, of movable joints alone.
+        """Return the row-major entries of a derivation, for movable joints only.
 
         Args:
             found: values or rows by joint, a list of entries, or several of these.
@@ -99,14 +99,14 @@ Recipe = Callable[[str, Subject], Kernel | None]
 def _of_tape(
     doc: str, outputs: str, derive: Callable[[Subject], Tape], *, batch: bool = True
 ) -> Recipe:
-    """Return the recipe of a kernel; what its tape has behind the outputs are guards.
+    """Return the recipe of a kernel; tape outputs after those of `outputs` are guards.
 
     Args:
-        doc: what it computes.
-        outputs: names with their shapes, "M n n; h n", where n is the number of joints, and
-            `links` and `p` are those of links and of base parameters.
-        derive: the program.
-        batch: whether there is a form for N samples.
+        doc: description.
+        outputs: names and shapes, "M n n; h n", with the numbers of joints `n`, of links `links`,
+            and of base parameters `p`.
+        derive: function that derives the tape.
+        batch: whether there is a version for N samples.
     """
 
     def recipe(name: str, s: Subject) -> Kernel:
@@ -141,7 +141,7 @@ def _of_plant(
 def _columns(
     name: str, doc: str, tape: Tape, names: tuple[str, ...], *lead: int, outputs: str = "out"
 ) -> Kernel:
-    """Return a kernel of columns, each of a parameter."""
+    """Return a kernel with one column for each parameter."""
     arrays = (Output(output, (*lead, len(names)), names) for output in outputs.split())
     return Kernel(name, doc, tape, tuple(arrays))
 
@@ -161,7 +161,7 @@ def _friction_torque(name: str, s: Subject) -> Kernel | None:
 
 
 def _slice(s: Subject) -> str:
-    """Return the part of X that goes with the columns of friction, as headers write it."""
+    """Return the part of X for the columns of friction, as text for headers."""
     return f"X[p_inertial..{s.base.linear if s.robot.loaded else 'p'})"
 
 
@@ -368,8 +368,8 @@ RECIPES: dict[str, Recipe] = {
         s.robot.n,
     ),
 }
-#: Kernels that a robot without friction or effects does not have.
+#: Kernels that only robots with friction or effects have.
 FRICTION = ("friction_power", "friction_torque")
-#: Kernels over standard parameters, which a package has on request.
+#: Kernels of standard parameters, written only on request.
 STANDARD = ("standard_energy_regressor", "standard_torque_regressor")
 ALL = tuple(name for name in RECIPES if name not in STANDARD)

@@ -1,8 +1,8 @@
-"""The order in which the steps of a tape are written: few values waiting at any time.
+"""Order the steps of a tape so that few values are live at any time.
 
-Compilers keep the order of a long straight line, and what its registers cannot hold goes to memory
-and back. A step that uses up a value as it makes one comes as soon as it can; all others keep the
-order of the derivation (Goodman and Hsu 1988, with one threshold).
+Compilers keep the order of long straight-line code and spill values that do not fit into registers.
+A step that does not increase the number of live values comes as early as possible. Other steps keep
+the order of the derivation (Goodman and Hsu 1988, with one threshold).
 """
 
 from __future__ import annotations
@@ -13,17 +13,17 @@ from symgen.symbolic.tape import Steps
 
 
 def scheduled(steps: Steps) -> Steps:
-    """Return the steps in an order in which each still follows what it needs."""
+    """Return the steps in a new order that respects their dependencies."""
     place = {symbol: i for i, (symbol, _) in enumerate(steps)}
     needs = [{place[s] for s in expr.free_symbols if s in place} for _, expr in steps]
     users: list[set[int]] = [set() for _ in steps]
     for i, needed in enumerate(needs):
         for k in needed:
             users[k].add(i)
-    lasting = [bool(u) for u in users]  # others are stored and gone
+    lasting = [bool(u) for u in users]  # other values are stored and not live
     missing = [len(needed) for needed in needs]
     ready = [i for i, count in enumerate(missing) if count == 0]
-    cheap: list[int] = []  # those of the ready that leave no more values than they found
+    cheap: list[int] = []  # ready steps that do not increase the number of live values
     done: set[int] = set()
 
     def weigh(i: int) -> None:

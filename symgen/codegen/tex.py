@@ -1,8 +1,8 @@
-r"""The model of a robot as a LaTeX document: tables, parameters and formulas to paste from.
+r"""Write the model of a robot as a LaTeX document: tables, parameters and formulas.
 
-A kernel whose closed form is short is printed in closed form, any other as the steps of its tape.
-Rows of formulas end at sums: a formula is text with a line break before each term of the outermost
-sum, where a row may end, and a tab before those of inner ones, where a long term may be broken.
+A kernel with a short closed form is printed in closed form, any other as the steps of its tape.
+Rows break at sums: the text of a formula has a line break before each term of the outermost sum,
+where a row may end, and a tab before terms of inner sums, where a long term may break.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from symgen.symbolic.friction import torque_tape
 from symgen.symbolic.kinematics import variables
 from symgen.symbolic.tape import Tape, real_symbol
 
-#: Kernels that are presented: title and text.
+#: Kernels in the document: title and text.
 _SECTIONS = {
     "energy_regressor": ("Energy regressor", "Columns $h(q, \\dot q)$ of the energy:"),
     "inverse_dynamics": ("Torques", "Torques of a motion, friction included:"),
@@ -33,8 +33,8 @@ _SECTIONS = {
     "coriolis": ("Coriolis matrix", "With $\\dot M - 2 C$ skew-symmetric:"),
     "gravity_torque": ("Gravity", "Torques that hold the arm at rest:"),
 }
-_CLOSED_ONLY = "coriolis"  # whose steps nobody reads
-_LETTERS = 66  # of a row at most: what the template's lines hold
+_CLOSED_ONLY = "coriolis"  # its steps are not printed
+_LETTERS = 66  # most characters in a row of the template
 _SILENT = re.compile(r"\\(d?dot|mathit|t?frac|operatorname|[lr]vert|qquad|quad|,)|[\\{}^_& ]")
 _GREEK = frozenset(
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi rho sigma tau phi "
@@ -45,7 +45,7 @@ _PREFIXES = (*names.LINK, names.ROTOR, names.COUPLING_INERTIA, *names.FRICTION.v
 _PARAMETER = re.compile(rf"({'|'.join(sorted(_PREFIXES, key=len, reverse=True))})(\d+|L)(R?)")
 _VARIABLE = {"q": "q", "qd": r"\dot q", "qdd": r"\ddot q", "tau": r"\tau"}
 _FUNCTIONS = {"log": "ln", "sign": "operatorname{sign}"}
-_FRACTION = 12  # denominators up to this are written as fractions, but for decimals
+_FRACTION = 12  # largest denominator of a printed fraction
 
 
 def tex_document(robot: Robot, base: BaseParameters, kernels: Sequence[Kernel]) -> str:
@@ -54,7 +54,7 @@ def tex_document(robot: Robot, base: BaseParameters, kernels: Sequence[Kernel]) 
     Args:
         robot: the mechanism.
         base: its base parameters.
-        kernels: whose formulas may be printed.
+        kernels: kernels whose formulas may be printed.
 
     Raises:
         RobotError: gravity is an input.
@@ -64,14 +64,14 @@ def tex_document(robot: Robot, base: BaseParameters, kernels: Sequence[Kernel]) 
 
 
 def regroupings(robot: Robot, base: BaseParameters) -> str:
-    """Return the formulas of the base parameters, in dollars, as notebooks show LaTeX."""
+    """Return the formulas of the base parameters as LaTeX in dollars, for notebooks."""
     document = _Document(robot, base)
     rows = [row for p in base.parameters for row in document.regrouping(p)]
     return "$$\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}$$"
 
 
 class Words:
-    """The LaTeX of the symbols of a document; two never look the same."""
+    """LaTeX of the symbols of a document; each symbol is unique."""
 
     def __init__(self, robot: Robot, base: BaseParameters) -> None:
         self._words: dict[str, str] = {}
@@ -86,7 +86,7 @@ class Words:
             self._put(name, *_identifier(name))
 
     def __getitem__(self, name: str) -> str:
-        """Return a symbol's LaTeX; steps are known from their first use."""
+        """Return the LaTeX of a symbol; the first use of a step defines it."""
         if name not in self._words:
             self._put(name, *_identifier(name))
         return self._words[name]
@@ -105,7 +105,7 @@ class Words:
         return " ".join(self.sum(formula, alone=True).split())
 
     def sum(self, formula: Formula, alone: bool = False) -> str:
-        """Return a sum, each term but the first behind a place to break it."""
+        """Return a sum with a possible break before each term but the first."""
         single, space = alone and len(formula.products) == 1, "\n" if alone else "\t"
         out = "".join(
             f"{space}{'-' if p.number < 0 else '+'} {self.product(p, single and not p.factors)}"
@@ -114,7 +114,7 @@ class Words:
         return re.sub(r"^\s(\+ |(-) )", r"\2", out) or "0"
 
     def product(self, product: Product, decimal: bool = False) -> str:
-        """Return a product without its sign."""
+        """Return the absolute value of a product."""
         number = abs(product.number)
         under = [f for f in product.factors if f.power < 0]
         if number.is_Rational and (
@@ -131,7 +131,7 @@ class Words:
             if out and written[0].isdigit():
                 between = r" \cdot "
             elif out and re.match(r"[A-Za-z]{2}|\\mathit", written):
-                between = r" \, "  # between words of several letters
+                between = r" \, "  # between symbols of several letters
             out += between + written
         return out
 
@@ -156,7 +156,7 @@ class Words:
 
 
 def _rows(left: str, right: str) -> list[str]:
-    r"""Return `left = right` as rows of an align, none much longer than a line."""
+    r"""Return `left = right` as rows of an align, each about one line long."""
     rows, row, room = [], "", _LETTERS - _letters(left)
     for term in right.split("\n"):
         for part in term.split("\t") if _letters(term) > room else [term.replace("\t", " ")]:
@@ -173,12 +173,12 @@ def _letters(tex: str) -> int:
 
 
 def _parameter(name: str) -> tuple[str, str]:
-    """Return letter and index of a standard or base parameter: ZZ1R gives ZZ_{1R}, IA3 Ia_3."""
+    """Return letter and index of a parameter: ZZ1R gives ZZ_{1R}, IA3 gives Ia_3."""
     match = _PARAMETER.fullmatch(name)
     if match is None:
         return _identifier(name)
     prefix, number, regrouped = match.groups()
-    if prefix not in names.LINK:  # the field writes Ia, Fs, Fv
+    if prefix not in names.LINK:  # the literature writes Ia, Fs, Fv
         prefix = prefix.capitalize()
     return prefix, _subscript(number + regrouped)
 
@@ -206,7 +206,7 @@ def _escaped(name: str) -> str:
 
 
 def _number(value: sp.Expr, decimal: bool) -> str:
-    """Return a positive number: small fractions as such, others as a robot file writes them."""
+    """Write a positive number: small fractions as fractions, others as in a robot file."""
     written = text(value)
     if (
         value.is_Rational
@@ -257,7 +257,7 @@ class _Document:
         return f"${self.words[f'X_{name}']}$"
 
     def row(self, joint: Joint) -> str:
-        """Return a line of the table of geometry, the joint variable where it belongs."""
+        """Return a row of the geometry table, with the joint variable."""
         cells: list[object] = [joint.number, joint.sigma, joint.antecedent]
         for key in ("gamma", "b", "alpha", "d", "theta", "r"):
             value = getattr(joint, key)
@@ -272,7 +272,7 @@ class _Document:
         return " & ".join(map(str, cells))
 
     def drives(self) -> Iterator[str]:
-        """Describe couplings and the payload, a sentence each."""
+        """Describe couplings and payload, in one sentence each."""
         for c in self.robot.couplings:
             j, k = (_subscript(str(i)) for i in (c.first, c.second))
             rotor, *friction = (
@@ -297,7 +297,7 @@ class _Document:
         return self.words.rows(self.words[f"X_{p.name}"], Formula(tuple(products)))
 
     def friction(self) -> list[str]:
-        """Return the torque of friction on each joint."""
+        """Return the friction torque of each joint."""
         tape = torque_tape(self.robot)
         first = sum(s.inertial for s in self.base.standard)
         rubbing = [s for s in self.base.standard[first:] if not s.load]
@@ -316,7 +316,7 @@ class _Document:
         return out
 
     def section(self, kernel: Kernel) -> Iterator[dict[str, Any]]:
-        """Yield what is printed of a kernel, if anything."""
+        """Yield the text of a kernel, if it has any."""
         forms = closed_form(kernel.tape)
         if forms is None and kernel.name == _CLOSED_ONLY:
             return

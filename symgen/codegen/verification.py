@@ -1,4 +1,4 @@
-"""Seeded points of every kernel, what 50 digits give there, and the program that compares."""
+"""Check values of every kernel: seeded points, and outputs computed with 50 digits."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from symgen.symbolic.tape import Numbers
 DIGITS = 50
 SEED = 1988
 POINTS = 4
-#: Largest error that a compiled kernel may show, over its largest entry at any of the points.
+#: Largest accepted error of a compiled kernel, relative to its largest entry at all points.
 TOLERANCE = {"double": 1e-13, "float": 2e-5}
 
 
 def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
-    """Return points (name of each input: values) and expected outputs of each kernel."""
+    """Return the points (input -> values) and the expected outputs of each kernel."""
     import mpmath
 
     draw = random.Random(SEED)
@@ -51,17 +51,17 @@ def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
 def checked_kernel(
     prefix: str, kernel: Kernel, entry: Mapping[str, Any], dtype: str
 ) -> dict[str, Any]:
-    """Return what the template of NAME_check.c prints of a kernel.
+    """Return the data of a kernel for the template of NAME_check.c.
 
     Args:
-        prefix: of the package.
-        kernel: one of the package.
+        prefix: prefix of the package.
+        kernel: kernel of the package.
         entry: its points and expected values, from `verification`.
         dtype: double or float.
     """
     inputs, words = [], []
     for a in kernel.arguments:
-        given = f"{a.name}_in" if a.written else a.name  # copied first, if it is changed in place
+        given = f"{a.name}_in" if a.written else a.name  # a copy, if it is changed in place
         first = f"{given}[i]"
         words.append(a.name if a.written else f"{first}[0]" if a.plain else first)
         if a.read:
@@ -92,13 +92,13 @@ def checked_kernel(
 
 
 def physical_parameters(model: Model, draw: random.Random, error: float = 0.0) -> list[float]:
-    """Return base parameters X of a robot that could exist: solid links, positive friction.
+    """Return base parameters of a physically possible robot: solid links, positive friction.
 
     Args:
         model: from `derive`.
-        draw: where the numbers come from.
-        error: of all that belongs to a joint and its link, relative: too large where the number of
-            the joint is odd, too small where it is even, so that the robot still could exist.
+        draw: random numbers.
+        error: relative error of all parameters of a joint and its link, positive for odd joint
+            numbers and negative for even ones, so that the robot stays physically possible.
     """
     standard: dict[str, float] = {}
     for parameter in model.base.standard:
@@ -115,7 +115,7 @@ def physical_parameters(model: Model, draw: random.Random, error: float = 0.0) -
 
 
 def _solid(draw: random.Random) -> dict[str, float]:
-    """Return a point-symmetric body with its centre off the origin."""
+    """Return a point-symmetric body whose centre is not at the origin."""
     mass = draw.uniform(1.0, 3.0)
     c = [draw.uniform(-0.2, 0.2) for _ in range(3)]
     own = draw.uniform(0.05, 0.2) + mass * sum(x * x for x in c)
@@ -126,10 +126,10 @@ def _solid(draw: random.Random) -> dict[str, float]:
 def evaluate(
     kernel: Kernel, model: Model, point: Mapping[str, Sequence[float]], digits: int
 ) -> list[Any]:
-    """Evaluate a kernel with many digits (mpmath); the point's numbers are taken as written.
+    """Evaluate a kernel with many digits (mpmath).
 
     Returns:
-        One mpmath number for every scalar of the outputs, guards left out.
+        One mpmath number for each entry of the outputs, without guards.
     """
     arithmetic, number = _arithmetic(model.robot, digits)
     inputs = {name: [number(repr(v)) for v in values] for name, values in point.items()}
@@ -143,7 +143,7 @@ def evaluate(
 
 @lru_cache(maxsize=4)
 def _arithmetic(robot: Robot, digits: int) -> tuple[Numbers, Callable[[str], Any]]:
-    """Return arithmetic with many digits, which keeps a robot's constants, and its numbers."""
+    """Return arithmetic with many digits, and its number type; it caches the robot's constants."""
     import mpmath
 
     context = mpmath.mp.clone()

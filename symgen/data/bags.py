@@ -1,7 +1,7 @@
-"""Logs as ROS messages: MCAP files and ROS 2 bags with sensor_msgs/msg/JointState.
+"""Read logs from MCAP files and ROS 2 bags with messages sensor_msgs/msg/JointState.
 
-rosbags reads both, and old bags of SQLite; it is optional: `pip install 'symgen[ros]'`. It runs in
-a process of its own, whose memory and time are bounded by the size of the file.
+The library rosbags reads both, and bags in SQLite: `pip install 'symgen[ros]'`. It runs in its own
+process; limits on memory and time follow from the size of the file.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _SUFFIXES = (".mcap", ".db3")
 
 
 class _Message(NamedTuple):
-    """One message: stamp in ns, and values by field, (m,) each, for `names`."""
+    """One message: time stamp in ns, and field -> values (m,) of the joints `names`."""
 
     stamp: int
     names: list[str]
@@ -38,31 +38,31 @@ class _Message(NamedTuple):
 
     @classmethod
     def of(cls, m: Any) -> _Message:
-        """Return a message that rosbags has decoded."""
+        """Convert a message of rosbags."""
         stamp = int(m.header.stamp.sec) * 10**9 + int(m.header.stamp.nanosec)
         return cls(stamp, list(m.name), m.position, m.velocity, m.effort)
 
 
 def is_bag(path: Path) -> bool:
-    """Whether a path is an MCAP file, the file of a bag, or the folder of one."""
+    """Whether a path is an MCAP file, a bag file, or a bag folder."""
     return (path / "metadata.yaml").is_file() if path.is_dir() else path.suffix.lower() in _SUFFIXES
 
 
 def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool) -> Raw:
     """Read the joint states of an MCAP file or a ROS 2 bag.
 
-    t is the stamp in the header, in s from the first. Messages in another order than their stamps
-    are sorted, repeated ones left out, and those of other joints too; the notes say so.
+    t is the stamp in the header, in s from the first message. Messages are sorted by stamp;
+    repeated messages and messages of other joints are dropped. The notes of the log say so.
 
     Args:
         path: the file or folder.
-        reading: the topic, the names of the joints in the messages, and which field is what.
-        names: what the robot calls its movable joints, used where reading has no names.
+        reading: topic, joint names in the messages, and meaning of the fields.
+        names: names of the movable joints of the robot, used if `reading` has none.
         currents: whether a field may hold currents (reading.columns {"i": "effort"}).
 
     Raises:
-        LogError: rosbags is missing, the bag is damaged or takes more memory or time than it is
-            worth, or its messages are not those of the robot's joints.
+        LogError: rosbags is missing, the bag is damaged or exceeds the limits, or its messages do
+            not contain the joints of the robot.
     """
     fields = _fields(reading, currents)
     if find_spec("rosbags") is None:
@@ -73,11 +73,11 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
 def read_joint_states(
     path: Path, fields: Mapping[str, str], reading: Reading, names: Sequence[str]
 ) -> Raw:
-    """Read the joint states of a bag in this process, whatever memory that takes.
+    """Read the joint states of a bag in this process, without limits.
 
     Args:
         path, reading, names: as for `read_bag`.
-        fields: the field of a message that each of our arrays comes from.
+        fields: array of the log -> field of the message.
 
     Raises:
         LogError: as `read_bag`.
@@ -100,7 +100,7 @@ def read_joint_states(
         array = _array(role, field, rows)
         if array is not None:
             arrays[role] = array
-    again = np.append(False, np.diff(stamps) == 0)  # the message before once more
+    again = np.append(False, np.diff(stamps) == 0)  # a repetition of the previous message
     for k in np.flatnonzero(again):
         if not all(np.array_equal(x[k], x[k - 1], equal_nan=True) for x in arrays.values()):
             what = f"two messages of {stamps[k] * 1e-9:.6f} s differ"
@@ -123,7 +123,7 @@ def read_joint_states(
 
 
 def _fields(reading: Reading, currents: bool) -> dict[str, str]:
-    """Return the field of a message that each of our arrays comes from."""
+    """Return array of the log -> field of the message."""
     known = tuple(_FIELDS.values())
     for ours, theirs in reading.columns.items():
         if ours not in ("q", "qd", "tau", "i") or theirs not in known:
@@ -138,15 +138,15 @@ def _fields(reading: Reading, currents: bool) -> dict[str, str]:
 
 @contextmanager
 def _opened(path: Path, topic: str) -> Iterator[tuple[int, Iterator[_Message]]]:
-    """Open a bag at the only topic with joint states, or at a given one.
+    """Open a bag at a topic, by default the only one with joint states.
 
     Yields:
-        How many messages the bag says that it has, and the messages.
+        The number of messages that the bag announces, and the messages.
     """
     from rosbags.rosbag2 import Reader
     from rosbags.typesys import Stores, get_typestore
 
-    # The definition of JointState is the same in every ROS 2, so that any store will do.
+    # JointState has the same definition in every ROS 2, so any store works.
     store = get_typestore(Stores.ROS2_HUMBLE)
     try:
         with Reader(path) as bag:
@@ -163,7 +163,7 @@ def _opened(path: Path, topic: str) -> Iterator[tuple[int, Iterator[_Message]]]:
             yield announced, (_Message.of(store.deserialize_cdr(data, _TYPE)) for data in raw)
     except (LogError, MemoryError):
         raise
-    except Exception as error:  # a damaged bag raises one of a dozen kinds
+    except Exception as error:  # a damaged bag can raise any exception
         refuse(f"cannot be read: {str(error)[:200] or type(error).__name__}", _ACCEPTED)
 
 
@@ -181,7 +181,7 @@ def _topic(asked: str, topics: list[str], every: list[str]) -> str:
 
 
 def _joints(asked: Sequence[str], own: Sequence[str], found: Sequence[_Message]) -> list[str]:
-    """Return the names in the messages of the robot's joints, in the robot's order."""
+    """Return the message names of the robot's joints, in the order of the robot."""
     present = list(dict.fromkeys(name for m in found for name in m.names))
     listed = ", ".join(present[:24]) or "none"
     how = "--joints with the names in the robot's order, separated by commas"
@@ -200,7 +200,7 @@ def _joints(asked: Sequence[str], own: Sequence[str], found: Sequence[_Message])
 
 
 def _orders(messages: Sequence[_Message], joints: list[str]) -> list[list[int]]:
-    """Return where each message has the robot's joints."""
+    """Return the positions of the robot's joints in each message."""
     known: dict[tuple[str, ...], list[int]] = {}
     for m in messages:
         names = tuple(m.names)
@@ -217,7 +217,7 @@ def _orders(messages: Sequence[_Message], joints: list[str]) -> list[list[int]]:
 
 
 def _row(m: _Message, field: str, order: list[int]) -> FloatArray:
-    """Return one field for the robot's joints, (n,), or (0,) where the message has it empty."""
+    """Return one field for the robot's joints, (n,), or (0,) if it is empty in the message."""
     values: FloatArray = getattr(m, field)
     if len(values) == 0:
         return values
@@ -228,7 +228,7 @@ def _row(m: _Message, field: str, order: list[int]) -> FloatArray:
 
 
 def _array(role: str, field: str, rows: list[FloatArray]) -> FloatArray | None:
-    """Return (N, n) of a field; None where no message has it, or it is NaN throughout."""
+    """Return a field as (N, n); None if no message has it, or all values are NaN."""
     have = [len(row) > 0 for row in rows]
     if not any(have):
         return None
@@ -237,7 +237,7 @@ def _array(role: str, field: str, rows: list[FloatArray]) -> FloatArray | None:
         what = f"{sum(have)} of {len(rows)} messages have {field} ({role}), the one {k} has not"
         refuse(what, f"{field} in every message, or in none")
     array = np.array(rows)
-    # ros2_control publishes NaN for what a joint does not measure.
+    # ros2_control publishes NaN for quantities that a joint does not measure.
     return None if np.isnan(array).all() else array
 
 
@@ -253,9 +253,9 @@ def trajectory_bag(
     """Return an MCAP file with one trajectory_msgs/msg/JointTrajectory on /joint_trajectory.
 
     Args:
-        names: of the joints.
+        names: names of the joints.
         motion: time from the start (N,), s, and q, qd, qdd, (N, n) each.
-        delay: before the first point, s.
+        delay: time before the first point, s.
 
     Raises:
         LogError: rosbags is missing.

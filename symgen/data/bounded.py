@@ -1,7 +1,7 @@
-"""A log read in a process of its own, which may take so much memory, time and disk and no more.
+"""Read a log in a separate process with limits on memory, time and disk.
 
-Libraries unpack what a bag holds before anybody can look at its size: a chunk of 34 kB to 1 GB, ten
-lines of YAML to 10^9 words, a column that SQLite computes. What a process takes has a bound.
+Libraries unpack a bag before its size is known: a chunk of 34 kB can become 1 GB, ten lines of YAML
+10^9 words, and SQLite can compute a column. Limits on a process stop all of these.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ import numpy as np
 from symgen.data.raw import Raw, refuse
 from symgen.errors import LogError
 
-#: Bytes of memory, and of a file that is unpacked: at least, and for each byte on the disk. Where a
-#: robot rests, ten bytes of a packed bag are a message, which takes 2 kB.
+#: Limit on memory and unpacked files, bytes: minimum, and for each byte on the disk. In a bag of a
+#: robot at rest, ten bytes can be a message that takes 2 kB.
 _LEAST, _TIMES = 1 << 30, 200
-#: Seconds of computing: at least, and for each byte on the disk.
+#: Limit on processor time, s: minimum, and for each byte on the disk.
 _SECONDS, _SECONDS_A_BYTE = 20.0, 2e-5
-_PATIENCE = 10  # times that by the clock, since a machine may be busy
+_PATIENCE = 10  # elapsed time over processor time, on a busy machine
 _PROGRAM = (
     "import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); "
     "from symgen.data import bounded; bounded.answer()"
@@ -35,26 +35,27 @@ _PROGRAM = (
 
 
 def read_bounded(read: Callable[..., Raw], path: Path, *given: object) -> Raw:
-    """Return what a function of a module returns for a path, called in a process of its own.
+    """Call a function of a module for a path in a separate process, and return its result.
 
-    The bounds are those of POSIX (of memory, those of Linux): on Windows time alone is bounded.
+    Memory is limited on Linux, processor time and files on POSIX. On Windows only the elapsed time
+    is limited.
 
     Args:
         read: the function.
-        path: the file, or the folder.
-        given: what it is called with beside the path.
+        path: the file or folder.
+        given: further arguments.
 
     Raises:
-        LogError: as the function does, or the process took more than it may.
+        LogError: the function raised it, or the process exceeded a limit.
     """
     parts = path.rglob("*") if path.is_dir() else (path,)
     size = sum(part.stat().st_size for part in parts if part.is_file())
     memory, seconds = _LEAST + _TIMES * size, round(_SECONDS + _SECONDS_A_BYTE * size)
-    # Nothing in it is of the file. What comes back is, and is no pickle.
+    # The question has no content of the file. The answer has, so it is not a pickle.
     question = pickle.dumps([p for p in sys.path if p])
     question += pickle.dumps((read, path, given, memory, seconds))
     with tempfile.TemporaryDirectory(prefix="symgen-", ignore_cleanup_errors=True) as folder:
-        # What is unpacked to the disk goes with the folder, even where the process is killed.
+        # Removing the folder removes all unpacked files, even if the process is killed.
         environment = {**os.environ, "TMPDIR": folder, "OPENBLAS_NUM_THREADS": "1"}
         try:
             done = subprocess.run(
@@ -78,7 +79,7 @@ def read_bounded(read: Callable[..., Raw], path: Path, *given: object) -> Raw:
 
 
 def answer() -> None:
-    """Read the question on standard input, call the function, and write what it returns."""
+    """Read the question on standard input, call the function, and write its result."""
     read, path, given, memory, seconds = pickle.load(sys.stdin.buffer)
     _bound(memory, seconds)
     arrays: Mapping[str, Any] = {}
@@ -95,7 +96,7 @@ def answer() -> None:
 
 
 def _bound(memory: int, seconds: int) -> None:
-    """Take no more than so many bytes and seconds from now on."""
+    """Limit memory and processor time of this process from now on."""
     try:
         import resource
     except ImportError:  # Windows

@@ -1,10 +1,9 @@
-"""Names that a file gives to the columns of a log: by the user, or by its recorder.
+"""Match the column names of a file, given by the user or by a recorder, to those of a log.
 
-A recorder has names of its own, matched by the words and joints in them:
-`panda_joint1_position`, `pos_1`, `/joint_states/elbow/effort`, `tau_0 [Nm]`: a joint, by the name
-that the robot file gives it or by a number, and a word for what was measured. Columns that differ
-in the joint alone make a pattern, `*_position`. A role with one pattern that has all joints is
-matched, and said; with two it is refused: nothing is guessed.
+Names of recorders contain a joint and a word for the quantity: `panda_joint1_position`, `pos_1`,
+`/joint_states/elbow/effort`, `tau_0 [Nm]`. The joint is a number or a name in the robot file.
+Columns that differ only in the joint form a pattern, `*_position`. symgen matches a role that has
+exactly one pattern with all joints, and reports it. It refuses a role with two: it does not guess.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from symgen.data.raw import NUMBERED, Wanted, refuse
 from symgen.errors import LogError, plain
 from symgen.files import load_toml
 
-#: How the command begins that holds joints still; a command line puts its own file in.
+#: Start of the command that fixes joints; the command line inserts the file.
 IMPORT = "symgen import FILE "
 _ACCEPTED = "ours=theirs separated by commas, such as t=time,q1=shoulder_pos, or a .toml file"
 _WORDS = {
@@ -28,22 +27,22 @@ _WORDS = {
 }
 _TIMES = {"t", "time", "timestamp", "stamp"}
 _SECONDS = {"s", "sec", "secs", "seconds", "header"}
-#: What was asked of the joint, and not measured.
+#: Words for commanded quantities, which were not measured.
 _ASKED = set("d des desired target command commanded cmd reference ref goal setpoint error".split())
 _FOREIGN = set("deg degree degrees rpm ms us ns mm mnm ma percent".split())  # units
 _TOKEN = re.compile(r"[A-Za-z]+|[0-9]+")
-#: Columns by joint (its place in the robot), of one pattern.
+#: Position of a joint in the robot -> column, for one pattern.
 Pattern = dict[int, str]
 
 
 def columns_from(text: str) -> dict[str, str]:
-    """Return the names in a file by ours, as `Reading.columns` takes them.
+    """Return log column -> column of the file, for `Reading.columns`.
 
     Args:
         text: "t=time,q1=shoulder_pos", or the path of a TOML file with a table [columns].
 
     Raises:
-        LogError: the text or the file is not such a map.
+        LogError: the text or the file has another form.
     """
     if text.endswith(".toml"):
         return _from_file(Path(text))
@@ -74,12 +73,12 @@ def _from_file(path: Path) -> dict[str, str]:
 
 
 def another_number(joints: int, n: int, names: Sequence[str] = ()) -> tuple[str, str]:
-    """Return what is wrong with a log of another number of joints than its robot, and what is not.
+    """Return error text and accepted input for a log with the wrong number of joints.
 
     Args:
         joints: number of joints in the log.
         n: number of movable joints of the robot.
-        names: what the robot calls them, in order.
+        names: names of the movable joints, in order.
     """
     count = f"{joints} joint{'s' if joints > 1 else ''}"
     what, accepted = f"the log has {count}, the robot has {n}", "one q and tau per movable joint"
@@ -90,7 +89,7 @@ def another_number(joints: int, n: int, names: Sequence[str] = ()) -> tuple[str,
 
 
 def held_still(joints: Sequence[str]) -> str:
-    """Return the command that takes joints out of an imported robot."""
+    """Return the command that fixes joints of an imported robot."""
     fixes = " ".join(f"--fix {plain(joint)}" for joint in joints)
     return f"joints without columns held still: {IMPORT}{fixes} --into robot.toml"
 
@@ -101,23 +100,23 @@ def matched(
     patterns: Mapping[str, str],
     wanted: Wanted,
 ) -> tuple[list[str], tuple[str, ...]]:
-    """Rename columns of a recorder to ours; those that already have our names stay.
+    """Rename columns of a recorder to those of a log; columns with log names stay.
 
     Args:
-        file: its name.
-        names: of its columns.
-        patterns: given ones, {"q": "*_position"}, where * is the joint.
-        wanted: by which robot.
+        file: name of the file.
+        names: its column names.
+        patterns: patterns from the user, {"q": "*_position"}, where * is the joint.
+        wanted: the robot and the columns to read.
 
     Returns:
-        The names, and what was matched in a line, or nothing.
+        The new names, and one line that reports the matches, or none.
 
     Raises:
         LogError: a role has several patterns, or lacks columns of joints.
     """
     own = {match[1] for name in names if (match := NUMBERED.fullmatch(name))}
     if not patterns and "t" in names and "q" in own and own & {"tau", "i"}:
-        return list(names), ()  # ours; what else it has is not looked at
+        return list(names), ()  # log names; other columns are ignored
     ours: dict[str, str] = {}
     said = []
     if "t" not in names and (time := _time(names)) is not None:
@@ -145,7 +144,7 @@ def matched(
 
 
 def _time(names: Sequence[str]) -> str | None:
-    """Return the one column that is a time in s, or None."""
+    """Return the only time column in s, or None."""
     found = []
     for name in names:
         tokens = {token.lower() for token in _TOKEN.findall(name)}
@@ -162,7 +161,7 @@ def _shown(name: str) -> str:
 
 
 def _role(rest: str) -> str | None:
-    """Return what was measured, by the words of a name without its joint; None if unclear."""
+    """Return the quantity from a column name without its joint; None if unclear."""
     tokens = {token.lower() for token in _TOKEN.findall(rest)}
     if tokens & (_ASKED | _FOREIGN):
         return None
@@ -171,7 +170,7 @@ def _role(rest: str) -> str | None:
 
 
 def _found(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str, Pattern]:
-    """Return the one pattern of a role with its columns, by joint; none where there is none."""
+    """Return the only pattern of a role with its columns by joint, if there is one."""
     joints, n = wanted.joints, wanted.n
     named = _by_name(names, role, joints)
     whole = {p: c for p, c in named.items() if len(c) == len(joints)}
@@ -191,7 +190,7 @@ def _found(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str, Patter
 
 
 def _by_name(names: Sequence[str], role: str, joints: Sequence[str]) -> dict[str, Pattern]:
-    """Return the patterns of a role in which columns have names of the robot's joints."""
+    """Return the patterns of a role whose columns contain names of the robot's joints."""
     out: dict[str, Pattern] = {}
     longest = sorted((j for j in joints if j), key=len, reverse=True)
     if not longest:
@@ -209,9 +208,9 @@ def _by_name(names: Sequence[str], role: str, joints: Sequence[str]) -> dict[str
 
 
 def _by_number(names: Sequence[str], role: str, n: int | None) -> dict[str, Pattern]:
-    """Return the patterns in which numbers run from 0 or from 1 without gaps.
+    """Return the patterns whose numbers run from 0 or from 1 without gaps.
 
-    Of a robot with one joint, a column may have no number at all.
+    For a robot with one joint, a column needs no number.
     """
     out: dict[str, Pattern] = {}
     for name in names:
@@ -233,7 +232,7 @@ def _by_number(names: Sequence[str], role: str, n: int | None) -> dict[str, Patt
 
 
 def _asked(names: Sequence[str], role: str, pattern: str, wanted: Wanted) -> Pattern:
-    """Return the columns of a pattern that was given."""
+    """Return the columns of a pattern from the user."""
     joints = wanted.joints
     count = wanted.n or sum(pattern.replace("*", str(k)) in names for k in range(1000))
     keys = [dict(enumerate(joints))] if joints and all(joints) else []

@@ -1,4 +1,4 @@
-"""Convolutions of long signals with short weights: those of a low-pass, and of a spline's slope."""
+"""Convolution of long signals with short weights: a low-pass filter, and a spline derivative."""
 
 from __future__ import annotations
 
@@ -10,17 +10,18 @@ import numpy.typing as npt
 
 from symgen.data.raw import FloatArray
 
-#: Transforms of weights.
+#: Fourier transforms of weights.
 Spectrum = npt.NDArray[np.complex128]
-#: Samples after which a sample has no part in the interpolating spline: 0.43**64.
+#: Range of a sample in the interpolating spline: 0.43**64 is below rounding.
 CARDINAL = 64
-_CIRCLE = 4096  # samples that are transformed at once, at least
+_CIRCLE = 4096  # smallest number of samples in one transform
 
 
 def circle(samples: int, length: int) -> int:
-    """Return the size of the transforms that convolve a signal with 2 length + 1 weights.
+    """Return the transform size for the convolution of a signal with 2 length + 1 weights.
 
-    One for a short signal; for a long one many that stay in a cache, with an overlap of a quarter.
+    A short signal takes one transform. A long one takes many that fit into a cache, with a quarter
+    of overlap.
     """
     from scipy.fft import next_fast_len
 
@@ -31,15 +32,15 @@ def circle(samples: int, length: int) -> int:
 def convolved(
     x: FloatArray, gains: Sequence[Spectrum], length: int, size: int
 ) -> Iterator[FloatArray]:
-    """Yield the samples of convolutions that `length` samples of x on either side reach.
+    """Yield the valid samples of convolutions, by overlap-save (Stockham 1966).
 
-    Circle by circle, of each of which the inner samples are right (overlap-save; Stockham 1966).
+    A sample is valid if x has `length` samples on both sides of it.
 
     Args:
         x: (N,).
-        gains: transforms of the weights on a circle of `size` samples, as of `gain_of`.
-        length: samples that weights reach to either side.
-        size: of the circles.
+        gains: transforms of the weights, of `size` samples, from `gain_of`.
+        length: number of weights on each side.
+        size: size of the transforms.
     """
     count, apart = len(x) - 2 * length, size - 2 * length
     if len(x) <= size:
@@ -58,13 +59,13 @@ def convolved(
 
 @lru_cache(maxsize=32)
 def gain_of(step: float, cutoff: float, length: int, size: int) -> Spectrum:
-    """Return the transform of the impulse response, of a circle of `size` samples."""
+    """Return the transform of the impulse response of `lowpass`, of `size` samples."""
     return _transform(lowpass_weights(step, cutoff, length), size)
 
 
 @lru_cache(maxsize=32)
 def slope_gain(step: float, size: int) -> Spectrum:
-    """Return the transform of the spline's slope, of a circle of `size` samples."""
+    """Return the transform of the spline derivative, of `size` samples."""
     return _transform(cardinal_slope(), size) / step
 
 
@@ -75,7 +76,7 @@ def _transform(weights: FloatArray, size: int) -> Spectrum:
 
 
 def lowpass_weights(step: float, cutoff: float, length: int) -> FloatArray:
-    """Return the impulse response of `lowpass` at -length .. length steps, of sum 1.
+    """Return the impulse response of `lowpass` at -length .. length steps; its sum is 1.
 
     h(t) = sum over the poles w_k = 2 pi fc exp(i pi (2k + 1)/8), k = 0..3, of -i w_k/8 exp(i w_k t)
     is the inverse transform of 1 / (1 + (w / 2 pi fc)**8).
@@ -89,16 +90,17 @@ def lowpass_weights(step: float, cutoff: float, length: int) -> FloatArray:
 
 @cache
 def cardinal_slope() -> FloatArray:
-    """Return what one sample adds to the slope of the spline at those around it."""
+    """Return the contribution of one sample to the spline derivative at its neighbours."""
     impulse = np.zeros(4 * CARDINAL + 1)
     impulse[2 * CARDINAL] = 1.0
     return spline_slope(impulse)[CARDINAL : 3 * CARDINAL + 1]
 
 
 def spline_slope(x: FloatArray) -> FloatArray:
-    """Return the derivative of the interpolating spline by the number of the sample.
+    """Return the derivative of the interpolating spline with respect to the sample number.
 
-    Of degree five, or what few samples allow, with the knots of SciPy's `make_interp_spline`.
+    The degree is five, or less for few samples. The knots are those of SciPy's
+    `make_interp_spline`.
     """
     degree = max(k for k in (1, 3, 5) if k < max(len(x), 2))
     return np.tensordot(_slopes(len(x), degree), x, 1)
@@ -106,13 +108,13 @@ def spline_slope(x: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=8)
 def _slopes(count: int, degree: int) -> FloatArray:
-    """Return what takes samples to the slopes of their spline, (count, count).
+    """Return the matrix from samples to the derivatives of their spline, (count, count).
 
-    The basis is that of Cox and de Boor; no knot lies at the samples next to the ends.
+    The basis is that of Cox and de Boor. No knot lies at the samples next to the ends.
     """
     at, beside, outer = np.arange(count), (degree + 1) // 2, np.arange(degree + 1)
     knots = np.concatenate([outer - degree, at[beside:-beside], count - 1 + outer]).astype(float)
-    inside = np.minimum(at, count - 1.5)[:, None]  # the last sample ends the interval before it
+    inside = np.minimum(at, count - 1.5)[:, None]  # the last lies in the interval before
     basis = ((knots[:-1] <= inside) & (inside < knots[1:])).astype(float)
     lower, width = basis, knots
     for k in range(1, degree + 1):

@@ -1,7 +1,8 @@
-"""Logs as a data set: many files, or long ones, of which a part is in memory at a time.
+"""Data sets: many or long files, of which only a part is in memory at a time.
 
-A source is a path, a pattern (`logs/*.parquet`), a folder, or a URL. Each file is opened as it is
-alone, by `open_table`: Parquet and stored NPZ are read by rows, CSV and packed NPZ whole.
+A source is a path, a pattern (`logs/*.parquet`), a folder, or a URL. `open_table` opens each file,
+as it does for a single log. Parquet and uncompressed NPZ are read by rows, CSV and compressed NPZ
+as a whole.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ _ACCEPTED = "Parquet, CSV or NPZ files, a folder of them, a pattern such as 'log
 
 
 def is_data_set(source: object) -> bool:
-    """Whether a source names a data set: a pattern, a folder that is no bag, or a URL."""
+    """Whether a source is a data set: a pattern, a folder that is not a bag, or a URL."""
     if not isinstance(source, (str, os.PathLike)):
         return False
     name = str(source)
@@ -44,10 +45,10 @@ def is_data_set(source: object) -> bool:
 
 
 def listed_files(sources: Sequence[str | Path]) -> list[str]:
-    """Return the files of a data set, in the order of the sources, each source sorted.
+    """Return the files of a data set in the order of the sources, sorted within each.
 
     Raises:
-        LogError: a source has no file, or one of another kind.
+        LogError: a source has no log file, or a file occurs twice.
     """
     out: list[str] = []
     for source in sources:
@@ -68,12 +69,12 @@ def _local(source: str) -> list[str]:
         if os.path.isdir(source):
             return [str(p) for p in Path(source).rglob("*") if p.is_file()]
         return [source] if os.path.exists(source) else glob.glob(source, recursive=True)
-    except (OSError, ValueError, RecursionError) as error:  # of a pattern of many "**"
+    except (OSError, ValueError, RecursionError) as error:  # a pattern with many "**"
         refuse(str(error), _ACCEPTED)
 
 
 def identity(name: str) -> str:
-    """Return what tells that a file is the one of an earlier run: size and time of change."""
+    """Return size and modification time of a file, to recognize it in a later run."""
     if is_remote(name):
         with located(name):
             return remote_identity(name)
@@ -82,7 +83,7 @@ def identity(name: str) -> str:
 
 
 def constant_column(name: str, column: str) -> str:
-    """Return the one value of a column of a Parquet file.
+    """Return the value of a Parquet column that has one value only.
 
     Raises:
         LogError: there is no such column, or it has several values.
@@ -105,28 +106,28 @@ def constant_column(name: str, column: str) -> str:
 
 @dataclass(frozen=True)
 class DataSet:
-    """Where logs lie, and how they are read.
+    """How to read the files of a data set.
 
     Attributes:
-        robot: whose columns they have.
-        reading: names of columns; times and masks.
+        robot: robot of the logs.
+        reading: column names, span of time, and masks.
     """
 
     robot: Robot
     reading: Reading = field(default_factory=Reading)
 
     def stretches(self, name: str) -> list[Stretch]:
-        """Return the stretches of a file, by its column of time alone.
+        """Return the stretches of a file without gaps in time; only the time column is read.
 
         Raises:
-            LogError: it cannot be read, or time decreases.
+            LogError: the file cannot be read, or time decreases.
         """
         row, median, last = 0, 0.0, -np.inf
-        begins: list[tuple[int, float, float]] = []  # first row, its time, and that of the last one
+        begins: list[tuple[int, float, float]] = []  # first row, its time, time of the row before
         with located(name), self._open(name) as table:
             measured = table.measured
             for piece in table.times():
-                with np.errstate(over="ignore"):  # what is too large is refused below
+                with np.errstate(over="ignore"):  # too large numbers are refused below
                     t = np.asarray(piece, dtype=np.float64)
                 steps = np.diff(t, prepend=last)
                 bad = ~(np.isfinite(t) & (steps > 0))
@@ -139,7 +140,7 @@ class DataSet:
                 if row == 0:
                     begins = [(0, float(t[0]), last)]
                 for k in holes(np.append(last, t)[row == 0 :], median or np.inf):
-                    k = int(k) + (row == 0)  # of the row before which time is missing
+                    k = int(k) + (row == 0)  # the row after the gap
                     begins.append((row + k, float(t[k]), float(t[k - 1]) if k else last))
                 row, last = row + len(t), float(t[-1])
         log = plain(name.rsplit("/", 1)[-1])
@@ -153,18 +154,18 @@ class DataSet:
         return [s for s in (within(s, *self.reading.span) for s in out) if s.count > 0]
 
     def logs(self, name: str, spans: Sequence[tuple[int, int]], label: str) -> Iterator[Log]:
-        """Yield rows of a file as logs on the joint side, each row read once.
+        """Yield rows of a file as logs on the joint side; each row is read once.
 
         Args:
-            name: of the file.
-            spans: first row and the one behind the last of each, both increasing; they may overlap.
+            name: name of the file.
+            spans: first row and row after the last of each log, increasing; they may overlap.
             label: name of the log.
 
         Raises:
-            LogError: the file cannot be read, or the rows are refused as those of a log.
+            LogError: the file cannot be read, or its rows fail the checks of a log.
         """
         robot = self.robot
-        with located(name), self._open(name, sound=True) as table:  # `stretches` has read it
+        with located(name), self._open(name, sound=True) as table:  # `stretches` has checked it
             for (first, last), raw in zip(spans, table.spans(spans), strict=True):
                 with located(f"rows {first} to {last}"):
                     log = checked(label, raw, None, robot.sigma, robot.drive, robot.joint_names)
@@ -172,6 +173,6 @@ class DataSet:
 
     def _open(self, name: str, sound: bool = False) -> AbstractContextManager[Table]:
         robot = self.robot
-        # No robot that reads what is beside the motion is estimated chunk by chunk.
+        # Robots that need temperatures or link positions are not estimated in chunks.
         wanted = Wanted(self.reading, robot.drive, robot.joint_names, robot.n, beside=False)
         return open_table(name, wanted, sound)

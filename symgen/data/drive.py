@@ -1,16 +1,13 @@
-"""Logs on the motor side of gears, and what they are on the joint side.
+"""Convert logs between the motor side and the joint side of gears.
 
-With N the matrix of gear ratios and K the torque constants of [drive]:
+With the gear ratios N, torque constants K and gains g of [drive]:
 
     q_motor = N q_joint        tau_joint = g N' tau_motor        tau_motor = K i
 
-with g the gains of [drive] that a known load was calibrated with (symgen payload --calibrate), 1
-where there are none.
-
-For g = 1 the second is the first with the power that both sides share: qd_motor' tau_motor =
-qd_joint' tau_joint (Siciliano et al., Robotics, 2009, sec. 5.1). Friction and rotor inertia are
-then seen at the joint: IA = N^2 times that of the rotor. Positions of motors are zero where those
-of the joints are.
+The gains g come from a calibration with a known load (symgen payload --calibrate); the default is
+1. For g = 1, both sides have the same power: qd_motor' tau_motor = qd_joint' tau_joint (Siciliano
+et al., Robotics, 2009, sec. 5.1). Friction and rotor inertia then act at the joint: IA = N^2 times
+the inertia of the rotor. Motor positions are zero where the joint positions are zero.
 """
 
 from __future__ import annotations
@@ -28,19 +25,19 @@ if TYPE_CHECKING:
 
 
 def joint_side(log: Log, drive: Drive) -> Log:
-    """Map a log, as it was recorded, to the joint side.
+    """Convert a recorded log to the joint side.
 
-    q and qd are mapped where `drive.position_side` is "motor", tau where `drive.torque_side` is.
-    Currents are always those of the motors; where the log has them and the drive has torque
-    constants, they give tau, and a tau that the log has besides is only compared with them. The
-    notes of the log say what was done. A log that was mapped before is returned as it is.
+    q and qd are converted if `drive.position_side` is "motor", tau if `drive.torque_side` is.
+    Currents are always motor currents. If the log has currents and the drive has torque constants,
+    the currents give tau, and a recorded tau is only compared with them. The notes of the log
+    describe the conversion. A converted log is returned unchanged.
 
     Args:
-        log: as it was recorded.
-        drive: gears and motors of the robot, of as many joints.
+        log: the recorded log.
+        drive: gears and motors of the robot.
 
     Raises:
-        LogError: another number of joints, or currents without torque constants.
+        LogError: the number of joints differs, or there are currents without torque constants.
     """
     if log.mapped:
         return log
@@ -81,14 +78,13 @@ def joint_side(log: Log, drive: Drive) -> Log:
 
 
 def motor_side(log: Log, drive: Drive) -> Log:
-    """Return a log of the joint side as the sensors would have recorded it.
+    """Convert a log on the joint side to the log that the sensors would record.
 
-    The inverse of `joint_side`: where the drive has torque constants the log gets currents in
-    place of torques.
+    The inverse of `joint_side`. If the drive has torque constants, currents replace torques.
 
     Args:
-        log: on the joint side, with tau.
-        drive: gears and motors of the robot, of as many joints.
+        log: log on the joint side, with tau.
+        drive: gears and motors of the robot.
     """
     N, q, qd, tau, current = np.array(drive.ratio), log.q, log.qd, log.tau, None
     if drive.position_side == "motor":
@@ -104,7 +100,7 @@ def motor_side(log: Log, drive: Drive) -> Log:
 
 
 def _difference(told: FloatArray, tau: FloatArray) -> str:
-    """Say how far torques (N, n) are apart, on the joint where this is most, by RMS."""
+    """Describe the RMS difference of two torques (N, n) on the joint with the largest one."""
     size = rms(tau)
     apart = rms(told - tau) / np.where(size > 0, size, np.inf)
     j = int(np.argmax(apart))

@@ -1,8 +1,8 @@
-"""Measured logs: read from files or made of arrays, and checked before anything is computed.
+"""Read and check measured logs, from files or arrays.
 
-A log that passes is safe to use without further checks: finite, increasing in time, with as many
-positions as torques. One that does not is refused with one line that names the file, the column
-and the sample, and says what is accepted.
+A checked log needs no further checks: its values are finite, its time increases, and its shapes
+match. Other logs are refused. The message names the file, the column, the sample, and the accepted
+input.
 """
 
 from __future__ import annotations
@@ -41,17 +41,17 @@ if TYPE_CHECKING:
 
     from symgen.robot.types import Drive
 
-#: Fewer samples than this determine neither a derivative nor a noise level.
+#: Fewer samples determine neither a derivative nor a noise level.
 MIN_SAMPLES = 10
 
-#: A revolute joint that travels further than this, in rad, is taken to be written in degrees.
+#: If a revolute joint moves further than this, rad, its positions must be in degrees.
 MAX_RANGE = 50.0
 
-#: A value whose arrays have a row for each sample.
+#: A value whose arrays have one row for each sample.
 Rows = TypeVar("Rows", bound="DataclassInstance")
 
 _DEGREES = 180.0 / np.pi
-_LOOKED_AT = 1 << 14  # samples whose speeds tell the unit
+_LOOKED_AT = 1 << 14  # samples that show the unit of speeds
 _FILES = "a .csv, .parquet, .npz, .mcap or .db3 file, or the folder of a ROS 2 bag"
 
 
@@ -66,27 +66,26 @@ def read_log(
 ) -> Log:
     """Read a log from a CSV, Parquet, NPZ or MCAP file, or from a ROS 2 bag.
 
-    CSV and Parquet have the columns t, q1.., optional qd1.., tau1.., or those of a recorder
-    (panda_joint1_position, pos_1, time), which are matched by name; all others are ignored. Some
-    joints may have temp1.. (deg C) and qs1.. (a second encoder) besides. NPZ
-    has the arrays t (N,), q, tau and optional qd, temp, qs (N, n), of any float or integer type;
-    (N,) will do for q, qd and tau of a single joint. MCAP files and bags have messages
-    sensor_msgs/msg/JointState, whose effort is tau.
+    CSV and Parquet files have columns t, q1.., tau1.. and optional qd1... Names of a recorder
+    (panda_joint1_position, pos_1, time) are matched. Some joints may also have temp1.. (deg C) and
+    qs1.. (a second encoder). Other columns are ignored. NPZ files have arrays t (N,), q and tau
+    (N, n), and optional qd, temp and qs (N, n), of float or integer type; (N,) is accepted for a
+    single joint. MCAP files and bags have messages sensor_msgs/msg/JointState, whose effort is tau.
 
     Args:
         path: the file, or the folder of a bag.
-        n: number of movable joints of the robot, None to take what the log has.
+        n: number of movable joints of the robot; None for that of the log.
         sigma: (n,) types of the movable joints (0 revolute, 1 prismatic); None for all revolute.
-        drive: gears and motors of the robot; the log is mapped to the joint side, and currents
-            i1.. are read where it has torque constants.
+        drive: gears and motors of the robot. The log is converted to the joint side. Currents
+            i1.. are read if the drive has torque constants.
         reading: names of columns, joints and topic in the file, and the span of time.
-        names: what the robot calls its movable joints, for bags and names of columns.
+        names: names of the movable joints of the robot, for bags and column names.
 
     Returns:
         The checked log.
 
     Raises:
-        LogError: the file cannot be read, or is refused by `make_log`.
+        LogError: the file cannot be read, or fails the checks of `make_log`.
     """
     path = Path(path)
     reading = reading or Reading()
@@ -123,24 +122,24 @@ def make_log(
     temp: npt.ArrayLike | None = None,
     qs: npt.ArrayLike | None = None,
 ) -> Log:
-    """Make a log of arrays, with the same checks as a file gets. The arrays are copied.
+    """Make a log from arrays, with the checks of a log file. The arrays are copied.
 
     Args:
-        name: what messages and reports call the log.
+        name: name of the log in messages and reports.
         t: (N,) time in s.
-        q: (N, n) positions in rad (m); (N,) for a single joint, as for qd and tau.
-        tau: (N, n) torques in N m (N); None where currents are given in their place.
+        q: (N, n) positions in rad (m). For a single joint, q, qd and tau may be (N,).
+        tau: (N, n) torques in N m (N); None if `current` is given.
         qd: (N, n) velocities in rad/s (m/s), or None.
-        n: number of movable joints of the robot, None to take what the log has.
+        n: number of movable joints of the robot; None for that of the log.
         sigma: (n,) types of the movable joints (0 revolute, 1 prismatic); None for all revolute.
         current: (N, n) motor currents in A, or None.
-        drive: gears and motors of the robot; the log is mapped to the joint side.
-        temp: (N, n) temperatures, deg C, NaN on joints without, or None.
-        qs: (N, n) positions of links in rad (m), NaN on joints without, or None.
+        drive: gears and motors of the robot. The log is converted to the joint side.
+        temp: (N, n) temperatures, deg C, NaN for joints without a sensor; or None.
+        qs: (N, n) link positions in rad (m), NaN for joints without a second encoder; or None.
 
     Raises:
-        LogError: fewer than 10 samples, shapes that differ, a value that is not a finite number,
-            time that does not increase, another number of joints than n, or degrees for radians.
+        LogError: fewer than 10 samples, different shapes, a value that is not finite, time that
+            does not increase, a wrong number of joints, or degrees instead of radians.
     """
     given = {"t": t, "q": q, "qd": qd, "tau": tau, "i": current, "temp": temp, "qs": qs}
     with located(name):
@@ -152,10 +151,10 @@ def make_log(
 
 
 def cut(log: Log, start: float | None, until: float | None) -> Log:
-    """Return the part of a log between two times of its column t, s; None for no bound.
+    """Return the part of a log between two times of its column t, s; None for no limit.
 
     Raises:
-        LogError: fewer than 10 samples lie between them.
+        LogError: fewer than 10 samples remain.
     """
     if start is None and until is None:
         return log
@@ -173,7 +172,7 @@ def cut(log: Log, start: float | None, until: float | None) -> Log:
 
 
 def rows(log: Rows, chosen: slice | Bools) -> Rows:
-    """Return some rows of a log, or of what else is a value with arrays of as many rows."""
+    """Return some rows of a log, or of another value with one row for each sample."""
     arrays = {key: x[chosen] for key, x in vars(log).items() if isinstance(x, np.ndarray)}
     for x in arrays.values():
         x.setflags(write=False)
@@ -189,15 +188,16 @@ def checked(
     names: Sequence[str] = (),
     poses: bool = False,
 ) -> Log:
-    """Return what a file held as a log on the joint side, or refuse it; see `read_log`.
+    """Check the content of a file and return it as a log on the joint side; see `read_log`.
 
     Args:
-        name: of the log.
-        raw: what it held.
+        name: name of the log.
+        raw: content of the file.
         n, sigma, drive, names: of the robot.
+        poses: whether each row is a pose at rest.
 
     Raises:
-        LogError: it is none.
+        LogError: a check fails.
     """
     if sigma is not None and n is not None and len(sigma) != n:
         raise ValueError(f"sigma has {len(sigma)} entries for {n} joints")
@@ -232,9 +232,9 @@ def checked(
 
 
 def _beside(role: str, x: FloatArray, t: FloatArray) -> FloatArray:
-    """Require what is beside the motion, (N, n), whole on the joints that have any.
+    """Check a column such as temp or qs (N, n): complete on each joint that has it.
 
-    Temperatures change slowly: what was not read anew lies on straight lines.
+    Temperatures change slowly, so missing values are interpolated linearly.
     """
     out = x.copy()
     for j, column in enumerate(x.T):
@@ -270,13 +270,13 @@ def _require_radians(
             refuse(what, accepted)
     if qd is None:
         return
-    # at some tens of thousands of samples all over the log: the unit is that of all of it
+    # some ten thousand samples over the whole log are enough to find the unit
     at = np.arange(0, len(t) - 2, max(1, len(t) // _LOOKED_AT))
     slope, qd = (q[at + 2] - q[at]) / (t[at + 2] - t[at])[:, None], qd[at + 1]
     moved, told = map(rms, (slope, qd))
     together = np.mean(slope * qd, axis=0)
     for j in revolute:
-        # At rest both are noise, whose ratio can be anything: demand that they move together.
+        # At rest both are noise with an arbitrary ratio: require that they move together.
         if not together[j] >= 0.5 * moved[j] * told[j] > 0:
             continue
         for role, other, factor in (

@@ -1,8 +1,8 @@
-"""Samples that no equation may touch: joints at rest, and torques in saturation.
+"""Masks of samples: joints at rest, and saturated torques.
 
-At rest the torque of Coulomb friction can be anything between its limits, and a torque in
-saturation is not the one that was asked for, or not measured at all. Masked samples stay in the
-log, so that nothing is interpolated over them; equations that touch them are left out.
+At rest, Coulomb friction can take any value between its limits. A saturated torque is not the
+commanded one, or was not measured. Masked samples stay in the log, so that nothing is interpolated
+over them; equations that contain them are removed.
 """
 
 from __future__ import annotations
@@ -15,31 +15,31 @@ import numpy as np
 from symgen.data.raw import Bools as Bools
 from symgen.data.raw import FloatArray, Places
 
-#: Below this part of its largest speed, for this long in s, a joint is at rest.
+#: A joint below this share of its largest speed, for this long in s, is at rest.
 SLOW, REST = 0.02, 0.1
-#: Ten times slower, for a third of that time, it is as well: a stop between two moves.
+#: A joint ten times slower, for a third of that time, is at rest too: a stop between two moves.
 STOPPED, STOP = 0.1, 0.03
-#: A joint whose largest speed is below this part of the fastest one's of its kind never moves.
+#: A joint whose largest speed is below this share of the fastest one of its type never moves.
 STILL = 0.02
-#: So near to a declared limit, and so often in a row at its own extreme, a torque is saturated.
+#: A torque this near to a declared limit, or this many times in a row at its extreme, is saturated.
 NEAR, STUCK = 0.999, 5
 _SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Mask:
-    """What no equation may touch.
+    """The masked samples.
 
     Attributes:
-        joint: (N, n) for the equations of each joint: momentum and torque.
-        robot: (N,) for the equations that all joints share: energy.
+        joint: (N, n) mask for equations of a joint: momentum and torque.
+        robot: (N,) mask for equations of all joints: energy.
     """
 
     joint: Bools
     robot: Bools
 
     def near(self, reach: int) -> Bools:
-        """Return (N, n) whether a masked sample of the joint is at most `reach` samples away."""
+        """Return (N, n): whether a masked sample of the joint is at most `reach` samples away."""
         return np.column_stack([touched(column, reach) for column in self.joint.T])
 
 
@@ -49,7 +49,7 @@ def rms(x: FloatArray) -> FloatArray:
 
 
 def touched(masked: Bools, reach: int) -> Bools:
-    """Return (N,) whether a masked sample is at most `reach` samples away."""
+    """Return (N,): whether a masked sample is at most `reach` samples away."""
     count = np.concatenate([[0], np.cumsum(masked)])
     at = np.arange(len(masked))
     low, high = np.maximum(at - reach, 0), np.minimum(at + reach + 1, len(masked))
@@ -57,10 +57,10 @@ def touched(masked: Bools, reach: int) -> Bools:
 
 
 def untouched(masked: Bools, first: Places, last: Places) -> Bools:
-    """Return which windows from sample `first` to sample `last`, both included, have none masked.
+    """Return which windows from sample `first` to `last` (inclusive) have no masked sample.
 
     Args:
-        masked: (N,) of the log.
+        masked: (N,) mask of the log.
         first, last: (K,) numbers of samples.
     """
     count = np.concatenate([[0], np.cumsum(masked)])
@@ -68,10 +68,10 @@ def untouched(masked: Bools, first: Places, last: Places) -> Bools:
 
 
 def at_rest(qd: FloatArray, step: float, sigma: Sequence[int]) -> tuple[Bools, Bools]:
-    """Find where joints are at rest: under 2 % of their largest speed for 0.1 s or longer.
+    """Find where joints are at rest: below 2 % of their largest speed for at least 0.1 s.
 
-    A reversal is no rest. A joint that is slower than 2 % of the fastest of its kind throughout is
-    held still: it never moves and is not at rest either.
+    A reversal is not a rest. A joint that always stays below 2 % of the fastest joint of its type
+    never moves; it is not at rest either.
 
     Args:
         qd: (N, n) speeds in rad/s (m/s).
@@ -79,17 +79,17 @@ def at_rest(qd: FloatArray, step: float, sigma: Sequence[int]) -> tuple[Bools, B
         sigma: (n,) types of the joints.
 
     Returns:
-        (N, n) at rest, and (n,) held still.
+        (N, n): at rest; and (n,): never moves.
     """
     slow, still = slow_speeds(np.max(np.abs(qd), axis=0), sigma)
     return _long(np.abs(qd) <= np.maximum(slow, SLOW * 1e-300), step) & ~still, still
 
 
 def slow_speeds(largest: FloatArray, sigma: Sequence[int]) -> tuple[FloatArray, Bools]:
-    """Return below which speeds joints are at rest, rad/s (m/s), and which are held still, (n,).
+    """Return the speed limits of rest, rad/s (m/s), and which joints never move, (n,) each.
 
     Args:
-        largest: (n,) speeds of the joints.
+        largest: (n,) largest speeds of the joints.
         sigma: (n,) types of the joints.
     """
     kinds = np.asarray(sigma)
@@ -98,7 +98,7 @@ def slow_speeds(largest: FloatArray, sigma: Sequence[int]) -> tuple[FloatArray, 
 
 
 def moving_joints(speeds: Sequence[FloatArray], sigma: Sequence[int]) -> list[int]:
-    """Return the joints that are not held still in all of some logs.
+    """Return the joints that move in at least one log.
 
     Args:
         speeds: (N, n) of each log, rad/s (m/s).
@@ -109,40 +109,40 @@ def moving_joints(speeds: Sequence[FloatArray], sigma: Sequence[int]) -> list[in
 
 
 def mean_speeds(q: FloatArray, step: float, span: float = REST) -> FloatArray:
-    """Return how fast joints move on the average of a span, 0.1 s, (N, n), rad/s (m/s).
+    """Return the mean speed of joints over a span, (N, n), rad/s (m/s).
 
-    Encoders tell it better than tachometers, whose noise hides a rest.
+    It is computed from positions: noise of measured speeds would hide a rest.
 
     Args:
         q: (N, n) positions, rad (m).
         step: sampling step in s.
-        span: s.
+        span: length of the span, s.
     """
     half, at = max(1, round(span / step / 2)), np.arange(len(q))
     apart = np.minimum(at + half, len(q) - 1) - np.maximum(at - half, 0)
-    held = np.pad(q, ((half, half), (0, 0)), mode="edge")  # slices of it are no copies
+    held = np.pad(q, ((half, half), (0, 0)), mode="edge")  # its slices are not copied
     change = held[2 * half :] - held[: -2 * half]
     return np.asarray(change / (np.maximum(apart, 1) * step)[:, None])
 
 
 def resting(q: FloatArray, step: float, slow: FloatArray) -> Bools:
-    """Find where joints are at rest: slower than some speed for 0.1 s, or stopped, see `stops`.
+    """Find where joints are at rest: slower than a limit for 0.1 s, or stopped (see `stops`).
 
     Args:
         q: (N, n) positions, rad (m).
         step: sampling step in s.
-        slow: (n,) rad/s (m/s), on the average of 0.1 s.
+        slow: (n,) limits of the mean speed over 0.1 s, rad/s (m/s).
 
     Returns:
-        (N, n) at rest.
+        (N, n): at rest.
     """
     return _long(np.abs(mean_speeds(q, step)) <= slow, step) | stops(q, step, STOPPED * slow)
 
 
 def stops(q: FloatArray, step: float, slow: FloatArray) -> Bools:
-    """Find where joints stop, however short: on the average of 0.03 s slower than a speed, so long.
+    """Find short stops: the mean speed over 0.03 s stays below a limit for that long.
 
-    A reversal without a stop is over sooner. Arguments and result as for `resting`.
+    A reversal without a stop is shorter. Arguments and result as for `resting`.
     """
     return in_rows(np.abs(mean_speeds(q, step, STOP)) <= slow, max(2, round(STOP / step)))
 
@@ -150,18 +150,19 @@ def stops(q: FloatArray, step: float, slow: FloatArray) -> Bools:
 def saturated(
     tau: FloatArray, limits: Sequence[float] | None, ratio: Sequence[Sequence[float]] | None
 ) -> Bools:
-    """Find where torques are at a limit: a declared one, or one where they are stuck.
+    """Find saturated torques: at a declared limit, or constant at an extreme of the log.
 
-    Stuck is a drive's torque at the largest or smallest value of the log five times in a row.
+    A torque is constant at an extreme if it has the largest or smallest value of the log five times
+    in a row.
 
     Args:
         tau: (N, n) torques on the joint side, N m (N).
-        limits: (n,) of the joints' torques, or None.
-        ratio: (n, n) of [drive], or None: through it a saturated motor concerns the joints that
-            it moves.
+        limits: (n,) torque limits of the joints, or None.
+        ratio: (n, n) gear ratios of [drive], or None. A saturated motor masks the joints that it
+            moves.
 
     Returns:
-        (N, n) whether the torque of a joint is saturated.
+        (N, n): whether the torque of a joint is saturated.
     """
     moved = np.eye(tau.shape[1]) if ratio is None else np.array(ratio)
     motors = np.linalg.solve(moved.T, tau.T).T
@@ -171,7 +172,7 @@ def saturated(
 
 
 def _stuck(x: FloatArray) -> Bools:
-    """Return where a signal is flat at an extreme that is at least half its largest size."""
+    """Return where a signal is constant at an extreme of at least half its largest size."""
     size = float(np.abs(x).max())
     if np.ptp(x) <= _SAME * size:
         return np.zeros(len(x), dtype=bool)
@@ -188,12 +189,12 @@ def _long(slow: Bools, step: float) -> Bools:
 
 
 def in_rows(flags: Bools, least: int) -> Bools:
-    """Return the flags (N, n) that stand in runs of at least `least` samples."""
+    """Return the flags (N, n) that are in runs of at least `least` samples."""
     return np.column_stack([_runs(column, least) for column in flags.T])
 
 
 def _runs(flags: Bools, least: int) -> Bools:
-    """Return the flags that stand in runs of at least `least`."""
+    """Return the flags that are in runs of at least `least`."""
     out = np.zeros(len(flags), dtype=bool)
     for start, end in spans(flags):
         out[start:end] = end - start >= least
@@ -201,15 +202,15 @@ def _runs(flags: Bools, least: int) -> Bools:
 
 
 def spans(flags: Bools) -> Places:
-    """Return where flags stand in a row: (k, 2) first, and behind the last."""
-    if not flags.any():  # as of most channels
+    """Return the runs of flags, (k, 2): first position, and position after the last."""
+    if not flags.any():  # most channels have none
         return np.zeros((0, 2), dtype=np.int64)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
     return edges.reshape(-1, 2)
 
 
 def on_grid(masked: Bools, t: FloatArray, grid: FloatArray) -> Bools:
-    """Carry a mask (N, ...) at times t over to a grid: a sample between two with one masked is."""
+    """Transfer a mask (N, ...) from times t to a grid; masked samples mask both neighbours."""
     if len(t) == len(grid) and np.array_equal(t, grid):
         return masked
     after = np.clip(np.searchsorted(t, grid), 0, len(t) - 1)

@@ -1,4 +1,4 @@
-"""What a file of measurements held, before any check of its values, and how it is to be read."""
+"""Logs before and after checks, and options for reading them."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ Bools = npt.NDArray[np.bool_]
 #: Numbers of samples.
 Places = npt.NDArray[np.int64]
 
-#: Names of columns: t, q1.., qd1.., tau1.., i1..; and those that some joints alone may have.
+#: Column names: t, q1.., qd1.., tau1.., i1..; and columns that only some joints may have.
 NUMBERED = re.compile(r"(qd|qs|q|tau|i|temp)(0|[1-9][0-9]*)")
 ROLES = ("t", "q", "qd", "tau", "i", "temp", "qs")
-#: What is measured beside the motion: temperatures, and positions behind an elastic joint.
+#: Columns other than motion and torque: temperatures, and link positions behind elastic joints.
 BESIDE = ("temp", "qs")
-#: What a table has, and what an NPZ.
+#: Accepted columns of a table, and arrays of an NPZ.
 COLUMNS = "t, q1.., optional qd1.., tau1.."
 KEYS = "t (N,), q (N, n), tau (N, n), optional qd (N, n)"
-#: What a file may unpack to: bytes, and times its size on the disk.
+#: Limits on the unpacked size of a file: bytes, and multiple of its size on the disk.
 _UNPACKED, _PACKING = 256 << 20, 20
 MASKS = ("rest", "saturation")
 _ROLES = (
@@ -44,16 +44,15 @@ class Reading:
     """How logs are read; the same for every log of a command.
 
     Attributes:
-        columns: names in the file of our columns, {"t": "time", "q1": "shoulder"}, or a pattern
-            with * for the joint, {"q": "*_position"}; in a bag the field of the message,
-            {"i": "effort"}.
-        joints: names of the robot's movable joints in the messages of a bag, in the robot's order;
-            empty to take those of the robot.
-        topic: of the messages in a bag, "" where only one topic has joint states.
-        start, until: the part of each log that is used, in s of its column t, None for all.
-        mask: what no equation may touch, any of "rest" and "saturation".
-        poses: whether rows are still poses: t is not needed and not used, and qd is the direction
-            in which each joint moved last.
+        columns: log column -> column of the file, {"t": "time", "q1": "shoulder"}; or a pattern
+            with * for the joint, {"q": "*_position"}; or the field of a message, {"i": "effort"}.
+        joints: names of the movable joints in the messages of a bag, in the order of the robot;
+            empty for the names of the robot.
+        topic: topic of the messages in a bag; "" if only one topic has joint states.
+        start, until: first and last time of each log to use, s of its column t; None for all.
+        mask: samples to leave out of the equations: "rest", "saturation", or both.
+        poses: whether each row is a pose at rest. Then t is not used, and qd is the direction in
+            which each joint moved last.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -65,10 +64,10 @@ class Reading:
     poses: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse what no log could be read with.
+        """Check the options.
 
         Raises:
-            LogError: an unknown column or mask, a name given twice, or an empty span of time.
+            LogError: an unknown column or mask, a repeated name, or an empty span of time.
         """
         for ours in self.columns:
             if ours not in ROLES and NUMBERED.fullmatch(ours) is None:
@@ -90,21 +89,21 @@ class Reading:
 
     @property
     def span(self) -> tuple[float, float]:
-        """First and last time that is used, s."""
+        """First and last time to use, s."""
         low = -np.inf if self.start is None else self.start
         return low, np.inf if self.until is None else self.until
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is read of a table, and for which robot.
+    """What to read from a table, and for which robot.
 
     Attributes:
-        reading: names of columns; the number of a still pose is taken for its t.
-        drive: of the robot; with torque constants, currents i1.. may stand in place of torques.
-        joints: what the robot calls its movable joints; texts may be empty.
-        n: their number, None where it is not known.
-        beside: whether temperatures and positions of links are read, too.
+        reading: names of columns. The row number of a pose replaces its t.
+        drive: drive of the robot. If it has torque constants, currents may replace torques.
+        joints: names of the movable joints; they may be empty.
+        n: number of movable joints, or None if unknown.
+        beside: whether to read temperatures and link positions.
     """
 
     reading: Reading
@@ -121,13 +120,13 @@ class Wanted:
 
 @dataclass(frozen=True, eq=False)
 class Raw:
-    """What a file held. What a terminal will show is plain text.
+    """The unchecked content of a log file. Its names are plain text, safe for a terminal.
 
     Attributes:
-        arrays: by role, as in the file, t first; tau or i may be absent, temp and qs are (N, n)
-            with NaN on joints that have none.
+        arrays: role -> array of the file, t first. tau or i may be absent. temp and qs are (N, n),
+            with NaN for joints that have none.
         ignored: the other columns of the file.
-        notes: what was done to read it.
+        notes: how the file was read.
     """
 
     arrays: Mapping[str, npt.NDArray[Any]]
@@ -142,24 +141,25 @@ class Raw:
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """One measured log. All arrays are read-only float64; C-contiguous, but in a chunk of Parquet.
+    """One measured log. All arrays are read-only float64.
 
-    It is as it was recorded, on the motor side where the robot has a [drive], until `joint_side`
-    has mapped it, which `mapped` tells; without a [drive] both are the same.
+    If the robot has a [drive], a recorded log is on the motor side until `joint_side` converts it;
+    `mapped` is then true. Without a [drive], both sides are the same.
 
     Attributes:
         name: file name without its folder.
         t: (N,) time in s, strictly increasing.
         q: (N, n) positions in rad (m for a prismatic joint).
-        qd: (N, n) measured velocities in rad/s (m/s), None when the log has none.
-        tau: (N, n) torques in N m (forces in N), None when the log has currents in their place.
-        ignored: the other columns of the file, which nothing reads.
-        current: (N, n) motor currents in A, None where none are used.
-        notes: what was done to the log, in words, one line each.
-        mapped: whether q, qd and tau have been mapped to the joint side.
-        temp: (N, n) temperatures of joints or their motors, deg C, NaN on joints without; or None.
-        qs: (N, n) positions of links, behind what bends in the joint, in rad (m), NaN on joints
-            without a second encoder; or None. They are never mapped by [drive].
+        qd: (N, n) measured velocities in rad/s (m/s), or None.
+        tau: (N, n) torques in N m (forces in N), or None if the log has currents instead.
+        ignored: columns of the file that are not used.
+        current: (N, n) motor currents in A, or None.
+        notes: changes to the log, one line each.
+        mapped: whether q, qd and tau are on the joint side.
+        temp: (N, n) temperatures of joints or motors, deg C, NaN for joints without a sensor; or
+            None.
+        qs: (N, n) link positions in rad (m), measured behind the elasticity of the joint, NaN for
+            joints without a second encoder; or None. [drive] does not convert them.
     """
 
     name: str
@@ -176,13 +176,13 @@ class Log:
 
 
 def require_shapes(arrays: Mapping[str, Any]) -> None:
-    """Refuse arrays whose types or shapes are not those of a log.
+    """Check types and shapes of the arrays of a log.
 
     Args:
-        arrays: by role.
+        arrays: role -> array.
 
     Raises:
-        LogError: t is not (N,), another not (N, n) or (N,), or one holds no numbers.
+        LogError: t is not (N,), another array is not (N, n) or (N,), or one is not numeric.
     """
     samples = arrays["t"].shape
     for role, array in arrays.items():
@@ -202,13 +202,13 @@ def require_shapes(arrays: Mapping[str, Any]) -> None:
 
 
 def listed(names: Sequence[str]) -> str:
-    """Return the first names of a file in words."""
+    """Return the first names of a file as text."""
     named = [name for name in names if name]
     return (", ".join(named[:12]) + (", .." if len(named) > 12 else "")) or "none"
 
 
 def refuse(what: str, accepted: str) -> NoReturn:
-    """Refuse a log; `located` says which.
+    """Refuse a log; `located` adds its name.
 
     Raises:
         LogError: always.
@@ -218,17 +218,17 @@ def refuse(what: str, accepted: str) -> NoReturn:
 
 @contextmanager
 def readable(what: str, accepted: str) -> Iterator[None]:
-    """Refuse what a library cannot read, whatever it raises."""
+    """Turn any exception of a library that reads files into a LogError."""
     try:
         yield
     except SymgenError:
         raise
-    except Exception as error:  # each has a dozen kinds
+    except Exception as error:  # each library has many kinds
         refuse(f"{what}: {error or type(error).__name__}", accepted)
 
 
 def refuse_currents() -> NoReturn:
-    """Refuse currents without what makes torques of them.
+    """Refuse currents if there are no torque constants.
 
     Raises:
         LogError: always.
@@ -241,16 +241,17 @@ def refuse_currents() -> NoReturn:
 
 
 def require_size(path: Path, announced: int) -> None:
-    """Refuse a file that would unpack to far more than it takes on the disk.
+    """Refuse a file whose unpacked size is far above its size on the disk.
 
-    Measured signals hold noise and pack a few times at most; so much more is made to fill memory.
+    Noise limits the compression of measured signals to a small factor. A larger factor is made to
+    exhaust memory.
 
     Args:
         path: the file.
-        announced: bytes of what it says that it holds.
+        announced: unpacked size that the file announces, bytes.
 
     Raises:
-        LogError: it would.
+        LogError: the announced size is too large.
     """
     stored = path.stat().st_size
     if announced > _UNPACKED + _PACKING * stored:
@@ -259,7 +260,7 @@ def require_size(path: Path, announced: int) -> None:
 
 
 def read_only(array: npt.ArrayLike) -> FloatArray:
-    """Return a read-only float64 copy of an array; itself where it is one, in rows or columns."""
+    """Return a read-only float64 copy of an array, or the array if it already is one."""
     if (
         isinstance(array, np.ndarray)
         and array.dtype == np.float64
@@ -268,7 +269,7 @@ def read_only(array: npt.ArrayLike) -> FloatArray:
         and not array.flags.writeable
     ):
         return array
-    # An extended double beyond the range becomes inf, which the checks then name.
+    # An extended double beyond the range becomes inf; the checks report it.
     with np.errstate(over="ignore"):
         copy = np.array(array, dtype=np.float64, order="C")
     copy.setflags(write=False)

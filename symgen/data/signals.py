@@ -1,7 +1,6 @@
-"""From a log to samples: uniform steps, a velocity for every joint, and the tools for both.
+"""Convert a log to samples with uniform time steps and velocities; filters and derivatives.
 
-Everything here has zero phase. A filter that delays q against tau would be identified as a
-parameter that the robot does not have.
+All filters have zero phase: a delay of q against tau would bias the parameters.
 """
 
 from __future__ import annotations
@@ -29,39 +28,41 @@ from symgen.data.raw import FloatArray, read_only
 from symgen.data.stretch import holes
 from symgen.errors import LogError
 
-#: Steps that vary by more than this part of the median are resampled.
+#: Logs whose time steps vary by more than this share of the median are resampled.
 STEP_TOLERANCE = 0.01
 
-#: Periods of its cutoff after which the impulse response of `lowpass` is below 1e-10 of its top.
+#: Periods of the cutoff after which the impulse response of `lowpass` is below 1e-10 of its peak.
 TAIL = 9.6
 
 _SLOW = 10.0  # Hz
-_MISSING = 0.3  # of the steps may be other than the clock's
-_ENDS = 8 * CARDINAL  # samples at an end of a log whose slopes are taken anew
+_MISSING = 0.3  # share of steps that may differ from the clock
+_ENDS = 8 * CARDINAL  # samples at an end of a log whose slopes are recomputed
 
-NORMAL = 1.4826  # standard deviation over median size of normal noise
+NORMAL = 1.4826  # standard deviation over median absolute value of normal noise
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """A log that is ready for identification. All arrays are read-only float64, as in its `Log`.
+    """A log that is ready for identification. All arrays are read-only float64.
 
     Attributes:
         name: name of the log.
-        t: (N,) time in s, in uniform steps.
+        t: (N,) time in s, with uniform steps.
         q: (N, n) joint positions in rad (m).
         qd: (N, n) joint velocities in rad/s (m/s).
         tau: (N, n) joint torques in N m (forces in N), never filtered.
         step: sampling step in s.
-        cutoff_hz: cutoff in Hz of the zero-phase filter that gave q and qd; None when the measured
-            qd was used, or when q needed no filter.
-        notes: what was done to the log, in words, one line each.
-        velocity_derived: whether qd was missing and is the derivative of q.
-        mask: the samples that no equation may touch; None for none.
-        piece: whether it was cut out of a longer log, and stands for it.
-        temp: (N, n) temperatures of joints or motors, deg C, NaN on joints without; or None.
-        qs: (N, n) positions of links in rad (m), NaN on joints without a second encoder; or None.
-        beside: (N, n) what was taken off the measured torque and is no part of the model; or None.
+        cutoff_hz: cutoff in Hz of the zero-phase filter for q and qd; None if qd was measured or q
+            needed no filter.
+        notes: changes to the log, one line each.
+        velocity_derived: whether qd is the derivative of q because it was missing.
+        mask: the masked samples, or None.
+        piece: whether it is a representative piece of a longer log.
+        temp: (N, n) temperatures of joints or motors, deg C, NaN for joints without a sensor; or
+            None.
+        qs: (N, n) link positions in rad (m), NaN for joints without a second encoder; or None.
+        beside: (N, n) torque that was subtracted from the measured one and is not part of the
+            model; or None.
     """
 
     name: str
@@ -84,27 +85,27 @@ class Samples:
         return replace(rows(self, span), mask=None if self.mask is None else rows(self.mask, span))
 
     def masked(self, joint: Bools, robot: Bools) -> Samples:
-        """Return samples of which equations touch fewer: see `Mask`."""
+        """Return the samples with a further mask, see `Mask`."""
         old = self.mask
         both = (joint, robot) if old is None else (joint | old.joint, robot | old.robot)
         return replace(self, mask=Mask(*both))
 
 
 def prepare(log: Log, cutoff: float | None = None) -> Samples:
-    """Give a log uniform steps and a velocity.
+    """Give a log uniform time steps and a velocity.
 
-    Steps that vary by more than 1 % are resampled by a cubic spline. Measured velocities are used
-    as they are; missing ones are the derivative of q after a zero-phase low-pass filter, and q is
-    then the filtered one, so that both belong to the same motion. A log that is free of noise, or
-    too coarse for a filter that spares the motion, is differentiated without one.
+    If the time steps vary by more than 1 %, a cubic spline resamples the log. Measured velocities
+    stay unchanged. Missing velocities are the derivative of q after a zero-phase low-pass filter; q
+    is then the filtered one, so that both describe the same motion. No filter is used if the log
+    has no noise, or if its rate is too low for the filter.
 
     Args:
         log: the measured log.
-        cutoff: cutoff of the filter in Hz; None to take it from the motion's bandwidth.
+        cutoff: cutoff of the filter in Hz; None to choose it from the bandwidth of the motion.
 
     Raises:
         LogError: a gap in time, a cutoff that is not between 0 and the Nyquist frequency, or
-            currents in place of torques.
+            currents instead of torques.
     """
     s = sampled(log)
     if cutoff is not None:
@@ -113,23 +114,23 @@ def prepare(log: Log, cutoff: float | None = None) -> Samples:
         note = "qd was measured and is used unfiltered, whatever the cutoff"
         return s if cutoff is None else replace(s, notes=(*s.notes, f"{log.name}: {note}"))
     q, qd, used, note = _derive_velocity(s.q, s.step, cutoff)
-    notes = (*s.notes[:-1], f"{log.name}: {note}")  # in place of that of `sampled`
+    notes = (*s.notes[:-1], f"{log.name}: {note}")  # replaces the note of `sampled`
     return replace(s, q=read_only(q), qd=read_only(qd), cutoff_hz=used, notes=notes)
 
 
 def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
-    """Give a log uniform steps, and filter nothing: the band of a run does that.
+    """Give a log uniform time steps, without a filter (the band of a run filters later).
 
-    Where speeds were not measured, `qd` is the derivative of positions below 10 Hz, which is good
-    enough to tell rest from motion; equations derive their own.
+    If speeds were not measured, `qd` is the derivative of positions below 10 Hz. This is enough to
+    distinguish rest from motion; equations compute their own derivatives.
 
     Args:
         log: the measured log.
-        clock: first stamp and step, s, of the longer log that this one is a chunk of; it is put on
-            that clock's ticks where it is resampled, and has its step.
+        clock: first time and step, s, of the longer log of which this log is a chunk. A resampled
+            chunk uses the ticks of this clock.
 
     Raises:
-        LogError: a gap in time, or currents in place of torques.
+        LogError: a gap in time, or currents instead of torques.
     """
     t, q, qd, tau, temp, qs = log.t, log.q, log.qd, log.tau, log.temp, log.qs
     if tau is None:
@@ -148,7 +149,7 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
         )
     off = np.abs(steps - median) > STEP_TOLERANCE * median
     count = len(t)
-    if off.any() and off.mean() < _MISSING:  # a clock that ticks, and rows that are missing
+    if off.any() and off.mean() < _MISSING:  # a regular clock with missing rows
         count = round((t[-1] - t[0]) / median) + 1
     step = float((t[-1] - t[0]) / (count - 1)) if clock is None else clock[1]
     if off.any():
@@ -180,7 +181,7 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
 
 
 def interpolated(t: FloatArray, x: FloatArray) -> Callable[[FloatArray], FloatArray]:
-    """Return the cubic spline (not-a-knot) through samples x (N, ...) at t (N,), s.
+    """Return the not-a-knot cubic spline through samples x (N, ...) at times t (N,), s.
 
     Returns:
         A function from times (T,) to values (T, ...), in the unit of x.
@@ -214,36 +215,35 @@ def _derive_velocity(
 
 
 def _is_noise_free(q: FloatArray) -> bool:
-    """Tell whether unfiltered noise would be below 0.1 % of the acceleration, on every joint.
+    """Whether unfiltered noise is below 0.1 % of the acceleration on every joint.
 
-    The sixth difference of white noise of standard deviation s has sqrt(924) s, its second
-    difference sqrt(6) s; of a smooth motion the sixth leaves next to nothing.
+    White noise with standard deviation s has sixth differences with sqrt(924) s, and second
+    differences with sqrt(6) s. The sixth differences of a smooth motion are almost zero.
     """
     sixth = rms(np.diff(q, 6, axis=0)) / math.sqrt(924.0)
     second = rms(np.diff(q, 2, axis=0))
-    # Rounding of q itself is no noise: a joint at rest, or at constant speed, has no second one.
+    # Rounding of q is not noise: at rest or constant speed, second differences are zero.
     rounding = 1e-14 * np.max(np.abs(q), axis=0)
     return bool(np.all(math.sqrt(6.0) * sixth <= 1e-3 * second + rounding))
 
 
 def lowpass(x: FloatArray, step: float, cutoff: float) -> FloatArray:
-    """Pass a signal through a fourth-order Butterworth low-pass run both ways: no phase.
+    """Apply a fourth-order Butterworth low-pass forwards and backwards: zero phase.
 
         gain = 1 / (1 + (f / cutoff)**8)
 
-    one half at the cutoff. It is the filter's own symmetric impulse response, sampled, so that one
-    signal at two rates passes the same filter, and what a sample reaches ends at TAIL periods. The
-    signal is continued at both ends by x(-s) = 2 x0 - x(s) + a0 s**2, with x0 and a0 from a local
-    cubic: unlike the plain odd continuation it keeps the acceleration, so that a log cut out of a
-    motion keeps its ends.
+    The gain is one half at the cutoff. The weights sample the continuous impulse response, so the
+    filter does not depend on the sampling rate; they end after TAIL periods. At both ends, the
+    signal is continued by x(-s) = 2 x0 - x(s) + a0 s**2, with x0 and a0 from a local cubic. Unlike
+    the odd continuation, this keeps the acceleration at the ends of a log.
 
     Args:
-        x: (N,) or (N, k) signal in uniform steps.
+        x: (N,) or (N, k) signal with uniform steps.
         step: sampling step in s.
-        cutoff: in Hz.
+        cutoff: cutoff in Hz.
 
     Returns:
-        The filtered signal, of the shape of x.
+        The filtered signal, with the shape of x.
 
     Raises:
         LogError: the cutoff is not between 0 and the Nyquist frequency.
@@ -252,16 +252,16 @@ def lowpass(x: FloatArray, step: float, cutoff: float) -> FloatArray:
 
 
 def lowpass_and_slopes(x: FloatArray, step: float, cutoff: float, slopes: int) -> list[FloatArray]:
-    """Pass a signal through `lowpass`, and `differentiate` it, once and again.
+    """Apply `lowpass` to a signal, and differentiate the result up to twice.
 
-    The signal is transformed once for all of them.
+    All results share one Fourier transform of the signal.
 
     Args:
         x, step, cutoff: as for `lowpass`.
-        slopes: how many times it is differentiated, 0 to 2.
+        slopes: number of derivatives, 0 to 2.
 
     Returns:
-        The filtered signal and its slopes, each of the shape of x.
+        The filtered signal and its derivatives, each with the shape of x.
 
     Raises:
         LogError: the cutoff is not between 0 and the Nyquist frequency.
@@ -279,9 +279,9 @@ def lowpass_and_slopes(x: FloatArray, step: float, cutoff: float, slopes: int) -
         gains = [gain_of(step, cutoff, length, size)]
         if together:
             gains += [gains[0] * slope_gain(step, size) ** k for k in range(1, slopes + 1)]
-        # Each channel in one piece.
+        # Each channel is contiguous.
         columns = [np.empty((samples, padded.shape[1]), order="F") for _ in gains]
-        room = np.zeros(samples + 2 * reach)  # what it is filled with reaches ends alone
+        room = np.zeros(samples + 2 * reach)  # only the ends depend on this padding
         for k, column in enumerate(padded.T):
             room[reach - length : reach + length + samples] = column
             for out, y in zip(columns, convolved(room, gains, reach, size), strict=True):
@@ -298,13 +298,13 @@ def lowpass_and_slopes(x: FloatArray, step: float, cutoff: float, slopes: int) -
 
 
 def end_window(step: float, cutoff: float) -> int:
-    """Return the samples at an end whose local cubic `continued` takes."""
-    # Tried on sines at a fifth of the cutoff: shorter windows pass noise, longer ones bend.
+    """Return the number of end samples for the local cubic of `continued`."""
+    # Compared on sines at a fifth of the cutoff: shorter windows pass noise, longer ones distort.
     return max(6, math.ceil(0.6 / (cutoff * step)))
 
 
 def continued(x: FloatArray, step: float, cutoff: float, length: int) -> FloatArray:
-    """Return a signal (N, ...) with `length` samples of its continuation at both ends."""
+    """Return a signal (N, ...) with `length` more samples at both ends."""
     window = min(len(x), end_window(step, cutoff))
     flat = x.reshape(len(x), -1)
     head = _continuation(flat, length, window)
@@ -313,7 +313,7 @@ def continued(x: FloatArray, step: float, cutoff: float, length: int) -> FloatAr
 
 
 def _continuation(x: FloatArray, length: int, window: int) -> FloatArray:
-    """Return `length` samples that precede x, in their order in time."""
+    """Return `length` samples before x, in order of time."""
     start, curvature = np.tensordot(end_of_cubic(window), x[:window], 1)
     back = np.arange(length, 0, -1, dtype=np.float64).reshape(-1, *[1] * (x.ndim - 1))
     return np.asarray(2.0 * start - x[length:0:-1] + curvature * back**2, dtype=np.float64)
@@ -321,7 +321,7 @@ def _continuation(x: FloatArray, length: int, window: int) -> FloatArray:
 
 @lru_cache(maxsize=32)
 def end_of_cubic(window: int) -> FloatArray:
-    """Return what takes samples to value and second derivative of their cubic at the first."""
+    """Return the matrix from samples to value and second derivative of their cubic at the first."""
     powers = min(3, window - 1) + 1
     s = np.arange(window) / window
     fit = np.linalg.pinv(np.vander(s, powers, increasing=True))
@@ -330,14 +330,14 @@ def end_of_cubic(window: int) -> FloatArray:
 
 
 def can_filter(cutoff: float, step: float) -> bool:
-    """Whether a cutoff in Hz lies far enough below the Nyquist frequency for a low-pass."""
+    """Whether a cutoff in Hz is far enough below the Nyquist frequency for a low-pass."""
     return cutoff < HIGHEST * 0.5 / step
 
 
 def noise_of_differences(x: FloatArray) -> FloatArray:
-    """Return the standard deviation of white noise on a smooth signal (N, ...), of each channel.
+    """Return the standard deviation of white noise on each channel of a smooth signal (N, ...).
 
-    From the median size of sixth differences, in which motion and single jumps count little.
+    It uses the median of absolute sixth differences, which motion and single jumps hardly affect.
     """
     size = np.median(np.abs(np.diff(x, 6, axis=0)), axis=0)
     return np.asarray(NORMAL * size / math.sqrt(math.comb(12, 6)))
@@ -346,19 +346,19 @@ def noise_of_differences(x: FloatArray) -> FloatArray:
 def white_noise(
     high: FloatArray, step: float, band: float, free: Bools | None = None
 ) -> FloatArray:
-    """Return the standard deviation of the white noise that has a given part above a band.
+    """Return the standard deviation of white noise from its part above a band.
 
-    White noise of variance v has v band / Nyquist in the band and the rest above it.
+    White noise with variance v has v band / Nyquist in the band, and the rest above it.
 
     Args:
-        high: (N, k) the part above the band; its ends, where filters run in, are left out.
+        high: (N, k) signal above the band; the ends, where filters settle, are not used.
         step: sampling step in s.
-        band: cutoff of the filter that took the part in the band away, Hz, below Nyquist.
-        free: (N, k) the samples that count; None for all.
+        band: cutoff of the filter that removed the band, Hz, below the Nyquist frequency.
+        free: (N, k) samples to use; None for all.
 
     Returns:
-        (k,), in the unit of `high`: from the median of its size, which steps of friction at
-        reversals do not move; from its RMS where it is stuck most of the time.
+        (k,), in the unit of `high`. It comes from the median absolute value, which friction steps
+        at reversals do not affect; or from the RMS if the signal is constant most of the time.
     """
     margin = int(1 / (band * step))
     span = slice(margin, -margin) if margin and len(high) > 4 * margin else slice(None)
@@ -375,17 +375,17 @@ def _typical(x: FloatArray) -> float:
 
 
 def differentiate(x: FloatArray, step: float) -> FloatArray:
-    """Return dx/dt, the derivative of the interpolating spline of degree five: no phase.
+    """Return dx/dt, the derivative of the interpolating spline of degree five, with zero phase.
 
-    Exact on polynomials up to degree five. Its error on a sine is of the sixth order in the step
-    at inner samples, which matters on coarse logs.
+    It is exact for polynomials up to degree five. For a sine, the error at inner samples is of
+    sixth order in the step.
 
     Args:
-        x: (N,) or (N, k) signal in uniform steps, N at least 2.
+        x: (N,) or (N, k) signal with uniform steps, N at least 2.
         step: sampling step in s.
 
     Returns:
-        The derivative, of the shape of x, in the unit of x per second.
+        The derivative, with the shape of x, in the unit of x per second.
     """
     if len(x) <= 4 * CARDINAL:
         return spline_slope(x) / step
@@ -402,7 +402,7 @@ def differentiate(x: FloatArray, step: float) -> FloatArray:
 
 
 def require_cutoff(where: str, cutoff: float, step: float, duration: float = math.inf) -> None:
-    """Raise LogError where a cutoff is not between 0 and the Nyquist frequency."""
+    """Raise LogError if a cutoff is not between 0 and the Nyquist frequency."""
     nyquist, lowest = 0.5 / step, 0.01 / duration
     if not lowest < cutoff < nyquist:
         raise LogError(

@@ -1,4 +1,4 @@
-"""Where samples of a log are missing, by its stamps, and the rows between which none are."""
+"""Gaps in the time stamps of a log, and the stretches without gaps."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import numpy as np
 
 from symgen.data.raw import FloatArray, Places
 
-#: A step of this many medians is a hole in the log, which no interpolation may fill.
+#: A time step of this many medians is a gap; no interpolation may fill it.
 GAP = 10.0
-_MADE_GOOD = 100  # samples after a wide step that are looked at
+_MADE_GOOD = 100  # samples to check after a wide step
 
 
 def holes(t: FloatArray, step: float) -> Places:
-    """Return after which samples others are missing: those before a step of over GAP steps.
+    """Return the samples before a gap: a time step of more than GAP sampling steps.
 
-    Stamps of a busy host come late and then several at once: where the samples after a wide step
-    make it good within some ten times GAP of them, but for half of GAP, none is missing.
+    A busy host writes stamps late, and then several at once. If the following samples catch up with
+    the clock, up to half of GAP, there is no gap.
 
     Args:
         t: (N,) times, s.
-        step: between samples, s.
+        step: sampling step, s.
     """
     wide = np.flatnonzero(np.diff(t) > GAP * step)
     missing = []
@@ -34,13 +34,13 @@ def holes(t: FloatArray, step: float) -> Places:
 
 @dataclass(frozen=True)
 class Stretch:
-    """Rows of a file between which no time is missing.
+    """Rows of a file without a gap in time.
 
     Attributes:
         file: name or URL.
-        name: of the log.
-        rows: first row, and the one behind the last.
-        times: of its first and last row, s.
+        name: name of the log.
+        rows: first row, and the row after the last.
+        times: times of the first and the last row, s.
         step: sampling step, s.
         measured: whether the file has speeds.
     """
@@ -58,13 +58,13 @@ class Stretch:
         return self.rows[1] - self.rows[0]
 
     def between(self, first: int, last: int) -> Stretch:
-        """Return the rows from one to another of the file, by its step."""
+        """Return the stretch between two rows of the file."""
         begin, end = (self.times[0] + self.step * (k - self.rows[0]) for k in (first, last - 1))
         return replace(self, rows=(first, last), times=(begin, end))
 
 
 def within(s: Stretch, low: float, high: float) -> Stretch:
-    """Return the rows of a stretch between two times, by its step."""
+    """Return the part of a stretch between two times."""
     if low <= s.times[0] and high >= s.times[1]:
         return s
     first, last = s.rows

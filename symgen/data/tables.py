@@ -1,7 +1,7 @@
-"""Logs as tables: CSV, Parquet on a disk or at a URL, and NPZ, alone or in a data set.
+"""Read logs as tables: CSV, Parquet on a disk or at a URL, and NPZ.
 
-Parquet is read batch by batch, each row once, and arrays of an NPZ that are stored as they are
-(numpy.savez) by rows; CSV and packed NPZ whole.
+Parquet is read in batches, each row once. Uncompressed NPZ (numpy.savez) is read by rows. CSV and
+compressed NPZ are read as a whole.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ from symgen.data.raw import (
 from symgen.data.urls import is_remote, opened
 from symgen.errors import SymgenError, located
 
-BATCH = 1 << 15  # rows of a table that are read at once
-_LOOKED_AT = 1000  # columns that are searched for a bad cell
+BATCH = 1 << 15  # rows to read at once
+_LOOKED_AT = 1000  # columns to search for a bad cell
 _PATTERN = {"t": "t=NAME", "q1": "q=*_NAME", "tau1": "tau=*_NAME"}
-_BUFFER = 1 << 20  # bytes of a column, or of a checksum, that are read at once
-_HEADER = struct.Struct("<4s22xHH")  # of a file in an archive: its signature, lengths of two names
+_BUFFER = 1 << 20  # bytes to read at once
+_HEADER = struct.Struct("<4s22xHH")  # of a file in an archive: signature, lengths of two names
 _SIGNATURE = b"PK\x03\x04"
 _MOTION = re.compile(r"(qdd|qd|q|tau)([1-9][0-9]*)")
-#: Ends of names of tables.
+#: File endings of tables.
 SUFFIXES = (".csv", ".parquet", ".npz")
 
 
@@ -59,12 +59,12 @@ def open_table(name: str, wanted: Wanted, sound: bool = False) -> Iterator[Table
     """Open a table of a log.
 
     Args:
-        name: of the file, one of SUFFIXES; or the URL of a Parquet file.
-        wanted: what is read of it.
-        sound: whether checksums were found right before.
+        name: name of a file with an ending in SUFFIXES, or URL of a Parquet file.
+        wanted: what to read.
+        sound: whether its checksums have been verified.
 
     Raises:
-        LogError: it cannot be read, or is no log.
+        LogError: it cannot be read, or is not a log.
     """
     path, suffix = Path(name), name[name.rfind(".") :].lower()
     try:
@@ -82,7 +82,7 @@ def open_table(name: str, wanted: Wanted, sound: bool = False) -> Iterator[Table
 
 
 def whole(table: Table) -> Raw:
-    """Read all rows of a table, as arrays in rows."""
+    """Read all rows of a table as C-contiguous arrays."""
     (raw,) = table.spans([(0, table.rows)])
     arrays = {role: np.ascontiguousarray(x) for role, x in raw.arrays.items()}
     for x in arrays.values():
@@ -90,19 +90,19 @@ def whole(table: Table) -> Raw:
     return replace(raw, arrays=arrays)
 
 
-# Tables with a column for each joint.
+# Tables with one column for each joint.
 
 
 @dataclass(frozen=True)
 class ColumnTable:
-    """A table with a column for each joint that is open.
+    """An open table with one column for each joint.
 
     Attributes:
-        ends: the row behind the last of each group of rows that is decoded at once.
-        groups: our columns by role, and by joint from 0.
-        stored: names in the file, by ours.
-        notes: which columns were matched by themselves.
-        batches: yields some columns of some groups of rows, as record batches of Arrow.
+        ends: row after the last of each group of rows that is decoded together.
+        groups: role -> joint (from 0) -> log column.
+        stored: log column -> column of the file.
+        notes: columns that were matched automatically.
+        batches: yields columns of groups of rows as Arrow record batches.
     """
 
     ends: Places
@@ -122,15 +122,15 @@ class ColumnTable:
         return "qd" in self.groups
 
     def times(self) -> Iterator[NDArray[Any]]:
-        """Yield the column of time, batch by batch."""
+        """Yield the time column in batches."""
         for batch in self.batches([self.stored["t"]], range(len(self.ends))):
             yield _numbers(batch.column(0))
 
     def spans(self, spans: Sequence[tuple[int, int]]) -> Iterator[Raw]:
-        """Yield rows, decoding the groups of rows that hold them once.
+        """Yield spans of rows; each group of rows is decoded once.
 
         Args:
-            spans: of each the first row, and the one behind the last, both increasing.
+            spans: first row and row after the last of each span, both increasing.
         """
         used = _columns(self.groups)
         known = set(used)
@@ -141,7 +141,7 @@ class ColumnTable:
         row = int(self.ends[first_group - 1]) if first_group else 0
         chosen = range(first_group, min(last_group + 1, len(self.ends)))
         found = self.batches([self.stored[column] for column in used], chosen)
-        held: list[tuple[int, dict[str, NDArray[Any]]]] = []  # first row of each, and its columns
+        held: list[tuple[int, dict[str, NDArray[Any]]]] = []  # first row and columns of each batch
         for first, last in spans:
             held = [(start, x) for start, x in held if start + len(x[used[0]]) > first]
             while row < last:
@@ -152,7 +152,7 @@ class ColumnTable:
                     columns = map(_numbers, batch.columns)
                     held.append((row, dict(zip(used, columns, strict=True))))
                 row += batch.num_rows
-            arrays: dict[str, NDArray[Any]] = {"t": np.arange(first, last)}  # of poses
+            arrays: dict[str, NDArray[Any]] = {"t": np.arange(first, last)}  # poses: row numbers
             for role, group in self.groups.items():
                 width = len(self.groups["q"] if role in BESIDE else group)
                 arrays[role] = _filled(held, first, last, group, width)
@@ -166,11 +166,11 @@ def _columns(groups: Mapping[str, Mapping[int, str]]) -> list[str]:
 
 
 def _numbers(column: Any) -> NDArray[Any]:
-    """Return a column of Arrow as an array: plain numbers where they lie."""
+    """Return an Arrow column as an array, without a copy if possible."""
     if column.null_count == 0:
-        with suppress(AttributeError, TypeError):  # no numbers, or an Arrow that cannot
+        with suppress(AttributeError, TypeError):  # not numeric, or an older Arrow
             return np.from_dlpack(column)
-    return np.asarray(column.to_numpy(zero_copy_only=False))  # imports pandas, where it is
+    return np.asarray(column.to_numpy(zero_copy_only=False))  # imports pandas if installed
 
 
 def _filled(
@@ -180,9 +180,9 @@ def _filled(
     group: Mapping[int, str],
     width: int,
 ) -> FloatArray:
-    """Gather columns of rows first .. last (exclusive), (N, width), NaN without one; read-only.
+    """Gather columns of rows first .. last (exclusive), (N, width); read-only.
 
-    Each column lies in one piece, as in the file: whatever looks at a channel takes it as it is.
+    A missing column is NaN. Each column is contiguous, as in the file.
     """
     out = np.empty((last - first, width), order="F")
     if len(group) < width:
@@ -205,7 +205,7 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
     import pyarrow.csv as pacsv
 
     try:
-        # utf-8-sig drops the byte order mark that spreadsheets write.
+        # utf-8-sig removes the byte order mark of spreadsheets.
         with path.open(encoding="utf-8-sig", newline="") as file:
             rows = csv.reader(file)
             header = next((row for row in rows if row), [])
@@ -232,9 +232,9 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
 
 
 def _bad_cell(path: Path, names: list[str], wanted: list[str]) -> str | None:
-    """Find the first row of a refused CSV that is too short, too long, or holds a text.
+    """Find the first row of a refused CSV that is too short, too long, or contains text.
 
-    The CSV reader works in blocks, on several threads, and cannot tell the row itself.
+    The CSV reader works in blocks on several threads and does not report the row.
     """
     with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
         rows = (row for row in csv.reader(file) if row)
@@ -254,10 +254,10 @@ def _bad_cell(path: Path, names: list[str], wanted: list[str]) -> str | None:
 
 
 def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
-    """Return a Parquet file, which is open, as a log.
+    """Return an open Parquet file as a table.
 
     Raises:
-        LogError: it is not a table with the columns of a log.
+        LogError: it lacks columns of a log.
     """
     import pyarrow as pa
 
@@ -283,12 +283,12 @@ def parquet_file(name: str) -> Iterator[Any]:
     """Open a Parquet file, on a disk or at a URL.
 
     Raises:
-        LogError: it is none.
+        LogError: it is not a Parquet file.
     """
     import pyarrow.parquet as pq
 
     with opened(name) as remote:
-        with arrow_reads():  # Arrow reads a path without a detour
+        with arrow_reads():  # Arrow reads a path directly
             source = name if remote is None else remote
             file = pq.ParquetFile(source, pre_buffer=False, buffer_size=_BUFFER)
         with file:
@@ -298,7 +298,7 @@ def parquet_file(name: str) -> Iterator[Any]:
 def batches(
     file: Any, columns: Sequence[str], groups: Sequence[int] | None = None
 ) -> Iterator[Any]:
-    """Yield some columns of a Parquet file, some thousand rows at a time.
+    """Yield columns of a Parquet file in batches of some thousand rows.
 
     Raises:
         LogError: it cannot be decoded.
@@ -318,23 +318,21 @@ def batches(
 
 
 def arrow_reads() -> AbstractContextManager[None]:
-    """Refuse a file that Arrow cannot read, or that its server does not give."""
+    """Turn errors of Arrow or of a server into a LogError."""
     return readable("is not a readable Parquet file", f"a Parquet table of {COLUMNS}")
 
 
 def _assigned(
     stored: Sequence[str], file: str, wanted: Wanted
 ) -> tuple[list[str], dict[str, dict[int, str]], tuple[str, ...]]:
-    """Return what the columns of a table are.
-
-    One that another takes the name of is lost.
+    """Assign roles to the columns of a table.
 
     Returns:
-        Our names in the order of `stored`, those of every role by joint, and which were matched
-        by themselves.
+        Log names in the order of `stored`, log columns by role and joint, and notes on automatic
+        matches.
 
     Raises:
-        LogError: a column is missing, or is not the only one.
+        LogError: a column is missing, or occurs twice.
     """
     names, columns = [name.strip() for name in stored], dict(wanted.reading.columns)
     patterns = {o: columns.pop(o) for o, theirs in [*columns.items()] if "*" in theirs and o != "t"}
@@ -352,7 +350,7 @@ def _assigned(
 
 
 def _groups(names: list[str], wanted: Wanted) -> dict[str, dict[int, str]]:
-    """Sort the names of columns into {"t": {0: t}, "q": {0: q1, ..}, ..}, by number."""
+    """Group column names by role and number: {"t": {0: t}, "q": {0: q1, ..}, ..}."""
     named = [name for name in names if name]
     for name, count in Counter(named).most_common(1):
         if count > 1:
@@ -375,7 +373,7 @@ def _groups(names: list[str], wanted: Wanted) -> dict[str, dict[int, str]]:
         del numbers["i"]
     groups = {} if wanted.reading.poses else {"t": {0: "t"}}
     for role, have in numbers.items():
-        if role in BESIDE:  # some joints have it
+        if role in BESIDE:  # only some joints may have it
             have = [number for number in have if 1 <= number <= len(numbers["q"])]
         elif have != list(range(1, len(have) + 1)):
             gap = ", ".join(f"{role}{number}" for number in have)
@@ -385,17 +383,17 @@ def _groups(names: list[str], wanted: Wanted) -> dict[str, dict[int, str]]:
     return groups
 
 
-# Arrays of numpy.
+# Arrays of NumPy.
 
 
 @dataclass(frozen=True)
 class StoredArray:
-    """An array that lies in a file, row after row.
+    """An uncompressed array in a file, row after row.
 
     Attributes:
         path: the file.
-        offset: of its first byte.
-        shape, dtype: of the whole.
+        offset: position of its first byte.
+        shape, dtype: of the whole array.
     """
 
     path: Path
@@ -414,11 +412,11 @@ class StoredArray:
 
 @dataclass(frozen=True)
 class Arrays:
-    """A table that is one array for each role.
+    """A table with one array for each role.
 
     Attributes:
-        arrays: by role, of as many rows each; some lie in a file.
-        ignored: as of `Raw`.
+        arrays: role -> array, with equal numbers of rows; some are in a file.
+        ignored: as in `Raw`.
     """
 
     arrays: Mapping[str, Any]
@@ -435,7 +433,7 @@ class Arrays:
         return "qd" in self.arrays
 
     def times(self) -> Iterator[NDArray[Any]]:
-        """Yield the column of time, piece by piece."""
+        """Yield the time column in pieces."""
         for first in range(0, self.rows, BATCH):
             yield self.arrays["t"][first : first + BATCH]
 
@@ -449,15 +447,15 @@ Table = Arrays | ColumnTable
 
 
 def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
-    """Open what numpy.savez wrote.
+    """Open a file of numpy.savez.
 
     Args:
         path: the file.
-        wanted: what is read of it; columns are names in the file of our arrays.
-        sound: whether its checksums were found right before.
+        wanted: what to read; its columns map log arrays to arrays of the file.
+        sound: whether its checksums have been verified.
 
     Raises:
-        LogError: the file does not hold the arrays of a log.
+        LogError: the file lacks the arrays of a log.
     """
     if not zipfile.is_zipfile(path):
         refuse("is not an NPZ archive", f"what numpy.savez writes, with {KEYS}")
@@ -481,7 +479,7 @@ def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
                     arrays[role] = np.asarray(archive[key]) if stored is None else stored
     except SymgenError:
         raise
-    except Exception as error:  # a damaged archive raises one of a dozen kinds
+    except Exception as error:  # a damaged archive can raise any exception
         what = "an array holds Python objects" if "Object arrays" in str(error) else str(error)
         refuse(f"cannot be read: {what}", KEYS)
     for ours, theirs in columns.items():
@@ -502,11 +500,11 @@ def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
 def _stored(
     path: Path, file: BinaryIO, archive: zipfile.ZipFile, key: str, sound: bool
 ) -> StoredArray | None:
-    """Return where an array lies; None where it is packed, not in rows, or not what it says."""
+    """Return the position of an array; None if it is compressed, not in C order, or damaged."""
     entry = archive.getinfo(key if key in archive.namelist() else f"{key}.npy")
     found = _place(path, file, entry)
     if found is not None and not sound:
-        with archive.open(entry) as stored:  # raises where the checksum is wrong
+        with archive.open(entry) as stored:  # raises if the checksum is wrong
             while stored.read(_BUFFER):
                 pass
     return found
@@ -533,7 +531,7 @@ def _place(path: Path, file: BinaryIO, entry: zipfile.ZipInfo) -> StoredArray | 
 
 
 def rows_of_npz(path: Path) -> int:
-    """Return the rows of an NPZ; 0 where an array is packed, or it cannot be read."""
+    """Return the number of rows of an NPZ; 0 if it is compressed or cannot be read."""
     try:
         with path.open("rb") as file, zipfile.ZipFile(file) as archive:
             places = [_place(path, file, entry) for entry in archive.infolist()]
@@ -543,7 +541,7 @@ def rows_of_npz(path: Path) -> int:
 
 
 def rows_of_parquet(path: Path) -> int:
-    """Return the rows of a Parquet file; 0 where it cannot be read."""
+    """Return the number of rows of a Parquet file; 0 if it cannot be read."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -553,11 +551,11 @@ def rows_of_parquet(path: Path) -> int:
         return 0
 
 
-#: Tables that tell their rows without being read, 0 where they do not: whoever reads says why.
+#: File ending -> function that counts rows without reading the table; 0 if it cannot.
 COUNTED = {".parquet": rows_of_parquet, ".npz": rows_of_npz}
 
 
-# Motions and torques without the rest of a log.
+# Motions, or torques, without the other columns of a log.
 
 
 def read_columns(

@@ -1,4 +1,4 @@
-"""Files of a data set at a URL, through fsspec: which URLs are read, and what lies there."""
+"""Files of a data set at a URL, through fsspec."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 from symgen.data.raw import readable, refuse
 
-#: How a URL begins. Other schemes of fsspec unpack archives, run commands or ask services of code.
+#: Accepted schemes. Other schemes of fsspec unpack archives, run commands or call services.
 SCHEMES = ("file", "s3", "gs", "az", "http", "https", "memory")
 _WITHOUT_HOST = ("file", "memory")
 _ACCEPTED = f"{', '.join(SCHEMES)}, such as s3://bucket/logs/*.parquet"
@@ -22,10 +22,10 @@ def is_remote(source: str) -> bool:
 
 
 def remote_files(url: str) -> list[str]:
-    """Return the URLs of all files at a URL: of a folder, a pattern, or of the one file.
+    """Return the URLs of all files at a URL of a folder, a pattern, or a file.
 
     Raises:
-        LogError: it is no URL that is read, or cannot be listed.
+        LogError: the URL is not accepted, or cannot be listed.
     """
     with readable("cannot be read", _ACCEPTED):
         system, path = _file_system(url)
@@ -38,10 +38,10 @@ def remote_files(url: str) -> list[str]:
 
 @contextmanager
 def opened(name: str) -> Iterator[Any]:
-    """Open the file at a URL; give None for a path.
+    """Open the file at a URL; yield None for a path.
 
     Raises:
-        LogError: it cannot be opened.
+        LogError: the URL cannot be opened.
     """
     if not is_remote(name):
         yield None
@@ -54,10 +54,10 @@ def opened(name: str) -> Iterator[Any]:
 
 
 def remote_identity(name: str) -> str:
-    """Return size and time of change of the file at a URL.
+    """Return size and modification time of the file at a URL.
 
     Raises:
-        LogError: it cannot be had.
+        LogError: the URL cannot be read.
     """
     with readable("cannot be read", _ACCEPTED):
         system, path = _file_system(name)

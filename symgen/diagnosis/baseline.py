@@ -19,13 +19,13 @@ from symgen.diagnosis.whitened_system import (
 )
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import PredictiveScore, motion_folds
+from symgen.estimation.values import FloatArray
 from symgen.identification.out_of_core import load_model
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 from symgen.symbolic.variation import link_values
 
-FloatArray = NDArray[np.float64]
 KERNELS = ("torque_regressor", "inverse_dynamics")
 
 

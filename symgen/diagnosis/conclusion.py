@@ -10,23 +10,26 @@ from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.codegen.model import Model, derive
 from symgen.diagnosis.baseline import Baseline, model_of
 from symgen.diagnosis.diagnosis import (
+    NOISE,
     Alike,
     Curves,
     Diagnosis,
     FoundEffect,
     FoundParameter,
+    FreeFunction,
     Gap,
     Rejected,
 )
 from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out
 from symgen.diagnosis.extend import extended, with_values
 from symgen.diagnosis.floor import at_rest, noise_floor
-from symgen.diagnosis.messages import tie
+from symgen.diagnosis.free_functions import free_functions
+from symgen.diagnosis.messages import noisy, shape, tie
+from symgen.diagnosis.noise_of_positions import may_be_noise
 from symgen.diagnosis.refine import settled_constants, slopes
 from symgen.diagnosis.residual_patterns import places
 from symgen.diagnosis.search import MEASURING, Selection
@@ -46,13 +49,13 @@ from symgen.estimation.predictive_score import LEAST, dense, repeats_motion
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.torque_error import TorqueFit, relative_error, squares
+from symgen.estimation.values import FloatArray
 from symgen.identification.parameters import base_values
 from symgen.robot.effect import numbered
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 from symgen.symbolic.variation import link_values
 
-FloatArray = NDArray[np.float64]
 #: Gap of a joint over its noise floor, and over what matters, from which something is missing.
 _LOUD, _VISIBLE = 3.0, 2.0
 _EXPLAINED = 0.15  # the largest gap that is called explained
@@ -129,13 +132,25 @@ def confirmed(baseline: Baseline, selection: Selection, least: float) -> Selecti
 
 
 def conclude(
-    baseline: Baseline, selection: Selection, notes: tuple[str, ...], least: float = LEAST
+    baseline: Baseline,
+    selection: Selection,
+    notes: tuple[str, ...],
+    least: float = LEAST,
+    misfit: float | None = None,
 ) -> Diagnosis:
     """Add what was found, identify again, and measure the gap on the held-out data.
 
     What the held-out data do not confirm is not added.
     Effects with which the model cannot be identified are left out, the least one first; so they are
     where they make the gap larger.
+
+    Args:
+        baseline: the model as it is declared, and its logs.
+        selection: what the search found.
+        notes: what was done to the logs.
+        least: part of a joint's torque that matters.
+        misfit: part of a joint's torque that no model is righter than; None: no free function is
+            compared with the laws that were found.
     """
     accepted, _ = _settled(baseline, selection.accepted)
     selection = confirmed(baseline, replace(selection, accepted=accepted), least)
@@ -167,6 +182,9 @@ def conclude(
         notes = (*notes, _REPEAT)
         lone = _coefficients(baseline, (*accepted, *suspected))[len(accepted) :]
         found += tuple(map(partial(_suspected, baseline.robot), suspected, lone))
+    doubts = may_be_noise(baseline, (*accepted, *suspected))
+    pairs = zip(found, doubts, strict=True)
+    found = tuple(replace(e, note=NOISE) if doubt else e for e, doubt in pairs)
     told, moving = gaps.all, gaps.moving
     if told.after != moving.after:
         was, now, noise = (100 * gap.total for gap in moving[:3])
@@ -180,6 +198,10 @@ def conclude(
     if suspected and verdict != "bad-measurement":
         verdict = "partly-explained"
     robot = baseline.robot
+    shapes: tuple[FreeFunction, ...] = ()
+    if misfit is not None and not baseline.given:
+        known = (*accepted, *suspected)
+        shapes = free_functions(baseline, known, least, misfit, left=verdict in _MISSING)
     return Diagnosis(
         robot=robot.name,
         verdict=verdict,
@@ -191,11 +213,12 @@ def conclude(
         if verdict == "consistent"
         else places(baseline, accepted, moving.before, moving.floor),
         effects=found,
+        free_functions=shapes or None,
         rejected=tuple(
             Rejected(s.candidate.name, numbers(robot, s.candidate), s.fault)
             for s in selection.rejected[:_SHOWN]
         ),
-        advice=_advice(found, verdict, quiet),
+        advice=(*map(shape, shapes), *_advice(found, verdict, quiet)),
         notes=notes,
         extended=with_values(model.robot, found),
         joints=tuple(j.number for j in robot.movable),
@@ -560,7 +583,8 @@ def _quiet(gap: Gap, floor: Gap, least: float) -> bool:
 
 
 def _advice(found: Sequence[FoundEffect], verdict: str, quiet: bool) -> tuple[str, ...]:
-    out = [tie(e) for e in found if e.indistinguishable_from and e.separate]
+    out = [noisy(e) for e in found if e.note]
+    out += [tie(e) for e in found if e.indistinguishable_from and e.separate]
     if verdict not in _MISSING:
         return tuple(out)
     nothing = "what is left is noise and static friction at rest: no effect is missing in it"

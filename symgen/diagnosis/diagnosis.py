@@ -12,15 +12,16 @@ from numpy.typing import NDArray
 
 from symgen.diagnosis.mended import MendedChannel
 from symgen.errors import ParameterError
+from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
 from symgen.files import html_table
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.schemas import BESIDE, OPTIONAL, OrNan, at, from_json, read_json, result_file, to_json
 
-FloatArray = NDArray[np.float64]
 MARKER = "diagnosis.json"
 SCHEMA = "symgen.diagnosis/1"
+NOISE = "may be noise of q"
 VERDICTS = ("consistent", "explained", "partly-explained", "unexplained", "bad-measurement")
 
 
@@ -69,6 +70,7 @@ class FoundEffect:
         probability: that it, or one of those that the data cannot tell from it, is there.
         torque_rms: RMS of its torque on its joint, N m or N.
         confirmed: whether motion that it was not found on shows it; only then the robot has it.
+        note: a doubt about it, NOISE; None without any.
     """
 
     name: str
@@ -83,6 +85,41 @@ class FoundEffect:
     probability: float = 1.0
     torque_rms: OrNan = np.nan
     confirmed: bool = True
+    note: Annotated[str | None, OPTIONAL] = None
+
+
+@dataclass(frozen=True)
+class FreeFunction:
+    """A torque on a joint that no known law has the shape of.
+
+    Attributes:
+        joint: number in the file.
+        variables: one or two of q, qd and taur with the number of their joint: the torque is a
+            function of these.
+        effects: the named laws that it predicts much better than; none where no law explains
+            anything.
+        grid: (G,) values of the first variable.
+        at: (L,) of the second one; empty where there is none.
+        torque: (1 or L, G) of the function, N m or N, the declared friction of the joint with it:
+            only the sum is determined.
+        std: of the torque.
+        law: what the named laws give in its place; empty where there is none.
+        gain_ratio: what the laws gain in predicting other motion, over what the function gains.
+        before, after: RMS of what is left of the joint's held-out torque, without the function and
+            with it in place of the laws, as a part of the torque.
+    """
+
+    joint: int
+    variables: tuple[str, ...]
+    effects: tuple[str, ...]
+    grid: tuple[float, ...]
+    at: tuple[float, ...]
+    torque: tuple[tuple[float, ...], ...]
+    std: tuple[tuple[float, ...], ...]
+    law: tuple[tuple[float, ...], ...]
+    gain_ratio: float
+    before: float
+    after: float
 
 
 @dataclass(frozen=True)
@@ -170,6 +207,7 @@ class Diagnosis:
         energy: the same as work of the curves; None without them.
         where: joints with the gap, the largest share first; empty where consistent.
         effects: in the order of their share in closing the gap.
+        free_functions: curves of torques that no known law has the shape of; None without any.
         rejected: what else was looked at.
         advice: what to do, in words.
         notes: what was done to the logs, and what the extended robot leaves out.
@@ -197,6 +235,7 @@ class Diagnosis:
     energy: Work | None = field(init=False)
     where: tuple[Place, ...]
     effects: tuple[FoundEffect, ...]
+    free_functions: Annotated[tuple[FreeFunction, ...] | None, OPTIONAL] = None
     rejected: tuple[Rejected, ...]
     tried: Annotated[int, at("candidates_tried")] = 0
     advice: tuple[str, ...]

@@ -21,14 +21,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.signals import NORMAL
 from symgen.estimation.statistics import f_tail
+from symgen.estimation.values import FloatArray
 from symgen.names import LINK
 from symgen.schemas import OrNan
 
-FloatArray = NDArray[np.float64]
 #: Chance of one false alarm in a fleet; share of a change's chi-square that a load must explain.
 LEVEL, EXPLAINED = 0.01, 0.9
 _EFFICIENCY = 0.37  # of a median absolute deviation beside a standard deviation, normal law

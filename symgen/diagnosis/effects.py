@@ -14,20 +14,19 @@ from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.diagnosis.whitened_system import compared
 from symgen.errors import RobotError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns
+from symgen.estimation.values import FloatArray
 from symgen.robot.effect import Definition, Search, definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.effects import definition_tape
 from symgen.symbolic.independence import FUNCTIONS
 from symgen.symbolic.tape import Numbers, Tape
 
-FloatArray = NDArray[np.float64]
 Logs = Sequence[FilteredLog]
 _TOGETHER = 32  # columns that pass the filter at once
 Constants = Mapping[str, float]

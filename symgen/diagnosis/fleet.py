@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.codegen.model import Model, derive
 from symgen.data.dataset import constant_column, identity, listed_files
@@ -30,6 +29,7 @@ from symgen.diagnosis.workflow import diagnose
 from symgen.distributed import Workers, WorkFolder, digest, executor, finished
 from symgen.errors import LogError, ParameterError, SymgenError, plain
 from symgen.estimation.equation_model import NEEDED, EquationModel
+from symgen.estimation.values import FloatArray
 from symgen.identification.out_of_core import load_model
 from symgen.identification.parameters import link_columns, read_given, regrouping
 from symgen.identification.workflow import identify
@@ -41,7 +41,6 @@ from symgen.schemas import BESIDE, OrInf, at, read_result, result_file, to_json
 
 MARKER = "fleet.json"
 SCHEMA = "symgen.fleet/1"
-FloatArray = NDArray[np.float64]
 #: A torque error stands out where it is so many times that of the fleet, and beyond so many times
 #: the scatter of its logarithm.
 _TIMES, _BEYOND = 1.5, 6.0

@@ -18,14 +18,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.mask import SLOW, Bools
 from symgen.data.signals import differentiate, lowpass, white_noise
 from symgen.diagnosis.whitened_system import compared
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.values import FloatArray
 
-FloatArray = NDArray[np.float64]
 _SEED = 1988
 _SAME = 0.01  # RMS distance of two runs of one motion, of its RMS size
 

@@ -1,73 +1,301 @@
-"""What a gap depends on where no known law has its shape: free functions of one or two variables.
+"""The shape of a torque that no known law has: free functions of one or two variables.
 
-A polynomial of position, speed and load of a joint, or of two joints' positions and speeds, says of
-what a torque is a function, and not which one. It competes by the score that effects compete by,
-and nothing is added to a robot for it.
+A spline in the position, the speed (with its sign) or the load of a joint, or in two of them, says
+of what a torque is a function, and not which one. It competes by the score that effects compete by,
+and nothing is added to a robot for it. It is shown where it predicts motion that it was not fitted
+on much better than the law that was named, or where no law was.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from symgen.diagnosis.baseline import Baseline
+from symgen.diagnosis.diagnosis import FreeFunction
 from symgen.diagnosis.effects import Score
 from symgen.diagnosis.whitened_system import compared
-from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.predictive_score import Fit, PredictiveScore
 from symgen.estimation.values import FloatArray
+from symgen.robot.effect import numbered
 
-_DEGREE = 4  # of a polynomial, in all its variables
+_DEGREE = 3
+#: Splines of a variable that are tried, by the number of variables: the score chooses.
+_SIZES: dict[int, tuple[int, ...]] = {1: (5, 10, 20), 2: (5,)}
 _HALF = 0.5  # of what is left of a joint's square: as much explains where a gap comes from
+_GOOD = 0.8  # of what a free function gains: a law that gains as much has the right shape
 _SURE = math.log(9.0)
-_VARIABLES = ("the position of joint {0}", "the speed of joint {0}", "the load of joint {0}")
+_POINTS = 61  # of a curve
+_LEVELS = (0.1, 0.5, 0.9)  # quantiles of a second variable at which curves are drawn
+_LETTERS = ("q", "qd", "taur")
+#: Numbers of q, of qd, then of the load, of all joints.
+Variables = tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Splines:
+    """Cubic splines with knots at quantiles; in a speed, others for each of its signs.
+
+    Attributes:
+        states: (N, 3 n) q, qd and load of all joints along the training logs, thinned.
+        variables: of the function; the joint's own position, speed or load comes first.
+        width: of tanh(qd/width) in place of sign(qd), rad/s (m/s); 0 for the sign itself.
+        size: number of splines of a variable.
+    """
+
+    states: FloatArray
+    variables: Variables
+    width: float
+    size: int
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return int(self.states.shape[1]) // 3
+
+    @cached_property
+    def speed(self) -> int:
+        """Number of the joint's own speed."""
+        return self.n + self.variables[0] % self.n
+
+    @cached_property
+    def _knots(self) -> list[FloatArray]:
+        inner = np.linspace(0, 1, self.size - _DEGREE + 1)
+        ends = [self._known(self.states, v) for v in self.variables]
+        knots = (np.quantile(x, inner) for x in ends)
+        return [np.pad(k, _DEGREE, mode="edge") for k in knots]
+
+    def _known(self, states: FloatArray, v: int) -> FloatArray:
+        """Return what splines of a variable are functions of, (N,)."""
+        return np.abs(states[:, v]) if v == self.speed else states[:, v]
+
+    def sign(self, states: FloatArray) -> FloatArray:
+        """Return the sign of the joint's speed as its friction has it, (N,)."""
+        speed = states[:, self.speed]
+        return np.tanh(speed / self.width) if self.width else np.sign(speed)
+
+    def __call__(self, states: FloatArray) -> FloatArray:
+        """Return the splines of states (N, 3 n), (N, m)."""
+        from scipy.interpolate import BSpline
+
+        out = np.ones((len(states), 1))
+        for v, knots in zip(self.variables, self._knots, strict=True):
+            x = np.clip(self._known(states, v), knots[0], knots[-1])
+            own = BSpline.design_matrix(x, knots, _DEGREE).toarray()
+            if v == self.speed:
+                own = np.hstack([own, self.sign(states)[:, None] * own])
+            out = (out[:, :, None] * own[:, None]).reshape(len(states), -1)
+        return out
+
+    def grid(self) -> tuple[FloatArray, list[float], FloatArray]:
+        """Return values of the first variable, of the second, and their states, (.., .., 3 n)."""
+        first, *more = self.variables
+        values = self.states[:, first]
+        grid = np.linspace(values.min(), values.max(), _POINTS)
+        at = [float(np.quantile(self.states[:, v], p)) for v in more for p in _LEVELS]
+        out = np.tile(np.median(self.states, axis=0), (max(len(at), 1), _POINTS, 1))
+        out[:, :, first] = grid
+        for v in more:
+            out[:, :, v] = np.array(at)[:, None]
+        return grid, at, out
 
 
 def free_functions(
-    baseline: Baseline, accepted: Sequence[Score], least: float, misfit: float
-) -> tuple[str, ...]:
-    """Say of what the torque is a function that a model with its effects misses, joint by joint.
+    baseline: Baseline, accepted: Sequence[Score], least: float, misfit: float, *, left: bool
+) -> tuple[FreeFunction, ...]:
+    """Return the free functions that predict much better than the laws on their joint.
 
     Args:
         baseline: the model as it is declared, and its training logs.
         accepted: the effects that were found.
         least: part of a joint's torque that matters.
         misfit: part of a joint's torque that no model is righter than.
+        left: whether a part of the gap has no name: then functions without a law are looked for.
     """
-    base = baseline.base
-    score = baseline.score(baseline.beside(accepted), misfit)
-    alone, out = score.alone, []
     states = _states(baseline)
-    columns: dict[tuple[int, ...], FloatArray] = {}
-    for j in map(int, np.flatnonzero(np.sqrt(alone.left) > least * base.size)):
-        tried = []
-        for variables in _sets(baseline.robot.n, j):
-            if variables not in columns:
-                columns[variables] = _polynomials(base.logs, states, variables)
-            tried.append((score.beside({j: columns[variables]}), variables))
-        best, variables = max(tried, key=lambda found: found[0].score)
-        sure = best.score - alone.score > _SURE + math.log(len(tried))
-        if sure and best.left[j] < _HALF * alone.left[j]:
-            joints = baseline.robot.movable
-            names = [
-                _VARIABLES[v // len(joints)].format(joints[v % len(joints)].number)
-                for v in variables
+    found: list[FreeFunction] = []
+    known = {id(s): _variables(baseline, s) for s in accepted}
+    for j, variables in dict.fromkeys(known.values()):
+        if variables:
+            laws = [
+                s for s in accepted if known[id(s)][0] == j and {*known[id(s)][1]} <= {*variables}
             ]
-            before, after = (
-                100 * math.sqrt(x) / base.size[j] for x in (alone.left[j], best.left[j])
-            )
-            out.append(
-                f"the torque that joint {joints[j].number} misses depends on {' and '.join(names)}:"
-                f" a free function leaves {after:.2g} % in place of {before:.2g} %; no known law "
-                "has this shape"
-            )
-    return tuple(out)
+            rest = [s for s in accepted if all(s is not law for law in laws)]
+            asked = _Asked(baseline, rest, baseline.score(baseline.beside(rest), misfit), states)
+            found += asked.beside_laws(j, variables, laws, least)
+    if left:
+        asked = _Asked(
+            baseline, accepted, baseline.score(baseline.beside(accepted), misfit), states
+        )
+        told = {f.joint for f in found}
+        for j, joint in enumerate(baseline.robot.movable):
+            if joint.number not in told and asked.missing(j) > least * baseline.base.size[j]:
+                found += asked.alone(j)
+    return tuple(found)
 
 
-def _sets(n: int, j: int) -> Iterator[tuple[int, ...]]:
-    """Yield what a torque on joint j may be a function of: numbers of q, then qd, then the load."""
+def _variables(baseline: Baseline, score: Score) -> tuple[int, Variables]:
+    """Return the joint that an effect acts on and what its torque is a function of.
+
+    There are no variables where that is more than two, time, the acceleration, or another state.
+    """
+    robot, c = baseline.robot, score.candidate
+    none = (-1, ())
+    if len(c.joints) != 1 or c.definition.reads or not c.definition.torque:
+        return none
+    (j,) = c.joints
+    places = {str(joint.number): k for k, joint in enumerate(robot.movable)}
+    written = re.findall(
+        r"\b(q|qd|qdd|taur)(\d+)\b", numbered(c.definition, robot.movable[j].number)
+    )
+    if any(letter not in _LETTERS for letter, _ in written):
+        return none
+    found = {_LETTERS.index(letter) * robot.n + places[number] for letter, number in written}
+    own = sorted(found, key=lambda v: (v % robot.n != j, v))
+    return (j, tuple(own)) if 0 < len(own) <= max(_SIZES) else none
+
+
+class _Fitted(NamedTuple):
+    """A free function with its columns (K, m) in the band, and how well it predicts."""
+
+    fit: Fit
+    splines: _Splines
+    columns: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class _Asked:
+    """The model with some effects beside it, of whose residual free functions are asked.
+
+    Attributes:
+        baseline: the model as it is declared.
+        effects: that stand beside it.
+        score: what predicts its rows.
+        states: q, qd and load of all joints along each training log, thinned, (N, 3 n).
+    """
+
+    baseline: Baseline
+    effects: Sequence[Score]
+    score: PredictiveScore
+    states: Sequence[FloatArray]
+
+    def missing(self, j: int) -> float:
+        """Return the RMS of the held-out torque that joint j misses, N m or N."""
+        return float(np.sqrt(self.score.alone.left[j]))
+
+    def beside_laws(
+        self, j: int, variables: Variables, laws: Sequence[Score], least: float
+    ) -> Iterator[FreeFunction]:
+        """Yield the function of the laws' variables where it predicts much better than they do."""
+        # laws were chosen with a prior of their own: a spring may carry more than is missing
+        law = np.hstack([s.columns[j] for s in laws])
+        alone, named = self.score.alone, self.score.beside({j: law})
+        free = self._best(j, [variables])
+        ratio = (named.score - alone.score) / max(free.fit.score - alone.score, 1e-300)
+        better = math.sqrt(max(named.left[j] - free.fit.left[j], 0.0)) / self.baseline.base.size[j]
+        if free.fit.score - named.score > _SURE and ratio < _GOOD and better > least:
+            yield self._drawn(j, free, named, laws, ratio)
+
+    def alone(self, j: int) -> Iterator[FreeFunction]:
+        """Yield the function that explains most of what joint j misses, if it is half of it."""
+        sets, alone = [*_sets(self.baseline.robot.n, j)], self.score.alone
+        free = self._best(j, sets)
+        sure = free.fit.score - alone.score > _SURE + math.log(len(sets))
+        if sure and free.fit.left[j] < _HALF * alone.left[j]:
+            yield self._drawn(j, free, alone)
+
+    def _best(self, j: int, sets: Iterable[Variables]) -> _Fitted:
+        """Return the function on joint j that predicts best, with its columns in the band."""
+        joint, logs = self.baseline.robot.movable[j], self.baseline.base.logs
+        whole, tried = np.concatenate(self.states), []
+        for variables in sets:
+            for size in _SIZES[len(variables)]:
+                splines = _Splines(whole, variables, joint.coulomb_width, size)
+                pairs = zip(logs, self.states, strict=True)
+                columns = np.concatenate([compared(log, splines(x)) for log, x in pairs])
+                fit = self.score.beside({j: columns}, self.missing(j))
+                tried.append(_Fitted(fit, splines, columns))
+        return max(tried, key=lambda found: found.fit.score)
+
+    def _drawn(
+        self,
+        j: int,
+        free: _Fitted,
+        before: Fit,
+        laws: Sequence[Score] = (),
+        ratio: float = 0.0,
+    ) -> FreeFunction:
+        """Return the curve of a function on joint j, and that of the laws in its place."""
+        robot, size = self.baseline.robot, self.baseline.base.size[j]
+        splines = free.splines
+        grid, at, states = splines.grid()
+        flat = states.reshape(-1, states.shape[2])
+        d, b = self.score.fits({j: free.columns}, self.missing(j))
+        torque = self._friction(j, splines, flat, d) + splines(flat) @ b.T
+        parts = torque[:, :-1]
+        # the jackknife over the folds: what motion that a fit does not see would change
+        std = np.sqrt((parts.shape[1] - 1) * np.var(parts, axis=1))
+        law = self._law(j, splines, flat, laws) if laws else np.zeros(0)
+        return FreeFunction(
+            joint=robot.movable[j].number,
+            variables=tuple(
+                f"{_LETTERS[v // robot.n]}{robot.movable[v % robot.n].number}"
+                for v in splines.variables
+            ),
+            effects=tuple(dict.fromkeys(s.candidate.name for s in laws)),
+            grid=tuple(grid),
+            at=tuple(at),
+            torque=_rows(torque[:, -1]),
+            std=_rows(std),
+            law=_rows(law),
+            gain_ratio=ratio,
+            before=math.sqrt(before.left[j]) / size,
+            after=math.sqrt(free.fit.left[j]) / size,
+        )
+
+    def _friction(self, j: int, splines: _Splines, states: FloatArray, d: FloatArray) -> FloatArray:
+        """Return the declared friction of joint j at states in fits that add d (F, p), (N, F).
+
+        Splines say it as well: what is determined is the sum of both.
+        """
+        speed, number = states[:, splines.speed], self.baseline.robot.movable[j].number
+        values = {f"OF{number}": np.ones(len(states))}
+        if splines.speed in splines.variables:
+            values |= {f"FS{number}": splines.sign(states), f"FV{number}": speed}
+        base, X = self.baseline.evaluator.model.base, self.baseline.beside(self.effects).X
+        out = np.zeros((len(states), len(d)))
+        for k, p in enumerate(base.parameters[: self.baseline.base.W.shape[2]]):
+            if p.head in values:
+                out += values[p.head][:, None] * (X + d)[:, k]
+        return out
+
+    def _law(
+        self, j: int, splines: _Splines, states: FloatArray, laws: Sequence[Score]
+    ) -> FloatArray:
+        """Return the torque of laws on joint j at states, with its declared friction, (N,)."""
+        d, b = self.score.fits({j: np.hstack([s.columns[j] for s in laws])})
+        log, (torques, *_) = self.baseline.base.logs[0], self.baseline.torques(self.baseline.base)
+        q, qd, load = np.hsplit(states, 3)
+        samples = replace(log.samples, t=np.zeros(len(states)))
+        here, along = replace(log, samples=samples, q=q, qd=qd), torques._replace(load=load)
+        own = np.hstack([s.candidate.columns(here, along)[j] for s in laws])
+        return np.asarray(self._friction(j, splines, states, d[-1:])[:, 0] + own @ b[-1])
+
+
+def _rows(x: FloatArray) -> tuple[tuple[float, ...], ...]:
+    """Return curves of one length, a row each."""
+    return tuple(tuple(map(float, row)) for row in x.reshape(-1, _POINTS))
+
+
+def _sets(n: int, j: int) -> Iterator[Variables]:
+    """Yield what a torque on joint j may be a function of."""
     own = (j, n + j, 2 * n + j)
     yield from ((v,) for v in own)
     yield from itertools.combinations(own, 2)
@@ -81,28 +309,3 @@ def _states(baseline: Baseline) -> list[FloatArray]:
     logs = [log.thinned for log in baseline.base.logs]
     along = baseline.torques(baseline.base)
     return [np.hstack([s.q, s.qd, t.load]) for s, t in zip(logs, along, strict=True)]
-
-
-def _polynomials(
-    logs: Sequence[FilteredLog], states: Sequence[FloatArray], variables: Sequence[int]
-) -> FloatArray:
-    """Return Legendre polynomials of some variables in the band, (K, m), without the constant."""
-    legendre = np.polynomial.legendre.legvander
-    parts = [part[:, list(variables)] for part in states]
-    whole = np.concatenate(parts)
-    low, high = whole.min(axis=0), whole.max(axis=0)
-    span = np.where(high > low, high - low, 1.0)
-    powers = [
-        p for p in itertools.product(range(_DEGREE + 1), repeat=len(variables))
-        if 0 < sum(p) <= _DEGREE
-    ]  # fmt: skip
-    out = []
-    for log, part in zip(logs, parts, strict=True):
-        x = 2 * (part - low) / span - 1
-        values: list[FloatArray] = [legendre(column, _DEGREE) for column in x.T]
-        products = [
-            math.prod((v[:, k] for v, k in zip(values, p, strict=True)), start=np.ones(len(x)))
-            for p in powers
-        ]
-        out.append(compared(log, np.stack(products, axis=1)))
-    return np.concatenate(out)

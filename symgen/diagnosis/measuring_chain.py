@@ -44,7 +44,7 @@ from symgen.runtime.evaluator import Evaluator
 _ANOTHER = 100.0
 _MOST = 3  # faults that are undone, one after the other
 #: Causes that leave nothing to look for physics in.
-_FATAL = ("upside down", "weightless", "clock", "constant")
+_FATAL = ("upside down", "weightless", "clock", "constant", "command")
 _SENSOR = "velocity_sensor_error"
 #: Kinds of faults that are effects of the library.
 _EFFECTS = {
@@ -53,12 +53,14 @@ _EFFECTS = {
     "delay": "time_delay",
     "gain": "drive_gain_error",
     "saturated": "saturation",
+    "command": "commanded_torque",
 }
 _WORDS = {
     _SENSOR: "qd{0} = (1 + GV{0})*dq{0}(t - LV{0})/dt + OV{0}",
     "time_delay": "tau(t) = model(t - DT)",
     "drive_gain_error": "tau{0} = (1 + G{0})*model{0}",
     "saturation": "min(max(tau{0}, -limit{0}), limit{0})",
+    "commanded_torque": "tau = a controller's command",
 }
 
 

@@ -8,15 +8,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.log import Log
 from symgen.data.signals import Samples
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
 from symgen.robot.effect import unit
 
-FloatArray = NDArray[np.float64]
 #: Pictures at most; samples of one; of what is repaired, the part that counts as the place.
 _MOST, _POINTS, _FEWEST, _NEAR = 8, 300, 60, 0.1
 _WHOLE = 0.5  # of a log: what is repaired in more than that is shown where it is largest

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect
+from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FreeFunction
 from symgen.robot.effect import definitions
 
 #: Colour of a verdict: "good", "warn" or "bad".
@@ -71,6 +71,32 @@ def tie(effect: FoundEffect) -> str:
         return said
     where = "-".join(map(str, effect.joints))
     return f"{said} (symgen excite --for {effect.name}:{where} plans one)"
+
+
+def noisy(effect: FoundEffect) -> str:
+    """Return what is doubtful about an effect with a note, and what would tell."""
+    return (
+        f"{placed(effect)} {effect.note}: the even and the odd samples do not both show it; to "
+        "tell: positions of less noise, or speeds of a sensor of their own"
+    )
+
+
+_VARIABLES = {"q": "the position", "qd": "the speed", "taur": "the load"}
+
+
+def shape(f: FreeFunction) -> str:
+    """Return what a free function says of the shape of a torque."""
+    written = (name.rstrip("0123456789") for name in f.variables)
+    pairs = zip(written, f.variables, strict=True)
+    of = " and ".join(f"{_VARIABLES[x]} of joint {name[len(x) :]}" for x, name in pairs)
+    left = (
+        f"a free function leaves {100 * f.after:.2g} % in place of {100 * f.before:.2g} %; "
+        "no known law has this shape"
+    )
+    if not f.effects:
+        return f"the torque that joint {f.joint} misses depends on {of}: {left}"
+    laws = " and ".join(f.effects)
+    return f"joint {f.joint}: {laws} does not have the shape of the torque over {of}: {left}"
 
 
 def undeclared(diagnosis: Diagnosis) -> tuple[str, ...]:

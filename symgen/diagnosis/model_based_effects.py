@@ -18,7 +18,6 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.data.signals import differentiate, lowpass
@@ -26,12 +25,12 @@ from symgen.diagnosis.effects import Candidate, Constants, Torque, Torques
 from symgen.diagnosis.stiffness import Stiffness, deflection
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns, everywhere
+from symgen.estimation.values import FloatArray
 from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
 from symgen.symbolic.independence import random_states
 from symgen.symbolic.variation import Variation, variation
 
-FloatArray = NDArray[np.float64]
 _STEP = 1e-2  # m; torque is a polynomial in the lengths, of degree two
 _SHIFT = 1e-4  # of the range of the motion, of the directional derivative of an elastic joint
 _STATES = 200

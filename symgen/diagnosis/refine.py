@@ -7,15 +7,14 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.diagnosis.baseline import Baseline
 from symgen.diagnosis.effects import Candidate, Score, Seen
 from symgen.diagnosis.whitened_system import WhitenedSystem
 from symgen.errors import RobotError
 from symgen.estimation.predictive_score import Columns
+from symgen.estimation.values import FloatArray
 
-FloatArray = NDArray[np.float64]
 _STEPS = {1: 20, 2: 60}
 _ROUNDS, _HALVINGS = 8, 4  # of Gauss and Newton's steps
 _DIFFERENCE = 1e-3  # of a constant, for the slope of its columns

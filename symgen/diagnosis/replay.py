@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import Model, derive
@@ -25,10 +24,10 @@ from symgen.data.mask import spans
 from symgen.data.signals import interpolated
 from symgen.diagnosis.diagnosis import Curves, Diagnosis
 from symgen.errors import ParameterError, SymgenError
+from symgen.estimation.values import FloatArray
 from symgen.experiment.plant import KERNELS, Plant, plant
 from symgen.runtime.evaluator import Evaluator, load
 
-FloatArray = NDArray[np.float64]
 #: Of the feedback, rad/s.
 BANDWIDTH = 2 * np.pi
 #: Longest and shortest window, s: the shortest is one period of the feedback.

@@ -12,15 +12,14 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.diagnosis.baseline import Baseline
 from symgen.diagnosis.diagnosis import Gap, Place
 from symgen.diagnosis.effects import Score, Torques
 from symgen.diagnosis.whitened_system import WhitenedSystem, compared, gain_of
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.values import FloatArray
 
-FloatArray = NDArray[np.float64]
 _PRICE = 0.015  # of a function
 _ORGANISED = 0.3  # least score of a pattern
 _EXPLAINED = 0.5  # share of a joint's residual that effects close whose pattern is then its own

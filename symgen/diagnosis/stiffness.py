@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.data.signals import differentiate, lowpass, white_noise
@@ -24,10 +23,10 @@ from symgen.diagnosis.whitened_system import WhitenedSystem, compared
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.solve import weighed
 from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.values import FloatArray
 from symgen.robot.effect import unit
 from symgen.robot.types import Robot
 
-FloatArray = NDArray[np.float64]
 NAME = "joint_elasticity"
 #: K is known where it is so many standard deviations from zero, and where the noise of q - qs in
 #: the band is at most this part of what the other columns leave of it: K falls by its square.

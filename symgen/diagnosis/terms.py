@@ -4,9 +4,8 @@
 
 The terms are texts of the effects' grammar in the positions and speeds of all joints: powers, sines
 and absolute values, products of two, and bumps exp(-((q - c)/w)**2) and their slopes, whose centre
-c and width w are searched on a grid and refined. One is taken after the other, each by the strict
-rule of `symgen.diagnosis.select` with every term that was looked at counted; named effects that
-the expression makes needless are dropped. A sum that leaves most of the residual is not reported.
+c and width w are searched on a grid and refined. Each term competes by the score that effects
+compete by (`symgen.diagnosis.search`), and pays for all that were looked at.
 """
 
 from __future__ import annotations
@@ -18,7 +17,6 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.diagnosis.baseline import Baseline
@@ -26,11 +24,11 @@ from symgen.diagnosis.effects import Candidate, Constants, Torques
 from symgen.diagnosis.whitened_system import WhitenedSystem, compared
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns
+from symgen.estimation.values import FloatArray
 from symgen.robot.effect import Search as Range
 from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
 
-FloatArray = NDArray[np.float64]
 NAME = "unnamed"
 _BEST = 12  # terms of a joint that are scored
 _FREE = 0.05

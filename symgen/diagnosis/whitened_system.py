@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.mask import SLOW, STOP, STOPPED, Bools, mean_speeds, rms, stops, touched
 from symgen.estimation.cutoff import rest_weight
@@ -21,9 +20,9 @@ from symgen.estimation.predictive_score import Columns, dense
 from symgen.estimation.solve import SINGULAR, column_norms, shortest
 from symgen.estimation.summary import Summary, triangle
 from symgen.estimation.system import torque_rows
+from symgen.estimation.values import FloatArray
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 _WHITENING = 3
 _TINY = 1e-300
 _FREE = 1e-5  # of a column of unit norm, from which the model does not say it

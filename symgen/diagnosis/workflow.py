@@ -9,7 +9,6 @@ from itertools import chain
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.log import Log
 from symgen.data.raw import Reading
@@ -18,7 +17,6 @@ from symgen.diagnosis.baseline import Baseline, baseline, model_of
 from symgen.diagnosis.conclusion import conclude, plain
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect
 from symgen.diagnosis.effects import candidates
-from symgen.diagnosis.free_functions import free_functions
 from symgen.diagnosis.measuring_chain import (
     check,
     closed,
@@ -50,6 +48,7 @@ from symgen.estimation.logs import (
 )
 from symgen.estimation.masking import rests_in_words
 from symgen.estimation.predictive_score import LEAST, MISFIT
+from symgen.estimation.values import FloatArray
 from symgen.faults.causes import find_cause
 from symgen.faults.fault import MASKED, Fault, undo_faults
 from symgen.faults.logs import join_bands, open_logs, open_samples
@@ -61,7 +60,6 @@ from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 Groups = tuple[Sequence[Samples], Sequence[Samples]]
 _FEWEST = 10  # samples held out
 
@@ -327,10 +325,7 @@ class _Question:
                 f"{STIFFNESS}: without a second encoder (qs1.., on the link side) it shows near "
                 "its resonance alone",
             )
-        found = conclude(model, selection, notes, self.least)
-        if found.verdict in ("unexplained", "partly-explained") and not given:
-            shapes = free_functions(model, selection.accepted, self.least, self.misfit)
-            found = replace(found, advice=(*shapes, *found.advice))
+        found = conclude(model, selection, notes, self.least, self.misfit)
         return with_stiffness(found, self.robot, bent)
 
     def answer(self, faults: Sequence[Fault]) -> Diagnosis:

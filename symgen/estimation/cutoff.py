@@ -19,7 +19,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -93,6 +92,7 @@ def rest_weight(moving: FloatArray, at_rest: FloatArray) -> float:
 
 #: Cutoffs that are tried, in comparison bands.
 CUTOFFS = (0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
+_FINER = 2**0.5  # about the ratio of two neighbours
 _SAMPLES = 120_000  # of all logs together, that the scan looks at
 
 
@@ -133,18 +133,33 @@ def choose_band(
     seen = _sample(logs)
     if len(grid) == len(kinds) == 1:
         return weigh_rests(evaluator, seen, start)
-    bands = [[replace(start, cutoff_hz=hz, velocity=kind) for hz in grid] for kind in kinds]
     sides = [torque_sides(FilteredLog(s, start, s.q, s.qd)) for s in seen]  # of any cutoff
-    errors_of = partial(_errors, evaluator, seen, sides)
-    alike = list(in_turn(errors_of, zip(*bands, strict=True), threads))
+
+    def errors_at(hz: float) -> FloatArray:
+        bands = [replace(start, cutoff_hz=hz, velocity=kind) for kind in kinds]
+        return np.stack(_errors(evaluator, seen, sides, bands))
+
+    alike = list(in_turn(errors_at, grid, threads))
+    # Steps of a coarse encoder widen the comparison band beyond the motion: where the lowest cutoff
+    # is the best, a lower one may be better.
+    slowest = max(1 / float(s.t[-1] - s.t[0]) for s in seen)  # one period over a log
+    while cutoff is None and _best(alike)[1] == 0 and grid[0] / _FINER >= slowest:
+        grid.insert(0, grid[0] / _FINER)
+        alike.insert(0, errors_at(grid[0]))
     errors = np.stack(alike, axis=1)
-    whole = errors.sum(axis=2)  # (kinds, C, m)
-    best = whole.sum(axis=2)
-    least = whole[np.unravel_index(best.argmin(), best.shape)]
+    least = errors.sum(axis=2)[_best(alike)]
     errors = (errors / np.where(least > 0, least, np.inf)).sum(axis=3)
     middle = [_middle(same) for same in errors]
     k = int(np.argmin([same[i].sum() for same, i in zip(errors, middle, strict=True)]))
-    return weigh_rests(evaluator, seen, bands[k][middle[k]])
+    chosen = replace(start, cutoff_hz=grid[middle[k]], velocity=kinds[k])
+    return weigh_rests(evaluator, seen, chosen)
+
+
+def _best(errors: Sequence[FloatArray]) -> tuple[int, int]:
+    """Return the kind of speed and the cutoff with the least error, of (kinds, B, m) each."""
+    whole = np.stack([e.sum(axis=(1, 2)) for e in errors], axis=1)
+    kind, k = np.unravel_index(whole.argmin(), whole.shape)
+    return int(kind), int(k)
 
 
 def _middle(errors: FloatArray) -> int:

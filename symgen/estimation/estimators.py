@@ -47,6 +47,7 @@ from symgen.estimation.solve import (
     residual_weights,
     undetermined,
     weighted_triangle,
+    with_the_others_zero,
 )
 from symgen.estimation.statistics import f_tail
 from symgen.estimation.summary import Summary, summaries, summarise, triangle
@@ -295,19 +296,15 @@ class Essential:
                 break
             grown += growth[least]
             kept.pop(least)
-        names = tuple(system.names[i] for i in kept)
-        smaller = LinearSystem(names, tuple(e.columns(kept) for e in system.logs))
-        reduced = merged((f[:, [*kept, p]] for f in parts), weights, names)
+        smaller = system.columns(kept)
+        reduced = merged((f[:, [*kept, p]] for f in parts), weights, smaller.names)
         part = least_squares_solution(smaller, *reduced, weights)
-        X, covariance = np.zeros(p), np.zeros((p, p))
-        X[kept] = part.X
-        covariance[np.ix_(kept, kept)] = part.covariance
-        out = [name for name in system.names if name not in names]
+        out = [name for name in system.names if name not in smaller.names]
         note = f"{len(kept)} of {p} parameters are essential" + (
             f"; taken as 0, F test at {self.level:g}: {', '.join(out)}" if out else ""
         )
         contrast = (OtherEstimate.by("wls", system.names, full.X, full.std),)
-        return replace(part, X=X, covariance=covariance, notes=(note,), comparison=contrast)
+        return replace(with_the_others_zero(part, kept, p), notes=(note,), comparison=contrast)
 
 
 def whitening(system: LinearSystem, X: FloatArray) -> tuple[FloatArray, float]:

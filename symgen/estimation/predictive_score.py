@@ -134,6 +134,25 @@ class Fit(NamedTuple):
     torque: FloatArray
 
 
+class _Solved(NamedTuple):
+    """Whitened columns on J joints, of unit norm, and fits of the model with them.
+
+    Attributes:
+        joints: positions.
+        norms: (m,) of the columns before.
+        CC, RC, Cr: products of the columns, (J, folds, ..), with themselves, model and residual.
+        d, b: (folds + 1, p) what is added to X, and (folds + 1, m) coefficients.
+    """
+
+    joints: list[int]
+    norms: FloatArray
+    CC: FloatArray
+    RC: FloatArray
+    Cr: FloatArray
+    d: FloatArray
+    b: FloatArray
+
+
 @dataclass(frozen=True, eq=False)
 class PredictiveScore:
     """The rows of a model, and what predicts them on folds that it was not fitted on.
@@ -256,7 +275,32 @@ class PredictiveScore:
             size: RMS of the torque that a column is expected to have, N m or N: its coefficient is
                 drawn to zero as by a normal prior of that scale.
         """
-        n, m = len(self.sigma), next(iter(columns.values())).shape[1]
+        own = self._solved(columns, size)
+        d, b = own.d[:-1], own.b[:-1]
+        squares = self._squares(d)
+        squares[own.joints] += np.sum(b * (_times(own.CC, b) - 2 * own.Cr), axis=2)
+        squares[own.joints] += 2 * np.sum(d * _times(own.RC, b), axis=2)
+        score, left = self._scored(squares)
+        rows, last = np.sqrt(self.counts.sum(axis=1)), own.b[-1]
+        torque = np.zeros(len(self.sigma))
+        for j, cc in zip(own.joints, own.CC, strict=True):
+            square = float(last @ cc.sum(axis=0) @ last)
+            torque[j] = self.sigma[j] * np.sqrt(max(square, 0.0)) / max(rows[j], 1e-300)
+        return Fit(score, left, last / own.norms, torque)
+
+    def fits(self, columns: Columns, size: float = np.inf) -> tuple[FloatArray, FloatArray]:
+        """Return what fits with columns beside the model give; arguments as for `beside`.
+
+        Returns:
+            What they add to X, (folds + 1, p), and the columns' coefficients, (folds + 1, m): of
+            the rows outside each fold; of all, last.
+        """
+        own = self._solved(columns, size)
+        return own.d / self._norms, own.b / own.norms
+
+    def _solved(self, columns: Columns, size: float) -> _Solved:
+        """Fit the model with columns beside it to the rows outside each fold, and to all."""
+        m = next(iter(columns.values())).shape[1]
         joints = list(columns)
         C = [
             self._folded(c * (self.weight[:, j] / self.sigma[j])[:, None])
@@ -276,16 +320,7 @@ class PredictiveScore:
         h = _of_others(Cr) - (B.swapaxes(1, 2) @ self._base[..., None])[..., 0]
         b = np.linalg.solve(S, h[..., None])[..., 0]
         d = self._base - (H @ (B @ b[..., None]))[..., 0]
-        d, own = d[:-1], b[:-1]
-        squares = self._squares(d)
-        squares[joints] += np.sum(own * (_times(CC, own) - 2 * Cr), axis=2)
-        squares[joints] += 2 * np.sum(d * _times(RC, own), axis=2)
-        score, left = self._scored(squares)
-        torque = np.zeros(n)
-        for j, cc in zip(joints, CC, strict=True):
-            square = float(b[-1] @ cc.sum(axis=0) @ b[-1])
-            torque[j] = self.sigma[j] * np.sqrt(max(square, 0.0)) / max(rows[j], 1e-300)
-        return Fit(score, left, b[-1] / norms, torque)
+        return _Solved(joints, norms, CC, RC, Cr, d, b)
 
     def within(self, columns: Columns) -> Fit:
         """Score a torque on one joint that stands for a time only, one column (K, 1).

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from typing import NamedTuple
 
@@ -19,7 +19,8 @@ from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
 SINGULAR = 1e-8
 _SHORTEST = 1e-9  # the same of a search, which asks for columns that may say the same
 _AT_ONCE = 64  # factors that are merged together
-_SHARE = 1e-6  # of a parameter in a combination that data leave open
+#: Share of a parameter in a combination that data leave open, up to which it is not part of it.
+_SHARE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +49,13 @@ class Solution:
     def std(self) -> FloatArray:
         """Standard deviations of X, (p,)."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0))
+
+
+def with_the_others_zero(part: Solution, kept: Sequence[int], p: int) -> Solution:
+    """Return the solution of some of p columns as one of all: the others are 0, without a std."""
+    X, covariance = np.zeros(p), np.zeros((p, p))
+    X[list(kept)], covariance[np.ix_(kept, kept)] = part.X, part.covariance
+    return replace(part, X=X, covariance=covariance)
 
 
 def require_rows(system: LinearSystem) -> None:
@@ -217,10 +225,16 @@ def column_norms(R: FloatArray) -> FloatArray:
     return np.where(norms > 0, norms, 1.0)
 
 
-def _null_space(R: FloatArray) -> FloatArray:
-    """Return combinations of columns that have no effect, orthonormal, a row each."""
-    _, singular, right = np.linalg.svd(R)
-    return right[np.count_nonzero(singular > SINGULAR * singular[0]) :]
+def _null_space(R: FloatArray, noise: FloatArray) -> FloatArray:
+    """Return combinations of columns with no more effect than noise has, of unit norm, a row each.
+
+    Args:
+        R: triangular factor of columns of unit norm, (p, p).
+        noise: triangular factor of what noise makes of these columns, (p, p), not singular.
+    """
+    _, singular, right = np.linalg.svd(R @ np.linalg.inv(noise))
+    null = np.linalg.solve(noise, right[np.count_nonzero(singular > 1) :].T).T
+    return np.asarray(null / np.linalg.norm(null, axis=1, keepdims=True))
 
 
 def undetermined(R: FloatArray, names: tuple[str, ...]) -> str:
@@ -230,11 +244,12 @@ def undetermined(R: FloatArray, names: tuple[str, ...]) -> str:
         R: triangular factor of the regressor with columns of unit norm, (p, p).
         names: of its columns.
     """
-    null = _null_space(R)
+    _, singular, right = np.linalg.svd(R)
+    null = right[np.count_nonzero(singular > SINGULAR * singular[0]) :]
     if len(null) == 0:
         return ""
     share = np.linalg.norm(null, axis=0)
-    involved = [name for name, s in zip(names, share, strict=True) if s > 1e-3]
+    involved = [name for name, s in zip(names, share, strict=True) if s > _SHARE]
     return (
         "the information matrix is singular: these data do not determine "
         f"{first_of(involved, 8)} "
@@ -254,14 +269,27 @@ class IdentifiableColumns(NamedTuple):
     known: list[int]
 
 
-def identifiable_columns(W: FloatArray) -> IdentifiableColumns:
-    """Return which columns of a regressor (K, p) its rows determine; none where all are zero."""
+def identifiable_columns(W: FloatArray, noise: FloatArray | None = None) -> IdentifiableColumns:
+    """Return which columns of a regressor its rows determine; none where all are zero.
+
+    A combination v of columns of unit norm is determined where ||W v|| is above ||E v|| and above
+    1e-8 of ||v||: what rounding makes of it.
+
+    Args:
+        W: (K, p).
+        noise: E (L, p), what noise makes of the columns; None where they are exact.
+    """
     R = triangle(W)
     norms = np.linalg.norm(R, axis=0)
-    R /= np.where(norms > SINGULAR * norms.max(), norms, np.inf)
+    scale = np.where(norms > SINGULAR * norms.max(), norms, np.inf)
+    R /= scale
+    rounding = SINGULAR * np.eye(len(norms))
+    E = triangle(rounding if noise is None else np.concatenate([noise / scale, rounding]))
     kept: list[int] = []
     for k in np.flatnonzero(R.any(axis=0)).tolist():
-        if np.linalg.svd(R[:, [*kept, k]], compute_uv=False)[len(kept)] > SINGULAR:
+        tried = [*kept, k]
+        whole = R[:, tried] @ np.linalg.inv(triangle(E[:, tried]))
+        if np.linalg.svd(whole, compute_uv=False)[-1] > 1:
             kept.append(k)
-    open_ = np.linalg.norm(_null_space(R), axis=0)
+    open_ = np.linalg.norm(_null_space(R, E), axis=0)
     return IdentifiableColumns(kept, [k for k in kept if open_[k] <= _SHARE])

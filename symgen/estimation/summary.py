@@ -66,6 +66,12 @@ class Summary:
         """Sum of the squares of y."""
         return float(np.sum(self.factor[:, -1] ** 2))
 
+    def columns(self, chosen: Sequence[int] | None) -> Summary:
+        """Return the summary of some of the parameters; None for all."""
+        if chosen is None:
+            return self
+        return replace(self, factor=triangle(self.factor[:, [*chosen, -1]]))
+
     def rss(self, X: FloatArray) -> float:
         """Return the sum of the squares of y - W X."""
         return float(np.sum((self.factor[:, -1] - self.factor[:, :-1] @ X) ** 2))

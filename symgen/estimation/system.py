@@ -131,6 +131,11 @@ class LinearSystem:
     names: tuple[str, ...]
     logs: tuple[Equations, ...]
 
+    def columns(self, chosen: Sequence[int]) -> LinearSystem:
+        """Return the equations of some of the parameters."""
+        names = tuple(self.names[k] for k in chosen)
+        return LinearSystem(names, tuple(e.columns(chosen) for e in self.logs))
+
     @property
     def W(self) -> FloatArray:
         """All regressor rows, (K, p)."""

@@ -131,7 +131,8 @@ def fit(
         torque = modelled_torque(evaluator, log, X)
         apart = round(MEMORY * PER_PERIOD) if log.rows.cutoff is not None else 1
         apart = apart if log.mask is None else 0
-        trace = Trace(log.name, kind, "torque", log.compared_t, log.measured, torque, apart)
+        both, raw = (log.measured, torque), log.tau[log.kept]
+        trace = Trace(log.name, kind, "torque", log.compared_t, *both, apart, raw)
         out += squares(log.free, log.measured, torque, log.resting, (trace,))
     if logs and all(log.mask for log in logs) and not out.size.all():
         j = int(np.argmin(out.size)) + 1

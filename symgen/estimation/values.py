@@ -38,6 +38,7 @@ class Trace:
         predicted: shape (K, m).
         spacing: rows so far apart share no window, nor what the filter spreads; 0 where some are
             masked, whose residual says nothing.
+        raw: measured torque before any filter, shape (K, m); None of other quantities.
     """
 
     log: str
@@ -47,6 +48,7 @@ class Trace:
     measured: Curve
     predicted: Curve
     spacing: int = 1
+    raw: Annotated[FloatArray | None, BESIDE] = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,6 @@ from symgen.data.log import make_log
 from symgen.data.raw import FloatArray
 from symgen.data.signals import sampled
 from symgen.distributed import Say
-from symgen.errors import IdentificationError
 from symgen.estimation.estimators import solve
 from symgen.estimation.filtered_log import unfiltered
 from symgen.estimation.integrals import cumulative_integral
@@ -168,15 +167,15 @@ class Reproduction:
         count: runs of each set-up.
         exact: largest relative errors without noise, by spline integrals and on line.
         setups: a and b.
-        refused: why joint speeds proportional to each other are refused, without and with noise;
-            empty where they are not.
+        hidden: what joint speeds proportional to each other do not determine, without and with
+            noise.
     """
 
     evaluator: Evaluator
     count: int
     exact: tuple[float, float]
     setups: tuple[Setup, ...]
-    refused: tuple[str, str]
+    hidden: tuple[tuple[str, ...], ...]
 
     def files(self, summary: str) -> dict[str, bytes]:
         """Return the JSON of this name, and two runs of each set-up as logs."""
@@ -210,9 +209,9 @@ def reproduce(runs: int, say: Say) -> Reproduction:
         rows = _rows(evaluator, measured)
         final = _solved(rows.transpose(0, 2, 1) @ rows)
         setups.append(Setup(letter, words, measured, _recursive(rows[:_FOLLOWED]), final))
-    refused = (_refused(evaluator, proportional_run(evaluator, seed)) for seed in (None, 1))
+    hidden = (_hidden(evaluator, proportional_run(evaluator, seed)) for seed in (None, 1))
     exact = _returned(evaluator, exact_run(evaluator))
-    return Reproduction(evaluator, runs, exact, tuple(setups), (next(refused), next(refused)))
+    return Reproduction(evaluator, runs, exact, tuple(setups), tuple(hidden))
 
 
 def _rows(evaluator: Evaluator, runs: Motion) -> FloatArray:
@@ -249,11 +248,8 @@ def _worst(X: FloatArray) -> float:
     return float(np.abs(X / X_TRUE - 1).max())
 
 
-def _refused(evaluator: Evaluator, runs: Motion) -> str:
-    """Return why a run is refused; empty where it is not."""
+def _hidden(evaluator: Evaluator, runs: Motion) -> tuple[str, ...]:
+    """Return the parameters that a run does not determine."""
     log = make_log("proportional", runs.t, runs.q[0], runs.tau[0], runs.qd[0])
-    try:
-        identify(evaluator, log, model="energy", window=10 * STEP)
-    except IdentificationError as error:
-        return str(error)
-    return ""
+    found = identify(evaluator, log, model="energy", window=10 * STEP)
+    return tuple(p.name for p in found.parameters if math.isnan(p.std))

@@ -25,8 +25,9 @@ from symgen.estimation.predictive_score import LEAST, MISFIT, TEMPERATURE, Colum
 from symgen.estimation.summary import solve_gram
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, Fault
-from symgen.faults.scene import Rows, Scene, mean_inertia
-from symgen.faults.shapes import KINDS, LAWS, Shape
+from symgen.faults.samples import positions_look_measured, torques_look_computed
+from symgen.faults.scene import Rows, Scene, mean_friction_power, mean_inertia
+from symgen.faults.shapes import FACTOR, KINDS, LAWS, Shape
 from symgen.faults.undo import multiplied
 from symgen.runtime.evaluator import Evaluator
 
@@ -55,6 +56,8 @@ _SIZE = 0.3  # of its joint's torque: physics that a model lacks is expected to 
 _FEW = 2  # causes beside the likeliest that are named with it
 _EXACT, _TRIES = 0.005, 5  # of a factor, and rounds until it is found as exactly
 _STEPPED = 1e-4  # of a factor: its inverse is the largest
+_SHARE = 4.0  # of the torque that a motion asks for: a clock that runs half as fast
+_AT_END = 0.99  # of a range: what fits best is beyond
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +73,7 @@ class Cause:
         shape: whose columns it has; None where it has none.
         value: its first coefficient.
         fault: of channels, that can be undone; None where nothing in the logs can.
+        regressor: (K, n, p) of the model with it; None where it has another.
     """
 
     kind: str
@@ -80,11 +84,16 @@ class Cause:
     shape: Shape | None = None
     value: float = math.nan
     fault: Fault | None = None
+    regressor: FloatArray | None = None
 
     @property
     def physics(self) -> bool:
         """Whether it is physics without a name."""
         return self.shape is not None and self.shape.physics
+
+
+#: Gives what has fits of its own.
+Finder = Callable[[Scene], Iterator[Cause]]
 
 
 def _begun(scene: Scene) -> Iterator[tuple[str, FloatArray]]:
@@ -115,9 +124,9 @@ def causes(
     # Speeds that were measured, and right as they were, speak for the clock.
     derived = any(log.samples.velocity_derived for log in scene.rows.logs)
     clock = derived or any(r.kind == "speed" for r in repairs)
-    kinds = [make for kind, make in KINDS.items() if clock or kind != "clock"]
-    shapes = [shape for make in kinds for shape in make(scene)]
-    found = first = _all(scene, shapes, faults, SPECIAL)
+    special: Mapping[str, Finder] = {**SPECIAL, "command": partial(_scaled, clock=clock)}
+    shapes = [shape for make in KINDS.values() for shape in make(scene)]
+    found = first = _all(scene, shapes, faults, special)
     while found and found[0].physics and len(scene.physics) < _MOST * scene.n:
         assert found[0].shape
         scene = replace(scene, physics=(*scene.physics, found[0].shape.columns))
@@ -128,11 +137,12 @@ def causes(
         return scene, found
     # Beside more physics none of the others is likelier than it was.
     likely = {c.kind for c in first if c.score > 0}
+    likely |= {"command"} if "clock" in likely else set()  # one fit gives both
     return scene, _all(
         scene,
         shapes,
         [f for f in faults if f.kind in likely],
-        {kind: find for kind, find in SPECIAL.items() if kind in likely},
+        {kind: find for kind, find in special.items() if kind in likely},
     )
 
 
@@ -140,7 +150,7 @@ def _all(
     scene: Scene,
     shapes: Sequence[Shape],
     faults: Sequence[Fault],
-    special: Mapping[str, Callable[[Scene], Iterator[Cause]]],
+    special: Mapping[str, Finder],
 ) -> list[Cause]:
     """Return what could be wrong beside a scene, the likeliest first, and that nothing is."""
     alone = scene.score.alone
@@ -268,6 +278,82 @@ def _weighing(scene: Scene, share: float, says: str) -> Iterator[Cause]:
         fit = scene.scored(scene.rows.W + (share - 1.0) * rest).alone
         kind = "weightless" if share == 0 else "upside down"
         yield Cause(kind, (), says, fit.score - scene.score.alone.score, fit.left)
+
+
+def _scaled(scene: Scene, clock: bool) -> Iterator[Cause]:
+    """Yield motion that asks for another share of torque than the model says, weight apart.
+
+        tau = W0 X + s (W - W0) X,    W0 the regressor at rest
+
+    A controller that holds the links, and feeds forward a share of the rest, commands this; a clock
+    that runs c times too fast makes it of any torque, s = 1/c^2. No log tells one from the other,
+    but measured speeds that speak for the clock. Friction is free, hence the same for both.
+
+    Args:
+        scene: the model.
+        clock: whether no measured speed speaks for the clock.
+    """
+    from scipy.optimize import minimize_scalar
+
+    rest, p = scene.rows.at_rest, scene.rows.W.shape[2]
+    if not np.any(rest):
+        return
+    moving = scene.rows.W - rest
+    blocks = scene.blocks(np.concatenate([rest, moving], axis=2), scene.rows.weight)
+    T = np.zeros((2 * p + 1, p + 1))
+    T[:p, :p], T[-1, -1] = np.eye(p), 1.0
+
+    def left(share: float) -> float:
+        T[p:-1, :p] = share * np.eye(p)
+        return float(np.sum(np.log(scene.fitted(replace(blocks, grams=T.T @ blocks.grams @ T))[1])))
+
+    share = float(minimize_scalar(left, bounds=(0.0, _SHARE), method="bounded").x)
+    if share > _AT_END * _SHARE:
+        return  # more would fit better: no size is found
+    W = rest + share * moving
+    fit = scene.scored(W).alone
+    slow = math.sqrt(share)
+    fast = (
+        f"t: the stamps run about {1 / slow:.3g} times as fast as the robot moves: check the unit "
+        "and the clock of t"
+    )
+    asked = (
+        f"tau looks like a controller's command, the weight and about {100 * share:.2g} % of what "
+        "the motion asks for: log the measured torque or the motor current"
+    )
+    better = fit.score - scene.score.alone.score
+    if clock:
+        says = fast if abs(slow - 1) > FACTOR else ""
+        yield Cause("clock", (), says, better, fit.left, regressor=W)
+    if share < 1:
+        says = asked if 1 - share > FACTOR else ""
+        yield Cause("command", (), says, better, fit.left, regressor=W)
+
+
+def _computed(scene: Scene) -> Cause | None:
+    """Return that the torques are a model's: without noise, and without friction on any joint.
+
+    Every drive takes energy out of its joint. What it takes here is worth less torque than matters,
+    though the robot file declares friction, and positions have the noise of encoders.
+    """
+    rows = scene.rows
+    movable = rows.evaluator.model.robot.movable
+    joints = moving_joints([log.qd for log in rows.logs], rows.evaluator.model.robot.sigma)
+    if not joints or not all(movable[j].friction for j in joints):
+        return None
+    every = [log.samples for log in rows.logs]
+    if not all(torques_look_computed(s) and positions_look_measured(s) for s in every):
+        return None
+    power, speed = mean_friction_power(rows.evaluator, rows.logs)
+    rubs = power[:, : len(scene.X)] @ scene.X / np.maximum(speed * rows.size, 1e-300)
+    if (rubs[joints] > LEAST).any():
+        return None
+    says = (
+        "tau looks like a controller's command, or another model's torque: it has no noise, and no "
+        "joint has friction; log the measured torque or the motor current (where the robot has "
+        "no friction, declare friction = [])"
+    )
+    return Cause("command", (), says, math.inf, rows.size)
 
 
 def _directions(scene: Scene) -> Iterator[Cause]:
@@ -466,7 +552,7 @@ def _moments(scene: Scene) -> Iterator[Cause]:
 
 
 #: What has fits of its own.
-SPECIAL: Mapping[str, Callable[[Scene], Iterator[Cause]]] = {
+SPECIAL: Mapping[str, Finder] = {
     "upside down": _upside_down,
     "weightless": _weightless,
     "gravity": _directions,
@@ -506,6 +592,8 @@ def find_cause(
         told = ", ".join(f"tau{j + 1}" for j in still)
         says = f"{told} never changes although the joint moves: nothing was recorded"
         return Cause("constant", tuple(still), says, math.inf, rows.size)
+    if computed := _computed(scene):
+        return computed
     if not (np.sqrt(scene.score.alone.left) / rows.size > least).any():
         return None
     scene, found = causes(scene, faults, repairs)
@@ -540,6 +628,8 @@ def _confirmed(rows: Rows, cause: Cause) -> bool:
     elif shape is not None and cause.kind == shape.kind:
         both = [rows.W, dense(shape.columns, rows.y.shape)]
         other = np.concatenate(both, axis=2), rows.y, rows.weight
+    elif cause.regressor is not None:
+        other = cause.regressor, rows.y, rows.weight
     else:
         return True
     train = np.zeros(len(rows.y), dtype=bool)

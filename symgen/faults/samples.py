@@ -28,6 +28,7 @@ from symgen.data.signals import (
     interpolated,
     lowpass,
     lowpass_and_slopes,
+    noise_of_differences,
     white_noise,
 )
 from symgen.data.stretch import GAP, holes
@@ -72,6 +73,10 @@ _STILL = 3.0  # spreads of noise in the band within which a position is noise
 _SLOPES = 5.0  # the band of that comparison, in comparison bands
 #: A step is so many times the largest usual difference (99 of 100 are smaller), so far apart.
 _STEP, _APART = 5.0, 5
+#: Of a torque: sensors and currents have more noise than that; samples from which it is taken.
+_NOISE, _SIXTH = 1e-4, 100
+#: rad or m: positions that were measured have more noise. An encoder of 20 bits has 1.7e-6 rad.
+_ENCODER = 1e-6
 
 
 def repaired(log: Log, sigma: Sequence[int]) -> tuple[Log, tuple[Fault, ...]]:
@@ -756,6 +761,19 @@ def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
                 "at the sensor"
             )
             yield fault_of(samples.name, "stuck", key, j, says, int(lengths[k]))
+
+
+def torques_look_computed(samples: Samples) -> bool:
+    """Return whether no torque of a log has any noise, as sixth differences show it."""
+    tau = samples.tau[:, np.ptp(samples.tau, axis=0) > 0]
+    if not tau.size or len(tau) < _SIXTH:
+        return False
+    return not (noise_of_differences(tau) > _NOISE * rms(tau)).any()
+
+
+def positions_look_measured(samples: Samples) -> bool:
+    """Return whether the position of any joint has the noise of an encoder."""
+    return bool((noise_of_differences(samples.q) > _ENCODER).any())
 
 
 def steps(x: FloatArray) -> Places:

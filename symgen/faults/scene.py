@@ -187,6 +187,31 @@ class Scene:
         return W[:, :, : len(self.X)] @ self.X
 
 
+def mean_friction_power(
+    evaluator: Evaluator, logs: Sequence[FilteredLog], states: int = _STATES
+) -> tuple[FloatArray, FloatArray]:
+    """Return the mean power that friction takes from each joint, and the RMS of its speed.
+
+        mean of qd_j W_j, W_j the columns of friction
+
+    Args:
+        evaluator: the compiled model, with torque_regressor.
+        logs: whose motion it is.
+        states: at which it is taken, at least.
+
+    Returns:
+        (n, p) by base parameter, 0.0 where it is none of friction; (n,) rad/s or m/s.
+    """
+    q, qd = (np.concatenate([getattr(log, key)[log.kept] for log in logs]) for key in ("q", "qd"))
+    every = slice(None, None, max(1, len(q) // states))
+    q, qd = (np.ascontiguousarray(x[every]) for x in (q, qd))
+    W = np.array(evaluator["torque_regressor"](q, qd, np.zeros_like(q)))
+    W[:, :, : evaluator.model.inertial] = 0.0
+    offsets = [b.name.startswith("OF") for b in evaluator.model.base.parameters][: W.shape[2]]
+    W[:, :, offsets] = 0.0  # an offset is no friction: it gives and takes
+    return np.mean(W * qd[:, :, None], axis=0), rms(qd)
+
+
 def mean_inertia(evaluator: Evaluator, logs: Sequence[FilteredLog], j: int) -> FloatArray:
     """Return the mean of what base parameters add to the inertia about a joint, (p,)."""
     q = np.concatenate([log.q[log.kept] for log in logs])

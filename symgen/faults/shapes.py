@@ -4,7 +4,6 @@
     gain of a torque                 tau_j
     gear ratio of a joint            tau_j + d tau / d(scale of q_j and its derivatives)
     length of the geometry           d tau / d length
-    clock                            d tau / d(scale of speeds, and its square of accelerations)
     a torque that is late            - d tau_j / dt
     weight that something carries    - tau_j at rest
     a load on the last link          tau of its mass and its moments
@@ -41,7 +40,6 @@ ZERO, FACTOR = math.radians(0.5), 0.05
 _FAR = 0.7  # rad: of a zero farther off the first order tells nothing
 _SLOW = 0.02  # s: filters that drives have
 _LONG = 0.5  # of a length, likewise
-_FAST = 0.7  # of a clock, likewise
 _WHOLE = 1.5  # of a weight: no more than all of it, and what an estimate misses, is carried
 _STEP = 1e-4  # rad or part, of differences
 _PHYSICS = "physics"
@@ -153,24 +151,6 @@ def _gains(scene: Scene) -> Iterator[Shape]:
             changes=True,
             undo=partial(_divided, j),
         )
-
-
-def _clock(scene: Scene) -> Iterator[Shape]:
-    """Yield stamps that run too fast or too slow: speeds and accelerations scale with them."""
-
-    def moved(h: float) -> Callable[..., FloatArray]:
-        return lambda q, qd, qdd: scene.torque(q, (1 + h) * qd, (1 + h) ** 2 * qdd)
-
-    yield Shape(
-        "clock",
-        (),
-        everywhere(_slope(scene, moved)[:, :, None]),
-        "t: the stamps run about {x:.3g} times as fast as the robot moves: check the unit and the "
-        "clock of t",
-        least=FACTOR,
-        within=(-_FAST, _FAST),
-        shown=lambda x: 1 / (1 + x),
-    )
 
 
 def _ratios(scene: Scene) -> Iterator[Shape]:
@@ -349,7 +329,6 @@ def _rivals(scene: Scene) -> Iterator[Shape]:
 KINDS: Mapping[str, Callable[[Scene], Iterator[Shape]]] = {
     "zero": _zeros,
     "gain": _gains,
-    "clock": _clock,
     "ratio": _ratios,
     "late": _lates,
     "filter": _filtered,

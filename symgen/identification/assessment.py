@@ -26,8 +26,8 @@ from typing import Any
 import numpy as np
 
 from symgen import names
-from symgen.data.mask import moving_joints, rms
-from symgen.data.signals import Samples, noise_of_differences
+from symgen.data.mask import moving_joints
+from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, first_of
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
@@ -44,6 +44,8 @@ from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual
 from symgen.estimation.values import Balance, FloatArray, OtherEstimate, Residual, Trace, Whiteness
 from symgen.faults.causes import JOINT
 from symgen.faults.fault import Fault
+from symgen.faults.samples import torques_look_computed
+from symgen.faults.scene import mean_friction_power
 from symgen.faults.undo import multiplied
 from symgen.identification.estimate import (
     BETWEEN_USES,
@@ -56,7 +58,7 @@ from symgen.identification.estimate import (
     Use,
     joints_of,
 )
-from symgen.identification.model_choice import ChosenModel
+from symgen.identification.model_choice import ChosenModel, numbered
 from symgen.identification.parameters import mass_matrices
 from symgen.identification.physical import POSITIVE, consistency, implausible
 from symgen.identification.solving import (
@@ -98,14 +100,13 @@ KNOWN = 30.0
 _SHARE = 1e-4  # of the squared torque of all joints that one needs to count
 #: States that are drawn to look at a model elsewhere, and their seed.
 STATES, SEED = 500, 1988
+_OPEN = "the motion does not determine all parameters"
 _FARTHER = "symgen excite writes a motion that shows them"
 #: Most lags that are looked at, fewest, and rows that each needs.
 LAGS, _LEAST, _ROWS = 20, 3, 5
 #: Probability from which a residual is called correlated.
 LEVEL = 0.01
 _NORMAL = 1.959963984540054
-#: Of a torque: sensors and currents have more noise than that; samples from which it is taken.
-_NOISE, _SIXTH = 1e-4, 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,13 +174,18 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
     run, model, train, held = chosen.run, chosen.model, chosen.train, chosen.held
     evaluator, own, seen = run.evaluator, found.own, found.seen
     solution, bias = found.solution, ""
-    if method.name not in UNBIASED:
+    if method.name not in UNBIASED and chosen.columns is None:
         system = system_of(evaluator, train)
         solution, bias = bias_of_least_squares(system, solution, chosen.plain)
     X, std = solution.X, solution.std
     names = evaluator.model.base.names
-    parameters = parameter_estimates(evaluator, X, std)
     physical = consistency(evaluator.model, X, solution.covariance)
+    if chosen.columns is not None:
+        known = chosen.columns.known
+        std = np.full(len(X), math.nan)
+        std[known] = solution.std[known]
+        physical = Consistency(None, None, f"not checked: {_OPEN}")
+    parameters = parameter_estimates(evaluator, X, std)
     faults = (
         *run.causes,
         *hardly_moving(run.train, evaluator.model.robot.sigma),
@@ -187,13 +193,14 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
         *wrong_sign(evaluator, train, model, found.train.relative),
     )
     coarse = (f"{r.log}: {r.channel} {r.fault}" for r in found.repairs if r.kind == "coarse")
-    elsewhere = error_elsewhere(evaluator, run.train, solution.covariance)
+    elsewhere = error_elsewhere(evaluator, run.train, solution.covariance, chosen.together)
+    limits = _in_proportion(chosen.together)
     uses = (
         prediction_use(
             own, seen, elsewhere, faults, (*coarse, *seldom_moving(run.train)), run.worst
         ),
         parameters_use(parameters, physical, (*filter(None, [bias]), *disagreement(chosen.found))),
-        simulation_use(evaluator, run.train, X, parameters),
+        simulation_use(evaluator, run.train, X, parameters, limits),
     )
     traces = tuple(trace for p in (*train, *held) for trace in model_traces(p, model, X))
     traces += own.traces + seen.traces
@@ -212,7 +219,7 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
         validation=found.held,
         cutoff_hz=run.band.cutoff_hz,
         window_s=None if model.name == "torque" else model.window,
-        notes=(*_notes(chosen, method, solution, found), *found.notes),
+        notes=(*_notes(chosen, method, solution, found), *found.notes, *limits),
         traces=traces,
         convergence=convergence(train, names),
         provenance=(*provenance(evaluator, data, _settings(method)), *found.provenance),
@@ -241,7 +248,7 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
             uses,
             len(parameters),
             (seen.residual.relative, own.residual.relative),
-            seen.told_apart,
+            (*limits, *seen.told_apart),
         ),
     )
 
@@ -316,7 +323,8 @@ def _notes(
         listed = ", ".join(f"{w:g}" for w in shares)
         out.append(f"squared residuals of the logs are weighed by {listed}")
     out.append(implausible(run.evaluator, run.train, solution.X))
-    moved = moved_by_window(run.evaluator, chosen.train, method, chosen.model, solution)
+    about = run.evaluator, chosen.train, method, chosen.model, solution
+    moved = moved_by_window(*about, chosen.kept)
     if moved:
         out.append(
             f"with other windows {moved}: the model misses something of this size, "
@@ -325,12 +333,18 @@ def _notes(
     return tuple(filter(None, out))
 
 
+def _in_proportion(together: Sequence[Sequence[int]]) -> tuple[str, ...]:
+    """Say for which motion a model holds whose joints moved in proportion."""
+    return tuple(
+        f"this model holds only for motion in which movable joints {numbered(group)} move in "
+        "proportion, as in the training logs"
+        for group in together
+    )
+
+
 def _silent(samples: Samples) -> str:
-    """Say that no torque of a log has any noise, as sixth differences show it; "" where one has."""
-    tau = samples.tau[:, np.ptp(samples.tau, axis=0) > 0]
-    if not tau.size or len(tau) < _SIXTH:
-        return ""
-    if (noise_of_differences(tau) > _NOISE * rms(tau)).any():
+    """Say that no torque of a log has any noise; "" where one has."""
+    if not torques_look_computed(samples):
         return ""
     return (
         f"{samples.name}: the torques have no noise. They look computed (a command, a simulation), "
@@ -445,35 +459,47 @@ def prediction_use(
 
 
 def error_elsewhere(
-    evaluator: Evaluator, logs: Sequence[FilteredLog], covariance: FloatArray
+    evaluator: Evaluator,
+    logs: Sequence[FilteredLog],
+    covariance: FloatArray,
+    together: Sequence[Sequence[int]] = (),
 ) -> float:
     """Return the torque error on other motions of the same range, from the covariance of X alone.
 
         sqrt(sum over states of tr(W C W')) / sqrt(sum over states of tau' tau)
 
     with W at states whose joints are drawn from the logs independently of each other: each joint
-    as it was, but in company that it did not keep; and tau those of the logs.
+    as it was, but in company that it did not keep; and tau those of the logs. Joints that moved in
+    proportion are drawn together: the model is said to hold for such motion alone.
 
     Args:
         evaluator: the compiled model, with torque_regressor.
         logs: the training logs.
         covariance: of X, (p, p).
+        together: joints that moved in proportion, in groups.
     """
     motion = [
         np.concatenate([getattr(log, key)[log.kept] for log in logs]) for key in ("q", "qd", "qdd")
     ]
     tau = np.concatenate([log.measured for log in logs])
-    W = evaluator["torque_regressor"](*mixed_states(*motion))
+    W = evaluator["torque_regressor"](*mixed_states(*motion, together=together))
     linear = W.shape[2]
     spread = np.einsum("kja,ab,kjb->", W, covariance[:linear, :linear], W) / STATES
     size = float(np.mean(np.sum(tau**2, axis=1)))
     return float(np.sqrt(max(spread, 0.0) / max(size, 1e-300)))
 
 
-def mixed_states(*motion: FloatArray) -> list[FloatArray]:
-    """Return states whose joints are drawn from a motion, (N, n) each, independently."""
+def mixed_states(*motion: FloatArray, together: Sequence[Sequence[int]] = ()) -> list[FloatArray]:
+    """Return states whose joints are drawn from a motion, (N, n) each, independently.
+
+    Args:
+        motion: positions, speeds, ....
+        together: groups of joints that are drawn as one.
+    """
     count, n = motion[0].shape
     rows = np.random.default_rng(SEED).integers(count, size=(STATES, n))
+    for first, *others in together:
+        rows[:, others] = rows[:, [first]]
     return [np.ascontiguousarray(x[rows, np.arange(n)]) for x in motion]
 
 
@@ -485,7 +511,10 @@ def parameters_use(
     """Say which parameters are known, and what speaks against them as those of a robot."""
     known = tuple(p.name for p in parameters if p.relative_std_percent <= KNOWN)
     reasons = list(doubts)
-    weak = [p.name for p in parameters if p.name not in known]
+    hidden = [p.name for p in parameters if math.isnan(p.std)]
+    if hidden:
+        reasons.append(f"{_OPEN}: {first_of(hidden, 8)}")
+    weak = [p.name for p in parameters if p.name not in (*known, *hidden)]
     if weak:
         told = f"{len(weak)} of {len(parameters)} are weak (std above {KNOWN:g} %)"
         reasons.append(f"{told}: {first_of(weak, 8)}")
@@ -520,15 +549,8 @@ def driving_friction(
         logs: the training logs.
         X, covariance: of the parameters, (p,) and (p, p).
     """
-    q, qd = (np.concatenate([getattr(log, key)[log.kept] for log in logs]) for key in ("q", "qd"))
-    every = slice(None, None, max(1, len(q) // STATES))
-    q, qd = (np.ascontiguousarray(x[every]) for x in (q, qd))
-    W = np.array(evaluator["torque_regressor"](q, qd, np.zeros_like(q)))
-    W[:, :, : evaluator.model.inertial] = 0.0
-    offsets = [b.name.startswith("FO") for b in evaluator.model.base.parameters][: W.shape[2]]
-    W[:, :, offsets] = 0.0  # an offset is no friction: it gives and takes
-    mean = np.mean(W * qd[:, :, None], axis=0)
-    count = W.shape[2]
+    mean, _ = mean_friction_power(evaluator, logs, STATES)
+    count = mean.shape[1]
     power = mean @ X[:count]
     std = np.sqrt(np.maximum(np.einsum("ja,ab,jb->j", mean, covariance[:count, :count], mean), 0))
     out = np.flatnonzero(power < -SIGNIFICANT * std)
@@ -581,12 +603,16 @@ def simulation_use(
     logs: Sequence[FilteredLog],
     X: FloatArray,
     parameters: Sequence[ParameterEstimate],
+    limits: Sequence[str] = (),
 ) -> Use:
     """Judge whether the model can be simulated over the range of the motion.
 
     The mass matrix has to be positive definite at positions of the logs, and at positions whose
-    joints are drawn from them independently; coefficients of friction must not be negative.
+    joints are drawn from them independently; coefficients of friction must not be negative. A
+    simulated robot keeps no proportion: a model with `limits`, of motion alone, is good for none.
     """
+    if limits:
+        return Use("simulation", tuple(limits))
     q = np.concatenate([log.q[log.kept] for log in logs])
     at = np.concatenate([q[:: max(1, len(q) // STATES)], *mixed_states(q)])
     M = mass_matrices(evaluator, at, X)
@@ -601,6 +627,8 @@ def simulation_use(
     rubs = below_zero(parameters, ("FS", "FV", "FSM", "FVM"), 0.0)
     if rubs:
         reasons.append(f"{', '.join(rubs)} is negative: friction would drive the joint")
+    if reasons:
+        reasons.append("--method consistent gives parameters that a robot can have")
     return Use("simulation", tuple(reasons))
 
 
@@ -627,8 +655,7 @@ def headline(
         second.append("a richer motion determines more (symgen excite)")
     third = ["Good for simulation"]
     if not simulation.ok:
-        possible = "--method consistent gives parameters that a robot can have"
-        third = ["Not good for simulation: ", *simulation.reasons, possible]
+        third = ["Not good for simulation: ", *simulation.reasons]
     return BETWEEN_USES.join(f"{line[0]}{'; '.join(line[1:])}." for line in (first, second, third))
 
 

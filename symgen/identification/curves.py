@@ -87,8 +87,8 @@ def _arrays(file: Any, start: str, kind: Any, told: Any) -> dict[str, Any]:
     Raises:
         ValueError: they are others.
     """
-    keys = (f.name for f in fields(kind) if f.name not in told)
-    found = {key: np.asarray(file[f"{start}_{key}"], dtype=float) for key in keys}
+    places = ((f.name, f"{start}_{f.name}") for f in fields(kind) if f.name not in told)
+    found = {key: np.asarray(file[at], dtype=float) for key, at in places if at in file}
     rows, columns = found["t"].shape, {x.shape[1:] for key, x in found.items() if key != "t"}
     if any(x.shape[:1] != rows or not np.isfinite(x).all() for x in found.values()):
         raise ValueError("rows")

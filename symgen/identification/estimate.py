@@ -25,7 +25,7 @@ from symgen.estimation.values import (
 from symgen.faults.fault import Fault
 from symgen.files import html_table
 from symgen.identification.curves import FILE, read_curves
-from symgen.names import unit
+from symgen.names import joint_label, unit
 from symgen.robot.types import Robot
 from symgen.schemas import (
     BESIDE,
@@ -57,15 +57,21 @@ ROBOT_DIGEST, LOG_DIGEST = "robot, sha256 of its canonical robot.toml", "sha256 
 
 
 class Joint(NamedTuple):
-    """A joint by its number in the file, and the unit of its torque."""
+    """A joint: its number in the file, the unit of its torque, and the file's own name for it."""
 
     number: int
     unit: str
+    name: str = ""
+
+    @property
+    def label(self) -> str:
+        """Return how results call the joint."""
+        return joint_label(self.number, self.name)
 
 
 def joints_of(robot: Robot) -> tuple[Joint, ...]:
     """Return the movable joints of a robot."""
-    return tuple(Joint(j.number, unit("FS", j.sigma)) for j in robot.movable)
+    return tuple(Joint(j.number, unit("FS", j.sigma), j.name) for j in robot.movable)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,10 @@ Instruments need a motion whose errors are independent of those in W and y. Whic
   through q, not through its derivative;
 - speeds that were themselves derived from the encoders leave no second sensor: in the band W and
   any smoothed Z have the same noise, and Z removes nothing. Without a commanded motion this is
-  refused.
+  refused;
+- every second sample for the others: W takes the odd samples, Z the even ones. Valid where noise is
+  white, as that of encoders that move by more than a step from one sample to the next; each half
+  has more noise than the whole, so that this tests an estimate and gives none.
 
 An own estimate from the same log may drive the simulation that gives Z only if it is precise: it
 carries the log's noise into Z (measured in tests/workflow/test_bias.py).
@@ -100,6 +103,23 @@ def with_instruments(
     rows = model.equations(evaluator, motion)
     pairs = zip(part.equations, rows, strict=True)
     return replace(part, equations=tuple(replace(e, Z=z.W) for e, z in pairs))
+
+
+def halves(log: FilteredLog) -> tuple[FilteredLog, FilteredLog] | None:
+    """Return the motion by the even samples and by the odd ones, both at the stamps of the log.
+
+    Their noise is independent where it is white. None where half the samples do not hold the band.
+    """
+    samples = log.samples
+    if not log.band.filters(2 * samples.step):
+        return None
+
+    def half(first: int) -> FilteredLog:
+        own = slice(first, None, 2)
+        q, qd = (interpolated(samples.t[own], x[own])(samples.t) for x in (samples.q, samples.qd))
+        return filter_log(replace(samples, q=q, qd=qd), log.band)
+
+    return half(0), half(1)
 
 
 def _onto(motion: Samples, samples: Samples) -> tuple[FloatArray, FloatArray]:

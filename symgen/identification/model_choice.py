@@ -27,7 +27,12 @@ from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.logs import Source
 from symgen.estimation.masking import require_left
 from symgen.estimation.predictive_score import MISFIT
-from symgen.estimation.solve import Solution
+from symgen.estimation.solve import (
+    IdentifiableColumns,
+    Solution,
+    column_norms,
+    identifiable_columns,
+)
 from symgen.estimation.summary import (
     BLOCKS,
     Blocks,
@@ -50,7 +55,9 @@ from symgen.identification.solving import (
     EquatedLog,
     Method,
     equate,
+    noise_columns,
     settle_load,
+    solve,
     system_of,
 )
 from symgen.runtime.evaluator import Evaluator
@@ -63,8 +70,9 @@ APART = 3.0
 _COMPARED = EquationModel("torque", 0.0)
 #: Speeds closer than this to a linear relation are proportional.
 PROPORTIONAL = 0.03
-#: Condition number from which a motion with proportional speeds is refused.
-PROPORTIONAL_CONDITION = 10.0
+#: Noise takes so much of what a column has for itself, at most: least squares is biased by as much,
+#: and a parameter counts as known up to 30 % (Fuller 1987, section 1.1).
+_ATTENUATED = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +181,9 @@ def name_cause(run: Run) -> Run:
     if run.evaluator.model.robot.loaded:
         return run
     scene = Scene(Rows(run.evaluator, run.logs, len(run.train), MISFIT))
-    cause = find_cause(scene, run.faults, run.repairs)
+    # Where parameters are not told apart, any cause could be one of them.
+    told = not proportional_joints(run.train)
+    cause = find_cause(scene, run.faults, run.repairs) if told else None
     # What is masked is filtered into the rows around it, a little.
     worst = 0.0 if any(log.mask is not None for log in run.logs) else scene.worst
     return replace(run, causes=(cause.says,) if cause else (), worst=worst)
@@ -190,6 +200,7 @@ class Candidate:
         held_out: error in torque on folds that were left out of the fit.
         solution: by weighted least squares; the error where the equations determine none.
         torques: of the training and the validation logs; empty without a solution.
+        columns: which parameters the equations determine; None for all.
     """
 
     model: EquationModel
@@ -198,6 +209,7 @@ class Candidate:
     held_out: float
     solution: Solution | Exception
     torques: tuple[TorqueFit, ...]
+    columns: IdentifiableColumns | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,6 +225,8 @@ class ChosenModel:
         plain: weighted least squares of these equations, where they determine it and no effect of
             the load had to settle.
         torques: of the training and the validation logs at its X.
+        columns: which parameters the equations determine; None for all.
+        together: joints whose speeds are proportional to each other throughout, in groups.
     """
 
     run: Run
@@ -223,6 +237,13 @@ class ChosenModel:
     fault: str = ""
     plain: Solution | None = None
     torques: tuple[TorqueFit, ...] = ()
+    columns: IdentifiableColumns | None = None
+    together: tuple[tuple[int, ...], ...] = ()
+
+    @property
+    def kept(self) -> list[int] | None:
+        """Places of the parameters that are solved for; None for all."""
+        return None if self.columns is None else self.columns.kept
 
 
 def choose_model(
@@ -249,7 +270,8 @@ def choose_model(
     """
     evaluator = run.evaluator
     still = find_standing(run.train)
-    fault = motion_fault(run.train, still)
+    together = () if still else proportional_joints(run.train)  # slopes of rest are rounding
+    fault = motion_fault(still, together)
     joints = evaluator.model.robot.movable
     if any(joints[j].friction or joints[j].rotor_inertia for j in still):
         raise IdentificationError(f"these data do not determine the parameters: {fault}")
@@ -260,9 +282,12 @@ def choose_model(
     else:
         progress(f"fitting {', '.join(m.name for m in models)}")
         with blame_motion(fault):
-            best, found = _alternatives(run, models, shares)
+            # A prior tells what the motion does not.
+            reduce = bool(together) and method.prior is None
+            best, found = _alternatives(run, models, shares, reduce)
         plain = best.solution if isinstance(best.solution, Solution) else None
-        chosen = ChosenModel(run, best.model, best.train, [], found, fault, plain, best.torques)
+        known = plain, best.torques, best.columns, together
+        chosen = ChosenModel(run, best.model, best.train, [], found, fault, *known)
     try:
         held = [equate(evaluator, log, chosen.model, kind="validation") for log in run.held]
     except IdentificationError as error:
@@ -299,9 +324,15 @@ def _summary(logs: Sequence[EquatedLog], model: EquationModel) -> Blocks:
 
 
 def _alternatives(
-    run: Run, models: Sequence[EquationModel], shares: Sequence[float]
+    run: Run, models: Sequence[EquationModel], shares: Sequence[float], reduce: bool
 ) -> tuple[Candidate, tuple[Alternative, ...]]:
     """Fit every model and compare them; validation logs report, and do not choose.
+
+    Args:
+        run: the logs in the band.
+        models: whose equations are tried.
+        shares: weights of the squared residuals of each training log, or none.
+        reduce: whether to solve for what the equations determine alone.
 
     Returns:
         The model that predicts best, and what is told of all, that one first.
@@ -318,13 +349,16 @@ def _alternatives(
             continue
         blocks = _summary(train, model)
         left = held_out_error(block_errors(blocks, torques))
-        own: tuple[Solution | Exception, tuple[TorqueFit, ...]]
+        columns = _determined_columns(run, train, model) if reduce else None
+        kept = None if columns is None else columns.kept
+        solution: Solution | Exception
+        fits: tuple[TorqueFit, ...] = ()
         try:
-            solution = Wls().solve(system_of(run.evaluator, train))
-            own = solution, run.torques(solution.X)
+            solution = solve(run.evaluator, train, Method(Wls.name), model, kept)
+            fits = run.torques(solution.X)
         except (IdentificationError, np.linalg.LinAlgError) as singular:
-            own = singular, ()
-        fitted.append(Candidate(model, train, blocks, left, *own))
+            solution = singular
+        fitted.append(Candidate(model, train, blocks, left, solution, fits, columns))
     if not fitted:
         raise next(iter(lost.values()))
     best = min(fitted, key=lambda f: f.held_out)
@@ -337,6 +371,16 @@ def _alternatives(
     return best, tuple(found)
 
 
+def _determined_columns(
+    run: Run, train: Sequence[EquatedLog], model: EquationModel
+) -> IdentifiableColumns | None:
+    """Return which parameters some equations determine beyond noise; None for all."""
+    W = system_of(run.evaluator, train).W
+    noise = noise_columns(run.evaluator, run.train, model)
+    columns = identifiable_columns(W, noise / math.sqrt(_ATTENUATED))
+    return None if len(columns.known) == W.shape[1] else columns
+
+
 def _alternative(own: Candidate, best: Candidate, names: Sequence[str]) -> Alternative:
     """Return what is told of a model beside the best one."""
     reason = f"{100 * own.held_out:.3g} % torque error on folds left out"
@@ -347,7 +391,8 @@ def _alternative(own: Candidate, best: Candidate, names: Sequence[str]) -> Alter
     if isinstance(own.solution, Solution):
         number = own.solution.condition_number
         train, held = (f.residual for f in own.torques)
-        apart = () if own is best else _apart(own.blocks, best.blocks, names)
+        told = own is not best and own.columns is None and best.columns is None
+        apart = _apart(own.blocks, best.blocks, names) if told else ()
     else:
         singular = isinstance(own.solution, np.linalg.LinAlgError)
         reason += "; singular" if singular else f"; {own.solution}"
@@ -388,15 +433,6 @@ def blame_motion(fault: str) -> Iterator[None]:
         ) from error
 
 
-def require_condition(solution: Solution, fault: str) -> None:
-    """Raise IdentificationError where the motion has a fault and the solution suffers from it."""
-    if fault and solution.condition_number > PROPORTIONAL_CONDITION:
-        raise IdentificationError(
-            f"these data do not determine the parameters: {fault} (condition number "
-            f"{solution.condition_number:.3g})"
-        )
-
-
 def find_standing(logs: Sequence[FilteredLog]) -> list[int]:
     """Return the joints that stand still in all logs: what they seem to move is noise."""
     n = logs[0].q.shape[1]
@@ -409,32 +445,45 @@ def find_standing(logs: Sequence[FilteredLog]) -> list[int]:
     return [int(j) for j in np.flatnonzero(still)]
 
 
-def motion_fault(logs: Sequence[FilteredLog], still: Sequence[int]) -> str:
-    """Return in words why a motion cannot excite a model, or ''.
+def proportional_joints(logs: Sequence[FilteredLog]) -> tuple[tuple[int, ...], ...]:
+    """Return the joints whose speeds are proportional to each other throughout, in groups.
 
-    Gautier and Khalil warn of joint speeds that stay proportional: the arm then moves as one body
-    with one degree of freedom, and the information matrix is singular.
+    Gautier and Khalil warn of them: the arm then moves as one body with fewer degrees of freedom,
+    and the information matrix is singular.
 
     Args:
         logs: in the band of the run.
-        still: the joints that stand still in all of them.
     """
-    qd = np.concatenate([log.samples.qd for log in logs])
+    from scipy.sparse.csgraph import connected_components
+
+    qd = np.concatenate([log.qd for log in logs])
+    unit = qd / column_norms(qd)
+    apart = np.sqrt(np.maximum(0.0, 1 - (unit.T @ unit) ** 2))
+    count, label = connected_components(apart < PROPORTIONAL, directed=False)
+    groups = (np.flatnonzero(label == k) for k in range(count))
+    return tuple(tuple(map(int, group)) for group in groups if len(group) > 1)
+
+
+def motion_fault(still: Sequence[int], together: Sequence[Sequence[int]]) -> str:
+    """Return in words why a motion cannot excite a model, or ''.
+
+    Args:
+        still: the joints that stand still in all logs.
+        together: those whose speeds are proportional to each other.
+    """
     if still:
         return (
             f"movable joints {', '.join(str(j + 1) for j in still)} do not move: move them too, or "
             "fix them in the robot (sigma = 2; symgen import --fix)"
         )
-    if qd.shape[1] < 2:
-        return ""
-    norms = np.linalg.norm(qd, axis=0)
-    cosines = (qd / norms).T @ (qd / norms)
-    first, second = np.triu_indices(len(norms), 1)
-    apart = np.sqrt(np.maximum(0.0, 1 - cosines[first, second] ** 2))
-    least = int(np.argmin(apart))
-    if apart[least] >= PROPORTIONAL:
-        return ""
-    return (
-        f"the speeds of movable joints {first[least] + 1} and {second[least] + 1} are proportional "
-        f"to each other throughout (to {100 * apart[least]:.2g} %); move the joints independently"
+    return "; ".join(
+        f"the speeds of movable joints {numbered(group)} are proportional to each other "
+        "throughout; move the joints independently"
+        for group in together
     )
+
+
+def numbered(joints: Sequence[int]) -> str:
+    """Return the numbers of some joints, as in "1, 2 and 4"."""
+    *before, last = (str(j + 1) for j in joints)
+    return f"{', '.join(before)} and {last}" if before else last

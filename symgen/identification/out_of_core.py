@@ -70,7 +70,7 @@ from symgen.estimation.covariance import (
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import PASSES, Ols
 from symgen.estimation.logs import Source, held_from
-from symgen.estimation.solve import Solution, condition, log_weights
+from symgen.estimation.solve import Solution, condition, log_weights, with_the_others_zero
 from symgen.estimation.summary import BLOCKS, Summary, merge_summaries, square, summarise
 from symgen.estimation.torque_error import TorqueFit
 from symgen.estimation.values import FloatArray
@@ -387,10 +387,12 @@ class Summaries(Sequence[Summary]):
         folder: that holds the results.
         places: number of the log, and of the joint, and the results, and arrays in them, that hold
             them.
+        kept: places of the columns that are taken; None for all.
     """
 
     folder: WorkFolder
     places: tuple[tuple[tuple[int, int], tuple[tuple[str, str], ...]], ...]
+    kept: Sequence[int] | None = None
 
     def __len__(self) -> int:
         return len(self.places)
@@ -410,7 +412,7 @@ class Summaries(Sequence[Summary]):
                 factors, counts.tolist(), strict=True
             ):
                 own = None if joint < 0 else joint
-                yield b, Summary(factor, count, correlation, joint=own)
+                yield b, Summary(factor, count, correlation, joint=own).columns(self.kept)
 
 
 def _block_products(
@@ -576,22 +578,28 @@ class ChunkedLogs(OpenLogs):
         keys = self._fold(EquationReduction(*shared), cover, "equations")
         own, held, repairs, clean = self._merged(keys)
         names = run.evaluator.model.base.names
-        self.progress(f"solving for {len(names)} parameters")
-        weights, X, scale, R = log_weights(own, names, 0 if method.name == Ols.name else PASSES)
+        kept = list(range(len(names)) if chosen.kept is None else chosen.kept)
+        self.progress(f"solving for {len(kept)} parameters")
+        whole, own = own, replace(own, kept=chosen.kept)
+        shown = tuple(names[k] for k in kept)
+        weights, X, scale, R = log_weights(own, shown, 0 if method.name == Ols.name else PASSES)
         weighed = {
             key: (float(w), s.lag) for (key, _), s, w in zip(own.places, own, weights, strict=True)
         }
-        total = self._errors(ErrorReduction(*shared, (X, scale)), cover, weighed, clean, keys)
+        every = np.zeros(len(names)), np.ones(len(names))
+        every[0][kept], every[1][kept] = X, scale
+        total = self._errors(ErrorReduction(*shared, every), cover, weighed, clean, keys)
         inverse = np.linalg.inv(R)
         bread = inverse @ inverse.T / np.outer(scale, scale)
-        meat = total["meat"] * np.outer(scale, scale)
+        meat = total["meat"][np.ix_(kept, kept)] * np.outer(scale, scale)
         covariance = sandwich(bread, meat, own)
         blocks = _block_products(own, X, weights)
         covariance = widened(covariance, jackknife(bread, *blocks, own))
-        solution = Solution(X, covariance, condition(R), tuple(map(float, weights)))
+        part = Solution(X, covariance, condition(R), tuple(map(float, weights)))
+        solution = with_the_others_zero(part, kept, len(names))
         if method.name == Consistent.name:
             solution = Consistent(run.evaluator.model).bounded(solution, names)
-            bounded = ErrorReduction(*shared, (solution.X, scale))
+            bounded = ErrorReduction(*shared, (solution.X, every[1]))
             total = self._errors(bounded, cover, weighed, clean, keys)
         fits = (
             replace(fit, **{key: total[f"{kind}.{key}"] for key in FIT_SUMS})
@@ -600,7 +608,7 @@ class ChunkedLogs(OpenLogs):
         return outcome(
             solution,
             chosen.model,
-            (own, held),
+            (whole, held),
             tuple(fits),
             (*repairs, *(r for r in run.repairs if r.log == EVERYWHERE)),
             (*self.sampled.notes, *self.sampled.in_words(_FOLDED, run.logs)),

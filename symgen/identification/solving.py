@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from symgen.errors import IdentificationError
+from symgen.data.signals import noise_of_differences
+from symgen.errors import IdentificationError, first_of
 from symgen.estimation.equation_model import EquationModel, require_model
 from symgen.estimation.estimators import (
     ESTIMATORS,
@@ -24,12 +25,13 @@ from symgen.estimation.estimators import (
     TotalLeastSquares,
     Wls,
 )
-from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.logs import Source, listed_logs
-from symgen.estimation.solve import Solution, merged, weighed
+from symgen.estimation.solve import Solution, merged, weighed, with_the_others_zero
 from symgen.estimation.summary import triangle
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import Convergence, FloatArray
+from symgen.faults.samples import least_step
 from symgen.identification.physical import Consistent
 from symgen.runtime.evaluator import Evaluator
 
@@ -97,6 +99,8 @@ FOLDED = (Wls.name, Ols.name, Consistent.name)
 _WITH_PRIOR = (Wls.name, Consistent.name)
 #: Methods that account for noise in the regressor.
 UNBIASED = (InstrumentalVariables.name, TotalLeastSquares.name)
+#: Of the draw of noise that columns are compared with.
+SEED = 1988
 _CHECKPOINTS = 80
 _WINDOWS, _FEWEST, _MOVED = (0.5, 2.0, 4.0), 20, 3.0  # that are scanned
 _ROUNDS, _SETTLED = 30, 1e-3  # of the standard deviation
@@ -214,19 +218,70 @@ def system_of(evaluator: Evaluator, logs: Sequence[EquatedLog]) -> LinearSystem:
 
 
 def solve(
-    evaluator: Evaluator, train: Sequence[EquatedLog], method: Method, model: EquationModel
+    evaluator: Evaluator,
+    train: Sequence[EquatedLog],
+    method: Method,
+    model: EquationModel,
+    kept: Sequence[int] | None = None,
 ) -> Solution:
     """Solve the equations of the training logs.
+
+    Args:
+        evaluator: the compiled model.
+        train: the logs.
+        method: that solves them.
+        model: of the equations.
+        kept: places of the parameters that they determine; the others are 0. None for all.
 
     Raises:
         IdentificationError: they do not determine the parameters, or the method cannot be used.
     """
     system = system_of(evaluator, train)
+    p = len(system.names)
+    if kept is not None:
+        if method.name == Consistent.name:
+            listed = first_of([n for k, n in enumerate(system.names) if k not in kept], 8)
+            raise IdentificationError(
+                f"method consistent: these data do not determine {listed}; accepted: method wls"
+            )
+        system = system.columns(kept)
     if method.name != "recursive":
-        return method.estimator(evaluator).solve(system)
-    if model.name == "torque":
+        found = method.estimator(evaluator).solve(system)
+    elif model.name == "torque":
         raise IdentificationError("method recursive works on the models of energy and momentum")
-    return weighed(system, _memory(train, method.forgetting))
+    else:
+        found = weighed(system, _memory(train, method.forgetting))
+    return found if kept is None else with_the_others_zero(found, kept, p)
+
+
+def noise_columns(
+    evaluator: Evaluator, logs: Sequence[FilteredLog], model: EquationModel
+) -> FloatArray:
+    """Return what noise of positions and speeds makes of the columns of a regressor, (K, p).
+
+        E = W(q + noise, qd + noise) - W(q, qd)
+
+    for one draw of white noise as large as that of the channels, whose sixth differences show it,
+    and at least as large as what rounding to their smallest step makes.
+
+    Args:
+        evaluator: the compiled model.
+        logs: in the band of the run.
+        model: of the equations.
+    """
+    draw, out = np.random.default_rng(SEED), []
+    for log in logs:
+        s, band = log.samples, replace(log.band, rests=None)
+        noisy = {}
+        for key in ("q", "qd"):
+            x = getattr(s, key)
+            steps = np.array([least_step(column) for column in x.T])
+            rounded = np.where(np.isfinite(steps), steps, 0.0) / math.sqrt(12)
+            size = np.maximum(noise_of_differences(x), rounded)
+            noisy[key] = x + size * draw.normal(size=x.shape)
+        pair = (model.equations(evaluator, filter_log(x, band)) for x in (s, replace(s, **noisy)))
+        out += [b.W - a.W for a, b in zip(*pair, strict=True)]
+    return np.concatenate(out)
 
 
 def settle_load(
@@ -309,6 +364,7 @@ def moved_by_window(
     method: Method,
     model: EquationModel,
     solution: Solution,
+    kept: Sequence[int] | None = None,
 ) -> str:
     """Return in words the parameters that other windows move by more than three std.
 
@@ -317,7 +373,8 @@ def moved_by_window(
     known = method.name in ("wls", "ols", "recursive") and method.forgetting == 1
     if model.name == "torque" or not known:
         return ""
-    estimator = Ols() if method.name == Ols.name else method.prior or Wls()
+    # A recursion that forgets nothing is weighted least squares.
+    by = method if method.name != "recursive" else Method(Wls.name)
     worst: dict[str, tuple[float, float]] = {}
     for factor in _WINDOWS:
         other = replace(model, window=model.window * factor)
@@ -325,7 +382,7 @@ def moved_by_window(
             continue
         parts = [equate(evaluator, p.log, other, p.equations[0].weight) for p in train]
         try:
-            found = estimator.solve(system_of(evaluator, parts))
+            found = solve(evaluator, parts, by, other, kept)
         except IdentificationError:
             continue
         spread = np.maximum(solution.std, found.std)

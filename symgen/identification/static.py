@@ -40,7 +40,12 @@ from symgen.errors import IdentificationError
 from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.estimators import Huber, Ols, Prior, Wls
 from symgen.estimation.logs import Source, hold_out, open_log, require_other_data
-from symgen.estimation.solve import IdentifiableColumns, Solution, identifiable_columns
+from symgen.estimation.solve import (
+    IdentifiableColumns,
+    Solution,
+    identifiable_columns,
+    with_the_others_zero,
+)
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.torque_error import TorqueFit, squares
 from symgen.estimation.values import FloatArray, Trace
@@ -187,7 +192,7 @@ def identify_poses(
     equations = [e for s in train for e in pose_equations(evaluator, s)]
     columns, every = shown_columns(equations), evaluator.model.base.names
     kept = columns.kept
-    system = LinearSystem(tuple(every[k] for k in kept), tuple(e.columns(kept) for e in equations))
+    system = LinearSystem(every, tuple(equations)).columns(kept)
     progress(f"solving {len(system.y)} equations for {len(kept)} parameters")
     prior = getattr(estimator, "prior", estimator)
     if isinstance(prior, Prior):
@@ -263,8 +268,8 @@ def _judged(found: Standstill, label: str) -> Estimate:
     base, robot = evaluator.model.base, evaluator.model.robot
     kept, coulomb = found.columns.kept, coulomb_columns(evaluator)
     p = len(base.parameters)
-    X, std, C = np.zeros(p), np.full(p, math.nan), np.zeros((p, p))
-    X[kept], C[np.ix_(kept, kept)] = solution.X, solution.covariance
+    whole = with_the_others_zero(solution, kept, p)
+    X, std, C = whole.X, np.full(p, math.nan), whole.covariance
     for j, k in coulomb.items():
         X[k], C[k, k] = bounds.value[j], bounds.std[j] ** 2
     size = np.sqrt(np.maximum(np.diag(C), 0))

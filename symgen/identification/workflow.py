@@ -43,7 +43,6 @@ from symgen.identification.model_choice import (
     choose_model,
     filter_in_band,
     name_cause,
-    require_condition,
     undo_delay,
 )
 from symgen.identification.out_of_core import ChunkedLogs, is_long, open_data_set
@@ -142,7 +141,6 @@ def identify(
             chosen = choose_model(run, models, by, shares, motions, progress)
             with blame_motion(chosen.fault):
                 found = opened.solve(chosen, by)
-            require_condition(found.solution, chosen.fault)
             progress("judging")
             return assess(chosen, *_possible(opened, chosen, by, found))
 
@@ -156,7 +154,7 @@ def _possible(
     an effect is missing, and least squares stays.
     """
     evaluator, logs = chosen.run.evaluator, chosen.run.train
-    if not by.is_wls or evaluator.model.robot.loaded:
+    if not by.is_wls or evaluator.model.robot.loaded or chosen.columns is not None:
         return by, found
     about = evaluator, logs, found.solution.X, found.solution.covariance
     wrong = (*driving_friction(*about), *negative_mass(*about))
@@ -216,7 +214,8 @@ class LogsInMemory(OpenLogs):
         names = run.evaluator.model.base.names
         self.progress(f"solving {rows} equations for {len(names)} parameters")
         known = chosen.plain if method.is_wls else None
-        solution = known or solve(run.evaluator, chosen.train, method, chosen.model)
+        about = run.evaluator, chosen.train, method, chosen.model
+        solution = known or solve(*about, chosen.kept)
         fits = chosen.torques if known else run.torques(solution.X)
         own, held = (system_of(run.evaluator, logs).logs for logs in (chosen.train, chosen.held))
         return outcome(solution, chosen.model, (own, held), fits, run.repairs)

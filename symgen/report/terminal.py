@@ -110,27 +110,28 @@ def print_result(result: Result | Comparison) -> bool:
 
 def print_content(said: Content) -> None:
     """Print what is said of a result."""
-    for line in (*said.lead, *said.run):
+    for line in said.lead:
         say(line)
+    if said.banner is not None:
+        _print_verdict(said.banner)
     for section in (s for s in said.sections if s.told is not None):
-        if section.table is not None and section.table.rows:
+        if section.table is not None and section.table.rows and not section.folded:
             click.echo(f"\n{click.style(section.heading, bold=True)}")
             table(section.table.header, section.table.rows)
         for line in section.told or ():
             say(line)
-    if said.banner is not None:
-        _print_verdict(said.banner)
+    for line in said.run:
+        say(line)
 
 
 def _print_verdict(banner: Banner) -> None:
-    """Print the few numbers that matter, the verdict, and why."""
-    click.echo()
-    for label, value in banner.facts:
-        say(f"{label}: {value}")
+    """Print the verdict, why, and the few numbers that matter."""
     start = "" if banner.tone == "plain" else "verdict: "
-    say(start + click.style(banner.verdict, fg=_COLOURS.get(banner.tone), bold=True))
+    say("\n" + start + click.style(banner.verdict, fg=_COLOURS.get(banner.tone), bold=True))
     for line in (*banner.text.splitlines(), *(f"- {reason}" for reason in banner.reasons)):
         say(f"  {line}")
+    for label, value in banner.facts:
+        say(f"{label}: {value}")
 
 
 def print_plan(plan: Plan) -> None:

@@ -1,4 +1,4 @@
-"""A link as a body: mass, centre and inertia, as robot description files want it."""
+"""A link as a rigid body: mass, centre of mass and inertia."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """One link in frame `joint` (modified Denavit-Hartenberg).
+    """One link in the frame of its joint (modified Denavit-Hartenberg).
 
     Attributes:
-        joint: number of the joint in the file; a payload is part of the link that carries it.
+        joint: number of the joint in the file. A payload counts as part of its link.
         mass: kg.
         com: centre of mass (3,), m.
-        inertia: inertia matrix (3, 3) about the centre of mass, kg m2; entry (0, 1) is the matrix
-            entry, -integral of x y dm.
+        inertia: inertia matrix (3, 3) about the centre of mass, kg m2. Entry (0, 1) is
+            -integral of x y dm.
     """
 
     joint: int

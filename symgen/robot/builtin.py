@@ -1,4 +1,4 @@
-"""The built-in library of robots, by name; reading the list needs no heavy import."""
+"""The built-in robots. Listing them needs no heavy import."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def library_text(name: str) -> str:
 
 
 def library_summary(name: str) -> tuple[str, str]:
-    """Return the kinds of joints of a library robot (R, P) and its one-line description."""
+    """Return the joint types of a library robot (for example "RRP") and its description."""
     import tomllib
 
     text = library_text(name)

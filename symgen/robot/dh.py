@@ -1,13 +1,12 @@
-"""The notation of Khalil and Kleinfinger (1986): transforms of joints, and frames on any axes.
+"""Modified Denavit-Hartenberg notation (Khalil and Kleinfinger 1986): joint transforms and frames.
 
     T = Rot(z, gamma) Trans(z, b) Rot(x, alpha) Trans(x, d) Rot(z, theta) Trans(z, r)
 
-gamma, b, alpha and d carry the z axis of one frame onto any line, with its direction; theta and r
-then turn and shift the new frame about and along that line. Where the lines are not parallel, x is
-their common normal.
+gamma, b, alpha and d move the z axis of a frame onto any line. theta and r then rotate and shift
+the new frame about and along that line. If the lines are not parallel, x is their common normal.
 
-Frames are homogeneous transforms (4, 4), rotations (3, 3), vectors (3,): arrays of floats, or of
-numbers of 50 digits.
+Frames are homogeneous transforms (4, 4), rotations (3, 3), vectors (3,). Their entries are floats
+or numbers with 50 digits.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ _TIE = 1e-9  # rad
 def screw(axis: int, angle: Any, distance: Any) -> Array:
     """Return Rot(axis, angle) Trans(axis, distance), axes numbered from 0.
 
-    An angle that is a float gives floats, any other 50 digits.
+    A float angle gives floats; any other angle gives 50 digits.
     """
     numbers = math if isinstance(angle, float) else context()
     c, s, out = numbers.cos(angle), numbers.sin(angle), np.eye(4, dtype=object)
@@ -43,11 +42,11 @@ def screw(axis: int, angle: Any, distance: Any) -> Array:
 
 
 def frames(robot: Robot, q: dict[int, float]) -> list[NDArray[np.float64]]:
-    """Return frame 0 and the frames of all joints in it, (4, 4) each, where joints stand at q.
+    """Return frame 0 and the frame of every joint in frame 0, (4, 4) each, at joint positions q.
 
     Args:
-        robot: the mechanism, with its values.
-        q: rad or m, by the numbers of its movable joints.
+        robot: the mechanism, with numeric values.
+        q: number of a movable joint -> position, rad or m.
     """
     out = [np.eye(4)]
     for joint in robot.joints:
@@ -62,14 +61,14 @@ def frames(robot: Robot, q: dict[int, float]) -> list[NDArray[np.float64]]:
 
 
 def pose(turned: Array, origin: Array) -> Array:
-    """Return the frame with these axes, the columns of a rotation, and this origin."""
+    """Return the frame (4, 4) of a rotation matrix and an origin."""
     out = np.eye(4, dtype=object)
     out[:3, :3], out[:3, 3] = turned, origin
     return out
 
 
 def inverse(frame: Array) -> Array:
-    """Return the frame that a frame stands in, as it is seen from there."""
+    """Return the inverse of a homogeneous transform."""
     back = frame[:3, :3].T
     return pose(back, -back @ frame[:3, 3])
 
@@ -88,8 +87,8 @@ def turn(roll: Any, pitch: Any, yaw: Any) -> Array:
 def turned_by(rotation: Array) -> tuple[Any, Any, Any]:
     """Return roll, pitch and yaw of a rotation.
 
-    Where pitch is a right angle within TOLERANCE, only the sum or the difference of roll and yaw
-    shows, and roll is zero.
+    If pitch is a right angle within TOLERANCE, only the sum or the difference of roll and yaw is
+    defined; roll is then zero.
     """
     digits, (x, y, z) = context(), rotation.T
     level = digits.hypot(x[0], x[1])
@@ -100,9 +99,9 @@ def turned_by(rotation: Array) -> tuple[Any, Any, Any]:
 
 
 def normal(first: Line, second: Line) -> Line | None:
-    """Return the common normal of two lines: its foot on the first one, and its direction.
+    """Return the common normal of two lines: its foot on the first line, and its direction.
 
-    The foot on parallel lines is the first one's point. None where the lines are one.
+    For parallel lines, the foot is the point of the first line. None if the lines coincide.
     """
     (point, along), (other, direction) = first, second
     between, across = other - point, np.cross(along, direction)
@@ -115,9 +114,9 @@ def normal(first: Line, second: Line) -> Line | None:
 
 
 def reach(base: Array, line: Line) -> tuple[Any, Any, Any, Any]:
-    """Return gamma, b, alpha, d that carry the z axis of a frame onto a line.
+    """Return gamma, b, alpha, d that move the z axis of a frame onto a line.
 
-    gamma is in (-pi/2, pi/2]; of parallel lines b is 0.
+    gamma is in (-pi/2, pi/2]. b is 0 if the lines are parallel.
     """
     digits = context()
     gamma, b = digits.mpf(0), digits.mpf(0)
@@ -133,7 +132,7 @@ def reach(base: Array, line: Line) -> tuple[Any, Any, Any, Any]:
 
 
 def turn_of(x: Array, before: Array) -> Any:
-    """Return theta in (-pi, pi], which turns the x axis of a frame into another about z."""
+    """Return theta in (-pi, pi] that rotates the x axis of frame `before` onto x, about z."""
     return _turn(x @ before[:3, 1], x @ before[:3, 0])
 
 
@@ -144,7 +143,7 @@ def _turn(sine: Any, cosine: Any) -> Any:
 
 
 def half_turn(angle: Any) -> Any:
-    """Return the angle in (-pi/2, pi/2] of the same line; ties do not depend on the last digits."""
+    """Return the angle in (-pi/2, pi/2] of the same line, whatever the rounding errors."""
     digits = context()
     if angle > digits.pi / 2 + _TIE:
         return angle - digits.pi

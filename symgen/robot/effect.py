@@ -1,10 +1,10 @@
-"""Effects beyond rigid body and friction: their definitions, and one effect on a robot's joints.
+"""Effects beyond rigid-body dynamics and friction: the library, and the effects of a robot.
 
-An effect is the torque that it exerts ON a joint, linear in its coefficients:
+An effect is a torque that acts on a joint and is linear in its coefficients:
 
     tau_motor = rigid body + friction - sum of effects,     column = -d(torque)/d(coefficient)
 
-The library is effects.toml; an effect of a robot file may give its own torque instead.
+effects.toml is the library. A robot file can also define an effect with its own torque.
 """
 
 from __future__ import annotations
@@ -25,22 +25,22 @@ from symgen.robot import expressions
 
 #: Names with their exact values.
 Named = tuple[tuple[str, sp.Expr], ...]
-#: What a torque of the library may depend on, of its own joint.
+#: Variables of the joint on which a library torque may depend.
 OWN = ("q", "qd", "qdd", "taur")
-#: And on columns of a log beside the motion, which no kernel takes; kind log then.
+#: Log columns on which an effect of kind "log" may depend; kernels do not take them.
 BESIDE = ("temp",)
-#: Values that are tried of each constant, by the number of ranges of an effect.
+#: Number of ranges of an effect -> number of values that a search tries for each constant.
 COUNTS = {1: 20, 2: 12}
-#: Prior odds of an effect that a robot file asks for.
+#: Prior odds of an effect that a robot file proposes.
 _ASKED = 0.5
-_BY_RATIO = 10  # the ends' ratio above which the values are spaced by ratio
+_BY_RATIO = 10  # ratio of the ends above which the values are spaced geometrically
 _POSITION = {names.REVOLUTE: "rad", names.PRISMATIC: "m"}
 _TORQUE = {names.REVOLUTE: "N m", names.PRISMATIC: "N"}
 
 
 @dataclass(frozen=True)
 class Search:
-    """The values of a constant that are tried: from low to high, parts of what `scale` says."""
+    """The values of a constant that a search tries: from low to high, in multiples of `scale`."""
 
     low: float
     high: float
@@ -51,10 +51,10 @@ class Search:
 
 @dataclass(frozen=True)
 class Definition:
-    """An effect of the library, a table of effects.toml; or an own one.
+    """An effect of the library (a table of effects.toml), or of a robot file (`own`).
 
-    The torque of an own one names the variables of any joint, and its coefficients and constants
-    have their full names; those of the library get the joint's number.
+    The torque of an own effect names the variables of any joint, with full names of coefficients
+    and constants. Names of a library effect get the number of the joint.
     """
 
     name: str
@@ -71,24 +71,24 @@ class Definition:
     separate: str = ""
     formula: str = ""
     own: bool = False
-    # prior odds that a joint has it, and the part of its joint's torque that is expected of it
+    # prior odds that a joint has it, and its expected share of the joint's torque
     odds: float = 0.02
     size: float = 0.3
-    presumes: str = ""  # the friction word that a joint has to have before
+    presumes: str = ""  # friction word that the joint must already have
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """What of a log beside the motion its torque depends on."""
+        """Log columns other than the motion on which its torque depends."""
         used = set() if self.own else set(re.findall(r"[A-Za-z]\w*", self.torque))
         return tuple(role for role in BESIDE if role in used)
 
     @property
     def declarable(self) -> bool:
-        """Whether [[effect]] of a robot file may name it: its torque is part of the dynamics."""
+        """Whether [[effect]] of a robot file may name it."""
         return self.kind != "log" and bool(self.torque) and not self.native
 
     def unit_of(self, constant: str, sigma: int) -> str:
-        """Return the unit of a constant, as its range is part of a speed or of a log's duration."""
+        """Return the unit of a constant, which follows from the scale of its search."""
         scale = self.nonlinear[constant].scale if constant in self.nonlinear else ""
         per_length = "" if sigma == names.REVOLUTE else "1/m"
         units = {"speed": unit("speed", sigma), "duration": "s"}
@@ -100,7 +100,7 @@ class Definition:
         return name if self.own else f"{name}{joint}"
 
     def coefficients(self, joint: int | str, sigma: int) -> tuple[tuple[str, str], ...]:
-        """Return full name and unit of every coefficient on a joint of this type."""
+        """Return the full name and the unit of each coefficient on a joint of this type."""
         return tuple(
             (self.named(name, joint), written if self.own else unit(written, sigma))
             for name, written in self.linear.items()
@@ -112,12 +112,12 @@ class Effect:
     """One effect of a robot.
 
     Attributes:
-        name: of the library, or the file's own.
-        joints: numbers of the joints that it acts on.
-        linear: name and unit of every coefficient.
-        nonlinear: name and value of every constant.
+        name: name in the library, or in the file.
+        joints: numbers of the joints on which it acts.
+        linear: name and unit of each coefficient.
+        nonlinear: name and value of each constant.
         torque: (joint, torque on it), in q1, qd1, ... and the names above.
-        own: whether the file gives the torque, not the library.
+        own: whether the file defines the torque, rather than the library.
     """
 
     name: str
@@ -129,27 +129,27 @@ class Effect:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names that it declares: coefficients, then constants."""
+        """Names of its coefficients, then of its constants."""
         return tuple(name for name, _ in (*self.linear, *self.nonlinear))
 
     @property
     def kind(self) -> str:
-        """ "linear", or "model" where a torque holds that of the rigid body."""
+        """ "linear", or "model" if the torque depends on the rigid-body torque."""
         return "model" if any(self.loads(name) for name, _ in self.linear) else "linear"
 
     def loads(self, coefficient: str) -> bool:
-        """Whether the torque of a coefficient holds that of the rigid body, taur."""
+        """Whether the torque of a coefficient depends on the rigid-body torque, taur."""
         loads = {sp.Symbol(f"taur{j}", real=True) for j in self.joints}
         return any(c.has(*loads) for c in self.columns(coefficient).values())
 
     @property
     def constants(self) -> Named:
-        """The constants by their names in the file; the library adds the joint's number."""
+        """The constants with their names in the file, without the joint number of the library."""
         digits = 0 if self.own else len(str(self.joints[0]))
         return tuple((name[: len(name) - digits], value) for name, value in self.nonlinear)
 
     def columns(self, coefficient: str) -> dict[int, sp.Expr]:
-        """Return what a coefficient adds to the motor torque of each joint, constants put in."""
+        """Return the regressor column of a coefficient by joint, at the constants' values."""
         constants = {sp.Symbol(name, real=True): value for name, value in self.nonlinear}
         symbol = sp.Symbol(coefficient, real=True)
         found = {j: -sp.diff(t, symbol).subs(constants) for j, t in self.torque}
@@ -179,14 +179,14 @@ def definitions() -> Mapping[str, Definition]:
 
 @dataclass(frozen=True)
 class LogEffect:
-    """One effect on the samples of a joint: its torque is taken off every log of the robot.
+    """An effect that symgen subtracts from the torque in every log of the robot.
 
-    No kernel takes a temperature; such an effect is linear in coefficients that a diagnosis finds.
+    It depends on a log column, such as temperature, that no kernel takes.
 
     Attributes:
-        name: of the library.
-        joint: its number.
-        values: of every coefficient, then of every constant, by their names in the library.
+        name: name in the library.
+        joint: number of the joint.
+        values: (name in the library, value) of each coefficient, then of each constant.
     """
 
     name: str
@@ -195,17 +195,17 @@ class LogEffect:
 
     @property
     def definition(self) -> Definition:
-        """Its table of the library."""
+        """Its library definition."""
         return definitions()[self.name]
 
 
 @dataclass(frozen=True)
 class Sought:
-    """One effect to be searched.
+    """An effect whose constants a diagnosis searches.
 
     Attributes:
-        effect: with the lower end in place of every range.
-        ranges: (constant, lower end, upper end), exact, by the names in the file.
+        effect: the effect, with the lower end of each range as its value.
+        ranges: (constant, lower end, upper end), exact, with names from the file.
     """
 
     effect: Effect
@@ -213,14 +213,14 @@ class Sought:
 
     @property
     def key(self) -> tuple[str, int]:
-        """Its name and its joint's number: one effect of a name is searched on a joint."""
+        """Its name and the number of its joint, which are unique."""
         return self.effect.name, self.effect.joints[0]
 
     def definition(self, lengths: Mapping[sp.Symbol, sp.Expr]) -> Definition:
-        """Return the library's entry; or one of its own, constants that are numbers put in.
+        """Return its library definition, or build one for an own effect.
 
         Args:
-            lengths: value of every named length that the ranges may hold.
+            lengths: values of the named lengths that the ranges may contain.
         """
         if not self.effect.own:
             return definitions()[self.effect.name]
@@ -241,7 +241,7 @@ class Sought:
         )
 
     def searches(self, lengths: Mapping[sp.Symbol, sp.Expr]) -> dict[str, Search]:
-        """Return the values that are tried of each searched constant.
+        """Return the search of each constant that has a range.
 
         Args:
             lengths: as for `definition`.
@@ -255,10 +255,10 @@ class Sought:
 
 
 def require_constants(sought: Sequence[Sought]) -> None:
-    """Refuse a model of a robot with effects that are to be searched.
+    """Refuse a robot whose effects still have ranges: it has no model.
 
     Raises:
-        RobotError: the message names the first of them.
+        RobotError: an effect has a range; the message names the first.
     """
     for s in sought:
         (name, joint), (constant, *ends) = s.key, s.ranges[0]
@@ -270,7 +270,7 @@ def require_constants(sought: Sequence[Sought]) -> None:
 
 
 def unit(written: str, sigma: int) -> str:
-    """Return the unit that a word of effects.toml stands for on a joint of this type."""
+    """Return the unit for a unit word of effects.toml on a joint of this type."""
     words = {
         "torque": _TORQUE[sigma],
         "position": _POSITION[sigma],
@@ -287,7 +287,7 @@ def unit(written: str, sigma: int) -> str:
 
 
 def numbered(definition: Definition, joint: int | str) -> str:
-    """Return the torque of an effect with the joint's number at every name of its own."""
+    """Return the torque of an effect with the joint number appended to its names."""
     if definition.own:
         return definition.torque
     own = {*OWN, *BESIDE, *definition.linear, *definition.nonlinear}
@@ -307,13 +307,13 @@ def of_library(
 
     Args:
         definition: from `definitions`.
-        joint: its number.
-        sigma: its type.
-        constants: value of every nonlinear constant, by its name in the library.
-        geometry: value of every named length that the constants may hold.
+        joint: number of the joint.
+        sigma: type of the joint.
+        constants: name in the library -> value of each nonlinear constant.
+        geometry: values of the named lengths that the constants may contain.
 
     Raises:
-        RobotError: a constant is missing or unknown, or the torque has no value with it.
+        RobotError: a constant is missing or unknown, or the torque has no finite value.
     """
     if set(constants) != set(definition.nonlinear):
         accepted = ", ".join(definition.nonlinear) or "none"
@@ -336,10 +336,10 @@ def _torque(
     constants: Mapping[str, sp.Expr],
     geometry: Mapping[str, sp.Expr],
 ) -> sp.Expr:
-    """Return a torque with its constants as symbols; at their values it must be of the grammar too.
+    """Parse a torque. Its constants stay symbols; their values must be accepted too.
 
     Raises:
-        RobotError: it is not.
+        RobotError: the torque is not an expression of the grammar.
     """
     functions = expressions.EFFECT_FUNCTIONS
     known = (*variables, *constants, *geometry)
@@ -348,7 +348,7 @@ def _torque(
     with located("key 'torque'"):
         expr = expressions.parse(text, known, functions)
         expressions.check_powers(expr)
-        # As files that symgen writes have it: what cannot be read again is refused now.
+        # Refuse what could not be read again from a file that symgen writes.
         expr = expressions.parse(expressions.text(expr), known, functions)
         expressions.check_powers(expressions.parse(text, known, functions, values))
     return expr
@@ -363,16 +363,16 @@ def of_file(
     variables: Collection[str],
     geometry: Mapping[str, sp.Expr],
 ) -> Effect:
-    """Return an effect whose torque the file gives.
+    """Return an effect with a torque from a robot file.
 
     Args:
-        name: what the file calls it.
-        joint: number of the joint that it acts on.
-        torque: its expression, linear in the names of `linear`.
-        linear: unit of every coefficient.
-        nonlinear: value of every constant.
+        name: name in the file.
+        joint: number of the joint on which it acts.
+        torque: expression, linear in the names of `linear`.
+        linear: coefficient -> unit.
+        nonlinear: constant -> value.
         variables: q1, qd1, ... that may occur.
-        geometry: value of every named length, which may occur too.
+        geometry: named length -> value; these may occur too.
 
     Raises:
         RobotError: the torque is not of the grammar, or not linear in its coefficients.
@@ -408,9 +408,9 @@ def of_file(
 
 
 def _degree(expr: sp.Expr, load: sp.Symbol) -> sp.Expr | None:
-    """Return k where an expression is size**k times its value at sign(load), size = abs(load).
+    """Return k if the expression is abs(load)**k times its value at sign(load), else None.
 
-    None where its form does not show such a k. With k = 1 forward dynamics has a closed form.
+    With k = 1, forward dynamics has a closed form.
     """
     if expr == load:
         return sp.S.One
@@ -438,13 +438,13 @@ def from_table(
     movable: Mapping[int, int],
     geometry: Mapping[str, sp.Expr],
 ) -> list[Effect]:
-    """Return the effects that one [[effect]] table declares: one a joint.
+    """Return the effects of one [[effect]] table, one for each joint.
 
     Args:
         table: the validated table: name, joints, torque, linear.
-        constants: exact value of every nonlinear constant.
-        movable: type of every movable joint by its number.
-        geometry: value of each of the file's named lengths.
+        constants: nonlinear constant -> exact value.
+        movable: number of each movable joint -> its type.
+        geometry: named length of the file -> value.
 
     Raises:
         RobotError: the message names the key.
@@ -472,10 +472,10 @@ def from_table(
 
 
 def variables(joint: int, movable: Iterable[int]) -> list[str]:
-    """Return what the torque of a robot file's own effect may depend on.
+    """Return the variables that the torque of an own effect may contain.
 
     Args:
-        joint: number of the joint that it acts on.
+        joint: number of the joint on which it acts.
         movable: numbers of all movable joints.
     """
     return [*(f"{letter}{k}" for letter in ("q", "qd") for k in movable), f"taur{joint}"]

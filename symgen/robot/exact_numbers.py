@@ -1,9 +1,9 @@
-"""From written decimals to exact numbers, and from many digits back to short ones.
+"""Exact numbers from rounded decimals, and short forms of numbers with many digits.
 
-Robot files of other programs round: pi/2 stands there as 1.5708, or inside a quaternion with six
-digits. An angle near a multiple of pi/24 is therefore read as it. Placements are computed with 50
-digits from there, and a result that is a fraction of pi, a short decimal or a short decimal times a
-square root is recognised as that, beyond doubt.
+Robot files of other programs round: they write pi/2 as 1.5708, or inside a quaternion with six
+digits. symgen therefore reads an angle near a multiple of pi/24 as that multiple, and computes
+placements with 50 digits. It then recognises results that are a fraction of pi, a short decimal, or
+a short decimal times a square root.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from symgen.robot import expressions
 
 #: Angles are recognised in steps of pi/PARTS.
 PARTS = 24
-#: An angle closer than this to a multiple of pi/PARTS is read as it, in every format and notation.
+#: An angle closer than this to a multiple of pi/PARTS is read as that multiple, in every format.
 TOLERANCE = 1e-4  # rad
 _MAX_TURNS = 4
-_LAST = 5e-16  # what a double of an angle is off, at most, by its size
+_LAST = 5e-16  # largest relative rounding error of an angle as a double
 _SURE = 1e-30
 _SHORT = 10  # decimals of a short decimal
 _LONG = 15  # decimals of any other number
@@ -30,7 +30,7 @@ _ANGLE = 1e-10  # rad
 
 @functools.cache
 def context() -> Any:
-    """Return the arithmetic of 50 digits."""
+    """Return the mpmath context with 50 digits."""
     import mpmath
 
     digits = mpmath.mp.clone()
@@ -39,7 +39,7 @@ def context() -> Any:
 
 
 def written_fraction(angle: sp.Expr) -> sp.Expr:
-    """Turn a decimal that is k pi/24 to its last digit into that fraction of pi."""
+    """Return k pi/24 for a decimal that equals it to the last digit; else the decimal."""
     if not angle.is_Rational:
         return angle
     k = fraction_of_pi(angle, _LAST * max(1.0, abs(float(angle))))
@@ -47,7 +47,7 @@ def written_fraction(angle: sp.Expr) -> sp.Expr:
 
 
 def fraction_of_pi(value: Any, within: float = TOLERANCE) -> sp.Rational | None:
-    """Return k/24 where an angle, exact or of 50 digits, is k pi/24 within a bound, else None."""
+    """Return k/24 if the angle is within a bound of k pi/24, else None."""
     digits = context()
     number = digits.mpf(int(value.p)) / int(value.q) if isinstance(value, sp.Rational) else value
     k = int(digits.nint(number * PARTS / digits.pi))
@@ -56,13 +56,13 @@ def fraction_of_pi(value: Any, within: float = TOLERANCE) -> sp.Rational | None:
 
 
 def snapped(value: Any) -> Any:
-    """Return an angle of 50 digits, or the fraction of pi that it is within TOLERANCE."""
+    """Return the multiple of pi/24 within TOLERANCE of an angle, else the angle; 50 digits."""
     k = fraction_of_pi(value)
     return value if k is None else context().pi * int(k.p) / int(k.q)
 
 
 def angle(value: Any) -> sp.Expr:
-    """Return an angle of 50 digits as k pi/24, as k pi/2 plus a short decimal, or as a decimal."""
+    """Write an angle as k pi/24, as k pi/2 plus a short decimal, or as a decimal."""
     k = fraction_of_pi(value, _ANGLE)
     if k is not None:
         return k * sp.pi
@@ -74,7 +74,7 @@ def angle(value: Any) -> sp.Expr:
 
 
 def length(value: Any) -> sp.Expr:
-    """Return a length of 50 digits as a decimal, or as a short decimal times a root over six."""
+    """Write a length as a decimal, or as a short decimal times a square root over six."""
     rounded = _rounded(value, _LONG)
     if abs(rounded) < _ANGLE / 100:
         return sp.S.Zero
@@ -89,12 +89,12 @@ def length(value: Any) -> sp.Expr:
 
 
 def number(value: Any) -> float:
-    """Return the double next to a number of 50 digits, without the dust of its composition."""
+    """Round a number with 50 digits to a double; rounding errors near zero become 0."""
     return float(value) if abs(value) > _SURE else 0.0
 
 
 def _short(value: Any) -> sp.Rational | None:
-    """Return the short decimal that a number of 50 digits is, else None."""
+    """Return the number as a short decimal if it is one, else None."""
     rounded = _rounded(value, _SHORT)
     exact = context().mpf(int(rounded.p)) / int(rounded.q)
     return rounded if abs(value - exact) < _SURE else None

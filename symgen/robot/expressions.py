@@ -5,8 +5,8 @@
     power   = ["+" | "-"] power  |  atom ["**" power]
     atom    = NUMBER | NAME | FUNCTION "(" sum {"," sum} ")" | "(" sum ")"
 
-A recursive-descent parser of these four rules and nothing else: no text is ever evaluated as
-code. Decimals become exact rationals (0.225 is 9/40), so that what follows is exact.
+A recursive-descent parser accepts these four rules and nothing else. No text is evaluated as code.
+Decimals become exact rationals (0.225 is 9/40).
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ _MAX_LENGTH = 1000
 _MAX_DEPTH = 50
 _MAX_EXPONENT = 16
 _MAX_DECIMALS = 100
-_MAX_EXPONENTIAL = 200  # argument of exp of a number: exp(200) is 7e86
-_MAX_SIZE = 1000  # nodes of what a function gives: min and max write their arguments twice
-_MAX_TERMS = 100  # of a length or an angle when its products and powers are multiplied out
+_MAX_EXPONENTIAL = 200  # largest argument of exp: exp(200) is 7e86
+_MAX_SIZE = 1000  # nodes of an expression: min and max repeat their arguments
+_MAX_TERMS = 100  # of a length or an angle, expanded
 
-#: How many arguments a function has, and what it gives.
+#: Number of arguments of a function, and its SymPy expression.
 Function = tuple[int, Callable[..., sp.Expr]]
 #: Constants and functions of geometry expressions.
 CONSTANTS: Mapping[str, sp.Expr] = {"pi": sp.pi}
@@ -53,7 +53,7 @@ def _exponential(argument: sp.Expr) -> sp.Expr:
     return sp.exp(argument)
 
 
-#: Functions of the torques of effects; pow(x, p) is x**p for any p where x is not negative.
+#: Functions in torques of effects; pow(x, p) is abs(x)**p.
 EFFECT_FUNCTIONS: Mapping[str, Function] = {
     **FUNCTIONS,
     **{f.__name__: (1, f) for f in (sp.sin, sp.cos, sp.tanh, sp.sign)},
@@ -72,17 +72,17 @@ def parse(
     functions: Mapping[str, Function] = FUNCTIONS,
     values: Mapping[str, sp.Expr] | None = None,
 ) -> sp.Expr:
-    """Return the exact expression that a text of the safe grammar stands for.
+    """Parse a text of the safe grammar to an exact expression.
 
     Args:
         text: for example "pi/2", "-L1" or "sqrt(2)*L1/2".
-        names: the names that may occur, each a real symbol.
-        functions: the functions that may occur.
-        values: what stands for some of the names, in place of their symbols.
+        names: names that may occur; each becomes a real symbol.
+        functions: functions that may occur.
+        values: name -> expression that replaces its symbol.
 
     Raises:
-        ExpressionError: the text is not of the grammar, uses a name that is not declared,
-            divides by zero, or is unreasonably large.
+        ExpressionError: the text does not follow the grammar, uses an unknown name, divides by
+            zero, or is too large.
     """
     if len(text) > _MAX_LENGTH:
         raise ExpressionError(
@@ -97,7 +97,7 @@ def parse(
 
 
 def check_finite(expr: sp.Expr) -> sp.Expr:
-    """Return `expr`, or raise ExpressionError where it is not a finite real number or formula."""
+    """Return `expr`, or raise ExpressionError if it is not a finite real number or formula."""
     roots = (p for p in expr.atoms(sp.Pow) if not p.exp.is_integer)
     wrong = expr.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I) or any(p.base.is_negative for p in roots)
     if wrong or (expr.is_number and not abs(float(expr.evalf(20))) <= 10.0**_MAX_DECIMALS):
@@ -106,7 +106,7 @@ def check_finite(expr: sp.Expr) -> sp.Expr:
 
 
 def check_plain(expr: sp.Expr) -> None:
-    """Raise ExpressionError where an expression has roots of roots, high powers, or many terms."""
+    """Raise ExpressionError for roots of roots, high powers, or too many terms."""
     for power in expr.atoms(sp.Pow):
         if power.exp.q > 2 or abs(power.exp) > _MAX_EXPONENT:
             raise ExpressionError(
@@ -117,7 +117,7 @@ def check_plain(expr: sp.Expr) -> None:
 
 
 def _terms(expr: sp.Expr) -> int:
-    """Return how many terms an expression has when products and powers are multiplied out."""
+    """Return the number of terms of the expanded expression."""
     if expr.is_Add:
         return sum(map(_terms, expr.args))
     if expr.is_Mul:
@@ -129,19 +129,19 @@ def _terms(expr: sp.Expr) -> int:
 
 
 def check_powers(expr: sp.Expr) -> None:
-    """Raise ExpressionError where a whole power is so high that it is no formula for a torque."""
+    """Raise ExpressionError if a power is too high."""
     for power in expr.atoms(sp.Pow):
         if power.exp.is_number and abs(power.exp) > _MAX_EXPONENT:
             raise ExpressionError(f"accepted: powers up to {_MAX_EXPONENT}")
 
 
 def shortened(written: str, length: int = 60) -> str:
-    """Return a text that fits into a message."""
+    """Shorten a text for a message."""
     return written if len(written) <= length else f"{written[: length - 3]}..."
 
 
 def exact(number: int | float | Decimal) -> sp.Rational:
-    """Return the exact rational that a number is written as: 0.225 gives 9/40.
+    """Return the exact rational of a written number: 0.225 gives 9/40.
 
     Raises:
         ExpressionError: the number is not finite or needs more than 400 digits.
@@ -158,7 +158,7 @@ def exact(number: int | float | Decimal) -> sp.Rational:
 
 
 class _Parser:
-    """One pass over one text; `kind` and `token` are the token ahead."""
+    """A parser for one text; `kind` and `token` describe the next token."""
 
     def __init__(
         self,
@@ -224,7 +224,7 @@ class _Parser:
             if divide and factor.is_zero:
                 raise ExpressionError("division by zero")
             factors.append(1 / factor if divide else factor)
-        # At once: one after the other, a number would be multiplied into the first sum alone.
+        # In one call: otherwise SymPy multiplies a number into the first sum only.
         return sp.Mul(*factors)
 
     def power(self) -> sp.Expr:
@@ -237,7 +237,7 @@ class _Parser:
             return value
         base = self.atom()
         if self.kind == "op" and self.token == "**":
-            check_finite(base)  # before a power makes it longer than memory
+            check_finite(base)  # a power could exhaust memory
             self.advance()
             exponent = self.power()
             if not (exponent.is_Integer or exponent in (sp.Rational(1, 2), -sp.Rational(1, 2))):
@@ -250,7 +250,7 @@ class _Parser:
         return base
 
     def applied(self, function: Callable[..., sp.Expr], arguments: list[sp.Expr]) -> sp.Expr:
-        """Return a function's value, unless it is no number or unreasonably long."""
+        """Apply a function; refuse arguments that are not finite and results that are too large."""
         for argument in arguments:
             check_finite(argument)
         value = function(*arguments)
@@ -289,16 +289,16 @@ class _Parser:
 
 
 def text(expr: sp.Expr) -> str:
-    """Return the expression in the grammar, in an order of its own: `parse(text(e)) == e`.
+    """Write an expression in the grammar: `parse(text(e)) == e`.
 
-    Terms and factors are sorted by their written form, rationals that are short decimals are
-    written so; nothing depends on the SymPy version or on the hash seed.
+    Terms and factors are sorted by their text, so the result does not depend on the SymPy version
+    or on the hash seed.
     """
     return _text(sp.sympify(expr), 0)
 
 
 def _text(expr: sp.Expr, level: int) -> str:
-    """Write `expr`; level 0 sum, 1 product, 2 factor (what needs parentheses there gets them)."""
+    """Write `expr` in a sum (level 0), a product (1) or a factor (2), parenthesised as needed."""
     if expr.is_Rational:
         return _parenthesised(_rational(expr), expr < 0 or not expr.is_Integer, level, expr)
     if expr.is_Float:
@@ -337,7 +337,7 @@ def _text(expr: sp.Expr, level: int) -> str:
         if (2 * exponent).is_Integer and base.func is not sp.Abs:
             whole = base ** (exponent - sp.S.Half)
             return _text(sp.Mul(whole, sp.sqrt(base), evaluate=False), level)
-        inner = base.args[0] if base.func is sp.Abs else base  # pow takes the size of its base
+        inner = base.args[0] if base.func is sp.Abs else base  # pow takes abs() of its base
         return f"pow({_text(inner, 0)}, {_text(exponent, 0)})"
     if expr.func in (sp.sin, sp.cos, sp.tan, sp.Abs, sp.sign, sp.tanh, sp.exp):
         return f"{expr.func.__name__.lower()}({_text(expr.args[0], 0)})"
@@ -345,10 +345,10 @@ def _text(expr: sp.Expr, level: int) -> str:
 
 
 def _rational(value: sp.Rational) -> str:
-    """Write a rational as a short decimal where it is one, else as a fraction."""
+    """Write a rational as a short decimal if possible, else as a fraction."""
     if value.is_Integer:
         return str(value)
-    if value.q < 10**12 and 10**40 % int(value.q) == 0:  # of 2 and 5 alone
+    if value.q < 10**12 and 10**40 % int(value.q) == 0:  # a product of 2s and 5s
         digits = format(Decimal(int(value.p)) / Decimal(int(value.q)), "f")
         if sp.Rational(digits) == value:
             return digits

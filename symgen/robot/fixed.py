@@ -1,7 +1,7 @@
-"""Joints held still: fingers of a gripper, or an axis that is locked while a log is recorded.
+"""Joints that are fixed: the fingers of a gripper, or an axis that is locked during a log.
 
-A joint that is held at q0 keeps its number, its row of the table (q0 is added to theta or r) and
-its link; it has no variable, friction or rotor. Links behind it are carried by the joint before.
+A joint that is fixed at q0 keeps its number, its link and its table row; q0 is added to theta or r.
+It has no variable, friction or rotor.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ _PER_JOINT = (names.ROTOR, *names.FRICTION.values())
 
 
 def with_fixed(found: Imported, fixed: Sequence[str]) -> Imported:
-    """Return a robot with some of its joints held still, and what follows them held, too.
+    """Fix some joints of a robot, and the joints that follow them.
 
     Args:
-        found: the robot as its file has it.
-        fixed: "panda_finger_joint1", or "panda_finger_joint1=0.02": names or numbers of movable
-            joints, and where each stands, rad or m, 0 by default.
+        found: the robot of the file.
+        fixed: names or numbers of movable joints, with an optional position in rad or m (default
+            0): "panda_finger_joint1" or "panda_finger_joint1=0.02".
 
     Raises:
-        RobotError: there is no such movable joint, a joint would stand outside its limits, none
-            would be left, or loops, couplings or effects of the robot involve one.
+        RobotError: there is no such movable joint, a position is outside the limits, no movable
+            joint remains, or a loop, coupling or effect of the robot involves the joint.
     """
     robot = found.robot
     held: dict[int, sp.Expr] = {}
@@ -98,7 +98,7 @@ def _named(robot: Robot, name: str) -> Joint:
 
 
 def _held(joint: Joint, held: dict[int, sp.Expr]) -> Joint:
-    """Return a joint with the variables of the held ones put in."""
+    """Return a joint with the positions of the fixed joints substituted."""
     q = held.get(joint.number)
     if joint.follows is not None:
         follows = sp.expand(

@@ -1,4 +1,4 @@
-"""Which names of a robot file can stand in C, and a name that can for one that cannot."""
+"""Names that are valid in C, and valid replacements for those that are not."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _HEADERS = frozenset(
     "stdalign stdarg stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string strings "
     "tgmath threads time uchar wchar wctype unistd memory features".split()
 )
-# Words that C or C++ keeps for itself, and the names that symgen gives to variables.
+# Keywords of C and C++, and names of symgen's own variables.
 _KEYWORDS = frozenset(
     "auto break case char const continue default do double else enum extern float for goto if "
     "inline int long main register restrict return short signed sizeof static struct switch "
@@ -31,28 +31,28 @@ _API = frozenset("JOINTS PARAMETERS INERTIAL NEAR ROUND VERSION OK OUTLIER".spli
 
 
 def fits_c(name: str) -> bool:
-    """Whether a name can stand in C."""
+    """Whether a name is a valid identifier in C."""
     fits = _IDENTIFIER.fullmatch(name) is not None and len(name) <= MAX_NAME
     return fits and name not in _KEYWORDS
 
 
 def is_robot_name(name: str) -> bool:
-    """Whether a robot can have this name: no header of C may be hidden by its own."""
+    """Whether a robot can have this name: NAME.h must not hide a header of C."""
     return fits_c(name) and name not in _HEADERS
 
 
 def is_geometry_name(name: str) -> bool:
-    """Whether a length can have this name, which no parameter or variable has."""
+    """Whether a length can have this name: parameters and variables must not use it."""
     return fits_c(name) and _RESERVED.fullmatch(name) is None
 
 
 def is_coefficient_name(name: str) -> bool:
-    """Whether a parameter of an effect can have this name, in C as NAME_name."""
+    """Whether a coefficient of an effect can have this name; in C it becomes NAME_name."""
     return is_geometry_name(name) and _COEFFICIENT.fullmatch(name) is not None and name not in _API
 
 
 def robot_name(text: str) -> str:
-    """Return the name of a robot as near to a text as C allows: ur5-e becomes ur5_e."""
+    """Return the nearest valid robot name: ur5-e becomes ur5_e."""
     plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
     name = re.sub(r"[^A-Za-z0-9]+", "_", plain).strip("_")[: MAX_NAME - 6]
     return name if is_robot_name(name) else f"robot_{name}".rstrip("_")

@@ -1,4 +1,4 @@
-"""What another program's file gives: a robot, values of its parameters, and remarks."""
+"""Robots from files of other programs, with parameter values and notes."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from symgen.errors import RobotError, told_by
 from symgen.robot.expressions import shortened
 from symgen.robot.types import Robot
 
-#: Of the files of other programs: ending, and the module of `symgen.robot.formats` that reads it.
+#: File ending -> module of `symgen.robot.formats` that reads it.
 FORMATS = {".urdf": "urdf", ".par": "par", ".xml": "mjcf"}
 _MAX_BYTES = 1_000_000
-_MAX_FOREIGN_BYTES = 20_000_000  # URDFs carry what is displayed, too
+_MAX_FOREIGN_BYTES = 20_000_000  # a URDF can contain geometry for display
 
 
 @dataclass(frozen=True)
@@ -21,9 +21,9 @@ class Imported:
 
     Attributes:
         robot: with exact geometry.
-        parameters: values of standard parameters by name (XX1, FV2), as far as the file has them.
-        notes: what was read otherwise than written; one line each.
-        assumed: what the file does not say and the robot needs; one line each.
+        parameters: (name, value) of the standard parameters in the file (XX1, FV2).
+        notes: how the robot differs from the file; one line each.
+        assumed: assumptions where the file says nothing; one line each.
     """
 
     robot: Robot
@@ -36,8 +36,8 @@ def read_text(source: str | Path, accepted: str) -> tuple[str, Path]:
     """Read a robot file of reasonable size as UTF-8.
 
     Args:
-        source: path of the file, or of a folder that holds a robot.toml.
-        accepted: what messages say is accepted in its place.
+        source: path of the file, or of a folder with a robot.toml.
+        accepted: the accepted input, for error messages.
 
     Returns:
         The text, and the path of the file.

@@ -1,9 +1,9 @@
-"""Closed chains: whether the two sides of each cut joint stay together in every position.
+"""Check of closed chains: both sides of each cut joint must coincide in every position.
 
-A loop is opened at one joint, which leaves a tree; a frame (a fixed joint of the file) marks either
-side of the cut. The constraint is that their origins and z axes coincide. For parallelograms it
-makes the passive joints linear in the active ones, q_p = sum of c q_a + constant, which is what
-`follows` declares (Khalil and Kleinfinger 1986; Khalil and Dombre 2002). Here it is checked.
+Cutting each loop at one joint leaves a tree. Two frames (fixed joints of the file) mark the sides
+of the cut; their origins and z axes must coincide. In a parallelogram, the passive joints are then
+linear in the active ones, q_p = sum of c q_a + constant, which `follows` declares (Khalil and
+Kleinfinger 1986; Khalil and Dombre 2002).
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ _GAP = 1e-9  # m, and of unit vectors
 
 
 def require_closed(robot: Robot) -> None:
-    """Check the loops of a robot at its values.
+    """Check the loops of a robot at random positions.
 
     Raises:
-        RobotError: a loop names no frame, or its sides come apart where the joints move.
+        RobotError: a loop names no frame, or its sides separate as the joints move.
     """
     if not robot.loops:
         return

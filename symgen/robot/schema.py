@@ -1,4 +1,4 @@
-"""The shape of robot.toml, validated by pydantic: keys and types, before any meaning."""
+"""The schema of robot.toml: keys and types, validated by pydantic."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _number(value: object) -> float:
 
 
 def _only(good: Callable[[float], bool], accepted: str) -> Callable[[object], float]:
-    """Return what checks a number of some size."""
+    """Return a validator for a number that must satisfy a condition."""
 
     def check(value: object) -> float:
         number = _number(value)
@@ -97,7 +97,7 @@ Factor = Annotated[float, PlainValidator(_factor)]
 
 
 def _unit(value: object) -> str:
-    # It stands in comments of C, in tables and in formulas.
+    # A unit appears in comments of C, in tables and in formulas.
     if not isinstance(value, str) or _UNIT.fullmatch(value) is None:
         raise ValueError(
             "a unit in quotes, such as 'N m/rad', of letters, digits, spaces, / ^ . ( ) -"
@@ -214,7 +214,7 @@ _TABLES: dict[str, type[BaseModel]] = {
     "loop": LoopTable,
     "effect": EffectTable,
 }
-# What pydantic calls a fault, in the words of the person who wrote the file.
+# Error type of pydantic -> message for the author of the file.
 _WORDS = {
     "missing": "is missing; it must be given",
     "model_type": "is not a table; accepted: [name] with keys below it, [[name]] where it repeats",
@@ -231,7 +231,7 @@ def validated(data: dict[str, object]) -> RobotFile:
     """Check keys and types of a parsed file.
 
     Raises:
-        RobotError: the first fault, with its place in the file and what is accepted there.
+        RobotError: the message gives the place of the first error, and the accepted input.
     """
     try:
         return RobotFile.model_validate(data)
@@ -255,7 +255,7 @@ def validated(data: dict[str, object]) -> RobotFile:
 
 
 def _place(loc: tuple[str | int, ...]) -> str:
-    """Write a position in the file as a person would: joint 2, key 'alpha'."""
+    """Write a position in the file for a reader: joint 2, key 'alpha'."""
     words: list[str] = []
     for part in loc:
         if isinstance(part, int) and words:

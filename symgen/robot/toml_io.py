@@ -1,4 +1,4 @@
-"""robot.toml to a Robot and back; the format is described in the README."""
+"""Read robots: robot.toml, other formats, generated packages, and the library."""
 
 from __future__ import annotations
 
@@ -71,8 +71,8 @@ def read_robot(source: Robot | str | Path) -> Robot:
     """Read a robot from a file, a generated package, or the built-in library.
 
     Args:
-        source: path of a robot.toml, of a folder that holds one, or the name of a library robot; a
-            robot is returned as it is.
+        source: path of a robot.toml, .urdf, .par or .xml file; path of a folder with a robot.toml;
+            or name of a library robot. A Robot is returned unchanged.
 
     Returns:
         The robot, with exact geometry.
@@ -101,7 +101,7 @@ def read_imported(path: str | Path) -> Imported:
     """Read a .urdf, a .par of SYMORO, or an .xml of MuJoCo.
 
     Raises:
-        RobotError: it cannot be read, or is not a robot that symgen can have.
+        RobotError: the file cannot be read, or symgen cannot represent the robot.
     """
     accepted = f"accepted: a path to a file with the ending {' or '.join(FORMATS)}"
     if Path(path).suffix.lower() not in FORMATS:
@@ -110,10 +110,10 @@ def read_imported(path: str | Path) -> Imported:
 
 
 def parse_imported(text: str, path: Path) -> Imported:
-    """Read the text of a file whose ending tells its format.
+    """Read the text of a file; its ending gives the format.
 
     Raises:
-        RobotError: it is not a robot that symgen can have.
+        RobotError: symgen cannot represent the robot.
     """
     name = FORMATS[path.suffix.lower()]
     module = import_module(f"symgen.robot.formats.{name}")
@@ -126,7 +126,7 @@ def parse_robot(text: str, where: str = "robot.toml") -> Robot:
 
     Args:
         text: the file's text.
-        where: what error messages call the file.
+        where: name of the file in error messages.
 
     Raises:
         RobotError: the text is not a valid robot; the message names the joint and the key.
@@ -142,7 +142,7 @@ def parse_robot(text: str, where: str = "robot.toml") -> Robot:
 
 
 class _Reader:
-    """Gives meaning to a validated file; `where` names the file in warnings."""
+    """Builds a Robot from a validated file; `where` names the file in warnings."""
 
     def __init__(self, where: str) -> None:
         self.where = where
@@ -198,9 +198,9 @@ class _Reader:
         return robot
 
     def at_values(self, expr: sp.Expr) -> sp.Expr:
-        """Return an expression at the file's values of the named lengths."""
+        """Substitute the values of the named lengths."""
         named = {s: self.geometry[s.name] for s in expr.free_symbols if s.name in self.geometry}
-        return expr.subs(named) if named else expr  # most are plain numbers
+        return expr.subs(named) if named else expr  # most expressions are plain numbers
 
     def expression(self, value: int | Decimal | str, known: Collection[str]) -> sp.Expr:
         written = repr(shortened(str(value)))
@@ -212,7 +212,7 @@ class _Reader:
             )
             with located(written):
                 expressions.check_finite(self.at_values(expr))
-                # sqrt(L1**2) is |L1|: the sign of the file's value decides.
+                # sqrt(L1**2) is |L1|: the sign comes from the value in the file.
                 expr = expr.replace(
                     lambda e: e.func is sp.Abs,
                     lambda e: e.args[0] if self.at_values(e.args[0]) >= 0 else -e.args[0],
@@ -224,7 +224,7 @@ class _Reader:
         return expr
 
     def angle(self, expr: sp.Expr, place: str) -> sp.Expr:
-        """Snap decimals that are fractions of pi; refuse what cannot be an angle in rad."""
+        """Replace decimals by the fractions of pi that they equal; refuse angles not in rad."""
         exact = sp.Add(*(written_fraction(_rationalised(term)) for term in sp.Add.make_args(expr)))
         with located(repr(expressions.text(expr))):
             expressions.check_plain(exact)
@@ -285,12 +285,12 @@ class _Reader:
         )
 
     def following(self, joint: Joint, table: JointTable, movable: list[Joint]) -> Joint:
-        """Return a joint that follows others: q_j linear in their variables."""
+        """Return a joint whose position is linear in the variables of other joints."""
         with located(place := f"joint {joint.number}, key 'follows'"):
             return self.linear(joint, table.follows or "", movable, place)
 
     def linear(self, joint: Joint, text: str, movable: list[Joint], place: str) -> Joint:
-        """Return a joint that moves as an expression in the variables of others says."""
+        """Return a joint that follows a linear expression in the variables of other joints."""
         if joint.fixed:
             raise RobotError("a fixed joint (sigma 2) follows none")
         variables = {f"q{j.number}": j for j in movable}
@@ -345,7 +345,7 @@ class _Reader:
     def effects(
         self, file: RobotFile, sigma: Mapping[int, int]
     ) -> tuple[list[Effect], list[Sought], list[LogEffect]]:
-        """Return the effects of the model, those to be searched, and those taken off logs."""
+        """Return effects of the model, effects to search, and effects to subtract from logs."""
         found: list[Effect] = []
         sought: list[Sought] = []
         on_logs: list[LogEffect] = []
@@ -388,7 +388,7 @@ class _Reader:
     def effect(
         self, table: EffectTable, sigma: Mapping[int, int]
     ) -> tuple[list[Effect], tuple[tuple[str, sp.Expr, sp.Expr], ...]]:
-        """Return the effects of a table, with the lower end of every range, and the ranges."""
+        """Return the effects of a table, with the lower end of each range, and the ranges."""
         if table.values:
             raise RobotError("key 'values': accepted: nonlinear, of this effect")
         for name in table.linear:
@@ -408,14 +408,14 @@ class _Reader:
                     f"{len(ranges)} ranges; accepted: at most {max(COUNTS)}, and numbers for the "
                     "others"
                 )
-        lowest, *_ = [  # every corner of the ranges has to make sense
+        lowest, *_ = [  # the torque must be valid at every corner of the ranges
             from_table(table, dict(zip(ends, corner, strict=True)), sigma, self.geometry)
             for corner in itertools.product(*ends.values())
         ]
         return lowest, ranges
 
     def on_logs(self, table: EffectTable, definition: Definition) -> list[LogEffect]:
-        """Return the effects of a table that are taken off logs."""
+        """Return the effects of a table that are subtracted from logs."""
         for key in ("torque", "linear", "nonlinear"):
             if getattr(table, key):
                 raise RobotError(f"key {key!r}: {table.name} has values alone")
@@ -436,7 +436,7 @@ class _Reader:
     def ends(
         self, value: int | Decimal | str | tuple[int | Decimal | str, ...]
     ) -> tuple[sp.Expr, ...]:
-        """Return the value of a constant, or the two ends of its range."""
+        """Return the value of a constant, or both ends of its range."""
         values = value if isinstance(value, tuple) else (value,)
         out = tuple(self.expression(end, self.geometry) for end in values)
         if len(out) == 2 and self.at_values(out[0] - out[1]) >= 0:
@@ -447,7 +447,7 @@ class _Reader:
         return out
 
     def entries(self, table: str, values: Any, keys: Sequence[str], n: int) -> dict[str, Any]:
-        """Return what a table has for each of n movable joints, None where it has nothing."""
+        """Return the entries of a table for n movable joints, or None if it has none."""
         out = {key: getattr(values, key) for key in keys}
         for key, given in out.items():
             if given is not None and len(given) != n:

@@ -1,4 +1,4 @@
-"""The text of a robot.toml."""
+"""Write a robot as the text of a robot.toml."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from symgen.robot.types import LENGTHS, Joint, Robot
 
 
 def robot_toml(robot: Robot) -> str:
-    """Return the robot as the text of a robot.toml; reading it gives the same robot."""
+    """Return the robot as robot.toml text; reading it gives the same robot."""
     gravity = "input" if robot.gravity_input else robot.gravity
     head = {"name": robot.name, "convention": "modified-dh", "gravity": gravity}
     tables: list[tuple[str, Mapping[str, Any]]] = [("[robot]", head)]
@@ -56,7 +56,7 @@ def robot_toml(robot: Robot) -> str:
 
 
 def _joint(joint: Joint) -> dict[str, Any]:
-    """Return the entries of a joint, without those that say what holds anyway."""
+    """Return the entries of a joint that differ from the defaults."""
     out: dict[str, Any] = {"sigma": joint.sigma}
     if joint.antecedent != joint.number - 1:
         out["antecedent"] = joint.antecedent
@@ -72,13 +72,13 @@ def _joint(joint: Joint) -> dict[str, Any]:
 
 
 def _lines(entries: Mapping[str, Any]) -> str:
-    """Write what a table holds; None stands for what it does not."""
+    """Write the entries of a table, except those that are None."""
     known = ((key, value) for key, value in entries.items() if value is not None)
     return "".join(f"{key} = {_value(value)}\n" for key, value in known)
 
 
 def _value(value: Any) -> str:
-    """Write a value as TOML has it, an exact one as a decimal or as an expression in quotes."""
+    """Write a value as TOML; an exact one becomes a decimal or a quoted expression."""
     if isinstance(value, dict):
         return f"{{ {', '.join(f'{key} = {_value(v)}' for key, v in value.items())} }}"
     if isinstance(value, (list, tuple)):
@@ -96,12 +96,12 @@ def _value(value: Any) -> str:
 
 
 def parameters_toml(values: Iterable[tuple[str, float]]) -> str:
-    """Return values of parameters by name as the text of a TOML file with [parameters]."""
+    """Return parameter values as the text of a TOML file with [parameters]."""
     return "[parameters]\n" + "".join(f"{name} = {value!r}\n" for name, value in values)
 
 
 def _decimal(expr: sp.Expr) -> str | None:
-    """Write a decimal of up to 17 digits as one: the grammar's own text keeps to shorter ones."""
+    """Write a rational as a decimal of up to 17 digits, or return None."""
     if not expr.is_Rational or 10**17 % expr.q != 0 or abs(expr) >= 10**6:
         return None
     return format(Decimal(int(expr.p)) / Decimal(int(expr.q)), "f")

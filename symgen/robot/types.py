@@ -1,12 +1,12 @@
-"""The robot as a frozen value: what a robot file says, checked, with exact geometry.
+"""The robot as a frozen value with exact geometry.
 
-Khalil and Kleinfinger's modified Denavit-Hartenberg notation (1986): the frame of joint j is
-placed on that of its antecedent by
+The notation is modified Denavit-Hartenberg (Khalil and Kleinfinger 1986). The transform from the
+frame of the antecedent to the frame of joint j is
 
     T = Rot(z, gamma) Trans(z, b) Rot(x, alpha) Trans(x, d) Rot(z, theta) Trans(z, r)
 
-and q_j is added to theta (sigma 0) or to r (sigma 1). A joint that follows others, as in a
-parallelogram, has no variable of its own: q_j = sum of c_jk q_k + constant.
+and q_j is added to theta (sigma 0) or to r (sigma 1). A joint that follows others, for example in a
+parallelogram, has no variable: q_j = sum of c_jk q_k + constant.
 """
 
 from __future__ import annotations
@@ -24,24 +24,24 @@ from symgen.robot import expressions
 from symgen.robot.effect import Effect, LogEffect, Named, Sought
 
 _VARIABLE = re.compile(r"q\d+")
-#: Gravity in frame 0 where it is an input of the kernels; no length of a file can have such a name.
+#: Gravity in frame 0 if it is an input of the kernels. No length of a file can have these names.
 GRAVITY_INPUT = (
     sp.Symbol("X_g1", real=True),
     sp.Symbol("X_g2", real=True),
     sp.Symbol("X_g3", real=True),
 )
-#: The constants of a joint's transform in the order of a table.
+#: The constants of a joint transform in the order of a table.
 ANGLES = ("gamma", "alpha", "theta")
 LENGTHS = ("gamma", "b", "alpha", "d", "theta", "r")
-#: The limits that have an entry for each movable joint.
+#: Limits with one entry for each movable joint.
 OF_JOINTS = ("position", "velocity", "acceleration", "jerk", "torque")
-#: What the columns of a robot's table are, see `Robot.table`.
+#: Columns of `Robot.table`.
 HEADER = ("joint", "name", "sigma", "antecedent", *LENGTHS, "follows")
-#: Of the earth along -z, as files of other programs have it, m/s2.
+#: Gravity along z for files that give none, m/s2.
 EARTH = sp.Rational(-981, 100)
-#: Of joints in a file.
+#: Largest number of joints in a file.
 MAX_JOINTS = 200
-#: Largest factor by which a revolute joint follows another: it makes rounding as much larger.
+#: Largest factor by which a revolute joint follows another; it amplifies rounding errors.
 MAX_RATIO = 200
 
 
@@ -51,7 +51,7 @@ def joint_variable(number: int) -> sp.Symbol:
 
 
 class Typed:
-    """What has the type of a joint: `sigma` 0 revolute, 1 prismatic, 2 fixed."""
+    """Base class with a joint type: `sigma` 0 revolute, 1 prismatic, 2 fixed."""
 
     sigma: int
 
@@ -73,10 +73,10 @@ class Typed:
 
 @dataclass(frozen=True)
 class Joint(Typed):
-    """One joint and the link behind it; lengths in m, angles in rad, exact or in named symbols.
+    """One joint and its link. Lengths in m, angles in rad, exact or in named symbols.
 
     `follows` is None, or q_j as a linear expression in the symbols q1, q2, ... of other joints.
-    `name` is what another format called the joint.
+    `name` is the name of the joint in a file of another format.
     """
 
     number: int
@@ -101,7 +101,7 @@ class Joint(Typed):
 
     @property
     def shares(self) -> tuple[tuple[int, sp.Expr], ...]:
-        """Return pairs (k, dq_j/dq_k) of the movable joints that move this one."""
+        """Pairs (k, dq_j/dq_k) of the movable joints k that move this joint."""
         if self.follows is None:
             return ((self.number, sp.S.One),) if self.movable else ()
         numbers = sorted(
@@ -111,7 +111,7 @@ class Joint(Typed):
 
     @property
     def offset(self) -> sp.Expr:
-        """Return what q_j is where the joints that it follows are at zero."""
+        """q_j where the joints that it follows are at zero."""
         if self.follows is None:
             return sp.S.Zero
         return self.follows.subs({joint_variable(k): 0 for k, _ in self.shares})
@@ -119,7 +119,7 @@ class Joint(Typed):
 
 @dataclass(frozen=True)
 class Coupling:
-    """A drive that moves two joints: u = qd_j + ratio qd_k; its parameters take k's number."""
+    """A drive that moves two joints: u = qd_j + ratio qd_k. Its parameters have the number k."""
 
     first: int
     second: int
@@ -128,7 +128,7 @@ class Coupling:
 
 @dataclass(frozen=True)
 class Loop:
-    """A closed chain: frames on the two sides of the cut joint, which share origin and z axis."""
+    """A closed chain: frames on both sides of the cut joint, with common origin and z axis."""
 
     first: int
     second: int
@@ -136,17 +136,17 @@ class Loop:
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of the movable joints, one a joint, and the cell; None for none.
+    """Limits of the movable joints and of the work cell; None if there is no limit.
 
     Attributes:
-        position: lowest and highest, rad or m.
-        velocity: largest speeds, rad/s or m/s.
-        acceleration: rad/s2 or m/s2.
-        jerk: rad/s3 or m/s3.
-        torque: N m or N.
-        floor: height in frame 0, m, above which every link frame that moves, and the tool, stay.
-        tool: of the robot, in the frame of its last link, m; None for none.
-        boxes: in frame 0, m, which they stay out of: x, y and z from low to high.
+        position: lowest and highest position of each joint, rad or m.
+        velocity: largest speed of each joint, rad/s or m/s.
+        acceleration: largest acceleration of each joint, rad/s2 or m/s2.
+        jerk: largest jerk of each joint, rad/s3 or m/s3.
+        torque: largest torque of each joint, N m or N.
+        floor: height in frame 0, m; moving link frames and the tool stay above it.
+        tool: position of the tool in the frame of the last link, m.
+        boxes: regions in frame 0, m, that they avoid: x, y and z, each from low to high.
     """
 
     position: tuple[tuple[float, float], ...] | None = None
@@ -159,17 +159,17 @@ class Limits:
     boxes: tuple[tuple[tuple[float, float], ...], ...] = ()
 
     def __post_init__(self) -> None:
-        for key, value in vars(self).items():  # lists are as welcome
+        for key, value in vars(self).items():  # lists are accepted too
             object.__setattr__(self, key, _tuples(value))
 
     def over(self, own: Limits | None) -> Limits:
-        """Return these limits, and those of a robot where these leave something open."""
+        """Return these limits, completed with the limits of a robot."""
         said = {key: value for key, value in vars(self).items() if value not in (None, ())}
         return replace(own or Limits(), **said)
 
     @property
     def cell(self) -> bool:
-        """Whether there is a floor or a box to keep away from."""
+        """Whether there is a floor or a box to avoid."""
         return self.floor is not None or bool(self.boxes)
 
 
@@ -182,7 +182,7 @@ def require_gravity(robot: Robot, what: str) -> None:
 
     Args:
         robot: the mechanism.
-        what: cannot have it.
+        what: the use that needs fixed gravity, for the message.
 
     Raises:
         RobotError: the robot's gravity is an input.
@@ -198,16 +198,15 @@ def require_gravity(robot: Robot, what: str) -> None:
 class Drive:
     """Gears and motors between the sensors of a log and the joints: q_motor = N q_joint.
 
-    Power is the same on both sides, hence tau_joint = N' tau_motor; and tau_motor = K i.
+    Both sides have the same power, so tau_joint = N' tau_motor; and tau_motor = K i.
 
     Attributes:
         ratio: (n, n) N, in motor turns per joint turn (rad/m where the joint is prismatic).
-        torque_constant: (n,) K in N m/A on the motor side, None where logs have torques.
+        torque_constant: (n,) K in N m/A on the motor side; None if logs contain torques.
         position_side: the side of q and qd in logs, "motor" or "joint".
-        torque_side: the side of tau in logs; currents are always those of the motors.
-        gain: (n,) what torques of the joint side are multiplied with: torque over what the log
-            makes of it, None where it is taken as it is.
-        gain_std: (n,) its standard deviation.
+        torque_side: the side of tau in logs, "motor" or "joint"; currents are those of the motors.
+        gain: (n,) factors for the torques on the joint side; None for 1.
+        gain_std: (n,) standard deviations of the gains.
     """
 
     ratio: tuple[tuple[float, ...], ...]
@@ -219,7 +218,7 @@ class Drive:
 
     @property
     def gain_uncertainty_percent(self) -> float | None:
-        """Standard deviation of the least known gain over its value, in percent; None: unknown."""
+        """Largest relative standard deviation of a gain, percent; None if unknown."""
         if self.gain_std is None:
             return None
         gain = self.gain or (1.0,) * len(self.gain_std)
@@ -230,11 +229,12 @@ class Drive:
 class Robot:
     """A mechanism: joints in file order, gravity in frame 0 [m/s2], named lengths and angles.
 
-    `gravity` is GRAVITY_INPUT where it comes with every call.
-    `geometry` holds pairs (name, exact value); the names stay symbols in the joints' expressions.
-    `payload` is the number of the joint whose link carries a load, or None. `sought` are effects to
-    be searched in logs; a robot with any has no model until they are found or left out. `on_logs`
-    are effects with all their values that the model is without: they are taken off logs.
+    Attributes:
+        gravity: (3,) or GRAVITY_INPUT if gravity is an argument of every call.
+        geometry: pairs (name, exact value); the names are symbols in the expressions of joints.
+        payload: number of the joint whose link carries a load, or None.
+        sought: effects that a diagnosis searches. A robot with any has no model.
+        on_logs: effects that symgen subtracts from logs; they are not part of the model.
     """
 
     name: str
@@ -251,14 +251,14 @@ class Robot:
     on_logs: tuple[LogEffect, ...] = ()
 
     def __repr__(self) -> str:
-        """Return the name and how many joints move."""
+        """Return the name and the number of movable joints."""
         return f"<Robot {self.name}: {self.n} of {len(self.joints)} joints movable>"
 
     def _repr_html_(self) -> str:
         return html_table(repr(self), HEADER, self.table())
 
     def table(self) -> list[tuple[str, ...]]:
-        """Return a row for each joint of the file, as `HEADER` names the cells."""
+        """Return one row for each joint of the file, with the columns of `HEADER`."""
         return [
             (
                 str(j.number),
@@ -273,7 +273,7 @@ class Robot:
 
     @property
     def movable(self) -> tuple[Joint, ...]:
-        """The joints with a variable of their own, in file order, as in arrays and log columns."""
+        """The joints with a variable, in file order; arrays and log columns have the same order."""
         return tuple(joint for joint in self.joints if joint.movable)
 
     @property
@@ -282,13 +282,18 @@ class Robot:
         return tuple(joint.number for joint in self.movable)
 
     @property
+    def labels(self) -> dict[int, str]:
+        """How results call the movable joints, by number."""
+        return {j.number: names.joint_label(j.number, j.name) for j in self.movable}
+
+    @property
     def joint_names(self) -> list[str]:
-        """What another format called the movable joints, "" where it did not."""
+        """Names of the movable joints from a file of another format, or ""."""
         return [joint.name for joint in self.movable]
 
     @property
     def gravity_input(self) -> bool:
-        """Whether gravity is an input of every kernel that needs it, for tilted mountings."""
+        """Whether gravity is an argument of the kernels, for tilted mountings."""
         return self.gravity == GRAVITY_INPUT
 
     @property
@@ -298,7 +303,7 @@ class Robot:
 
     @property
     def moving(self) -> tuple[Joint, ...]:
-        """The joints that move, those included that follow others."""
+        """The joints that move, including those that follow others."""
         return tuple(joint for joint in self.joints if not joint.fixed)
 
     @property
@@ -329,7 +334,7 @@ class Robot:
         return {sp.Symbol(name, real=True): value for name, value in self.geometry}
 
     def with_values(self) -> Robot:
-        """Return the robot with the file's values in place of the named symbols."""
+        """Return the robot with values in place of the named symbols."""
         values = self.values()
         joints = tuple(
             replace(
@@ -345,6 +350,6 @@ class Robot:
 
 
 def _short(expr: sp.Expr) -> str:
-    """Write an exact value; one that is no short decimal with 9 digits."""
+    """Write an exact value; long decimals get 9 digits."""
     written = expressions.text(expr)
     return f"{float(expr):.9g}" if expr.is_Rational and len(written) > 12 else written

@@ -3,9 +3,9 @@
     python tests/benchmarks/bench_instructions.py [ROBOT...]
 
 Counts robots of the library, by default those of generated/, and keeps the figures in
-symgen/codegen/worst_case.toml, from which READMEs of packages have their tables (generate
-generated/ again), and in docs/worst_case.md. Counts a new package after every change of what is
-emitted: figures of robots that are not named stay as they are.
+symgen/codegen/worst_case.toml. The READMEs of packages take their tables from that file, so
+generate generated/ again. docs/worst_case.md shows three of the robots. Run it after every change
+of emitted code; figures of robots that are not named stay as they are.
 """
 
 from __future__ import annotations
@@ -25,18 +25,27 @@ import symgen
 from symgen.codegen.package import robot_key as key
 
 ROBOTS = ("planar2r", "puma560", "panda", "rx90", "twin")
+SHOWN = ("planar2r", "puma560", "panda")  # on the page: 2, 6 and 7 joints
 FIGURES = PROJECT / "symgen" / "codegen" / "worst_case.toml"
 HEAD = """# Worst case on a Cortex-M7
 
-Instructions that a call executes, callees and libm included, and bytes of code and constants of
-its source, batch form included. `python tests/benchmarks/bench_instructions.py` writes this table:
-{compiler}, `-O2 -mcpu=cortex-m7 -mfpu=fpv5-d16`,
-executed one by one by QEMU (board MPS2 AN500). Each number is the largest of four points, with
-angles up to 100 rad. In double all four are equal, and tests hold that, but for kernels with the
-tanh of smooth friction or functions in effects, which are libm's. In float the sine and cosine of
-an angle are newlib's: together they take 38 instructions more beyond pi/4 than below, and many more
-beyond 200 rad. Instructions are no cycles: caches, wait states and the two pipelines of the
-processor stand between. The stack of every function is what `symgen check` prints.
+The largest number of instructions of one call of each kernel, and the bytes of its code. Use the
+table to choose a processor and a sampling rate. Instructions are not cycles: caches, wait states
+and the two pipelines of the processor change the time of a call. Measure the time on your board.
+
+- **Instructions** include called functions and libm. A number is the largest of four points, with
+  angles up to 100 rad.
+- **Bytes** are code and constants of the source file, batch function included.
+- **Stack**: `symgen check` prints it for every function.
+- **Double**: all four points give the same number, except for smooth friction (tanh) and for
+  effects that call functions of libm. Tests check this.
+- **Float**: the sine and cosine of an angle come from newlib. Together they take 38 more
+  instructions beyond pi/4, and many more beyond 200 rad.
+
+`python tests/benchmarks/bench_instructions.py` writes this page. The compiler is
+{compiler}, with `-O2 -mcpu=cortex-m7 -mfpu=fpv5-d16`.
+QEMU (board MPS2 AN500) executes and counts the instructions. The README of each generated package
+has the table of its own robot, if the robot was counted.
 
 | robot | kernel | double: instructions | bytes | float: instructions | bytes |
 |---|---|---|---|---|---|
@@ -69,7 +78,7 @@ def main() -> None:
         figures += [f"\n[robots.{digest}]\n", *rows]
     FIGURES.write_text("".join(figures))
     lines = [HEAD.format(compiler=compiler)]
-    for name in ROBOTS:
+    for name in SHOWN:
         for kernel, row in known.get(key(symgen.read_robot(name)), {}).items():
             lines.append(f"| {name} | {kernel} | {' | '.join(map(str, row))} |\n")
     (PROJECT / "docs" / "worst_case.md").write_text("".join(lines), encoding="utf-8")

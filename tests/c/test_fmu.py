@@ -207,6 +207,30 @@ def test_single_precision_and_couplings(units) -> None:
     assert np.abs(q - ours.q[0]).max() < 3e-3
 
 
+def test_friction_of_a_coupled_drive_is_smoothed_about_the_standstill_of_the_drive(units) -> None:
+    """FS tanh(v/v0) is FS/2 at v = v0 atanh(1/2), where v is qd1 + ratio qd2."""
+    import fmpy
+
+    model = derived("rich")
+    assert model.robot.couplings[0].ratio.xreplace(model.robot.values()) == pytest.approx(-0.4)
+    numbers = [j.number for j in model.robot.movable]
+    qd = dict.fromkeys(numbers, 1.5) | {1: 0.4 * 1.5 + 0.1 * np.arctanh(0.5)}
+    start = truth(model) | {f"qd{k}": v for k, v in qd.items()}
+
+    def accelerations(friction: float, width: float) -> list[float]:
+        done = fmpy.simulate_fmu(
+            str(units["rich", "float"]),
+            stop_time=1e-3,
+            start_values=start | {"FSM2": friction, "coulomb_width": width},
+            output=[f"qdd{k}" for k in numbers],
+        )
+        return [done[f"qdd{k}"][0] for k in numbers]
+
+    sharp = accelerations(15.0, 1e-4)
+    np.testing.assert_allclose(accelerations(30.0, 0.1), sharp, rtol=1e-4)
+    assert not np.allclose(accelerations(30.0, 1e-4), sharp, rtol=0.1)
+
+
 def slave(unit: Path, folder: Path, guid: str | None = None) -> Any:
     """An instance for co-simulation that has been initialized, and its variables by name."""
     import fmpy

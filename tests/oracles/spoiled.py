@@ -18,6 +18,7 @@ from oracles import faults
 from oracles.faults import Fault, Log
 
 Generator = np.random.Generator
+_EDGE = 0.3  # s, in which a filter sees one side only
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +34,7 @@ class Case:
     held: Log
     weight: Callable[[np.ndarray], np.ndarray]
     load: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+    rigid: Callable[[Log, Generator], np.ndarray]
 
     def over(self, change: Callable[[Log], Log]) -> Case:
         """Change both logs."""
@@ -241,6 +243,18 @@ def commanded(case: Case, rng: Generator) -> Spoiled:
     return case.over(ask), ()
 
 
+def fed_forward(case: Case, rng: Generator) -> Spoiled:
+    """A controller's feed-forward: its own rigid-body model along the reference, no friction."""
+    seed = int(rng.integers(1 << 30))
+
+    def ask(log: Log) -> Log:
+        # The ends are left out: what is smoothed there is no reference.
+        inside = np.flatnonzero((log.t > log.t[0] + _EDGE) & (log.t < log.t[-1] - _EDGE))
+        return replace(log, tau=case.rigid(log, np.random.default_rng(seed))).rows(inside)
+
+    return case.over(ask), ()
+
+
 def two_gains(case: Case, rng: Generator) -> Spoiled:
     """The torques of two joints are wrong by 1.2 to 2."""
     joints = sorted(int(j) for j in rng.choice(case.train.n, min(2, case.train.n), replace=False))
@@ -287,7 +301,7 @@ OWN = (
     gravity_down, gravity_sideways, gravity_tilted, one_zero, three_zeros, zero_slips,
     tool_in_a_part, tool_in_training, collision, leans, brake_drags, friction_fades,
     torque_drifts, gain_drifts, slow_torques, slow_torque, gravity_compensated, commanded,
-    two_gains, two_signs, loud, constant, clock_runs_fast, leak,
+    fed_forward, two_gains, two_signs, loud, constant, clock_runs_fast, leak,
 )  # fmt: skip
 
 

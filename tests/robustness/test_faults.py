@@ -80,7 +80,7 @@ COMMANDS: dict[str, tuple[list[str], str, Callable[[Path], object]]] = {
     "export": (["arm-est", "--from", "arm.urdf"], "out.urdf", symgen.read_robot),
     "report": (["est"], "out.html", lambda p: _whole(p)),
     "report of two": (["est", "est"], "out.html", lambda p: _whole(p)),
-    "demo": (["--runs", "20"], "out", lambda p: _whole(p / "demo.html")),
+    "demo": (["--paper", "--runs", "20"], "out", lambda p: _whole(p / "demo.html")),
 }
 
 #: Beside the commands that a default test takes.

@@ -18,6 +18,7 @@ from symgen.faults.samples import (
     repaired,
     repeated_rows,
     stuck_rows,
+    unmended_faults,
 )
 from symgen.names import REVOLUTE
 
@@ -182,3 +183,45 @@ def test_a_jump_is_found_that_is_half_as_large_again_as_what_is_taken_for_noise(
     scatter = NORMAL * np.median(np.abs(x[1:-1] - (x[:-2] + x[2:]) / 2))
     x[2000] = 1.5 * _JUMP * scatter
     assert 2000 in jumps(x)
+
+
+@pytest.mark.parametrize(("k", "channel"), [(0, "q1"), (1, "qd1"), (2, "tau1")])
+def test_steps_that_count_beside_a_channel_are_told_of_each_kind(k: int, channel: str) -> None:
+    signals = list(_motion(2))
+    step = 0.1 * signals[k].std()
+    signals[k] = np.round(signals[k] / step) * step
+    _, repairs = repaired(_log(*signals), (REVOLUTE,))
+    assert [(r.channel, r.kind) for r in repairs] == [(channel, "coarse")]
+
+
+def test_pairs_of_jumps_are_found_where_jumps_are_so_many_that_they_meet() -> None:
+    x = _motion(1)[0][:, 0]
+    single, pairs = np.arange(50, 7900, 50), np.arange(75, 7900, 500)
+    spoiled = x.copy()
+    spoiled[single] += 3 * x.std()
+    for at in (pairs, pairs + 1):
+        spoiled[at] -= 3 * x.std()
+    found = jumps(spoiled)
+    assert set(single) | set(pairs) | set(pairs + 1) <= set(found)
+
+
+def test_a_signal_of_jumps_is_left_as_it_is() -> None:
+    x = _motion(1)[0][:, 0].copy()
+    x[20:-20:12] += 3 * x.std()  # one in twelve
+    assert len(jumps(x)) == 0
+
+
+def test_a_torque_that_is_stuck_for_most_of_the_log_is_named_and_not_masked() -> None:
+    q, qd, tau = _motion(4)
+    tau[1000:6000] = tau[1000]
+    samples, repairs = open_samples(_log(q, qd, tau), symgen.parse_robot(ARM))
+    assert "stuck" not in [r.kind for r in repairs]
+    named = [(f.channel, f.kind) for f in unmended_faults(samples, (REVOLUTE,))]
+    assert ("tau1", "stuck") in named
+
+
+def test_a_position_that_steps_is_named() -> None:
+    q, qd, tau = _motion(4)
+    q[5000:] += 0.5
+    samples, _ = open_samples(_log(q, qd, tau), symgen.parse_robot(ARM))
+    assert ("q1", "step") in [(f.channel, f.kind) for f in unmended_faults(samples, (REVOLUTE,))]

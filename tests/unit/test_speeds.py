@@ -76,3 +76,12 @@ def test_a_gain_and_an_offset_together_are_both_told() -> None:
         "GV": pytest.approx(0.25, rel=1e-2),
         "OV": pytest.approx(0.4, rel=1e-2),
     }
+
+
+def test_a_speed_that_is_another_one_is_replaced() -> None:
+    qd = _speed(T) + 1e-2 * np.random.default_rng(2).normal(size=(len(T), 3))
+    qd[:, 1] = qd[:, 2]
+    samples, (repair,) = _mended(qd)
+    assert (repair.channel, repair.kind) == ("qd2", "unrelated")
+    inside = slice(100, -100)
+    np.testing.assert_allclose(samples.qd[inside, 1], _speed(T)[inside, 1], atol=1e-2)

@@ -48,6 +48,16 @@ def test_a_cause_is_named_and_the_estimate_is_doubtful(kind: str) -> None:
     assert row["named"]
 
 
+@pytest.mark.parametrize("robot", ["arm4r-52", "planar2r-51"])
+@pytest.mark.parametrize("kind", ["commanded", "fed_forward"])
+def test_a_command_is_named_and_nothing_else(robot: str, kind: str) -> None:
+    row = spoiled_study.attempt(robot, kind, 90)
+    print(spoiled_study.line(row))
+    assert row["verdict"] != "trusted"
+    assert row["named"]
+    assert not row["wrong"]
+
+
 def test_a_sound_log_is_not_blamed() -> None:
     row = spoiled_study.attempt("elbow3r-21", "clean", 0)
     assert row["verdict"] == "trusted", row["says"]

@@ -26,6 +26,18 @@ def log(seed: int, viscous: float, noise: float = 1e-3, name: str = "log") -> sy
     return symgen.make_log(name, t, q, tau, qd)
 
 
+def commands(
+    viscous: float, noise: float, encoder: float, robot: str = ROBOT
+) -> tuple[symgen.Robot, list[symgen.Log]]:
+    """Two logs, and encoders that come in steps, rad."""
+    logs = []
+    for seed in (3, 4):
+        true = log(seed, viscous, noise)
+        q = np.round(true.q / encoder) * encoder if encoder else true.q
+        logs.append(symgen.make_log(f"log {seed}", true.t, q, true.tau, true.qd))
+    return symgen.parse_robot(robot, "rubbing.toml"), logs
+
+
 def identified(viscous: float) -> symgen.Estimate:
     robot = symgen.parse_robot(ROBOT, "rubbing.toml")
     held = log(4, viscous, name="held")
@@ -68,6 +80,52 @@ def test_torques_without_noise_are_said_to_be_computed(noise: float) -> None:
     found = symgen.identify(robot, logs[:1], validation=logs[1:])
     said = [note for note in found.notes if "the torques have no noise" in note]
     assert len(said) == (0 if noise else 2), found.notes
+
+
+def test_an_offset_that_a_joint_turns_with_is_no_friction_that_drives_it() -> None:
+    robot = ROBOT.replace('["viscous"]', '["viscous", "offset"]')
+    logs = []
+    for seed in (3, 4):
+        rng = np.random.default_rng(seed)
+        t, q, qd, qdd = planar2r.harmonic_motion(rng, seed)
+        q, qd = q + np.outer(t, [0.5, 0.0]), qd + [0.5, 0.0]
+        tau = np.array([planar2r.inverse_dynamics(*s, X, L1) for s in zip(q, qd, qdd, strict=True)])
+        tau = tau + 0.02 * SCALE * qd + [-8.0, 0.0]
+        tau += 1e-3 * tau.std(axis=0) * rng.normal(size=tau.shape)
+        logs.append(symgen.make_log(f"log {seed}", t, q, tau, qd))
+    found = symgen.identify(symgen.parse_robot(robot, "turning.toml"), logs[0], validation=logs[1])
+    assert {p.name: p.value for p in found.parameters}["OF1"] == pytest.approx(-8, abs=0.1)
+    assert (found.verdict, found.method) == ("trusted", "wls")
+
+
+def test_torques_without_friction_and_noise_are_a_command() -> None:
+    robot, logs = commands(0.0, 0.0, 1e-4)
+    found = symgen.identify(robot, logs[:1], validation=logs[1:])
+    assert found.verdict == "doubtful"
+    assert "command" in found.reasons[0]
+    assert "log the measured torque" in found.reasons[0]
+    diagnosis = symgen.diagnose(robot, logs[:1], validation=logs[1:])
+    assert diagnosis.verdict == "bad-measurement"
+    assert [(e.name, e.joints) for e in diagnosis.effects] == [("commanded_torque", ())]
+
+
+@pytest.mark.parametrize(
+    ("viscous", "noise", "encoder", "robot"),
+    [
+        pytest.param(0.0, 1e-3, 1e-4, ROBOT, id="a robot without friction, measured"),
+        pytest.param(0.05, 0.0, 1e-4, ROBOT, id="torques that hold friction"),
+        pytest.param(0.0, 0.0, 0.0, ROBOT, id="a simulation without instruments"),
+        pytest.param(
+            0.0, 0.0, 1e-4, ROBOT.replace('["viscous"]', "[]"), id="a file without friction"
+        ),
+    ],
+)
+def test_what_may_have_been_measured_is_no_command(
+    viscous: float, noise: float, encoder: float, robot: str
+) -> None:
+    parsed, logs = commands(viscous, noise, encoder, robot)
+    found = symgen.identify(parsed, logs[:1], validation=logs[1:])
+    assert found.verdict == "trusted", found.reasons
 
 
 def test_a_stop_between_two_moves_is_a_rest() -> None:

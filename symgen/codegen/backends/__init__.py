@@ -1,4 +1,4 @@
-"""Backends: each writes a model as the files of one kind of program, over the same C."""
+"""Backends: each writes the files of one target, based on the C package."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from symgen.codegen.model import Model
 
 @dataclass(frozen=True)
 class Package:
-    """The C that a backend builds on.
+    """The C package on which a backend builds.
 
     Attributes:
         name: prefix of every function.
         model: the derived model.
         dtype: "double" or "float".
-        kernels: those that are written.
-        files: path and text of every file of the C package.
+        kernels: kernels of the package.
+        files: path -> text of every file of the C package.
     """
 
     name: str
@@ -30,7 +30,7 @@ class Package:
 
 
 class Backend(Protocol):
-    """What a target adds to a package of C; a module is one.
+    """Interface of a backend module: the files that a target adds to a C package.
 
     Attributes:
         NEEDS: names of the kernels that it calls.
@@ -39,5 +39,5 @@ class Backend(Protocol):
     NEEDS: frozenset[str]
 
     def files(self, package: Package) -> dict[str, str]:
-        """Return path and text of its files."""
+        """Return path -> text of its files."""
         ...

@@ -1,4 +1,4 @@
-"""NAME.hpp: the C functions as a struct in C++17, for templates over robots."""
+"""NAME.hpp: the C functions as a C++17 struct, for templates over robots."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ def header(name: str, model: Model, kernels: Sequence[Kernel]) -> str:
 
     Args:
         name: prefix of the C functions.
-        model: gives the names of the parameters.
-        kernels: those of the package; each becomes two static functions of the struct NAME_robot,
-            or one where it changes its argument in place.
+        model: model with the names of the parameters.
+        kernels: kernels of the package. Each becomes two static functions of the struct
+            NAME_robot, or one if it changes its argument in place.
     """
     described = [_described(kernel) for kernel in kernels]
     return rendered("cpp/model.hpp", name=name, base=model.base.parameters, kernels=described)
@@ -32,7 +32,7 @@ def _described(kernel: Kernel) -> dict[str, Any]:
     several = len(names) > 1
     value = f"std::tuple<{', '.join(arrays)}>" if several else "".join(arrays)
     listed = f"{{ {', '.join(names)} }}"
-    if kernel.fallible:  # an optional takes no list
+    if kernel.fallible:  # std::optional takes no list
         listed = f"std::make_tuple({', '.join(names)})"
     words = [i.name if i.plain else f"{i.name}.data()" for i in inputs]
     return {

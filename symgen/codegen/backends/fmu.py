@@ -1,8 +1,8 @@
-"""FMU: forward dynamics as a unit of the Functional Mock-up Interface 2.0.
+"""FMU: forward dynamics as a Functional Mock-up Unit (FMI 2.0).
 
 Model exchange and co-simulation (FMI 2.0.4, sections 3 and 4): inputs tau, states q and qd, outputs
-q, qd and qdd, and the base parameters X as tunable parameters. It calls the package's own
-NAME_forward_dynamics; CMake builds NAME.fmu (`-DNAME_FMU=ON`).
+q, qd and qdd, and the base parameters X as tunable parameters. It calls NAME_forward_dynamics of
+the package. CMake builds NAME.fmu (`-DNAME_FMU=ON`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from symgen.files import rendered, templates
 from symgen.robot.effect import unit
 
 NEEDS = frozenset({"forward_dynamics"})
-#: Longest step of the integrator of co-simulation, s.
+#: Largest integration step in co-simulation, s.
 STEP = 1e-4
 #: Speed at which dry friction is smoothed, rad/s or m/s.
 WIDTH = 0.01
@@ -30,7 +30,7 @@ _BASE["N"] = (1, 1, -2, 0)
 
 
 def files(package: Package) -> dict[str, str]:
-    """Return the files of the folder fmu/: description, C, declarations and CMake."""
+    """Return the files of the folder fmu/: description, C sources and CMake."""
     name, model = package.name, package.model
     starts = [round(x, 6) for x in physical_parameters(model, random.Random(SEED))]
     dry = list(_dry(model))
@@ -51,7 +51,7 @@ def files(package: Package) -> dict[str, str]:
         "derivatives": [i + 1 for i in range(3 * states // 2, 5 * states // 2)],
         "sources": sources,
     }
-    # A master compares this text of the description with that of the library.
+    # A master compares this text in the description with that in the library.
     digest = hashlib.sha256()
     for text in (repr(data), *(package.files[path] for path in sources)):
         digest.update(text.encode() + b"\0")
@@ -65,7 +65,7 @@ def files(package: Package) -> dict[str, str]:
 
 
 def _dry(model: Model) -> Iterator[dict[str, Any]]:
-    """Yield each parameter FS of dry friction: its place in X and the speed that it acts on."""
+    """Yield the position in X of each dry friction parameter FS, and the speed it acts on."""
     robot, values = model.robot, model.robot.values()
     place = {joint.number: i for i, joint in enumerate(robot.movable)}
     for i, parameter in enumerate(model.base.parameters):
@@ -102,7 +102,7 @@ def _variables(model: Model, starts: list[float], dry: bool) -> list[dict[str, A
     )
     for name, causality, text, kind, more in groups:
         for j in joints:
-            # der(q) and qdd are derivatives of q and qd, which stand 2 n variables before them.
+            # der(q) and qdd are derivatives of q and qd, 2 n variables before them.
             of = {"derivative": len(out) + 1 - 2 * n} if more is derived else {}
             says = text.format(j.number)
             add(name.format(j.number), causality, says, unit(kind, j.sigma), **more, **of)
@@ -119,7 +119,7 @@ def _variables(model: Model, starts: list[float], dry: bool) -> list[dict[str, A
 
 
 def _base_unit(unit: str) -> str:
-    """Return the element BaseUnit of a unit such as "N m s/rad"; "" for one of other parts."""
+    """Return the BaseUnit element of a unit such as "N m s/rad"; "" for unknown units."""
     powers = [0, 0, 0, 0]
     above, _, below = unit.partition("/")
     for part, sign in ((above, 1), (below, -1)):

@@ -1,4 +1,4 @@
-"""MEX: every kernel in MATLAB and Octave, through one gateway over NAME.h."""
+"""MEX: every kernel in MATLAB and Octave, through one gateway."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ NEEDS: frozenset[str] = frozenset()
 
 
 def files(package: Package) -> dict[str, str]:
-    """Return the files of the folder mex/: the gateway, and the function that compiles it."""
+    """Return the files of the folder mex/: the gateway and its build function."""
     name, parameters = package.name, len(package.model.base.parameters)
     kernels = [_described(kernel, parameters) for kernel in package.kernels]
     data: dict[str, Any] = {

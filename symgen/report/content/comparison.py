@@ -56,7 +56,7 @@ def _of_itself(e: Estimate) -> dict[str, str]:
     }
     return {
         **{"verdict": e.verdict, "model": e.model, "method": e.method},
-        **{k: "-" if r is None else percent(r.relative, 3) for k, r in residuals.items()},
+        **{k: "-" if r is None else percent(r.relative) for k, r in residuals.items()},
         "condition number, scaled": number(e.condition_number, 4),
         "window, s": "-" if e.window_s is None else f"{e.window_s:g}",
         "filter cutoff, Hz": "-" if e.cutoff_hz is None else f"{e.cutoff_hz:g}",

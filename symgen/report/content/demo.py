@@ -28,7 +28,7 @@ _COLUMNS = (
 
 
 def demo_content(found: Reproduction) -> Content:
-    """Return the canonical model, the errors of both set-ups, and what is refused."""
+    """Return the canonical model, the errors of both set-ups, and what stays open."""
     model = found.evaluator.model
     pairs = zip(model.base.parameters, closed_form(model.kernels[0]), strict=True)
     canonical = Table(
@@ -41,9 +41,9 @@ def demo_content(found: Reproduction) -> Content:
         f"{online:.1e} (on line)"
     )
     told = (f"evaluated by: {found.evaluator.backend}", exact)
-    kinds = zip(("without noise", "with noise"), found.refused, strict=True)
-    refused = (f"{kind}: refused: {why}" if why else f"{kind}: NOT refused" for kind, why in kinds)
-    still = ("Joint speeds proportional to each other, as the paper warns:", *refused)
+    kinds = zip(("without noise", "with noise"), found.hidden, strict=True)
+    hidden = (f"{kind}: not determined: {', '.join(names) or 'nothing'}" for kind, names in kinds)
+    still = ("Joint speeds proportional to each other, as the paper warns:", *hidden)
     sections = (
         Section("Canonical model", (exact,), canonical, told=told),
         *(section for s in found.setups for section in _sections(s)),

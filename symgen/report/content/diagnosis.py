@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Sequence
+from dataclasses import replace
 from functools import partial
 
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter, work
@@ -13,6 +14,7 @@ from symgen.diagnosis.messages import (
     on_joints,
     percent,
     placed,
+    shape,
     summary,
     tie,
     told_once,
@@ -40,6 +42,11 @@ _OVER = (
     ", and on top of it what the found effects changed. Where black covers blue nothing is left."
 )
 _AGAINST = ", against speed and position: a shape in it is what no effect explains."
+_SHAPES = (
+    "The curve is a spline fitted to the training logs, with a band of two std; the declared "
+    "friction of the joint is part of it. The dashed line is what the named effects give in its "
+    "place. Nothing is added to the robot for the curve."
+)
 _MENDED = (
     "Around the place where the repair changed the channel most, the largest change first; a line "
     "that is missing is masked."
@@ -68,27 +75,35 @@ def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
     alikes = [(placed(e), alike(e), e.separate) for e in tied]
     rejected = [(r.name, on_joints(r.joints), r.reason) for r in d.rejected]
     found = [(p.name, number(p.value), _std(p), p.unit) for p in d.parameters]
+    shapes = tuple(map(shape, d.free_functions or ()))
     last = "with the effects that were found" if d.effects else "as it is"
-    return [
-        Section("What is left", (_LEFT,), figure=partial(diagnosis_plots.residuals, d)),
-        _gap_section(d),
-        repairs_section(d.repairs),
-        Section("Repaired channels", (_MENDED,), figure=partial(diagnosis_plots.mended, d)),
+    front = (
         Section("Effects", (_EFFECTS,), _effect_table(d.effects), told=()),
-        Section(
-            "Not told apart",
-            ("On these logs other effects would explain the same part of the gap as well.",),
-            Table(("effect", "looks like", "motion that would tell them apart"), alikes),
-        ),
-        _advice_section(d, {tie(effect) for effect in tied}),
+        _gap_section(d),
         Section(
             "Torque",
             (f"Measured, and by the model {last}; both in the motion's band.",),
             figure=partial(diagnosis_plots.torques, d),
         ),
+        Section(
+            "Torque of an unknown shape",
+            (*shapes, _SHAPES) if shapes else (),
+            figure=partial(diagnosis_plots.free_functions, d),
+        ),
+        _advice_section(d, {*map(tie, tied), *shapes}),
+    )
+    details = (
+        Section("Residual", (_LEFT,), figure=partial(diagnosis_plots.residuals, d)),
+        repairs_section(d.repairs),
+        Section("Repaired channels", (_MENDED,), figure=partial(diagnosis_plots.mended, d)),
+        Section(
+            "Effects that these logs cannot distinguish",
+            ("Other effects would explain the same part of the gap as well.",),
+            Table(("effect", "looks like", "motion that would distinguish them"), alikes),
+        ),
         *([] if motion is None else [_motion_section(d, motion)]),
         Section(
-            "Portraits of the residual",
+            "Residual against speed and position",
             (f"Measured minus modelled torque before{_OVER if d.effects else _AGAINST}",),
             figure=partial(diagnosis_plots.portraits, d),
         ),
@@ -105,7 +120,8 @@ def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
             Table(("name", "value", "std", "unit"), found),
         ),
         frames_section(d.extended),
-    ]
+    )
+    return [*front, *(replace(section, folded=True) for section in details)]
 
 
 def _advice_section(d: Diagnosis, told: Container[str]) -> Section:
@@ -155,7 +171,8 @@ def _motion_section(diagnosis: Diagnosis, motion: Replay) -> Section:
     if motion.left_out:
         text += f" No part in it has what robot.toml does not hold: {', '.join(motion.left_out)}."
     pairs = zip(diagnosis.joints, *motion.rms, motion.units, strict=True)
-    rows = [(f"joint {j}", number(a, 3), number(b, 3), unit) for j, a, b, unit in pairs]
+    labels = diagnosis.extended.labels
+    rows = [(labels[j], number(a, 3), number(b, 3), unit) for j, a, b, unit in pairs]
     table = Table(("RMS distance", "before", "after", "unit"), rows)
     figure = partial(diagnosis_plots.motion, diagnosis, motion)
     return Section("Motion under the measured torques", (text,), table, figure)
@@ -167,7 +184,7 @@ def _gap_table(d: Diagnosis) -> Table:
     for k, joint in enumerate(d.joints):
         place = where.get(joint)
         told = ("", "") if place is None else (f"{100 * place.share:.0f} %", place.pattern)
-        rows.append((f"joint {joint}", *(percent(gap.per_joint[k]) for gap in gaps), *told))
+        rows.append((d.extended.labels[joint], *(percent(gap.per_joint[k]) for gap in gaps), *told))
     rows.append(("all", *(percent(gap.total) for gap in gaps), "", ""))
     return Table(("", "before", "after", "noise floor", "share", "organised by"), rows)
 
@@ -177,6 +194,7 @@ def _effect_table(effects: Sequence[FoundEffect]) -> Table:
     for effect in effects:
         first = (effect.name, ", ".join(map(str, effect.joints)) or "all")
         sure = f"{effect.probability:.2f}" + ("" if effect.confirmed else ", not confirmed")
+        sure += f", {effect.note}" if effect.note else ""
         last = (percent(effect.gap_reduction), sure, effect.expression)
         found: Sequence[FoundParameter | None] = effect.parameters or (None,)
         for k, p in enumerate(found):

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import partial
-from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,6 +30,7 @@ from symgen.report.plots import parameters as parameter_plots
 from symgen.report.plots import residuals as residual_plots
 
 if TYPE_CHECKING:
+    from symgen.estimation.values import Residual
     from symgen.robot.types import Robot
 
 _SPECTRUM = {
@@ -49,10 +50,24 @@ _CONVERGENCE = (
     f"more data. At first the {plots.COURSES} are drawn that moved most in the second half, weak "
     "ones apart; a click on the legend shows others."
 )
+_TORQUES = (
+    "Choose a log above the plot. Validation logs have a tinted background. The thin grey line is "
+    "the measured torque without a filter. Measured and modelled torque passed the same low-pass."
+)
+_ERROR = (
+    "The error is the RMS of measured minus modelled torque. The percentage is its ratio to the "
+    "RMS of the measured torque. The fit did not use the held-out data."
+)
+_KNOWN = f"The standard deviation is at most {KNOWN:g} % of the value."
+_COLUMNS = ("name", "value", "std", "relative std", "unit")
 _FORMULAS = "Each base parameter in the standard parameters of the links; M3 + ... + M7 is a sum."
 _MODELS = (
-    "All models were fitted to the same filtered logs. The one is taken that leaves the smallest "
-    "torque error on folds of the training logs that its fit did not see."
+    "symgen fits all models to the same filtered logs. It keeps the one with the smallest torque "
+    "error on folds of the training logs that the fit did not use."
+)
+_DIFFERENCES = (
+    "Parameters that another model estimates otherwise than the chosen one, beyond chance. They "
+    "point to an effect that the robot file does not declare."
 )
 _VALUES = (
     "Each value over the estimate's own, with 2 std to either side: 1 is the estimate. Weak "
@@ -80,34 +95,51 @@ def estimate_content(estimate: Estimate, robot: Robot | None = None) -> Content:
 
 
 def _banner(e: Estimate) -> Banner:
-    trusted, torque = e.verdict == "trusted", e.torque_validation
-    facts = {
-        f"{e.model} residual, training": percent(e.train.relative, 3),
-        f"{e.model} residual, validation": percent(e.validation.relative, 3),
-    }
-    if torque is not None and e.model != "torque":
-        facts["torque residual, validation"] = percent(torque.relative, 3)
-    weak = f"{sum(map(_weak, e.parameters))} of {len(e.parameters)}"
-    facts[f"parameters weak (std over {KNOWN:g} %)"] = weak
-    facts["condition number, scaled"] = number(e.condition_number, 4)
-    tone = "good" if trusted else "warn"
+    trusted = e.verdict == "trusted"
+    facts = [(f"{said}, {data}", percent(r.relative)) for said, data, r in _errors(e)]
+    known = len(e.parameters) - sum(map(_weak, e.parameters))
+    facts.append((f"parameters known to {KNOWN:g} %", f"{known} of {len(e.parameters)}"))
+    facts.append(("condition number", number(e.condition_number, 3)))
     text = "\n".join(e.headline.split(BETWEEN_USES))
-    return Banner(tone, e.verdict, text, () if text else e.reasons, tuple(facts.items()))
+    return Banner(
+        "good" if trusted else "warn", e.verdict, text, () if text else e.reasons, tuple(facts)
+    )
+
+
+def _errors(e: Estimate) -> list[tuple[str, str, Residual]]:
+    """Return the error on held-out data and on the training logs: of torque, where it is known."""
+    if e.torque_train is None or e.torque_validation is None:
+        said, held, own = f"{e.model} residual", e.validation, e.train
+    else:
+        said, held, own = "torque error", e.torque_validation, e.torque_train
+    return [(said, "held-out data", held), (said, "training logs", own)]
 
 
 def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
+    front = (
+        _error_section(e),
+        Section(
+            "Measured and modelled torque",
+            (_TORQUES,),
+            figure=partial(plots.measured_and_predicted, e, "torque"),
+        ),
+        _known_section(e),
+        _model_section(e),
+    )
+    return (*front, *(replace(section, folded=True) for section in _details(e, robot)))
+
+
+def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
     quantities = dict.fromkeys(t.quantity for t in e.traces)
-    uses = [(use.name, "yes" if use.ok else "no", "; ".join(use.reasons)) for use in e.uses]
     formulas = [(p.name, folded(p.expression)) for p in e.parameters]
     return (
-        _fit_section(e),
-        Section("What it may be used for", (), Table(("use", "", "what speaks against it"), uses)),
-        _parameter_section(e),
-        Section("Formulas", (_FORMULAS,), Table(("name", "formula"), formulas), told=()),
-        *([] if robot is None else [frames_section(robot)]),  # before what explains the numbers
-        _model_section(e),
+        _weak_section(e),
+        Section("Precision", (), figure=partial(plots.parameters, e)),
+        Section("Formulas", (_FORMULAS,), Table(("name", "formula"), formulas)),
+        *([] if robot is None else [frames_section(robot)]),
         repairs_section(e.repairs),
         *_values_sections(e),
+        _difference_section(e),
         *(
             Section(
                 f"Measured and predicted {quantity}",
@@ -134,74 +166,74 @@ def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
     )
 
 
-def _fit_section(e: Estimate) -> Section:
-    """Measured beside predicted torque, and how far apart they are: in all, and by joint."""
-    pairs = {f"{e.model} (fitted)": (e.train, e.validation)}
-    if e.torque_train is not None and e.torque_validation is not None:
-        torque = (e.torque_train, e.torque_validation)
-        pairs |= {} if torque == (e.train, e.validation) else {"torque": torque}
-    columns = {
-        f"{label}, {data}": (residual.relative, *(residual.per_joint or ()))
-        for label, both in pairs.items()
-        for data, residual in zip(("training", "validation"), both, strict=True)
-    }
-    labels = ("all", *(f"joint {number}" for number, _ in e.joints))
-    cells = zip_longest(
-        *([percent(x) for x in column] for column in columns.values()), fillvalue=""
-    )
-    table = Table(
-        ("", *columns), [(label, *row) for label, row in zip(labels, cells, strict=False)]
-    )
-    text = "Relative residual ‖y - W X‖ / ‖y‖. Validation data were not used to estimate."
-    if not plots.traces_of(e, "torque"):
-        return Section("Fit", (text,), table, told=())
-    figure = partial(plots.measured_and_predicted, e, "torque")
-    return Section("Measured and predicted torque", (f"{_LOGS} {text}",), table, figure, told=())
+def _error_section(e: Estimate) -> Section:
+    """The torque error of each joint, in its unit and as a share of its torque."""
+    (said, _, held), (_, _, own) = _errors(e)
+    torques = [t for t in e.traces if t.quantity == "torque" and t.kind == "validation"]
+    sizes = [""] * len(e.joints)
+    errors = sizes
+    if torques and held.per_joint:
+        rms = np.sqrt(np.mean(np.concatenate([t.measured for t in torques]) ** 2, axis=0))
+        units = [joint.unit for joint in e.joints]
+        sizes, errors = (
+            [f"{number(x, 3)} {unit}" for x, unit in zip(column, units, strict=False)]
+            for column in (rms, rms * held.per_joint)
+        )
+    each = zip(held.per_joint or (), own.per_joint or (), strict=False)
+    rows = [
+        (joint.label, size, error, *map(percent, both))
+        for joint, size, error, both in zip(e.joints, sizes, errors, each, strict=False)
+    ]
+    rows.append(("all joints", "", "", percent(held.relative), percent(own.relative)))
+    header = ("joint", "RMS torque", "RMS error", "held-out data", "training logs")
+    return Section(f"{said.capitalize()} by joint", (_ERROR,), Table(header, rows), told=())
 
 
 def _model_section(e: Estimate) -> Section:
-    """Which models were tried."""
+    """Which models were fitted, and which one predicts best."""
     rows = [
         (
             a.model + (" (chosen)" if a.chosen else ""),
-            percent(a.held_out),
+            a.reason if a.validation is None else percent(a.held_out),
             "" if a.validation is None else percent(a.validation.relative),
             number(a.condition_number, 3),
-            ", ".join(f"{name} ({size:.2g} std)" for name, size in a.apart[:5]),
-            a.reason,
         )
         for a in e.alternatives
     ]
-    header = (
-        *("model", "folds left out", "held-out motion", "condition", "apart from the chosen"),
-        "",
-    )
+    header = ("model", "error on folds", "error on held-out data", "condition number")
     return Section("Models", (_MODELS,), Table(header, rows if len(rows) > 1 else ()), told=())
 
 
-def _parameter_section(e: Estimate) -> Section:
-    rows = [
-        (
-            p.name,
-            number(p.value),
-            number(p.std, 4),
-            "▲ " * _weak(p) + number(p.relative_std_percent, 4),
-            p.unit,
-        )
-        for p in e.parameters
-    ]
-    text = (
-        f"Rows marked ▲ have a relative standard deviation over {KNOWN:g} %: the "
-        "data do not determine them well."
-        if any(map(_weak, e.parameters))
-        else f"All relative standard deviations are below {KNOWN:g} %."
-    )
+def _difference_section(e: Estimate) -> Section:
+    rows = [(a.model, name, f"{size:.2g} std") for a in e.alternatives for name, size in a.apart]
+    header = ("model", "parameter", "difference")
+    return Section("Differences between the models", (_DIFFERENCES,), Table(header, rows))
+
+
+def _known_section(e: Estimate) -> Section:
+    rows = [row for p, row in zip(e.parameters, _rows(e), strict=True) if not _weak(p)]
+    heading = f"Known parameters ({len(rows)} of {len(e.parameters)})"
     told = (
-        f"Standard deviations exclude: {e.excludes or 'not said'}.",
+        f"Standard deviations exclude: {e.excludes or 'not stated'}.",
         f"Physical consistency: {e.physical.reason}.",
     )
-    table = Table(("name", "value", "std", "std, %", "unit"), rows)
-    return Section("Parameters", (text, *told), table, partial(plots.parameters, e), told=told)
+    return Section(heading, (_KNOWN, *told), Table(_COLUMNS, rows), told=told)
+
+
+def _weak_section(e: Estimate) -> Section:
+    rows = [row for p, row in zip(e.parameters, _rows(e), strict=True) if _weak(p)]
+    text = (
+        f"The standard deviation is above {KNOWN:g} % of the value. The logs hardly determine "
+        "these parameters one by one."
+    )
+    return Section(f"Weak parameters ({len(rows)})", (text,), Table(_COLUMNS, rows))
+
+
+def _rows(e: Estimate) -> list[tuple[str, ...]]:
+    return [
+        (p.name, number(p.value), number(p.std, 3), percent(relative), p.unit)
+        for p, relative in ((p, p.relative_std_percent / 100) for p in e.parameters)
+    ]
 
 
 def _values_sections(e: Estimate) -> list[Section]:
@@ -289,6 +321,10 @@ def _provenance(e: Estimate) -> Table:
         ("method", e.method),
         ("band", e.band.in_words()) if e.band is not None else ("filter cutoff", filtered),
         ("energy window", "none" if e.window_s is None else f"{number(e.window_s)} s"),
+        *(
+            (f"residual of the {e.model} equations, {data}", percent(r.relative))
+            for data, r in (("training logs", e.train), ("held-out data", e.validation))
+        ),
         *e.provenance,
     )
     return Table(("item", "value"), rows)

@@ -41,7 +41,7 @@ def fleet_content(found: Fleet) -> Content:
     if says:
         banner = Banner("warn", "changed", "", says, facts)
     days = [
-        (e.robot, e.day, percent(e.torque, 3) if math.isfinite(e.torque) else "-", e.verdict)
+        (e.robot, e.day, percent(e.torque) if math.isfinite(e.torque) else "-", e.verdict)
         for e in found.estimates
     ]
     changes = "Since when, with p corrected for all that was looked at."

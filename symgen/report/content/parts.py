@@ -43,6 +43,8 @@ class Section:
         picture: SVG.
         told: lines that a terminal prints below the table; None: it shows nothing of the section.
             Lines alone, without anything else, are not on a page.
+        folded: whether a page shows the heading alone until it is clicked. Paper leaves the section
+            out, and so does a terminal, but for `told`.
     """
 
     heading: str
@@ -51,6 +53,7 @@ class Section:
     figure: Callable[[], Figure | None] | None = None
     picture: str = ""
     told: tuple[str, ...] | None = None
+    folded: bool = False
 
 
 @dataclass(frozen=True)
@@ -96,6 +99,10 @@ class Content:
         return self.banner is None or self.banner.tone in ("good", "plain")
 
 
+#: A ratio above which its digits say nothing.
+MANY = 10.0
+
+
 def run_lines(band: Band | None, repairs: Sequence[Fault]) -> tuple[str, ...]:
     """Return what was done to the logs: a line of band, speeds and repairs; then each repair."""
     said = "no band" if band is None else band.in_words()
@@ -127,9 +134,9 @@ def number(value: float, digits: int = 5) -> str:
     return f"{value or 0.0:#.{digits}g}".removesuffix(".")
 
 
-def percent(ratio: float, digits: int = 4) -> str:
-    """Return a ratio in percent."""
-    return f"{number(100 * ratio, digits)} %"
+def percent(ratio: float) -> str:
+    """Return a ratio in percent, with three significant digits up to 1000 %."""
+    return "over 1000 %" if MANY < ratio < np.inf else f"{number(100 * ratio, 3)} %"
 
 
 def frames_section(robot: Robot) -> Section:

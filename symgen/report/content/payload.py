@@ -45,8 +45,8 @@ def payload_content(found: Payload) -> Content:
     if mass.value is not None and mass.std is not None:
         told += f" ± {number(2 * mass.std, 2)} kg"
     text = (
-        f"With the load the model leaves {percent(left.after, 3)} of the torque, without it "
-        f"{percent(left.before, 3)}; ± is twice the standard deviation."
+        f"With the load the model leaves {percent(left.after)} of the torque, without it "
+        f"{percent(left.before)}; ± is twice the standard deviation."
     )
     banner, run = Banner("plain", told, text), run_lines(found.band, found.repairs)
     return Content(f"Payload of {found.robot}", lead, sections, banner, run)

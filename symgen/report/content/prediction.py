@@ -26,7 +26,7 @@ def prediction_content(prediction: Prediction) -> Content:
     """Return the error of the torque per joint, curves, energies, notes."""
     trace, error = prediction.torque, prediction.error
     lead = (f"What the model of {prediction.robot} with given parameters says of {trace.log}.",)
-    joints = [f"joint {joint}" for joint, _ in prediction.joints]
+    joints = [joint.label for joint in prediction.joints]
     rows = [*zip(joints, map(percent, error.per_joint or ()), strict=True)]
     table = Table(("", "error"), (*rows, ("all", percent(error.relative))))
     text = (
@@ -47,8 +47,8 @@ def prediction_content(prediction: Prediction) -> Content:
     worst = max(zip(error.per_joint or (0.0,), joints, strict=False))
     banner = Banner(
         tone="plain",
-        verdict=f"{percent(error.relative, 3)} of the torque is not predicted",
-        text=f"Most is left on {worst[1]}: {percent(worst[0], 3)} of its torque.",
+        verdict=f"{percent(error.relative)} of the torque is not predicted",
+        text=f"Most is left on {worst[1]}: {percent(worst[0])} of its torque.",
     )
     run = run_lines(prediction.band, prediction.repairs)
     return Content(f"Prediction of {prediction.robot}", lead, sections, banner, run)
@@ -56,10 +56,10 @@ def prediction_content(prediction: Prediction) -> Content:
 
 def _torques(prediction: Prediction) -> Figure:
     trace, panels = prediction.torque, []
-    for j, (joint, unit) in enumerate(prediction.joints):
+    for j, joint in enumerate(prediction.joints):
         measured, predicted = trace.measured[:, j], trace.predicted[:, j]
         series = {"measured": measured, "predicted": predicted, "residual": measured - predicted}
-        panels.append(plots.Panel(f"joint {joint}", trace.t, series, f"torque, {unit}"))
+        panels.append(plots.Panel(joint.label, trace.t, series, f"torque, {joint.unit}"))
     return plots.line_grid(panels, title="Torque", columns=1)
 
 

@@ -48,8 +48,8 @@ def study_content(found: Study) -> Content:
         banner = Banner("bad", "not determined", "No run determines the parameters.", found.notes)
         return Content(title, lead, (_settings(found),), banner)
     facts = (
-        ("torque error of held-out motion", percent(best.torque_error, 3)),
-        ("coverage of 95 % intervals", percent(best.coverage, 2)),
+        ("torque error of held-out motion", percent(best.torque_error)),
+        ("coverage of 95 % intervals", percent(best.coverage)),
     )
     banner = Banner("plain", best.name, f"{answer(found, best)}.", facts=facts)
     ways = (

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,6 +40,7 @@ _UNDER, _OVER = {"color": SKY, "width": 3.5}, {"color": INK, "width": 1.0}
 _WRONG = {"color": ORANGE, "width": 2.5}
 #: Looks of curves by what they show; those with a size are dots.
 _LOOKS: dict[str, dict[str, Any]] = {
+    "unfiltered": {"color": "#c9ced4", "width": 0.8},
     "measured": _UNDER,
     "measured work": _UNDER,
     "predicted": _OVER,
@@ -49,6 +51,8 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "residual": {"color": ORANGE, "width": 1.0, "dash": "dot"},
     "true value": LEVEL,
     "residual before": {"color": SKY, "size": 5, "opacity": 0.7},
+    "free function": {"color": BLUE, "width": 2.5},
+    "named law": {"color": INK, "width": 1.5, "dash": "dash"},
     "found effects": {"color": INK, "size": 3, "opacity": 0.7},
 }
 _KINDS = {"train": "training"}
@@ -147,16 +151,20 @@ def measured_and_predicted(estimate: Estimate, quantity: str) -> Figure | None:
         return None
     alone = traces[0].measured.shape[1] == 1
     for t in traces:
-        columns = zip(components(estimate, quantity), t.measured.T, t.predicted.T, strict=False)
-        for (name, unit), measured, predicted in columns:
-            both = {"measured": measured, "predicted": predicted}
+        raws = repeat(None) if t.raw is None else t.raw.T
+        columns = zip(
+            components(estimate, quantity), raws, t.measured.T, t.predicted.T, strict=False
+        )
+        for (name, unit), raw, measured, predicted in columns:
+            both = {} if raw is None else {"unfiltered": raw}
+            both |= {"measured": measured, "predicted": predicted}
             residual, log = {"residual": measured - predicted}, (t.log, t.kind)
             if alone:
                 panels.append(Panel("", t.t, both, f"{quantity}, {unit}", share=0.62, log=log))
                 label = f"residual, {unit}"
                 panels.append(Panel("", t.t, residual, label, share=0.38, log=log))
             else:
-                panels.append(Panel("", t.t, both | residual, f"{name}, {unit}", log=log))
+                panels.append(Panel(name, t.t, both | residual, unit, log=log))
     return line_grid(
         panels,
         title=f"Measured and predicted {quantity}",
@@ -237,8 +245,8 @@ def line_grid(
 ) -> Figure:
     """Draw small multiples: trajectories, or parameters that approach their true value.
 
-    Panels without a title in one column share their abscissa, those without a label of the ordinate
-    that of the panel to their left. Every log has as many panels.
+    Panels in one column share their abscissa, unless one has a label of its own; those without a
+    label of the ordinate that of the panel to their left. Every log has as many panels.
     """
     import plotly.graph_objects as go
     from plotly.subplots import make_subplots
@@ -250,14 +258,16 @@ def line_grid(
     titled, beside = any(p.title for p in first), any(not p.ylabel for p in first)
     columns = max(1, min(columns, len(first)))
     rows = -(-len(first) // columns)
+    stacked = columns == 1 and not any(p.xlabel for p in first)
+    apart = (46 if titled else 30) if stacked else 75
     height = 130 + rows * panel_height
     figure = make_subplots(
         rows,
         columns,
         subplot_titles=[plain(panel.title) for panel in first],
-        shared_xaxes=columns == 1 and not titled,
+        shared_xaxes=stacked,
         shared_yaxes=beside,
-        vertical_spacing=(75 if titled or columns > 1 else 30) / height if rows > 1 else 0.0,
+        vertical_spacing=apart / height if rows > 1 else 0.0,
         horizontal_spacing=0.03 if beside else 0.24 / columns,
         row_heights=[panel.share for panel in first[::columns]],
     )
@@ -356,7 +366,8 @@ def choose_log(
 
 def add_menu(figure: Figure, buttons: Sequence[Mapping[str, Any]], **more: Any) -> None:
     """Put a list of choices above a figure."""
-    place = {"x": 0, "xanchor": "left", "y": 1, "yanchor": "bottom", "pad": {"b": 8}}
+    above = 26 if figure.layout.annotations else 8  # the title of the first panel
+    place = {"x": 0, "xanchor": "left", "y": 1, "yanchor": "bottom", "pad": {"b": above}}
     menu = {"buttons": buttons, "bgcolor": "#ffffff", **place, **more}
     figure.update_layout(updatemenus=[menu])
 
@@ -364,7 +375,7 @@ def add_menu(figure: Figure, buttons: Sequence[Mapping[str, Any]], **more: Any) 
 def components(estimate: Estimate, quantity: str) -> list[tuple[str, str]]:
     if quantity not in _PER_JOINT:
         return [(quantity, _UNITS.get(quantity, "-"))]
-    return [(f"joint {number}", unit + _PER_JOINT[quantity]) for number, unit in estimate.joints]
+    return [(joint.label, joint.unit + _PER_JOINT[quantity]) for joint in estimate.joints]
 
 
 def component(estimate: Estimate, tested: Whiteness) -> str:

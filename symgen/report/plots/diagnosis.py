@@ -34,7 +34,7 @@ def gaps(diagnosis: Diagnosis) -> Figure:
 
     The axis begins at zero; a button makes it logarithmic.
     """
-    labels = [*(f"joint {number}" for number in diagnosis.joints), "all"]
+    labels = [*(diagnosis.extended.labels[number] for number in diagnosis.joints), "all"]
     figure, seen = empty(), []
     for name, gap, colour, hatch in (
         ("before", diagnosis.before, ORANGE, "/"),
@@ -110,10 +110,11 @@ def mended(diagnosis: Diagnosis) -> Figure | None:
 
 def motion(diagnosis: Diagnosis, replay: Replay) -> Figure:
     """Draw simulated minus measured position of every joint under the measured torques."""
+    labels = diagnosis.extended.labels
     panels = [
         Panel(
             "", replay.t, {"before": replay.before[:, j], "after": replay.after[:, j]},
-            f"joint {number}, {unit}",
+            f"{labels[number]}, {unit}",
         )
         for j, (number, unit) in enumerate(zip(diagnosis.joints, replay.units, strict=True))
     ]  # fmt: skip
@@ -146,11 +147,41 @@ def portraits(diagnosis: Diagnosis) -> Figure | None:
     return figure.update_layout(legend_itemsizing="constant")
 
 
+def free_functions(diagnosis: Diagnosis) -> Figure | None:
+    """Draw the free functions with a band of two std, and what the named laws give in their place.
+
+    A function of two variables has a panel for each of a few values of the second.
+    """
+    panels, sigma = [], {j.number: j.sigma for j in diagnosis.extended.movable}
+    for f in diagnosis.free_functions or ():
+        torque, _ = _UNITS[sigma[f.joint]]
+        first, *more = ((name, _unit(name, sigma)) for name in f.variables)
+        x = np.array(f.grid)
+        for k, (found, std) in enumerate(zip(f.torque, f.std, strict=True)):
+            y, wide = np.array(found), 2 * np.array(std)
+            series = {"free function": y}
+            if f.law:
+                series["named law"] = np.array(f.law[k])
+            at = "".join(f", {name} = {f.at[k]:.3g} {unit}" for name, unit in more)
+            label, xlabel = f"joint {f.joint}, {torque}", ", ".join(first)
+            title = f"joint {f.joint}: {first[0]}{at}"
+            panels.append(Panel(title, x, series, label, band=(y - wide, y + wide), xlabel=xlabel))
+    return line_grid(panels, title="Free functions", columns=1) if panels else None
+
+
+def _unit(variable: str, sigma: Mapping[int, int]) -> str:
+    """Return the unit of q, qd or taur of a joint, whose number it ends in."""
+    letter = variable.rstrip("0123456789")
+    torque, position = _UNITS[sigma[int(variable[len(letter) :])]]
+    return {"q": position, "qd": f"{position}/s", "taur": torque}[letter]
+
+
 def _labels(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     """Return the label of each joint with the unit of its torque, and the unit of its position."""
     sigma = {j.number: j.sigma for j in diagnosis.extended.movable}
     units = ((number, *_UNITS[sigma[number]]) for number in diagnosis.joints)
-    return [(f"joint {number}, {torque}", position) for number, torque, position in units]
+    labels = diagnosis.extended.labels
+    return [(f"{labels[number]}, {torque}", position) for number, torque, position in units]
 
 
 def _log(c: Curves) -> tuple[str, str]:

@@ -1,7 +1,7 @@
-"""A tree of links and joints, as URDF has it, on frames of modified Denavit-Hartenberg notation.
+"""Conversion of a tree of links and joints (URDF) to modified Denavit-Hartenberg frames.
 
-Everything is placed with 50 digits where all q are zero, in the frame of the root link, and read
-off there: the rows of the table, the limits, and the inertias in the new frames.
+All frames are computed with 50 digits at q = 0 in the frame of the root link. The table rows, the
+limits and the inertias in the new frames follow from them.
 """
 
 from __future__ import annotations
@@ -41,11 +41,11 @@ class Inertial:
 
 @dataclass(frozen=True)
 class UrdfJoint(Typed):
-    """A joint between two links: its frame in the parent's, its axis in its own.
+    """A joint between two links: its frame in the frame of the parent, its axis in its own frame.
 
     Attributes:
         sigma: 0 revolute or continuous, 1 prismatic, 2 fixed.
-        limit: lower, upper, velocity, effort where the file gives them.
+        limit: lower, upper, velocity and effort, if the file gives them.
         mimic: name of the joint that it follows, multiplier and offset.
     """
 
@@ -64,7 +64,7 @@ class UrdfJoint(Typed):
 
 @dataclass(frozen=True)
 class Urdf:
-    """A tree of links, each with its inertia, and joints in document order."""
+    """A tree of links with inertias, and joints in document order."""
 
     name: str
     root: str
@@ -73,7 +73,7 @@ class Urdf:
 
 
 class Chain:
-    """The joints of a URDF in symgen's order, with their axes and frames where all q are zero."""
+    """The joints of a URDF in symgen's order, with their axes and frames at q = 0."""
 
     def __init__(self, urdf: Urdf) -> None:
         self.urdf = urdf
@@ -106,15 +106,15 @@ class Chain:
         return out
 
     def _carrier(self, link: str) -> str:
-        """Return the moving joint that moves a link, or "" for what stands on the root."""
+        """Return the joint that moves a link, or "" for links fixed to the root."""
         while link in self.above and self.above[link].fixed:
             link = self.above[link].parent
         return self.above[link].name if link in self.above else ""
 
     def _order(self) -> list[str]:
-        """Return the joints: those with a variable in document order, what follows, what is fixed.
+        """Return the joints: first those with a variable, then followers, then fixed joints.
 
-        A joint that stands on one that follows comes later than that.
+        Each group keeps the document order, but a joint comes after the one that carries it.
         """
 
         def kind(joint: UrdfJoint) -> int:
@@ -130,12 +130,12 @@ class Chain:
     # --- frames ---------------------------------------------------------------------------------
 
     def _pose(self, xyz: Triple, rpy: Triple) -> Array:
-        """Return Trans(xyz) Rot(z, yaw) Rot(y, pitch) Rot(x, roll), rounded angles as meant."""
+        """Return Trans(xyz) Rot(z, yaw) Rot(y, pitch) Rot(x, roll), with exact angles."""
         turn = dh.turn(*self._meant(_many(rpy).tolist()))
         return dh.pose(self._recognised(turn), _many(xyz))
 
     def _meant(self, angles: Sequence[Any]) -> list[Any]:
-        """Return angles, those near multiples of pi/24 as these."""
+        """Replace angles near multiples of pi/24 by these multiples."""
         meant = list(map(exact_numbers.snapped, angles))
         for angle, near in zip(angles, meant, strict=True):
             if abs(near - angle) > _WRITTEN:
@@ -143,7 +143,7 @@ class Chain:
         return meant
 
     def _recognised(self, turn: Array) -> Array:
-        """Return a rotation whose angles are all near multiples of pi/24 as these."""
+        """Make a rotation exact if all its angles are near multiples of pi/24."""
         angles = dh.turned_by(turn)
         if any(exact_numbers.fraction_of_pi(angle) is None for angle in angles):
             return turn
@@ -161,7 +161,7 @@ class Chain:
         return frame[:3, 3], frame[:3, :3] @ self._recognised(turn)[:, 0]
 
     def _place(self, joint: UrdfJoint) -> None:
-        """Give a joint its row of the table, and its frame."""
+        """Compute the table row and the frame of a joint."""
         base = self.frame[self.carrier[joint.parent]]
         line = self.line[joint.name]
         gamma, b, alpha, d = dh.reach(base, line)
@@ -175,7 +175,7 @@ class Chain:
             **{key: exact_numbers.length(value) for key, value in lengths.items()},
         }
         if abs(b) > _FAR or abs(r) > _FAR:
-            across = dh.norm(np.cross(base[:3, 2], line[1]))  # may be a digit more than 1
+            across = dh.norm(np.cross(base[:3, 2], line[1]))  # rounding may exceed 1
             tilt = context().atan2(across, abs(base[:3, 2] @ line[1]))
             self.notes.append(
                 f"joint {joint.name!r}: its axis is {float(tilt):.3g} rad from parallel to the one "
@@ -183,12 +183,12 @@ class Chain:
             )
 
     def _rest(self, joint: UrdfJoint, before: Array) -> tuple[Any, Any]:
-        """Return theta and r, which choose x and the origin of the frame on its z axis."""
+        """Return theta and r, which fix x and the origin of the frame on its z axis."""
         z, at = before[:3, 2:].T
         if joint.fixed:
             frame = self.link[joint.child]
             return dh.turn_of(frame[:3, 0], before), (frame[:3, 3] - at) @ z
-        behind = (  # moving joints on this one's link
+        behind = (  # moving joints on the link of this joint
             name
             for name, on in ((name, self.urdf.joints[name]) for name in self.order)
             if not on.fixed and self.carrier[on.parent] == joint.name
@@ -203,7 +203,7 @@ class Chain:
     # --- the robot ------------------------------------------------------------------------------
 
     def imported(self) -> Imported:
-        """Return the robot, its parameters, and what was read otherwise than written."""
+        """Return the robot, its parameters, and notes on differences from the file."""
         joints = tuple(self._joint(self.urdf.joints[name]) for name in self.order)
         if not any(joint.movable for joint in joints):
             raise RobotError(
@@ -236,7 +236,7 @@ class Chain:
         )
 
     def _follows(self, joint: UrdfJoint) -> sp.Expr:
-        """Return q of a joint that mimics, in the variable at the end of its chain."""
+        """Return q of a mimic joint as an expression in the variable that it follows."""
         factor, offset, at, seen = sp.S.One, sp.S.Zero, joint, {joint.name}
         while at.mimic is not None:
             name, c, constant = at.mimic
@@ -263,7 +263,7 @@ class Chain:
         return factor * joint_variable(self.number[at.name]) + offset
 
     def _limits(self, joints: Sequence[Joint]) -> Limits | None:
-        """Return the limits that all movable joints have."""
+        """Return the kinds of limits that every movable joint has."""
         given = [self.urdf.joints[j.name].limit for j in joints if j.movable]
         columns: dict[str, Any] = {}
         pairs = [(limit.get("lower", 0.0), limit.get("upper", 0.0)) for limit in given]
@@ -276,7 +276,7 @@ class Chain:
         return Limits(**columns) if columns else None
 
     def _parameters(self) -> list[tuple[str, float]]:
-        """Return standard parameters from the file, in the order of X; [] where it has none."""
+        """Return the standard parameters of the file in the order of X; [] if it has none."""
         if not any(self.urdf.links.values()):
             return []
         out: list[tuple[str, float]] = []
@@ -306,5 +306,5 @@ class Chain:
 
 
 def _many(values: Sequence[sp.Rational]) -> Array:
-    """Return exact rationals with 50 digits."""
+    """Return exact rationals as numbers with 50 digits."""
     return np.array([context().mpf(int(v.p)) / int(v.q) for v in values], dtype=object)

@@ -1,11 +1,11 @@
-"""MJCF, the format of MuJoCo, as the same tree of links and joints that a URDF is, and back.
+"""Read MJCF, the format of MuJoCo, and write link parameters into it.
 
-MuJoCo's own compiler reads the file: defaults, classes, included files, angles in degrees, and
-inertias from geometry mean what they mean there. It is optional: `pip install 'symgen[mjcf]'`.
+MuJoCo's compiler reads the file, so defaults, classes, included files, degrees and inertias from
+geometry have their usual meaning. Install it with `pip install 'symgen[mjcf]'`.
 https://mujoco.readthedocs.io/en/stable/XMLreference.html
 
-A link's frame stands at the anchor of its body's last joint, with the axes of the body's frame; of
-bodies with several joints, links without mass stand between these.
+A link frame has its origin at the anchor of the body's last joint, and the axes of the body frame.
+A body with several joints gets a link without mass for each joint but the last.
 """
 
 from __future__ import annotations
@@ -39,15 +39,15 @@ _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # fullinertia
 def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
     """Read an MJCF as a robot, with the inertias of its bodies as standard parameters.
 
-    armature becomes IA, damping FV and frictionloss FS.
+    armature becomes IA, damping becomes FV, and frictionloss becomes FS.
 
     Args:
         text: the file's text.
-        where: path of the file, which MuJoCo reads with those that it includes.
+        where: path of the file; MuJoCo reads it and the files that it includes.
 
     Raises:
-        RobotError: MuJoCo is not installed or refuses the file, or it is no robot that symgen can
-            have; one line names the fault.
+        RobotError: MuJoCo is not installed or refuses the file, or symgen cannot represent the
+            robot.
     """
     with located(where):
         tree = _Tree(Path(where), text)
@@ -69,12 +69,12 @@ def updated_mjcf(path: Path, bodies: Iterable[Body]) -> str:
     """Return the text of an MJCF with link parameters in its <inertial> elements.
 
     Args:
-        path: of the MJCF; everything else in it stays as it is, to the byte.
+        path: path of the MJCF. All other bytes of it stay the same.
         bodies: links of the imported robot in the frames of their joints.
 
     Raises:
         RobotError: the file cannot be read.
-        ParameterError: a body has no name, several joints, or stands in an included file.
+        ParameterError: a body has no name, has several joints, or is in an included file.
     """
     text, _ = read_text(path, _ACCEPTED)
     edits: list[tuple[Element, list[str]]] = []
@@ -100,12 +100,12 @@ class _Tree:
     """A compiled MJCF as links and joints.
 
     Attributes:
-        model: MuJoCo's.
-        root: of the file's own text.
+        model: model of MuJoCo.
+        root: root element of the text.
         urdf: the tree.
-        shift: where a link's frame stands in its body's, (3,) m.
+        shift: origin of each link frame in its body frame, (3,) m.
         armature: IA of the joints.
-        notes: what was left out.
+        notes: what symgen ignores.
     """
 
     def __init__(self, path: Path, text: str) -> None:
@@ -126,7 +126,7 @@ class _Tree:
         self.urdf = Urdf(title, self._body_names[0], self._links, self._joints)
 
     def _add(self, b: int) -> None:
-        """Add a body, with a link without mass for each joint before its last."""
+        """Add a body, and a link without mass for each joint but the last."""
         m, name = self.model, self._body_names[b]
         if b == 0:
             self.shift[name] = np.zeros(3)
@@ -164,7 +164,7 @@ class _Tree:
                 raise RobotError(f"it is {kind}; accepted: hinge, slide")
             if zero != 0:
                 raise RobotError(f"its ref is {zero:g}; accepted: 0")
-            if not abs(np.linalg.norm(m.jnt_axis[k]) - 1) < 1e-6:  # as of numbers beyond 1e154
+            if not abs(np.linalg.norm(m.jnt_axis[k]) - 1) < 1e-6:  # numbers beyond 1e154 overflow
                 raise RobotError(
                     "its axis has no direction; accepted: three finite numbers, not all 0"
                 )
@@ -182,7 +182,7 @@ class _Tree:
         )  # fmt: skip
 
     def _inertial(self, b: int, shift: FloatArray) -> Inertial | None:
-        """Return the body's inertia in its link's frame; None of a body without mass."""
+        """Return the inertia of a body in its link frame; None if it has no mass."""
         m = self.model
         if m.body_mass[b] == 0:
             return None
@@ -194,10 +194,10 @@ class _Tree:
 
 
 def _compiled(path: Path) -> Any:
-    """Return MuJoCo's model of a file.
+    """Return the MuJoCo model of a file.
 
     Raises:
-        RobotError: it is not installed, or refuses the file.
+        RobotError: MuJoCo is not installed, or refuses the file.
     """
     try:
         import mujoco
@@ -205,7 +205,7 @@ def _compiled(path: Path) -> Any:
         raise RobotError(
             "MuJoCo is not installed; accepted: after pip install 'symgen[mjcf]'"
         ) from error
-    mujoco.set_mju_user_warning(lambda _: None)  # or it prints, and writes MUJOCO_LOG.TXT
+    mujoco.set_mju_user_warning(lambda _: None)  # MuJoCo would print, and write MUJOCO_LOG.TXT
     try:
         return mujoco.MjModel.from_xml_path(str(path))
     except (ValueError, OSError) as error:
@@ -215,7 +215,7 @@ def _compiled(path: Path) -> Any:
 
 
 def _exact(value: float) -> sp.Rational:
-    """Return a double as the decimal that it is to fourteen digits: dust is left out."""
+    """Round a double to a decimal of fourteen digits."""
     return expressions.exact(Decimal(repr(round(float(value), _DIGITS))))
 
 

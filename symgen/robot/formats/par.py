@@ -1,8 +1,8 @@
-"""SYMORO+ and OpenSYMORO files (.par): tables of `key = {...}` in the notation of this house.
+"""Read SYMORO+ and OpenSYMORO files (.par): tables of `key = {...}` in the same DH notation.
 
-A .par names lengths and gives no values: they become names of [geometry], with values to be
-replaced. The joint's own variable (th2, t2, r3) leaves theta or r, what is added to it stays.
-W. Khalil, A. Vijayalingam et al., OpenSYMORO (2014), describe the format.
+A .par names lengths without values. They become names of [geometry], with values that the user must
+replace. The joint variable (th2, t2, r3) is removed from theta or r; an added constant remains.
+Format: W. Khalil, A. Vijayalingam et al., OpenSYMORO (2014).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from symgen.robot.types import ANGLES, EARTH, LENGTHS, MAX_JOINTS, Joint, Robot
 _COMMENT = re.compile(r"\(\*.*?\*\)", re.DOTALL)
 _TITLE = re.compile(r"\(\*\s*Robotname\s*=\s*'([^']*)'\s*\*\)", re.IGNORECASE)
 _ENTRY = re.compile(r"([A-Za-z_]\w*)[ \t]*=[ \t]*(\{[^{}]*\}|[^\s{}]+)", re.ASCII)
-_NUMBER = re.compile(r"[0-9]{1,4}")  # not what else is a digit to Unicode
+_NUMBER = re.compile(r"[0-9]{1,4}")  # no other Unicode digits
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 _VARIABLE = {
     names.REVOLUTE: re.compile(r"(?:th|theta|t|q)([0-9]+)", re.IGNORECASE),
@@ -39,17 +39,17 @@ def import_par(text: str, where: str = "robot.par") -> Imported:
 
     Args:
         text: the file's text.
-        where: what error messages call the file.
+        where: name of the file in error messages.
 
     Raises:
-        RobotError: it is no .par, or no open chain; one line names the entry.
+        RobotError: the text is not a .par, or not an open chain; the message names the entry.
     """
     with located(where):
         return _Reader(text, Path(where).stem).imported()
 
 
 class _Reader:
-    """The entries of one file, and what is learnt while they are read."""
+    """The entries of one file, and the names found in them."""
 
     def __init__(self, text: str, stem: str) -> None:
         title = _TITLE.search(text)
@@ -63,7 +63,7 @@ class _Reader:
             self.entries[key] = value
         self.joints = self.count("NJ")
         self.require_open()
-        self.geometry: dict[str, bool] = {}  # named quantity: whether it is an angle
+        self.geometry: dict[str, bool] = {}  # name -> whether it is an angle
         self.notes: list[str] = []
 
     def count(self, key: str) -> int:
@@ -153,7 +153,7 @@ class _Reader:
         return out
 
     def entry(self, key: str, number: int, item: str, kind: int) -> sp.Expr:
-        """Return a geometric entry without the joint's variable; names become geometry."""
+        """Return a geometric entry without the joint variable; names become geometry."""
         expr = _expression(item)
         if (key, kind) in (("theta", names.REVOLUTE), ("r", names.PRISMATIC)):
             expr = _constant(key, number, item, expr, _VARIABLE[kind])
@@ -176,13 +176,13 @@ class _Reader:
         return sp.Add(*terms)
 
     def declared(self, key: str) -> list[bool]:
-        """Say of which joints a parameter exists: a 0 leaves it out, as in SYMORO."""
+        """Return which joints have a parameter; as in SYMORO, 0 means that it does not exist."""
         if key not in self.entries:
             return [True] * self.joints
         return [item not in ("0", "0.0") for item in self.items(key, self.joints)]
 
     def values(self) -> tuple[Named, list[str]]:
-        """Return the named quantities with distinct values to stand in for the unknown ones."""
+        """Return the named quantities with distinct placeholder values."""
         primes = sp.primerange(29, 10_000)
         geometry = tuple((name, sp.Rational(next(primes), 100)) for name in self.geometry)
         if not geometry:
@@ -208,7 +208,7 @@ class _Reader:
         return (values[0], values[1], values[2]), [line] if named else []
 
     def parameters(self, robot: Robot) -> tuple[tuple[str, float], ...]:
-        """Return the entries of the parameter lists that are numbers, of parameters that exist."""
+        """Return the numeric entries of the parameter lists, for parameters that exist."""
         found: list[tuple[str, float]] = []
         for joint in robot.joints:
             friction = {names.FRICTION[word] for word in joint.friction}
@@ -228,13 +228,13 @@ class _Reader:
 
 
 def _expression(item: str) -> sp.Expr:
-    """Return an entry as an exact expression in whatever names it has."""
+    """Return an entry as an exact expression in any names."""
     item = re.sub(r"\bPi\b", "pi", item)
     return expressions.parse(item, sorted(set(_NAME.findall(item)) - {"pi", "sqrt"}))
 
 
 def _constant(key: str, number: int, item: str, expr: sp.Expr, pattern: re.Pattern[str]) -> sp.Expr:
-    """Take the joint's own variable out of theta or r."""
+    """Remove the joint variable from theta or r."""
     own = [
         s
         for s in expr.free_symbols

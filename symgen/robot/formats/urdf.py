@@ -1,12 +1,11 @@
-"""URDF to modified Denavit-Hartenberg frames with the inertias moved along, and back.
+"""Read URDF as modified Denavit-Hartenberg frames, and write link parameters into a URDF.
 
-Frame 0 is the root link, q is the URDF's own (sign and zero). The frame of a movable joint has its
-z along the joint's axis and its x along the common normal with the next axis; what remains of the
-URDF's frame is a constant placement of the link frame in it. Fixed joints stand on the link that
-carries them, after all others, and keep the URDF's frames.
+Frame 0 is the root link. q has the sign and the zero of the URDF. The frame of a movable joint has
+z along the joint axis, and x along the common normal to the next axis. The URDF link frame is
+constant in it. Fixed joints come after all others and keep the frames of the URDF.
 
-Numbers stay the exact decimals that the file writes. https://wiki.ros.org/urdf/XML is the format;
-geometry for collision and display, transmissions and plugins are not looked at.
+Numbers stay exact decimals. The format is https://wiki.ros.org/urdf/XML; symgen ignores geometry
+for collision and display, transmissions and plugins.
 """
 
 from __future__ import annotations
@@ -48,14 +47,14 @@ _MAX_TITLE = 200
 def import_urdf(text: str, where: str = "robot.urdf") -> Imported:
     """Read a URDF as a robot, with the inertias of its links as standard parameters.
 
-    Rounded fractions of pi (1.5708) are read as what they mean.
+    Rounded fractions of pi (1.5708) become exact.
 
     Args:
         text: the file's text.
-        where: what error messages call the file.
+        where: name of the file in error messages.
 
     Raises:
-        RobotError: it is no URDF, or no robot that symgen can have; one line names the fault.
+        RobotError: the text is not a URDF, or symgen cannot represent the robot.
     """
     with located(where):
         return Chain(_tree(parse_xml(text))).imported()
@@ -64,13 +63,13 @@ def import_urdf(text: str, where: str = "robot.urdf") -> Imported:
 def updated_urdf(text: str, bodies: Iterable[Body], where: str = "robot.urdf") -> str:
     """Write link parameters into the <inertial> elements of a copy of a URDF.
 
-    A fixed link without <inertial> gets none: its body goes to the link that carries it.
+    A fixed link without <inertial> gets none; its body is added to the link that carries it.
 
     Args:
-        text: of the URDF; everything else in it stays as it is, to the byte.
-        bodies: links of the imported robot in the frames of their joints, as `link_parameters`
-            gives them (fixed joints included); links that are not named keep what they have.
-        where: what error messages call the file.
+        text: text of the URDF. All other bytes of it stay the same.
+        bodies: links of the imported robot in the frames of their joints, from
+            `link_parameters` (fixed joints included). Other links keep their values.
+        where: name of the file in error messages.
 
     Raises:
         RobotError: the URDF cannot be read.
@@ -90,7 +89,7 @@ def _tree(root: Element) -> Urdf:
     """Return the links and joints of a URDF, checked.
 
     Raises:
-        RobotError: it is no URDF, or no tree of joints that symgen has; one line names the fault.
+        RobotError: the text is not a URDF, or its joints are not a tree.
     """
     if root.tag != "robot":
         raise RobotError(f"the root element is <{shortened(root.tag)}>; accepted: <robot>")
@@ -110,7 +109,7 @@ def _tree(root: Element) -> Urdf:
 
 
 def _named(tag: str, root: Element, read: Callable[[Element], Value]) -> dict[str, Value]:
-    """Read all elements of a kind, each of which has a name of its own."""
+    """Read all elements with a tag; each must have a unique name."""
     out: dict[str, Value] = {}
     for element in root.all(tag):
         name = element.attributes.get("name", "")
@@ -183,7 +182,7 @@ def _joint(element: Element) -> UrdfJoint:
     if KINDS[kind] != names.FIXED and axis == ORIGIN:
         raise RobotError("the axis is zero; accepted: any direction")
     limit, given = {}, element.first("limit")
-    if given is not None:  # the format says what holds where one of the two is absent
+    if given is not None:  # the format gives a default if one of the two is absent
         limit = {"lower": 0.0, "upper": 0.0} if kind != "continuous" else {}
         for key in (*limit, "velocity", "effort"):
             if key in given.attributes:
@@ -242,7 +241,7 @@ def _root(links: Collection[str], joints: dict[str, UrdfJoint]) -> str:
         )
     for name in links:
         top = name
-        for _ in above:  # as many joints as there are lead to the root, or around
+        for _ in above:  # this many steps reach the root, or the ring repeats
             top = above[top].parent if top in above else top
         if top in above:
             raise RobotError(
@@ -251,14 +250,14 @@ def _root(links: Collection[str], joints: dict[str, UrdfJoint]) -> str:
     return roots[0]
 
 
-# Inertias, written back.
+# Writing inertias.
 
 
 def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
-    """Return what is to be written of links by their names, each in its link's frame.
+    """Return link name -> body in the frame of that link, for writing.
 
     Args:
-        chain: of the file.
+        chain: chain of the file.
         bodies: links of the robot in the frames of their joints.
 
     Raises:
@@ -279,7 +278,7 @@ def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
                 break
             link = chain.above[link].parent
         empty = urdf.links[link] is None and not body.mass and not np.any(body.inertia)
-        if link == urdf.root or empty:  # nothing moves it, or it is nothing
+        if link == urdf.root or empty:  # no joint moves it, or it has no mass
             continue
         pose = dh.inverse(chain.link[link]) @ chain.frame[name]
         parts.setdefault(link, []).append(_moved(body, pose))
@@ -287,7 +286,7 @@ def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
 
 
 def replaced_inertials(text: str, edits: Iterable[tuple[Element, Sequence[str]]]) -> str:
-    """Return a text with new lines in place of <inertial>, or inside, of some of its elements."""
+    """Return a text with new <inertial> lines in some of its elements."""
     content = text.encode("utf-8")
     found = [_edit(content, element, lines) for element, lines in edits]
     for start, end, new in sorted(found, reverse=True):
@@ -296,10 +295,10 @@ def replaced_inertials(text: str, edits: Iterable[tuple[Element, Sequence[str]]]
 
 
 def without_inertials(text: str, where: str = "robot.urdf") -> bytes:
-    """Return a URDF or MJCF without its <inertial> elements and blanks: all that is never written.
+    """Return a URDF or MJCF without <inertial> elements and blanks, to compare the rest.
 
     Raises:
-        RobotError: it is no XML.
+        RobotError: the text is not XML.
     """
     content = text.encode("utf-8")
     with located(where):
@@ -323,14 +322,14 @@ def _require_finite(body: Body) -> None:
 
 
 def _moved(body: Body, pose: dh.Array) -> Body:
-    """Return a body of a frame in another, in which `pose` places it."""
+    """Return a body in another frame; `pose` is its frame there."""
     R, origin = pose[:3, :3].astype(float), pose[:3, 3].astype(float)
     inertia = np.asarray(body.inertia, dtype=float)
     return Body(body.joint, float(body.mass), R @ body.com + origin, R @ inertia @ R.T)
 
 
 def _joined(bodies: Sequence[Body]) -> Body:
-    """Return bodies of one frame as one: I about the common centre, by Steiner's theorem."""
+    """Combine bodies in one frame, by Steiner's theorem."""
     if len(bodies) == 1:
         return bodies[0]
     mass = sum(b.mass for b in bodies)
@@ -358,7 +357,7 @@ def _inertial(body: Body) -> list[str]:
 
 
 def _edit(content: bytes, link: Element, lines: Sequence[str]) -> tuple[int, int, bytes]:
-    """Return which bytes of the text give way to a new <inertial>."""
+    """Return the byte range to replace, and the new bytes."""
     old = link.first("inertial")
     start = link.start if old is None else old.start
     margin = content[content.rfind(b"\n", 0, start) + 1 : start]

@@ -1,7 +1,7 @@
-"""A small, safe reader of XML that remembers where every element stands in the text.
+"""A small, safe XML reader that records the byte position of every element.
 
-Expat does the parsing. Document types and entities are refused before they can mean anything, so
-that nothing expands and nothing is fetched.
+Expat parses the text. Document types and entities are refused, so no text expands and no file is
+fetched.
 """
 
 from __future__ import annotations
@@ -13,19 +13,19 @@ from xml.parsers import expat
 
 from symgen.errors import RobotError
 
-#: A tag from its start to its end; quotes may hold a '>'.
+#: A tag from start to end; quoted values may contain '>'.
 _TAG = re.compile(rb"""[^>"']*(?:(?:"[^"]*"|'[^']*')[^>"']*)*>""")
 
 
 @dataclass
 class Element:
-    """One element: its tag, its attributes and, in bytes of the UTF-8 text, where it stands.
+    """One element: tag, attributes, and byte positions in the UTF-8 text.
 
     Attributes:
-        start: where its start tag begins.
-        inside: where its content begins (after the start tag).
-        close: where its end tag begins; `inside` of an element without content.
-        end: behind its end tag.
+        start: first byte of the start tag.
+        inside: first byte after the start tag.
+        close: first byte of the end tag; equals `inside` if there is no content.
+        end: first byte after the end tag.
     """
 
     tag: str
@@ -59,7 +59,7 @@ def parse_xml(text: str) -> Element:
     """Return the root element of an XML text.
 
     Raises:
-        RobotError: it is not well formed, or declares a document type or an entity.
+        RobotError: the text is not well formed, or declares a document type or an entity.
     """
     content = text.encode("utf-8")
     parser = expat.ParserCreate("UTF-8")
@@ -77,7 +77,7 @@ def parse_xml(text: str) -> Element:
     def end(_: str) -> None:
         element = stack.pop()
         at = parser.CurrentByteIndex
-        # Of <link/> expat reports the end at, or behind, the only tag that there is.
+        # For <link/>, expat reports the end at or after its only tag.
         empty = content[element.inside - 2 : element.inside] == b"/>"
         element.close = element.inside if empty else at
         element.end = element.inside if empty else _tag_end(content, at)
@@ -94,12 +94,12 @@ def parse_xml(text: str) -> Element:
     parser.EntityDeclHandler = refuse
     try:
         parser.Parse(content, True)
-    except (expat.ExpatError, ValueError) as error:  # or an encoding that Python does not have
+    except (expat.ExpatError, ValueError) as error:  # ValueError: an unknown encoding
         raise RobotError(f"not well-formed XML: {error}") from error
     return roots[0]
 
 
 def _tag_end(content: bytes, at: int) -> int:
-    """Return the place behind the tag that begins at `at`; quotes may hold a '>'."""
+    """Return the position after the tag that begins at `at`; quoted values may contain '>'."""
     tag = _TAG.match(content, at)
     return tag.end() if tag else len(content)

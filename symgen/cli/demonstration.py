@@ -1,0 +1,165 @@
+"""What `symgen demo` shows: a 7-axis arm with a spring that its robot file does not declare."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symgen.diagnosis.messages import on_joints
+from symgen.files import json_text
+from symgen.report.content.parts import percent
+from symgen.robot.builtin import library_text
+
+if TYPE_CHECKING:
+    from symgen.diagnosis.diagnosis import Diagnosis
+    from symgen.experiment.simulate import Simulation
+    from symgen.identification.estimate import Estimate
+
+MARKER, LOGS = "demo.json", ("train.csv", "test.csv")
+#: What the robot file knows: the joints of the Panda, and how far and fast they may move.
+FILE = f"""{library_text("panda")}
+[limits]
+position = [[-2.7, 2.7], [-1.6, 1.6], [-2.7, 2.7], [-2.9, -0.2], [-2.7, 2.7], [0.1, 3.6], [-2.7, 2.7]]
+velocity = [1.8, 1.8, 1.8, 1.8, 2.2, 2.2, 2.2]
+"""  # noqa: E501
+HIDDEN, JOINT, STIFFNESS = "gravity_spring", 2, 60.0  # N m/rad
+_SPRING = f'\n[[effect]]\nname = "{HIDDEN}"\njoints = [{JOINT}]\n'
+#: Of each link: mass in kg, centre of mass in its frame in m, radius of the equal ball in m; of
+#: each joint: rotor inertia in kg m2, Coulomb friction in N m, viscous friction in N m s/rad.
+_LINKS = (
+    (4.0, (0.00, -0.03, -0.10), 0.08, (0.90, 4.0, 3.0)),
+    (4.2, (0.00, -0.10, 0.03), 0.08, (1.00, 4.5, 3.5)),
+    (3.2, (0.04, 0.03, -0.08), 0.07, (0.70, 3.0, 2.5)),
+    (3.0, (-0.04, 0.07, 0.02), 0.07, (0.70, 3.5, 2.5)),
+    (2.8, (0.00, 0.05, -0.14), 0.07, (0.30, 1.8, 1.2)),
+    (1.6, (0.05, -0.01, 0.00), 0.06, (0.25, 1.5, 1.0)),
+    (0.9, (0.01, 0.01, 0.08), 0.05, (0.20, 1.2, 0.8)),
+)
+_RATE, _DURATION, _ENCODER, _TORQUE_NOISE = 250.0, 15.0, 2e-5, 0.3
+
+
+def true_parameters() -> dict[str, float]:
+    """Return the standard parameters of the simulated arm, and the stiffness of its spring."""
+    found = {f"K{JOINT}": STIFFNESS}
+    for j, (mass, at, radius, drive) in enumerate(_LINKS, start=1):
+        c = np.array(at)
+        about = mass * ((0.4 * radius**2 + c @ c) * np.eye(3) - np.outer(c, c))
+        inertia = zip(("XX", "XY", "XZ", "YY", "YZ", "ZZ"), about[np.triu_indices(3)], strict=True)
+        moments = zip(("MX", "MY", "MZ"), mass * c, strict=True)
+        drives = zip(("IA", "FS", "FV"), drive, strict=True)
+        found |= {f"{key}{j}": float(x) for key, x in (*inertia, *moments, *drives, ("M", mass))}
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Demonstration:
+    """A robot file, two logs, and what symgen makes of them.
+
+    Attributes:
+        logs: of training and of validation, each another motion.
+        before: the estimate with the robot file as it is.
+        why: what the diagnosis finds missing.
+        after: the estimate with what was found.
+        microseconds: that one call of the inverse dynamics takes, and by what.
+    """
+
+    logs: tuple[Simulation, Simulation]
+    before: Estimate
+    why: Diagnosis
+    after: Estimate
+    microseconds: tuple[float, str]
+
+    def files(self) -> dict[str, bytes]:
+        """Return the robot file, the logs and the folders of results, by path."""
+        from symgen.report.store import Result, result_files
+
+        results: dict[str, Result] = {
+            "identified": self.before,
+            "diagnosis": self.why,
+            "better": self.after,
+        }
+        inside = {
+            f"{folder}/{name}": content
+            for folder, result in results.items()
+            for name, content in result_files(result).items()
+        }
+        logs = zip(LOGS, self.logs, strict=True)
+        told = {"schema": "symgen.demo/2", "hidden": {"name": HIDDEN, "joint": JOINT}}
+        told |= {"torque_error": {"before": self.why.before.total, "after": self.why.after.total}}
+        return {
+            MARKER: json_text(told).encode(),
+            "robot.toml": FILE.encode(),
+            **{name: log.file() for name, log in logs},
+            **inside,
+        }
+
+    def lines(self) -> Iterator[str]:
+        """Yield what a terminal shows, step by step."""
+        logs = "train.csv --validation test.csv"
+        yield f"A simulated 7-axis arm has a spring of {STIFFNESS:g} N m/rad on joint {JOINT}."
+        yield "robot.toml does not declare it."
+        yield f"1. symgen identify robot.toml {logs} --into identified"
+        yield f"   {_said(self.before)}"
+        yield f"2. symgen diagnose robot.toml {logs} --into diagnosis"
+        for effect in self.why.effects:
+            found = ", ".join(
+                f"{p.name} = {p.value:.3g} ± {2 * p.std:.2g} {p.unit}"
+                for p in effect.parameters
+                if np.isfinite(p.std)
+            )
+            yield f"   {effect.name} on {on_joints(effect.joints)}: {found}"
+        gaps = [percent(gap.total) for gap in (self.why.before, self.why.after)]
+        yield "   torque error: {} before, {} after".format(*gaps)
+        yield f"3. symgen identify diagnosis/robot.toml {logs} --into better"
+        yield f"   {_said(self.after)}"
+        yield "4. symgen generate diagnosis/robot.toml --into diagnosis/generated"
+        cost, backend = self.microseconds
+        how = "compiled C" if backend == "c" else "no C compiler found, evaluated by NumPy"
+        yield f"   inverse dynamics with the spring: {cost:.2g} us a call ({how})"
+
+
+def _said(estimate: Estimate) -> str:
+    error = estimate.torque_validation
+    assert error is not None
+    return f"{estimate.verdict}: {percent(error.relative)} torque error on test.csv"
+
+
+def demonstrate(told: Callable[[str], None]) -> Demonstration:
+    """Simulate the arm with its spring, and identify and diagnose it without.
+
+    Args:
+        told: is told what is being done.
+    """
+    import symgen
+    from symgen.identification.parameters import base_values
+
+    known, arm = symgen.parse_robot(FILE), symgen.parse_robot(FILE + _SPRING)
+    told("simulating two logs of the arm")
+    X = base_values(true_parameters(), symgen.derive(arm), "demo")
+    seen = symgen.Instruments(encoder_step=_ENCODER, torque_noise=_TORQUE_NOISE)
+    train, test = (
+        symgen.simulate(
+            arm, X, duration=_DURATION, seed=seed, recording=symgen.Recording(seen, rate=_RATE)
+        )
+        for seed in (1, 2)
+    )
+    logs, held = (
+        [replace(run.log(), name=name)] for run, name in zip((train, test), LOGS, strict=True)
+    )
+    told("identifying the arm that robot.toml describes")
+    before = symgen.identify(known, logs, validation=held)
+    told("diagnosing what robot.toml does not declare")
+    why = symgen.diagnose(known, logs, validation=held)
+    told("finishing: the arm with what was found")
+    after = symgen.identify(why.extended, logs, validation=held)
+    told("compiling C")
+    evaluator = symgen.load(symgen.derive(why.extended, ("inverse_dynamics",)))
+    q, qd = (np.tile(x, (10, 1)) for x in (train.q[0], train.qd[0]))
+    begin = time.perf_counter()
+    evaluator.inverse_dynamics(q, qd, np.zeros_like(q), after.X)
+    cost = 1e6 * (time.perf_counter() - begin) / len(q)
+    return Demonstration((train, test), before, why, after, (cost, evaluator.backend))

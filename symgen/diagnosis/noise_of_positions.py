@@ -1,0 +1,141 @@
+"""Whether noise of the positions may make an effect: half of the samples tests the other half.
+
+Noise of q stands in the columns of the model and, through the torque, in what they leave; a column
+of an effect that holds the same noise explains it by least squares, though there is no effect.
+Columns Z from the even samples have other noise than columns W from the odd ones. With c what Z
+says of an effect beside all other columns, so that c' W = 0 for these,
+
+    m = c' (y - W_own theta)
+
+is zero, but for noise, where theta is the coefficient: by instruments, IV = (c' W_own)^-1 c' y.
+Both halves take both parts. What is compared with m is its covariance along the fit by least
+squares, which holds for weak instruments, too (Anderson and Rubin 1949).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symgen.diagnosis.baseline import Baseline
+from symgen.diagnosis.effects import Score, Seen
+from symgen.diagnosis.whitened_system import WhitenedSystem, estimated, fitted_system
+from symgen.estimation.covariance import long_run_covariance
+from symgen.estimation.filtered_log import FilteredLog, kept_spans
+from symgen.estimation.predictive_score import dense
+from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.values import FloatArray
+from symgen.identification.instruments import halves
+
+_LEVEL = math.erfc(3 / math.sqrt(2))  # of 3 standard deviations
+_MATERIAL = 0.05  # of a coefficient: a smaller bias is harmless, however sure
+
+
+def may_be_noise(baseline: Baseline, effects: Sequence[Score]) -> list[bool]:
+    """Return for each effect whether noise of q may be all of it, or biases its coefficients.
+
+    That is where the instruments do not show it by 3 standard deviations, or disagree with least
+    squares by as much and by 5 % of a coefficient. Nothing is said of given parameters, and where
+    the logs have too few samples or do not determine all coefficients.
+
+    Args:
+        baseline: the model as it is declared, and its training logs.
+        effects: all that were found.
+    """
+    unknown = [False] * len(effects)
+    if baseline.given or not effects:
+        return unknown
+    pairs = [halves(log) for log in baseline.base.logs]
+    system = estimated(baseline.beside(effects))
+    if system.rank < system.W.shape[2]:
+        return unknown
+    even, odd = ([pair[k] for pair in pairs if pair is not None] for k in (0, 1))
+    if len(even) < len(pairs):
+        return unknown
+    weight = (system.moves / system.sigma)[:, :, None]
+    norms = np.sqrt(np.sum((system.W * weight) ** 2, axis=(0, 1)))
+    own = [_columns(baseline, effects, half, system) for half in (even, odd)]
+    whole, *parts = ((W * weight / norms).reshape(system.y.size, -1) for W in (system.W, *own))
+    y = (system.y * weight[:, :, 0]).ravel()
+    rows = _Rows(system, whole, (parts[0], parts[1]), y, system.X * norms)
+    out, at = [], baseline.base.W.shape[2]
+    for s in effects:
+        columns = np.arange(at, at + s.candidate.size)
+        at += len(columns)
+        out.append(not s.candidate.measured and rows.doubts(columns))
+    return out
+
+
+def _columns(
+    baseline: Baseline,
+    effects: Sequence[Score],
+    logs: Sequence[FilteredLog],
+    system: WhitenedSystem,
+) -> FloatArray:
+    """Return the columns of the model and of the effects along other motion, (K, n, p)."""
+    X = baseline.parameters(system)
+    seen = Seen(logs, [baseline.torques_along(log.thinned, X) for log in logs])
+    more = seen.each(s.candidate for s in effects)
+    shape = system.y.shape
+    W = fitted_system(baseline.evaluator, logs).W
+    return np.concatenate([W, *(dense(c, shape) for c in more)], axis=2)
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """Whitened rows of all joints, (K n, p), and of the two halves.
+
+    Attributes:
+        system: whose rows they are.
+        whole: columns along all samples.
+        halves: along the even samples and the odd ones.
+        y: (K n,) torque.
+        X: (p,) by least squares.
+    """
+
+    system: WhitenedSystem
+    whole: FloatArray
+    halves: tuple[FloatArray, FloatArray]
+    y: FloatArray
+    X: FloatArray
+
+    def doubts(self, own: FloatArray) -> bool:
+        """Return whether the instruments do not bear out some columns, given by their numbers."""
+        from scipy.special import chdtri
+
+        rest, theta = np.setdiff1d(np.arange(self.whole.shape[1]), own), self.X[own]
+        m, slope = np.zeros(len(own)), np.zeros((len(own), len(own)))
+        scores = np.zeros((len(self.y), len(own)))
+        for W, Z in (self.halves, self.halves[::-1]):
+            product = Z[:, rest].T @ W[:, rest]
+            c = Z[:, own] - Z[:, rest] @ np.linalg.solve(product.T, W[:, rest].T @ Z[:, own])
+            y = self.y - W[:, own] @ theta
+            left = y - W[:, rest] @ np.linalg.solve(product, Z[:, rest].T @ y)
+            m, slope, scores = m + c.T @ y, slope + c.T @ W[:, own], scores + c * left[:, None]
+        # least squares varies with the same noise of torque
+        residual = (self.y - self.whole @ self.X)[:, None] * self.whole
+        least = np.linalg.solve(self.whole.T @ self.whole, residual.T)[own]
+        limit = float(chdtri(len(own), _LEVEL))
+        shown = m + slope @ theta
+        bias = np.linalg.solve(slope, m)
+        differ = self._squares(m, scores - least.T @ slope.T) > limit
+        material = bool((np.abs(bias) > _MATERIAL * np.abs(theta)).any())
+        return self._squares(shown, scores) < limit or (differ and material)
+
+    def _squares(self, m: FloatArray, scores: FloatArray) -> float:
+        """Return m' C^-1 m, C the long-run covariance of sums of scores (K n, k)."""
+        n, parts, found = self.system.n, [], []
+        by_joint = scores.reshape(-1, n, len(m))
+        for log, span in zip(self.system.logs, kept_spans(self.system.logs), strict=True):
+            t = log.t[log.kept]
+            for j in range(n):
+                at = np.flatnonzero(self.system.moves[span, j])
+                none = np.zeros((len(at), 0))
+                parts.append(Equations(log.name, none, np.zeros(len(at)), t[at], 2, j))
+                found.append(by_joint[span][at, j])
+        whole = LinearSystem((), tuple(parts))
+        C = long_run_covariance(whole, np.eye(len(m)), found)
+        return float(m @ np.linalg.solve(C, m))
