@@ -1,6 +1,6 @@
-"""What the documentation adds to MkDocs: scripts that are pages, and equations without a network.
+"""Hooks of MkDocs: pages from scripts, and equations that need no network.
 
-Used by .mkdocs.yml, and by tests/docs, which run what the pages show.
+.mkdocs.yml uses them.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ DOCS = Path(__file__).parent
 
 
 def literate(script: Path) -> str:
-    """Return a script as a page: its docstring, comments at the margin as text, code as code.
+    """Return a script as a page: docstring and comments at the margin become text.
 
-    What the script prints stands in the file of the same name that ends in .txt; tests compare it.
+    The file of the same name that ends in .txt holds the output of the script; tests compare it.
     """
     head, _, rest = script.read_text("utf-8").removeprefix('"""').partition('"""\n')
     out, code = ["# " + head.strip()], list[str]()
@@ -35,7 +35,7 @@ def literate(script: Path) -> str:
     flush()
     said = script.with_suffix(".txt").read_text("utf-8")
     out.append(f"It prints:\n\n```text\n{said}```")
-    out.append(f"This page is the script `docs/examples/{script.name}`; tests run it.")
+    out.append(f"This page is the script `docs/examples/{script.name}`. The tests run it.")
     return "\n\n".join(out) + "\n"
 
 
@@ -48,10 +48,11 @@ def equation(source: str, *_: Any, **__: Any) -> str:
 
 
 def on_config(config: Any) -> Any:
-    """Let ```math hold equations, and put the threat model, whatever its file is called, in."""
+    """Draw ```math as equations, and add the threat model, whatever the name of its file."""
     fence = {"name": "math", "class": "math", "format": equation}
     config.mdx_configs.setdefault("pymdownx.superfences", {})["custom_fences"] = [fence]
-    config.nav.extend({"Threat model": p.name} for p in sorted(DOCS.glob("threat?model.md")))
+    explanation = config.nav[-1]["Explanation"]
+    explanation.extend({"Threat model": p.name} for p in sorted(DOCS.glob("threat?model.md")))
     return config
 
 

@@ -1,12 +1,11 @@
-"""A spring that nobody declared
+"""Hidden spring in Python
 
-An arm has a spring on joint 2 that its file does not mention. Its logs are simulated with the
-spring, and identified and diagnosed without it: the model is far from the torque, the diagnosis
-names the spring and its stiffness, and the robot that declares it is as good as the noise allows.
+An arm has a spring on joint 2 that its robot file does not declare. The diagnosis names the spring
+and its stiffness. With the spring, the torque error falls to the level of the noise.
 """
 
 # ## Two robots
-# The file that we have, and the arm as it is: one more table.
+# KNOWN is the robot file. The true arm also has a spring.
 
 import symgen
 
@@ -35,7 +34,7 @@ names = symgen.derive(true).base.names
 print("parameters of the true arm:", ", ".join(names))
 
 # ## Logs of the true arm
-# Values by name; the spring pulls with 2 N m/rad. Positions and torques are those of instruments.
+# The stiffness of the spring is 2 N m/rad. The logs have encoder steps and torque noise.
 
 values = {"ZZ1R": 1.7, "MX1R": 2.6, "MY1": 0.05, "FS1": 1.5, "FV1": 0.9, "ZZ2R": 0.3, "MX2": 0.7,
           "MY2": 0.02, "FS2": 0.8, "FV2": 0.5, "IA2": 0.2, "K2": 2.0}  # fmt: skip
@@ -45,15 +44,16 @@ made = symgen.Recording(seen, rate=200.0)
 done = symgen.simulate(true, X, duration=16.0, runs=2, seed=4, recording=made)
 train, test = done.log(0), done.log(1)
 
-# ## What the file's model makes of them
+# ## The symptom
+# The model without the spring has a large torque error.
 
 before = symgen.identify(known, [train], validation=[test])
 print(f"without the spring: {before.verdict}, torque error "
       f"{100 * before.torque_validation.relative:.2g} %")  # fmt: skip
 
-# ## Why
-# Every effect of the library is tried on every joint; what is named must close a part of the gap
-# on data that the search never saw.
+# ## The diagnosis
+# symgen tries every effect of the library on every joint. It names an effect only if the effect
+# lowers the error on data that the search did not use.
 
 why = symgen.diagnose(known, [train], validation=[test])
 print("diagnosis:", why.verdict)
@@ -63,8 +63,8 @@ for effect in why.effects:
 print(f"gap {100 * why.before.total:.2g} % before, {100 * why.after.total:.2g} % after, "
       f"noise floor {100 * why.floor.total:.2g} %")  # fmt: skip
 
-# ## The robot that declares it
-# `why.extended` is the robot with what was found added; from here on it is the model.
+# ## The corrected model
+# `why.extended` is the robot with the found effect.
 
 after = symgen.identify(why.extended, [train], validation=[test])
 print(f"with the spring: {after.verdict}, torque error "

@@ -1,12 +1,11 @@
-"""Motions that teach, and a load
+"""Motion and payload in Python
 
-Which motion tells the parameters of an arm? A search within its limits finds one; the log of that
-motion is simulated, and beside it that of a poor one. Then the arm carries something, and from one
-more log its mass and its place are known.
+This example plans a motion for identification and compares it with a poor one. Then it identifies a
+load that the arm carries, from one more log.
 """
 
 # ## A motion within limits
-# What is made small is the condition number of the equations that the identification will solve.
+# The search minimizes the condition number of the equations that the identification solves.
 
 import numpy as np
 
@@ -32,8 +31,8 @@ short = symgen.Search(searches=1, iterations=60, seed=1)
 plan = symgen.excite(arm, motion=symgen.Motion(duration=10.0), search=short)
 print("limits that bind:", ", ".join(f"{u.limit} of joint {u.joint}" for u in plan.binding))
 
-# ## What a good motion is worth
-# The same arm and instruments, once along that motion, once along two slow sines.
+# ## A good and a poor motion
+# The arm follows the planned motion, and two slow sines. Sensors and parameters are the same.
 
 names = symgen.derive(arm).base.names
 values = {"ZZ1R": 1.9, "MX1R": 2.9, "MY1": 0.04, "FS1": 1.5, "FV1": 0.9, "ZZ2": 0.3, "MX2": 0.75,
@@ -62,8 +61,8 @@ for motion in (good, slow):
     print(f"{motion.name}: {known} of {len(X)} parameters known to 30 %")
 
 # ## A load
-# A body of 2 kg at 0.3 m on the second link changes three values of X. The log of the same motion
-# with it, beside the one without, gives its mass and place: what both have in common cancels.
+# A load of 2 kg at 0.3 m on the second link changes four values of X. Two logs of the same motion,
+# with and without the load, give its mass and centre of mass, because common errors cancel.
 
 mass, place = 2.0, 0.3
 carried = dict(zip(names, X, strict=True))

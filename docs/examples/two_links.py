@@ -1,12 +1,11 @@
-"""From a table to parameters
+"""Table to parameters in Python
 
-The robot of Gautier and Khalil's paper (1988): two revolute joints, gravity along the first axis.
-Its model is derived in closed form, its minimal parameters are proved, a noisy log is simulated,
-and the parameters are found again from that log.
+This example derives the model of a robot, simulates a noisy log, and identifies the parameters from
+it. The robot is that of Gautier and Khalil (1988): two revolute joints, gravity along the first axis.
 """
 
 # ## The model
-# A robot is a table of modified Denavit-Hartenberg parameters; this one is in the library.
+# A robot is a table of modified Denavit-Hartenberg parameters. This one is in the library.
 
 import numpy as np
 
@@ -15,17 +14,17 @@ import symgen
 robot = symgen.read_robot("planar2r")
 model = symgen.derive(robot, "all")
 
-# Of 20 standard parameters four remain that the motion can tell, each a formula in the others and
-# in the length L1. Their number is the exact rank of the energy columns, taken modulo two primes.
+# The links have 20 standard parameters. Only four combinations of them act on the motion: the base
+# parameters. The proof is the exact rank of the energy columns, modulo two primes.
 
 for p in model.base.parameters:
     print(f"{p.name:5} = {p.expression:16} {p.unit}")
 print("rank", model.base.proof.rank, "of", len(model.base.standard), "standard parameters")
 
 # ## A log
-# X holds the values of these parameters. A computed-torque controller follows a seeded Fourier
-# series; encoders have steps of 0.1 mrad, tachometers and torques have noise. Joint speeds are
-# measured, as on the paper's robot.
+# X holds the values of these parameters. A controller follows a random Fourier series. The encoders
+# have steps of 0.1 mrad; speeds and torques have noise. The second run repeats the motion with
+# other noise.
 
 X = np.array([3.5, 0.06, 0.124, 0.006])
 seen = symgen.Instruments(encoder_step=1e-4, velocity_noise=2e-3, torque_noise=0.02)
@@ -34,9 +33,8 @@ done = symgen.simulate(robot, X, duration=20.0, runs=2, seed=1, recording=made)
 train, test = done.log(0), done.log(1)
 
 # ## The estimate
-# Energy, momentum and torque equations are made from the same filtered log; the model with the
-# smallest torque error on folds that its fit did not see is the estimate. It is judged on the
-# second log, which no fit saw.
+# symgen fits an energy, a momentum and a torque model to the first log. It keeps the one with the
+# smallest error on held-out parts, and tests it on the second log.
 
 estimate = symgen.identify(robot, [train], validation=[test])
 print("verdict:", estimate.verdict)
@@ -50,8 +48,8 @@ assert estimate.verdict == "trusted"
 assert off.max() < 3
 
 # ## The model at work
-# The compiled kernels evaluate one sample, or many at once: here what the identified model says of
-# the second run, beside the torque that moved it.
+# The compiled functions evaluate one sample or many at once. Here the identified model predicts the
+# torque of the second run.
 
 dynamics = symgen.load(model)
 acceleration = np.gradient(done.qd[1], done.t, axis=0)

@@ -10,19 +10,19 @@ from drawing import BLUE, RED, Line, chart
 
 
 def picture(folder: Path) -> str:
-    """Return the residual of joint 2 over time, before and after the diagnosis."""
+    """Return the residual of joint 1 over time, before and after the diagnosis."""
     lines = []
     for label, name, color in (("model of arm.toml", "before", RED),
                                ("with the named effect", "after", BLUE)):  # fmt: skip
         found = np.genfromtxt(folder / name / "prediction.csv", delimiter=",", names=True)
         kept = slice(0, None, len(found) // 250)
-        residual = found["tau2"] - found["predicted2"]
+        residual = found["tau1"] - found["predicted1"]
         lines.append(Line(label, found["t"][kept], residual[kept], color))
     return chart(
-        "Residual torque of joint 2 before and after the diagnosis",
+        "Residual torque of joint 1 before and after the diagnosis",
         lines,
         ("time, s", range(0, 21, 5)),
-        ("residual of joint 2, N m", range(-4, 5, 2)),
+        ("residual of joint 1, N m", range(-4, 5, 2)),
     )
 
 
