@@ -44,7 +44,7 @@ def equation(source: str, *_: Any, **__: Any) -> str:
     from latex2mathml.converter import convert
 
     rows = (convert(line, display="block") for line in source.strip().split("\n\n"))
-    return f'<div class="equation">{"".join(rows)}</div>'
+    return f'<div class="equation" style="overflow-x: auto">{"".join(rows)}</div>'
 
 
 def on_config(config: Any) -> Any:

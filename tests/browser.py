@@ -79,6 +79,55 @@ def clipped(html: str, folder: Path) -> dict[int, list[str]]:
         f"<iframe src='seen.html' style='border:0;width:{width}px;height:900px'></iframe>"
         for width in WIDTHS
     )
+    answer = {int(width): list(said) for width, said in _answers(frames, folder)}
+    assert set(answer) == set(WIDTHS), answer
+    return answer
+
+
+#: What a phone shows of a page of the documentation; blocks and tables may scroll by themselves.
+_ON_A_PHONE = """<script>addEventListener("load", () => setTimeout(() => {
+  const said = [], name = (e) => e.tagName + " " + e.textContent.slice(0, 40);
+  const moves = (e) => e && (/auto|scroll/.test(getComputedStyle(e).overflowX) ||
+    moves(e.parentElement === document.body ? null : e.parentElement));
+  const wide = document.scrollingElement.scrollWidth;
+  if (wide > innerWidth) said.push("scrolls sideways: " + wide + " px");
+  for (const e of document.querySelectorAll("article *")) {
+    const box = e.getBoundingClientRect();
+    if (box.width > 1 && (box.right > innerWidth + 1 || box.left < -1) && !moves(e))
+      said.push("out: " + name(e));
+  }
+  const text = document.querySelector("article").cloneNode(true);
+  for (const e of text.querySelectorAll("pre, code, script, style")) e.remove();
+  const raw = text.textContent.match(/\\\\[a-zA-Z]+|[$][$]|[`]{3}|<!--/);
+  if (raw) said.push("markup: " + raw[0]);
+  for (const e of document.querySelectorAll("math"))
+    if (!e.getBoundingClientRect().height) said.push("not drawn: " + name(e));
+  for (const e of document.querySelectorAll("article img"))
+    if (!e.naturalWidth) said.push("no picture: " + e.src);
+  parent.postMessage(JSON.stringify([PAGE, innerWidth, said]), "*");
+}, 400));</script>"""
+
+
+def seen_on_a_phone(site: Path, folder: Path) -> dict[str, tuple[int, list[str]]]:
+    """Return for each page of a site how wide its window is, and what is wrong in it."""
+    shutil.copytree(site, folder, dirs_exist_ok=True)
+    pages = sorted(
+        p for p in folder.rglob("*.html") if "article" in (html := p.read_text("utf-8")) and html
+    )
+    for page in pages:
+        measure = _ON_A_PHONE.replace("PAGE", json.dumps(str(page.relative_to(folder))))
+        page.write_text(page.read_text("utf-8").replace("</body>", measure + "</body>"), "utf-8")
+    frames = "".join(
+        f"<iframe src='{page.relative_to(folder)}' style='border:0;width:390px;height:844px'>"
+        "</iframe>"
+        for page in pages
+    )
+    answers = _answers(frames, folder)
+    return {page: (width, list(said)) for page, width, said in answers}
+
+
+def _answers(frames: str, folder: Path) -> list[list[Any]]:
+    """Open frames in one window, and return the messages that they post to it."""
     page = (
         f"<body>{frames}<script>const all = []; addEventListener('message', (e) => {{"
         "all.push(JSON.parse(e.data)); document.body.dataset.said = JSON.stringify(all)})</script>"
@@ -86,9 +135,7 @@ def clipped(html: str, folder: Path) -> dict[int, list[str]]:
     dom = visit(page, folder, "--window-size=1500,900").dom
     found = re.search(r'data-said="([^"]*)"', dom)
     assert found, dom[:2000]
-    answer = {int(width): list(said) for width, said in json.loads(unescape(found[1]))}
-    assert set(answer) == set(WIDTHS), answer
-    return answer
+    return list(json.loads(unescape(found[1])))
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
 """Table to parameters in Python
 
-This example derives the model of a robot, simulates a noisy log, and identifies the parameters from
-it. The robot is that of Gautier and Khalil (1988): two revolute joints, gravity along the first axis.
+This example derives the model of a robot, simulates a noisy log, and identifies the parameters
+from it. The robot is that of Gautier and Khalil (1988): two revolute joints, gravity along the
+first axis.
 """
 
 # ## The model

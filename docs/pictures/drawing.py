@@ -23,9 +23,12 @@ class Line:
 
 
 def chart(
-    title: str, lines: Sequence[Line], x: tuple[str, Sequence[float]], y: tuple[str, Sequence[float]]
+    title: str,
+    lines: Sequence[Line],
+    x: tuple[str, Sequence[float]],
+    y: tuple[str, Sequence[float]],
 ) -> str:
-    """Return a chart; `x` and `y` hold the name of an axis and its ticks, whose ends are its range."""
+    """Return a chart; `x` and `y` are the name of an axis and its ticks, from end to end."""
 
     def across(value: float) -> float:
         return LEFT + (value - x[1][0]) / (x[1][-1] - x[1][0]) * (WIDTH - LEFT - RIGHT)
@@ -34,7 +37,7 @@ def chart(
         return HEIGHT - BOTTOM - (value - y[1][0]) / (y[1][-1] - y[1][0]) * (HEIGHT - TOP - BOTTOM)
 
     out = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" '
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="560" '
         'font-family="system-ui, Segoe UI, Helvetica, Arial, sans-serif" font-size="13" '
         f'fill="{INK}">',
         f"<title>{escape(title)}</title>",

@@ -1,4 +1,4 @@
-"""Draw tutorial_controller.svg: python docs/pictures/tutorial_controller.py FOLDER of the tutorial."""
+"""Draw tutorial_controller.svg from the tutorial: python tutorial_controller.py FOLDER"""
 
 from __future__ import annotations
 

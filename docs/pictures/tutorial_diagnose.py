@@ -1,4 +1,4 @@
-"""Draw tutorial_diagnose.svg: python docs/pictures/tutorial_diagnose.py FOLDER of the tutorial."""
+"""Draw tutorial_diagnose.svg from the FOLDER of the tutorial: python tutorial_diagnose.py FOLDER"""
 
 from __future__ import annotations
 

@@ -11,13 +11,16 @@ from html import unescape
 from pathlib import Path
 
 import pytest
+from browser import BROWSER, seen_on_a_phone
 from documented import DOCS, EXAMPLES, PAGES, SHOWN, Block, blocks, shell
 from support import PROJECT
 from workshop import furnish, house
 
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]\d+)?")
 #: Pages that a reader follows in an empty folder; each has a picture of what its commands write.
-_TUTORIALS = [DOCS / f"{name}.md" for name in ("quick-start", "tutorial-controller", "tutorial-diagnose")]
+_TUTORIALS = [
+    DOCS / f"{name}.md" for name in ("quick-start", "tutorial-controller", "tutorial-diagnose")
+]
 _PICTURES = DOCS / "pictures"
 _RUN = [
     p
@@ -60,6 +63,15 @@ def test_a_reader_sees_equations_and_not_their_source(site: Path) -> None:
     for attributes, inside in drawn:
         seen = attributes + unescape(re.sub("<[^>]*>", " ", inside))
         assert not re.search(r"[&\\]", seen), seen
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no chromium, google-chrome or chrome is installed")
+def test_nothing_on_a_page_is_clipped_on_a_phone(site: Path, tmp_path: Path) -> None:
+    """At 390 px no page scrolls sideways, and none shows markup in place of an equation."""
+    seen = seen_on_a_phone(site, tmp_path)
+    assert {f"{page.stem}.html" for page in DOCS.glob("*.md")} <= set(seen)
+    assert {width for width, _ in seen.values()} == {390}
+    assert not {page: said for page, (_, said) in seen.items() if said}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
@@ -165,9 +177,8 @@ def _same_picture(name: str, folder: Path) -> None:
     """Draw a picture from what is in a folder, and compare it with the one that pages show."""
     done = shell(f"python {_PICTURES / name}.py {folder}", folder)
     assert done.returncode == 0, done.stderr
-    assert (folder / f"{name}.svg").read_text("utf-8") == (
-        _PICTURES / f"{name}.svg"
-    ).read_text("utf-8"), name
+    drawn, shown = (at / f"{name}.svg" for at in (folder, _PICTURES))
+    assert drawn.read_text("utf-8") == shown.read_text("utf-8"), name
 
 
 def test_links_of_the_readme_lead_somewhere() -> None:
