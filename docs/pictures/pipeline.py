@@ -1,4 +1,4 @@
-"""Draw pipeline.svg: python docs/pictures/pipeline.py"""
+"""Draw pipeline.svg: python pipeline.py, in docs/pictures."""
 
 from __future__ import annotations
 
@@ -63,4 +63,4 @@ def _ends(start: int, end: int) -> tuple[tuple[int, int], tuple[int, int]]:
 
 
 if __name__ == "__main__":
-    Path(__file__).with_suffix(".svg").write_text(picture(), encoding="utf-8")
+    Path("pipeline.svg").write_text(picture(), encoding="utf-8")
