@@ -23,7 +23,10 @@ class Line:
 
 
 def chart(
-    title: str, lines: Sequence[Line], x: tuple[str, Sequence[float]], y: tuple[str, Sequence[float]]
+    title: str,
+    lines: Sequence[Line],
+    x: tuple[str, Sequence[float]],
+    y: tuple[str, Sequence[float]],
 ) -> str:
     """Return a chart; `x` and `y` hold the name of an axis and its ticks, whose ends are its range."""
 

@@ -17,7 +17,9 @@ from workshop import furnish, house
 
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]\d+)?")
 #: Pages that a reader follows in an empty folder; each has a picture of what its commands write.
-_TUTORIALS = [DOCS / f"{name}.md" for name in ("quick-start", "tutorial-controller", "tutorial-diagnose")]
+_TUTORIALS = [
+    DOCS / f"{name}.md" for name in ("quick-start", "tutorial-controller", "tutorial-diagnose")
+]
 _PICTURES = DOCS / "pictures"
 _RUN = [
     p
@@ -165,9 +167,9 @@ def _same_picture(name: str, folder: Path) -> None:
     """Draw a picture from what is in a folder, and compare it with the one that pages show."""
     done = shell(f"python {_PICTURES / name}.py {folder}", folder)
     assert done.returncode == 0, done.stderr
-    assert (folder / f"{name}.svg").read_text("utf-8") == (
-        _PICTURES / f"{name}.svg"
-    ).read_text("utf-8"), name
+    assert (folder / f"{name}.svg").read_text("utf-8") == (_PICTURES / f"{name}.svg").read_text(
+        "utf-8"
+    ), name
 
 
 def test_links_of_the_readme_lead_somewhere() -> None:
