@@ -28,7 +28,7 @@ def chart(
     x: tuple[str, Sequence[float]],
     y: tuple[str, Sequence[float]],
 ) -> str:
-    """Return a chart; `x` and `y` hold the name of an axis and its ticks, whose ends are its range."""
+    """Return a chart; `x` and `y` are the name of an axis and its ticks from end to end."""
 
     def across(value: float) -> float:
         return LEFT + (value - x[1][0]) / (x[1][-1] - x[1][0]) * (WIDTH - LEFT - RIGHT)

@@ -1,4 +1,4 @@
-"""Draw quick_start.svg: python docs/pictures/quick_start.py FOLDER, where the tutorial was followed."""
+"""Draw quick_start.svg: python docs/pictures/quick_start.py FOLDER of the tutorial."""
 
 from __future__ import annotations
 

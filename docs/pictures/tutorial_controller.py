@@ -1,4 +1,4 @@
-"""Draw tutorial_controller.svg: python docs/pictures/tutorial_controller.py FOLDER of the tutorial."""
+"""Draw tutorial_controller.svg: python tutorial_controller.py FOLDER of the tutorial."""
 
 from __future__ import annotations
 

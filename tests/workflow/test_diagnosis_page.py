@@ -361,12 +361,8 @@ def test_files_of_another_robot_are_replaced_and_what_is_not_ours_stays(tmp_path
 
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
 def test_browser_draws_every_figure_in_silence(tmp_path: Path) -> None:
-    seen = visit(
-        diagnosis_page(
-            synthetic(HOSTILE.replace("<details", "<details open"), HOSTILE), moved(HOSTILE)
-        ),
-        tmp_path,
-    )
+    html = diagnosis_page(synthetic(HOSTILE, HOSTILE), moved(HOSTILE))
+    seen = visit(html.replace("<details", "<details open"), tmp_path)
     figures = re.findall(r'<div[^>]* id="(figure\d+)"', seen.dom)
     assert len(figures) == 5
     for name in figures:
