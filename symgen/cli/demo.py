@@ -7,7 +7,6 @@ from pathlib import Path
 
 import click
 
-from symgen.cli.demonstration import MARKER, demonstrate
 from symgen.cli.options import into
 from symgen.cli.progress import stages
 from symgen.report.terminal import print_content, say
@@ -16,14 +15,18 @@ _STEPS = {"simulating": 0.05, "identifying": 0.2, "diagnosing": 0.4, "finishing"
 _PAPER = {"compiling": 0.05, "(a)": 0.15, "(b)": 0.55}
 
 
+_MARKER = "demo.json"
+
+
 @click.command()
-@into(MARKER, required=False, default=Path("symgen-demo"), help="Folder of the results.")
+@into(_MARKER, required=False, default=Path("symgen-demo"), help="Folder of the results.")
 @click.option("--paper", is_flag=True, help="Run the example of Gautier and Khalil (1988).")
 @click.option(
     "--runs", default=1000, type=click.IntRange(10, 100_000), help="Runs of the paper's example."
 )
 def demo(into: Path, paper: bool, runs: int) -> None:
     """Identify a 7-axis arm, find the effect that its model lacks, and compile the better model."""
+    from symgen.cli.demonstration import demonstrate
     from symgen.files import write_folder
 
     if paper:
@@ -34,12 +37,12 @@ def demo(into: Path, paper: bool, runs: int) -> None:
         with stages(_PAPER) as told:
             found = reproduce(runs, told)
             content = demo_content(found)
-        files = {"demo.html": page(content).encode(), **found.files(MARKER)}
+        files = {"demo.html": page(content).encode(), **found.files(_MARKER)}
     else:
         with stages(_STEPS) as told:
             done = demonstrate(told)
-            files = done.files()
-    write_folder(into, files, MARKER)
+            files = done.files(_MARKER)
+    write_folder(into, files, _MARKER)
     if paper:
         print_content(content)
     else:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from symgen.experiment.simulate import Simulation
     from symgen.identification.estimate import Estimate
 
-MARKER, LOGS = "demo.json", ("train.csv", "test.csv")
+LOGS = ("train.csv", "test.csv")
 #: What the robot file knows: the joints of the Panda, and how far and fast they may move.
 FILE = f"""{library_text("panda")}
 [limits]
@@ -73,8 +73,8 @@ class Demonstration:
     after: Estimate
     microseconds: tuple[float, str]
 
-    def files(self) -> dict[str, bytes]:
-        """Return the robot file, the logs and the folders of results, by path."""
+    def files(self, summary: str) -> dict[str, bytes]:
+        """Return the JSON of this name, the robot file, the logs and the folders of results."""
         from symgen.report.store import Result, result_files
 
         results: dict[str, Result] = {
@@ -91,7 +91,7 @@ class Demonstration:
         told = {"schema": "symgen.demo/2", "hidden": {"name": HIDDEN, "joint": JOINT}}
         told |= {"torque_error": {"before": self.why.before.total, "after": self.why.after.total}}
         return {
-            MARKER: json_text(told).encode(),
+            summary: json_text(told).encode(),
             "robot.toml": FILE.encode(),
             **{name: log.file() for name, log in logs},
             **inside,

@@ -22,8 +22,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from symgen.data.mask import mean_speeds, resting, slow_speeds
-from symgen.data.signals import Samples, require_cutoff
+from symgen.data.mask import mean_speeds, resting, rms, slow_speeds
+from symgen.data.signals import Samples, lowpass, noise_of_differences, require_cutoff
 from symgen.distributed import in_turn
 from symgen.estimation.band import OPEN, Band, Rests, comparison_band
 from symgen.estimation.filtered_log import FilteredLog, filter_log
@@ -141,9 +141,8 @@ def choose_band(
 
     alike = list(in_turn(errors_at, grid, threads))
     # Steps of a coarse encoder widen the comparison band beyond the motion: where the lowest cutoff
-    # is the best, a lower one may be better.
-    slowest = max(1 / float(s.t[-1] - s.t[0]) for s in seen)  # one period over a log
-    while cutoff is None and _best(alike)[1] == 0 and grid[0] / _FINER >= slowest:
+    # is the best, a lower one may be better, as long as it takes noise and no motion.
+    while cutoff is None and _best(alike)[1] == 0 and _takes_noise(seen, grid[0] / _FINER):
         grid.insert(0, grid[0] / _FINER)
         alike.insert(0, errors_at(grid[0]))
     errors = np.stack(alike, axis=1)
@@ -153,6 +152,23 @@ def choose_band(
     k = int(np.argmin([same[i].sum() for same, i in zip(errors, middle, strict=True)]))
     chosen = replace(start, cutoff_hz=grid[middle[k]], velocity=kinds[k])
     return weigh_rests(evaluator, seen, chosen)
+
+
+def _takes_noise(logs: Sequence[Samples], hz: float) -> bool:
+    """Return whether a low-pass takes from no position more motion than there is noise in it."""
+    return all(
+        1 / hz < float(s.t[-1] - s.t[0])  # one period over the log
+        and (rms(s.q - lowpass(s.q, s.step, hz)) <= 2**0.5 * position_noise(s)).all()
+        for s in logs
+    )
+
+
+def position_noise(samples: Samples) -> FloatArray:
+    """Return the noise of positions, (n,): by sixth differences, or that of an encoder's step."""
+    moved = np.abs(np.diff(samples.q, axis=0))
+    step = np.where(moved > 0, moved, np.inf).min(axis=0, initial=np.inf)
+    rounded = np.where(np.isfinite(step), step, 0.0) / 12**0.5
+    return np.maximum(noise_of_differences(samples.q), rounded)
 
 
 def _best(errors: Sequence[FloatArray]) -> tuple[int, int]:

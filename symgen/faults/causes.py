@@ -53,6 +53,7 @@ _SHORT = 0.1  # of a log: a moment
 _ANOTHER = 10.0  # a factor that is one of units
 _CLOSE = 20.0  # nats, to the likeliest cause: of these the size is found exactly
 _SIZE = 0.3  # of its joint's torque: physics that a model lacks is expected to be so large
+_ALIKE = ("clock", "command")  # what leaves the same log: no physics is looked for behind either
 _FEW = 2  # causes beside the likeliest that are named with it
 _EXACT, _TRIES = 0.005, 5  # of a factor, and rounds until it is found as exactly
 _STEPPED = 1e-4  # of a factor: its inverse is the largest
@@ -609,10 +610,11 @@ def find_cause(
     near = [c for c in found[1:] if best.score - c.score < _SURE]
     if len(near) > _FEW or any(c.physics or not c.says for c in near):
         return None
-    # Of what the data do not tell apart, all is named.
+    # Of what the data do not tell apart, all is named, and no kind is sure.
     told = "".join(f"; or {c.says.split(':')[0]}" for c in near)
     joints = tuple(sorted({j for c in (best, *near) for j in c.joints}))
-    return replace(best, joints=joints, says=f"{best.says}{told}")
+    kind = best.kind if all(c.kind in (best.kind, *_ALIKE) for c in near) else ""
+    return replace(best, kind=kind, joints=joints, says=f"{best.says}{told}")
 
 
 def _confirmed(rows: Rows, cause: Cause) -> bool:

@@ -30,6 +30,7 @@ from symgen.robot.types import Robot
 from symgen.schemas import (
     BESIDE,
     MATRIX,
+    OPTIONAL,
     PAIRS,
     Form,
     OrInf,
@@ -56,22 +57,23 @@ READ = (SCHEMA, "symgen.estimate/1")
 ROBOT_DIGEST, LOG_DIGEST = "robot, sha256 of its canonical robot.toml", "sha256 of samples"
 
 
-class Joint(NamedTuple):
+@dataclass(frozen=True)
+class Joint:
     """A joint: its number in the file, the unit of its torque, and the file's own name for it."""
 
     number: int
     unit: str
-    name: str = ""
+    name: Annotated[str | None, OPTIONAL] = None
 
     @property
     def label(self) -> str:
         """Return how results call the joint."""
-        return joint_label(self.number, self.name)
+        return joint_label(self.number, self.name or "")
 
 
 def joints_of(robot: Robot) -> tuple[Joint, ...]:
     """Return the movable joints of a robot."""
-    return tuple(Joint(j.number, unit("FS", j.sigma), j.name) for j in robot.movable)
+    return tuple(Joint(j.number, unit("FS", j.sigma), j.name or None) for j in robot.movable)
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ RESULTS = [p for p in sorted(WRITTEN.iterdir()) if not p.name.startswith("manife
 ONLY_WRITTEN = {
     "symgen.trajectory/1",
     "symgen.demo/1",
+    "symgen.demo/2",
     "symgen.comparison/1",
 }
 

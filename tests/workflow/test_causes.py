@@ -48,7 +48,7 @@ def test_a_cause_is_named_and_the_estimate_is_doubtful(kind: str) -> None:
     assert row["named"]
 
 
-@pytest.mark.parametrize("robot", ["arm4r-52", "planar2r-51"])
+@pytest.mark.parametrize("robot", ["planar2r-51", pytest.param("arm4r-52", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kind", ["commanded", "fed_forward"])
 def test_a_command_is_named_and_nothing_else(robot: str, kind: str) -> None:
     row = spoiled_study.attempt(robot, kind, 90)
