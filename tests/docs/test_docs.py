@@ -22,10 +22,12 @@ _TUTORIALS = [
     DOCS / f"{name}.md" for name in ("quick-start", "tutorial-controller", "tutorial-diagnose")
 ]
 _PICTURES = DOCS / "pictures"
+_GALLERY = DOCS / "gallery.md"
 _RUN = [
     p
     for p in PAGES
-    if p not in _TUTORIALS and any(b.kind not in SHOWN and not b.elsewhere for b in blocks(p))
+    if p not in (*_TUTORIALS, _GALLERY)
+    and any(b.kind not in SHOWN and not b.elsewhere for b in blocks(p))
 ]
 _SLOW_EXAMPLES = {"hidden_spring", "motion_and_load"}
 _DRAWN = re.compile(r'<div class="equation"([^>]*)>(.*?)</div>', re.S)
@@ -171,6 +173,29 @@ def test_pictures_are_what_their_scripts_draw(tmp_path: Path) -> None:
     assert {p.stem.replace("-", "_") for p in _TUTORIALS} <= drawn
     for name in sorted(drawn - {p.stem.replace("-", "_") for p in _TUTORIALS}):
         _same_picture(name, tmp_path)
+
+
+def test_the_gallery_shows_small_pictures_that_its_script_takes() -> None:
+    script = (_PICTURES / "gallery.py").read_text("utf-8")
+    shown = re.findall(r"\]\(pictures/([^)]+)\)", _GALLERY.read_text("utf-8"))
+    assert sorted(shown) == sorted(p.name for p in _PICTURES.glob("*.png"))
+    for name in shown:
+        assert f'"{name}"' in script, name
+        assert (_PICTURES / name).stat().st_size < 150_000, name
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(BROWSER is None, reason="no chromium, google-chrome or chrome is installed")
+def test_commands_of_the_gallery_write_the_pages_of_its_pictures(
+    workshop: Path, tmp_path: Path, monkeypatch
+) -> None:
+    """Each picture has the size of the committed one; pixels depend on the browser."""
+    folder = tmp_path / "here"
+    _run(_GALLERY, list(blocks(_GALLERY)), workshop, folder, monkeypatch)
+    done = shell(f"python {_PICTURES / 'gallery.py'} {folder}", tmp_path)
+    assert done.returncode == 0, done.stderr
+    for shown in _PICTURES.glob("*.png"):
+        assert (tmp_path / shown.name).read_bytes()[16:24] == shown.read_bytes()[16:24], shown
 
 
 def _same_picture(name: str, folder: Path) -> None:
