@@ -150,8 +150,8 @@ def _run(page: Path, found: list[Block], workshop: Path, folder: Path, monkeypat
     ],
 )
 def test_an_example_prints_what_its_page_shows(script: Path, tmp_path: Path) -> None:
-    """The same words, and every number within a fiftieth of what the page shows."""
-    done = shell(f"python {script}", tmp_path)
+    """The same words, every number within a fiftieth of what the page shows, and its picture."""
+    done = shell(f"python {_PICTURES / script.name}", tmp_path)
     assert done.returncode == 0, done.stderr
     shown = script.with_suffix(".txt").read_text("utf-8")
     assert _NUMBER.sub("#", done.stdout).split() == _NUMBER.sub("#", shown).split(), done.stdout
@@ -159,6 +159,10 @@ def test_an_example_prints_what_its_page_shows(script: Path, tmp_path: Path) -> 
     for got, want in pairs:
         digit = 10.0 ** -len(want.partition(".")[2])
         assert abs(float(got) - float(want)) <= abs(float(want)) / 50 + 1.01 * digit, (got, want)
+    drawn, seen = ((at / f"{script.stem}.svg").read_text("utf-8") for at in (tmp_path, _PICTURES))
+    assert _NUMBER.sub("#", drawn) == _NUMBER.sub("#", seen)
+    points = zip(_NUMBER.findall(drawn), _NUMBER.findall(seen), strict=True)
+    assert max(abs(float(got) - float(want)) for got, want in points) <= 1  # pixel
 
 
 def test_every_page_is_in_the_table_of_contents() -> None:
@@ -168,10 +172,11 @@ def test_every_page_is_in_the_table_of_contents() -> None:
 
 
 def test_pictures_are_what_their_scripts_draw(tmp_path: Path) -> None:
-    """Those of tutorials need what the tutorial writes: its own test compares them."""
+    """Those of tutorials and examples need what these make: their own tests compare them."""
     drawn = {p.stem for p in _PICTURES.glob("*.svg")}
-    assert {p.stem.replace("-", "_") for p in _TUTORIALS} <= drawn
-    for name in sorted(drawn - {p.stem.replace("-", "_") for p in _TUTORIALS}):
+    made = {p.stem.replace("-", "_") for p in (*_TUTORIALS, *EXAMPLES)}
+    assert made <= drawn
+    for name in sorted(drawn - made):
         _same_picture(name, tmp_path)
 
 
