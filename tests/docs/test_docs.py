@@ -211,6 +211,18 @@ def _same_picture(name: str, folder: Path) -> None:
     assert drawn.read_text("utf-8") == shown.read_text("utf-8"), name
 
 
+def test_pages_docstrings_and_templates_have_no_misspelled_word() -> None:
+    """Codespell knows common misspellings; pyproject.toml lists the names that it takes for one."""
+    if importlib.util.find_spec("codespell_lib") is None:
+        pytest.skip("codespell is not installed (pip install -e '.[docs]')")
+    read = ("docs", "symgen", "templates", "README.md", "CHANGELOG.md")
+    done = subprocess.run(
+        [sys.executable, "-m", "codespell_lib", "--skip", "*.svg,*.webp", *read],
+        cwd=PROJECT, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
 def test_links_of_the_readme_lead_somewhere() -> None:
     text = (PROJECT / "README.md").read_text("utf-8")
     for target in re.findall(r"\]\(([^)#]+)[^)]*\)", text) + re.findall(r'src="([^"]+)"', text):
