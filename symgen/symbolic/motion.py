@@ -202,7 +202,7 @@ def screws(way: Way, tape: TapeBuilder) -> Mapping[int, Mapping[int, Screw]]:
 def handed_on(
     way: Way, own: Mapping[int, Screw], letters: str, tape: TapeBuilder
 ) -> Mapping[int, Mapping[int, Screw]]:
-    """Express the twist `own` of each joint j, given in frame j, in the frame of each moved link."""
+    """Express the twist `own` of each joint j, given in frame j, in each frame that j moves."""
     states: dict[int, dict[int, Screw]] = {0: {}}
     for step in way:
         here = states[step.joint.antecedent]

@@ -1,9 +1,9 @@
 """The intermediate form of all kernels: named single assignments, as SYMORO writes them.
 
 A Tape describes the computation of a kernel: constants of the geometry, then steps
-`name = expression` in SymPy symbols, then the outputs, each a symbol, its negative, or a number. C is
-printed from it. NumPy, CasADi and arithmetic modulo a prime run it through `Tape.run`. Nothing is
-ever expanded.
+`name = expression` in SymPy symbols, then the outputs. An output is a symbol, its negative, or a
+number. C is printed from it. NumPy, CasADi and arithmetic modulo a prime run it through `Tape.run`.
+Nothing is ever expanded.
 """
 
 from __future__ import annotations
