@@ -8,9 +8,8 @@ Instruments need a motion whose errors are independent of those in W and y. Thes
   of any spectrum. Encoder noise within the band is in both; it enters W only through q, not through
   its derivative;
 - every second sample for the others: W uses the odd samples, Z the even ones. This is valid for
-white
-  noise, such as that of encoders that move by more than a step between samples. Each half has more
-  noise than the whole log, so symgen uses this only to test an estimate.
+  white noise, such as that of encoders that move by more than a step between samples. Each half has
+  more noise than the whole log, so symgen uses this only to test an estimate.
 
 Speeds that were derived from the encoders are no second sensor: in the band, W and any smoothed Z
 have the same noise. Without a commanded motion, symgen refuses this case.
