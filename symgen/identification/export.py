@@ -1,4 +1,4 @@
-"""Identified values for other programs: a C header, and the robot's own URDF or MJCF."""
+"""Export of identified values: a C header, and a copy of the robot's URDF or MJCF."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from symgen.robot.types import Robot
 def values_header(estimate: Estimate, prefix: str | None = None) -> str:
     """Return NAME_values.h: the identified X as `static const NAME_real NAME_values[]`.
 
-    It includes NAME.h of the generated package and compiles with one of the same robot.toml alone,
-    whose digest it compares. The verdict and its reasons stand at its head.
+    It includes NAME.h of the generated package. It compares digests, and compiles only with a
+    package of the same robot.toml. Its first lines have the verdict and the reasons.
 
     Args:
-        estimate: what was identified.
-        prefix: of the package; the robot's name by default. NAMEf is that of a float package.
+        estimate: the estimate.
+        prefix: prefix of the package; the name of the robot by default, NAMEf for a float package.
 
     Raises:
-        ParameterError: a value is not finite, or method consistent gave what no robot can have.
+        ParameterError: a value is not finite, or the result of method consistent is not possible.
     """
     if estimate.method.startswith("consistent") and estimate.physical.feasible is not True:
         raise ParameterError(
@@ -77,7 +77,7 @@ def values_header(estimate: Estimate, prefix: str | None = None) -> str:
 
 
 def _comment(text: str) -> str:
-    """Return a text as one line that is safe inside a C comment: names of logs are anything."""
+    """Return a text as one line that is safe inside a C comment."""
     line = "".join(c if c.isprintable() else " " for c in text)
     # no end or begin of a comment, and no trigraph
     return re.sub(r"(\*(?=/)|/(?=\*)|\?(?=\?))", r"\1 ", line).rstrip("\\")
