@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from symgen.experiment.plan import Plan
     from symgen.experiment.simulate import Simulation
-    from symgen.identification.comparison import Comparison
     from symgen.report.content.parts import Banner, Content
-    from symgen.report.store import Result
+    from symgen.report.store import Value
     from symgen.robot.types import Robot
 
 _COLOURS = {"good": "green", "warn": "yellow", "bad": "red"}
@@ -94,7 +92,7 @@ def print_simulation(done: Simulation) -> None:
         click.echo(f"note: {note}")
 
 
-def print_result(result: Result | Comparison) -> bool:
+def print_result(result: Value) -> bool:
     """Print what is said of a result: what was done, tables, notes, and the verdict at the end.
 
     Returns:
@@ -132,26 +130,3 @@ def _print_verdict(banner: Banner) -> None:
         say(f"  {line}")
     for label, value in banner.facts:
         say(f"{label}: {value}")
-
-
-def print_plan(plan: Plan) -> None:
-    """Print how much of every limit the runs take, and the condition numbers that they give."""
-    keys = list(dict.fromkeys(u.limit for u in plan.uses))
-    joints = sorted({u.joint for u in plan.uses})
-    used = {(u.limit, u.joint): f"{100 * u.share:.1f} %" for u in plan.uses}
-    table(
-        ("share of the limit", *keys),
-        [(f"joint {j}", *(used.get((key, j), "") for key in keys)) for j in joints],
-    )
-    lengths = ", ".join(f"{run.duration:g}" for run in plan.runs)
-    click.echo(f"runs of {lengths} s; no limit is exceeded (looked at every millisecond)")
-    for name, condition in plan.conditions.items():
-        mark = f" (random start: {plan.start:.4g})" if name == plan.model else ""
-        click.echo(f"condition number (scaled), {name}: {condition:.4g}{mark}")
-    click.echo(f"log det (scaled), {plan.model}: {plan.log_det:.4g}")
-    done, asked = plan.searches
-    click.echo(f"searches: {done} of {asked} went to their end; stopped: {plan.stopped}")
-    for note in plan.notes:
-        click.echo(f"note: {note}")
-    for line in (*plan.warnings, *plan.other_models):
-        click.echo(f"{click.style('warning', fg='yellow')}: {line}")

@@ -14,8 +14,10 @@ from symgen.robot.types import HEADER
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
+    from symgen.data.raw import FloatArray
     from symgen.estimation.band import Band
     from symgen.faults.fault import Fault
+    from symgen.identification.estimate import Joint
     from symgen.robot.types import Robot
 
 
@@ -134,6 +136,20 @@ def number(value: float, digits: int = 5) -> str:
     return f"{value or 0.0:#.{digits}g}".removesuffix(".")
 
 
+def value_with_std(value: float | None, std: float | None) -> tuple[str, str]:
+    """Return a value and its standard deviation as texts.
+
+    The value has three significant digits, or as many as the first digit of std reaches.
+    """
+    if value is None:
+        return "not determined", ""
+    digits = 3
+    if std and value and np.isfinite([std, value]).all():
+        places = np.floor(np.log10(abs(value))) - np.floor(np.log10(std)) + 1
+        digits = int(np.clip(places, 3, 5))
+    return number(value, digits), "" if std is None else number(std, 3)
+
+
 def percent(ratio: float) -> str:
     """Return a ratio in percent, with three significant digits up to 1000 %."""
     return "over 1000 %" if MANY < ratio < np.inf else f"{number(100 * ratio, 3)} %"
@@ -148,6 +164,23 @@ def frames_section(robot: Robot) -> Section:
     columns = len(HEADER) - (not any(j.follows for j in robot.joints))
     table = Table(HEADER[:columns], [row[:columns] for row in robot.table()])
     return Section("The robot", (text,), table, picture=drawing(robot))
+
+
+def errors_in_units(
+    joints: Sequence[Joint], measured: FloatArray, ratios: Sequence[float]
+) -> list[tuple[str, str]]:
+    """Return the RMS torque of each joint and the RMS of its error, with their units.
+
+    Args:
+        joints: n movable joints.
+        measured: torque, (N, n).
+        ratios: RMS error over RMS torque, (n,).
+    """
+    rms = np.sqrt(np.mean(measured**2, axis=0))
+    return [
+        (f"{number(size, 3)} {joint.unit}", f"{number(size * ratio, 3)} {joint.unit}")
+        for joint, size, ratio in zip(joints, rms, ratios, strict=False)
+    ]
 
 
 def counted(count: int, noun: str) -> str:
