@@ -126,7 +126,7 @@ def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
             figure=partial(plots.measured_and_predicted, e, "torque"),
         ),
         _known_section(e),
-        *(_values_sections(e) if e.prior or e.comparison else ()),
+        *(_values_sections(e) if e.prior else ()),
         _model_section(e),
     )
     return (*front, *(replace(section, folded=True) for section in _details(e, robot)))
@@ -141,7 +141,7 @@ def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
         Section("Formulas", (_FORMULAS,), Table(("name", "formula"), formulas)),
         *([] if robot is None else [frames_section(robot)]),
         repairs_section(e.repairs),
-        *(() if e.prior or e.comparison else _values_sections(e)),
+        *(() if e.prior else _values_sections(e)),
         _difference_section(e),
         *(
             Section(

@@ -133,6 +133,8 @@ def number(value: float, digits: int = 5) -> str:
         return "unknown"
     if np.isinf(value):
         return "∞" if value > 0 else "-∞"
+    if 10.0**digits <= abs(value) < 1e6:  # no exponent for numbers that people read at a glance
+        return f"{value:.0f}"
     return f"{value or 0.0:#.{digits}g}".removesuffix(".")
 
 

@@ -67,24 +67,26 @@ def payload_content(found: Payload) -> Content:
 def _errors(found: Payload) -> Table:
     """Return the torque error of each joint without the load and with it."""
     joints, left = found.joints or (), found.residual
-    rows = [("all joints", "", percent(left.before), percent(left.after))]
+    rows = [("all joints", percent(left.before), percent(left.after))]
     if found.traces:
-        torque, before = _by_joint(joints, [t for t in found.traces if t.quantity == WITHOUT])
-        _, after = _by_joint(joints, [t for t in found.traces if t.quantity == WITH])
+        columns = [
+            _by_joint(joints, [t for t in found.traces if t.quantity == quantity])
+            for quantity in (WITHOUT, WITH)
+        ]
+        before, after = columns
         labels = [joint.label for joint in joints]
-        rows = [*zip(labels, torque, before, after, strict=True), *rows]
-    return Table(("joint", "RMS torque", "error without the load", "error with it"), rows)
+        rows = [*zip(labels, before, after, strict=True), *rows]
+    return Table(("joint", "error without the load", "error with it"), rows)
 
 
-def _by_joint(joints: Sequence[Joint], traces: Sequence[Trace]) -> tuple[list[str], list[str]]:
-    """Return the RMS torque of each joint, and its error in N m and percent."""
+def _by_joint(joints: Sequence[Joint], traces: Sequence[Trace]) -> list[str]:
+    """Return the RMS error of each joint, and its ratio to the RMS torque."""
     measured = np.concatenate([t.measured for t in traces])
     error = measured - np.concatenate([t.predicted for t in traces])
     size = np.linalg.norm(measured, axis=0)
     ratios = (np.linalg.norm(error, axis=0) / np.where(size, size, np.inf)).tolist()
     sizes = errors_in_units(joints, measured, ratios)
-    errors = [f"{own}, {percent(x)}" for (_, own), x in zip(sizes, ratios, strict=True)]
-    return [rms for rms, _ in sizes], errors
+    return [f"{own}, {percent(ratio)}" for (_, own), ratio in zip(sizes, ratios, strict=True)]
 
 
 def _torques(found: Payload) -> Figure | None:

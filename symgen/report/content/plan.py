@@ -9,7 +9,15 @@ import numpy as np
 
 from symgen.experiment.bounds import BINDING, KEYS
 from symgen.experiment.plan import Plan
-from symgen.report.content.parts import Banner, Content, Section, Table, notes_section, number
+from symgen.report.content.parts import (
+    Banner,
+    Content,
+    Section,
+    Table,
+    counted,
+    notes_section,
+    number,
+)
 from symgen.report.plots import curves as plots
 
 if TYPE_CHECKING:
@@ -32,11 +40,10 @@ _QUANTITIES = ("rad or m", "rad/s or m/s", "rad/s2 or m/s2")
 
 def plan_content(plan: Plan) -> Content:
     """Return verdict, use of the limits, condition numbers, the motions, notes."""
-    lengths = [run.duration for run in plan.runs]
-    runs = f"{len(lengths)} run" + "s" * (len(lengths) > 1)
+    lengths = dict.fromkeys(f"{run.duration:g}" for run in plan.runs)
     lead = (
-        f"{runs} of {', '.join(f'{x:g}' for x in lengths)} s, from which identify can determine "
-        f"the parameters of {plan.robot} with the {plan.model} model.",
+        f"{counted(len(plan.runs), 'run')} of {', '.join(lengths)} s, from which identify can "
+        f"determine the parameters of {plan.robot} with the {plan.model} model.",
     )
     done, asked = plan.searches
     search = f"searches: {done} of {asked} went to their end; stopped: {plan.stopped}"
@@ -48,7 +55,6 @@ def plan_content(plan: Plan) -> Content:
     conditions = Table(("model", "condition number"), rows)
     facts = (
         (f"condition number, {plan.model} model", number(plan.condition, 3)),
-        ("of the random motion at the start", number(plan.start, 3)),
         ("log det, columns of unit norm", number(plan.log_det, 3)),
         ("independent equations", f"{plan.independent:.0f} for {plan.parameters} parameters"),
     )
@@ -73,7 +79,7 @@ def plan_content(plan: Plan) -> Content:
 
 def _uses(plan: Plan) -> Table:
     keys = list(dict.fromkeys(u.limit for u in plan.uses))
-    used = {(u.joint, u.limit): f"{100 * u.share:.3g} %" for u in plan.uses}
+    used = {(u.joint, u.limit): f"{number(100 * u.share, 3)} %" for u in plan.uses}
     labels = {joint.number: joint.label for joint in plan.joints}
     rows = [
         (labels.get(j, f"joint {j}"), *(used.get((j, key), "") for key in keys))

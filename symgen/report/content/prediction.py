@@ -76,7 +76,7 @@ def _torques(prediction: Prediction) -> Figure:
     for j, joint in enumerate(prediction.joints):
         measured, predicted = trace.measured[:, j], trace.predicted[:, j]
         series = {"measured": measured, "predicted": predicted, "residual": measured - predicted}
-        panels.append(plots.Panel(joint.label, trace.t, series, f"torque, {joint.unit}"))
+        panels.append(plots.Panel(joint.label, trace.t, series, joint.unit))
     return plots.line_grid(panels, title="Torque", columns=1, panel_height=165)
 
 
