@@ -39,7 +39,7 @@ def torques(seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def prediction() -> Prediction:
-    _, measured = torques(0)
+    t, measured = torques(0)
     error = np.array([0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.5])
     trace = Trace("ptp.csv", "validation", "torque", t, measured, measured * (1 - error))
     return Prediction(

@@ -8,12 +8,12 @@ import shlex
 import shutil
 import subprocess
 import sys
-from contextlib import suppress
 
 import pytest
 import rich.progress  # noqa: F401 -- before a test sets the clock that it takes at its import
 from documented import shell
 from support import PROJECT
+from support_commands import in_terminal
 
 from symgen.cli import progress
 from symgen.report.content.parts import run_lines
@@ -75,34 +75,11 @@ def test_a_bar_comes_after_two_seconds_on_a_terminal_and_never_in_a_file(monkeyp
 SCHEMAS = PROJECT / "tests" / "reference" / "schemas"
 
 
-def in_terminal(pty, typed: list[str], width: int) -> str:
-    """Return what a terminal of this width shows of a command, without colours."""
-    import fcntl
-    import os
-    import struct
-    import termios
-
-    ours, its = pty.openpty()
-    fcntl.ioctl(its, termios.TIOCSWINSZ, struct.pack("HHHH", 40, width, 0, 0))
-    without = {key: value for key, value in os.environ.items() if key != "COLUMNS"}
-    command = [sys.executable, "-m", "symgen", *typed]
-    process = subprocess.Popen(command, stdout=its, stderr=subprocess.PIPE, env=without)
-    os.close(its)
-    text = b""
-    with suppress(OSError):  # how a terminal ends
-        while more := os.read(ours, 65536):
-            text += more
-    os.close(ours)
-    _, err = process.communicate(timeout=60)
-    assert process.returncode in (0, 1), err
-    return re.sub(r"\x1b\[[0-9;]*m", "", text.decode().replace("\r", ""))
-
-
 @pytest.mark.parametrize("width", [80, 60])
 @pytest.mark.parametrize("folder", ["estimate-2", "diagnosis-1", "payload-1"])
 def test_no_line_is_wider_than_the_terminal_and_no_word_is_cut(folder, width) -> None:
-    pty, typed = pytest.importorskip("pty"), ["report", str(SCHEMAS / folder)]
-    shown = in_terminal(pty, typed, width)
+    typed = ["report", str(SCHEMAS / folder)]
+    shown = in_terminal(typed, width)
     assert [line for line in shown.splitlines() if len(line) > width] == []
     assert "\u2026" not in shown
     piped = subprocess.run(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.estimation.torque_error import MANY
 from symgen.report.plots.robot import drawing
 from symgen.robot.types import HEADER
 
@@ -99,10 +100,6 @@ class Content:
     def good(self) -> bool:
         """Whether the answer is yes, or there was no question."""
         return self.banner is None or self.banner.tone in ("good", "plain")
-
-
-#: A ratio above which its digits say nothing.
-MANY = 10.0
 
 
 def run_lines(band: Band | None, repairs: Sequence[Fault]) -> tuple[str, ...]:
