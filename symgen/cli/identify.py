@@ -17,7 +17,6 @@ from symgen.cli.options import (
     ROBOT,
     WINDOW,
     again,
-    diagnosing,
     into,
     numbers,
     one_of,
@@ -134,11 +133,12 @@ def identify(
     if kept is not None:
         WorkFolder(kept).remove()
     trusted = print_result(estimate)
+    sound = all(use.ok for use in estimate.uses if use.name == "simulation")
     if model != "auto" and not trusted:
         click.echo(f"try: {again(model='auto', into=f'{into}-auto')}")
-    elif not trusted:
-        click.echo(f"try: {diagnosing(robot, logs, validation, f'{into}-why')}")
-    elif estimate.physical.feasible is False and method == "wls":
+    elif not (trusted and sound):
+        click.echo(f"try: {again('diagnose', into=f'{into}-why')}")
+    if trusted and estimate.physical.feasible is False and method == "wls":
         click.echo(f"try: {again(method='consistent', into=f'{into}-consistent')}")
     if said:
         click.echo(f"note: {said}")

@@ -29,13 +29,14 @@ from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import load
 from symgen.schemas import BESIDE, at, read_result, result_file, to_json
+from symgen.views import Viewable
 
 SCHEMA = "symgen.prediction/2"
 MARKER, CURVES = "prediction.json", "prediction.csv"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Prediction:
+class Prediction(Viewable):
     """Torque and energy of a model along a log.
 
     Attributes:
