@@ -173,6 +173,11 @@ def identified_file(
                 "rotor inertia stands in the elements drake:rotor_inertia, which Drake and symgen "
                 "read; other programs ignore it"
             )
+        if any(joint.frictionloss for joint in dynamics.joints):
+            notes.append(
+                "Coulomb friction stands in <dynamics friction>, which Drake and some simulators "
+                "ignore"
+            )
     left_out = tuple(_left_out(model, links, held))
     return IdentifiedFile(text, links.values, left_out, tuple(notes))
 
