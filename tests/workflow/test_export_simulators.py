@@ -315,6 +315,25 @@ def test_a_file_from_a_log_of_mujoco_moves_as_the_log(tmp_path, command) -> None
     print(f"torque error away from rest: {100 * errors['before']:.3g} % before, "
           f"{100 * errors['after']:.3g} % in MuJoCo, {100 * ours:.3g} % of the model")  # fmt: skip
     assert errors["after"] <= 1.1 * ours
+    # Moved by the measured torque, the identified file follows the log, and the other does not.
+    into = tmp_path / "simulated"
+    code, printed, err = command("compare-sim", path, to, test, "--into", into)
+    assert code == 0, err
+    found = json.loads((into / "compare-sim.json").read_text())
+    assert found["windows"] >= 5
+    old, new = ([h["position_error"] for h in f["horizons"]] for f in found["files"])
+    assert [h["seconds"] for h in found["files"][0]["horizons"]] == [0.2, 0.5, 1.0]
+    assert all(b < 0.2 * a for a, b in zip(old, new, strict=True)), printed
+    assert "identified.xml" in (into / "report.html").read_text()
+    assert max(new) < 0.1
+    gains = tmp_path / "gains.toml"
+    gains.write_text("[controller]\nkp = [400, 250, 60]\nkd = [40, 25, 5]\n")
+    code, _, err = command(
+        "compare-sim", to, test, "--controller", gains, "--into", tmp_path / "held"
+    )
+    assert code == 0, err
+    held = json.loads((tmp_path / "held" / "compare-sim.json").read_text())
+    assert held["files"][0]["horizons"][-1]["position_error"] < 0.5 * new[-1]
 
 
 def test_drake_moves_a_urdf_as_the_model(tmp_path, command) -> None:
@@ -355,3 +374,25 @@ def test_drake_moves_a_urdf_as_the_model(tmp_path, command) -> None:
         np.testing.assert_allclose(
             tau, symgen.load(model).inverse_dynamics(q, qd, qdd, X), atol=1e-10
         )
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        (["arm.xml"], "one or more .xml or .urdf files, then one or more logs"),
+        (["none.xml", "log.csv"], "no such file"),
+        (["arm.xml", "log.csv", "--controller", "gains.toml"], "kp and kd, 3 numbers"),
+        (["arm.xml", "other.xml", "log.csv"], "there is no joint"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused(tmp_path, command, monkeypatch, given, says) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("arm.xml").write_text(ARM)
+    Path("other.xml").write_text(ARM.replace("elbow", "knee"))
+    Path("gains.toml").write_text("[controller]\nkp = [1, 2]\nkd = [1, 2]\n")
+    rows = np.column_stack([np.arange(2000) / 500, np.random.default_rng(0).normal(size=(2000, 6))])
+    np.savetxt("log.csv", rows, delimiter=",", header="t,q1,q2,q3,tau1,tau2,tau3", comments="")
+    code, _, err = command("compare-sim", *given, "--into", "out")
+    assert code == 2
+    assert says in err
+    assert not Path("out").exists()
