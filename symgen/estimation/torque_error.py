@@ -25,6 +25,8 @@ from symgen.runtime.evaluator import Evaluator
 
 #: Periods of a low-pass's cutoff after which white noise that passed it is uncorrelated to 2 %.
 MEMORY = 2.0
+#: An error above which its digits say nothing.
+MANY = 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +77,11 @@ class TorqueFit:
             f"the torque error is {moving:.3g} % of joints that move and "
             f"{still:.3g} % of joints at rest",
         )
+
+
+def percent(ratio: float) -> str:
+    """Return an error in percent: three digits, in words where they say nothing."""
+    return "over 1000 %" if MANY < ratio < math.inf else f"{100 * ratio:.3g} %"
 
 
 def relative_error(error: FloatArray, size: FloatArray, by_joint: bool = True) -> Residual:

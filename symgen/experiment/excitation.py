@@ -32,6 +32,7 @@ from symgen.experiment.plan import Plan, binding_text
 from symgen.experiment.search import CRITERIA, Clock, Program
 from symgen.experiment.trajectory import SMOOTH, Trajectory, basis
 from symgen.identification.assessment import WINDOWS
+from symgen.identification.estimate import joints_of
 from symgen.identification.parameters import read_parameters
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Limits, Robot, require_gravity
@@ -262,6 +263,8 @@ class Judge:
             stopped=stopped,
             notes=self.notes,
             approach=float(math.ceil(_PEAK * way.max())),
+            joints=joints_of(self.model.robot),
+            bounds=self.limits,
         )
 
 

@@ -12,20 +12,22 @@ import numpy as np
 
 from symgen.data.bags import trajectory_bag
 from symgen.errors import ParameterError
-from symgen.experiment.bounds import Use
+from symgen.experiment.bounds import Bounds, Use
 from symgen.experiment.reference import as_csv
 from symgen.experiment.trajectory import Trajectory
 from symgen.files import json_text
 from symgen.identification.assessment import CONDITION, WINDOWS
+from symgen.identification.estimate import Joint
 from symgen.names import REVOLUTE
 from symgen.robot.types import Robot
 from symgen.schemas import as_json
+from symgen.views import Viewable
 
 SCHEMA = "symgen.trajectory/1"
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class Plan(Viewable):
     """Runs within the limits, verified on a fine grid.
 
     Attributes:
@@ -44,6 +46,8 @@ class Plan:
         stopped: how the search ended: "done", "budget" or "interrupted".
         notes: further remarks.
         approach: time to reach the start from anywhere, at a tenth of the allowed speeds, s.
+        joints: number, unit of the torque and name of each movable joint.
+        bounds: the limits of the motion.
     """
 
     robot: str
@@ -61,6 +65,8 @@ class Plan:
     stopped: str
     notes: tuple[str, ...] = ()
     approach: float = 10.0
+    joints: tuple[Joint, ...] = ()
+    bounds: Bounds | None = None
 
     def __repr__(self) -> str:
         """Return robot, runs, and the condition number."""

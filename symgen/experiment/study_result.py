@@ -10,9 +10,9 @@ from typing import Any
 from symgen.errors import first_of
 from symgen.estimation.band import Band
 from symgen.experiment.recording import Recording
-from symgen.files import html_table
 from symgen.identification.assessment import KNOWN
 from symgen.schemas import read_result, result_file, to_json
+from symgen.views import Viewable
 
 SCHEMA = "symgen.study/1"
 MARKER = "study.json"
@@ -143,7 +143,7 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Study:
+class Study(Viewable):
     """Bias and precision of estimates of a robot, by simulation.
 
     Attributes:
@@ -169,9 +169,6 @@ class Study:
         told = "nothing determined" if best is None else f"{best.name}: {answer(self, best)}"
         ways, runs = len(self.results), self.settings.runs
         return f"<Study of {self.robot}: {ways} ways, {runs} runs; {told}>"
-
-    def _repr_html_(self) -> str:
-        return html_table(repr(self), HEADER, [tuple(map(str, row)) for row in overview(self)])
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of study.json."""

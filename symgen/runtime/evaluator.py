@@ -41,6 +41,7 @@ from symgen.runtime.calls import (
     result,
 )
 from symgen.runtime.flags import chosen_flags
+from symgen.views import Viewable
 
 if TYPE_CHECKING:
     from symgen.runtime.panels import Panels
@@ -96,7 +97,7 @@ class KernelFunction(ABC):
         """Return a call that evaluates the kernel from arrays into arrays; it has a status."""
 
 
-class Evaluator:
+class Evaluator(Viewable):
     """A loaded model: every kernel is a method, `evaluator.mass_matrix(q, X)`.
 
     Every method takes one sample, arrays (n,), or N samples, (N, n), and X (p,), which all samples
@@ -118,6 +119,11 @@ class Evaluator:
         self.library = library
         self.backend = "casadi" if library is None else "c"
         self._functions = {f.kernel.name: f for f in functions}
+
+    def __repr__(self) -> str:
+        """Return robot, kernels and backend."""
+        count, by = len(self._functions), "compiled C" if self.backend == "c" else "CasADi"
+        return f"<Evaluator of {self.model.robot.name}: {count} kernels by {by}>"
 
     def has(self, name: str) -> bool:
         """Whether the model was derived with this kernel."""

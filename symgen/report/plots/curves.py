@@ -44,6 +44,8 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "measured work": _UNDER,
     "predicted": _OVER,
     "after": _OVER,
+    "with the load": _OVER,
+    "without the load": _WRONG,
     "as repaired": _OVER,
     "before": _WRONG,
     "as recorded": _WRONG,
