@@ -35,9 +35,10 @@ from symgen.identification.estimate import Joint, joints_of
 from symgen.robot.toml_io import read_imported, read_robot
 from symgen.robot.types import Robot
 from symgen.schemas import BESIDE, read_result, result_file, to_json
+from symgen.views import Viewable
 
-SCHEMA = "symgen.compare-sim/1"
-MARKER = "compare-sim.json"
+SCHEMA = "symgen.simulation/1"
+MARKER = "simulation.json"
 #: After which a position is compared, s.
 HORIZONS = (0.2, 0.5, 1.0)
 _WINDOWS = 40  # of a log, at most
@@ -80,7 +81,7 @@ class Simulated:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class SimulationComparison:
+class SimulationComparison(Viewable):
     """How far simulated robots are from logs.
 
     Attributes:
@@ -113,7 +114,7 @@ class SimulationComparison:
         return f"<SimulationComparison after {self.files[0].horizons[-1].seconds:g} s: {told}>"
 
     def to_json(self) -> dict[str, Any]:
-        """Return the content of compare-sim.json."""
+        """Return the content of simulation.json."""
         return to_json(self, SCHEMA)
 
 
