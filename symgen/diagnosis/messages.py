@@ -45,10 +45,11 @@ def summary(diagnosis: Diagnosis) -> str:
         "consistent": "The model explains these logs: no effect is probable that matters. The gap "
         f"is {before}; noise alone is {noise}.",
         "explained": f"The model misses {effects}. {gap}",
-        "partly-explained": f"The model misses {effects}, and a part of the gap has no name. {gap}",
+        "partly-explained": f"The model misses {effects}, and a part of the gap is unexplained. "
+        f"{gap}",
         "bad-measurement": f"Not the model but the measurement is wrong: {named}. {gap}",
-        "unexplained": "The model misses something that no effect explains. The gap is "
-        f"{before}, noise alone {noise}.",
+        "unexplained": "There is a gap, and no known effect explains it. The gap is "
+        f"{before}; noise alone is {noise}.",
     }[diagnosis.verdict]
 
 
@@ -107,7 +108,7 @@ def undeclared(diagnosis: Diagnosis) -> tuple[str, ...]:
         out.append(f"robot.toml and its C do not hold what samples alone show: {', '.join(left)}")
     if beside:
         out.append(
-            f"robot.toml takes {', '.join(beside)} off the torques of each log; its C is without"
+            f"symgen subtracts {', '.join(beside)} from the torques of each log; its C lacks it"
         )
     return tuple(out)
 

@@ -44,7 +44,7 @@ def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Sa
         joint |= rest
         what = _shares(rest, "at rest")
         held = ", ".join(str(j + 1) for j in np.flatnonzero(still))
-        notes.append(what + (f"; joint {held} never moves and is left as it is" if held else ""))
+        notes.append(what + (f"; joint {held} never moves and is not masked" if held else ""))
     if "saturation" in kinds:
         assert log.tau is not None  # open_log has seen to it
         limits = None if robot.limits is None else robot.limits.torque
@@ -96,8 +96,8 @@ def rests_in_words(logs: Sequence[Samples], robot: Robot) -> tuple[str, ...]:
         share = float(at_rest(samples.qd, samples.step, robot.sigma)[0].mean(axis=0).max())
         if samples.mask is None and share > _MUCH:
             out.append(
-                f"{samples.name}: a joint stands still in {100 * share:.2g} % of the samples: "
-                "friction can be anything there, and the gap counts it (--mask rest leaves it out)"
+                f"{samples.name}: a joint stands still in {100 * share:.2g} % of the samples. "
+                "Static friction there is part of the gap; --mask rest leaves these samples out"
             )
     return tuple(out)
 

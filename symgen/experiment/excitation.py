@@ -300,11 +300,11 @@ def judge(
         )
     if parameters is not None and not limited:
         raise ParameterError(
-            "parameters are given and no torque is limited; accepted: torque in [limits], or "
+            "--parameters without torque limits has no effect; accepted: torque in [limits], or "
             "--torque"
         )
     if parameters is None and limited:
-        notes = ("limits of torque are not looked at: that needs --parameters of a prior model",)
+        notes = ("torque limits are not checked: pass --parameters of a prior model to check them",)
     fence = robot.limits if robot.limits is not None and robot.limits.cell else None
     kernels = dict.fromkeys(k for m in _MODELS for k in EquationModel(m, window).all_kernels)
     model = derive(robot, (*kernels, FRAMES) if fence else tuple(kernels))
