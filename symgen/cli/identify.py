@@ -125,8 +125,9 @@ def identify(
         said, urdf = "", {}
         if robot.endswith(".urdf"):
             try:
-                text, said = identified_file(robot, estimate)
-                urdf[f"{estimate.robot}.urdf"] = text.encode()
+                file = identified_file(robot, estimate)
+                said = "; ".join(file.notes)
+                urdf[f"{estimate.robot}.urdf"] = file.text.encode()
             except symgen.ParameterError as error:
                 said = f"no URDF is written: {error}"
         files = symgen.write(estimate, into, robot=source, more=urdf)

@@ -17,8 +17,9 @@ from symgen.diagnosis.diagnosis import Diagnosis
 from symgen.diagnosis.fleet import Fleet
 from symgen.diagnosis.replay import Replay, replayed
 from symgen.errors import ParameterError, SymgenError
-from symgen.experiment import study_result
+from symgen.experiment import playback, study_result
 from symgen.experiment.plan import Plan
+from symgen.experiment.playback import SimulationComparison
 from symgen.experiment.study_result import Study
 from symgen.files import json_text, write_folder
 from symgen.identification import curves, prediction
@@ -38,6 +39,7 @@ from symgen.report.content.parts import Content
 from symgen.report.content.payload import payload_content
 from symgen.report.content.plan import plan_content
 from symgen.report.content.prediction import prediction_content
+from symgen.report.content.simulation import simulation_content
 from symgen.report.content.study import study_content
 from symgen.report.html import page
 from symgen.robot.toml_io import read_robot
@@ -45,7 +47,9 @@ from symgen.robot.toml_text import parameters_toml, robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-Result: TypeAlias = Estimate | Diagnosis | Prediction | Payload | Study | Fleet
+Result: TypeAlias = (
+    Estimate | Diagnosis | Prediction | Payload | Study | Fleet | SimulationComparison
+)
 #: What has a page: results, and values that no folder of results holds.
 Value: TypeAlias = Result | Comparison | Plan | Evaluator
 _PAGE = "report.html"
@@ -66,6 +70,7 @@ _KINDS = {
     prediction.MARKER: _Kind(Prediction, prediction.read_prediction, prediction_content),
     payloads.MARKER: _Kind(Payload, payloads.read_payload, payload_content),
     study_result.MARKER: _Kind(Study, study_result.read_study, study_content),
+    playback.MARKER: _Kind(SimulationComparison, playback.read_comparison, simulation_content),
     fleets.MARKER: _Kind(Fleet, fleets.read_fleet, fleet_content),
 }
 
