@@ -32,7 +32,7 @@ class Variation:
 
     robot: Robot
 
-    @property
+    @cached_property
     def lengths(self) -> tuple[tuple[int, str], ...]:
         """Number of the joint and key of every length that is not zero, as ("d", "r", "b")."""
         return tuple(
@@ -42,7 +42,7 @@ class Variation:
             if getattr(joint, key) != 0
         )
 
-    @property
+    @cached_property
     def gravity(self) -> FloatArray:
         """Gravity in frame 0, (3,), m/s2."""
         return np.array([float(g) for g in self.robot.with_values().gravity])
