@@ -72,8 +72,8 @@ from symgen.identification.physical import (
     MATRIX,
     Cone,
     about_centre,
-    link_parameters,
     minimise,
+    parameters_of,
     pseudo_inertia,
 )
 from symgen.identification.static import STATIC, open_poses, pose_equations, shown_columns
@@ -245,7 +245,7 @@ class LoadEstimate:
             frame: constant in the frame of the load.
         """
         A = np.linalg.inv(np.array(frame.transform))
-        T = np.array([link_parameters(A @ pseudo_inertia(unit) @ A.T) for unit in np.eye(10)]).T
+        T = np.array([parameters_of(A @ pseudo_inertia(unit) @ A.T) for unit in np.eye(10)]).T
         null = np.linalg.qr((T * UNITS / UNITS[:, None]) @ self.null)[0]
         return LoadEstimate(T @ self.s, T @ self.covariance @ T.T, null)
 
@@ -632,7 +632,8 @@ def payload(
         _require_load(derived, problem, start, link, after, quantities[0] if mass is None else None)
     own_mass, x, y, z, xx, xy, xz, yy, yz, zz = quantities
     return Payload(
-        source.name, frame or link, own_mass, (x, y, z), (xx, xy, xz, yy, yz, zz), identifiable, gain,
+        source.name, frame or link, own_mass, (x, y, z), (xx, xy, xz, yy, yz, zz), identifiable,
+        gain,
         Left(before, after), f"weighted least squares {what}: {how}", seen.band, seen.repairs,
         notes + told, gains, joints_of(source), link if frame else None, traces,
     )  # fmt: skip

@@ -105,7 +105,7 @@ def bodies(robot: Robot, values: Mapping[str, float]) -> tuple[Body, ...]:
     return tuple(out)
 
 
-def link_parameters(P: FloatArray) -> FloatArray:
+def parameters_of(P: FloatArray) -> FloatArray:
     """Return XX XY XZ YY YZ ZZ MX MY MZ M (10,) of a pseudo-inertia (4, 4)."""
     J = np.trace(P[:3, :3]) * np.eye(3) - P[:3, :3]
     return np.array([*J[np.triu_indices(3)], *P[:3, 3], P[3, 3]])

@@ -75,7 +75,7 @@ def places(q: np.ndarray) -> dict[str, np.ndarray]:
     return out
 
 
-def test_frames_are_those_of_the_links(tmp_path) -> None:
+def test_frames_are_those_of_the_links() -> None:
     ours = Ours(urdf())
     assert [(f.name, f.joint) for f in ours.robot.frames] == [
         ("pan", 1), ("lift", 2), ("flange", 2), ("tool0", 2),
@@ -166,7 +166,7 @@ def test_a_robot_without_names_has_none_in_c() -> None:
     assert not {"joint_names", "frames"} & json.loads(files["manifest.json"]).keys()
 
 
-def test_import_takes_another_name(tmp_path, command) -> None:
+def test_import_takes_another_name() -> None:
     found = urdf()
     assert with_name(found, "left_arm").robot.name == "left_arm"
     with pytest.raises(RobotError, match=r"--name left-arm: accepted: .* such as left_arm"):
