@@ -366,6 +366,7 @@ class LoadProblem:
     V: FloatArray
     given: FloatArray
     free: Sequence[int]
+    robot: Robot
 
     def step(self, at: LoadFit, gains: bool = False) -> tuple[LoadFit, LinearSystem, Solution]:
         """Solve for changes of the load, of the free parameters, and of the gains where asked.
@@ -425,7 +426,8 @@ class LoadProblem:
         j = int(np.argmin(fit.k))
         if fit.k[j] <= 0:
             raise IdentificationError(
-                f"the gain of movable joint {j + 1} came out as {1 / fit.k[j]:.3g}; accepted: logs "
+                f"the gain of {self.robot.listed([j])} came out as {1 / fit.k[j]:.3g}; "
+                "accepted: logs "
                 "in which the load shows at every joint, and torques of the right sign"
             )
         return fit, solution
@@ -599,7 +601,7 @@ def payload(
     else:
         how = "logs with and without the load, solved at once"
     known = np.array([*[0.0] * 9, mass or 0.0])
-    problem = LoadProblem(derived.base.names, with_load, alone, G, V, known, free)
+    problem = LoadProblem(derived.base.names, with_load, alone, G, V, known, free, source)
     fit, system, solution = problem.step(start)
     covariance = solution.covariance
     if spread is not None and not bare:
@@ -624,7 +626,8 @@ def payload(
     identifiable = tuple(name for name, k in zip(LABELS, found.known(), strict=True) if k)
     if "mass" not in identifiable:
         raise IdentificationError(
-            f"the logs do not determine the mass of a load on link {link}; accepted: logs in which "
+            f"the logs do not determine the mass of a load on {source.label(link)}; accepted: "
+            "logs in which "
             "it is turned against gravity, or --mass"
         )
     quantities, told = _quantities(found, identifiable, mass, (gain or 0.0) / 100)
@@ -693,13 +696,16 @@ def _require_load(
     best = min(left, key=lambda number: left[number])
     if left[best] < _FITS * after:
         raise IdentificationError(
-            f"a load on another link fits better: link {best} leaves {100 * left[best]:.3g} % of "
-            f"the torque, link {link} {100 * after:.3g} %; accepted: joint = {best} in [payload] "
+            f"a load on another link fits better: {model.robot.label(best)} leaves "
+            f"{100 * left[best]:.3g} % of "
+            f"the torque, {model.robot.label(link)} {100 * after:.3g} %; accepted: joint = "
+            f"{best} in [payload] "
             "of the robot file"
         )
     if mass is not None and (mass.value or 0.0) < _SEEN_MASS * (mass.std or 0.0):
         raise IdentificationError(
-            f"the logs show no load on link {link}: its mass is {mass.value:.3g} kg with a "
+            f"the logs show no load on {model.robot.label(link)}: its mass is {mass.value:.3g} "
+            "kg with a "
             f"standard deviation of {mass.std:.2g} kg; accepted: logs recorded with the load"
         )
 

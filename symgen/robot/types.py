@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -336,6 +337,14 @@ class Robot:
             f"robot {self.name!r}: there is no frame {expressions.shortened(name)!r}; accepted: "
             f"{known or 'frames of an imported URDF or MJCF, or [[frame]] of the robot file'}"
         )
+
+    def label(self, number: int) -> str:
+        """Return how messages call a joint: by its name in the file, and by its number."""
+        return names.joint_label(number, self.joint(number).name)
+
+    def listed(self, places: Iterable[int]) -> str:
+        """Return movable joints for a message, by their places in q: "elbow (2) and joint 3"."""
+        return names.joints_in_words([self.movable[j].number for j in places], self.labels)
 
     @property
     def joint_names(self) -> list[str]:
