@@ -312,7 +312,7 @@ class _Writer:
         private = f"{self.name}_{_SINCOS}"
         sources = [path for path in out if path.endswith(".c")]
         if frames := self.frames():
-            out[f"{self.name}_frames.h"] = self.render("frames.h", frames=frames)
+            out[f"{self.name}_links.h"] = self.render("links.h", frames=frames)
         out[f"{self.name}.hpp"] = cpp.header(self.name, self.model, self.kernels)
         headers = [p for p in out if p.endswith((".h", ".hpp")) and p != private]
         out[f"{self.name}_check.c"] = self.render(

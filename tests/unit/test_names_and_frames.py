@@ -130,12 +130,12 @@ def test_no_name_ends_a_comment_or_adds_code(tmp_path) -> None:
         files = package(robot)
         # The same tokens as with plain names, but for the endings of the macros.
         plain = package(urdf().robot)
-        for path in ("arm.h", "arm_frames.h"):
+        for path in ("arm.h", "arm_links.h"):
             texts = (f[path].decode("ascii") for f in (files, plain))
             found, want = (re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL) for text in texts)
             ending = r"arm_(JOINT|FRAME|LINK)_\w+|0x[0-9a-f]+ULL"
             assert re.sub(ending, "", found) == re.sub(ending, "", want)
-        program = '#include "arm_frames.h"\nint main(void) { return 0; }\n'
+        program = '#include "arm_links.h"\nint main(void) { return 0; }\n'
         assert compiled(files, tmp_path, program) == ""
         manifest = json.loads(files["manifest.json"])
         assert manifest["joint_names"] == [names["pan"], names["lift"]]
@@ -146,7 +146,7 @@ def test_c_has_places_of_joints_and_frames(tmp_path) -> None:
     robot = urdf({"pan": "shoulder pan", "lift": "shoulder-pan"}).robot
     files = package(robot)
     program = """#include <stdio.h>
-#include "arm_frames.h"
+#include "arm_links.h"
 int main(void) {
     printf("%d %d %d", arm_JOINT_shoulder_pan, arm_JOINT_shoulder_pan_2, arm_LINK_tool0);
     for (int k = 0; k < 16; ++k) { printf(" %.17g", arm_FRAME_tool0[k]); }
@@ -161,7 +161,7 @@ int main(void) {
 def test_a_robot_without_names_has_none_in_c() -> None:
     robot = parse_robot('[robot]\nname = "arm"\n[[joint]]\n[[joint]]\nd = 1\n')
     files = package(robot)
-    assert "arm_frames.h" not in files
+    assert "arm_links.h" not in files
     assert b"arm_JOINT_" not in files["arm.h"]
     assert not {"joint_names", "frames"} & json.loads(files["manifest.json"]).keys()
 

@@ -5,8 +5,8 @@
  * functions take a link, or 0 for frame 0 of the base. A pose in the base is the product of the
  * transform of the joint and this one.
  */
-#ifndef {{ name }}_FRAMES_H
-#define {{ name }}_FRAMES_H
+#ifndef {{ name }}_LINKS_H
+#define {{ name }}_LINKS_H
 
 #include "{{ name }}.h"
 
