@@ -179,7 +179,7 @@ def result_files(result: Result, robot: Robot | None = None) -> dict[str, bytes]
         The JSON and report.html; of an estimate NAME_values.h, curves.npz, from which figures are
         drawn, and robot.toml where the robot is given; of a diagnosis robot.toml and
         parameters.toml of the extended robot, and its package under generated/; of a prediction
-        prediction.csv; of a payload curves.npz.
+        prediction.csv; of a payload curves.npz; of simulated robots window.csv.
     """
     if isinstance(result, Diagnosis):
         result, files = _diagnosis_files(result)
@@ -187,6 +187,8 @@ def result_files(result: Result, robot: Robot | None = None) -> dict[str, bytes]
         files = {_PAGE: result_page(result, robot).encode()}
     if isinstance(result, Prediction):
         files[prediction.CURVES] = result.to_csv()
+    if isinstance(result, SimulationComparison):
+        files[playback.WINDOW] = result.to_csv()
     if isinstance(result, Payload):
         files[curves.FILE] = curves.curves_npz({"traces": result.traces, "balances": ()}, None)
     if isinstance(result, Estimate):
