@@ -218,7 +218,7 @@ def conclude(
             Rejected(s.candidate.name, numbers(robot, s.candidate), s.fault)
             for s in selection.rejected[:_SHOWN]
         ),
-        advice=(*map(shape, shapes), *_advice(found, verdict, quiet)),
+        advice=(*(shape(f, robot) for f in shapes), *_advice(found, robot, verdict, quiet)),
         notes=notes,
         extended=with_values(model.robot, found),
         joints=tuple(j.number for j in robot.movable),
@@ -582,9 +582,11 @@ def _quiet(gap: Gap, floor: Gap, least: float) -> bool:
     return all(g <= max(_LOUD * f, _VISIBLE * least) for g, f in pairs)
 
 
-def _advice(found: Sequence[FoundEffect], verdict: str, quiet: bool) -> tuple[str, ...]:
-    out = [noisy(e) for e in found if e.note]
-    out += [tie(e) for e in found if e.indistinguishable_from and e.separate]
+def _advice(
+    found: Sequence[FoundEffect], robot: Robot, verdict: str, quiet: bool
+) -> tuple[str, ...]:
+    out = [noisy(e, robot) for e in found if e.note]
+    out += [tie(e, robot) for e in found if e.indistinguishable_from and e.separate]
     if verdict not in _MISSING:
         return tuple(out)
     nothing = "what is left is noise and static friction at rest: no effect is missing in it"

@@ -295,7 +295,8 @@ def _on_joint(robot: Robot, definition: Definition, position: int) -> Candidate:
         if definition.own and not all(np.isfinite(c).all() for c in out):
             values = ", ".join(f"{name} = {constants[name]:.6g}" for name in definition.nonlinear)
             raise RobotError(
-                f"effect {definition.name!r} of joint {joint.number}: on these logs its torque is "
+                f"effect {definition.name!r} of {names.joint_label(joint.number, joint.name)}: "
+                "on these logs its torque is "
                 f"not a finite number with {values}; accepted: ranges in which it is"
             )
         parts = [np.broadcast_to(np.asarray(c, dtype=float), s.t.shape) for c in out]

@@ -168,7 +168,7 @@ def _with_left_out(diagnosis: Diagnosis, robot: Robot) -> Diagnosis:
     left = [s.key for s in robot.sought if s.key not in named]
     if not left:
         return diagnosis
-    listed = ", ".join(f"{name} on joint {joint}" for name, joint in left)
+    listed = ", ".join(f"{name} on {robot.label(joint)}" for name, joint in left)
     note = f"not named, hence not in the extended robot.toml: {listed}"
     return replace(diagnosis, notes=(*diagnosis.notes, note))
 

@@ -105,6 +105,12 @@ def bodies(robot: Robot, values: Mapping[str, float]) -> tuple[Body, ...]:
     return tuple(out)
 
 
+def parameters_of(P: FloatArray) -> FloatArray:
+    """Return XX XY XZ YY YZ ZZ MX MY MZ M (10,) of a pseudo-inertia (4, 4)."""
+    J = np.trace(P[:3, :3]) * np.eye(3) - P[:3, :3]
+    return np.array([*J[np.triu_indices(3)], *P[:3, 3], P[3, 3]])
+
+
 def about_centre(link: Sequence[float] | FloatArray) -> tuple[float, FloatArray, FloatArray]:
     """Return mass, centre of mass (3,) and inertia (3, 3) about it; NaN where the mass is 0.
 

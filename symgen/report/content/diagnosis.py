@@ -66,15 +66,15 @@ def _banner(d: Diagnosis) -> Banner:
     gaps = (("gap before", d.before), ("gap after", d.after), ("noise floor", d.floor))
     facts = tuple((label, percent(gap.total)) for label, gap in gaps)
     facts += (("candidates tried", str(d.tried)),)
-    return Banner(TONES[d.verdict], d.verdict, summary(d), told_once(d.effects), facts)
+    return Banner(TONES[d.verdict], d.verdict, summary(d), told_once(d.effects, d.extended), facts)
 
 
 def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
     tied = [e for e in d.effects if e.indistinguishable_from]
-    alikes = [(placed(e), alike(e), e.separate) for e in tied]
-    rejected = [(r.name, on_joints(r.joints), r.reason) for r in d.rejected]
+    alikes = [(placed(e, d.extended), alike(e, d.extended), e.separate) for e in tied]
+    rejected = [(r.name, on_joints(r.joints, d.extended), r.reason) for r in d.rejected]
     found = [(p.name, *_value(p), p.unit) for p in d.parameters]
-    shapes = tuple(map(shape, d.free_functions or ()))
+    shapes = tuple(shape(f, d.extended) for f in d.free_functions or ())
     last = "with the effects that were found" if d.effects else "as it is"
     front = (
         Section("Effects", (_EFFECTS,), _effect_table(d.effects), told=()),
@@ -89,7 +89,7 @@ def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
             (*shapes, _SHAPES) if shapes else (),
             figure=partial(diagnosis_plots.free_functions, d),
         ),
-        _advice_section(d, {*map(tie, tied), *shapes}),
+        _advice_section(d, {*(tie(e, d.extended) for e in tied), *shapes}),
     )
     details = (
         Section("Residual", (_LEFT,), figure=partial(diagnosis_plots.residuals, d)),
