@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symgen import names
-from symgen.diagnosis.whitened_system import compared
+from symgen.diagnosis.whitened_system import in_band
 from symgen.errors import RobotError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns
@@ -28,7 +28,6 @@ from symgen.symbolic.independence import FUNCTIONS
 from symgen.symbolic.tape import Numbers, Tape
 
 Logs = Sequence[FilteredLog]
-_TOGETHER = 32  # columns that pass the filter at once
 Constants = Mapping[str, float]
 
 
@@ -40,12 +39,15 @@ class Torques(NamedTuple):
         load: what the rigid body asks of the joints, (N, n): taur of effects.
         friction: of the model as it is declared, without what is found, (N, n).
         links: (links, 10) parameters of the links that give it, one of many sets.
+        of_links: gives the torque (k, n) of links alone, by such parameters and q, qd, qdd, (k, n)
+            each, in the geometry and gravity of the file.
     """
 
     model: FloatArray
     load: FloatArray
     friction: FloatArray
     links: FloatArray
+    of_links: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 
 
 #: Columns at the rate of a log, by the model's torques there and the constants.
@@ -129,38 +131,17 @@ class Seen:
         return next(self.each([candidate]))
 
     def each(self, candidates: Iterable[Candidate]) -> Iterator[Columns]:
-        """Yield those of several: a filter that many columns pass at once costs them less."""
-        waiting: list[list[Columns]] = []
-        for candidate in candidates:
-            if candidate.measured:  # by a channel with noise, which has to pass a filter first
-                logs = [*self.logs]
-                yield from self._compared(waiting)
-                waiting = []
-            else:
-                logs = [s.thinned for s in self.logs]
-            pairs = zip(logs, self.torques, strict=True)
-            waiting.append([candidate.columns(s, t) for s, t in pairs])
-            whole = sum(c.shape[1] for parts in waiting for c in parts[0].values())
-            if candidate.measured or whole >= _TOGETHER:
-                yield from self._compared(waiting)
-                waiting = []
-        yield from self._compared(waiting)
+        """Yield those of several, which cost less than one by one."""
+        thinned = [log.thinned for log in self.logs]
 
-    def _compared(self, waiting: Sequence[Sequence[Columns]]) -> Iterator[Columns]:
-        """Yield columns (N, m) of several candidates, by log, as columns in the band."""
-        if not waiting:
-            return
-        by_log = [
-            compared(s, np.concatenate([c for parts in waiting for c in parts[k].values()], axis=1))
-            for k, s in enumerate(self.logs)
-        ]
-        whole, at = np.concatenate(by_log), 0
-        for first, *_ in waiting:
-            out = {}
-            for j, c in first.items():
-                out[j] = np.ascontiguousarray(whole[:, at : at + c.shape[1]])
-                at += c.shape[1]
-            yield out
+        def columns(candidate: Candidate, k: int) -> Columns:
+            # What a channel with noise measures has to pass a filter first.
+            log = self.logs[k] if candidate.measured else thinned[k]
+            return candidate.columns(log, self.torques[k])
+
+        # A filter takes all samples of what is measured, of others the nodes.
+        for _, group in itertools.groupby(candidates, lambda c: c.measured):
+            yield from in_band(self.logs, group, columns)
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ import numpy as np
 from symgen import names
 from symgen.diagnosis.baseline import Baseline
 from symgen.diagnosis.effects import Candidate, Constants, Torques
-from symgen.diagnosis.whitened_system import WhitenedSystem, compared
+from symgen.diagnosis.whitened_system import WhitenedSystem, in_band
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns
 from symgen.estimation.values import FloatArray
@@ -34,7 +34,6 @@ _BEST = 12  # terms of a joint that are scored
 _FREE = 0.05
 _CENTRES, _WIDTHS = 15, (0.1, 0.15, 0.22, 0.33, 0.5, 0.75)  # of half the joint's range
 _HALVINGS = 7  # of the refinement of bumps
-_CHUNK = 64
 #: Where the model's columns are proved to be independent: no bump may lie beyond.
 _REACH = {names.REVOLUTE: 3.0, names.PRISMATIC: 1.0}
 
@@ -177,16 +176,11 @@ def expression(robot: Robot, position: int, terms: Sequence[Term]) -> Candidate:
     return Candidate(definition, (position,), columns, len(terms), constants, refinable=False)
 
 
-def _seen(terms: Sequence[Term], scenes: Sequence[FilteredLog]) -> FloatArray:
+def _seen(terms: Sequence[Term], logs: Sequence[FilteredLog]) -> FloatArray:
     """Return minus the terms in the band at the kept instants of all logs, (K, T)."""
-    out = []
-    for s in scenes:
-        parts = [
-            compared(s, np.stack([t.along(s.thinned) for t in terms[i : i + _CHUNK]], axis=1))
-            for i in range(0, len(terms), _CHUNK)
-        ]
-        out.append(np.concatenate(parts, axis=1))
-    return -np.concatenate(out)
+    thin = [log.thinned for log in logs]
+    found = in_band(logs, terms, lambda term, k: {0: term.along(thin[k])[:, None]})
+    return -np.concatenate([columns[0] for columns in found], axis=1)
 
 
 def _gains(system: WhitenedSystem, j: int, columns: FloatArray) -> FloatArray:
