@@ -65,6 +65,7 @@ class Candidate:
         size: number of coefficients.
         constants: value of each searched constant.
         uses_model: whether the columns hold the model's torque, and change with it.
+        analytic: whether they are smooth functions of the motion: no sign of a speed is in them.
         refinable: whether constants between those of the grid are tried.
         coefficients: name and unit of those that mean something, where not as in the library.
         change: whether it changes a declared parameter, which may grow or fall.
@@ -79,6 +80,7 @@ class Candidate:
     size: int
     constants: Constants = field(default_factory=dict)
     uses_model: bool = False
+    analytic: bool = False
     refinable: bool = True
     coefficients: tuple[tuple[str, str], ...] = ()
     change: bool = False
@@ -132,16 +134,25 @@ class Seen:
 
     def each(self, candidates: Iterable[Candidate]) -> Iterator[Columns]:
         """Yield those of several, which cost less than one by one."""
-        thinned = [log.thinned for log in self.logs]
+        for (measured, analytic), group in itertools.groupby(candidates, _nodes):
+            # What a channel with noise measures has to pass a filter first: of all samples.
+            strides = [
+                1 if measured else log.smooth_stride if analytic else log.rows.stride
+                for log in self.logs
+            ]
+            yield from self._each(group, strides)
+
+    def _each(self, candidates: Iterable[Candidate], strides: Sequence[int]) -> Iterator[Columns]:
+        logs = [log.every(k) for log, k in zip(self.logs, strides, strict=True)]
 
         def columns(candidate: Candidate, k: int) -> Columns:
-            # What a channel with noise measures has to pass a filter first.
-            log = self.logs[k] if candidate.measured else thinned[k]
-            return candidate.columns(log, self.torques[k])
+            return candidate.columns(logs[k], self.torques[k])
 
-        # A filter takes all samples of what is measured, of others the nodes.
-        for _, group in itertools.groupby(candidates, lambda c: c.measured):
-            yield from in_band(self.logs, group, columns)
+        return in_band(self.logs, candidates, columns, strides)
+
+
+def _nodes(candidate: Candidate) -> tuple[bool, bool]:
+    return candidate.measured, candidate.analytic
 
 
 @dataclass(frozen=True, eq=False)

@@ -119,6 +119,7 @@ def _tilts(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
         columns,
         len(turned) + len(hidden),
         uses_model=True,
+        analytic=True,
         coefficients=tuple(told),
         scales=(_TILT,) * len(turned),
     )
@@ -157,6 +158,7 @@ def _lengths(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
             partial(_lengthened, v, number, key),
             1,
             uses_model=True,
+            analytic=True,
             coefficients=((f"delta_{key}{number}", "m"),),
             scales=(_LENGTH * abs(float(getattr(robot.with_values().joint(number), key))),),
         )
@@ -209,7 +211,9 @@ def _carried(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
 
 def _scaled(name: str, j: int, torque: Torque, scale: float) -> Candidate:
     """Return an effect on a joint with one coefficient, of which the size is known."""
-    return Candidate(definitions()[name], (j,), torque, 1, uses_model=True, scales=(scale,))
+    return Candidate(
+        definitions()[name], (j,), torque, 1, uses_model=True, analytic=True, scales=(scale,)
+    )
 
 
 @lru_cache(maxsize=4)

@@ -80,6 +80,11 @@ class Term:
     dimension: str
     constants: Mapping[str, float] = field(default_factory=dict)
 
+    @property
+    def analytic(self) -> bool:
+        """Whether it is a smooth function of the motion."""
+        return "abs" not in self.text and "sign" not in self.text
+
     def along(self, log: FilteredLog) -> FloatArray:
         """Return the term along a log, (N,)."""
         return self.values(log, **self.constants)
@@ -178,9 +183,18 @@ def expression(robot: Robot, position: int, terms: Sequence[Term]) -> Candidate:
 
 def _seen(terms: Sequence[Term], logs: Sequence[FilteredLog]) -> FloatArray:
     """Return minus the terms in the band at the kept instants of all logs, (K, T)."""
-    thin = [log.thinned for log in logs]
-    found = in_band(logs, terms, lambda term, k: {0: term.along(thin[k])[:, None]})
-    return -np.concatenate([columns[0] for columns in found], axis=1)
+    out = np.empty((sum(len(log.kept) for log in logs), len(terms)))
+    for analytic in (True, False):
+        at = [i for i, term in enumerate(terms) if term.analytic == analytic]
+        strides = [log.smooth_stride if analytic else log.rows.stride for log in logs]
+        thin = [log.every(k) for log, k in zip(logs, strides, strict=True)]
+
+        def columns(i: int, k: int, thin: Sequence[FilteredLog] = thin) -> Columns:
+            return {0: -terms[i].along(thin[k])[:, None]}
+
+        for i, found in zip(at, in_band(logs, at, columns, strides), strict=True):
+            out[:, i] = found[0][:, 0]
+    return out
 
 
 def _gains(system: WhitenedSystem, j: int, columns: FloatArray) -> FloatArray:

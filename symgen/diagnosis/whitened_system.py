@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from itertools import accumulate, chain, islice, pairwise, starmap
+from itertools import accumulate, chain, pairwise, starmap
 from typing import TypeVar
 
 import numpy as np
@@ -56,7 +56,10 @@ def compared(log: FilteredLog, x: FloatArray) -> FloatArray:
 
 
 def in_band(
-    logs: Sequence[FilteredLog], items: Iterable[Item], columns: Callable[[Item, int], Columns]
+    logs: Sequence[FilteredLog],
+    items: Iterable[Item],
+    columns: Callable[[Item, int], Columns],
+    strides: Sequence[int | None] | None = None,
 ) -> Iterator[Columns]:
     """Yield the columns (K, m) of some items in the comparison band at the kept instants.
 
@@ -65,23 +68,27 @@ def in_band(
     Args:
         logs: K kept instants in all.
         items: what has columns.
-        columns: gives those of an item along a log, by its number: (N, m), at all samples or at
-            the nodes; at home in any thread.
+        columns: gives those of an item along a log, by its number: (N, m); at home in any thread.
+        strides: samples of each log from one of these N to the next; None where they are all
+            samples or the nodes.
     """
+    every = strides or [None] * len(logs)
 
     def filtered(batch: Sequence[Item]) -> list[Columns]:
         by_log = [[columns(item, k) for item in batch] for k in range(len(logs))]
-        whole = np.concatenate([
-            compared(log, np.concatenate([c for own in found for c in own.values()], axis=1))
-            for log, found in zip(logs, by_log, strict=True)
-        ])  # fmt: skip
+        parts = []
+        for log, stride, found in zip(logs, every, by_log, strict=True):
+            raw = np.concatenate([c for own in found for c in own.values()], axis=1)
+            parts.append(log.unmasked.compared(raw, stride))
+        whole = np.concatenate(parts)
         widths = [c.shape[1] for own in by_log[0] for c in own.values()]
         spans = starmap(slice, pairwise(accumulate(widths, initial=0)))
         return [{j: np.ascontiguousarray(whole[:, next(spans)]) for j in own} for own in by_log[0]]
 
-    waiting = iter(items)
-    batches = iter(lambda: list(islice(waiting, _TOGETHER)), [])
-    return chain.from_iterable(in_turn(filtered, batches, own_threads()))
+    waiting = list(items)
+    batches = [waiting[k : k + _TOGETHER] for k in range(0, len(waiting), _TOGETHER)]
+    threads = min(own_threads(), max(1, len(batches)))
+    return chain.from_iterable(in_turn(filtered, batches, threads))
 
 
 def modelled(
