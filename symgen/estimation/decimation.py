@@ -115,7 +115,7 @@ class Decimation:
             left, begun = sums[done - begun :], done
 
 
-@lru_cache(maxsize=12)
+@lru_cache(maxsize=32)
 def _weights(d: Decimation, reach: int, offset: int, shape: tuple[int, int]) -> FloatArray:
     """Return what nodes weigh in kept samples, the first of which is `offset` after the first."""
     assert d.cutoff is not None  # something is filtered

@@ -179,23 +179,28 @@ class FilteredLog:
         self,
         model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray],
         together: int = BLOCK,
+        stride: int | None = None,
     ) -> Iterator[tuple[slice, FloatArray]]:
         """Evaluate a model along the log, chunk by chunk, in the comparison band.
 
         Args:
             model: from q, qd, qdd, (k, n) each, to (k, ...).
             together: nodes of a chunk, about.
+            stride: samples from node to node; None for those that any model needs.
 
         Yields:
             Which of the kept samples come now, and their values.
         """
 
+        rows = self.rows if stride is None else replace(self.rows, stride=stride)
+        every = self.stride if stride is None else stride
+
         def at(first: int, last: int) -> FloatArray:
-            nodes = slice(first * self.stride, (last - 1) * self.stride + 1, self.stride)
+            nodes = slice(first * every, (last - 1) * every + 1, every)
             found = model(*(np.ascontiguousarray(x[nodes]) for x in (self.q, self.qd, self.qdd)))
             return found if self.weight is None else _weighed(found, self.weight[nodes])
 
-        return self.rows.chunks(at, together)
+        return rows.chunks(at, together)
 
     def held(
         self, model: Callable[[FloatArray], FloatArray], together: int = BLOCK
