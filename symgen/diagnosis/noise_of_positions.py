@@ -23,6 +23,7 @@ import numpy as np
 from symgen.diagnosis.baseline import Baseline
 from symgen.diagnosis.effects import Score, Seen
 from symgen.diagnosis.whitened_system import WhitenedSystem, estimated, fitted_system
+from symgen.distributed import in_turn, own_threads
 from symgen.estimation.covariance import long_run_covariance
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.predictive_score import dense
@@ -57,7 +58,7 @@ def may_be_noise(baseline: Baseline, effects: Sequence[Score]) -> list[bool]:
         return unknown
     weight = (system.moves / system.sigma)[:, :, None]
     norms = np.sqrt(np.sum((system.W * weight) ** 2, axis=(0, 1)))
-    own = [_columns(baseline, effects, half, system) for half in (even, odd)]
+    own = in_turn(lambda h: _columns(baseline, effects, h, system), (even, odd), own_threads())
     whole, *parts = ((W * weight / norms).reshape(system.y.size, -1) for W in (system.W, *own))
     y = (system.y * weight[:, :, 0]).ravel()
     rows = _Rows(system, whole, (parts[0], parts[1]), y, system.X * norms)

@@ -98,13 +98,13 @@ def _label(scene: Scene, j: int) -> str:
 
 
 def _slope(scene: Scene, moved: Callable[[float], Callable[..., FloatArray]]) -> FloatArray:
-    """Return d tau / dx at 0 of a model that moves with x, (K, n)."""
+    """Return d tau / dx at 0 of a model that moves with x, (K, n); friction has no part in it."""
 
     def difference(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
         low, high = (moved(h)(q, qd, qdd) for h in (-_STEP, _STEP))
         return np.asarray((high - low) / (2 * _STEP))
 
-    return scene.rows.along(difference)
+    return scene.rows.along(difference, smooth=True)
 
 
 def _zeros(scene: Scene) -> Iterator[Shape]:
@@ -273,7 +273,7 @@ def _loads(scene: Scene) -> Iterator[Shape]:
     def loaded(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
         return scene.rows.variation.regressor((q, qd, qdd), links).reshape(len(q), -1)
 
-    columns = scene.rows.along(loaded, BLOCK).reshape(*scene.rows.y.shape, -1)
+    columns = scene.rows.along(loaded, BLOCK, smooth=True).reshape(*scene.rows.y.shape, -1)
     words = (
         "another load is carried on the last link{when}: identify from logs with one load; symgen "
         "payload tells its mass"
