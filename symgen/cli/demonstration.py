@@ -27,7 +27,7 @@ position = [[-2.7, 2.7], [-1.6, 1.6], [-2.7, 2.7], [-2.9, -0.2], [-2.7, 2.7], [0
 velocity = [1.8, 1.8, 1.8, 1.8, 2.2, 2.2, 2.2]
 """  # noqa: E501
 HIDDEN, JOINT, STIFFNESS = "gravity_spring", 2, 60.0  # N m/rad
-_SPRING = f'\n[[effect]]\nname = "{HIDDEN}"\njoints = [{JOINT}]\n'
+SPRING = f'\n[[effect]]\nname = "{HIDDEN}"\njoints = [{JOINT}]\n'
 #: Of each link: mass in kg, centre of mass in its frame in m, radius of the equal ball in m; of
 #: each joint: rotor inertia in kg m2, Coulomb friction in N m, viscous friction in N m s/rad.
 _LINKS = (
@@ -138,7 +138,7 @@ def demonstrate(told: Callable[[str], None]) -> Demonstration:
     import symgen
     from symgen.identification.parameters import base_values
 
-    known, arm = symgen.parse_robot(FILE), symgen.parse_robot(FILE + _SPRING)
+    known, arm = symgen.parse_robot(FILE), symgen.parse_robot(FILE + SPRING)
     told("simulating two logs of the arm")
     X = base_values(true_parameters(), symgen.derive(arm), "demo")
     seen = symgen.Instruments(encoder_step=_ENCODER, torque_noise=_TORQUE_NOISE)
