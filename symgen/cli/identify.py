@@ -137,9 +137,11 @@ def identify(
     if model != "auto" and not trusted:
         click.echo(f"try: {again(model='auto', into=f'{into}-auto')}")
     elif not trusted:
-        click.echo(f"try: {diagnosing(robot, logs, validation, f'{into}-why')}")
+        click.echo(f"try: {diagnosing(f'{into}-why')}")
     elif estimate.physical.feasible is False and method == "wls":
         click.echo(f"try: {again(method='consistent', into=f'{into}-consistent')}")
+    if trusted and estimate.unexplained is not None:
+        click.echo(f"try: {diagnosing(f'{into}-why')}")
     if said:
         click.echo(f"note: {said}")
     click.echo(f"written: {', '.join(map(str, files))}")

@@ -274,7 +274,22 @@ def again(**changed: str) -> str:
     return shlex.join([*kept, *(part for key in changed for part in (f"--{key}", changed[key]))])
 
 
-def diagnosing(robot: str, logs: Sequence[str], validation: Sequence[str], into: str) -> str:
-    """Return the `diagnose` command for the same logs, for the shell."""
-    held = [part for log in validation for part in ("--validation", log)]
-    return shlex.join(["symgen", "diagnose", robot, *logs, *held, "--into", into])
+def diagnosing(into: str) -> str:
+    """Return the `diagnose` command for the present one's logs and options, for the shell.
+
+    Args:
+        into: the folder that it writes.
+    """
+    from symgen.cli.diagnose import diagnose
+
+    present = click.get_current_context().command
+    own = {name: p for p in present.params for name in p.opts if name.startswith("--")}
+    taken = {name for p in diagnose.params for name in p.opts} - {"--into"}
+    words, kept = iter(sys.argv[1:]), ["symgen"]
+    for word in words:
+        name, sign, _ = word.partition("=")
+        alone = name not in own or sign or getattr(own[name], "is_flag", False)
+        value = [] if alone else [next(words)]
+        if name not in own or name in taken:
+            kept += ["diagnose" if word == present.name else word, *value]
+    return shlex.join([*kept, "--into", into])

@@ -21,6 +21,7 @@ import numpy as np
 from symgen import names
 from symgen.data.mask import moving_joints
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
+from symgen.estimation.floor import noise_fit, unexplained_from
 from symgen.estimation.predictive_score import LEAST, MISFIT, TEMPERATURE, Columns, dense
 from symgen.estimation.summary import solve_gram
 from symgen.estimation.values import FloatArray
@@ -37,8 +38,6 @@ _CLEARER = 0.85
 _SURE = math.log(9.0)
 #: Prior odds of one fault against physics that a model lacks, which most robots have.
 _RARE = math.log(1000.0)
-#: Of a joint's torque: an error above that is what a cause has to explain.
-JOINT = 0.6
 TILT = math.radians(1.0)  # that bases have without being wrong
 _TIMES = tuple(k / 6 for k in range(1, 6))  # of a log, at which something may begin
 _NEAR = 8  # likeliest causes that are tried again beside each set of physics
@@ -572,8 +571,8 @@ def find_cause(
     """Return what is wrong where the data name one cause; None where nothing, or nothing sure.
 
     A cause is named where it lowers the error of a joint's torque on motion that it was not fitted
-    on by what matters and by 15 % of what is left, the error of every joint that is above 60 %
-    among them; is larger than in every robot, and is nine times as probable as physics without a
+    on by what matters and by 15 % of what is left, the error of every joint that is unexplained
+    among them (`symgen.estimation.floor`); is larger than in every robot, and is nine times as probable as physics without a
     name. Of up to three causes that the data do not tell apart all are named.
 
     Args:
@@ -602,8 +601,11 @@ def find_cause(
     best, alone = found[0], scene.score.alone.left
     fell = np.sqrt(np.maximum(alone - best.left, 0.0)) / rows.size
     clear = (fell >= least) & (best.left <= _CLEARER**2 * alone)
-    lost = np.sqrt(alone) / rows.size > JOINT
-    if best.physics or not clear.any() or not best.says or not clear[lost].all():
+    if best.physics or not clear.any() or not best.says:
+        return None
+    noise = np.array(noise_fit(rows.evaluator, rows.logs, scene.whole).residual.per_joint)
+    lost = np.sqrt(alone) / rows.size > unexplained_from(noise)
+    if not clear[lost].all():
         return None
     if len(rows.logs) > rows.train and not _confirmed(rows, best):
         return None

@@ -238,8 +238,7 @@ def _lengths(scene: Scene) -> Iterator[Shape]:
     model, v = scene.rows.evaluator.model, scene.rows.variation
     if model.robot.loops or any(j.follows is not None for j in model.robot.joints):
         return
-    X = np.pad(scene.X, (0, len(model.base.parameters) - len(scene.X)))
-    links = link_values(model.robot, model.base, X)
+    links = link_values(model.robot, model.base, scene.whole)
     for number, key in v.lengths:
 
         def moved(h: float, at: tuple[int, str] = (number, key)) -> Callable[..., FloatArray]:
