@@ -572,8 +572,8 @@ def find_cause(
 
     A cause is named where it lowers the error of a joint's torque on motion that it was not fitted
     on by what matters and by 15 % of what is left, the error of every joint that is unexplained
-    among them (`symgen.estimation.floor`); is larger than in every robot, and is nine times as probable as physics without a
-    name. Of up to three causes that the data do not tell apart all are named.
+    among them (`symgen.estimation.floor`); is larger than in every robot, and is nine times as
+    probable as physics without a name. Of up to three causes that the data do not tell apart all are named.
 
     Args:
         scene: the model on the logs in the band of the run.
@@ -603,8 +603,8 @@ def find_cause(
     clear = (fell >= least) & (best.left <= _CLEARER**2 * alone)
     if best.physics or not clear.any() or not best.says:
         return None
-    noise = np.array(noise_fit(rows.evaluator, rows.logs, scene.whole).residual.per_joint)
-    lost = np.sqrt(alone) / rows.size > unexplained_from(noise)
+    noise = noise_fit(rows.evaluator, rows.logs, scene.whole).residual
+    lost = np.sqrt(alone) / rows.size > unexplained_from(noise)[1]
     if not clear[lost].all():
         return None
     if len(rows.logs) > rows.train and not _confirmed(rows, best):

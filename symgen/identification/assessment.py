@@ -471,27 +471,34 @@ def _beyond(held: Residual, noise: Residual) -> float | None:
 
 
 def _unexplained(held: TorqueFit, noise: Residual, unknown: bool) -> Iterator[str]:
-    """Yield which joints' torque on held-out motion nothing explains, or noise hides.
+    """Yield of which joints nothing explains the torque on held-out motion, or noise hides it.
 
     Args:
         held: of joints in motion.
         noise: what it alone leaves of them.
         unknown: whether no cause is known.
     """
-    each, floor = (np.array(r.per_joint) for r in (held.residual, noise))
-    level = unexplained_from(floor)
+    said, each, floor = (
+        held.residual.relative,
+        *(np.array(r.per_joint) for r in (held.residual, noise)),
+    )
+    whole, level = unexplained_from(noise)
     counts = held.size > LEAST**2 * held.size.sum()
-    lost = counts & (each > level)
-    if lost.any():
-        told = ", ".join(
-            f"{j + 1} ({100 * each[j]:.3g} %; noise leaves {100 * floor[j]:.2g} %)"
-            for j in np.flatnonzero(lost)
+    lost = np.flatnonzero(counts & (each > level))
+    cause = ", cause unknown" if unknown else ""
+    if said > whole:
+        yield (
+            f"the model leaves {100 * said:.3g} % of the torque of held-out motion unexplained, "
+            f"of which noise explains {100 * noise.relative:.2g} %{cause}"
         )
-        cause = ", cause unknown" if unknown else ""
+    if len(lost):
+        told = ", ".join(
+            f"{j + 1} ({100 * each[j]:.3g} %; noise {100 * floor[j]:.2g} %)" for j in lost
+        )
         yield f"the torque of held-out motion is unexplained at movable joints {told}{cause}"
-    drowned = counts & ~lost & (level >= 1)
-    if drowned.any():
-        told = ", ".join(f"tau{j + 1} ({100 * floor[j]:.2g} %)" for j in np.flatnonzero(drowned))
+    drowned = np.flatnonzero(counts & (each <= level) & (level >= 1))
+    if len(drowned):
+        told = ", ".join(f"tau{j + 1} ({100 * floor[j]:.2g} %)" for j in drowned)
         yield f"noise is too large a part of {told}: no model of it can be judged"
 
 
